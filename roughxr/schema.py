@@ -1,0 +1,299 @@
+"""Names, units, signs and meaning of everything that a roughxr Dataset holds, in one table.
+
+Validation at the door, labels on results and attributes in files all read from here. Signs: heights
+point out of the material; ``delta`` > 0 brings the bodies together; ``force`` and ``pressure`` > 0 push,
+< 0 pull; ``gap`` >= 0; a pull-off force is a positive magnitude.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ._version import __version__
+from .units import converted
+
+
+class Variable(NamedTuple):
+    """What one name means: its units (UDUNITS), its words on an axis, and its sign or definition."""
+
+    units: str
+    long_name: str
+    comment: str = ""
+
+
+#: Every variable and coordinate name that roughxr writes.
+VARIABLES: dict[str, Variable] = {
+    # scan
+    "x": Variable("nm", "x", "pixel centres"),
+    "y": Variable("nm", "y", "pixel centres"),
+    "height": Variable("nm", "height", "points out of the material"),
+    "sphere_radius": Variable("nm", "sphere radius"),
+    "contact_modulus": Variable("GPa", "contact modulus E*", "1/E* = (1-nu1^2)/E1 + (1-nu2^2)/E2"),
+    "work_of_adhesion": Variable("J m-2", "work of adhesion w", "w = 2 gamma for equal bodies"),
+    "indenter_height": Variable("nm", "indenter height", "points out of the indenter; its maximum touches first"),
+    "indenter_x": Variable("nm", "x from the contact centre"),
+    "indenter_y": Variable("nm", "y from the contact centre"),
+    # asperities
+    "asperity": Variable("1", "asperity"),
+    "curvature_min": Variable("nm-1", "smaller principal curvature", "1/R', positive for a peak"),
+    "curvature_max": Variable("nm-1", "larger principal curvature", "1/R'', positive for a peak"),
+    "orientation": Variable("rad", "orientation of the flattest direction", "from x towards y, in [-pi/2, pi/2)"),
+    "axis_ratio": Variable("1", "axis ratio b/a of the Hertz contact ellipse"),
+    "fit_rms": Variable("nm", "rms residual of the paraboloid fit"),
+    "plateau_size": Variable("1", "pixels of equal height at the peak"),
+    "saddle": Variable("1", "the fit is no peak (curvature_min <= 0)"),
+    "edge": Variable("1", "the fitted patch is clipped by the scan's edge"),
+    "vertex_fixed": Variable("1", "the vertex was fixed at the peak pixel"),
+    # solutions
+    "subregion": Variable("1", "subregion"),
+    "subregion_x": Variable("nm", "x of the contact centre"),
+    "subregion_y": Variable("nm", "y of the contact centre"),
+    "subpixel_x": Variable("nm", "contact centre's offset along x from the field's origin"),
+    "subpixel_y": Variable("nm", "contact centre's offset along y from the field's origin"),
+    "delta": Variable("nm", "displacement", "positive brings the bodies together; counted from the datum"),
+    "load": Variable("nN", "prescribed load", "positive pushes"),
+    "force": Variable("nN", "contact force", "positive pushes, negative pulls"),
+    "contact_area": Variable("nm2", "contact area"),
+    "pressure": Variable("GPa", "contact pressure", "positive pushes, negative pulls"),
+    "displacement": Variable("nm", "surface displacement", "of both bodies together, into the material"),
+    "gap": Variable("nm", "gap", "between the deformed surfaces, zero in contact"),
+    "converged": Variable("1", "the solve met its tolerance"),
+    "iterations": Variable("1", "iterations of the solve"),
+    "residual": Variable("1", "largest violation of the contact conditions over delta"),
+    "truncated": Variable("1", "contact or overlap reaches the scan's edge"),
+    "contacts": Variable("1", "asperities in contact"),
+    "contacts_beyond_patch": Variable("1", "contacts larger than their fitted patch"),
+    "contacts_overlapping": Variable("1", "contacts that overlap a neighbour's"),
+    # statistics
+    "pull_off_force": Variable("nN", "pull-off force", "positive magnitude of the largest pull"),
+    "pull_off_delta": Variable("nm", "displacement at pull-off", "counted from the datum"),
+    "bracketed": Variable("1", "the largest pull lies inside the sweep, not at its end"),
+    "pdf": Variable("1", "probability density"),
+    "cdf": Variable("1", "cumulative probability"),
+    # one asperity
+    "semi_axis_a": Variable("nm", "longer semi-axis of the contact ellipse"),
+    "semi_axis_b": Variable("nm", "shorter semi-axis of the contact ellipse"),
+}
+
+#: What each kind of Dataset must hold: variable name -> dimensions.
+KINDS: dict[str, dict[str, tuple[str, ...]]] = {
+    "scan": {"height": ("x", "y")},
+    "asperities": {
+        "height": ("asperity",),
+        "curvature_min": ("asperity",),
+        "curvature_max": ("asperity",),
+        "orientation": ("asperity",),
+    },
+    "solution": {"force": ("subregion", "delta")},
+    "pull_off": {"pull_off_force": ("subregion",), "pull_off_delta": ("subregion",)},
+}
+
+#: Scalar coordinates of a scan once a pair is assigned; they travel into every result and archive.
+PAIR = ("sphere_radius", "contact_modulus", "work_of_adhesion")
+
+
+def attributes(name: str) -> dict[str, str]:
+    """Return the ``units``, ``long_name`` and ``comment`` of a name.
+
+    Examples
+    --------
+    >>> attributes("force")["units"]
+    'nN'
+    """
+    known = VARIABLES[name]
+    attrs = {"units": known.units, "long_name": known.long_name}
+    return {**attrs, "comment": known.comment} if known.comment else attrs
+
+
+def label(ds: xr.Dataset) -> xr.Dataset:
+    """Return ``ds`` with units, long name and meaning set on every variable of a known name."""
+    out = ds.copy()
+    for name in map(str, out.variables):
+        if name in VARIABLES:
+            out[name].attrs.update(attributes(name))
+    return out
+
+
+def axis_label(name: str) -> str:
+    """Return what stands on an axis: long name and units, as in ``contact force [nN]``."""
+    known = VARIABLES[name]
+    return known.long_name if known.units == "1" else f"{known.long_name} [{known.units}]"
+
+
+def kind_of(ds: xr.Dataset) -> str | None:
+    """Return the kind of Dataset that ``ds`` is, or None."""
+    for kind in ("asperities", "scan", "pull_off", "solution"):
+        if all(name in ds and set(dims) <= set(ds[name].dims) for name, dims in KINDS[kind].items()):
+            return kind
+    return None
+
+
+def validate(ds: Any, kind: str) -> xr.Dataset:
+    """Return ``ds`` in roughxr's units and dimension order, or say what is wrong with it.
+
+    Parameters
+    ----------
+    ds : Dataset
+    kind : {"scan", "asperities", "solution", "pull_off"}
+
+    Raises
+    ------
+    TypeError
+        If ``ds`` is no Dataset.
+    ValueError
+        If variables, dimensions or units are not those of the kind: what was expected, what was found,
+        and what to do.
+    """
+    if not isinstance(ds, xr.Dataset):
+        raise TypeError(f"expected an xarray.Dataset of kind {kind!r}, found {type(ds).__name__}")
+    for name, dims in KINDS[kind].items():
+        if name not in ds:
+            found = ", ".join(map(str, ds.data_vars)) or "none"
+            raise ValueError(f"expected a {kind} with variable {name!r}, found variables: {found}")
+        if not set(dims) <= set(ds[name].dims):
+            raise ValueError(f"{name}: expected dimensions {dims}, found {tuple(ds[name].dims)}")
+    return _validated_scan(ds) if kind == "scan" else ds
+
+
+def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
+    """Return a scan with height as (x, y) in nm on uniform pixel centres."""
+    if set(ds["height"].dims) != {"x", "y"}:
+        raise ValueError(
+            f"height: expected dimensions ('x', 'y'), found {tuple(ds['height'].dims)}; "
+            "choose one image with .isel or .sel first"
+        )
+    out = ds.copy()
+    for axis in ("x", "y"):
+        if axis not in ds.coords:
+            raise ValueError(f"{axis}: expected a coordinate of pixel centres in nm, found none; assign one")
+        out[axis] = converted(ds[axis], "nm", axis)
+        spacing(out[axis])
+    out["height"] = converted(ds["height"], "nm", "height").transpose("x", "y")
+    return out
+
+
+def spacing(coordinate: xr.DataArray) -> float:
+    """Return the pixel size along a coordinate, or say that it is not uniform.
+
+    Raises
+    ------
+    ValueError
+        If there is one pixel only, or the steps are not equal (to 1e-6) and ascending.
+    """
+    values = np.asarray(coordinate.values, dtype=float)
+    name = coordinate.name
+    if values.size < 2:
+        raise ValueError(f"{name}: expected at least two pixels, found {values.size}")
+    steps = np.diff(values)
+    step = (values[-1] - values[0]) / (values.size - 1)
+    if not np.isfinite(values).all() or step <= 0 or np.abs(steps - step).max() > 1e-6 * abs(step):
+        raise ValueError(
+            f"{name}: expected uniform, ascending pixel centres, found steps from {steps.min():g} to "
+            f"{steps.max():g} nm; sort with .sortby({name!r}) or resample onto a uniform grid with .interp"
+        )
+    return float(step)
+
+
+def pixel(ds: xr.Dataset) -> tuple[float, float]:
+    """Return the pixel sizes (dx, dy) of a scan in nm."""
+    return spacing(ds["x"]), spacing(ds["y"])
+
+
+def square_pixel(ds: xr.Dataset) -> float:
+    """Return the pixel size of a scan in nm, or say that its pixels are not square."""
+    dx, dy = pixel(ds)
+    if abs(dx - dy) > 1e-6 * dx:
+        raise ValueError(
+            f"expected square pixels, found {dx:g} x {dy:g} nm; resample first, for example "
+            "ds.interp(y=np.arange(ds.y[0], ds.y[-1], dx))"
+        )
+    return dx
+
+
+def pair(ds: xr.Dataset, *names: str) -> tuple[float, ...]:
+    """Return the assigned sphere radius, contact modulus or work of adhesion by name.
+
+    Raises
+    ------
+    ValueError
+        If one was not assigned.
+    """
+    missing = [name for name in names if name not in ds.coords]
+    if missing:
+        raise ValueError(
+            f"expected {', '.join(missing)} on the dataset, found no such coordinate; assign the pair of "
+            "bodies first, for example ds.contact.assign_pair(sphere_radius=3000, young_modulus=75, "
+            "poisson_ratio=0.22, surface_energy=0.675)"
+        )
+    return tuple(float(ds[name]) for name in names)
+
+
+def finite(height: np.ndarray) -> np.ndarray:
+    """Return a height map that holds no missing pixels, or say how many it has."""
+    missing = int(np.count_nonzero(~np.isfinite(height)))
+    if missing:
+        raise ValueError(
+            f"height: expected finite heights, found {missing} missing pixels of {height.size}; "
+            "fill them first, for example ds.interpolate_na('x'), or crop them away"
+        )
+    return height
+
+
+def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, **arguments: Any) -> xr.Dataset:
+    """Return ``ds`` with one more step in its history: operation, arguments, version, as JSON text.
+
+    Parameters
+    ----------
+    ds : Dataset
+    operation : str
+        The function's name.
+    source : Dataset, optional
+        Whose history is continued; ``ds`` itself by default.
+    **arguments
+        What the function was called with.
+    """
+    steps = history(ds if source is None else source)
+    steps.append({"operation": operation, "arguments": _plain(arguments), "roughxr": __version__})
+    return ds.assign_attrs(history=json.dumps(steps))
+
+
+def history(ds: xr.Dataset) -> list[dict[str, Any]]:
+    """Return the steps that made a Dataset, oldest first."""
+    text = ds.attrs.get("history", "")
+    try:
+        steps = json.loads(text) if text else []
+    except json.JSONDecodeError:
+        steps = [{"operation": "unknown", "arguments": {"history": text}}]
+    return steps if isinstance(steps, list) else [steps]
+
+
+def height_hash(ds: xr.Dataset) -> str:
+    """Return the SHA-256 of a scan's heights and axes: two scans of one hash are the same scan."""
+    digest = hashlib.sha256()
+    for name in ("x", "y", "height"):
+        digest.update(np.ascontiguousarray(ds[name].values, dtype="<f8").tobytes())
+    return digest.hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    """Return ``value`` as something JSON can hold; long arrays by length and ends only."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items() if item is not None}
+    if isinstance(value, (str, bool, int, float)) or value is None:
+        return value
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, (np.ndarray, xr.DataArray)):
+        values = np.asarray(value).ravel()
+        if values.size <= 64:
+            return values.tolist()
+        return {"first": values[0].item(), "last": values[-1].item(), "size": int(values.size)}
+    if isinstance(value, Iterable):
+        return [_plain(item) for item in value]
+    return str(value)

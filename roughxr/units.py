@@ -1,0 +1,141 @@
+"""The door: every length, force or modulus that comes in leaves here in coherent nano-units.
+
+Inside roughxr lengths are nm, forces nN, moduli and pressures GPa = nN/nm², energies per area
+J/m² = nN/nm, so that no conversion factor occurs in any formula. Conversion is done by pint, never by hand.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+from numbers import Real
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+# UDUNITS writes "J m-2" where pint wants "J m**-2".
+_UDUNITS_POWER = re.compile(r"(?<=[A-Za-zµμ])(?=[-+]?\d)")
+
+
+@lru_cache(maxsize=1)
+def _registry():
+    import pint  # not at the top: it takes a third of the import time and plain numbers never need it
+
+    return pint.UnitRegistry(preprocessors=[lambda text: _UDUNITS_POWER.sub("**", text)], cache_folder=None)
+
+
+@lru_cache(maxsize=256)
+def factor(source: str, target: str) -> float:
+    """Return the number by which values in ``source`` units are multiplied to give ``target`` units.
+
+    Raises
+    ------
+    ValueError
+        If ``source`` is no unit, or one of another dimension than ``target``.
+
+    Examples
+    --------
+    >>> factor("um", "nm")
+    1000.0
+    >>> round(factor("mJ m-2", "J m-2"), 6)
+    0.001
+    """
+    import pint
+
+    if source == target:
+        return 1.0
+    try:
+        ratio = float(_registry().Quantity(1.0, source).to(target).magnitude)
+    except (pint.errors.PintError, pint.errors.UndefinedUnitError, AttributeError, TypeError, ValueError) as error:
+        raise ValueError(f"expected units that convert to {target!r}, found {source!r}: {error}") from None
+    return float(f"{ratio:.15g}")  # 1000.0000000000001 nm per um would spoil exact coordinates
+
+
+def magnitude(value: Any, units: str, name: str) -> Any:
+    """Return ``value`` as plain float(s) in ``units``.
+
+    Parameters
+    ----------
+    value : number, array, str, pint.Quantity or DataArray
+        A plain number or array is taken to be in ``units`` already. Text such as ``"3 um"``, a pint
+        quantity, or a DataArray with a ``units`` attribute is converted.
+    units : str
+        The units wanted, UDUNITS-readable.
+    name : str
+        What the value is, for the error message.
+
+    Returns
+    -------
+    float or ndarray
+
+    Raises
+    ------
+    ValueError
+        If the value is not finite, not a number, or in units that do not convert.
+
+    Examples
+    --------
+    >>> magnitude("3 um", "nm", "sphere_radius")
+    3000.0
+    >>> magnitude(3000, "nm", "sphere_radius")
+    3000.0
+    """
+    number = _convert(value, units, name)
+    try:
+        number = np.asarray(number, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: expected a number in {units}, found {value!r}") from None
+    if not np.isfinite(number).all():
+        raise ValueError(f"{name}: expected finite numbers in {units}, found {value!r}")
+    return float(number) if number.ndim == 0 else number
+
+
+def _convert(value: Any, units: str, name: str) -> Any:
+    if isinstance(value, (Real, np.ndarray, list, tuple, range)):
+        return value
+    try:
+        if isinstance(value, str):
+            value = _registry().Quantity(value)
+            if value.unitless and units != "1":
+                return value.magnitude
+        if isinstance(value, xr.DataArray):
+            return value.values * factor(value.attrs.get("units", units), units)
+        if hasattr(value, "magnitude") and hasattr(value, "units"):
+            return value.magnitude * factor(f"{value.units}", units)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
+    except Exception as error:
+        raise ValueError(f"{name}: expected a quantity such as '3 {units}', found {value!r} ({error})") from None
+    return value
+
+
+def positive(value: Any, units: str, name: str) -> float:
+    """Return ``value`` as one float in ``units``, or say that it must be a single positive number."""
+    number = magnitude(value, units, name)
+    if not isinstance(number, float) or number <= 0:
+        raise ValueError(f"{name}: expected one positive number in {units}, found {value!r}")
+    return number
+
+
+def converted(array: xr.DataArray, units: str, name: str) -> xr.DataArray:
+    """Return ``array`` in ``units``, lazily where it is lazy; its ``units`` attribute must be there.
+
+    Raises
+    ------
+    ValueError
+        If the attribute is missing or its units do not convert.
+    """
+    found = array.attrs.get("units")
+    if not found:
+        raise ValueError(
+            f"{name}: expected a 'units' attribute that converts to {units!r}, found none; "
+            f"set it, for example ds[{name!r}].attrs['units'] = {units!r}"
+        )
+    try:
+        ratio = factor(str(found), units)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
+    if ratio == 1.0:
+        return array if found == units else array.assign_attrs(units=units)
+    return (array * ratio).assign_attrs({**array.attrs, "units": units})
