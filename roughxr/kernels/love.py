@@ -1,0 +1,40 @@
+"""What a uniformly loaded square does to a half space: Love's coefficients.
+
+A unit pressure on a square cell of unit side sinks the surface of a half space of unit modulus, at offset
+(x, y) from the cell's centre, by
+
+    u = [ f(x₊, y₊) − f(x₊, y₋) − f(x₋, y₊) + f(x₋, y₋) ] / π,     x± = x ± ½,  y± = y ± ½,
+    f(s, t) = s asinh(t/|s|) + t asinh(s/|t|)
+
+(Love 1929; Johnson, Contact Mechanics, eq. 3.25; Cheng, Dunn & Brach eqs. 40–42, whose "0.3" reads 0.5 and
+whose compliances add). Cells of side dx on a half space of modulus E* sink by u dx/E* per unit pressure.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+
+@lru_cache(maxsize=8)
+def love_coefficients(rows, columns):
+    """Return the displacements at offsets (i, j), i < rows, j < columns, of a unit pressure (read only).
+
+    Examples
+    --------
+    The centre of the loaded square itself sinks by 4 asinh(1)/π:
+
+    >>> round(float(love_coefficients(1, 1)[0, 0]), 6)
+    1.1222
+    """
+    x, y = np.arange(rows)[:, None], np.arange(columns)[None, :]
+    corners = (
+        _corner(x + 0.5, y + 0.5) - _corner(x + 0.5, y - 0.5) - _corner(x - 0.5, y + 0.5) + _corner(x - 0.5, y - 0.5)
+    )
+    table = corners / np.pi
+    table.setflags(write=False)
+    return table
+
+
+def _corner(s, t):
+    """Return s asinh(t/|s|) + t asinh(s/|t|); cell edges never pass through a centre, so s, t ≠ 0."""
+    return s * np.arcsinh(t / np.abs(s)) + t * np.arcsinh(s / np.abs(t))
