@@ -15,6 +15,10 @@ from . import schema
 from .units import magnitude
 
 
+#: Tiles along one axis at most, where the number of pixels is not known.
+_MOST_TILES = 65536
+
+
 class Window(NamedTuple):
     """The pixels around one centre: index ranges on the scan, and where they lie in the full window."""
 
@@ -65,8 +69,14 @@ def centres(ds: xr.Dataset, subregions: Any = None) -> xr.Dataset:
     return schema.label(out)
 
 
+#: Scalar coordinates by which a catalogue remembers its scan's outer edges.
+EDGES = ("scan_x_min", "scan_x_max", "scan_y_min", "scan_y_max")
+
+
 def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
-    """Return the outer edges (x_low, x_high, y_low, y_high) of a scan, half a pixel beyond its centres."""
+    """Return the outer edges (x_min, x_max, y_min, y_max) of a scan, half a pixel beyond its centres."""
+    if "x" not in ds.dims:
+        return tuple(float(ds[name]) for name in EDGES)
     (dx, dy), x, y = schema.pixel(ds), ds["x"].values, ds["y"].values
     return x[0] - dx / 2, x[-1] + dx / 2, y[0] - dy / 2, y[-1] + dy / 2
 
@@ -105,7 +115,7 @@ def _positions(ds: xr.Dataset, subregions: Any) -> tuple[np.ndarray, np.ndarray]
 
 
 def _grid(ds: xr.Dataset, nx: Any, ny: Any) -> tuple[np.ndarray, np.ndarray]:
-    sizes = ds.sizes["x"], ds.sizes["y"]
+    sizes = (ds.sizes["x"], ds.sizes["y"]) if "x" in ds.dims else (_MOST_TILES, _MOST_TILES)
     for n, size, axis in zip((nx, ny), sizes, "xy"):
         if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or not 1 <= n <= size:
             raise ValueError(f"subregions: expected a whole number from 1 to {size} along {axis}, found {n!r}")

@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from ._version import __version__
-from .units import converted
+from .units import converted, magnitude
 
 
 class Variable(NamedTuple):
@@ -46,6 +46,12 @@ VARIABLES: dict[str, Variable] = {
     "orientation": Variable("rad", "orientation of the flattest direction", "from x towards y, in [-pi/2, pi/2)"),
     "axis_ratio": Variable("1", "axis ratio b/a of the Hertz contact ellipse"),
     "fit_rms": Variable("nm", "rms residual of the paraboloid fit"),
+    "datum_height": Variable("nm", "height of the datum", "the highest point of the whole scan"),
+    "scan_x_min": Variable("nm", "outer edge of the scan", "smallest x"),
+    "scan_x_max": Variable("nm", "outer edge of the scan", "largest x"),
+    "scan_y_min": Variable("nm", "outer edge of the scan", "smallest y"),
+    "scan_y_max": Variable("nm", "outer edge of the scan", "largest y"),
+    "patch_radius": Variable("nm", "half-width of the fitted patch"),
     "plateau_size": Variable("1", "pixels of equal height at the peak"),
     "saddle": Variable("1", "the fit is no peak (curvature_min <= 0)"),
     "edge": Variable("1", "the fitted patch is clipped by the scan's edge"),
@@ -243,6 +249,29 @@ def finite(height: np.ndarray) -> np.ndarray:
             "fill them first, for example ds.interpolate_na('x'), or crop them away"
         )
     return height
+
+
+def ascending(values: Any, units: str, name: str) -> np.ndarray:
+    """Return values as a float array in ``units``, or say that they must be finite and ascending.
+
+    Raises
+    ------
+    ValueError
+        If there are none, or they are not finite, or not strictly ascending.
+    """
+    array = np.atleast_1d(np.asarray(magnitude(values, units, name), dtype=float))
+    if array.ndim != 1 or array.size == 0:
+        raise ValueError(f"{name}: expected at least one value in {units} along one dimension, found shape {array.shape}")
+    if (np.diff(array) <= 0).any():
+        raise ValueError(f"{name}: expected ascending values, found {array[:-1][np.diff(array) <= 0][0]:g} before a smaller or equal one; sort them")
+    return array
+
+
+def one_of(value: Any, allowed: Iterable[str], name: str) -> str:
+    """Return ``value``, or say which names are known."""
+    if value not in tuple(allowed):
+        raise ValueError(f"{name}: expected one of {', '.join(map(repr, allowed))}, found {value!r}")
+    return value
 
 
 def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, **arguments: Any) -> xr.Dataset:
