@@ -1,0 +1,118 @@
+"""Peaks: every plateau once, and nothing that is not known to be a maximum."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
+from scipy import ndimage
+
+from roughxr.kernels.peaks import find_peaks
+
+AROUND = np.ones((3, 3))
+
+# Few levels, so that plateaus of all shapes abound; some pixels missing.
+quantised = arrays(
+    float,
+    array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=12),
+    elements=st.sampled_from([0.0, 0.1, 0.2, 0.3, np.nan]),
+    fill=st.nothing(),
+)
+
+
+def plateaus_that_are_peaks(z):
+    """The definition, level by level and label by label: masks of the peaks' plateaus."""
+    found = []
+    for level in np.unique(z[np.isfinite(z)]):
+        labels, count = ndimage.label(z == level, structure=AROUND)
+        for plateau in (labels == n for n in range(1, count + 1)):
+            ring = ndimage.binary_dilation(plateau, structure=AROUND) & ~plateau
+            inner = plateau[1:-1, 1:-1].sum() == plateau.sum()
+            if inner and (z[ring] < level).all():
+                found.append(plateau)
+    return found
+
+
+def as_set(peaks):
+    return set(zip(peaks.ix.tolist(), peaks.iy.tolist(), peaks.size.tolist()))
+
+
+def picture(text):
+    """Heights from a drawing: one digit for each pixel."""
+    return np.array([[float(digit) for digit in line] for line in text.split()])
+
+
+@given(quantised)
+@settings(deadline=None, max_examples=200)
+def test_agrees_with_labelling(z):
+    peaks, plateaus = find_peaks(z), plateaus_that_are_peaks(z)
+    assert len(peaks.ix) == len(plateaus)
+    for plateau in plateaus:
+        (n,) = np.flatnonzero(plateau[peaks.ix, peaks.iy])  # exactly one peak on each
+        assert peaks.size[n] == plateau.sum()
+        pixels = np.argwhere(plateau)
+        distance = np.hypot(*(pixels - pixels.mean(axis=0)).T)
+        at_peak = (pixels == (peaks.ix[n], peaks.iy[n])).all(axis=1)
+        assert distance[at_peak][0] == pytest.approx(distance.min())
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        pytest.param("000 010 000", {(1, 1, 1)}, id="single pixel"),
+        pytest.param("00000 01110 01110 01110 00000", {(2, 2, 9)}, id="square"),
+        pytest.param("0000 0110 0110 0000", {(1, 1, 4)}, id="even square: the first of equals"),
+        pytest.param("00000 01000 01000 01110 00000", {(2, 1, 5)}, id="L: the first of two as near"),
+        pytest.param("00000 01110 01010 01110 00000", {(1, 2, 8)}, id="ring around a lower pixel"),
+        pytest.param("00000 01110 01210 01110 00000", {(2, 2, 1)}, id="ring around a higher pixel"),
+        pytest.param("0000 0100 0010 0000", {(1, 1, 2)}, id="diagonal contact is contact"),
+        pytest.param("0000000 0220220 0221220 0000000", {(1, 1, 4), (1, 4, 4)}, id="saddle between plateaus"),
+        pytest.param("0000 0110 0012 0000", set(), id="plateau below a border pixel"),
+        pytest.param("0000 0111 0000", set(), id="plateau open to the outside"),
+        pytest.param("1000 0000 0000", set(), id="border pixel"),
+        pytest.param("1100 0110 0000 0000", set(), id="plateau from the border"),
+        pytest.param("111 111 111", set(), id="constant"),
+        pytest.param("01 10", set(), id="all border"),
+    ],
+)
+def test_drawn(text, expected):
+    assert as_set(find_peaks(picture(text))) == expected
+
+
+@pytest.mark.parametrize("missing", [(1, 1), (2, 3), (4, 4)])
+def test_nan_on_or_beside_a_plateau_forbids_it(missing):
+    z = np.zeros((6, 6))
+    z[2:4, 2:4] = 1
+    assert len(find_peaks(z).ix) == 1
+    z[missing] = np.nan
+    assert len(find_peaks(z).ix) == 0
+
+
+def test_large_plateau_of_a_quantised_dome():
+    x = np.arange(-15, 16)
+    dome = np.round(1 - np.add.outer(x**2, x**2) / 400, 0)
+    assert as_set(find_peaks(dome)) == {(15, 15, (dome == 1).sum())}
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(deadline=None, max_examples=20)
+def test_invariance(seed):
+    z = ndimage.gaussian_filter(np.random.default_rng(seed).standard_normal((23, 31)), 1)
+    found = as_set(find_peaks(z))
+    last = z.shape[0] - 1
+    assert as_set(find_peaks(z * 4 + 8)) == found
+    assert {(j, i, n) for i, j, n in as_set(find_peaks(z.T))} == found
+    assert {(last - i, j, n) for i, j, n in as_set(find_peaks(z[::-1]))} == found
+    assert {(last - j, i, n) for i, j, n in as_set(find_peaks(np.rot90(z)[::-1, ::-1]))} == found
+
+
+@given(quantised)
+@settings(deadline=None, max_examples=50)
+def test_sizes_of_plateaus_do_not_depend_on_the_direction_of_the_walk(z):
+    sizes = sorted(find_peaks(z).size)
+    assert sorted(find_peaks(z.T).size) == sorted(find_peaks(z[::-1, ::-1]).size) == sizes
+
+
+@pytest.mark.parametrize("shape", [(0, 0), (1, 5), (5, 2), (2, 2)])
+def test_scans_too_small_for_a_peak(shape):
+    assert len(find_peaks(np.zeros(shape)).ix) == 0
