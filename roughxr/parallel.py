@@ -44,7 +44,7 @@ def spread(task: Callable[..., np.ndarray], arguments: Sequence[tuple], shape: t
         (items, *shape), in chunks of one batch.
     """
     size = -(-len(arguments) // _MOST_BATCHES)
-    shared = [dask.delayed(value, pure=False, traverse=False) if isinstance(value, np.ndarray) else value for value in shared]
+    shared = [dask.delayed(value, pure=False, traverse=False) for value in shared]
     run = dask.delayed(_batch, pure=False)
     batches = [arguments[k : k + size] for k in range(0, len(arguments), size)]
     parts = [da.from_delayed(run(task, list(b), *shared), (len(b), *shape), dtype=float) for b in batches]

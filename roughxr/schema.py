@@ -76,6 +76,7 @@ VARIABLES: dict[str, Variable] = {
     "contacts": Variable("1", "asperities in contact"),
     "contacts_beyond_patch": Variable("1", "contacts larger than their fitted patch"),
     "contacts_overlapping": Variable("1", "contacts that overlap a neighbour's"),
+    "excluded_asperities": Variable("1", "asperities left out", "no peak under this sphere"),
     # statistics
     "pull_off_force": Variable("nN", "pull-off force", "positive magnitude of the largest pull"),
     "pull_off_delta": Variable("nm", "displacement at pull-off", "counted from the datum"),

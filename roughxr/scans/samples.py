@@ -1,0 +1,43 @@
+"""Samples that come with the library."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import xarray as xr
+
+from .. import schema
+
+#: Beside the modules in an installed package, beside the package in a checkout.
+_FOLDERS = (Path(__file__).parents[1] / "datasets", Path(__file__).parents[2] / "datasets")
+
+
+def open_sample(name: str = "glass") -> xr.Dataset:
+    """Return a scan that comes with the library, in memory.
+
+    Parameters
+    ----------
+    name : {"glass"}
+        "glass" is a synthetic twin of the unpublished glass scan of Cheng, Dunn & Brach: made from a seed by
+        `roughxr.synthetic` and fitted to the figures they print. It is no measurement.
+
+    Returns
+    -------
+    Dataset
+        ``height`` (x, y), nm.
+
+    Raises
+    ------
+    ValueError
+        If there is no sample of that name.
+
+    Examples
+    --------
+    >>> scan = open_sample("glass")
+    >>> dict(scan.sizes), scan.attrs["synthetic"]
+    ({'x': 512, 'y': 512}, 'yes')
+    """
+    found = {path.stem: path for folder in _FOLDERS for path in folder.glob("*.nc")}
+    if name not in found:
+        raise ValueError(f"expected a sample of name {', '.join(sorted(found)) or '(none installed)'}, found {name!r}")
+    return schema.validate(xr.load_dataset(found[name], engine="netcdf4").drop_encoding(), "scan")
