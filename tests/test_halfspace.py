@@ -1,0 +1,68 @@
+"""Love's coefficients and the two engines of the product, against quadrature and each other."""
+
+import numpy as np
+import pytest
+from scipy.integrate import dblquad
+
+from roughxr.kernels.halfspace import DENSE_LIMIT, DenseProduct, FourierProduct, product, surface_displacement
+from roughxr.kernels.love import love_coefficients
+
+
+@pytest.mark.parametrize("offset", [(1, 0), (2, 1), (5, 3)])
+def test_love_coefficient_is_boussinesq_over_the_square(offset):
+    i, j = offset
+    expected, _ = dblquad(lambda y, x: 1 / np.hypot(x, y), i - 0.5, i + 0.5, j - 0.5, j + 0.5)
+    assert love_coefficients(8, 8)[i, j] == pytest.approx(expected / np.pi, rel=1e-10)
+
+
+def test_the_loaded_square_sinks_most_and_the_far_field_is_a_point_load():
+    table = love_coefficients(512, 512)
+    assert table[0, 0] == pytest.approx(4 * np.arcsinh(1) / np.pi, rel=1e-14)
+    i, j = 300, 400
+    assert table[i, j] == pytest.approx(1 / (np.pi * 500), rel=1e-6)
+
+
+def printed_coefficients(n):
+    """Eqs. 41–42 of Cheng, Dunn & Brach in their logarithms, with a₁ = m − i + 0.5: another writing of Love."""
+    i, j = np.mgrid[0:n, 0:n].astype(float)
+    a1, b1 = i + 0.5, j + 0.5
+    a2, b2 = a1 - 1, b1 - 1
+
+    def log(x1, x2, y1, y2):
+        return np.log((x1 + np.hypot(y1, x1)) / (x2 + np.hypot(y2, x2)))
+
+    first = a1 * log(b1, b2, a1, a1) - a2 * log(b1, b2, a2, a2)
+    second = b1 * log(a1, a2, b1, b1) - b2 * log(a1, a2, b2, b2)
+    return (first + second) / np.pi
+
+
+def test_coefficients_equal_the_printed_logarithms():
+    np.testing.assert_allclose(love_coefficients(32, 32), printed_coefficients(32), rtol=1e-11)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 9), (7, 3), (40, 25)])
+def test_engines_agree_with_the_plain_sum(shape):
+    rng = np.random.default_rng(1)
+    cells = np.flatnonzero(rng.random(shape).ravel() < 0.6) if np.prod(shape) > 1 else np.array([0])
+    rows, columns = np.divmod(cells, shape[1])
+    rows, columns = rows - rows.min(), columns - columns.min()
+    pressure = np.append(rng.standard_normal(cells.size), 0.0)
+    table = printed_coefficients(max(shape))
+    matrix = table[abs(rows[:, None] - rows), abs(columns[:, None] - columns)]
+    for engine in (DenseProduct, FourierProduct):
+        out = np.zeros(cells.size + 1)
+        engine(rows, columns)(pressure, out)
+        np.testing.assert_allclose(out[:-1], matrix @ pressure[:-1], atol=1e-12 * np.abs(pressure).sum())
+        assert out[-1] == 0
+
+
+def test_the_engine_is_chosen_by_size():
+    few, many = np.zeros(DENSE_LIMIT, int), np.zeros(DENSE_LIMIT + 1, int)
+    assert isinstance(product(few, np.arange(few.size)), DenseProduct)
+    assert isinstance(product(many, np.arange(many.size)), FourierProduct)
+
+
+def test_displacement_scales_with_pixel_and_modulus():
+    pressure = np.random.default_rng(2).random((6, 9))
+    once = surface_displacement(pressure, 1.0, 1.0)
+    np.testing.assert_allclose(surface_displacement(pressure, 3.0, 7.0), once * 3 / 7, rtol=1e-12)

@@ -1,0 +1,224 @@
+"""The active set against Hertz, brute force and the conditions that define a contact."""
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+from roughxr.kernels import kalker
+from roughxr.kernels.halfspace import surface_displacement
+
+from .surfaces import rough, sphere_gap
+from .test_halfspace import printed_coefficients
+
+E = 39.407
+R = 3000.0
+
+
+def hertz(delta):
+    return 4 / 3 * E * np.sqrt(R) * delta**1.5
+
+
+def independent_gap(solution, separation, delta, dx):
+    """Return the gap by a plain sum over the printed coefficients: none of the solver's own operators."""
+    n, m = separation.shape
+    table = printed_coefficients(max(n, m)) * dx / E
+    i, j = np.nonzero(solution.pressure)
+    gap = separation - delta
+    for k, l, p in zip(i, j, solution.pressure[i, j]):
+        gap = gap + p * table[abs(np.arange(n) - k)[:, None], abs(np.arange(m) - l)[None, :]]
+    return gap
+
+
+def assert_contact(solution, separation, delta, dx):
+    gap = independent_gap(solution, separation, delta, dx)
+    touching = solution.pressure > 0
+    assert solution.converged
+    assert solution.pressure.min() >= 0
+    assert np.abs(gap[touching]).max(initial=0) <= 1e-6 * delta
+    assert gap.min() >= -1e-6 * delta
+    assert solution.force == pytest.approx(solution.pressure.sum() * dx**2, rel=1e-12)
+    assert solution.area == pytest.approx(touching.sum() * dx**2, rel=1e-12)
+
+
+def brute_force(separation, delta, dx):
+    """Return the pressures by non-negative least squares on the Cholesky factor: exact, dense, another method."""
+    i, j = np.indices(separation.shape).reshape(2, -1)
+    table = printed_coefficients(max(separation.shape)) * dx / E
+    factor = np.linalg.cholesky(table[abs(i[:, None] - i), abs(j[:, None] - j)])
+    target = np.linalg.solve(factor, delta - separation.ravel())
+    return nnls(factor.T, target)[0].reshape(separation.shape)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("delta", [2.0, 8.0, 40.0])
+def test_equals_brute_force_on_small_grids(seed, delta):
+    z = rough(12, seed=seed, smooth=1.0)
+    separation = z.max() - z + sphere_gap(12, 9.77)
+    solution = kalker.solve(separation, delta, 9.77, E, tolerance=1e-11)
+    expected = brute_force(separation, delta, 9.77)
+    np.testing.assert_allclose(solution.pressure, expected, atol=1e-8 * expected.max(initial=1e-300))
+
+
+@pytest.mark.parametrize("delta", [5.0, 5.08, 10.0, 15.0])
+def test_smooth_sphere_is_hertz_within_a_thousandth_at_the_papers_pixel(delta):
+    solution = kalker.solve(sphere_gap(65, 9.77), delta, 9.77, E)
+    assert solution.force == pytest.approx(hertz(delta), rel=1e-3)
+
+
+def test_error_falls_with_the_pixel():
+    """At least 3.5-fold per halving on average, over three halvings, for several places on the grid."""
+    errors = []
+    for halving in range(4):
+        n, dx = 32 * 2**halving, 640.0 / (32 * 2**halving)
+        forces = [kalker.solve(sphere_gap(n, dx), d, dx, E, tolerance=1e-9).force / hertz(d) - 1 for d in (9, 11, 13, 15)]
+        errors.append(np.abs(forces).mean())
+    assert (errors[0] / errors[3]) ** (1 / 3) >= 3.5
+
+
+def test_elliptic_hertz():
+    from roughxr.kernels.ellipse import hertz as elliptic
+
+    A, B, dx, n, delta = 1 / 6000, 5 / 6000, 5.0, 140, 12.0
+    x = (np.arange(n) - (n - 1) / 2) * dx
+    separation = A * x[:, None] ** 2 + B * x[None, :] ** 2
+    solution = kalker.solve(separation, delta, dx, E)
+    expected = elliptic(delta, A, B, E)
+    assert solution.force == pytest.approx(expected.P, rel=5e-3)
+    assert solution.area == pytest.approx(expected.area, rel=2e-2)  # the rim is a staircase of cells
+
+
+@pytest.mark.parametrize("delta", [1.0, 4.0, 12.0, 25.0])
+@pytest.mark.parametrize("smooth", [0.7, 2.0, 5.0])
+def test_conditions_hold_on_rough_windows(delta, smooth):
+    z = rough(48, seed=3, smooth=smooth)
+    separation = z.max() - z + sphere_gap(48, 9.77)
+    for warm in (False, True):
+        start = kalker.solve(separation, 0.8 * delta, 9.77, E).pressure if warm else None
+        assert_contact(kalker.solve(separation, delta, 9.77, E, start=start), separation, delta, 9.77)
+
+
+def test_a_sweep_equals_cold_solves():
+    z = rough(48, seed=5)
+    separation = z.max() - z + sphere_gap(48, 9.77)
+    deltas = [0.5, 1, 2, 4, 8, 12, 12.5, 20]
+    for delta, warm in zip(deltas, kalker.sweep(separation, deltas, 9.77, E, tolerance=1e-8)):
+        cold = kalker.solve(separation, delta, 9.77, E, tolerance=1e-8)
+        assert warm.force == pytest.approx(cold.force, rel=1e-7)
+
+
+def test_the_force_meets_its_tolerance_near_first_touch_too():
+    z = rough(48, seed=7)
+    separation = z.max() - z + sphere_gap(48, 9.77)
+    touch = separation.min()
+    for depth in (1e-9, 1e-3, 0.1, 0.5, 2.0, 10.0):
+        loose = kalker.solve(separation, touch + depth, 9.77, E, tolerance=1e-6).force
+        tight = kalker.solve(separation, touch + depth, 9.77, E, tolerance=1e-11).force
+        assert loose == pytest.approx(tight, rel=1e-6)
+
+
+@pytest.mark.parametrize("load", [1e-3, 1.0, 1e3, 32950.0, 2e5])
+def test_load_control_finds_the_displacement(load):
+    z = rough(65, seed=8, rms=1.0)
+    separation = z.max() - z + sphere_gap(65, 9.77)
+    ((delta, solution),) = kalker.loaded(separation, [load], 9.77, E)
+    assert solution.converged
+    assert solution.force == pytest.approx(load, rel=1e-6)
+    assert kalker.solve(separation, delta, 9.77, E, tolerance=1e-9).force == pytest.approx(load, rel=2e-6)
+
+
+def test_scaling_laws():
+    z = rough(32, seed=9)
+    separation = z.max() - z + sphere_gap(32, 9.77)
+    force = kalker.solve(separation, 10.0, 9.77, E, tolerance=1e-9).force
+    assert kalker.solve(separation, 10.0, 9.77, 3 * E, tolerance=1e-9).force == pytest.approx(3 * force, rel=1e-8)
+    assert kalker.solve(2 * separation, 20.0, 2 * 9.77, E, tolerance=1e-9).force == pytest.approx(4 * force, rel=1e-8)
+    assert kalker.solve(5 * separation, 50.0, 9.77, E, tolerance=1e-9).force == pytest.approx(5 * force, rel=1e-8)
+
+
+# ---------------------------------------------------------------- degenerate cases
+
+
+def one_cell_force(delta, dx):
+    return delta * E / (printed_coefficients(1)[0, 0] * dx) * dx**2
+
+
+def test_one_cell():
+    separation = np.full((9, 9), 50.0)
+    separation[4, 4] = 0.0
+    solution = kalker.solve(separation, 3.0, 9.77, E)
+    assert solution.converged and np.count_nonzero(solution.pressure) == 1
+    assert solution.force == pytest.approx(one_cell_force(3.0, 9.77), rel=1e-12)
+
+
+@pytest.mark.parametrize("apart", [1, 3])
+def test_two_equal_cells(apart):
+    separation = np.full((9, 9), 50.0)
+    separation[4, 2] = separation[4, 2 + apart] = 0.0
+    table = printed_coefficients(4) * 9.77 / E
+    expected = 2 * 3.0 / (table[0, 0] + table[0, apart]) * 9.77**2
+    assert kalker.solve(separation, 3.0, 9.77, E).force == pytest.approx(expected, rel=1e-6)
+
+
+def test_no_contact_is_no_force():
+    separation = 1.0 + sphere_gap(16, 9.77)
+    for delta in (-5.0, 0.0, 1.0 - 1e-12, float(separation.min())):
+        solution = kalker.solve(separation, delta, 9.77, E)
+        assert solution.converged and solution.force == 0 and solution.area == 0
+
+
+def test_just_past_first_touch():
+    separation = sphere_gap(17, 9.77)
+    solution = kalker.solve(separation, 1e-12, 9.77, E)
+    assert solution.converged
+    assert solution.force == pytest.approx(one_cell_force(1e-12, 9.77), rel=1e-6)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 12), (20, 20), (30, 7)])
+def test_a_flat_punch_touches_everywhere(shape):
+    separation = np.zeros(shape)
+    solution = kalker.solve(separation, 2.0, 9.77, E, tolerance=1e-9)
+    assert solution.converged and (solution.pressure > 0).all()
+    np.testing.assert_allclose(surface_displacement(solution.pressure, 9.77, E), 2.0, rtol=1e-8)
+
+
+def test_plateaus_and_checkerboards():
+    plateau = np.where(np.hypot(*np.mgrid[-10:11, -10:11]) < 6, 0.0, 5.0)
+    checkerboard = np.indices((20, 20)).sum(0) % 2 * 4.0
+    for separation in (plateau, checkerboard):
+        for delta in (1.0, 6.0, 30.0):
+            assert_contact(kalker.solve(separation, delta, 9.77, E), separation, delta, 9.77)
+
+
+def test_cells_out_of_reach_are_left_alone():
+    separation = sphere_gap(33, 9.77)
+    holes = separation.copy()
+    holes[separation > 8.0] = np.inf
+    whole, cut = (kalker.solve(s, 6.0, 9.77, E).force for s in (separation, holes))
+    assert cut == whole
+
+
+def test_an_exhausted_solve_says_so():
+    solution = kalker.solve(sphere_gap(65, 9.77), 15.0, 9.77, E, max_iterations=3)
+    assert not solution.converged
+    assert kalker.REASONS[solution.status].startswith("iteration limit")
+    assert solution.residual > 1e-6
+    assert solution.pressure.min() >= 0
+
+
+def test_cells_exchanged_one_at_a_time_reach_the_same_contact(monkeypatch):
+    """The safeguard against rounds without progress: entered at once here, it must come to the same end."""
+    z = rough(16, seed=4, smooth=1.0)
+    separation = z.max() - z + sphere_gap(16, 9.77)
+    together = kalker.solve(separation, 10.0, 9.77, E, tolerance=1e-9)
+    monkeypatch.setattr(kalker, "_PATIENCE", 0)
+    singly = kalker.solve(separation, 10.0, 9.77, E, tolerance=1e-9)
+    assert singly.converged
+    assert singly.force == pytest.approx(together.force, rel=1e-8)
+
+
+def test_the_preconditioner_is_the_inverse_of_the_coefficients():
+    from roughxr.kernels.love import love_coefficients
+
+    index = np.minimum(np.arange(128), 128 - np.arange(128))
+    inverse = np.fft.ifft2(1 / np.fft.fft2(love_coefficients(65, 65)[np.ix_(index, index)])).real
+    np.testing.assert_allclose(kalker._STENCIL, (inverse[0, 0], inverse[0, 1], inverse[1, 1]), atol=1e-4)
