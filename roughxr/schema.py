@@ -39,6 +39,27 @@ VARIABLES: dict[str, Variable] = {
     "indenter_height": Variable("nm", "indenter height", "points out of the indenter; its maximum touches first"),
     "indenter_x": Variable("nm", "x from the contact centre"),
     "indenter_y": Variable("nm", "y from the contact centre"),
+    # roughness: the paper's two about height 0, those of ISO 25178-2 about the mean plane
+    "r_a_datum": Variable("nm", "mean height R_a about the datum", "mean |Z|, the mean taken as 0"),
+    "r_q_datum": Variable("nm", "rms height R_q about the datum", "root of mean Z^2, the mean taken as 0"),
+    "s_a": Variable("nm", "arithmetical mean height S_a"),
+    "s_q": Variable("nm", "root mean square height S_q"),
+    "s_p": Variable("nm", "maximum peak height S_p"),
+    "s_v": Variable("nm", "maximum pit depth S_v", "positive"),
+    "s_z": Variable("nm", "maximum height S_z", "S_p + S_v"),
+    "s_sk": Variable("1", "skewness S_sk"),
+    "s_ku": Variable("1", "kurtosis S_ku", "3 for Gaussian heights"),
+    "s_dq": Variable("1", "root mean square slope S_dq"),
+    "s_dr": Variable("1", "developed interfacial area ratio S_dr"),
+    "psd": Variable("nm4", "power spectrum", "ring mean of |dx dy FFT(h)|^2/A; sum(psd modes)/A = mean h^2"),
+    "psd_modes": Variable("1", "modes in the ring"),
+    "wavevector": Variable("nm-1", "wavevector", "2 pi over wavelength"),
+    "acf": Variable("nm2", "autocorrelation", "mean h(r) h(r + lag) over pixels with a partner"),
+    "lag": Variable("nm", "lag"),
+    "pixel_x": Variable("nm", "pixel size along x"),
+    "pixel_y": Variable("nm", "pixel size along y"),
+    "size_x": Variable("nm", "scan size along x", "pixels times pixel size"),
+    "size_y": Variable("nm", "scan size along y", "pixels times pixel size"),
     # asperities
     "asperity": Variable("1", "asperity"),
     "curvature_min": Variable("nm-1", "smaller principal curvature", "1/R', positive for a peak"),
@@ -179,9 +200,10 @@ def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
     for axis in ("x", "y"):
         if axis not in ds.coords:
             raise ValueError(f"{axis}: expected a coordinate of pixel centres in nm, found none; assign one")
-        out[axis] = converted(ds[axis], "nm", axis)
+        out[axis] = converted(ds[axis], "nm", axis).variable
         spacing(out[axis])
-    out["height"] = converted(ds["height"], "nm", "height").transpose("x", "y")
+    # as a bare variable: with its axes still in other units, xarray would align it to nothing
+    out["height"] = converted(ds["height"], "nm", "height").transpose("x", "y").variable
     return out
 
 

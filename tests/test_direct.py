@@ -1,0 +1,238 @@
+"""Direct simulation with labels: units, windows, edges, schedulers, laziness, and errors at the door."""
+
+import dask
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from roughxr.direct import direct
+from roughxr.kernels import kalker
+from roughxr.materials import assign_pair
+
+from .surfaces import glass_pair, rough, scan
+
+E = 39.407
+
+
+@pytest.fixture(scope="module")
+def surface():
+    return glass_pair(scan(rough(96, rms=1.5, seed=11)))
+
+
+def hertz(delta):
+    return 4 / 3 * E * np.sqrt(3000) * np.asarray(delta) ** 1.5
+
+
+@pytest.mark.parametrize("profile", ["sphere", "parabola"])
+def test_smooth_sphere_is_hertz(profile):
+    deltas = [5, 5.08, 10, 15]
+    found = direct(glass_pair(scan(np.zeros((81, 81)))), delta=deltas, profile=profile)
+    np.testing.assert_allclose(found.force[0], hertz(deltas), rtol=1e-3)
+    assert found.converged.all() and not found.truncated.any()
+
+
+def test_the_exact_sphere_is_softer_than_its_paraboloid():
+    """By some 5e-4 at 15 nm, as the sphere's height exceeds the paraboloid's by a part r²/4R²."""
+    flat = glass_pair(scan(np.zeros((81, 81))))
+    sphere, parabola = (direct(flat, delta=[15], profile=p).force.item() for p in ("sphere", "parabola"))
+    assert 1 - sphere / parabola == pytest.approx(5e-4, abs=1e-4)
+
+
+def test_result_is_labelled(surface):
+    found = direct(surface, delta=[5, 8], subregions=(2, 3), fields=True)
+    assert dict(found.sizes) == {"subregion": 6, "delta": 2, "x": found.sizes["x"], "y": found.sizes["y"]}
+    assert found.pressure.dims == ("subregion", "delta", "x", "y")
+    for name in ("force", "contact_area", "pressure", "displacement", "gap", "delta", "subregion_x"):
+        assert found[name].attrs["units"] and found[name].attrs["long_name"]
+    assert {"sphere_radius", "contact_modulus", "work_of_adhesion"} <= set(found.coords)
+    assert found.attrs["datum"] == "highest_peak"
+    assert '"operation": "direct"' in found.attrs["history"]
+
+
+def test_fields_add_up_and_meet_the_conditions(surface):
+    found = direct(surface, delta=[6, 12], subregions=(2, 2), fields=True).stack(case=("subregion", "delta"))
+    pixel = 9.77
+    np.testing.assert_allclose(found.pressure.sum(("x", "y")) * pixel**2, found.force, rtol=1e-9)
+    touching = found.pressure > 0
+    assert float(np.abs(found.gap.where(touching)).max()) <= 1e-6 * 12
+    assert float(found.gap.min()) >= -1e-6 * 12
+
+
+def test_the_window_holds_the_overlap_beyond_the_tile(surface):
+    """A tile is 120 nm wide, the overlap 600: the tile only places the centre."""
+    tiled = direct(surface, delta=[15], subregions=(8, 8)).isel(subregion=27)
+    centre = [float(tiled.subregion_x)], [float(tiled.subregion_y)]
+    x, y = np.meshgrid(surface.x - centre[0][0], surface.y - centre[1][0], indexing="ij")
+    r2 = x**2 + y**2
+    separation = surface.height.values.max() - surface.height.values + r2 / (3000 + np.sqrt(3000**2 - r2))
+    whole = kalker.solve(separation, 15.0, 9.77, float(surface.contact_modulus))
+    assert tiled.force.item() == pytest.approx(whole.force, rel=2e-6)
+    assert direct(surface, delta=[15], subregions=centre).force.item() == pytest.approx(whole.force, rel=2e-6)
+
+
+def test_contact_at_the_scans_edge_is_marked():
+    flat = glass_pair(scan(np.zeros((96, 96))))
+    middle, corner = direct(flat, delta=[5], subregions=([0.0, -460.0], [0.0, -460.0])).isel(delta=0)[
+        ["truncated", "force"]
+    ].to_array().T.values
+    assert not middle[0] and corner[0]
+    assert corner[1] < middle[1]
+
+
+def test_nothing_touched_is_zero_force_not_missing(surface):
+    found = direct(surface, delta=[-3, 0.0])
+    assert (found.force == 0).all() and (found.contact_area == 0).all() and found.converged.all()
+
+
+def test_first_contact_datum_counts_from_the_first_touch(surface):
+    found = direct(surface, delta=[1e-9, 4.0], subregions=(3, 3), datum="first_contact")
+    assert (found.force > 0).all()
+    assert (found.force.sel(delta=1e-9) < 1e-3).all()
+    assert found.attrs["datum"] == "first_contact"
+
+
+def test_load_control_is_the_inverse_of_displacement_control(surface):
+    loads = [100.0, 5000.0]
+    by_load = direct(surface, load=loads, subregions=(2, 2), fields=True)
+    assert by_load.force.dims == ("subregion", "load")
+    np.testing.assert_allclose(by_load.force, np.broadcast_to(loads, (4, 2)), rtol=1e-6)
+    for k in range(4):
+        back = direct(surface, delta=by_load.delta[k].values, subregions=(2, 2)).isel(subregion=k)
+        np.testing.assert_allclose(back.force, loads, rtol=1e-5)
+
+
+def test_any_indenter_works_as_well_as_the_sphere(surface):
+    """A sphere given as a height map presses as the sphere does."""
+    axis = np.arange(-60, 61) * 9.77 / 2
+    r2 = axis[:, None] ** 2 + axis**2
+    ball = xr.DataArray(7 - r2 / (3000 + np.sqrt(3000**2 - r2)), coords={"x": axis, "y": axis}, dims=("x", "y"))
+    mapped = assign_pair(surface, indenter=ball, young_modulus=75, poisson_ratio=0.22)
+    expected, found = (direct(ds, delta=[5, 10], subregions=(2, 2)) for ds in (surface, mapped))
+    np.testing.assert_allclose(found.force, expected.force, rtol=1e-6)
+    assert direct(mapped, load=[1000.0]).converged.all()
+
+
+def test_an_indenter_with_a_flat_end():
+    axis = np.arange(-20, 21) * 9.77
+    punch = xr.DataArray(np.zeros((41, 41)), coords={"x": axis, "y": axis}, dims=("x", "y"))
+    mapped = assign_pair(scan(np.zeros((61, 61))), indenter=punch, young_modulus=75, poisson_ratio=0.22)
+    found = direct(mapped, delta=[1.0])
+    assert found.converged.all()
+    assert found.contact_area.item() == pytest.approx((41 * 9.77) ** 2)
+
+
+# ---------------------------------------------------------------- dask
+
+
+SCHEDULERS = ["synchronous", "threads", "processes"]
+
+
+@pytest.mark.parametrize("scheduler", SCHEDULERS)
+def test_every_scheduler_gives_the_same(surface, scheduler):
+    expected = direct(surface, delta=[4, 9], subregions=(2, 2))
+    with dask.config.set(scheduler=scheduler):
+        xr.testing.assert_identical(direct(surface, delta=[4, 9], subregions=(2, 2)), expected)
+        lazy = direct(surface.chunk(x=50, y=33), delta=[4, 9], subregions=(2, 2))
+        xr.testing.assert_equal(lazy.compute(), expected)
+
+
+def test_the_distributed_scheduler_gives_the_same(surface):
+    distributed = pytest.importorskip("distributed", reason="the distributed extra is not installed")
+    expected = direct(surface, delta=[4, 9], subregions=(2, 2))
+    with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None):
+        xr.testing.assert_equal(direct(surface, delta=[4, 9], subregions=(2, 2)), expected)
+        lazy = direct(surface.chunk(x=50), delta=[4, 9], subregions=(2, 2))
+        xr.testing.assert_equal(lazy.compute(), expected)
+
+
+@settings(max_examples=10, deadline=None)
+@given(x=st.integers(1, 96), y=st.integers(1, 96))
+def test_chunking_does_not_matter(surface, x, y):
+    with dask.config.set(scheduler="synchronous"):
+        expected = direct(surface, delta=[4, 9], subregions=(2, 1))
+        xr.testing.assert_equal(direct(surface.chunk(x=x, y=y), delta=[4, 9], subregions=(2, 1)).compute(), expected)
+
+
+def refuse(dsk, keys, **kwargs):
+    raise AssertionError("computed before it was asked to")
+
+
+@pytest.mark.parametrize("options", [{"delta": [4.0]}, {"load": [100.0]}, {"delta": [4.0], "datum": "first_contact"}])
+def test_lazy_until_asked(surface, options):
+    with dask.config.set(scheduler=refuse):
+        found = direct(surface.chunk(x=32), subregions=(2, 2), **options)
+    assert found.force.chunks is not None
+    with dask.config.set(scheduler="synchronous"):
+        expected = direct(surface, subregions=(2, 2), **options)
+        np.testing.assert_allclose(found.force.compute(), expected.force, rtol=2e-6)
+
+
+# ---------------------------------------------------------------- the door
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"delta": []}, "at least one value"),
+        ({"delta": [1.0, np.nan]}, "finite"),
+        ({"delta": [2.0, 1.0]}, "ascending"),
+        ({"delta": [1.0, 1.0]}, "ascending"),
+        ({"delta": "3 GPa"}, "nm"),
+        ({}, "either delta or load"),
+        ({"delta": [1], "load": [1]}, "found both"),
+        ({"load": [-5.0]}, "positive"),
+        ({"delta": [1], "datum": "lowest"}, "'highest_peak'"),
+        ({"delta": [1], "profile": "cone"}, "'sphere'"),
+        ({"delta": [1], "subregions": (0, 2)}, "from 1 to 96"),
+        ({"delta": [1], "subregions": (97, 2)}, "from 1 to 96"),
+        ({"delta": [1], "subregions": 8}, "(8, 8)"),
+        ({"delta": [1], "subregions": ([1e6], [0.0])}, "outside"),
+        ({"delta": [1], "tolerance": 0}, "tolerance"),
+    ],
+)
+def test_bad_options_are_refused_in_words(surface, options, says):
+    with pytest.raises(ValueError, match=says.replace("(", r"\(").replace(")", r"\)")):
+        direct(surface, **options)
+
+
+def test_bad_scans_are_refused_in_words(surface):
+    with pytest.raises(ValueError, match="assign the pair"):
+        direct(scan(np.zeros((8, 8))), delta=[1])
+    with pytest.raises(ValueError, match="1 missing pixels of 9216"):
+        direct(surface.assign(height=surface.height.where((surface.x > -460) | (surface.y > -460))), delta=[1])
+    with pytest.raises(ValueError, match="square pixels"):
+        direct(surface.assign_coords(y=("y", surface.y.values * 2, {"units": "nm"})), delta=[1])
+    with pytest.raises(ValueError, match="uniform"):
+        direct(surface.assign_coords(x=("x", surface.x.values**3, {"units": "nm"})), delta=[1])
+    with pytest.raises(ValueError, match="at least two pixels"):
+        direct(surface.isel(x=[0]), delta=[1])
+    with pytest.raises(ValueError, match="units"):
+        bare = surface.copy()
+        bare["height"].attrs.clear()
+        direct(bare, delta=[1])
+    with pytest.raises(ValueError, match="convert"):
+        direct(surface.assign(height=surface.height.assign_attrs(units="V")), delta=[1])
+    with pytest.raises(ValueError, match="variable 'height'"):
+        direct(surface.rename(height="z"), delta=[1])
+    with pytest.raises(TypeError, match=r"xarray\.Dataset"):
+        direct(surface.height, delta=[1])
+
+
+def test_missing_pixels_of_a_lazy_scan_are_refused_when_computed(surface):
+    holes = surface.assign(height=surface.height.where(surface.x != surface.x[48])).chunk(x=32)
+    with pytest.raises(ValueError, match="missing pixels"):
+        direct(holes, delta=[5]).compute(scheduler="synchronous")
+
+
+def test_other_units_are_converted(surface):
+    micro = surface.assign(height=(surface.height / 1e3).assign_attrs(units="um"))
+    micro = micro.assign_coords({a: (surface[a] / 1e3).assign_attrs(units="um") for a in "xy"})
+    expected = direct(surface, delta=[5]).force
+    np.testing.assert_allclose(direct(micro, delta=xr.DataArray([0.005], attrs={"units": "um"})).force, expected, rtol=1e-9)
+
+
+def test_an_exhausted_solve_is_data(surface):
+    found = direct(surface, delta=[10.0], max_iterations=3)
+    assert not found.converged.any()
