@@ -62,6 +62,14 @@ def product(rows, columns):
     return (DenseProduct if rows.size <= DENSE_LIMIT else FourierProduct)(rows, columns)
 
 
+def surface_displacement(pressure, dx, contact_modulus):
+    """Return the displacement (nm) of a whole window under pressures (GPa) on its dx × dx cells."""
+    rows, columns = np.divmod(np.arange(pressure.size), pressure.shape[1])
+    out = np.empty(pressure.size)
+    FourierProduct(rows, columns)(pressure.ravel(), out)
+    return out.reshape(pressure.shape) * (dx / contact_modulus)
+
+
 def _transfer(padded):
     """Return the transformed coefficients; many small ones are kept, few large ones (16 MB at 2048²)."""
     return (_small_transfer if padded[0] * padded[1] <= 256**2 else _large_transfer)(padded)

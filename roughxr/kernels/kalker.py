@@ -48,10 +48,9 @@ _PATIENCE = 10
 
 
 class Solution(NamedTuple):
-    """One contact: fields on the window (dx × dx cells), integrals and how the solve ended."""
+    """One contact: pressures on the window (dx × dx cells), integrals and how the solve ended."""
 
     pressure: np.ndarray  #: GPa, >= 0
-    displacement: np.ndarray  #: nm; of the overlapping cells, NaN elsewhere
     force: float  #: nN
     area: float  #: nm²
     status: int
@@ -114,7 +113,10 @@ def solve(separation, delta, dx, contact_modulus, *, tolerance=1e-6, start=None,
         contact[:count] = pressure[:count] > 0
     goal = 0.5 * tolerance * overlap.largest
     status, iterations, worst = _active_set(overlap, pressure, gap, contact, goal, max_iterations)
-    return _solution(separation.shape, overlap, pressure, gap, dx, scale, (status, iterations, worst))
+    field = np.zeros(separation.shape)
+    field.ravel()[overlap.cells] = pressure[:-1] * scale
+    area = np.count_nonzero(pressure) * dx * dx
+    return Solution(field, float(field.sum()) * dx * dx, area, status, iterations, worst)
 
 
 def sweep(separation, deltas, dx, contact_modulus, *, tolerance=1e-6, max_iterations=5000):
@@ -205,7 +207,7 @@ def _overlapping(separation, delta):
 
 
 def _untouched(shape):
-    return Solution(np.zeros(shape), np.full(shape, np.nan), 0.0, 0.0, CONVERGED, 0, 0.0)
+    return Solution(np.zeros(shape), 0.0, 0.0, CONVERGED, 0, 0.0)
 
 
 def _active_set(overlap, pressure, gap, contact, goal, max_iterations):
@@ -235,15 +237,6 @@ def _active_set(overlap, pressure, gap, contact, goal, max_iterations):
             gap += image
         if iterations >= max_iterations:
             return ITERATION_LIMIT, iterations, _violation(gap, contact)[0] / overlap.largest
-
-
-def _solution(shape, overlap, pressure, gap, dx, scale, outcome):
-    """Put compact results back into the window and into units."""
-    fields = np.zeros(shape), np.full(shape, np.nan)
-    fields[0].ravel()[overlap.cells] = pressure[:-1] * scale
-    fields[1].ravel()[overlap.cells] = gap[:-1] + overlap.depth
-    force = float(pressure.sum()) * scale * dx * dx
-    return Solution(*fields, force, np.count_nonzero(pressure) * dx * dx, *outcome)
 
 
 @kernel
