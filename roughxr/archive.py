@@ -49,7 +49,9 @@ def save(groups: Mapping[str, xr.Dataset], path: str | os.PathLike, *, title: st
     """
     path = Path(path)
     root = xr.Dataset(attrs={"Conventions": "CF-1.11", "title": title, "source": f"roughxr {__version__}"})
-    tree = xr.DataTree.from_dict({"/": root, **{name: _storable(ds, name).compute() for name, ds in groups.items()}})
+    tree = xr.DataTree.from_dict(
+        {"/": root, **{name: _storable(ds, name).compute() for name, ds in groups.items()}}
+    )
     encoding = {
         node.path: {str(name): _COMPRESSED for name, variable in node.data_vars.items() if variable.ndim}
         for node in tree.subtree
@@ -84,5 +86,7 @@ def _storable(ds: xr.Dataset, group: str) -> xr.Dataset:
     for owner in (out, *out.variables.values()):
         for key, value in owner.attrs.items():
             if value is None or isinstance(value, (dict, bool)):
-                raise ValueError(f"{group}: expected attributes of text, numbers or arrays, found {key}={value!r}")
+                raise ValueError(
+                    f"{group}: expected attributes of text, numbers or arrays, found {key}={value!r}"
+                )
     return out

@@ -15,7 +15,16 @@ from .kernels.paraboloid import fit_paraboloids
 from .kernels.peaks import find_peaks
 
 #: Variables of a catalogue that the fit gives by these very names.
-_FITTED = ("height", "curvature_min", "curvature_max", "orientation", "fit_rms", "saddle", "edge", "vertex_fixed")
+_FITTED = (
+    "height",
+    "curvature_min",
+    "curvature_max",
+    "orientation",
+    "fit_rms",
+    "saddle",
+    "edge",
+    "vertex_fixed",
+)
 
 
 def asperities(ds: xr.Dataset, *, patch: int = 5, vertex: str = "fitted") -> xr.Dataset:

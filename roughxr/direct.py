@@ -180,11 +180,15 @@ def _reach(ds: xr.Dataset, options: _Options, lazy_fields: bool) -> float:
             )
         if parallel.is_lazy(ds) or options.indenter:
             return whole
-        largest = np.ptp(ds["height"].values) + (_hertz_depth(largest, options) if options.by_load else largest)
+        largest = np.ptp(ds["height"].values) + (
+            _hertz_depth(largest, options) if options.by_load else largest
+        )
     if options.indenter:
         x, y, height = options.indenter
         near = np.argwhere(height.max() - height < largest)
-        return float(max(np.abs(x[near[:, 0]]).max(), np.abs(y[near[:, 1]]).max())) if near.size else options.dx
+        return (
+            float(max(np.abs(x[near[:, 0]]).max(), np.abs(y[near[:, 1]]).max())) if near.size else options.dx
+        )
     return min(np.sqrt(2 * options.radius * max(largest, 0.0)), whole)
 
 
@@ -198,7 +202,12 @@ def _packed(ds: xr.Dataset, windows: list[regions.Window], options: _Options):
     datum = height.max()
     last = height.shape[0], height.shape[1]
     arguments = [
-        (height[w.rows, w.columns], datum, w, (w.rows.start == 0, w.rows.stop == last[0], w.columns.start == 0, w.columns.stop == last[1]))
+        (
+            height[w.rows, w.columns],
+            datum,
+            w,
+            (w.rows.start == 0, w.rows.stop == last[0], w.columns.start == 0, w.columns.stop == last[1]),
+        )
         for w in windows
     ]
     cells = 0 if options.field_shape is None else len(_FIELDS) * int(np.prod(options.field_shape))
@@ -277,7 +286,9 @@ def _labelled(packed, ds, positions, windows, options) -> xr.Dataset:
         out[name] = out[name].astype(bool)
     out["iterations"] = out["iterations"].astype(int)
     if options.field_shape is not None:
-        out = out.assign(_field_variables(packed, along, options)).assign_coords(_field_axes(windows, options))
+        out = out.assign(_field_variables(packed, along, options)).assign_coords(
+            _field_axes(windows, options)
+        )
     out.attrs = {"datum": "first_contact" if options.first_contact else "highest_peak", "method": "direct"}
     return schema.label(out)
 

@@ -51,7 +51,11 @@ def contact_modulus(young_modulus: Any, poisson_ratio: Any) -> float:
 
 
 def gilman_surface_energy(
-    young_modulus: Any, *, poisson_ratio: float | None = None, plane_spacing: Any = 0.2, atomic_radius: Any = 0.13
+    young_modulus: Any,
+    *,
+    poisson_ratio: float | None = None,
+    plane_spacing: Any = 0.2,
+    atomic_radius: Any = 0.13,
 ) -> float:
     """Return Gilman's estimate of the surface energy from the stiffness, γ = (E/y₀)(a₀/π)².
 

@@ -24,7 +24,9 @@ def is_lazy(ds: xr.Dataset) -> bool:
     return bool(ds.chunks)
 
 
-def spread(task: Callable[..., np.ndarray], arguments: Sequence[tuple], shape: tuple[int, ...], *shared: Any) -> da.Array:
+def spread(
+    task: Callable[..., np.ndarray], arguments: Sequence[tuple], shape: tuple[int, ...], *shared: Any
+) -> da.Array:
     """Return the lazy stack of ``task(*arguments[k], *shared)``, each of the given shape.
 
     Parameters
@@ -92,7 +94,10 @@ def compute(ds: xr.Dataset, *, progress: bool = True) -> xr.Dataset:
 
 def _client() -> Any:
     """Return the active distributed client, or None; never imports distributed by itself."""
-    if "distributed" not in sys.modules or dask.config.get("scheduler", None) not in (None, "dask.distributed"):
+    if "distributed" not in sys.modules or dask.config.get("scheduler", None) not in (
+        None,
+        "dask.distributed",
+    ):
         return None
     try:
         return sys.modules["distributed"].get_client()

@@ -56,9 +56,14 @@ def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None, *, reach: A
     columns = ("x", "y", "height", "curvature_min", "curvature_max", "orientation")
     rows = asperity_rows(*(catalogue[name].values for name in columns), reach=limit)
     if len(rows) == 0:
-        raise ValueError(f"expected at least one asperity with curvature_min > 0, found none of {catalogue.sizes['asperity']}")
+        raise ValueError(
+            f"expected at least one asperity with curvature_min > 0, found none of {catalogue.sizes['asperity']}"
+        )
     envelope = upper_envelope(ds["x"].values.astype(float), ds["y"].values.astype(float), rows)
     residual = envelope - ds["height"].values
     out = ds.assign(height=(("x", "y"), envelope))
-    out.attrs |= {"residual_rms": float(np.sqrt(np.nanmean(residual**2))), "residual_mean": float(np.nanmean(residual))}
+    out.attrs |= {
+        "residual_rms": float(np.sqrt(np.nanmean(residual**2))),
+        "residual_mean": float(np.nanmean(residual)),
+    }
     return schema.record(schema.label(out), "reconstruct", ds, reach=reach)

@@ -36,7 +36,9 @@ VARIABLES: dict[str, Variable] = {
     "sphere_radius": Variable("nm", "sphere radius"),
     "contact_modulus": Variable("GPa", "contact modulus E*", "1/E* = (1-nu1^2)/E1 + (1-nu2^2)/E2"),
     "work_of_adhesion": Variable("J m-2", "work of adhesion w", "w = 2 gamma for equal bodies"),
-    "indenter_height": Variable("nm", "indenter height", "points out of the indenter; its maximum touches first"),
+    "indenter_height": Variable(
+        "nm", "indenter height", "points out of the indenter; its maximum touches first"
+    ),
     "indenter_x": Variable("nm", "x from the contact centre"),
     "indenter_y": Variable("nm", "y from the contact centre"),
     # roughness: the paper's two about height 0, those of ISO 25178-2 about the mean plane
@@ -64,7 +66,9 @@ VARIABLES: dict[str, Variable] = {
     "asperity": Variable("1", "asperity"),
     "curvature_min": Variable("nm-1", "smaller principal curvature", "1/R', positive for a peak"),
     "curvature_max": Variable("nm-1", "larger principal curvature", "1/R'', positive for a peak"),
-    "orientation": Variable("rad", "orientation of the flattest direction", "from x towards y, in [-pi/2, pi/2)"),
+    "orientation": Variable(
+        "rad", "orientation of the flattest direction", "from x towards y, in [-pi/2, pi/2)"
+    ),
     "axis_ratio": Variable("1", "axis ratio b/a of the Hertz contact ellipse"),
     "fit_rms": Variable("nm", "rms residual of the paraboloid fit"),
     "datum_height": Variable("nm", "height of the datum", "the highest point of the whole scan"),
@@ -284,9 +288,13 @@ def ascending(values: Any, units: str, name: str) -> np.ndarray:
     """
     array = np.atleast_1d(np.asarray(magnitude(values, units, name), dtype=float))
     if array.ndim != 1 or array.size == 0:
-        raise ValueError(f"{name}: expected at least one value in {units} along one dimension, found shape {array.shape}")
+        raise ValueError(
+            f"{name}: expected at least one value in {units} along one dimension, found shape {array.shape}"
+        )
     if (np.diff(array) <= 0).any():
-        raise ValueError(f"{name}: expected ascending values, found {array[:-1][np.diff(array) <= 0][0]:g} before a smaller or equal one; sort them")
+        raise ValueError(
+            f"{name}: expected ascending values, found {array[:-1][np.diff(array) <= 0][0]:g} before a smaller or equal one; sort them"
+        )
     return array
 
 

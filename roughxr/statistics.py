@@ -50,7 +50,13 @@ def pull_off(ds: xr.Dataset) -> xr.Dataset:
     least = force.min("delta")
     pulls = least < 0
     where = force.fillna(np.inf).argmin("delta")
-    at = xr.apply_ufunc(lambda k, delta: delta[k], where, kwargs={"delta": ds["delta"].values}, dask="parallelized", output_dtypes=[float])
+    at = xr.apply_ufunc(
+        lambda k, delta: delta[k],
+        where,
+        kwargs={"delta": ds["delta"].values},
+        dask="parallelized",
+        output_dtypes=[float],
+    )
     out = xr.Dataset(
         {
             "pull_off_force": (-least).where(pulls),
@@ -65,13 +71,19 @@ def pull_off(ds: xr.Dataset) -> xr.Dataset:
 
 def _sweep(ds: xr.Dataset) -> xr.DataArray:
     if "force" not in ds or "delta" not in ds["force"].dims:
-        raise ValueError(f"expected a solution with 'force' along 'delta', found variables: {', '.join(map(str, ds.data_vars))}")
+        raise ValueError(
+            f"expected a solution with 'force' along 'delta', found variables: {', '.join(map(str, ds.data_vars))}"
+        )
     if ds.sizes["delta"] < 2:
-        raise ValueError("delta: expected a sweep of at least two displacements to find the pull-off in, found one")
+        raise ValueError(
+            "delta: expected a sweep of at least two displacements to find the pull-off in, found one"
+        )
     return ds["force"]
 
 
-def pdf(ds: xr.Dataset, name: str, *, method: str = "histogram", bins: Any = "auto", bandwidth: Any = None) -> xr.DataArray:
+def pdf(
+    ds: xr.Dataset, name: str, *, method: str = "histogram", bins: Any = "auto", bandwidth: Any = None
+) -> xr.DataArray:
     """Return the probability density of a variable over its subregions or asperities.
 
     Parameters
@@ -129,7 +141,9 @@ def _samples(ds: xr.Dataset, name: str) -> tuple[np.ndarray, int]:
     values = np.asarray(ds[name].values, dtype=float)
     samples = values[np.isfinite(values)]
     if samples.size < 2:
-        raise ValueError(f"{name}: expected at least two finite samples, found {samples.size} of {values.size}")
+        raise ValueError(
+            f"{name}: expected at least two finite samples, found {samples.size} of {values.size}"
+        )
     return samples, int(values.size - samples.size)
 
 
@@ -145,7 +159,9 @@ def _kernel_density(samples: np.ndarray, bandwidth: Any, points: int = 512) -> t
     from scipy.stats import gaussian_kde
 
     if np.ptp(samples) == 0:
-        raise ValueError("expected samples that differ for a kernel estimate, found equal ones; use method='histogram'")
+        raise ValueError(
+            "expected samples that differ for a kernel estimate, found equal ones; use method='histogram'"
+        )
     estimate = gaussian_kde(samples, bw_method=bandwidth)
     width = float(np.sqrt(estimate.covariance[0, 0]))
     grid = np.linspace(samples.min() - 6 * width, samples.max() + 6 * width, points)

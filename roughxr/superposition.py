@@ -109,13 +109,25 @@ def superpose(
     options = _options(ds, delta, law, formulation, datum, profile)
     positions = regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)
-    field = dask.delayed(_field_of_scan)(*_parts(ds), options) if lazy and kind == "scan" else _field(ds, options)
+    field = (
+        dask.delayed(_field_of_scan)(*_parts(ds), options) if lazy and kind == "scan" else _field(ds, options)
+    )
     centres = zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist())
-    packed = parallel.spread(_superpose, list(centres), (len(_VARIABLES) + 1, options.deltas.size), field, options)
+    packed = parallel.spread(
+        _superpose, list(centres), (len(_VARIABLES) + 1, options.deltas.size), field, options
+    )
     out = _labelled(packed, ds, positions, options)
     out.attrs = {"datum": datum, "method": "superpose", "law": law, "formulation": formulation}
     out = schema.record(
-        out, "superpose", ds, delta=options.deltas, subregions=subregions, law=law, formulation=formulation, datum=datum, profile=profile
+        out,
+        "superpose",
+        ds,
+        delta=options.deltas,
+        subregions=subregions,
+        law=law,
+        formulation=formulation,
+        datum=datum,
+        profile=profile,
     )
     return parallel.finish(out, lazy=lazy, progress=progress)
 
@@ -126,7 +138,9 @@ def _options(ds, delta, law, formulation, datum, profile) -> _Options:
     schema.one_of(datum, ("highest_peak", "first_contact"), "datum")
     schema.one_of(profile, PROFILES, "profile")
     if "indenter_height" in ds:
-        raise ValueError("expected a sphere (assign_pair with sphere_radius), found an indenter's map; use direct")
+        raise ValueError(
+            "expected a sphere (assign_pair with sphere_radius), found an indenter's map; use direct"
+        )
     radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
     return _Options(
         deltas=schema.ascending(delta, "nm", "delta"),
@@ -147,7 +161,9 @@ def _parts(ds: xr.Dataset) -> tuple:
 
 def _field_of_scan(height, x, y, options: _Options) -> tuple:
     axes = {name: (name, values, schema.attributes(name)) for name, values in (("x", x), ("y", y))}
-    return _field(asperities(xr.Dataset({"height": (("x", "y"), height, {"units": "nm"})}, coords=axes)), options)
+    return _field(
+        asperities(xr.Dataset({"height": (("x", "y"), height, {"units": "nm"})}, coords=axes)), options
+    )
 
 
 def _field(ds: xr.Dataset, options: _Options) -> tuple:

@@ -47,7 +47,13 @@ def factor(source: str, target: str) -> float:
         return 1.0
     try:
         ratio = float(_registry().Quantity(1.0, source).to(target).magnitude)
-    except (pint.errors.PintError, pint.errors.UndefinedUnitError, AttributeError, TypeError, ValueError) as error:
+    except (
+        pint.errors.PintError,
+        pint.errors.UndefinedUnitError,
+        AttributeError,
+        TypeError,
+        ValueError,
+    ) as error:
         raise ValueError(f"expected units that convert to {target!r}, found {source!r}: {error}") from None
     return float(f"{ratio:.15g}")  # 1000.0000000000001 nm per um would spoil exact coordinates
 
@@ -106,7 +112,9 @@ def _convert(value: Any, units: str, name: str) -> Any:
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from None
     except Exception as error:
-        raise ValueError(f"{name}: expected a quantity such as '3 {units}', found {value!r} ({error})") from None
+        raise ValueError(
+            f"{name}: expected a quantity such as '3 {units}', found {value!r} ({error})"
+        ) from None
     return value
 
 

@@ -74,9 +74,12 @@ def test_the_window_holds_the_overlap_beyond_the_tile(surface):
 
 def test_contact_at_the_scans_edge_is_marked():
     flat = glass_pair(scan(np.zeros((96, 96))))
-    middle, corner = direct(flat, delta=[5], subregions=([0.0, -460.0], [0.0, -460.0])).isel(delta=0)[
-        ["truncated", "force"]
-    ].to_array().T.values
+    middle, corner = (
+        direct(flat, delta=[5], subregions=([0.0, -460.0], [0.0, -460.0]))
+        .isel(delta=0)[["truncated", "force"]]
+        .to_array()
+        .T.values
+    )
     assert not middle[0] and corner[0]
     assert corner[1] < middle[1]
 
@@ -107,7 +110,9 @@ def test_any_indenter_works_as_well_as_the_sphere(surface):
     """A sphere given as a height map presses as the sphere does."""
     axis = np.arange(-60, 61) * 9.77 / 2
     r2 = axis[:, None] ** 2 + axis**2
-    ball = xr.DataArray(7 - r2 / (3000 + np.sqrt(3000**2 - r2)), coords={"x": axis, "y": axis}, dims=("x", "y"))
+    ball = xr.DataArray(
+        7 - r2 / (3000 + np.sqrt(3000**2 - r2)), coords={"x": axis, "y": axis}, dims=("x", "y")
+    )
     mapped = assign_pair(surface, indenter=ball, young_modulus=75, poisson_ratio=0.22)
     expected, found = (direct(ds, delta=[5, 10], subregions=(2, 2)) for ds in (surface, mapped))
     np.testing.assert_allclose(found.force, expected.force, rtol=1e-6)
@@ -152,14 +157,18 @@ def test_the_distributed_scheduler_gives_the_same(surface):
 def test_chunking_does_not_matter(surface, x, y):
     with dask.config.set(scheduler="synchronous"):
         expected = direct(surface, delta=[4, 9], subregions=(2, 1))
-        xr.testing.assert_equal(direct(surface.chunk(x=x, y=y), delta=[4, 9], subregions=(2, 1)).compute(), expected)
+        xr.testing.assert_equal(
+            direct(surface.chunk(x=x, y=y), delta=[4, 9], subregions=(2, 1)).compute(), expected
+        )
 
 
 def refuse(dsk, keys, **kwargs):
     raise AssertionError("computed before it was asked to")
 
 
-@pytest.mark.parametrize("options", [{"delta": [4.0]}, {"load": [100.0]}, {"delta": [4.0], "datum": "first_contact"}])
+@pytest.mark.parametrize(
+    "options", [{"delta": [4.0]}, {"load": [100.0]}, {"delta": [4.0], "datum": "first_contact"}]
+)
 def test_lazy_until_asked(surface, options):
     with dask.config.set(scheduler=refuse):
         found = direct(surface.chunk(x=32), subregions=(2, 2), **options)
@@ -201,7 +210,9 @@ def test_bad_scans_are_refused_in_words(surface):
     with pytest.raises(ValueError, match="assign the pair"):
         direct(scan(np.zeros((8, 8))), delta=[1])
     with pytest.raises(ValueError, match="1 missing pixels of 9216"):
-        direct(surface.assign(height=surface.height.where((surface.x > -460) | (surface.y > -460))), delta=[1])
+        direct(
+            surface.assign(height=surface.height.where((surface.x > -460) | (surface.y > -460))), delta=[1]
+        )
     with pytest.raises(ValueError, match="square pixels"):
         direct(surface.assign_coords(y=("y", surface.y.values * 2, {"units": "nm"})), delta=[1])
     with pytest.raises(ValueError, match="uniform"):
@@ -230,7 +241,9 @@ def test_other_units_are_converted(surface):
     micro = surface.assign(height=(surface.height / 1e3).assign_attrs(units="um"))
     micro = micro.assign_coords({a: (surface[a] / 1e3).assign_attrs(units="um") for a in "xy"})
     expected = direct(surface, delta=[5]).force
-    np.testing.assert_allclose(direct(micro, delta=xr.DataArray([0.005], attrs={"units": "um"})).force, expected, rtol=1e-9)
+    np.testing.assert_allclose(
+        direct(micro, delta=xr.DataArray([0.005], attrs={"units": "um"})).force, expected, rtol=1e-9
+    )
 
 
 def test_an_exhausted_solve_is_data(surface):

@@ -1,0 +1,155 @@
+"""The command line: ``roughxr paper``, ``roughxr run``, ``roughxr info``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from ._version import __version__
+
+#: What went wrong with the input is said in a line; anything else is a fault of ours and shows its trace.
+_REFUSALS = (ValueError, TypeError, OSError, ImportError)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status: 0 done, 1 refused, 130 interrupted."""
+    options = _parser().parse_args(arguments)
+    try:
+        options.command(options)
+    except KeyboardInterrupt:
+        print("roughxr: interrupted; nothing was half-written", file=sys.stderr)
+        return 130
+    except _REFUSALS as error:
+        print(f"roughxr: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="roughxr", description=_DESCRIPTION)
+    parser.add_argument("--version", action="version", version=f"roughxr {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    _add_paper(commands)
+    _add_run(commands)
+    _add_info(commands)
+    return parser
+
+
+_DESCRIPTION = (
+    "How hard a small sphere presses, and how hard it sticks, wherever it lands on a rough surface."
+)
+
+
+def _add_paper(commands) -> None:
+    command = commands.add_parser(
+        "paper", help="repeat the paper on the embedded glass twin: archive, figures, tables"
+    )
+    command.add_argument("-o", "--output", default="paper-run", metavar="FOLDER", help="default: %(default)s")
+    _add_quiet(command)
+    command.set_defaults(command=_paper)
+
+
+def _add_run(commands) -> None:
+    command = commands.add_parser("run", help="the same analysis for any scan")
+    command.add_argument("scan", metavar="SCAN", help="an AFM file, or a NetCDF file of a scan")
+    command.add_argument(
+        "-o",
+        "--output",
+        default="run",
+        metavar="OUT",
+        help="folder, or FILE.nc for the archive alone; default: %(default)s",
+    )
+    command.add_argument("--channel", help="name of the channel to read; default: the file's height channel")
+    command.add_argument(
+        "--level", default="plane", choices=("plane", "quadratic", "none"), help="default: %(default)s"
+    )
+    pair = command.add_argument_group(
+        "the pair of bodies (plain numbers in nm, GPa, J/m², or text such as '3 um')"
+    )
+    pair.add_argument("--sphere-radius", required=True, metavar="R", help="radius of the sphere, nm")
+    pair.add_argument(
+        "--young-modulus", default="75", metavar="E", help="of both bodies, GPa; default: glass, %(default)s"
+    )
+    pair.add_argument(
+        "--poisson-ratio", default="0.22", metavar="NU", type=float, help="default: %(default)s"
+    )
+    pair.add_argument(
+        "--surface-energy", metavar="GAMMA", help="J/m²; default: Gilman's estimate from E and nu"
+    )
+    places = command.add_argument_group("where and how deep")
+    places.add_argument(
+        "--subregions", nargs=2, type=int, default=(8, 8), metavar=("NX", "NY"), help="default: 8 8"
+    )
+    places.add_argument(
+        "--delta",
+        nargs="+",
+        type=float,
+        metavar="D",
+        help="displacements of the direct simulation, nm; default: from the heights",
+    )
+    _add_quiet(command)
+    command.set_defaults(command=_run)
+
+
+def _add_info(commands) -> None:
+    command = commands.add_parser("info", help="say what a file holds")
+    command.add_argument("file", metavar="FILE")
+    command.set_defaults(command=_info)
+
+
+def _add_quiet(command) -> None:
+    command.add_argument("-q", "--quiet", action="store_true", help="no progress on standard error")
+
+
+def _paper(options) -> None:
+    from . import analysis
+
+    analysis.paper(options.output, progress=not options.quiet)
+    print(f"written to {options.output}")
+
+
+def _run(options) -> None:
+    from . import analysis, materials, scans
+    from .units import positive
+
+    modulus = positive(_number(options.young_modulus), "GPa", "young_modulus")
+    energy = options.surface_energy
+    scan = materials.assign_pair(
+        scans.open_scan(options.scan, channel=options.channel),
+        sphere_radius=_number(options.sphere_radius),
+        young_modulus=modulus,
+        poisson_ratio=options.poisson_ratio,
+        surface_energy=(
+            materials.gilman_surface_energy(modulus, poisson_ratio=options.poisson_ratio)
+            if energy is None
+            else _number(energy)
+        ),
+    )
+    analysis.run(
+        scan,
+        options.output,
+        subregions=tuple(options.subregions),
+        delta=options.delta,
+        levelling=options.level,
+        progress=not options.quiet,
+    )
+    print(f"written to {options.output}")
+
+
+def _info(options) -> None:
+    from .scans import describe
+
+    print(describe(options.file))
+
+
+def _number(text: str) -> float | str:
+    """Return plain numbers as numbers; anything else is a quantity with its own units."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+if __name__ == "__main__":
+    sys.exit(main())

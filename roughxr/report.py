@@ -1,0 +1,175 @@
+"""The main numbers of a run as tables, the paper's figures beside ours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from .regions import extent
+
+#: Columns of the comparison, as far as a run holds them.
+METHODS = ("published", "self_similar", "energy", "direct")
+
+_MICRO = 1e-3  # µN per nN
+
+
+def contact_table(run: Mapping[str, xr.Dataset], paper: Mapping[str, float] | None = None) -> pd.DataFrame:
+    """Return the contact's main numbers by method.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run: ``solutions/<method>``, ``solutions/hertz``, ``solutions/smooth``,
+        ``statistics/<method>`` as far as there are.
+    paper : mapping of str to float, optional
+        Published values by row name, for a first column.
+
+    Returns
+    -------
+    DataFrame
+        One row per quantity (forces in µN, displacements in nm), one column per method; NaN where a method
+        has no such number.
+    """
+    columns = {method: _column(run, method) for method in METHODS if f"solutions/{method}" in run}
+    table = pd.DataFrame(columns)
+    table.index.name = "quantity"
+    if paper is not None:
+        table.insert(0, "paper", pd.Series(paper, dtype=float).reindex(table.index))
+    return table
+
+
+def _column(run: Mapping[str, xr.Dataset], method: str) -> dict[str, float]:
+    if method == "direct":
+        return _direct_column(run)
+    pull = run[f"statistics/{method}"]
+    force, delta = pull["pull_off_force"] * _MICRO, pull["pull_off_delta"]
+    sweep = run[f"solutions/{method}"]
+    return {
+        "pull-off, smooth sphere [µN]": _smooth_pull_off(sweep),
+        "pull-off, mean [µN]": float(force.mean()),
+        "pull-off, std [µN]": float(force.std(ddof=1)),
+        "pull-off, largest [µN]": float(force.max()),
+        "pull-off displacement, mean [nm]": float(delta.mean()),
+        "pull-off displacement, std [nm]": float(delta.std(ddof=1)),
+        "subregions that pull": float(force.notnull().sum()),
+        "contacts beyond their patch at pull-off [%]": _share_at_pull_off(
+            run, method, "contacts_beyond_patch"
+        ),
+        "contacts overlapping at pull-off [%]": _share_at_pull_off(run, method, "contacts_overlapping"),
+    }
+
+
+def _smooth_pull_off(sweep: xr.Dataset) -> float:
+    """Return 3/2 π w R, the JKR pull-off of the sphere from a flat, in µN; all formulations agree on a sphere."""
+    return 1.5 * np.pi * float(sweep["work_of_adhesion"]) * float(sweep["sphere_radius"]) * _MICRO
+
+
+def _share_at_pull_off(run: Mapping[str, xr.Dataset], method: str, name: str) -> float:
+    """Return which part of all contacts at the pull-off of their subregion counts under ``name``, in per cent."""
+    sweep, at = run[f"solutions/{method}"], run[f"statistics/{method}"]["pull_off_delta"]
+    pulling = sweep.isel(subregion=np.flatnonzero(at.notnull().values))
+    there = pulling.sel(delta=at.dropna("subregion"), method="nearest")
+    contacts = float(there["contacts"].sum())
+    return 100 * float(there[name].sum()) / contacts if contacts else np.nan
+
+
+def _direct_column(run: Mapping[str, xr.Dataset]) -> dict[str, float]:
+    direct = run["solutions/direct"]
+    force = direct["force"] * _MICRO
+    rows = {}
+    for delta in _marked_deltas(direct):
+        here = force.sel(delta=delta, method="nearest")
+        rows[f"force at {delta:g} nm, mean [µN]"] = float(here.mean())
+        rows[f"force at {delta:g} nm, std [µN]"] = float(here.std(ddof=1))
+        rows[f"force at {delta:g} nm, largest [µN]"] = float(here.max())
+    if "solutions/smooth" in run:
+        smooth = run["solutions/smooth"]["force"].isel(subregion=0, drop=True) * _MICRO
+        for delta in (10.0, float(direct["delta"].max())):
+            ratio = force.mean("subregion").sel(delta=delta, method="nearest") / smooth.sel(
+                delta=delta, method="nearest"
+            )
+            rows[f"rough / smooth force at {delta:g} nm"] = float(ratio)
+    if "solutions/hertz" in run:
+        rows["superposed and direct part by 10 % at [nm]"] = parting(run["solutions/hertz"], direct)
+    return rows
+
+
+def _marked_deltas(direct: xr.Dataset) -> list[float]:
+    """Return the paper's two displacements where they were solved, else the middle and the last."""
+    deltas = direct["delta"].values
+    marked = [d for d in (5.08, 15.4) if np.isclose(deltas, d).any()]
+    return marked or sorted({float(deltas[deltas.size // 2]), float(deltas[-1])})
+
+
+def parting(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> float:
+    """Return the displacement (nm) beyond which two mean forces differ by more than a given part.
+
+    Parameters
+    ----------
+    superposed, direct : Dataset
+        Two solutions over the same subregions; the first is read at the displacements of the second.
+    by : float
+        The part of the direct force.
+
+    Returns
+    -------
+    float
+        The first displacement with a force at which they differ by more; NaN if they never do.
+    """
+    truth = direct["force"].mean("subregion")
+    other = superposed["force"].mean("subregion").interp(delta=truth["delta"])
+    apart = (truth > 0) & (np.abs(other - truth) > by * truth)
+    return float(truth["delta"].values[apart.values][0]) if bool(apart.any()) else np.nan
+
+
+def scan_table(run: Mapping[str, xr.Dataset], paper: Mapping[str, float] | None = None) -> pd.DataFrame:
+    """Return the main numbers of scan and asperities, the published ones beside them where given.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        With the groups ``scan``, ``asperities`` and ``reconstruction``.
+    paper : mapping of str to float, optional
+        Published values by row name.
+
+    Returns
+    -------
+    DataFrame
+    """
+    height, catalogue = run["scan"]["height"], run["asperities"]
+    x_min, x_max, y_min, y_max = extent(run["scan"])
+    envelope = run["reconstruction"]
+    ratio = catalogue["axis_ratio"]
+    rows = {
+        "size along x [µm]": (x_max - x_min) * _MICRO,
+        "size along y [µm]": (y_max - y_min) * _MICRO,
+        "height, least [nm]": float(height.min()),
+        "height, greatest [nm]": float(height.max()),
+        "height, mean [nm]": float(height.mean()),
+        "height, std [nm]": float(height.std()),
+        "R_q about zero, original [nm]": float(np.sqrt((height**2).mean())),
+        "R_q about zero, reconstructed [nm]": float(np.sqrt((envelope["height"] ** 2).mean())),
+        "R_a about zero, original [nm]": float(np.abs(height).mean()),
+        "R_a about zero, reconstructed [nm]": float(np.abs(envelope["height"]).mean()),
+        "original - reconstructed, rms [nm]": envelope.attrs["residual_rms"],
+        "asperities": float(catalogue.sizes["asperity"]),
+        "peak height, median [nm]": float(catalogue["height"].median()),
+        "λ, mean": float(ratio.mean()),
+        "λ, std": float(ratio.std()),
+        "a < 10 b [%]": 100 * float((ratio > 0.1).sum() / ratio.notnull().sum()),
+        "saddles [%]": 100 * float(catalogue["saddle"].mean()),
+    }
+    table = pd.DataFrame({"scan": rows})
+    table.index.name = "quantity"
+    if paper is not None:
+        table.insert(0, "paper", pd.Series(paper, dtype=float).reindex(table.index))
+    return table
+
+
+def text(table: pd.DataFrame, title: str) -> str:
+    """Return a table as lines of text, numbers to four digits, a dash where there is none."""
+    body = table.to_string(float_format=lambda v: f"{v:.4g}", na_rep="–", justify="right")
+    return f"{title}\n{'=' * len(title)}\n{body}\n"
