@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from roughxr.kernels import kalker
+from roughxr.kernels import active_set, kalker
 from roughxr.kernels.halfspace import surface_displacement
 
 from .surfaces import rough, sphere_gap
@@ -90,13 +90,18 @@ def test_elliptic_hertz():
     assert solution.area == pytest.approx(expected.area, rel=2e-2)  # the rim is a staircase of cells
 
 
+def guess(pressure):
+    """Return a prediction that leaves out every cell that does not touch yet: a bad one, to be found out."""
+    return kalker.Prediction(pressure, pressure > 0, pressure > 0)
+
+
 @pytest.mark.parametrize("delta", [1.0, 4.0, 12.0, 25.0])
 @pytest.mark.parametrize("smooth", [0.7, 2.0, 5.0])
 def test_conditions_hold_on_rough_windows(delta, smooth):
     z = rough(48, seed=3, smooth=smooth)
     separation = z.max() - z + sphere_gap(48, 9.77)
     for warm in (False, True):
-        start = kalker.solve(separation, 0.8 * delta, 9.77, E).pressure if warm else None
+        start = guess(kalker.solve(separation, 0.8 * delta, 9.77, E).pressure) if warm else None
         assert_contact(kalker.solve(separation, delta, 9.77, E, start=start), separation, delta, 9.77)
 
 
@@ -219,7 +224,7 @@ def test_cells_exchanged_one_at_a_time_reach_the_same_contact(monkeypatch):
     z = rough(16, seed=4, smooth=1.0)
     separation = z.max() - z + sphere_gap(16, 9.77)
     together = kalker.solve(separation, 10.0, 9.77, E, tolerance=1e-9)
-    monkeypatch.setattr(kalker, "_PATIENCE", 0)
+    monkeypatch.setattr(active_set, "_PATIENCE", 0)
     singly = kalker.solve(separation, 10.0, 9.77, E, tolerance=1e-9)
     assert singly.converged
     assert singly.force == pytest.approx(together.force, rel=1e-8)
@@ -230,4 +235,4 @@ def test_the_preconditioner_is_the_inverse_of_the_coefficients():
 
     index = np.minimum(np.arange(128), 128 - np.arange(128))
     inverse = np.fft.ifft2(1 / np.fft.fft2(love_coefficients(65, 65)[np.ix_(index, index)])).real
-    np.testing.assert_allclose(kalker._STENCIL, (inverse[0, 0], inverse[0, 1], inverse[1, 1]), atol=1e-4)
+    np.testing.assert_allclose(active_set.STENCIL, (inverse[0, 0], inverse[0, 1], inverse[1, 1]), atol=1e-4)

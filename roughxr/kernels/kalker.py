@@ -1,56 +1,54 @@
-"""Adhesionless contact of a rigid profile with a half space: Kalker's active set.
+"""Adhesionless contact of a rigid profile with a half space, at a displacement or a load.
 
-On cells with undeformed separation S (nm), at a displacement δ (nm), find pressures p with
+On cells with undeformed separation S (nm), at a displacement δ (nm), find pressures p (GPa) with
 
-    p ≥ 0,     g = S + A p − δ ≥ 0,     p g = 0                       (Kalker 1990; Cheng et al. eqs. 36–39)
+    p ≥ 0,     g = S + A p − δ ≥ 0,     p g = 0                       (Kalker 1990; Cheng, Dunn & Brach, eqs. 36–39)
 
-where A holds Love's coefficients (nm/GPa). A set C of cells is taken to be in contact; there g = 0 is
-solved by conjugate gradients; cells that pull (p < 0) leave C and cells that interpenetrate (g < 0) join,
-until none does. A is symmetric and positive definite, so the solution exists and is one; exchanging all
-violating cells at once converges in a few rounds, and where rounds stop making progress the cells are
-exchanged one at a time by least index, which is finite (Júdice & Pires 1994).
+The active set (``kernels.active_set``) finds which cells touch. Here it is given as few cells as possible, and a good
+start, none of which changes the solution:
 
-Three facts make it fast, all exact: only cells with S < δ can carry load, since A p ≥ 0, so everything
-else is cut away; pressures scale with E*/dx, so cells of unit side and unit modulus are solved; and A is
-near to an inverse of |q| in Fourier space, which a 3 × 3 stencil approximates well enough as a
-preconditioner to halve the iterations at the cost of a few additions per cell.
-
-Compact vectors hold the overlapping cells and one more entry that stays zero: the neighbour that is not there.
+- Only cells with S < δ can carry load, since A p ≥ 0; everything else is cut away.
+- Of these, the cells that a prediction puts well apart are left out too. One product over the whole overlap at the end
+  tells whether any of them penetrates; then they are taken in and the solve goes on.
+- The prediction comes from the two solutions before, in a sweep, or from the same problem on cells twice as large.
+- Pressures scale with E*/dx, so cells of unit side on a half space of unit modulus are solved.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from .halfspace import product
-from .jit import kernel
-
-#: How a solve ended.
-CONVERGED, ITERATION_LIMIT = 0, 1
+from . import active_set
+from .active_set import CONVERGED, ITERATION_LIMIT, gather_cells
+from .halfspace import DENSE_LIMIT, convolve
 
 #: Reasons, by status.
 REASONS = {CONVERGED: "converged", ITERATION_LIMIT: "iteration limit reached before the tolerance"}
 
-#: Inverse of Love's coefficients at offsets (0,0), (0,1), (1,1), from 1/Â on a periodic grid of 128² cells.
-_STENCIL = (1.1628, -0.1831, -0.0478)
+#: In a sweep, cells that penetrate by this part of the step when extrapolated are taken to touch.
+_JOINING = 0.1
 
-#: A round of conjugate gradients ends when the largest gap has fallen to this part of the largest violation.
-_ROUND = 0.1
+#: After a coarse solve, cells whose predicted gap exceeds this part of the deepest overlap are left out.
+_MARGIN = 0.05
+
+#: Tolerance of the solve on cells twice as large, which only makes a start.
+_COARSE_TOLERANCE = 1e-3
 
 #: d ln F / d ln depth of a sphere.
-_LOAD_EXPONENT = 1.5
+_SPHERE_EXPONENT = 1.5
+
+#: Windows narrower than this are not halved to find a displacement.
+_SMALLEST_HALVED = 24
 
 #: Solves at most to find the displacement of one load.
 _MAX_SOLVES = 30
 
-#: Rounds without fewer violations than ever before, until cells are exchanged one at a time.
-_PATIENCE = 10
-
 
 class Solution(NamedTuple):
-    """One contact: pressures on the window (dx × dx cells), integrals and how the solve ended."""
+    """One contact on a window of dx × dx cells, and how the solve ended."""
 
     pressure: np.ndarray  #: GPa, >= 0
+    displacement: np.ndarray  #: nm, on the overlap's bounding box; NaN elsewhere
     force: float  #: nN
     area: float  #: nm²
     status: int
@@ -63,14 +61,12 @@ class Solution(NamedTuple):
         return self.status == CONVERGED
 
 
-class _Overlap(NamedTuple):
-    """The cells that can carry load: their place in the window, their depth and their neighbours."""
+class Prediction(NamedTuple):
+    """What a contact may look like on the window."""
 
-    cells: np.ndarray  # index into the flattened window
-    depth: np.ndarray  # δ − S > 0 (nm)
-    neighbours: np.ndarray  # (count, 8): four by side, four by corner; `count` where there is none
-    product: object
-    largest: float  # largest depth (nm)
+    pressure: np.ndarray  #: GPa
+    touching: np.ndarray  #: cells to start from
+    possible: np.ndarray  #: cells that may touch, the others are left out until they prove to penetrate
 
 
 def solve(separation, delta, dx, contact_modulus, *, tolerance=1e-6, start=None, max_iterations=5000):
@@ -87,10 +83,10 @@ def solve(separation, delta, dx, contact_modulus, *, tolerance=1e-6, start=None,
     contact_modulus : float
         E*, GPa.
     tolerance : float
-        Relative error of the force: the gap left in contact, and the penetration outside, stay below half
-        of it times the deepest overlap (force grows about like depth^1.5, or as depth^1 at first touch).
-    start : (nx, ny) array, optional
-        Pressures near the solution's, GPa.
+        Relative error of the force: the gap left in contact, and the penetration outside, stay below half of it times
+        the deepest overlap (force grows about like depth^1.5, or as depth at first touch).
+    start : Prediction, optional
+        What the contact may look like.
     max_iterations : int
         Products A p at most.
 
@@ -98,256 +94,205 @@ def solve(separation, delta, dx, contact_modulus, *, tolerance=1e-6, start=None,
     -------
     Solution
     """
-    overlap = _overlapping(separation, delta)
-    if overlap is None:
+    box = _bounding_box(separation < delta)
+    if box is None:
         return _untouched(separation.shape)
     scale = contact_modulus / dx
-    count = overlap.cells.size
-    pressure = np.zeros(count + 1)
-    gap = np.empty(count + 1)
-    contact = np.zeros(count + 1, dtype=np.bool_)
+    depth = delta - separation[box]
     if start is None:
-        contact[:count] = overlap.depth > 0.5 * overlap.largest
+        start = _coarse_prediction(depth, dx, contact_modulus)
     else:
-        pressure[:count] = start.ravel()[overlap.cells] / scale
-        contact[:count] = pressure[:count] > 0
-    goal = 0.5 * tolerance * overlap.largest
-    status, iterations, worst = _active_set(overlap, pressure, gap, contact, goal, max_iterations)
-    field = np.zeros(separation.shape)
-    field.ravel()[overlap.cells] = pressure[:-1] * scale
-    area = np.count_nonzero(pressure) * dx * dx
-    return Solution(field, float(field.sum()) * dx * dx, area, status, iterations, worst)
+        start = Prediction(*(part[box] for part in start))
+    pressure, displacement, outcome = _solve_box(depth, start, scale, tolerance, max_iterations)
+    out = _untouched(separation.shape)
+    out.pressure[box], out.displacement[box] = pressure * scale, displacement
+    return out._replace(
+        force=float(pressure.sum()) * scale * dx * dx,
+        area=np.count_nonzero(pressure) * dx * dx,
+        status=outcome.status,
+        iterations=outcome.iterations,
+        residual=outcome.violation / float(np.nanmax(depth)),
+    )
 
 
 def sweep(separation, deltas, dx, contact_modulus, *, tolerance=1e-6, max_iterations=5000):
-    """Yield the contact at each of ascending displacements, each started from those before.
-
-    The start is the straight line in δ through the two solutions before, pulling cells cut off: pressures
-    grow smoothly with δ, so it is right to a few per cent.
-    """
+    """Yield the contact at each of ascending displacements, each started from those before."""
     before, last = None, None
     for delta in deltas:
-        start = _extrapolated(before, last, delta)
-        solution = solve(
-            separation, delta, dx, contact_modulus, tolerance=tolerance, start=start, max_iterations=max_iterations
-        )
+        start = None if last is None else _extrapolated(separation, before, last, delta)
+        limits = {"tolerance": tolerance, "max_iterations": max_iterations}
+        solution = solve(separation, delta, dx, contact_modulus, start=start, **limits)
         if solution.force > 0:
-            before, last = last, (delta, solution.pressure)
+            before, last = last, (delta, solution)
         yield solution
 
 
-def loaded(separation, loads, dx, contact_modulus, *, tolerance=1e-6, max_iterations=5000):
-    """Yield (delta, contact) for each of ascending loads (nN > 0), each started from the one before.
+def _extrapolated(separation, before, last, delta):
+    """Predict the contact at δ on the straight line through two solutions, or from one.
 
-    ln F grows smoothly and almost straight with ln(δ − δ₁), δ₁ the first touch, so the secant rule finds δ in
-    a few solves, each started from the last, and loose as long as the load is far off.
+    As δ grows the contact only grows, and the displacement of a cell outside grows ever faster (the inverse of A has
+    positive entries on its diagonal only): on the line a cell that will touch penetrates already, and one that
+    penetrates by little seldom touches. A displacement known once only is taken to stay, for what is possible, and to
+    grow by half the step, for what touches; a cell whose displacement is not known at all is possible.
+    """
+    (delta_last, known), step = last, delta - last[0]
+    pressure, displacement, doubt = known.pressure, known.displacement, 0.5 * step
+    if before is not None:
+        ahead = step / (delta_last - before[0])
+        pressure = np.maximum(pressure + ahead * (pressure - before[1].pressure), 0.0)
+        growth = ahead * (displacement - before[1].displacement)
+        unknown = np.isnan(growth)
+        displacement = displacement + np.where(unknown, 0.0, growth)
+        doubt = np.where(unknown, doubt, 0.0)
+    gap = displacement + separation - delta
+    touching = (known.pressure > 0) | (gap + doubt < -_JOINING * step)
+    return Prediction(pressure, touching, touching | ~(gap >= 0))
+
+
+def loaded(separation, loads, dx, contact_modulus, *, tolerance=1e-6, max_iterations=5000):
+    """Yield (delta, contact) for each of ascending loads (nN > 0), each started from the one before."""
+    found = None
+    for load in loads:
+        found = _find_displacement(separation, load, dx, contact_modulus, tolerance, max_iterations, found)
+        yield found
+
+
+def _find_displacement(separation, load, dx, contact_modulus, tolerance, max_iterations, known):
+    """Return (δ, contact) at a load, from a known one or from cells twice as large.
+
+    ln F is almost straight against ln(δ − δ₁), δ₁ the first touch: the secant rule needs few solves. Each starts from
+    the last, and is only as tight as the load is near, so that together they cost little more than one.
     """
     touch = float(np.nanmin(separation))
-    depths = np.sort(separation[np.isfinite(separation)] - touch, axis=None)
-    solution = None
-    for load in loads:
-        depth = _depth_estimate(depths, load, dx, contact_modulus)
-        if solution is not None:
-            depth = last_depth * (load / solution.force) ** (1 / _LOAD_EXPONENT)
-        points, error, solves, products = [], 1.0, 0, 0
-        while abs(error) > tolerance and solves < _MAX_SOLVES:
-            solution = solve(
-                separation,
-                touch + depth,
-                dx,
-                contact_modulus,
-                tolerance=max(0.1 * tolerance, min(1e-3, 1e-2 * abs(error))),
-                start=None if solution is None else solution.pressure,
-                max_iterations=max_iterations,
-            )
-            solves, products = solves + 1, products + solution.iterations
-            last_depth, error = depth, solution.force / load - 1
-            points = [*points[-1:], (np.log(depth), np.log(solution.force))]
-            depth = float(np.exp(points[-1][0] + (np.log(load) - points[-1][1]) / _exponent(points)))
-        status = solution.status if abs(error) <= tolerance else ITERATION_LIMIT
-        yield touch + last_depth, solution._replace(status=status, iterations=products)
+    delta, start = _first_guess(separation, load, dx, contact_modulus, touch, known)
+    points, error, products = [], 1.0, 0
+    for _ in range(_MAX_SOLVES):
+        tight = max(0.3 * tolerance, min(1e-2, 0.03 * abs(error)))
+        limits = {"tolerance": tight, "max_iterations": max_iterations}
+        solution = solve(separation, delta, dx, contact_modulus, start=start, **limits)
+        products += solution.iterations
+        error = solution.force / load - 1
+        if not solution.converged or (abs(error) <= 0.7 * tolerance and tight <= tolerance):
+            break
+        points = [*points[-1:], (np.log(delta - touch), np.log(solution.force))]
+        following = touch + float(np.exp(points[-1][0] - np.log1p(error) / _exponent(points)))
+        start = _extrapolated(separation, None, (delta, solution), following)
+        start = start._replace(pressure=start.pressure * (load / solution.force))
+        delta = following
+    status = solution.status if abs(error) <= tolerance else ITERATION_LIMIT
+    return delta, solution._replace(status=status, iterations=products)
+
+
+def _first_guess(separation, load, dx, contact_modulus, touch, known):
+    """Return a displacement near that of the load, and what the contact there may look like (None if not known)."""
+    if known is not None and known[1].force > 0:
+        delta = touch + (known[0] - touch) * (load / known[1].force) ** (1 / _SPHERE_EXPONENT)
+        return delta, _extrapolated(separation, None, known, delta)
+    if min(separation.shape) >= _SMALLEST_HALVED:
+        coarse = _halved(separation)
+        if np.isfinite(coarse).any():
+            delta, _ = _find_displacement(coarse, load, 2 * dx, contact_modulus, _COARSE_TOLERANCE, 1000, None)
+            return max(delta, touch + 1e-3 * (delta - np.nanmin(coarse))), None
+    return touch + _depth_estimate(separation - touch, load, dx, contact_modulus), None
 
 
 def _exponent(points):
     """Return d ln F / d ln depth through the last two points; a sphere's where there is one only."""
-    if len(points) < 2 or points[0][0] == points[1][0]:
-        return _LOAD_EXPONENT
-    return float(np.clip(np.diff(points, axis=0)[0] @ (0, 1) / np.diff(points, axis=0)[0, 0], 1.0, 4.0))
+    (x0, y0), (x1, y1) = points[0], points[-1]
+    return float(np.clip((y1 - y0) / (x1 - x0), 1.0, 4.0)) if x1 != x0 else _SPHERE_EXPONENT
 
 
 def _depth_estimate(depths, load, dx, contact_modulus):
     """Return the depth at which F = (4/3) E* depth √(overlap area/2π), as for a paraboloid, reaches the load."""
-    area = np.arange(1, depths.size) * dx * dx
-    force = 4 / 3 * contact_modulus * depths[1:] * np.sqrt(area / (2 * np.pi))
-    k = min(int(np.searchsorted(force, load)), force.size - 1)
-    reached = depths[k + 1] if force[k] > 0 else dx
-    return float(reached * (load / force[k]) ** (1 / _LOAD_EXPONENT)) if force[k] > 0 else float(reached)
+    depths = np.sort(depths[np.isfinite(depths)])
+    deeper = np.append(depths[1:], np.inf)
+    area = np.arange(1, depths.size + 1) * dx * dx
+    stiffness = 4 / 3 * contact_modulus * np.sqrt(area / (2 * np.pi))
+    within = load / stiffness <= deeper  # reached before the next cell overlaps
+    return float((load / stiffness)[np.argmax(within)])
 
 
-def _extrapolated(before, last, delta):
-    if last is None:
-        return None
-    if before is None or last[0] == before[0]:
-        return last[1]
-    ahead = (delta - last[0]) / (last[0] - before[0])
-    return np.maximum(last[1] + ahead * (last[1] - before[1]), 0.0)
-
-
-def _overlapping(separation, delta):
-    """Return the cells with S < δ, or None."""
-    depth = delta - separation
-    inside = depth > 0
-    cells = np.flatnonzero(inside)
-    if cells.size == 0:
-        return None
-    rows, columns = np.divmod(cells, separation.shape[1])
-    engine = product(rows - rows.min(), columns - columns.min())
-    depth = depth.ravel()[cells]
-    return _Overlap(cells, depth, _neighbours(inside, cells), engine, float(depth.max()))
+def _bounding_box(mask):
+    """Return the slices that hold all true cells, or None where there are none."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    return (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)) if rows.size else None
 
 
 def _untouched(shape):
-    return Solution(np.zeros(shape), 0.0, 0.0, CONVERGED, 0, 0.0)
+    return Solution(np.zeros(shape), np.full(shape, np.nan), 0.0, 0.0, CONVERGED, 0, 0.0)
 
 
-def _active_set(overlap, pressure, gap, contact, goal, max_iterations):
-    """Exchange cells and solve until every condition holds to ``goal`` (nm); return status, products, violation."""
-    direction, image = np.zeros_like(pressure), np.zeros_like(pressure)
-    preconditioned, removed = np.zeros_like(pressure), np.zeros_like(pressure)
-    overlap.product(pressure, gap)
-    _open(gap, overlap.depth)
-    _join(gap, contact, goal)
-    iterations, fewest, patience = 1, np.inf, _PATIENCE
+def _solve_box(depth, start, scale, tolerance, max_iterations):
+    """Return scaled pressures, displacements and outcome on the overlap's bounding box.
+
+    The active set works on the chosen cells, its search directions in single precision; the product over the whole
+    box, in double, is what decides. Whatever violates a condition there goes back to the active set.
+    """
+    goal = 0.5 * tolerance * float(np.nanmax(depth))
+    inside = depth > 0
+    pressure, touching = start.pressure / scale, start.touching & inside
+    chosen = inside if np.count_nonzero(inside) <= DENSE_LIMIT else start.possible & inside
+    iterations = 0
     while True:
-        target = max(_ROUND * _violation(gap, contact)[0], 0.5 * goal) if patience > 0 else 0.5 * goal
-        slope = 0.0
-        while _violation(gap, contact)[1] > target and iterations < max_iterations:
-            slope = _search(gap, contact, overlap.neighbours, preconditioned, direction, slope)
-            overlap.product(direction, image)
-            iterations += 1
-            _advance(pressure, gap, direction, image, slope)
-        pulling, count = _count(pressure, gap, contact, goal)
-        worst = _violation(gap, contact)[0]
-        if pulling == 0 and worst <= goal:
-            return CONVERGED, iterations, worst / overlap.largest
-        fewest, patience = (count, _PATIENCE) if count < fewest else (fewest, patience - 1)
-        if _exchange(pressure, gap, contact, removed, goal, patience <= 0):
-            overlap.product(removed, image)
-            iterations += 1
-            gap += image
-        if iterations >= max_iterations:
-            return ITERATION_LIMIT, iterations, _violation(gap, contact)[0] / overlap.largest
+        outcome = _solve_chosen(depth, chosen, pressure, touching, goal, max_iterations - iterations)
+        displacement = convolve(pressure)
+        iterations += outcome.iterations + 1
+        touching, worst = _violations(pressure, displacement - depth, inside, goal)
+        outcome = outcome._replace(iterations=iterations, violation=worst)
+        if outcome.status != CONVERGED or worst <= goal:
+            return pressure, displacement, outcome
+        chosen = chosen | touching
 
 
-@kernel
-def _neighbours(inside, cells):
-    """Return for each cell the compact index of the four cells beside it and the four at its corners."""
-    rows, columns = inside.shape
-    count = cells.size
-    number = np.full((rows + 2, columns + 2), count, dtype=np.int32)
-    for k in range(count):
-        number[cells[k] // columns + 1, cells[k] % columns + 1] = k
-    neighbours = np.empty((count, 8), dtype=np.int32)
-    for k in range(count):
-        i, j = cells[k] // columns + 1, cells[k] % columns + 1
-        neighbours[k, 0], neighbours[k, 1] = number[i - 1, j], number[i + 1, j]
-        neighbours[k, 2], neighbours[k, 3] = number[i, j - 1], number[i, j + 1]
-        neighbours[k, 4], neighbours[k, 5] = number[i - 1, j - 1], number[i - 1, j + 1]
-        neighbours[k, 6], neighbours[k, 7] = number[i + 1, j - 1], number[i + 1, j + 1]
-    return neighbours
+def _violations(pressure, gap, inside, goal):
+    """Return the cells that touch or penetrate, and the largest |g| in contact or penetration outside."""
+    loaded, penetrating = pressure > 0, inside & (gap < -goal)
+    return loaded | penetrating, float(max(np.abs(gap[loaded]).max(initial=0.0), -gap[inside].min()))
 
 
-@kernel
-def _open(gap, depth):
-    """Turn the displacement into the gap g = A p − (δ − S)."""
-    for k in range(depth.size):
-        gap[k] -= depth[k]
-    gap[-1] = 0.0
+def _solve_chosen(depth, chosen, pressure, touching, goal, max_iterations):
+    """Solve on the chosen cells; their pressures (scaled) in the box become the solution."""
+    indices = np.flatnonzero(chosen)
+    cells = gather_cells(chosen, indices, depth.ravel()[indices])
+    contact = np.append(touching.ravel()[indices], False)
+    compact = np.append(np.where(contact[:-1], pressure.ravel()[indices], 0.0), 0.0)
+    outcome = active_set.solve(cells, compact, contact, goal, max_iterations)
+    pressure[...] = 0.0
+    pressure.ravel()[indices] = compact[:-1]
+    return outcome
 
 
-@kernel
-def _join(gap, contact, goal):
-    for k in range(gap.size - 1):
-        if gap[k] < -goal:
-            contact[k] = True
+def _coarse_prediction(depth, dx, contact_modulus):
+    """Return the contact on cells twice as large; on few cells, those that overlap by more than half the deepest.
+
+    So many of a paraboloid's overlapping cells touch.
+    """
+    inside, largest = depth > 0, float(np.nanmax(depth))
+    coarse = _halved(depth)
+    if np.count_nonzero(inside) <= DENSE_LIMIT or min(depth.shape) < 4 or not (coarse > 0).any():
+        return Prediction(np.zeros(depth.shape), depth > 0.5 * largest, inside)
+    solution = solve(-coarse, 0.0, 2 * dx, contact_modulus, tolerance=_COARSE_TOLERANCE)
+    rows, columns = depth.shape
+    pressure = np.repeat(np.repeat(solution.pressure, 2, axis=0), 2, axis=1)[:rows, :columns]
+    gap = _doubled(solution.displacement)[:rows, :columns] - depth
+    touching = (pressure * dx / contact_modulus > gap) & (pressure > 0) | (gap < 0)
+    return Prediction(pressure, touching, touching | ~(gap >= _MARGIN * largest))
 
 
-@kernel
-def _violation(gap, contact):
-    """Return the largest |gap| in contact or penetration outside, and the largest |gap| in contact."""
-    inside, outside = 0.0, 0.0
-    for k in range(gap.size - 1):
-        if contact[k]:
-            inside = max(inside, abs(gap[k]))
-        else:
-            outside = max(outside, -gap[k])
-    return max(inside, outside), inside
+def _halved(depth):
+    """Return the means of 2 × 2 cells; odd rims are continued."""
+    odd = [(0, n % 2) for n in depth.shape]
+    padded = np.pad(depth, odd, mode="edge")
+    return padded.reshape(padded.shape[0] // 2, 2, -1, 2).mean(axis=(1, 3))
 
 
-@kernel
-def _search(gap, contact, neighbours, preconditioned, direction, slope):
-    """Set the next conjugate direction on the contact cells; return the residual's preconditioned square."""
-    count = gap.size - 1
-    new = 0.0
-    for k in range(count):
-        if contact[k]:
-            beside, corner = 0.0, 0.0
-            for n in range(4):
-                m = neighbours[k, n]
-                if contact[m]:
-                    beside -= gap[m]
-                m = neighbours[k, n + 4]
-                if contact[m]:
-                    corner -= gap[m]
-            preconditioned[k] = -_STENCIL[0] * gap[k] + _STENCIL[1] * beside + _STENCIL[2] * corner
-            new -= gap[k] * preconditioned[k]
-    ratio = new / slope if slope > 0.0 else 0.0
-    for k in range(count):
-        direction[k] = preconditioned[k] + ratio * direction[k] if contact[k] else 0.0
-    return new
-
-
-@kernel
-def _advance(pressure, gap, direction, image, slope):
-    """Go to the minimum of the energy along the direction."""
-    count = gap.size - 1
-    curvature = 0.0
-    for k in range(count):
-        curvature += direction[k] * image[k]
-    step = slope / curvature
-    for k in range(count):
-        pressure[k] += step * direction[k]
-        gap[k] += step * image[k]
-
-
-@kernel
-def _count(pressure, gap, contact, goal):
-    """Return the number of cells that pull, and of all that violate a condition."""
-    pulling, penetrating = 0, 0
-    for k in range(gap.size - 1):
-        if contact[k]:
-            pulling += pressure[k] < 0.0
-        else:
-            penetrating += gap[k] < -goal
-    return pulling, pulling + penetrating
-
-
-@kernel
-def _exchange(pressure, gap, contact, removed, goal, single):
-    """Free the pulling cells and take in the penetrating ones, all or the first; say whether any was freed."""
-    freed = False
-    for k in range(gap.size - 1):
-        removed[k] = 0.0
-    for k in range(gap.size - 1):
-        if contact[k] and pressure[k] < 0.0:
-            contact[k] = False
-            removed[k] = -pressure[k]
-            pressure[k] = 0.0
-            freed = True
-        elif not contact[k] and gap[k] < -goal:
-            contact[k] = True
-        else:
-            continue
-        if single:
-            break
-    return freed
+def _doubled(field):
+    """Return a field at the centres of cells half as large, linear between the centres."""
+    for axis in (0, 1):
+        field = np.moveaxis(field, axis, 0)
+        padded = np.pad(field, [(1, 1), (0, 0)], mode="edge")
+        fine = np.empty((2 * field.shape[0], field.shape[1]))
+        fine[0::2] = 0.75 * field + 0.25 * padded[:-2]
+        fine[1::2] = 0.75 * field + 0.25 * padded[2:]
+        field = np.moveaxis(fine, 0, axis)
+    return field

@@ -1,0 +1,194 @@
+"""Distributions over subregions or asperities."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .. import schema, statistics
+from .style import (
+    BLACK,
+    Unit,
+    axes,
+    fold_labels,
+    in_words,
+    label_axis,
+    legend,
+    panels,
+    round_ticks,
+    stroke,
+    styled,
+    superscripts,
+)
+
+#: Bins at most: rules for their width fail where most samples are alike and a few are far off.
+_MOST_BINS = 48
+
+
+@styled
+def distribution(
+    ds: xr.Dataset,
+    name: str,
+    *,
+    ax: Any = None,
+    label: str | None = None,
+    bins: Any = "auto",
+    kde: bool = True,
+    rug: bool = True,
+    order: int = 0,
+):
+    """Draw the probability density of a variable: histogram, kernel estimate and the samples as ticks.
+
+    Parameters
+    ----------
+    ds : Dataset
+    name : str
+        A variable along ``subregion`` or ``asperity`` alone: select one displacement first.
+    ax : Axes, optional
+    label : str, optional
+        What the legend says.
+    bins : int, str or array
+        As `statistics.pdf` takes them; no more than 48 by a rule.
+    kde : bool
+        Draw a Gaussian kernel estimate within the range of the samples.
+    rug : bool
+        Draw a tick for each sample, which shows the few far off.
+    order : int
+        Which of the figure's strokes to draw in, where several distributions share the Axes.
+
+    Returns
+    -------
+    Axes
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> ds = xr.Dataset({"force": ("subregion", [1e3, 2e3, 2e3, 3e3], {"units": "nN"})})
+    >>> ax = distribution(ds, "force", ax=Figure().subplots())
+    >>> ax.get_xlabel(), ax.get_ylabel()
+    ('contact force [µN]', 'probability density [µN⁻¹]')
+    """
+    ax = axes(ax)
+    look = stroke(order)
+    values = np.asarray(ds[name].values, dtype=float)
+    values = values[np.isfinite(values)]
+    density = statistics.pdf(ds, name, bins=_bins(values, bins))
+    smooth = kde and np.ptp(values) > 0
+    ax.stairs(density.values, density.attrs["bin_edges"], fill=True, color=look["color"], alpha=0.18)
+    outline = {"linewidth": 0.6, "alpha": 0.7} if smooth else {"label": label}
+    ax.stairs(density.values, density.attrs["bin_edges"], color=look["color"], **outline)
+    if smooth:
+        estimate = statistics.pdf(ds, name, method="kde")
+        estimate = estimate.sel({name: slice(values.min(), values.max())})
+        ax.plot(estimate[name], estimate.values, label=label, **look)
+    if rug:
+        _rug(ax, values, look["color"], order)
+    return legend(_label_density(ax, name))
+
+
+@styled
+def asperity_statistics(catalogue: xr.Dataset, *, ax: Any = None) -> np.ndarray:
+    """Draw what a surface's asperities are like: heights, ln(B/A), axis ratio λ and orientation.
+
+    Parameters
+    ----------
+    catalogue : Dataset
+        The asperities of a scan. Saddles have no contact ellipse and appear among the heights only.
+    ax : sequence of four Axes, optional
+
+    Returns
+    -------
+    array of four Axes
+        Heights on a logarithmic density, so that a few debris particles show beside thousands of peaks. B/A
+        (the ratio of the principal curvatures) and λ = b/a have unit 1.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> catalogue = xr.Dataset({
+    ...     "height": ("asperity", [14.0, 15.0, 16.0]),
+    ...     "curvature_min": ("asperity", [0.001, 0.002, 0.004]),
+    ...     "curvature_max": ("asperity", [0.002, 0.006, 0.009]),
+    ...     "orientation": ("asperity", [-1.0, 0.2, 1.0]),
+    ...     "axis_ratio": ("asperity", [0.6, 0.5, 0.6]),
+    ... })
+    >>> made = asperity_statistics(catalogue, ax=Figure().subplots(2, 2))
+    >>> [one.get_xlabel() for one in made][2]
+    'axis ratio λ = b/a'
+    """
+    catalogue = schema.validate(catalogue, "asperities")
+    made = panels(ax, 2, 2, aspect=0.95)
+    distribution(catalogue, "height", ax=made[0], kde=False)
+    made[0].set_yscale("log")
+    peaks = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)
+    _anisotropy(made[1], peaks)
+    _axis_ratio(made[2], peaks)
+    _orientation(made[3], peaks)
+    for one in made:
+        fold_labels(one, 24, 22)
+    return made
+
+
+def _anisotropy(ax, peaks: xr.Dataset):
+    name = "ln_ratio"
+    ratio = np.log(peaks["curvature_max"] / peaks["curvature_min"])
+    most = float(ratio.quantile(0.99)) or 1.0
+    ds = xr.Dataset({name: ratio.assign_attrs(units="1")})
+    _plain_density(ax, ds, name, "ln(B/A) of the curvatures", bins=np.linspace(0, most, 41))
+    ax.set_xlim(0, most)
+
+
+def _axis_ratio(ax, peaks: xr.Dataset):
+    _plain_density(ax, peaks, "axis_ratio", "axis ratio λ = b/a")
+    ax.axvline(float(peaks["axis_ratio"].mean()), color=BLACK, linewidth=0.8, linestyle=(0, (1, 1.2)))
+    ax.set_xlim(0, 1)
+
+
+def _orientation(ax, peaks: xr.Dataset):
+    distribution(peaks, "orientation", ax=ax, kde=False, rug=False, bins=np.linspace(-np.pi / 2, np.pi / 2, 19))
+    ax.axhline(1 / np.pi, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label="uniform")
+    ax.set_xticks(np.pi * np.array([-0.5, 0, 0.5]), ["−π/2", "0", "π/2"])
+    ax.set_ylim(0, 1.35 * ax.get_ylim()[1])
+    legend(ax, loc="upper right")
+
+
+def _plain_density(ax, ds: xr.Dataset, name: str, words: str, bins: Any = "auto"):
+    """Draw the density of a number of unit 1, on an axis in these words."""
+    values = ds[name].values
+    density = statistics.pdf(ds, name, bins=_bins(values[np.isfinite(values)], bins))
+    look = stroke(0)
+    ax.stairs(density.values, density.attrs["bin_edges"], fill=True, color=look["color"], alpha=0.18)
+    ax.stairs(density.values, density.attrs["bin_edges"], color=look["color"])
+    ax.set(xlabel=words, ylabel=in_words("pdf"))
+    round_ticks(ax.yaxis)
+    ax.set_ylim(bottom=0)
+
+
+def _bins(values: np.ndarray, bins: Any) -> Any:
+    if not isinstance(bins, str):
+        return bins
+    edges = np.histogram_bin_edges(values, bins=bins)
+    return edges if edges.size <= _MOST_BINS + 1 else np.linspace(edges[0], edges[-1], _MOST_BINS + 1)
+
+
+def _rug(ax, values: np.ndarray, color: str, order: int):
+    """Draw the samples as ticks between the densities and the axis, one row for each distribution."""
+    from matplotlib.transforms import ScaledTranslation
+
+    row = (3.5 + 5 * order) / 72
+    below = ax.get_xaxis_transform() + ScaledTranslation(0, -row, ax.figure.dpi_scale_trans)
+    style = {"color": color, "markersize": 4, "markeredgewidth": 0.5, "clip_on": False, "linestyle": "none"}
+    ax.plot(np.unique(values), np.zeros(np.unique(values).size), marker="|", transform=below, **style)
+    ax.spines["bottom"].set_position(("outward", 72 * row + 3.5))
+
+
+def _label_density(ax, name: str):
+    """Label the variable below and, in its inverse, the density at the left."""
+    unit = label_axis(ax.xaxis, name)
+    inverse = Unit("1" if unit.text == "1" else f"{unit.text}-1", 1 / unit.size)
+    ax.yaxis.set_major_formatter(inverse.formatter())
+    words = in_words("pdf") if inverse.text == "1" else f"{schema.VARIABLES['pdf'].long_name} [{inverse.text}]"
+    ax.set_ylabel(superscripts(words))
+    return ax

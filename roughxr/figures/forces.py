@@ -1,0 +1,327 @@
+"""Force against displacement: many places, their mean, one place, and the smooth sphere beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from ..kernels import jkr
+from .style import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    axes,
+    label_axes,
+    label_axis,
+    legend,
+    panels,
+    stroke,
+    styled,
+)
+
+
+@styled
+def force_fan(ds: xr.Dataset, *, ax: Any = None, quantiles: tuple[float, float] = (0.05, 0.25), lines: bool = True):
+    """Draw the sweep of every subregion, their median, and bands that hold most of them.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A solution.
+    ax : Axes, optional
+    quantiles : (float, float)
+        Lower ends of the outer and the inner band; their upper ends lie as far from 1.
+    lines : bool
+        Draw each subregion.
+
+    Returns
+    -------
+    Axes
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> ds = xr.Dataset(
+    ...     {"force": (("subregion", "delta"), [[0.0, 1.0, 4.0], [0.0, 2.0, 5.0]])},
+    ...     coords={"delta": [0.0, 1.0, 2.0]},
+    ... )
+    >>> force_fan(ds, ax=Figure().subplots()).get_ylabel()
+    'contact force [nN]'
+    """
+    ds = schema.validate(ds, "solution")
+    ax = axes(ax)
+    delta, force = ds["delta"].values, ds["force"].transpose("delta", "subregion")
+    if lines:
+        ax.plot(delta, force.values, color=GREY, linewidth=0.35, alpha=0.6)
+        ax.plot([], [], color=GREY, linewidth=0.6, label=f"{ds.sizes['subregion']} subregions")
+    for low, alpha in zip(quantiles, (0.22, 0.4)):
+        band = force.quantile([low, 1 - low], "subregion").values
+        words = f"{100 * (1 - 2 * low):.0f} % of them"
+        ax.fill_between(delta, *band, color=BLUE, alpha=alpha, linewidth=0, label=words)
+    ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label="median")
+    _zero(ax, force)
+    return legend(label_axes(ax, "delta", "force"), loc="upper left")
+
+
+@styled
+def mean_force(
+    solutions: xr.Dataset | Mapping[str, xr.Dataset],
+    *,
+    ax: Any = None,
+    where: Any = None,
+    band: float | None = 0.16,
+):
+    """Draw the mean force over subregions, of one solution or of several side by side.
+
+    Parameters
+    ----------
+    solutions : Dataset or mapping of str to Dataset
+        What the legend says, and the solution.
+    ax : Axes, optional
+    where : DataArray or array of bool, optional
+        Which subregions are counted; all by default. A solution of a single subregion is always counted.
+    band : float, optional
+        Lower quantile of a band over subregions around each mean; None for no band.
+
+    Returns
+    -------
+    Axes
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> ds = xr.Dataset(
+    ...     {"force": (("subregion", "delta"), [[0.0, 1.0, 4.0], [0.0, 2.0, 5.0]])},
+    ...     coords={"delta": [0.0, 1.0, 2.0]},
+    ... )
+    >>> ax = mean_force({"direct": ds}, where=[True, False], ax=Figure().subplots())
+    >>> ax.lines[0].get_ydata().tolist()
+    [0.0, 1.0, 4.0]
+    """
+    named = {"mean": solutions} if isinstance(solutions, xr.Dataset) else solutions
+    ax = axes(ax)
+    for order, (name, ds) in enumerate(named.items()):
+        force = _chosen(schema.validate(ds, "solution"), where)["force"]
+        look = stroke(order)
+        if band is not None and force.sizes["subregion"] > 1:
+            spread = force.quantile([band, 1 - band], "subregion").values
+            ax.fill_between(ds["delta"], *spread, color=look["color"], alpha=0.18, linewidth=0)
+        points = {"marker": "os^D"[order % 4], "markevery": 1} if ds.sizes["delta"] <= 40 else {}
+        ax.plot(ds["delta"], force.mean("subregion"), label=name, markersize=2.6, **points, **look)
+        _zero(ax, force)
+    return legend(label_axes(ax, "delta", "force"), loc="upper left")
+
+
+@styled
+def force_ratio(
+    ds: xr.Dataset,
+    reference: xr.Dataset,
+    *,
+    ax: Any = None,
+    where: Any = None,
+    words: str = "ratio of mean forces",
+    order: int = 0,
+):
+    """Draw the mean force of one solution over that of another, at the displacements of the first.
+
+    Parameters
+    ----------
+    ds, reference : Dataset
+        Solutions; the reference is interpolated.
+    ax : Axes, optional
+    where : DataArray or array of bool, optional
+        Which subregions are counted, as for `mean_force`.
+    words : str
+        What stands on the axis; the ratio has unit 1.
+    order : int
+        Which of the figure's strokes to draw in.
+
+    Returns
+    -------
+    Axes
+    """
+    ratio = mean_ratio(ds, reference, where=where)
+    ax = axes(ax, aspect=0.45)
+    ax.plot(ratio["delta"], ratio, marker="o" if ratio.size <= 40 else None, markersize=2.6, **stroke(order))
+    label_axis(ax.xaxis, "delta")
+    ax.set_ylabel(words)
+    return ax
+
+
+def mean_ratio(ds: xr.Dataset, reference: xr.Dataset, *, where: Any = None) -> xr.DataArray:
+    """Return the ratio of two solutions' mean forces along the first one's ``delta``, NaN beyond the reference.
+
+    Parameters
+    ----------
+    ds, reference : Dataset
+        Solutions without adhesion. Between its displacements the reference is interpolated as force^(2/3),
+        which for Hertz is a straight line.
+    where : DataArray or array of bool, optional
+        Which subregions are counted, as for `mean_force`.
+
+    Returns
+    -------
+    DataArray
+
+    Examples
+    --------
+    >>> delta = np.array([1.0, 2.0, 3.0])
+    >>> hertz = xr.Dataset({"force": (("subregion", "delta"), [delta**1.5])}, coords={"delta": delta})
+    >>> np.round(mean_ratio(2 * hertz, hertz).values, 9).tolist()
+    [2.0, 2.0, 2.0]
+    """
+    mean, below = (_chosen(one, where)["force"].mean("subregion") for one in (ds, reference))
+    straight = (below.clip(min=0) ** (2 / 3)).interp(delta=mean["delta"]) ** 1.5
+    return (mean / straight.where(straight > 0)).rename("ratio")
+
+
+@styled
+def sweep(
+    solutions: Mapping[str, xr.Dataset],
+    *,
+    subregion: int = 0,
+    smooth: bool = True,
+    ax: Any = None,
+    force_limits: tuple[float, float] | None = None,
+):
+    """Draw one subregion's sweep by several laws, its pull-off marked, beside the smooth sphere's JKR curve.
+
+    Parameters
+    ----------
+    solutions : mapping of str to Dataset
+        What the legend says, and the solution.
+    subregion : int
+        Number along ``subregion``.
+    smooth : bool
+        Draw the same sphere on a smooth flat at the datum, from the pair on the first solution that has a
+        work of adhesion.
+    ax : Axes, optional
+    force_limits : (float, float), optional
+        Ends of the force axis, nN: pull-off is small beside the push of deep contact.
+
+    Returns
+    -------
+    Axes
+    """
+    ax = axes(ax)
+    for order, (name, ds) in enumerate(solutions.items()):
+        force = schema.validate(ds, "solution")["force"].sel(subregion=subregion)
+        ax.plot(ds["delta"], force, label=name, **stroke(order))
+        _mark_pull_off(ax, ds["delta"].values, force.values, stroke(order)["color"])
+    with_pair = [ds for ds in solutions.values() if all(name in ds.coords for name in schema.PAIR)]
+    if smooth and with_pair:
+        delta, force = _wide_range(with_pair)
+        ax.plot(delta, force, color=BLACK, linewidth=0.9, label="smooth sphere, JKR")
+        _mark_pull_off(ax, delta, force, BLACK)
+    ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
+    ax.plot([], [], "v", color=GREY, markersize=4, label="pull-off")
+    if force_limits is not None:
+        ax.set_ylim(*force_limits)
+    return legend(label_axes(ax, "delta", "force"), loc="best")
+
+
+@styled
+def against_hertz(ds: xr.Dataset, *, ax: Any = None) -> np.ndarray:
+    """Draw a smooth sphere's direct simulation against Hertz's law, and its relative error below.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A direct solution on a flat, with its pair.
+    ax : sequence of two Axes, optional
+
+    Returns
+    -------
+    array of two Axes
+        Force, and relative error in per cent.
+    """
+    ds = schema.validate(ds, "solution")
+    upper, lower = made = panels(ax, 2, 1, aspect=1.0, height_ratios=[2.2, 1], sharex=True)
+    delta, force = ds["delta"].values, ds["force"].mean("subregion").values
+    fine = np.linspace(0, delta.max(), 200)
+    upper.plot(fine, hertz_sphere(ds, fine), color=BLACK, linewidth=1.0, label="Hertz")
+    look = {"color": ORANGE, "linestyle": "none", "marker": "o", "markerfacecolor": "white"}
+    upper.plot(delta, force, label="direct simulation", **look)
+    lower.axhspan(-1, 1, color=GREY, alpha=0.18, linewidth=0, label="within 1 %")
+    lower.axhline(0, color=GREY, linewidth=0.5)
+    lower.plot(delta, 100 * hertz_error(ds), color=ORANGE, marker="o", markerfacecolor="white")
+    lower.set_ylim(-1.2 * max(1.5, _largest(lower)), 1.2 * max(1.5, _largest(lower)))
+    label_axis(upper.yaxis, "force")
+    upper.set_xlabel("")
+    lower.set_ylabel("relative error [%]")
+    label_axis(lower.xaxis, "delta")
+    legend(upper, loc="upper left")
+    legend(lower, loc="lower right")
+    return made
+
+
+def hertz_sphere(ds: xr.Dataset, delta: np.ndarray) -> np.ndarray:
+    """Return Hertz's force (nN) of the pair on ``ds`` against a flat, (4/3) E* √R δ^(3/2), 0 out of contact."""
+    radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
+    return 4 / 3 * modulus * np.sqrt(radius) * np.clip(delta, 0, None) ** 1.5
+
+
+def hertz_error(ds: xr.Dataset) -> np.ndarray:
+    """Return the relative error of a smooth sphere's force against Hertz's, along ``delta``; NaN at δ ≤ 0."""
+    hertz = hertz_sphere(ds, ds["delta"].values)
+    return ds["force"].mean("subregion").values / np.where(hertz > 0, hertz, np.nan) - 1
+
+
+def jkr_sphere(ds: xr.Dataset, delta: np.ndarray) -> np.ndarray:
+    """Return the stable JKR force (nN) of the pair on ``ds`` against a flat; 0 where it has let go.
+
+    Examples
+    --------
+    >>> pair = xr.Dataset(coords={"sphere_radius": 3000.0, "contact_modulus": 39.4, "work_of_adhesion": 1.35})
+    >>> round(float(-jkr_sphere(pair, np.linspace(-25, 5, 3001)).min() / (1.5 * np.pi * 1.35 * 3000)), 4)
+    1.0
+    """
+    radius, modulus, work = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion")
+    if work == 0:
+        return hertz_sphere(ds, delta)
+    unit = jkr.self_similar_units(0.5 / radius, 0.5 / radius, modulus, work)
+    held = np.asarray(delta) / unit.delta >= jkr.END_DELTA
+    force = [unit.P * jkr.load(jkr.stable_semi_axis(d / unit.delta)) for d in np.asarray(delta)[held]]
+    out = np.zeros(np.shape(delta))
+    out[held] = force
+    return out
+
+
+def _chosen(ds: xr.Dataset, where: Any) -> xr.Dataset:
+    if where is None or ds.sizes["subregion"] == 1:
+        return ds
+    return ds.isel(subregion=np.flatnonzero(np.asarray(where, dtype=bool)))
+
+
+def _zero(ax, force: xr.DataArray):
+    """Draw the line between push and pull where there is any pull."""
+    if float(force.min()) < 0:
+        ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
+
+
+def _wide_range(solutions: list[xr.Dataset]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the smooth sphere's whole stable branch up to the largest displacement of the solutions."""
+    first = next((ds for ds in solutions if float(ds["work_of_adhesion"]) > 0), solutions[0])
+    highest = max(float(ds["delta"].max()) for ds in solutions)
+    radius, modulus, work = schema.pair(first, *schema.PAIR)
+    end = 0.0
+    if work > 0:
+        end = jkr.END_DELTA * jkr.self_similar_units(0.5 / radius, 0.5 / radius, modulus, work).delta
+    delta = np.linspace(end * (1 - 1e-9), highest, 400)
+    return delta, jkr_sphere(first, delta)
+
+
+def _mark_pull_off(ax, delta: np.ndarray, force: np.ndarray, color: str):
+    k = int(np.nanargmin(force))
+    if force[k] < 0:
+        ax.plot(delta[k], force[k], "v", color=color, markersize=4.5, markeredgecolor="white", markeredgewidth=0.5)
+
+
+def _largest(ax) -> float:
+    values = [np.nanmax(np.abs(line.get_ydata())) for line in ax.lines if len(line.get_ydata())]
+    return float(max(values))

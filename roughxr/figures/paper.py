@@ -1,0 +1,434 @@
+"""The figures of Cheng, Dunn & Brach (2–16) from one run, their printed numbers beside ours.
+
+A run is a mapping of group names, such as "solutions/direct", to Datasets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+import numpy as np
+import xarray as xr
+
+from .. import regions
+from .distributions import asperity_statistics, distribution
+from .forces import against_hertz, force_ratio, hertz_error, jkr_sphere, mean_force, mean_ratio, sweep
+from .maps import contact_grid, contact_maps, scan_map
+from .sheet import mean_and_spread, number, sheet
+from .single import asperity_curve
+from .style import GREY, label_axis, legend, stroke, styled
+
+Run = Mapping[str, xr.Dataset]
+
+#: Displacements at which the paper shows distributions of the force, nm, with what it prints there.
+_FORCE_AT = {
+    "figure-11": (5.08, "0.4 ± 3 µN", "near 20 µN"),
+    "figure-12": (15.4, "21 ± 11 µN", "near 80 µN"),
+}
+
+#: Formulations of adhesion, as they stand in a legend.
+_FORMULATIONS = {
+    "published": "as published (λ²)",
+    "self_similar": "corrected (λ)",
+    "energy": "least energy",
+}
+
+
+def paper_figures(run: Run) -> Iterator[tuple[str, object]]:
+    """Yield the paper's figures 2–16, each with its number in the paper.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups "scan" (with its pair), "asperities", "reconstruction", "solutions/direct" (many subregions),
+        "solutions/contact" (one, with fields), "solutions/smooth" (the sphere on a flat), "solutions/hertz",
+        "solutions/published", "solutions/self_similar", "solutions/energy" (superposed), and
+        "statistics/published", "statistics/self_similar", "statistics/energy" (their pull-off).
+
+    Yields
+    ------
+    (str, Figure)
+        "figure-02" … "figure-16"; the Figures belong to no pyplot window.
+
+    Raises
+    ------
+    ValueError
+        If a group that the next figure needs is missing.
+
+    Examples
+    --------
+    >>> name, figure = next(paper_figures({}))
+    >>> name
+    'figure-02'
+    """
+    for name, draw in _FIGURES.items():
+        yield name, styled(draw)(_Groups(run))
+
+
+def debris(catalogue: xr.Dataset, subregions: xr.Dataset, *, threshold: float = 6.0) -> xr.DataArray:
+    """Return which subregions hold a debris particle.
+
+    The highest asperity of each tile (those nearer to its contact centre than to any other) is compared with
+    those of all tiles: debris is what stands higher than their median by more than ``threshold`` times their
+    median absolute deviation. Up to half of the tiles may hold debris without moving the rule.
+
+    Parameters
+    ----------
+    catalogue : Dataset
+        Asperities.
+    subregions : Dataset
+        Anything with the contact centres ``subregion_x`` and ``subregion_y``.
+    threshold : float
+
+    Returns
+    -------
+    DataArray
+        True or False along ``subregion``; False for a tile without asperities.
+
+    Examples
+    --------
+    >>> catalogue = xr.Dataset(
+    ...     {"height": ("asperity", [14.0, 15.0, 16.0, 27.0])}, coords={"x": ("asperity", [0.0, 1, 2, 3])}
+    ... ).assign_coords(y=("asperity", [0.0, 0, 0, 0]))
+    >>> centres = xr.Dataset(coords={name: ("subregion", [0.0, 1, 2, 3]) for name in ("subregion_x", "subregion_y")})
+    >>> debris(catalogue, centres.assign_coords(subregion_y=("subregion", [0.0, 0, 0, 0]))).values.tolist()
+    [False, False, False, True]
+    """
+    highest = _highest(catalogue, subregions)
+    flags = highest > _too_high(highest, threshold)
+    out = xr.DataArray(flags, dims="subregion", name="debris")
+    coords = ("subregion", "subregion_x", "subregion_y")
+    out = out.assign_coords({name: subregions[name] for name in coords if name in subregions.coords})
+    rule = f"highest asperity of the tile above median + {threshold:g} median absolute deviations"
+    return out.assign_attrs(units="1", long_name="debris in the subregion", comment=rule)
+
+
+def _too_high(highest: np.ndarray, threshold: float = 6.0) -> float:
+    """Return the height above which debris stands."""
+    median = np.nanmedian(highest)
+    return float(median + threshold * np.nanmedian(np.abs(highest - median)))
+
+
+def _highest(catalogue: xr.Dataset, subregions: xr.Dataset) -> np.ndarray:
+    """Return the height of each tile's highest asperity, NaN for an empty tile."""
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(np.c_[subregions["subregion_x"].values, subregions["subregion_y"].values])
+    tile = tree.query(np.c_[catalogue["x"].values, catalogue["y"].values])[1]
+    highest = np.full(tree.n, -np.inf)
+    np.maximum.at(highest, tile, catalogue["height"].values)
+    return np.where(np.isfinite(highest), highest, np.nan)
+
+
+class _Groups:
+    """A run that says what it lacks."""
+
+    def __init__(self, run: Run):
+        self._run = run
+
+    def __getitem__(self, name: str) -> xr.Dataset:
+        if name not in self._run:
+            found = ", ".join(self._run) or "none"
+            raise ValueError(f"expected the group {name!r} in the run, found groups: {found}")
+        return self._run[name]
+
+    def debris(self, name: str = "solutions/direct") -> np.ndarray:
+        """Return which subregions of a solution hold debris."""
+        return debris(self["asperities"], self[name]).values
+
+
+def _figure_02(run):
+    title = "Figure 2. Adhesion holds an asperity beyond touch, until its stable branch ends"
+    figure, (ax,) = sheet(title, aspect=0.8)
+    asperity_curve("delta", "a", largest=1.75, ax=ax)
+    return figure
+
+
+def _figure_03(run):
+    title = "Figure 3. Under a prescribed load the contact lets go at the largest pull, at a finite radius"
+    figure, (ax,) = sheet(title, aspect=0.8)
+    asperity_curve("P", "a", largest=1.95, ax=ax)
+    return figure
+
+
+def _figure_04(run):
+    title = "Figure 4. Load against displacement of any asperity, in its own units"
+    figure, (ax,) = sheet(title, aspect=0.8)
+    asperity_curve("delta", "P", largest=1.75, ax=ax)
+    return figure
+
+
+def _figure_05(run):
+    smooth = run["solutions/smooth"]
+    worst = 100 * np.nanmax(np.abs(hertz_error(smooth)))
+    rows = [("largest difference from Hertz", number(worst, "%", 2), "< 1 %")]
+    title = f"Figure 5. Direct simulation of a smooth sphere on a flat: within {worst:.2g} % of Hertz's law"
+    figure, axes = sheet(title, shape=(2, 1), aspect=0.95, rows=rows, height_ratios=[2.2, 1], sharex=True)
+    against_hertz(smooth, ax=axes)
+    return figure
+
+
+def _figure_06(run):
+    scan = run["scan"]
+    height = scan["height"].values
+    rows = [
+        ("height, highest − lowest", number(float(np.ptp(height)), "nm"), "23 nm"),
+        ("mean distance from the datum, Rₐ", f"{np.abs(height).mean():.3f} nm", "12.842 nm"),
+    ]
+    side = regions.extent(scan)
+    size = f"{(side[1] - side[0]) / 1e3:.3g} × {(side[3] - side[2]) / 1e3:.3g} µm"
+    figure, (ax,) = sheet(f"Figure 6. The rough surface, {size}", aspect=0.84, rows=rows)
+    scan_map(scan, ax=ax)
+    return figure
+
+
+def _figure_07(run):
+    direct = run["solutions/direct"]
+    flags = run.debris()
+    rows = [
+        ("contact centres", str(flags.size), "64"),
+        ("of which on debris (ringed)", str(int(flags.sum())), "6"),
+    ]
+    title = f"Figure 7. The {flags.size} places where the sphere lands, those on debris ringed"
+    figure, (ax,) = sheet(title, aspect=0.84, rows=rows)
+    contact_grid(run["scan"], direct, highlight=flags, ax=ax)
+    return figure
+
+
+def _figure_08(run):
+    original, envelope = run["scan"]["height"].values, run["reconstruction"]
+    roughness = [f"{np.nanmean(np.abs(height)):.3f} nm" for height in (original, envelope["height"].values)]
+    rows = [
+        ("Rₐ of the scan", roughness[0], "12.842 nm"),
+        ("Rₐ of the reconstruction", roughness[1], "12.880 nm"),
+        ("rms difference", number(float(envelope.attrs["residual_rms"]), "nm"), "1.74 nm *"),
+    ]
+    note = "* printed as 0.0034 nm, which lacks the factor √(MN) = 512"
+    title = "Figure 8. The surface that the asperities alone would make matches the peaks, not the valleys"
+    figure, (ax,) = sheet(title, aspect=0.84, rows=rows, note=note)
+    scan_map(envelope, ax=ax, limits=(original.min(), original.max()))
+    return figure
+
+
+def _figure_09(run):
+    catalogue = run["asperities"]
+    height, ratio = catalogue["height"].values, catalogue["axis_ratio"].values
+    lowest = _too_high(_highest(catalogue, run["solutions/direct"]))
+    groups = [height[height < lowest], height[height >= lowest]]
+    rows = [
+        ("mean height of the main group", mean_and_spread(groups[0], "nm", digits=1), "near 15 nm"),
+        ("mean height of the debris", mean_and_spread(groups[1], "nm", digits=1), "near 27 nm"),
+        ("axis ratio λ = b/a", mean_and_spread(ratio, ""), "mean 0.6"),
+        ("ellipses with a < 10 b", number(100 * np.nanmean(ratio[np.isfinite(ratio)] > 0.1), "%"), "most"),
+    ]
+    found = "two groups of heights" if groups[1].size else "one group of heights"
+    title = f"Figure 9. What the {height.size} asperities are like: {found}, and ellipses more than circles"
+    figure, axes = sheet(title, shape=(2, 2), aspect=0.98, rows=rows)
+    asperity_statistics(catalogue, ax=axes)
+    return figure
+
+
+def _lowest_debris(run) -> float:
+    """Return the height above which an asperity counts as debris: the rule of `debris`."""
+    highest = _highest(run["asperities"], run["solutions/direct"])
+    median = np.nanmedian(highest)
+    return float(median + 6 * np.nanmedian(np.abs(highest - median)))
+
+
+def _figure_10(run):
+    contact = run["solutions/contact"]
+    delta = float(contact["delta"][-1])
+    spots = _spots(contact["pressure"].isel(subregion=0, delta=-1).values)
+    title = f"Figure 10. One contact at δ = {delta:g} nm: {spots} spots touch, and the surface between them sinks too"
+    figure, axes = sheet(title, shape=(2, 2), aspect=1.16)
+    contact_maps(contact, run["scan"], subregion=int(contact["subregion"][0]), ax=axes)
+    return figure
+
+
+def _spots(pressure: np.ndarray) -> int:
+    """Return how many separate spots carry pressure; pixels that meet at a corner belong together."""
+    from scipy.ndimage import label
+
+    return label(pressure > 0, structure=np.ones((3, 3)))[1]
+
+
+def _force_distribution(name: str) -> Callable:
+    """Return the drawing of the forces' distribution at one displacement."""
+
+    def draw(run):
+        wanted, printed, second = _FORCE_AT[name]
+        at = run["solutions/direct"].sel(delta=wanted, method="nearest")
+        force, flags = at["force"].values, run.debris()
+        rows = [
+            (f"force over {force.size} subregions", mean_and_spread(force, "µN", size=1e3), printed),
+            ("second peak: largest force", number(force.max() / 1e3, "µN"), second),
+            ("mean elsewhere", number(_mean(force[~flags]) / 1e3, "µN"), "–"),
+        ]
+        share = 100 * force[flags].sum() / force.sum() if force.sum() else 0.0
+        title = (
+            f"Figure {int(name[-2:])}. Contact force at δ = {float(at['delta']):g} nm: "
+            f"debris in {int(flags.sum())} of {flags.size} places carries {share:.0f} % of it"
+        )
+        figure, (ax,) = sheet(title, aspect=0.66, rows=rows)
+        distribution(at, "force", ax=ax, kde=False)
+        return figure
+
+    return draw
+
+
+def _figure_13(run):
+    rough, smooth = run["solutions/direct"], run["solutions/smooth"]
+    ratio = mean_ratio(rough, smooth)
+    low = float(ratio.where(ratio["delta"] < 10).max())
+    rows = [
+        ("rough / smooth, largest for δ < 10 nm", number(low, digits=2), "< 0.1"),
+        (
+            f"rough / smooth at δ = {float(ratio['delta'][-1]):g} nm",
+            number(float(ratio[-1]), digits=2),
+            "about 0.25",
+        ),
+    ]
+    most, least = 100 * (1 - float(ratio.min())), 100 * (1 - float(ratio.max()))
+    title = f"Figure 13. Roughness takes {least:.0f} to {most:.0f} % of the contact force away"
+    figure, (upper, lower) = _stacked(title, rows)
+    mean_force({"rough, mean of all subregions": rough, "smooth flat at the datum": smooth}, ax=upper)
+    force_ratio(rough, smooth, ax=lower, words="rough / smooth")
+    lower.set_ylim(bottom=0)
+    upper.set_xlabel("")
+    return figure
+
+
+def _figure_14(run):
+    direct, superposed, clean = run["solutions/direct"], run["solutions/hertz"], ~run.debris()
+    ratio = 1 / mean_ratio(direct, superposed, where=clean)
+    printed = {10.0: "about 1", 12.0: "begin to part", 15.4: "> 1"}
+    rows = [
+        (f"superposition / direct at δ = {delta:g} nm", number(_at(ratio, delta), digits=2), words)
+        for delta, words in printed.items()
+    ]
+    title = f"Figure 14. {_parting(ratio)} ({int(clean.sum())} of {clean.size} places, no debris)"
+    figure, (upper, lower) = _stacked(title, rows)
+    span = slice(0, float(direct["delta"].max()))
+    mean_force(
+        {"direct simulation": direct, "superposed asperities": superposed.sel(delta=span)},
+        where=clean,
+        ax=upper,
+    )
+    upper.set_yscale("log")
+    upper.set_ylim(bottom=1e-5 * upper.get_ylim()[1])
+    label_axis(upper.yaxis, "force")
+    _inverse_ratio(lower, ratio)
+    upper.set_xlabel("")
+    return figure
+
+
+def _parting(ratio: xr.DataArray) -> str:
+    """Say from where on superposition gives a fifth more than the direct simulation."""
+    close = np.flatnonzero((ratio <= 1.2).values)
+    beyond = ratio["delta"].values[close[-1] + 1 :] if close.size else ratio["delta"].values
+    if beyond.size == 0:
+        return "Superposition overrates the force by no more than a fifth"
+    return f"Superposition overrates the force by more than a fifth from δ = {beyond[0]:g} nm on"
+
+
+def _figure_15(run):
+    published, pull = run["solutions/published"], {}
+    found = run["statistics/published"]["pull_off_force"]
+    clean = found.where(~run.debris("solutions/published"), 0).fillna(0)
+    where = int(found["subregion"][int(clean.argmax("subregion"))])
+    for key in ("published", "energy"):
+        pull[key] = float(run[f"statistics/{key}"]["pull_off_force"].sel(subregion=where))
+    smooth = -float(jkr_sphere(published, np.linspace(-100, 0, 4001)).min())
+    force = published["force"].sel(subregion=where)
+    rows = [
+        ("pull-off, as published", number(pull["published"] / 1e3, "µN"), "8.6 µN"),
+        ("pull-off, least energy", number(pull["energy"] / 1e3, "µN"), "–"),
+        ("pull-off, smooth sphere", number(smooth / 1e3, "µN"), "19.1 µN"),
+        (
+            "pulls up to δ, as published",
+            number(float(force["delta"].where(force < 0).max()), "nm"),
+            "12.4 nm",
+        ),
+        ("exceeds the smooth sphere beyond δ", number(_crossing(force, published), "nm"), "18 nm"),
+    ]
+    title = f"Figure 15. The place without debris that sticks most as published (subregion {where}), by every law"
+    figure, (ax,) = sheet(title, aspect=0.85, rows=rows)
+    solutions = {
+        "Hertz, superposed": run["solutions/hertz"],
+        "JKR, as published (λ²)": published,
+        "JKR, least energy": run["solutions/energy"],
+    }
+    deepest = max(smooth, *pull.values())
+    sweep(solutions, subregion=where, force_limits=(-1.25 * deepest, 6 * deepest), ax=ax)
+    return figure
+
+
+def _crossing(force: xr.DataArray, pair: xr.Dataset) -> float:
+    """Return the displacement beyond which a rough contact pushes harder than the smooth sphere, NaN if none."""
+    excess = force.values - jkr_sphere(pair, force["delta"].values)
+    below = np.flatnonzero((excess <= 0) & (force["delta"].values > 0))
+    beyond = below[-1] + 1 if below.size else 0
+    return float(force["delta"][beyond]) if below.size and beyond < force.size else np.nan
+
+
+def _figure_16(run):
+    figures = {key: run[f"statistics/{key}"] for key in _FORMULATIONS}
+    rows = []
+    for key, words in _FORMULATIONS.items():
+        printed = ("2.0 ± 1.37 µN", "9.7 ± 2.52 nm") if key == "published" else ("–", "–")
+        force, delta = figures[key]["pull_off_force"].values, figures[key]["pull_off_delta"].values
+        rows.append((f"force, {words}", mean_and_spread(force, "µN", size=1e3), printed[0]))
+        rows.append((f"displacement, {words}", mean_and_spread(delta, "nm"), printed[1]))
+    rows.sort(key=lambda row: row[0].startswith("displacement"))
+    title = "Figure 16. Pull-off forces over all places: what the sphere's landing and the slip in λ are worth"
+    figure, (ax,) = sheet(title, aspect=0.72, rows=rows)
+    for order, (key, words) in enumerate(_FORMULATIONS.items()):
+        distribution(figures[key], "pull_off_force", ax=ax, label=words, order=order)
+    legend(ax, loc="upper right")
+    return figure
+
+
+def _stacked(title: str, rows):
+    """Return a sheet with forces above and their ratio below."""
+    return sheet(title, shape=(2, 1), aspect=0.98, rows=rows, height_ratios=[2.2, 1], sharex=True)
+
+
+def _inverse_ratio(ax, ratio: xr.DataArray):
+    """Draw a ratio that grows without bound on a logarithmic axis, with agreement marked."""
+    from matplotlib.ticker import LogLocator
+
+    ax.axhline(1, color=GREY, linewidth=0.6)
+    ax.plot(ratio["delta"], ratio, marker="s", markersize=2.6, **stroke(1))
+    ax.set_yscale("log")
+    ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    ax.yaxis.set_major_formatter("{x:g}")
+    ax.yaxis.set_minor_formatter("")
+    ax.set_ylabel("superposed / direct")
+    label_axis(ax.xaxis, "delta")
+
+
+def _at(ratio: xr.DataArray, delta: float) -> float:
+    return float(ratio.sel(delta=delta, method="nearest"))
+
+
+def _mean(values: np.ndarray) -> float:
+    return float(np.mean(values)) if values.size else np.nan
+
+
+_FIGURES: dict[str, Callable] = {
+    "figure-02": _figure_02,
+    "figure-03": _figure_03,
+    "figure-04": _figure_04,
+    "figure-05": _figure_05,
+    "figure-06": _figure_06,
+    "figure-07": _figure_07,
+    "figure-08": _figure_08,
+    "figure-09": _figure_09,
+    "figure-10": _figure_10,
+    "figure-11": _force_distribution("figure-11"),
+    "figure-12": _force_distribution("figure-12"),
+    "figure-13": _figure_13,
+    "figure-14": _figure_14,
+    "figure-15": _figure_15,
+    "figure-16": _figure_16,
+}

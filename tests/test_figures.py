@@ -1,0 +1,243 @@
+"""Figures: units on every axis, minimal data, nothing left behind."""
+
+import subprocess
+import sys
+
+import matplotlib
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+matplotlib.use("Agg")
+
+from matplotlib import pyplot
+
+from roughxr import figures, regions, schema
+from roughxr.asperities import asperities
+from roughxr.direct import direct
+from roughxr.figures.forces import hertz_error, jkr_sphere, mean_ratio
+from roughxr.figures.style import display_unit, superscripts
+from roughxr.materials import assign_pair
+from roughxr.reconstruction import reconstruct
+from roughxr.statistics import pull_off
+from roughxr.superposition import superpose
+
+PAPER = [f"figure-{number:02d}" for number in range(2, 17)]
+
+#: Labels of numbers without a unit, as documented.
+UNIT_ONE = ("ratio", "ln(B/A)", "/P_c", "/a_c", "delta_c", "probability density", "rough / smooth")
+
+
+@pytest.fixture(scope="module")
+def run():
+    """A run on a small seeded surface with one debris particle among nine tiles."""
+    scan = assign_pair(_surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=1.35)
+    grid, sweep = (3, 3), np.arange(-5, 20, 0.5)
+    catalogue = asperities(scan, vertex="pixel")
+    middle = regions.centres(scan, (1, 1))
+    groups = {
+        "scan": scan,
+        "asperities": catalogue,
+        "reconstruction": reconstruct(scan, catalogue),
+        "solutions/direct": direct(scan, delta=[1, 5.08, 10, 12, 15.4, 18], subregions=grid),
+        "solutions/contact": direct(scan, delta=[17.0], subregions=middle, fields=True),
+        "solutions/smooth": direct(scan.assign(height=0 * scan.height), delta=[1, 5, 10, 15, 20]),
+        "solutions/hertz": superpose(catalogue, delta=sweep, subregions=grid, law="hertz"),
+    }
+    for name in ("published", "self_similar", "energy"):
+        groups[f"solutions/{name}"] = superpose(catalogue, delta=sweep, subregions=grid, formulation=name)
+        groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
+    return groups
+
+
+def _surface(pixels=90, size=900.0):
+    """Smoothed noise of 1.5 nm with a 12 nm particle, quantised to 0.1 nm."""
+    rng = np.random.default_rng(5)
+    noise = rng.normal(size=(pixels, pixels))
+    for axis in (0, 1):
+        noise = sum(np.roll(noise, shift, axis) for shift in (-2, -1, 0, 1, 2))
+    x = (np.arange(pixels) + 0.5) * size / pixels
+    particle = 12 * np.exp(-((x[:, None] - 450) ** 2 + (x[None, :] - 450) ** 2) / (2 * 40**2))
+    height = np.round(12 + 1.5 * noise / noise.std() + particle, 1)
+    return schema.label(xr.Dataset({"height": (("x", "y"), height)}, coords={"x": x, "y": x}))
+
+
+@pytest.fixture(autouse=True)
+def nothing_left():
+    """No rcParams may change; figures that a test lets pyplot open are closed."""
+    before = dict(matplotlib.rcParams)
+    yield
+    assert dict(matplotlib.rcParams) == before
+    pyplot.close("all")
+
+
+DRAWN = {
+    "scan_map": lambda run: figures.scan_map(run["scan"], robust=True),
+    "contact_grid": lambda run: figures.contact_grid(run["scan"], (3, 3), highlight=[True] + [False] * 8),
+    "contact_grid of scattered centres": lambda run: figures.contact_grid(run["scan"], ([100.0, 300], [200.0, 250])),
+    "ellipses": lambda run: figures.asperity_map(run["scan"], run["asperities"]),
+    "vertices": lambda run: figures.asperity_map(run["scan"], run["asperities"], shape="vertices"),
+    "subregion_map": lambda run: figures.subregion_map(run["statistics/energy"]),
+    "subregion_map of scattered centres": lambda run: figures.subregion_map(
+        run["statistics/energy"].isel(subregion=[0, 4, 5]), "pull_off_delta"
+    ),
+    "pressure": lambda run: figures.field_map(run["solutions/contact"]),
+    "displacement": lambda run: figures.field_map(run["solutions/contact"], "displacement", location="top"),
+    "gap": lambda run: figures.field_map(run["solutions/contact"], "gap"),
+    "topography_map": lambda run: figures.topography_map(run["solutions/contact"], run["scan"]),
+    "contact_section": lambda run: figures.contact_section(run["solutions/contact"], run["scan"]),
+    "contact_maps": lambda run: figures.contact_maps(run["solutions/contact"], run["scan"]),
+    "distribution": lambda run: figures.distribution(run["statistics/energy"], "pull_off_force", label="energy"),
+    "asperity_statistics": lambda run: figures.asperity_statistics(run["asperities"]),
+    "force_fan": lambda run: figures.force_fan(run["solutions/energy"]),
+    "mean_force": lambda run: figures.mean_force({"direct": run["solutions/direct"], "hertz": run["solutions/hertz"]}),
+    "mean_force of one": lambda run: figures.mean_force(run["solutions/direct"]),
+    "force_ratio": lambda run: figures.force_ratio(run["solutions/direct"], run["solutions/smooth"]),
+    "sweep": lambda run: figures.sweep({"JKR": run["solutions/energy"]}, subregion=4),
+    "against_hertz": lambda run: figures.against_hertz(run["solutions/smooth"]),
+    "asperity_curve": lambda run: figures.asperity_curve("P", "a", laws=("hertz", "energy"), ratio=4.0),
+}
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_axes_with_units(run, name):
+    drawn = np.atleast_1d(DRAWN[name](run)).tolist()
+    assert all(isinstance(ax, Axes) for ax in drawn)
+    drawn[0].figure.draw_without_rendering()
+    for ax in drawn:
+        shared = name == "against_hertz" and ax is drawn[0]
+        labels = [ax.get_ylabel()] if shared else [ax.get_xlabel(), ax.get_ylabel()]
+        for label in labels:
+            assert label.endswith("]") or any(word in label for word in UNIT_ONE), label
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_one_column_wide(run, name):
+    drawn = np.atleast_1d(DRAWN[name](run))
+    assert drawn[0].figure.get_figwidth() == pytest.approx(85 / 25.4)
+
+
+def test_paper_figures(run):
+    drawn = dict(figures.paper_figures(run))
+    assert list(drawn) == PAPER
+    assert not pyplot.get_fignums()
+    for name, figure in drawn.items():
+        figure.draw_without_rendering()
+        assert figure.get_suptitle().startswith(f"Figure {int(name[-2:])}. ")
+
+
+def test_printed_numbers_stand_beside_ours(run):
+    printed = {"figure-12": "21 ± 11 µN", "figure-15": "19.1 µN", "figure-16": "2.0 ± 1.37 µN"}
+    for name, figure in figures.paper_figures(run):
+        if name in printed:
+            texts = [text.get_text() for text in figure.findobj(matplotlib.text.Text)]
+            assert {"here", "paper", printed[name]} <= set(texts)
+
+
+def test_a_missing_group_is_named():
+    found = []
+    with pytest.raises(ValueError, match="'solutions/smooth'"):
+        found.extend(name for name, _ in figures.paper_figures({}))
+
+
+def test_given_axes_are_drawn_on(run):
+    ax = Figure().subplots()
+    assert figures.scan_map(run["scan"], ax=ax) is ax
+    assert not pyplot.get_fignums()
+    with pytest.raises(ValueError, match="expected 4 Axes, found 2"):
+        figures.asperity_statistics(run["asperities"], ax=Figure().subplots(2))
+
+
+def test_data_stay_in_the_schemas_units():
+    ax = figures.distribution(
+        xr.Dataset({"force": ("subregion", [2e3, 4e3, 4e3, 8e3], {"units": "nN"})}), "force", kde=False
+    )
+    ax.figure.draw_without_rendering()
+    assert ax.get_xlabel() == "contact force [µN]"
+    assert ax.get_xlim()[1] > 7e3
+    assert "4" in [tick.get_text() for tick in ax.get_xticklabels()]
+
+
+def test_minimal_data():
+    small = xr.Dataset({"height": (("x", "y"), np.eye(2))}, coords={"x": [0.0, 1.0], "y": [0.0, 1.0]})
+    assert figures.scan_map(schema.label(small)).get_xlabel() == "x [nm]"
+    force = xr.Dataset({"force": (("subregion", "delta"), [[0.0, 2.0]])}, coords={"delta": [0.0, 1.0]})
+    for draw in (figures.force_fan, figures.mean_force):
+        assert draw(force).get_ylabel() == "contact force [nN]"
+    alike = xr.Dataset({"force": ("subregion", [1.0, 1.0])})
+    assert figures.distribution(alike, "force").get_ylabel() == "probability density [nN⁻¹]"
+    asperity = xr.Dataset(
+        {
+            "height": ("asperity", [1.0, 2.0]),
+            "curvature_min": ("asperity", [0.1, 0.1]),
+            "curvature_max": ("asperity", [0.2, 0.3]),
+            "orientation": ("asperity", [0.0, 1.0]),
+            "axis_ratio": ("asperity", [0.6, 0.5]),
+        }
+    )
+    assert figures.asperity_statistics(asperity).size == 4
+
+
+def test_fields_are_asked_for_by_name(run):
+    with pytest.raises(ValueError, match="fields=True"):
+        figures.field_map(run["solutions/direct"])
+
+
+def test_debris_is_the_tile_with_the_particle(run):
+    flags = figures.debris(run["asperities"], run["solutions/direct"])
+    assert flags.values.tolist() == [False] * 4 + [True] + [False] * 4
+    assert flags.dims == ("subregion",)
+
+
+def test_debris_in_an_empty_tile_is_none():
+    catalogue = xr.Dataset({"height": ("asperity", [1.0, 1.1])}, coords={"x": ("asperity", [0.0, 1])})
+    catalogue = catalogue.assign_coords(y=("asperity", [0.0, 0]))
+    places = ("subregion", [0.0, 1, 2])
+    centres = xr.Dataset(coords={"subregion_x": places, "subregion_y": ("subregion", [0.0, 0, 0])})
+    assert not figures.debris(catalogue, centres).any()
+
+
+def test_smooth_sphere_follows_hertz(run):
+    assert np.nanmax(np.abs(hertz_error(run["solutions/smooth"])[1:])) < 0.03
+
+
+def test_jkr_sphere_pulls_with_its_known_force(run):
+    pair = run["scan"]
+    force = jkr_sphere(pair, np.linspace(-20, 5, 5001))
+    assert force.min() == pytest.approx(-1.5 * np.pi * 1.35 * 500, rel=1e-5)
+    assert force[0] == 0
+
+
+def test_ratio_is_exact_for_hertz_between_displacements():
+    coarse, fine = np.array([1.0, 4.0, 9.0]), np.array([2.0, 3.0, 7.0, 12.0])
+    one, other = (
+        xr.Dataset({"force": (("subregion", "delta"), [scale * d**1.5])}, coords={"delta": d})
+        for scale, d in ((3.0, fine), (1.0, coarse))
+    )
+    np.testing.assert_allclose(mean_ratio(one, other), [3, 3, 3, np.nan])
+
+
+def test_units_on_labels():
+    assert display_unit("GPa", 1e9).text == "GPa"
+    assert superscripts("density [µN-1]") == "density [µN⁻¹]"
+    assert superscripts("contact area [nm2]") == "contact area [nm²]"
+
+
+def test_importing_figures_leaves_matplotlib_alone():
+    code = "import sys, roughxr.figures; sys.exit(any(m in sys.modules for m in ('matplotlib', 'seaborn')))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_save_writes_the_figure_of_axes(run, tmp_path):
+    ax = figures.force_fan(run["solutions/energy"])
+    for what, name in ((ax, "axes.png"), (ax.figure, "figure.pdf")):
+        assert figures.save(what, tmp_path / name, dpi=60).stat().st_size > 1000
+
+
+def test_titles_tell_what_this_run_shows(run):
+    titles = {name: figure.get_suptitle() for name, figure in figures.paper_figures(run)}
+    assert "one place" not in titles["figure-07"] and "9 places" in titles["figure-07"]
+    assert "1 of 9" in titles["figure-11"].replace("\n", " ")
+    assert "8 of 9" in titles["figure-14"].replace("\n", " ")
