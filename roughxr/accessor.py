@@ -14,7 +14,18 @@ from .asperities import asperities
 from .direct import direct
 from .materials import assign_pair
 from .reconstruction import reconstruct
-from .scans import level, roughness
+from .scans import (
+    autocorrelation,
+    crop,
+    fill,
+    level,
+    power_spectrum,
+    resample,
+    rotate90,
+    roughness,
+    to_gsf,
+    to_surfacetopography,
+)
 from .statistics import pdf, pull_off, summary
 from .superposition import superpose
 
@@ -38,7 +49,15 @@ class ContactAccessor:
 
     assign_pair = _method(assign_pair)
     level = _method(level)
+    fill = _method(fill)
+    crop = _method(crop)
+    resample = _method(resample)
+    rotate90 = _method(rotate90)
     roughness = _method(roughness)
+    power_spectrum = _method(power_spectrum)
+    autocorrelation = _method(autocorrelation)
+    to_gsf = _method(to_gsf)
+    to_surfacetopography = _method(to_surfacetopography)
     asperities = _method(asperities)
     reconstruct = _method(reconstruct)
     superpose = _method(superpose)

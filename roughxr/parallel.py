@@ -83,7 +83,7 @@ def compute(ds: xr.Dataset, *, progress: bool = True) -> xr.Dataset:
     if client is None:
         from dask.diagnostics import ProgressBar
 
-        with ProgressBar(out=sys.stderr):
+        with ProgressBar(out=sys.stderr, dt=0.1 if sys.stderr.isatty() else 10.0):
             return ds.compute()
     from distributed import progress as follow
 

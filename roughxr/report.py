@@ -105,7 +105,7 @@ def _marked_deltas(direct: xr.Dataset) -> list[float]:
 
 
 def parting(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> float:
-    """Return the displacement (nm) beyond which two mean forces differ by more than a given part.
+    """Return the displacement (nm) from which on two mean forces differ by more than a given part.
 
     Parameters
     ----------
@@ -117,12 +117,13 @@ def parting(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> f
     Returns
     -------
     float
-        The first displacement with a force at which they differ by more; NaN if they never do.
+        The displacement after the last at which they agree; NaN if they agree at the last, or never.
     """
     truth = direct["force"].mean("subregion")
     other = superposed["force"].mean("subregion").interp(delta=truth["delta"])
-    apart = (truth > 0) & (np.abs(other - truth) > by * truth)
-    return float(truth["delta"].values[apart.values][0]) if bool(apart.any()) else np.nan
+    agree = np.flatnonzero(((truth > 0) & (np.abs(other - truth) <= by * truth)).values)
+    deltas = truth["delta"].values
+    return float(deltas[agree[-1] + 1]) if agree.size and agree[-1] + 1 < deltas.size else np.nan
 
 
 def scan_table(run: Mapping[str, xr.Dataset], paper: Mapping[str, float] | None = None) -> pd.DataFrame:

@@ -30,7 +30,6 @@ for tables, figures and tests; the loops over asperities look its results up (``
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from roughxr.kernels.ellipse import axis_ratio
 from roughxr.kernels.jkr import self_similar_units
@@ -141,6 +140,10 @@ def _least(formulation, ratio, quantity):
     """The point s at which ``quantity`` ("P" or "delta") is least."""
     coarse = np.linspace(0.02, 0.98, 97)
     i = np.argmin(getattr(branch(formulation, ratio, coarse), quantity))
+    from scipy.optimize import (
+        minimize_scalar,  # not at the top: a quarter of the import time, for tables and tests only
+    )
+
     found = minimize_scalar(
         lambda s: getattr(branch(formulation, ratio, s), quantity),
         bounds=(coarse[i - 1], coarse[i + 1]),
@@ -165,6 +168,8 @@ def _state_where(formulation, ratio, quantity, value, s_end):
 
     def excess(log_s):
         return getattr(branch(formulation, ratio, np.exp(log_s)), quantity) - value
+
+    from scipy.optimize import brentq
 
     log_s = brentq(excess, np.log(_SMALLEST_S), np.log(s_end), xtol=1e-13)
     return branch(formulation, ratio, np.exp(log_s))

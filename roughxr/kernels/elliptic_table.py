@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from roughxr.kernels import jkr
 from roughxr.kernels.ellipse import axis_ratio
@@ -102,6 +101,8 @@ def _sites(cells):
 def _fit(samples, cells):
     """B-spline coefficients along the first axis from ``samples`` at ``_sites(cells)``."""
     knots = np.arange(-3.0, cells + 4.0)
+    from scipy.interpolate import BSpline  # needed to make the table, not to read it
+
     design = BSpline.design_matrix(_sites(cells), knots, 3).toarray()
     return np.tensordot(np.linalg.pinv(design), samples, axes=1)
 

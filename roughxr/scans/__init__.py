@@ -1,0 +1,33 @@
+"""Scans: opened from any AFM file, levelled, measured, edited and written again."""
+
+from .backend import RoughxrBackend, open_scan
+from .channel import UnreadableScan
+from .describe import describe
+from .editing import crop, fill, resample, rotate90
+from .export import to_gsf, to_netcdf, to_surfacetopography
+from .levelling import level
+from .plausibility import ImplausibleScan, doubts
+from .roughness import roughness
+from .samples import open_sample
+from .spectra import autocorrelation, power_spectrum
+
+__all__ = [
+    "ImplausibleScan",
+    "RoughxrBackend",
+    "UnreadableScan",
+    "autocorrelation",
+    "crop",
+    "describe",
+    "doubts",
+    "fill",
+    "level",
+    "open_sample",
+    "open_scan",
+    "power_spectrum",
+    "resample",
+    "rotate90",
+    "roughness",
+    "to_gsf",
+    "to_netcdf",
+    "to_surfacetopography",
+]

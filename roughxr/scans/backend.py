@@ -1,0 +1,132 @@
+"""The xarray backend: ``xr.open_dataset(path, engine="roughxr")`` and its one-word form ``open_scan``."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from typing import Any
+
+import xarray as xr
+from xarray.backends import BackendEntrypoint
+
+from . import gwyddion, vendors
+from .files import read_scan
+
+#: First bytes that are certainly an AFM image; NetCDF is left to the engines that own it, a Park file (a
+#: TIFF) and an Igor wave are looked at more closely, and bare numbers are never claimed.
+_CERTAIN = (
+    gwyddion.GSF,
+    gwyddion.GWY,
+    gwyddion.OLD_GWY,
+    *(start for name in ("di", "sur", "wsxm") for start in vendors.SIGNATURES[name]),
+)
+
+
+class RoughxrBackend(BackendEntrypoint):
+    """Opens AFM files as scans: ``height(x, y)`` in nm on pixel centres in nm."""
+
+    description = "AFM images as scans in nm (Bruker, Asylum, Park, Gwyddion, text, NetCDF and others)"
+    open_dataset_parameters = (
+        "filename_or_obj",
+        "drop_variables",
+        "channel",
+        "direction",
+        "size",
+        "height_units",
+    )
+
+    def open_dataset(
+        self,
+        filename_or_obj: str | os.PathLike,
+        *,
+        drop_variables: str | Iterable[str] | None = None,
+        channel: str | int | None = None,
+        direction: str | None = None,
+        size: Any = None,
+        height_units: str | None = None,
+    ) -> xr.Dataset:
+        """Return the scan in a file; the options are those of :func:`open_scan`."""
+        ds = read_scan(filename_or_obj, channel=channel, direction=direction, size=size, height_units=height_units)
+        dropped = [drop_variables] if isinstance(drop_variables, str) else list(drop_variables or ())
+        return ds.drop_vars(dropped, errors="ignore")
+
+    def guess_can_open(self, filename_or_obj: Any) -> bool:
+        """Return whether a file begins as an AFM image does; never raises."""
+        try:
+            if not os.path.isfile(filename_or_obj):
+                return False
+            with open(filename_or_obj, "rb") as file:
+                head = file.read(4096)
+            return head.startswith(_CERTAIN) or vendors.is_park(head) or vendors.is_igor(head)
+        except Exception:
+            return False  # a guess may not fail: xarray asks about anything, even what is no path
+
+
+def open_scan(
+    path: str | os.PathLike,
+    *,
+    channel: str | int | None = None,
+    direction: str | None = None,
+    size: Any = None,
+    height_units: str | None = None,
+    chunks: Any = None,
+) -> xr.Dataset:
+    """Open an AFM file as a scan.
+
+    Parameters
+    ----------
+    path : str or path
+        Bruker, Asylum, Park, Nanosurf, Digital Surf and other vendors' files, ``.gwy`` and ``.gsf`` (these
+        need the extra ``roughxr[afm]``); NetCDF of roughxr, SurfaceTopography or CF; text matrices; ``.npy``.
+        The content decides, not the extension.
+    channel : str or int, optional
+        Name (case and direction do not matter) or number of the image; by default the first topography.
+    direction : {"trace", "retrace"}, optional
+        By default the forward image where there are both.
+    size : length or pair of lengths, optional
+        Along x and y, as nm or as text such as ``"5 um"``; for files that do not state it, and only those.
+    height_units : str, optional
+        For files that do not state them, and only those.
+    chunks : int, dict, "auto", optional
+        Open lazily with dask, as in :func:`xarray.open_dataset`. A NetCDF file is read chunk by chunk.
+
+    Returns
+    -------
+    Dataset
+        ``height`` (x, y) in nm, NaN where the file has no value; ``x``, ``y`` pixel centres in nm from the
+        lower left corner, x to the right and y upwards as in the picture that the vendor's program shows.
+        The attributes keep file name, SHA-256, channel, direction, all channels and the header as JSON.
+
+    Raises
+    ------
+    UnreadableScan
+        If the file is no scan or damaged. It is a ValueError, as for options that do not fit.
+    OSError
+        If the file is absent, a directory, or may not be read.
+    ImportError
+        If the format needs the extra.
+
+    Warns
+    -----
+    ImplausibleScan
+        If what the file says is hardly true.
+
+    Examples
+    --------
+    >>> import numpy as np, tempfile, os
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = os.path.join(folder, "ramp.npy")
+    ...     np.save(path, [[1.0, 1.1, 2.5], [0.0, 0.2, 0.3]])  # rows from the top
+    ...     scan = open_scan(path, size=("150 nm", "100 nm"), height_units="nm")
+    >>> scan.height.sel(x=125, y=75).item(), scan.x.values
+    (2.5, array([ 25.,  75., 125.]))
+    """
+    return xr.open_dataset(
+        path,
+        engine=RoughxrBackend,
+        chunks=chunks,
+        channel=channel,
+        direction=direction,
+        size=size,
+        height_units=height_units,
+    )

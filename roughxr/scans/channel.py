@@ -1,0 +1,147 @@
+"""One image of a file, as every format hands it over, and the choice among several.
+
+Whatever the vendor, a reader returns a list of :class:`Channel`: rows from the top of the picture, values
+and lateral size each in the units that the file states. Labels come later, once, in ``files``.
+"""
+
+from __future__ import annotations
+
+import importlib
+import re
+import warnings
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..units import factor
+
+
+class UnreadableScan(ValueError):
+    """A file that is no scan, or a damaged one: the message names the file, the reason and what to do."""
+
+    def __init__(self, path: Any, reason: str):
+        super().__init__(f"{path}: {reason}")
+
+
+class Channel(NamedTuple):
+    """One image of a file, before any label: what the file says, and nothing else.
+
+    ``read`` returns the values as (rows, columns) in ``units``, the top row of the picture first, NaN where
+    the file has no value. ``size`` is the lateral size (along x, along y) in ``lateral_units``. What the
+    file does not state is None. ``counted`` is False where the file does not say how many pixels it holds.
+    """
+
+    name: str
+    units: str | None
+    shape: tuple[int, int]
+    size: tuple[float, float] | None
+    lateral_units: str | None
+    read: Callable[[], np.ndarray]
+    direction: str = ""
+    header: Mapping[str, Any] = {}
+    remark: str = ""
+    counted: bool = True
+
+    @property
+    def is_length(self) -> bool:
+        """Whether the values are lengths."""
+        return is_length(self.units)
+
+    @property
+    def is_topography(self) -> bool:
+        """Whether the values are lengths, and not those of a lever: an amplitude in nm is no height."""
+        lever = re.search("ampl|defl|error|phase|fric|lateral", self.name, re.IGNORECASE)
+        return self.is_length and not lever
+
+
+def is_length(units: str | None) -> bool:
+    """Return whether ``units`` convert to nm.
+
+    Examples
+    --------
+    >>> is_length("um"), is_length("deg"), is_length(None)
+    (True, False, False)
+    """
+    if not units or not str(units).isalpha():
+        return False  # one word: "~m" or "10 nm" would convert to something, but not to what was meant
+    try:
+        return factor(str(units), "nm") > 0
+    except ValueError:
+        return False
+
+
+def direction_in(name: str) -> str:
+    """Return "trace" or "retrace" where a channel's name says so, else "".
+
+    Examples
+    --------
+    >>> direction_in("HeightRetrace"), direction_in("Z-Axis forward"), direction_in("Topography")
+    ('retrace', 'trace', '')
+    """
+    if re.search("retrace|backward", name, re.IGNORECASE):
+        return "retrace"
+    return "trace" if re.search("trace|forward", name, re.IGNORECASE) else ""
+
+
+def optional(module: str) -> ModuleType:
+    """Return a module of the ``afm`` extra, or say how to install it."""
+    try:
+        with warnings.catch_warnings(action="ignore"):  # that it runs without MPI is no news to anyone here
+            return importlib.import_module(module)
+    except ImportError as error:
+        package = module.partition(".")[0]
+        raise ImportError(
+            f'this file needs {package}, found {error}; install it with: pip install "roughxr[afm]"'
+        ) from error
+
+
+def choose(channels: list[Channel], channel: str | int | None, direction: str | None, path: Path) -> Channel:
+    """Return the channel asked for by name or place, and by direction; by default the first topography.
+
+    Raises
+    ------
+    UnreadableScan
+        If none or several fit: the message lists what the file holds.
+    """
+    if direction not in (None, "trace", "retrace"):
+        raise ValueError(f"direction: expected 'trace' or 'retrace', found {direction!r}")
+    fitting = [one for one in _named(channels, channel) if direction in (None, one.direction)]
+    if direction is None:  # of a pair of equal name the forward line is the usual choice
+        fitting = [one for one in fitting if one.direction != "retrace"] or fitting
+    if not fitting or (isinstance(channel, str) and len(fitting) > 1):
+        wanted = f"channel {channel!r}" if channel is not None else "a topography"
+        wanted += f" with direction {direction!r}" if direction else ""
+        found = "several" if fitting else "none"
+        raise UnreadableScan(
+            path, f"expected {wanted}, found {found} among {listing(channels)}; name one or its number"
+        )
+    if not fitting[0].is_length:
+        raise UnreadableScan(
+            path,
+            f"expected a channel of heights, found {fitting[0].name!r} in units of "
+            f"{fitting[0].units or 'nothing'}; choose among {listing(channels)}",
+        )
+    return fitting[0]
+
+
+def _named(channels: list[Channel], channel: str | int | None) -> list[Channel]:
+    if channel is None:
+        return [one for one in channels if one.is_topography]
+    if isinstance(channel, str):
+        exact = [one for one in channels if one.name == channel]
+        return exact or [one for one in channels if _stem(one.name) == _stem(channel)]
+    return [channels[channel]] if 0 <= int(channel) < len(channels) else []
+
+
+def _stem(name: str) -> str:
+    """Return a channel's name without its direction and its capitals: HeightRetrace is Height too."""
+    return re.sub("[ _-]*(retrace|trace|forward|backward)[ _-]*", "", name.lower())
+
+
+def listing(channels: list[Channel]) -> str:
+    """Return the channels as one line: number, name, direction, units."""
+    words = (f"{i}: {one.name!r} {one.direction} [{one.units or '?'}]" for i, one in enumerate(channels))
+    return ", ".join(" ".join(word.split()) for word in words)

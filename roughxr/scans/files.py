@@ -1,0 +1,240 @@
+"""From a file to a scan: what is it, which channel, what does it lack, and the labels.
+
+Orientation, the same for every format: a file without coordinates holds a picture, first row at the top.
+The scan shows that picture with x to the right, y upwards and height towards the viewer (a right-handed
+frame): ``height[0, 0]`` is the lower left pixel, and the picture's row r lies at ``y[ny - 1 - r]``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import stat
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..schema import label, record, validate
+from ..units import factor, magnitude
+from . import gwyddion, plain, vendors
+from .channel import Channel, UnreadableScan, choose, is_length, listing
+from .netcdf import is_netcdf, open_netcdf
+from .plausibility import ImplausibleScan, doubts, refuse_absurd
+
+
+def regular_file(path: Any) -> Path:
+    """Return a path to an ordinary, readable file; never waits, even for a pipe.
+
+    Raises
+    ------
+    TypeError, FileNotFoundError, IsADirectoryError, PermissionError, UnreadableScan
+    """
+    try:
+        path = Path(path)
+    except TypeError:
+        raise TypeError(f"expected the path of a file, found {type(path).__name__}") from None
+    mode = path.stat().st_mode
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(f"{path}: expected the path of a file, found a directory")
+    if not stat.S_ISREG(mode):
+        raise UnreadableScan(path, "expected an ordinary file, found a pipe or device; save it to a file first")
+    with path.open("rb") as file:
+        if not file.read(1):
+            raise UnreadableScan(path, "expected a scan, found an empty file")
+    return path
+
+
+def reader_of(path: Path) -> tuple[str, Callable[[Path], list[Channel]]]:
+    """Return the name of a file's format family and its reader, by content and never by extension."""
+    with path.open("rb") as file:
+        head = file.read(512)
+    if head.startswith(gwyddion.GSF):
+        return "gsf", gwyddion.gsf_channels
+    if head.startswith((gwyddion.GWY, gwyddion.OLD_GWY)):
+        return "gwy", gwyddion.gwy_channels
+    if head.startswith(plain.NPY):
+        return "npy", plain.npy_channels
+    if is_netcdf(head):
+        return "netcdf", _netcdf_channels
+    if plain.is_text(head) and not head.startswith(vendors.TEXT_SIGNATURES):
+        return "text", plain.text_channels
+    return "vendor", vendors.channels
+
+
+def guarded(path: Path, read: Callable[..., Any], *args: Any, **options: Any) -> Any:
+    """Return ``read(...)``; whatever a library stumbles over is reported with the file's name."""
+    try:
+        return read(*args, **options)
+    except (UnreadableScan, ImportError):
+        raise
+    except Exception as error:
+        reason = " ".join(str(error).split())[:300] or "no reason given"
+        raise UnreadableScan(path, f"damaged, or a variant not supported: {type(error).__name__}: {reason}") from error
+
+
+def list_channels(path: Any) -> list[Channel]:
+    """Return the images that a file holds, unread where the format allows."""
+    path = regular_file(path)
+    _, read = reader_of(path)
+    return guarded(path, read, path)
+
+
+def _netcdf_channels(path: Path) -> list[Channel]:
+    ds = open_netcdf(path)
+    size = tuple(float(ds.sizes[a] * (ds[a][-1] - ds[a][0]) / max(ds.sizes[a] - 1, 1)) for a in "xy")
+    name = str(ds.attrs.get("channel", "height"))
+    rows = ds["height"].transpose("y", "x").isel(y=slice(None, None, -1))
+    shape = (ds.sizes["y"], ds.sizes["x"])
+    return [Channel(name, "nm", shape, size, "nm", lambda: rows.values, str(ds.attrs.get("direction", "")))]
+
+
+def read_scan(
+    path: Any,
+    *,
+    channel: str | int | None = None,
+    direction: str | None = None,
+    size: Any = None,
+    height_units: str | None = None,
+) -> xr.Dataset:
+    """Return the scan in a file; see :func:`roughxr.scans.open_scan`."""
+    path = regular_file(path)
+    family, read = reader_of(path)
+    given = {"channel": channel, "direction": direction, "size": size, "height_units": height_units}
+    if family == "netcdf":
+        return _labelled_netcdf(path, given)
+    found = guarded(path, read, path)
+    chosen = choose(_completed(found, height_units, path), channel, direction, path)
+    chosen = sized(chosen, size, path)
+    ds = labelled(chosen, guarded(path, chosen.read), path)
+    ds.attrs.update(_origin(path, family, chosen, found))
+    for doubt in [*_disagreement(found), *doubts(ds)]:
+        warnings.warn(f"{path.name}: {doubt}", ImplausibleScan, stacklevel=2)
+    return record(ds, "open_scan", file=path.name, **given)
+
+
+def _labelled_netcdf(path: Path, given: dict[str, Any]) -> xr.Dataset:
+    """Return a NetCDF file's scan, unread; roughxr's own keep the history and origin they came with."""
+    for option in ("direction", "size", "height_units"):
+        if given[option] is not None:
+            raise ValueError(f"{option}: expected nothing for a NetCDF file, which states it; leave {option}= out")
+    ds = guarded(path, open_netcdf, path, channel=given["channel"])
+    ds = guarded(path, validate, ds, "scan")
+    if "source_sha256" in ds.attrs:
+        return ds
+    ds = label(ds).assign_attrs(source_file=path.name, source_sha256=file_hash(path), source_format="netcdf")
+    return record(ds, "open_scan", file=path.name, **given)
+
+
+def _completed(channels: list[Channel], height_units: str | None, path: Path) -> list[Channel]:
+    """Return the channels with the units given for those that state none."""
+    if height_units is None:
+        return channels
+    if not is_length(height_units):
+        raise ValueError(f"height_units: expected units of a length such as 'nm', found {height_units!r}")
+    if all(one.units for one in channels):
+        raise ValueError(f"{path}: height_units: the file states {listing(channels)}; leave height_units= out")
+    return [one if one.units else one._replace(units=height_units) for one in channels]
+
+
+def sized(channel: Channel, size: Any, path: Path) -> Channel:
+    """Return the channel with its lateral size in nm, stated by the file or given, never assumed."""
+    rows, columns = channel.shape
+    if rows < 2 or columns < 2:
+        raise UnreadableScan(path, f"expected at least 2 x 2 pixels, found {columns} x {rows}")
+    stated = _stated_size(channel, path)
+    wanted = None if size is None else _given_size(size, channel.shape)
+    if stated is None and wanted is None:
+        raise UnreadableScan(
+            path,
+            "expected a lateral size, found none in the file; give it, for example size=('5 um', '5 um')",
+        )
+    if stated and wanted and not np.allclose(stated, wanted, rtol=1e-6):
+        raise ValueError(f"{path}: size: the file states {stated} nm, found {wanted} nm; leave size= out")
+    if stated and not wanted and not channel.counted:
+        _check_square(channel, stated, path)
+    return channel._replace(size=wanted or stated, lateral_units="nm")
+
+
+def _stated_size(channel: Channel, path: Path) -> tuple[float, float] | None:
+    if channel.size is None:
+        return None
+    if not is_length(channel.lateral_units):
+        raise UnreadableScan(path, f"expected lateral units of a length, found {channel.lateral_units!r}")
+    size = tuple(float(value) * factor(channel.lateral_units, "nm") for value in channel.size)
+    if not all(np.isfinite(value) and value > 0 for value in size):
+        raise UnreadableScan(path, f"expected a positive lateral size, found {size} nm")
+    return size
+
+
+def _given_size(size: Any, shape: tuple[int, int]) -> tuple[float, float]:
+    """Return (along x, along y) in nm; one length stands for both sides of a square number of pixels only."""
+    both = size if isinstance(size, (tuple, list)) else (size,)
+    values = tuple(float(magnitude(value, "nm", "size")) for value in both)
+    if len(values) == 1 and shape[0] == shape[1]:
+        values *= 2
+    if len(values) != 2 or min(values) <= 0:
+        raise ValueError(f"size: expected two positive lengths (along x, along y), found {size!r}")
+    return values
+
+
+def _check_square(channel: Channel, size: tuple[float, float], path: Path) -> None:
+    rows, columns = channel.shape
+    if abs(size[0] / columns - size[1] / rows) > 1e-6 * size[0] / columns:
+        raise UnreadableScan(
+            path,
+            f"expected square pixels, found {columns} columns and {rows} rows on {size[0]:g} x {size[1]:g} "
+            "nm: the file seems cut short; if it is whole, give size= as well",
+        )
+
+
+def labelled(channel: Channel, rows: np.ndarray, path: Path) -> xr.Dataset:
+    """Return a channel as a scan: the picture's top row at the largest y."""
+    if rows.shape != channel.shape:
+        raise UnreadableScan(path, f"expected {channel.shape} pixels (rows, columns), found {rows.shape}")
+    height = np.ascontiguousarray(rows[::-1].T, dtype=float) * factor(channel.units, "nm")
+    if np.isnan(height).all():
+        raise UnreadableScan(path, "expected heights, found missing pixels only")
+    refuse_absurd(height, max(channel.size), path)
+    coords = {
+        axis: (axis, (np.arange(n) + 0.5) * (length / n), {"axis": axis.upper()})
+        for axis, n, length in zip("xy", height.shape, channel.size)
+    }
+    return label(xr.Dataset({"height": (("x", "y"), height)}, coords))
+
+
+def _origin(path: Path, family: str, chosen: Channel, found: list[Channel]) -> dict[str, Any]:
+    """Return the attributes that tell where a scan came from."""
+    header = dict(chosen.header)
+    attrs = {
+        "source_file": path.name,
+        "source_sha256": file_hash(path),
+        "source_format": str(header.pop("format", family)),
+        "source_size_x": chosen.size[0],
+        "source_size_y": chosen.size[1],
+        "channel": chosen.name,
+        "direction": chosen.direction or "not stated",
+        "channels": listing(found),
+        "pixel_registration": "center",
+        "header": json.dumps(header, default=str, ensure_ascii=False),
+    }
+    return {**attrs, "source_remark": chosen.remark} if chosen.remark else attrs
+
+
+def _disagreement(channels: list[Channel]) -> list[str]:
+    """Return a doubt where the images of one file, taken together, have several sizes."""
+    sizes = {
+        tuple(float(f"{v * factor(one.lateral_units, 'nm'):.6g}") for v in one.size)
+        for one in channels
+        if one.size and is_length(one.lateral_units)
+    }
+    return [f"its channels have several lateral sizes in nm: {sorted(sizes)}"] if len(sizes) > 1 else []
+
+
+def file_hash(path: Path) -> str:
+    """Return the SHA-256 of a file's bytes."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,118 @@
+"""Plain numbers: text matrices and ``.npy`` arrays, which state little; what they lack must be given.
+
+Rows are image rows, the first one at the top of the picture. A text matrix does not say how many rows it
+has, so that a file cut short between two lines looks whole; where its header gives the size, the pixels
+must therefore come out square unless the caller gives the size too.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from ..units import factor
+from .channel import Channel, UnreadableScan, direction_in
+
+NPY = b"\x93NUMPY"
+
+# "Width: 10.00 µm" as Gwyddion writes it into the comments above the numbers
+_ENTRY = re.compile(r"^\s*#+\s*([^:]+):\s*(.*?)\s*$")
+_LENGTH = re.compile(r"^([-+0-9.eE]+)\s*(\S+)$")
+
+
+def npy_channels(path: Path) -> list[Channel]:
+    """Return the one image of a ``.npy`` file; its size and units must be given."""
+    values = np.load(path, mmap_mode="r", allow_pickle=False)
+    if values.ndim != 2 or values.dtype.kind not in "fiu":
+        raise UnreadableScan(path, f"expected a matrix of real numbers, found shape {values.shape} of {values.dtype}")
+    if values.offset + values.nbytes != path.stat().st_size:
+        raise UnreadableScan(path, f"expected {values.nbytes} bytes of data, found another number of them")
+    read = partial(np.array, values, dtype=float)
+    return [Channel(path.stem, None, values.shape, None, None, read)]
+
+
+def is_text(head: bytes) -> bool:
+    """Return whether bytes look like text of numbers: no control characters, and a digit."""
+    return not re.search(rb"[\x00-\x08\x0e-\x1f]", head) and bool(re.search(rb"\d", head))
+
+
+def text_channels(path: Path) -> list[Channel]:
+    """Return the one image of a text matrix: columns along x, rows from the top."""
+    text = _decoded(path.read_bytes())
+    header = dict(match.groups() for match in map(_ENTRY.match, text.splitlines()[:100]) if match)
+    rows = _matrix(path, text)
+    if not text.endswith("\n"):
+        warnings.warn(
+            f"{path.name}: the last line has no end; if the file was cut, its last number is wrong",
+            stacklevel=2,
+        )
+    size, lateral_units = _size(header)
+    name = header.get("Channel", path.stem)
+    return [
+        Channel(
+            name=name,
+            units=header.get("Value units"),
+            shape=rows.shape,
+            size=size,
+            lateral_units=lateral_units,
+            read=lambda: rows,
+            direction=direction_in(name),
+            header=header,
+            counted=False,
+        )
+    ]
+
+
+def _decoded(data: bytes) -> str:
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")  # older programs write the micro sign so
+
+
+def _size(header: dict[str, str]) -> tuple[tuple[float, float] | None, str | None]:
+    """Return the size of width and height, and their common units, from a Gwyddion header."""
+    found = [_LENGTH.match(header.get(key, "")) for key in ("Width", "Height")]
+    if None in found:
+        return None, None
+    (width, x_units), (height, y_units) = (match.groups() for match in found)
+    if x_units != y_units:
+        return (float(width), float(height) * factor(y_units, x_units)), x_units
+    return (float(width), float(height)), x_units
+
+
+def _matrix(path: Path, text: str) -> np.ndarray:
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    if not lines:
+        raise UnreadableScan(path, "expected a matrix of numbers, found no line of numbers")
+    delimiter, decimal_comma = _separators(lines[0])
+    if decimal_comma:
+        lines = [line.replace(",", ".") for line in lines]
+    try:
+        rows = np.loadtxt([line.rstrip(" \t" + (delimiter or "")) for line in lines], delimiter=delimiter, ndmin=2)
+    except ValueError as error:
+        raise UnreadableScan(path, f"expected a matrix of numbers, found: {error}") from error
+    if rows.shape[1] == 3 and rows.shape[0] > 3:
+        raise UnreadableScan(path, "expected a matrix of heights, found three columns (x, y, z?); grid them first")
+    return rows
+
+
+def _separators(line: str) -> tuple[str | None, bool]:
+    """Return the delimiter of a line of numbers (None is white space) and whether its comma is decimal.
+
+    Examples
+    --------
+    >>> _separators("1.5,2.5"), _separators("1,5;2,5"), _separators("1.5 2.5")
+    ((',', False), (';', True), (None, False))
+    """
+    if ";" in line:
+        return ";", "," in line
+    if "," not in line:
+        return None, False
+    if "\t" in line or re.search(r"\d,\d+\s+[-+\d]", line):
+        return None, True
+    return ",", False

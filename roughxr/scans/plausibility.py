@@ -1,0 +1,95 @@
+"""Doubts about a scan, with numbers: the usual signs of wrong units or of a size that nobody stated."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..schema import pixel
+from .channel import UnreadableScan
+
+#: Heights ranging over more than this many scan sizes are no scan in any units: the file is damaged.
+ABSURD_RANGE = 1e3
+
+
+class ImplausibleScan(UserWarning):
+    """A scan was read as its file says, but what the file says is hardly true."""
+
+
+def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
+    """Raise UnreadableScan if heights are infinite, or range over a thousand widths of the scan."""
+    low, high = (float(np.nanmin(height)), float(np.nanmax(height))) if np.isfinite(height).any() else (0.0, 0.0)
+    if np.isinf(height).any() or high - low > ABSURD_RANGE * width:
+        raise UnreadableScan(
+            path, f"expected heights of a scan {width:g} nm wide, found them from {low:g} to {high:g} nm: damaged"
+        )
+
+
+def doubts(ds: xr.Dataset) -> list[str]:
+    """Return what is implausible about a scan, one sentence with numbers each; nothing where all is well.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan, height in nm; a lazy one is read.
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> import numpy as np, xarray as xr
+    >>> x = {"x": [250.0, 750.0, 1250.0], "y": [0.5, 1.5, 2.5]}
+    >>> ds = xr.Dataset({"height": (("x", "y"), np.zeros((3, 3)))}, x)
+    >>> for doubt in doubts(ds):
+    ...     print(doubt)
+    one pixel is exactly 1 nm along y: a size that may never have been set
+    pixels are not square: 500 x 1 nm
+    all heights are equal
+    """
+    height = ds["height"].values
+    steps = pixel(ds)
+    return [*_size_doubts(steps), *_height_doubts(height, steps)]
+
+
+def _size_doubts(steps: tuple[float, float]) -> list[str]:
+    found = []
+    for axis, step in zip("xy", steps):
+        for unit, length in (("nm", 1.0), ("um", 1e3), ("mm", 1e6), ("m", 1e9)):
+            if abs(step / length - 1) < 1e-9:
+                found.append(f"one pixel is exactly 1 {unit} along {axis}: a size that may never have been set")
+    if abs(steps[0] - steps[1]) > 1e-6 * steps[0]:
+        found.append(f"pixels are not square: {steps[0]:g} x {steps[1]:g} nm")
+    return found
+
+
+def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
+    relief = float(np.nanmax(height) - np.nanmin(height))
+    if relief == 0:
+        return ["all heights are equal"]
+    found = []
+    width = min(step * (n - 1) for step, n in zip(steps, height.shape))
+    if relief > width:
+        found.append(f"heights range over {relief:.4g} nm, more than the lateral {width:.4g} nm")
+    share = _steep_share(height, steps)
+    if share > 0.01:
+        found.append(f"slope above 1 on {100 * share:.3g} % of the pixel steps")
+    coarse, rms = _height_step(height), float(np.nanstd(height))
+    if coarse > rms:
+        found.append(f"height steps of {coarse:.4g} nm are coarser than the roughness, {rms:.4g} nm rms")
+    return found
+
+
+def _steep_share(height: np.ndarray, steps: tuple[float, float]) -> float:
+    """Return the share of neighbouring pixels whose slope exceeds 1."""
+    slopes = [np.abs(np.diff(height, axis=axis)) / step for axis, step in enumerate(steps)]
+    return max(float(np.mean(slope > 1)) for slope in slopes)
+
+
+def _height_step(height: np.ndarray) -> float:
+    """Return the smallest difference between two different heights."""
+    levels = np.unique(height[np.isfinite(height)])
+    return float(np.diff(levels).min())

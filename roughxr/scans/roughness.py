@@ -1,0 +1,116 @@
+"""Roughness numbers: the paper's two, the height and hybrid parameters of ISO 25178-2, and two spectra.
+
+The paper (equations 44 and 45) takes heights from a datum, Z = 0, and not from their mean:
+R_a = mean |Z|, R_q = sqrt(mean Z²). ISO 25178-2 takes them from the mean plane; so do all numbers here
+whose name begins with ``s_``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..schema import label, pixel, record, validate
+from .levelling import level
+from .spectra import autocorrelation, power_spectrum
+
+_REFERENCES = ("plane", "mean")
+
+
+def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = True) -> xr.Dataset:
+    """Return how rough a scan is.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan; missing pixels are left out of the numbers, and leave the spectra NaN.
+    reference : {"plane", "mean"}
+        Whether the ISO numbers and the spectra are about the least-squares plane or the mean height only.
+    spectra : bool
+        Whether to add ``psd`` and ``acf``; they need the whole height map in memory at once.
+
+    Returns
+    -------
+    Dataset
+        Scalars ``r_a_datum``, ``r_q_datum`` (about height 0) and ``s_a``, ``s_q``, ``s_p``, ``s_v``, ``s_z``
+        in nm, ``s_sk``, ``s_ku``, ``s_dq``, ``s_dr`` of unit 1 (about the reference); ``psd`` over
+        ``wavevector`` and ``acf`` over ``lag``. Size and pixel are coordinates, origin and levelling history
+        attributes. Lazy where the scan is.
+
+    Notes
+    -----
+    ISO 25178-2:2021, height and hybrid parameters. s_ku is 3 for Gaussian heights. Slopes are differences
+    between neighbouring pixels; s_dr is the developed area of the surface triangulated over its pixel
+    centres, averaged over both diagonals, less the projected area, over the projected area. So s_dr is near
+    s_dq²/2 for small slopes.
+
+    Examples
+    --------
+    >>> import numpy as np, xarray as xr
+    >>> nm, places = {"units": "nm"}, [0.0, 1.0, 2.0, 3.0]
+    >>> height = ("x", "y"), [[11.0, 9.0, 11.0, 9.0], [9.0, 11.0, 9.0, 11.0]] * 2, nm
+    >>> scan = xr.Dataset({"height": height}, {"x": ("x", places, nm), "y": ("y", places, nm)})
+    >>> found = roughness(scan, reference="mean")
+    >>> found.r_a_datum.item(), found.s_a.item(), found.s_ku.item()
+    (10.0, 1.0, 1.0)
+    """
+    scan = validate(ds, "scan")
+    if reference not in _REFERENCES:
+        raise ValueError(f"reference: expected one of {_REFERENCES}, found {reference!r}")
+    flat = scan.assign(height=_about(scan, reference))
+    out = xr.Dataset({**_datum(scan["height"]), **_height_parameters(flat["height"]), **_slope_parameters(flat)})
+    if spectra:
+        out = out.merge(power_spectrum(flat)).merge(autocorrelation(flat))
+    out = out.assign_coords(_frame(scan)).assign_attrs(scan.attrs)
+    return record(label(out), "roughness", reference=reference, spectra=spectra)
+
+
+def _about(scan: xr.Dataset, reference: str) -> xr.DataArray:
+    if reference == "mean":
+        return scan["height"] - scan["height"].mean()
+    return level(scan, method="plane")["height"]
+
+
+def _datum(height: xr.DataArray) -> dict[str, xr.DataArray]:
+    """Return the paper's numbers, about height 0."""
+    return {"r_a_datum": abs(height).mean(), "r_q_datum": np.sqrt((height**2).mean())}
+
+
+def _height_parameters(height: xr.DataArray) -> dict[str, xr.DataArray]:
+    """Return the height parameters of ISO 25178-2 of heights about their reference."""
+    square = (height**2).mean()
+    rms = np.sqrt(square)
+    peak, valley = height.max(), -height.min()
+    return {
+        "s_a": abs(height).mean(),
+        "s_q": rms,
+        "s_p": peak,
+        "s_v": valley,
+        "s_z": peak + valley,
+        "s_sk": (height**3).mean() / rms.where(rms > 0) ** 3,
+        "s_ku": (height**4).mean() / square.where(square > 0) ** 2,
+    }
+
+
+def _slope_parameters(flat: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Return rms slope and developed area ratio over the right triangles at the corners of every cell."""
+    height = flat["height"].drop_vars(list(flat["height"].coords))
+    dx, dy = pixel(flat)
+    along_x, along_y = height.diff("x") / dx, height.diff("y") / dy
+    square = area = 0.0
+    for row in (slice(None, -1), slice(1, None)):
+        for column in (slice(None, -1), slice(1, None)):
+            slope2 = along_x.isel(y=row) ** 2 + along_y.isel(x=column) ** 2
+            square = square + slope2.mean() / 4
+            area = area + np.sqrt(1 + slope2).mean() / 4
+    return {"s_dq": np.sqrt(square), "s_dr": area - 1}
+
+
+def _frame(scan: xr.Dataset) -> dict[str, Any]:
+    """Return the scan's size and pixel as scalar coordinates."""
+    dx, dy = pixel(scan)
+    values = {"pixel_x": dx, "pixel_y": dy, "size_x": dx * scan.sizes["x"], "size_y": dy * scan.sizes["y"]}
+    kept = {name: scan[name] for name in scan.coords if scan[name].ndim == 0}
+    return {**values, **kept}

@@ -1,0 +1,131 @@
+"""Power spectrum and autocorrelation of a height map, averaged over directions, with their normalisation.
+
+Convention of Jacobs, Junge and Pastewka, Surf. Topogr.: Metrol. Prop. 5 (2017) 013001: with
+h~(q) = dx dy sum h exp(-i q r) the two-dimensional spectrum is C(q) = |h~(q)|² / A, in nm⁴, A being the area
+of all pixels, so that sum C / A = mean h² (Parseval). ``psd`` is the mean of C over the modes of a ring and
+``psd_modes`` their number; rings cover every mode, corners and mean included, so that
+sum(psd * psd_modes) / A = mean h² to rounding.
+
+The autocorrelation is that of a surface that does not repeat: acf(lag) = mean of h(r) h(r + lag) over the
+pixels that have a partner, in nm², hence acf(0) = mean h².
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from ..schema import label, pixel, validate
+
+
+def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
+    """Return the power spectrum of a scan's heights as they stand, averaged over rings of wavevectors.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan without missing pixels; level it first, a tilt leaks into all wavevectors.
+    window : str, optional
+        Name of a window of :func:`scipy.signal.get_window`, such as ``"hann"``, by which the heights are
+        multiplied; it is scaled to a mean square of one.
+
+    Returns
+    -------
+    Dataset
+        ``psd`` nm⁴ and ``psd_modes`` over ``wavevector`` nm⁻¹ (2 pi over wavelength), the first being zero.
+        NaN where pixels are missing. A lazy scan stays lazy, in one task.
+    """
+    scan = validate(ds, "scan")
+    shape, steps = (scan.sizes["x"], scan.sizes["y"]), pixel(scan)
+    frequencies = [2 * np.pi * np.fft.fftfreq(n, step) for n, step in zip(shape, steps)]
+    radius = np.hypot(*np.meshgrid(*frequencies, indexing="ij"))
+    width = 2 * np.pi / min(n * step for n, step in zip(shape, steps))
+    weights = 1.0 if window is None else _window(window, shape)
+    psd = _averaged(scan["height"], _spectrum, "wavevector", radius, width, scale=weights, steps=steps)
+    return label(_with_centres("psd", psd, "wavevector", radius, width).assign_attrs(scan.attrs))
+
+
+def autocorrelation(ds: xr.Dataset) -> xr.Dataset:
+    """Return the autocorrelation of a scan's heights as they stand, averaged over rings of lags.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan without missing pixels; level it first, the mean counts.
+
+    Returns
+    -------
+    Dataset
+        ``acf`` nm² over ``lag`` nm, up to half the shorter side. NaN where pixels are missing. A lazy scan
+        stays lazy, in one task.
+    """
+    scan = validate(ds, "scan")
+    shape, steps = (scan.sizes["x"], scan.sizes["y"]), pixel(scan)
+    lags = [np.arange(n // 2 + 1) * step for n, step in zip(shape, steps)]
+    # lags along y of both signs: two of the four quadrants are enough, the others mirror them
+    both = np.concatenate([-lags[1][:0:-1], lags[1]])
+    radius = np.hypot(lags[0][:, None], both)
+    radius[radius > min(lags[0][-1], lags[1][-1])] = np.nan
+    acf = _averaged(scan["height"], _correlation, "lag", radius, max(steps))
+    return label(_with_centres("acf", acf, "lag", radius, max(steps)).assign_attrs(scan.attrs))
+
+
+def _averaged(height: xr.DataArray, transform, dim: str, radius: np.ndarray, width: float, **options) -> xr.DataArray:
+    """Return the ring averages of a transform of the whole height map, in one task if lazy."""
+    if height.chunks:
+        height = height.chunk({"x": -1, "y": -1})
+    ring = np.where(np.isnan(radius), -1, np.rint(np.nan_to_num(radius) / width)).astype(int)
+    count = int(ring.max()) + 1
+    return xr.apply_ufunc(
+        lambda values: _ring_means(transform(values, **options), ring, count),
+        height.drop_vars(list(height.coords)),
+        input_core_dims=[["x", "y"]],
+        output_core_dims=[[dim]],
+        dask="parallelized",
+        output_dtypes=[float],
+        dask_gufunc_kwargs={"output_sizes": {dim: count}},
+    )
+
+
+def _ring_means(values: np.ndarray, ring: np.ndarray, count: int) -> np.ndarray:
+    inside = ring >= 0
+    members = np.bincount(ring[inside], minlength=count)
+    sums = np.bincount(ring[inside], weights=values[inside], minlength=count)
+    return np.divide(sums, members, out=np.full(count, np.nan), where=members > 0)
+
+
+def _with_centres(name: str, averages: xr.DataArray, dim: str, radius: np.ndarray, width: float) -> xr.Dataset:
+    """Return ring averages over the mean radius of each ring, with the number of members."""
+    inside = ~np.isnan(radius)
+    ring = np.rint(radius[inside] / width).astype(int)
+    members = np.bincount(ring)
+    centres = np.bincount(ring, weights=radius[inside]) / np.maximum(members, 1)
+    out = xr.Dataset({name: averages}, {dim: (dim, np.where(members > 0, centres, np.arange(members.size) * width))})
+    return out.assign({f"{name}_modes": (dim, members)}) if name == "psd" else out
+
+
+def _window(name: str, shape: tuple[int, int]) -> np.ndarray:
+    """Return a separable window of mean square one."""
+    from scipy.signal import get_window
+
+    window = np.multiply.outer(*(get_window(name, n) for n in shape))
+    return window / np.sqrt(np.mean(window**2))
+
+
+def _spectrum(height: np.ndarray, scale: np.ndarray | float, steps: tuple[float, float]) -> np.ndarray:
+    """Return C(q) = |dx dy FFT(h)|² / A of a height map, in nm⁴."""
+    transformed = np.fft.fft2(height * scale)
+    return np.abs(transformed) ** 2 * (steps[0] * steps[1] / height.size)
+
+
+def _correlation(height: np.ndarray) -> np.ndarray:
+    """Return the mean product of heights over lags 0 … nx/2 along x and -ny/2 … ny/2 along y, in nm²."""
+    from scipy.fft import irfft2, next_fast_len, rfft2
+
+    shape = height.shape
+    padded = [next_fast_len(n + n // 2, real=True) for n in shape]
+    sums = irfft2(np.abs(rfft2(height, padded)) ** 2, padded)
+    half = [n // 2 for n in shape]
+    sums = np.roll(sums, half[1], axis=1)[: half[0] + 1, : 2 * half[1] + 1]
+    partners = np.multiply.outer(shape[0] - np.arange(half[0] + 1), shape[1] - abs(np.arange(-half[1], half[1] + 1)))
+    return sums / partners
