@@ -179,13 +179,12 @@ def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None) -> Pl
     Plan
     """
     ds = schema.validate(scan, "scan")
-    if delta is None:
-        deepest = _useful_depth(ds, regions.centres(ds, subregions))
-        deltas = np.round(np.linspace(deepest / 16, deepest, 16), 3)
-    else:
+    deepest = _useful_depth(ds, regions.centres(ds, subregions))
+    deltas = np.round(np.linspace(deepest / 16, deepest, 16), 3)
+    if delta is not None:
         deltas = schema.ascending(delta, "nm", "delta")
-    below = 0.25 * deltas[-1]
-    sweep = np.round(np.linspace(-below, deltas[-1], 401), 4)
+        deepest = max(deepest, deltas[-1])
+    sweep = np.round(np.linspace(-0.25 * deepest, deepest, 401), 4)
     return Plan(subregions, deltas, sweep, float(deltas[-1]), patch=5, vertex="fitted")
 
 

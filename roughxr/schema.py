@@ -102,6 +102,18 @@ VARIABLES: dict[str, Variable] = {
     "contacts_beyond_patch": Variable("1", "contacts larger than their fitted patch"),
     "contacts_overlapping": Variable("1", "contacts that overlap a neighbour's"),
     "excluded_asperities": Variable("1", "asperities left out", "no peak under this sphere"),
+    # adhesive contact
+    "branch": Variable("1", "branch", "loading: delta grows; retraction: it falls, from the largest on"),
+    "energy": Variable("nN nm", "potential energy", "elastic energy less the energy of adhesion"),
+    "dissipated": Variable("nN nm", "energy dissipated so far", "freed in jumps"),
+    "resolution": Variable("1", "radius of the smallest contact that matters in pixels of the solve"),
+    "pull_off_resolution": Variable("1", "radius of the smallest contact that matters at pull-off, in pixels"),
+    "complete": Variable("1", "the cycle could be followed to its end"),
+    "snap_in_force": Variable("nN", "snap-in force", "positive magnitude of the pull right after first contact"),
+    "snap_in_delta": Variable("nm", "displacement of first contact", "counted from the datum"),
+    "detachment_delta": Variable("nm", "displacement at which all contact is lost", "counted from the datum"),
+    "work_of_separation": Variable("nN nm", "work of separation", "done against the pull on retraction"),
+    "hysteresis": Variable("nN nm", "energy lost in one cycle of approach and retraction"),
     # statistics
     "pull_off_force": Variable("nN", "pull-off force", "positive magnitude of the largest pull"),
     "pull_off_delta": Variable("nm", "displacement at pull-off", "counted from the datum"),

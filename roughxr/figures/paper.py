@@ -62,7 +62,19 @@ def paper_figures(run: Run) -> Iterator[tuple[str, object]]:
     'figure-02'
     """
     for name, draw in _FIGURES.items():
-        yield name, styled(draw)(_Groups(run))
+        yield name, styled(_drawn)(name, draw, _Groups(run))
+
+
+def _drawn(name: str, draw: Callable, run: _Groups):
+    """Return the figure, or a sheet that says why the run's data do not make one (no contact, too few places)."""
+    try:
+        return draw(run)
+    except MissingGroup:
+        raise
+    except ValueError as reason:
+        figure, (ax,) = sheet(f"{name.replace('-', ' ').capitalize()} cannot be drawn", aspect=0.3, note=str(reason))
+        ax.set_axis_off()
+        return figure
 
 
 def debris(catalogue: xr.Dataset, subregions: xr.Dataset, *, threshold: float = 6.0) -> xr.DataArray:
@@ -120,6 +132,10 @@ def _highest(catalogue: xr.Dataset, subregions: xr.Dataset) -> np.ndarray:
     return np.where(np.isfinite(highest), highest, np.nan)
 
 
+class MissingGroup(ValueError):
+    """A group that a figure needs is not in the run."""
+
+
 class _Groups:
     """A run that says what it lacks."""
 
@@ -129,7 +145,7 @@ class _Groups:
     def __getitem__(self, name: str) -> xr.Dataset:
         if name not in self._run:
             found = ", ".join(self._run) or "none"
-            raise ValueError(f"expected the group {name!r} in the run, found groups: {found}")
+            raise MissingGroup(f"expected the group {name!r} in the run, found groups: {found}")
         return self._run[name]
 
     def debris(self, name: str = "solutions/direct") -> np.ndarray:

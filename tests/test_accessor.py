@@ -1,0 +1,90 @@
+"""``ds.contact.verb`` is the plain function of the same name, and importing costs little."""
+
+import inspect
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import roughxr
+from roughxr.accessor import ContactAccessor
+
+from .surfaces import glass_pair, rough, scan
+
+#: How each verb is called, on a scan unless it says otherwise.
+CALLS = {
+    "assign_pair": {"sphere_radius": 2000, "contact_modulus": 30, "work_of_adhesion": 0.1},
+    "level": {"method": "quadratic"},
+    "roughness": {},
+    "asperities": {"patch": 3},
+    "reconstruct": {},
+    "superpose": {"delta": [1.0, 5.0], "law": "hertz"},
+    "direct": {"delta": [1.0, 5.0]},
+    "power_spectrum": {},
+    "autocorrelation": {},
+    "rotate90": {},
+}
+VERBS = [name for name, value in vars(ContactAccessor).items() if inspect.isfunction(value) and name[0] != "_"]
+
+
+@pytest.fixture(scope="module")
+def surface():
+    return glass_pair(scan(rough(48, seed=1)))
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_is_the_public_function_of_its_name(verb):
+    function = getattr(roughxr, verb)
+    method = getattr(ContactAccessor, verb)
+    assert method.__wrapped__ is function
+    assert method.__doc__ == function.__doc__
+    assert "Parameters" in function.__doc__ and "Returns" in function.__doc__
+
+
+@pytest.mark.parametrize("verb", CALLS)
+def test_method_equals_function(surface, verb):
+    expected = getattr(roughxr, verb)(surface, **CALLS[verb])
+    xr.testing.assert_identical(getattr(surface.contact, verb)(**CALLS[verb]), expected)
+
+
+def test_verbs_chain(surface):
+    sweep = surface.contact.superpose(delta=np.arange(-2, 6, 0.5), subregions=(2, 2))
+    density = sweep.contact.pull_off().contact.pdf("pull_off_force", bins=2)
+    assert float((density * np.diff(density.attrs["bin_edges"])).sum()) == pytest.approx(1)
+    assert "mean" in sweep.contact.summary().statistic
+
+
+def test_results_share_one_line_of_history(surface):
+    sweep = surface.contact.level().contact.superpose(delta=[0.0, 1.0])
+    steps = [step["operation"] for step in roughxr.schema.history(sweep)]
+    assert steps == ["assign_pair", "level", "superpose"]
+
+
+def test_input_is_never_changed(surface):
+    before = surface.copy(deep=True)
+    for verb, options in CALLS.items():
+        getattr(surface.contact, verb)(**options)
+    xr.testing.assert_identical(surface, before)
+
+
+def test_public_names_exist():
+    for name in roughxr.__all__:
+        assert hasattr(roughxr, name)
+
+
+def test_import_compiles_nothing_and_draws_nothing():
+    program = """
+import sys, numba
+from numba.core import event
+compiled = []
+class Listener(event.Listener):
+    def on_start(self, e): compiled.append(e)
+    def on_end(self, e): pass
+event.register("numba:compile", Listener())
+import roughxr
+assert not compiled, "compiled on import"
+assert "matplotlib" not in sys.modules and "distributed" not in sys.modules and "pint" not in sys.modules
+"""
+    subprocess.run([sys.executable, "-c", program], check=True)

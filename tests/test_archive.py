@@ -1,0 +1,63 @@
+"""Archives: read back as written, whole or not there."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from roughxr.archive import save
+from roughxr.direct import direct
+from roughxr.schema import history
+from roughxr.statistics import pull_off
+from roughxr.superposition import superpose
+
+from .surfaces import glass_pair, rough, scan
+
+
+@pytest.fixture(scope="module")
+def groups():
+    surface = glass_pair(scan(rough(48, seed=2)))
+    sweep = superpose(surface, delta=np.arange(-2, 6, 1.0), subregions=(2, 2))
+    return {
+        "scan": surface,
+        "solutions/direct": direct(surface, delta=[2.0, 6.0], subregions=(2, 2), fields=True),
+        "solutions/energy": sweep,
+        "statistics/energy": pull_off(sweep),
+    }
+
+
+def test_groups_come_back_identical(groups, tmp_path):
+    path = save(groups, tmp_path / "run.nc", title="a test")
+    with xr.open_datatree(path) as tree:
+        assert tree.attrs["title"] == "a test"
+        for name, ds in groups.items():
+            xr.testing.assert_identical(tree[name].to_dataset(inherit=False).load(), ds)
+
+
+def test_attributes_say_how_each_group_was_made(groups, tmp_path):
+    with xr.open_datatree(save(groups, tmp_path / "run.nc")) as tree:
+        step = history(tree["solutions/direct"].to_dataset())[-1]
+    assert step["operation"] == "direct"
+    assert step["arguments"]["delta"] == [2.0, 6.0]
+    assert step["roughxr"]
+
+
+def test_lazy_groups_are_computed(groups, tmp_path):
+    lazy = {"scan": groups["scan"].chunk(x=20)}
+    with xr.open_datatree(save(lazy, tmp_path / "lazy.nc")) as tree:
+        xr.testing.assert_identical(tree["scan"].to_dataset().load(), groups["scan"])
+
+
+def test_a_failed_write_leaves_the_old_archive_and_no_rubbish(groups, tmp_path):
+    path = save(groups, tmp_path / "run.nc")
+    before = path.read_bytes()
+    broken = groups["scan"].assign(names=("x", np.array([{}] * 48, dtype=object)))
+    with pytest.raises((ValueError, TypeError)):
+        save({"scan": broken}, path)
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
+
+
+def test_attributes_that_netcdf_cannot_hold_are_refused_in_words(groups, tmp_path):
+    with pytest.raises(ValueError, match="scan: expected attributes of text, numbers or arrays, found pair="):
+        save({"scan": groups["scan"].assign_attrs(pair={"E": 75})}, tmp_path / "run.nc")
+    assert list(tmp_path.iterdir()) == []

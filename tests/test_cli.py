@@ -1,0 +1,97 @@
+"""The command line, as a user meets it: its products, its words, its exit status."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from roughxr.cli import main
+
+from .surfaces import rough, scan
+
+
+@pytest.fixture(scope="module")
+def paper_run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("paper")
+    assert main(["paper", "-o", str(folder), "-q"]) == 0
+    return folder
+
+
+def test_paper_writes_archive_figures_and_tables(paper_run):
+    names = {path.name for path in paper_run.iterdir()}
+    figures = {f"figure-{number:02d}.png" for number in range(2, 17)}
+    assert names == figures | {"paper.nc", "table.txt", "table-scan.csv", "table-contact.csv"}
+
+
+def test_the_papers_table_stands_beside_ours(paper_run):
+    table = pd.read_csv(paper_run / "table-contact.csv", index_col="quantity")
+    assert list(table.columns) == ["paper", "published", "self_similar", "energy", "direct"]
+    smooth = table.loc["pull-off, smooth sphere [µN]"]
+    assert smooth["published"] == pytest.approx(19.1, rel=2e-3)
+    pull = table.loc["pull-off, mean [µN]"]
+    # the λ² that was printed for λ costs at least the mean λ; the twin was fitted to the published mean
+    assert pull["published"] == pytest.approx(pull["paper"], rel=0.2)
+    assert pull["self_similar"] > pull["published"] / 0.6
+
+
+def test_the_archive_opens_as_a_tree(paper_run):
+    with xr.open_datatree(paper_run / "paper.nc") as tree:
+        assert {"scan", "asperities", "reconstruction", "solutions", "statistics"} <= set(tree.children)
+        assert tree["solutions/direct"].sizes["subregion"] == 64
+        assert bool(tree["solutions/direct/converged"].all())
+        assert len(tree["scan"].attrs["input_sha256"]) == 64
+
+
+def test_run_does_the_same_for_any_scan(tmp_path, capsys):
+    scan(rough(64, seed=3), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
+    arguments = ["run", str(tmp_path / "scan.nc"), "--sphere-radius", "1 um", "--subregions", "2", "2", "-q"]
+    assert main([*arguments, "-o", str(tmp_path / "run.nc")]) == 0
+    assert "pull-off, mean" in capsys.readouterr().out
+    with xr.open_datatree(tmp_path / "run.nc") as tree:
+        assert float(tree["scan/sphere_radius"]) == 1000
+        assert np.isfinite(tree["statistics/energy/pull_off_force"]).any()
+    assert main([*arguments, "-o", str(tmp_path / "out"), "--delta", "1", "2", "4"]) == 0
+    assert (tmp_path / "out" / "figure-16.png").exists()
+    assert "force at 4 nm" in (tmp_path / "out" / "table.txt").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["info", "no-such-file.spm"], "no-such-file.spm"),
+        (["run", "no-such-file.spm", "--sphere-radius", "3000"], "no-such-file.spm"),
+        (["run", __file__, "--sphere-radius", "3000"], "test_cli.py"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_1(arguments, says, capsys, tmp_path):
+    assert main([*arguments, *(["-o", str(tmp_path / "out")] if arguments[0] == "run" else [])]) == 1
+    error = capsys.readouterr().err
+    assert error.startswith("roughxr: ") and says in error
+    assert "Traceback" not in error
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_radius_in_the_wrong_unit_is_refused(tmp_path, capsys):
+    scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
+    assert main(["run", str(tmp_path / "scan.nc"), "--sphere-radius", "3 GPa", "-o", str(tmp_path / "o.nc")]) == 1
+    assert "sphere_radius" in capsys.readouterr().err
+
+
+def test_interruption_is_told_and_leaves_nothing(tmp_path, monkeypatch, capsys):
+    from roughxr import analysis
+
+    def interrupted(*arguments, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(analysis, "analyse", interrupted)
+    assert main(["paper", "-o", str(tmp_path / "out"), "-q"]) == 130
+    assert not (tmp_path / "out").exists()
+
+
+def test_help_names_every_command():
+    shown = subprocess.run([sys.executable, "-m", "roughxr.cli", "--help"], check=True, capture_output=True, text=True)
+    for command in ("paper", "run", "info"):
+        assert command in shown.stdout
