@@ -101,8 +101,8 @@ def paper(output: str | Path, *, progress: bool = False) -> dict[str, xr.Dataset
     Parameters
     ----------
     output : path
-        A folder, made where it is not there: ``paper.nc``, ``figure-02.png`` … ``figure-16.png``,
-        ``table.txt`` and ``table.csv``.
+        A folder, made where it is not there: ``paper.nc``, ``overview.png``, ``figure-02.png`` …
+        ``figure-16.png``, ``table.txt``, ``table-scan.csv`` and ``table-contact.csv``.
     progress : bool
         Tell on standard error what is being computed.
 
@@ -276,6 +276,7 @@ def _write(groups: dict[str, xr.Dataset], tables: tuple, folder: Path, name: str
     archive.save(groups, folder / f"{name}.nc", title=groups["scan"].attrs.get("title", ""))
     say = _teller(progress)
     say("figures")
+    figures.save(figures.overview(groups), folder / "overview.png", dpi=150)
     for figure_name, figure in figures.paper_figures(groups):
         figures.save(figure, folder / f"{figure_name}.png")
     for part, table in zip(("scan", "contact"), tables):

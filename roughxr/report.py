@@ -87,7 +87,7 @@ def _direct_column(run: Mapping[str, xr.Dataset]) -> dict[str, float]:
         rows[f"force at {delta:g} nm, largest [µN]"] = float(here.max())
     if "solutions/smooth" in run:
         smooth = run["solutions/smooth"]["force"].isel(subregion=0, drop=True) * _MICRO
-        for delta in (10.0, float(direct["delta"].max())):
+        for delta in _ratio_deltas(direct):
             ratio = force.mean("subregion").sel(delta=delta, method="nearest") / smooth.sel(
                 delta=delta, method="nearest"
             )
@@ -102,6 +102,12 @@ def _marked_deltas(direct: xr.Dataset) -> list[float]:
     deltas = direct["delta"].values
     marked = [d for d in (5.08, 15.4) if np.isclose(deltas, d).any()]
     return marked or sorted({float(deltas[deltas.size // 2]), float(deltas[-1])})
+
+
+def _ratio_deltas(direct: xr.Dataset) -> list[float]:
+    """Return 10 nm, the paper's, where it was solved, and the last displacement."""
+    deltas = direct["delta"].values
+    return sorted({10.0 if np.isclose(deltas, 10.0).any() else _marked_deltas(direct)[0], float(deltas[-1])})
 
 
 def parting(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> float:

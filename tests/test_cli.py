@@ -23,7 +23,7 @@ def paper_run(tmp_path_factory):
 def test_paper_writes_archive_figures_and_tables(paper_run):
     names = {path.name for path in paper_run.iterdir()}
     figures = {f"figure-{number:02d}.png" for number in range(2, 17)}
-    assert names == figures | {"paper.nc", "table.txt", "table-scan.csv", "table-contact.csv"}
+    assert names == figures | {"paper.nc", "overview.png", "table.txt", "table-scan.csv", "table-contact.csv"}
 
 
 def test_the_papers_table_stands_beside_ours(paper_run):

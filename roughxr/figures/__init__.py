@@ -16,6 +16,7 @@ from .maps import (
     subregion_map,
     topography_map,
 )
+from .overview import overview
 from .paper import debris, paper_figures
 from .sheet import save
 from .single import asperity_curve
@@ -34,6 +35,7 @@ __all__ = [
     "force_fan",
     "force_ratio",
     "mean_force",
+    "overview",
     "paper_figures",
     "save",
     "scan_map",
