@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .halfspace import Operator, multiply, multiply_single, operator
+from .halfspace import Operator, divide_single, multiply, multiply_single, operator
 from .jit import kernel
 
 #: How a solve ended.
@@ -74,7 +74,7 @@ def solve(cells, pressure, contact, goal, max_iterations):
         worst, inside = _violation(gap, contact)
         target = max(_ROUND * worst, 0.5 * goal) if patience > 0 else 0.5 * goal
         while inside > target and iterations < max_iterations:
-            slope = _search(gap, contact, cells.neighbours, preconditioned, direction, slope)
+            slope = _search(cells, gap, contact, preconditioned, direction, slope)
             multiply_single(cells.operator, direction, image)
             iterations += 1
             inside = _advance(pressure, gap, contact, direction, image, slope)
@@ -130,14 +130,36 @@ def _violation(gap, contact):
 
 
 @kernel
-def _search(gap, contact, neighbours, preconditioned, direction, slope):
+def _search(cells, gap, contact, preconditioned, direction, slope):
     """Set the next conjugate direction on the contact; return the residual's preconditioned square.
 
     ``slope`` is the last one's, or 0 to start anew.
     """
+    if cells.operator.inverse.size:
+        _precondition_by_transforms(cells.operator, gap, contact, preconditioned)
+    else:
+        _precondition_by_neighbours(cells.neighbours, gap, contact, preconditioned)
     count = gap.size - 1
     new = 0.0
     for k in range(count):
+        if contact[k]:
+            new -= gap[k] * preconditioned[k]
+    ratio = new / slope if slope > 0.0 else 0.0
+    for k in range(count):
+        direction[k] = preconditioned[k] + ratio * direction[k] if contact[k] else 0.0
+    return new
+
+
+@kernel
+def _precondition_by_transforms(operator, gap, contact, preconditioned):
+    for k in range(gap.size - 1):
+        preconditioned[k] = -gap[k] if contact[k] else 0.0
+    divide_single(operator, preconditioned, preconditioned)
+
+
+@kernel
+def _precondition_by_neighbours(neighbours, gap, contact, preconditioned):
+    for k in range(gap.size - 1):
         if contact[k]:
             beside, corner = 0.0, 0.0
             for n in range(4):
@@ -148,11 +170,6 @@ def _search(gap, contact, neighbours, preconditioned, direction, slope):
                 if contact[m]:
                     corner -= gap[m]
             preconditioned[k] = -STENCIL[0] * gap[k] + STENCIL[1] * beside + STENCIL[2] * corner
-            new -= gap[k] * preconditioned[k]
-    ratio = new / slope if slope > 0.0 else 0.0
-    for k in range(count):
-        direction[k] = preconditioned[k] + ratio * direction[k] if contact[k] else 0.0
-    return new
 
 
 @kernel

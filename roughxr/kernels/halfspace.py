@@ -20,6 +20,9 @@ import scipy.fft
 from .jit import kernel, reducing_kernel
 from .love import love_coefficients
 
+#: From this many cells on, an inverse by transforms preconditions better than a few neighbours do.
+LONG_RANGE = 1000
+
 #: Up to this many cells the dense matrix (half a megabyte) beats transforms of the cells' box.
 DENSE_LIMIT = 250
 
@@ -34,6 +37,8 @@ class Operator(NamedTuple):
     transfer: np.ndarray  # real, (rows, columns // 2 + 1) of the padded box
     single_transfer: np.ndarray
     columns: int  # of the padded box
+    inverse: np.ndarray  # inverse transformed coefficients of the periodic box, for many cells
+    period: int  # columns of the periodic box
 
 
 _EMPTY = np.zeros((1, 1)), np.zeros((1, 1), np.float32)
@@ -45,10 +50,20 @@ def operator(rows, columns):
     places = rows * shape[1] + columns
     if rows.size <= DENSE_LIMIT:
         matrix = _between(rows, columns, love_coefficients(*_rounded(*shape)))
-        return Operator(matrix, places, *_EMPTY, *_EMPTY, 1)
+        return Operator(matrix, places, *_EMPTY, *_EMPTY, 1, np.zeros((0, 0), np.float32), 1)
     padded = _padded(shape)
     boxes = np.zeros(shape), np.zeros(shape, np.float32)
-    return Operator(np.zeros((0, 0)), places, *boxes, *_transfers(padded), padded[1])
+    inverse, period = np.zeros((0, 0), np.float32), 1
+    if rows.size > LONG_RANGE:
+        periodic = tuple(scipy.fft.next_fast_len(n, real=True) for n in shape)
+        inverse, period = 1 / _transfers(periodic)[1], periodic[1]
+    return Operator(np.zeros((0, 0)), places, *boxes, *_transfers(padded), padded[1], inverse, period)
+
+
+@kernel
+def divide_single(operator, displacement, out):
+    """Write into ``out`` (compact) nearly the pressures that cause a displacement of the cells (compact)."""
+    _multiply_in_box(operator.places, operator.single_box, operator.inverse, operator.period, displacement, out)
 
 
 @kernel

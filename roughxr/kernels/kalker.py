@@ -21,6 +21,7 @@ import numpy as np
 from . import active_set
 from .active_set import CONVERGED, ITERATION_LIMIT, gather_cells
 from .halfspace import DENSE_LIMIT, convolve
+from .jit import kernel
 
 #: Reasons, by status.
 REASONS = {CONVERGED: "converged", ITERATION_LIMIT: "iteration limit reached before the tolerance"}
@@ -94,16 +95,18 @@ def solve(separation, delta, dx, contact_modulus, *, tolerance=1e-6, start=None,
     -------
     Solution
     """
-    box = _bounding_box(separation < delta)
-    if box is None:
+    overlap = _overlap(separation, delta)
+    if overlap.count == 0:
         return _untouched(separation.shape)
+    box = slice(overlap.first_row, overlap.last_row + 1), slice(overlap.first_column, overlap.last_column + 1)
     scale = contact_modulus / dx
     depth = delta - separation[box]
     if start is None:
-        start = _coarse_prediction(depth, dx, contact_modulus)
+        start = _coarse_prediction(depth, overlap.count, dx, contact_modulus)
     else:
         start = Prediction(*(part[box] for part in start))
-    pressure, displacement, outcome = _solve_box(depth, start, scale, tolerance, max_iterations)
+    goal = 0.5 * tolerance * overlap.largest
+    pressure, displacement, outcome = _solve_box(depth, overlap.count, start, scale, goal, max_iterations)
     out = _untouched(separation.shape)
     out.pressure[box], out.displacement[box] = pressure * scale, displacement
     return out._replace(
@@ -111,7 +114,7 @@ def solve(separation, delta, dx, contact_modulus, *, tolerance=1e-6, start=None,
         area=np.count_nonzero(pressure) * dx * dx,
         status=outcome.status,
         iterations=outcome.iterations,
-        residual=outcome.violation / float(np.nanmax(depth)),
+        residual=outcome.violation / overlap.largest,
     )
 
 
@@ -135,18 +138,32 @@ def _extrapolated(separation, before, last, delta):
     penetrates by little seldom touches. A displacement known once only is taken to stay, for what is possible, and to
     grow by half the step, for what touches; a cell whose displacement is not known at all is possible.
     """
-    (delta_last, known), step = last, delta - last[0]
-    pressure, displacement, doubt = known.pressure, known.displacement, 0.5 * step
+    (delta_last, known), ahead = last, np.nan
+    older = known
     if before is not None:
-        ahead = step / (delta_last - before[0])
-        pressure = np.maximum(pressure + ahead * (pressure - before[1].pressure), 0.0)
-        growth = ahead * (displacement - before[1].displacement)
-        unknown = np.isnan(growth)
-        displacement = displacement + np.where(unknown, 0.0, growth)
-        doubt = np.where(unknown, doubt, 0.0)
-    gap = displacement + separation - delta
-    touching = (known.pressure > 0) | (gap + doubt < -_JOINING * step)
-    return Prediction(pressure, touching, touching | ~(gap >= 0))
+        older, ahead = before[1], (delta - delta_last) / (delta_last - before[0])
+    out = Prediction(np.empty(separation.shape), *(np.empty(separation.shape, np.bool_) for _ in range(2)))
+    _extrapolate(separation, delta, delta - delta_last, known[:2], older[:2], ahead, out)
+    return out
+
+
+@kernel
+def _extrapolate(separation, delta, step, known, older, ahead, out):
+    """Fill in ``out``; ``known`` and ``older`` are pressure and displacement, ``ahead`` is NaN without an older one."""
+    for i in range(separation.shape[0]):
+        for j in range(separation.shape[1]):
+            pressure, displacement = known[0][i, j], known[1][i, j]
+            growth = ahead * (displacement - older[1][i, j])
+            if not np.isnan(ahead):
+                out.pressure[i, j] = max(pressure + ahead * (pressure - older[0][i, j]), 0.0)
+            else:
+                out.pressure[i, j] = pressure
+            doubt = 0.0
+            if np.isnan(growth):
+                growth, doubt = 0.0, 0.5 * step
+            gap = displacement + growth + separation[i, j] - delta
+            out.touching[i, j] = pressure > 0.0 or gap + doubt < -_JOINING * step
+            out.possible[i, j] = out.touching[i, j] or not gap >= 0.0
 
 
 def loaded(separation, loads, dx, contact_modulus, *, tolerance=1e-6, max_iterations=5000):
@@ -212,42 +229,68 @@ def _depth_estimate(depths, load, dx, contact_modulus):
     return float((load / stiffness)[np.argmax(within)])
 
 
-def _bounding_box(mask):
-    """Return the slices that hold all true cells, or None where there are none."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    return (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)) if rows.size else None
+class _Overlap(NamedTuple):
+    """The cells with S < δ: their bounding box, how many they are, and how deep the deepest (nm)."""
+
+    first_row: int
+    last_row: int
+    first_column: int
+    last_column: int
+    count: int
+    largest: float
+
+
+@kernel
+def _overlap(separation, delta):
+    rows, columns = separation.shape
+    first_row, last_row, first_column, last_column, count, least = rows, -1, columns, -1, 0, np.inf
+    for i in range(rows):
+        for j in range(columns):
+            if separation[i, j] < delta:
+                first_row, last_row = min(first_row, i), i
+                first_column, last_column = min(first_column, j), max(last_column, j)
+                least = min(least, separation[i, j])
+                count += 1
+    return _Overlap(first_row, last_row, first_column, last_column, count, delta - least)
 
 
 def _untouched(shape):
     return Solution(np.zeros(shape), np.full(shape, np.nan), 0.0, 0.0, CONVERGED, 0, 0.0)
 
 
-def _solve_box(depth, start, scale, tolerance, max_iterations):
+def _solve_box(depth, count, start, scale, goal, max_iterations):
     """Return scaled pressures, displacements and outcome on the overlap's bounding box.
 
     The active set works on the chosen cells, its search directions in single precision; the product over the whole
     box, in double, is what decides. Whatever violates a condition there goes back to the active set.
     """
-    goal = 0.5 * tolerance * float(np.nanmax(depth))
     inside = depth > 0
     pressure, touching = start.pressure / scale, start.touching & inside
-    chosen = inside if np.count_nonzero(inside) <= DENSE_LIMIT else start.possible & inside
+    chosen = inside if count <= DENSE_LIMIT else start.possible & inside
     iterations = 0
     while True:
         outcome = _solve_chosen(depth, chosen, pressure, touching, goal, max_iterations - iterations)
         displacement = convolve(pressure)
         iterations += outcome.iterations + 1
-        touching, worst = _violations(pressure, displacement - depth, inside, goal)
+        worst = _violation(pressure, displacement, depth, goal, touching)
         outcome = outcome._replace(iterations=iterations, violation=worst)
         if outcome.status != CONVERGED or worst <= goal:
             return pressure, displacement, outcome
         chosen = chosen | touching
 
 
-def _violations(pressure, gap, inside, goal):
-    """Return the cells that touch or penetrate, and the largest |g| in contact or penetration outside."""
-    loaded, penetrating = pressure > 0, inside & (gap < -goal)
-    return loaded | penetrating, float(max(np.abs(gap[loaded]).max(initial=0.0), -gap[inside].min()))
+@kernel
+def _violation(pressure, displacement, depth, goal, touching):
+    """Mark the cells that touch or penetrate; return the largest |g| in contact or penetration outside."""
+    worst = 0.0
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            gap = displacement[i, j] - depth[i, j]
+            loaded = pressure[i, j] > 0.0
+            touching[i, j] = loaded or (depth[i, j] > 0.0 and gap < -goal)
+            if loaded or depth[i, j] > 0.0:
+                worst = max(worst, abs(gap) if loaded else -gap)
+    return worst
 
 
 def _solve_chosen(depth, chosen, pressure, touching, goal, max_iterations):
@@ -262,16 +305,15 @@ def _solve_chosen(depth, chosen, pressure, touching, goal, max_iterations):
     return outcome
 
 
-def _coarse_prediction(depth, dx, contact_modulus):
+def _coarse_prediction(depth, count, dx, contact_modulus):
     """Return the contact on cells twice as large; on few cells, those that overlap by more than half the deepest.
 
     So many of a paraboloid's overlapping cells touch.
     """
-    inside, largest = depth > 0, float(np.nanmax(depth))
-    coarse = _halved(depth)
-    if np.count_nonzero(inside) <= DENSE_LIMIT or min(depth.shape) < 4 or not (coarse > 0).any():
-        return Prediction(np.zeros(depth.shape), depth > 0.5 * largest, inside)
-    solution = solve(-coarse, 0.0, 2 * dx, contact_modulus, tolerance=_COARSE_TOLERANCE)
+    largest = float(np.nanmax(depth))
+    if count <= DENSE_LIMIT or min(depth.shape) < 4:
+        return Prediction(np.zeros(depth.shape), depth > 0.5 * largest, depth > 0)
+    solution = solve(-_halved(depth), 0.0, 2 * dx, contact_modulus, tolerance=_COARSE_TOLERANCE)
     rows, columns = depth.shape
     pressure = np.repeat(np.repeat(solution.pressure, 2, axis=0), 2, axis=1)[:rows, :columns]
     gap = _doubled(solution.displacement)[:rows, :columns] - depth
