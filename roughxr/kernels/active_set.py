@@ -42,6 +42,7 @@ class Outcome(NamedTuple):
     status: int
     iterations: int  #: products A p
     violation: float  #: largest |g| in contact or penetration outside
+    shift: float  #: what was added to the depths to carry the load; 0 where none is prescribed
 
 
 class Cells(NamedTuple):
@@ -59,37 +60,45 @@ def gather_cells(inside, indices, depth):
 
 
 @kernel
-def solve(cells, pressure, contact, goal, max_iterations):
+def solve(cells, pressure, contact, goal, max_iterations, load):
     """Solve from the given pressures and contact, both (count + 1,), which become the solution.
 
     Every condition is met to ``goal`` (the unit of the depths) unless ``max_iterations`` products are not enough;
-    pressures are never negative. Returns the `Outcome`.
+    pressures are never negative. Where ``load`` > 0 the pressures keep adding up to it, and all depths are shifted by
+    what that takes: the search directions are projected onto loads of zero sum, at no further product. Returns the
+    `Outcome`.
     """
     gap, direction, image = np.zeros_like(pressure), np.zeros_like(pressure), np.zeros_like(pressure)
-    preconditioned, removed = np.zeros_like(pressure), np.zeros_like(pressure)
+    preconditioned, other = np.zeros_like(pressure), np.zeros_like(pressure)
     multiply(cells.operator, pressure, gap)
     _open(gap, cells.depth)
-    iterations, slope, fewest, patience = 1, 0.0, np.inf, _PATIENCE
+    iterations, slope, shift, fewest, patience = 1, 0.0, 0.0, np.inf, _PATIENCE
     while True:
+        if load > 0.0 and slope == 0.0:
+            shift += _carry(pressure, gap, contact, cells.depth, shift, load)
+            _precondition_unit(cells, contact, preconditioned, other)
         worst, inside = _violation(gap, contact)
         target = max(_ROUND * worst, 0.5 * goal) if patience > 0 else 0.5 * goal
         while inside > target and iterations < max_iterations:
-            slope = _search(cells, gap, contact, preconditioned, direction, slope)
+            _precondition(cells, gap, contact, preconditioned)
+            if load > 0.0:
+                shift += _project(gap, contact, preconditioned, other)
+            slope = _search(gap, contact, preconditioned, direction, slope)
             multiply_single(cells.operator, direction, image)
             iterations += 1
             inside = _advance(pressure, gap, contact, direction, image, slope)
         violating, worst = _count(pressure, gap, contact, goal)
         if violating == 0 and worst <= goal:
-            return Outcome(CONVERGED, iterations, worst)
+            return Outcome(CONVERGED, iterations, worst, shift)
         if violating > 0:
             slope = 0.0  # another contact: the old directions are no longer conjugate
             fewest, patience = (violating, _PATIENCE) if violating < fewest else (fewest, patience - 1)
-            if _exchange(pressure, gap, contact, removed, goal, patience <= 0):
-                multiply_single(cells.operator, removed, image)
+            if _exchange(pressure, gap, contact, other, goal, patience <= 0):
+                multiply_single(cells.operator, other, image)
                 iterations += 1
                 gap += image
         if iterations >= max_iterations:
-            return Outcome(ITERATION_LIMIT, iterations, _give_up(pressure, gap, contact))
+            return Outcome(ITERATION_LIMIT, iterations, _give_up(pressure, gap, contact), shift)
 
 
 @kernel
@@ -130,15 +139,55 @@ def _violation(gap, contact):
 
 
 @kernel
-def _search(cells, gap, contact, preconditioned, direction, slope):
+def _carry(pressure, gap, contact, depth, shift, load):
+    """Scale the pressures to the load, and shift the depths so that the gaps in contact balance; return the shift."""
+    count, total = 0, 0.0
+    for k in range(depth.size):
+        count += contact[k]
+        total += pressure[k]
+    if total > 0.0:
+        for k in range(depth.size):
+            pressure[k] *= load / total
+            gap[k] = (gap[k] + depth[k] + shift) * (load / total) - depth[k] - shift
+    mean = 0.0
+    for k in range(depth.size):
+        mean += gap[k] / count if contact[k] else 0.0
+    for k in range(depth.size):
+        gap[k] -= mean
+    return mean
+
+
+@kernel
+def _precondition_unit(cells, contact, preconditioned, unit):
+    """Write into ``unit`` what the preconditioner makes of a unit residual all over the contact."""
+    for k in range(unit.size - 1):
+        unit[k] = -1.0
+    _precondition(cells, unit, contact, preconditioned)
+    for k in range(unit.size - 1):
+        unit[k] = preconditioned[k] if contact[k] else 0.0
+
+
+@kernel
+def _project(gap, contact, preconditioned, unit):
+    """Take the load out of the preconditioned residual, and the shift that it stands for out of the gaps."""
+    total, whole = 0.0, 0.0
+    for k in range(gap.size - 1):
+        if contact[k]:
+            total += preconditioned[k]
+            whole += unit[k]
+    excess = total / whole
+    for k in range(gap.size - 1):
+        gap[k] += excess
+        preconditioned[k] -= excess * unit[k]
+    return -excess
+
+
+@kernel
+def _search(gap, contact, preconditioned, direction, slope):
     """Set the next conjugate direction on the contact; return the residual's preconditioned square.
 
     ``slope`` is the last one's, or 0 to start anew.
     """
-    if cells.operator.inverse.size:
-        _precondition_by_transforms(cells.operator, gap, contact, preconditioned)
-    else:
-        _precondition_by_neighbours(cells.neighbours, gap, contact, preconditioned)
     count = gap.size - 1
     new = 0.0
     for k in range(count):
@@ -148,6 +197,15 @@ def _search(cells, gap, contact, preconditioned, direction, slope):
     for k in range(count):
         direction[k] = preconditioned[k] + ratio * direction[k] if contact[k] else 0.0
     return new
+
+
+@kernel
+def _precondition(cells, gap, contact, preconditioned):
+    """Write nearly the pressures that would close the gaps in contact."""
+    if cells.operator.inverse.size:
+        _precondition_by_transforms(cells.operator, gap, contact, preconditioned)
+    else:
+        _precondition_by_neighbours(cells.neighbours, gap, contact, preconditioned)
 
 
 @kernel

@@ -81,7 +81,9 @@ def multiply_single(operator, pressure, out):
     if operator.matrix.size:
         _multiply(operator.matrix, pressure, out)
     else:
-        _multiply_in_box(operator.places, operator.single_box, operator.single_transfer, operator.columns, pressure, out)
+        _multiply_in_box(
+            operator.places, operator.single_box, operator.single_transfer, operator.columns, pressure, out
+        )
 
 
 @kernel

@@ -35,14 +35,17 @@ _MARGIN = 0.05
 #: Tolerance of the solve on cells twice as large, which only makes a start.
 _COARSE_TOLERANCE = 1e-3
 
+#: Under a load, cells are chosen up to this many times the guessed depth.
+_SLACK = 1.1
+
 #: d ln F / d ln depth of a sphere.
 _SPHERE_EXPONENT = 1.5
 
 #: Windows narrower than this are not halved to find a displacement.
 _SMALLEST_HALVED = 24
 
-#: Solves at most to find the displacement of one load.
-_MAX_SOLVES = 30
+#: Choices of cells at most under one load.
+_MOST_CHOICES = 30
 
 
 class Solution(NamedTuple):
@@ -98,23 +101,28 @@ def solve(separation, delta, dx, contact_modulus, *, tolerance=1e-6, start=None,
     overlap = _overlap(separation, delta)
     if overlap.count == 0:
         return _untouched(separation.shape)
-    box = slice(overlap.first_row, overlap.last_row + 1), slice(overlap.first_column, overlap.last_column + 1)
-    scale = contact_modulus / dx
+    box, scale = _box(overlap), contact_modulus / dx
     depth = delta - separation[box]
     if start is None:
         start = _coarse_prediction(depth, overlap.count, dx, contact_modulus)
     else:
         start = Prediction(*(part[box] for part in start))
     goal = 0.5 * tolerance * overlap.largest
-    pressure, displacement, outcome = _solve_box(depth, overlap.count, start, scale, goal, max_iterations)
-    out = _untouched(separation.shape)
+    found = _solve_box(depth, overlap.count, start, scale, goal, max_iterations)
+    return _on_window(separation.shape, box, found, dx, scale, overlap.largest)
+
+
+def _on_window(shape, box, found, dx, scale, largest):
+    """Return what was found in a box as a `Solution` on the window, in units."""
+    pressure, displacement, outcome = found
+    out = _untouched(shape)
     out.pressure[box], out.displacement[box] = pressure * scale, displacement
     return out._replace(
         force=float(pressure.sum()) * scale * dx * dx,
         area=np.count_nonzero(pressure) * dx * dx,
         status=outcome.status,
         iterations=outcome.iterations,
-        residual=outcome.violation / overlap.largest,
+        residual=outcome.violation / largest,
     )
 
 
@@ -170,34 +178,33 @@ def loaded(separation, loads, dx, contact_modulus, *, tolerance=1e-6, max_iterat
     """Yield (delta, contact) for each of ascending loads (nN > 0), each started from the one before."""
     found = None
     for load in loads:
-        found = _find_displacement(separation, load, dx, contact_modulus, tolerance, max_iterations, found)
+        found = _solve_load(separation, load, dx, contact_modulus, tolerance, max_iterations, found)
         yield found
 
 
-def _find_displacement(separation, load, dx, contact_modulus, tolerance, max_iterations, known):
-    """Return (δ, contact) at a load, from a known one or from cells twice as large.
+def _solve_load(separation, load, dx, contact_modulus, tolerance, max_iterations, known):
+    """Return (δ, contact) at a load; the active set finds δ along with the contact.
 
-    ln F is almost straight against ln(δ − δ₁), δ₁ the first touch: the secant rule needs few solves. Each starts from
-    the last, and is only as tight as the load is near, so that together they cost little more than one.
+    Only the cells to work on are chosen by a guess of δ, from the load before or from cells twice as large; where δ
+    turns out to lie deeper, they are chosen again.
     """
-    touch = float(np.nanmin(separation))
+    touch, scale = float(np.nanmin(separation)), contact_modulus / dx
     delta, start = _first_guess(separation, load, dx, contact_modulus, touch, known)
-    points, error, products = [], 1.0, 0
-    for _ in range(_MAX_SOLVES):
-        tight = max(0.3 * tolerance, min(1e-2, 0.03 * abs(error)))
-        limits = {"tolerance": tight, "max_iterations": max_iterations}
-        solution = solve(separation, delta, dx, contact_modulus, start=start, **limits)
-        products += solution.iterations
-        error = solution.force / load - 1
-        if not solution.converged or (abs(error) <= 0.7 * tolerance and tight <= tolerance):
+    products = 0
+    for _ in range(_MOST_CHOICES):
+        reach = touch + _SLACK * (delta - touch)
+        overlap = _overlap(separation, reach)
+        box, slack = _box(overlap), reach - delta
+        depth = delta - separation[box]
+        begin = _half_deep(depth, slack) if start is None else Prediction(*(part[box] for part in start))
+        goal, left, scaled = 0.5 * tolerance * (delta - touch), max_iterations - products, load / (scale * dx * dx)
+        found = _solve_box(depth, overlap.count, begin, scale, goal, left, load=scaled, slack=slack)
+        delta, products = delta + found[2].shift, products + found[2].iterations
+        solution = _on_window(separation.shape, box, found, dx, scale, delta - touch)
+        if delta <= reach or not solution.converged:
             break
-        points = [*points[-1:], (np.log(delta - touch), np.log(solution.force))]
-        following = touch + float(np.exp(points[-1][0] - np.log1p(error) / _exponent(points)))
-        start = _extrapolated(separation, None, (delta, solution), following)
-        start = start._replace(pressure=start.pressure * (load / solution.force))
-        delta = following
-    status = solution.status if abs(error) <= tolerance else ITERATION_LIMIT
-    return delta, solution._replace(status=status, iterations=products)
+        start = _extrapolated(separation, None, (delta, solution), delta)
+    return delta, solution._replace(iterations=products)
 
 
 def _first_guess(separation, load, dx, contact_modulus, touch, known):
@@ -205,18 +212,20 @@ def _first_guess(separation, load, dx, contact_modulus, touch, known):
     if known is not None and known[1].force > 0:
         delta = touch + (known[0] - touch) * (load / known[1].force) ** (1 / _SPHERE_EXPONENT)
         return delta, _extrapolated(separation, None, known, delta)
-    if min(separation.shape) >= _SMALLEST_HALVED:
-        coarse = _halved(separation)
-        if np.isfinite(coarse).any():
-            delta, _ = _find_displacement(coarse, load, 2 * dx, contact_modulus, _COARSE_TOLERANCE, 1000, None)
-            return max(delta, touch + 1e-3 * (delta - np.nanmin(coarse))), None
-    return touch + _depth_estimate(separation - touch, load, dx, contact_modulus), None
+    if min(separation.shape) < _SMALLEST_HALVED:
+        return touch + _depth_estimate(separation - touch, load, dx, contact_modulus), None
+    coarse = _halved(separation)
+    delta, solution = _solve_load(coarse, load, 2 * dx, contact_modulus, _COARSE_TOLERANCE, 1000, None)
+    delta = max(delta, touch + 0.1 * (delta - np.nanmin(coarse)))
+    return delta, _refined(solution, delta - separation, dx, contact_modulus, delta - touch)
 
 
-def _exponent(points):
-    """Return d ln F / d ln depth through the last two points; a sphere's where there is one only."""
-    (x0, y0), (x1, y1) = points[0], points[-1]
-    return float(np.clip((y1 - y0) / (x1 - x0), 1.0, 4.0)) if x1 != x0 else _SPHERE_EXPONENT
+def _half_deep(depth, slack=0.0):
+    """Return a start for few cells: those that overlap by more than half the deepest.
+
+    So many of a paraboloid's overlapping cells touch.
+    """
+    return Prediction(np.zeros(depth.shape), depth > 0.5 * np.nanmax(depth), depth > -slack)
 
 
 def _depth_estimate(depths, load, dx, contact_modulus):
@@ -240,6 +249,11 @@ class _Overlap(NamedTuple):
     largest: float
 
 
+def _box(overlap):
+    """Return the overlap's bounding box as slices."""
+    return slice(overlap.first_row, overlap.last_row + 1), slice(overlap.first_column, overlap.last_column + 1)
+
+
 @kernel
 def _overlap(separation, delta):
     rows, columns = separation.shape
@@ -258,22 +272,23 @@ def _untouched(shape):
     return Solution(np.zeros(shape), np.full(shape, np.nan), 0.0, 0.0, CONVERGED, 0, 0.0)
 
 
-def _solve_box(depth, count, start, scale, goal, max_iterations):
+def _solve_box(depth, count, start, scale, goal, max_iterations, *, load=0.0, slack=0.0):
     """Return scaled pressures, displacements and outcome on the overlap's bounding box.
 
     The active set works on the chosen cells, its search directions in single precision; the product over the whole
-    box, in double, is what decides. Whatever violates a condition there goes back to the active set.
+    box, in double, is what decides. Whatever violates a condition there goes back to the active set. With a ``load``
+    (scaled) the depths shift, and cells within ``slack`` of overlapping are taken along.
     """
-    inside = depth > 0
+    inside = depth > -slack
     pressure, touching = start.pressure / scale, start.touching & inside
     chosen = inside if count <= DENSE_LIMIT else start.possible & inside
-    iterations = 0
+    iterations, shift = 0, 0.0
     while True:
-        outcome = _solve_chosen(depth, chosen, pressure, touching, goal, max_iterations - iterations)
+        outcome = _solve_chosen(depth + shift, chosen, pressure, touching, goal, max_iterations - iterations, load)
         displacement = convolve(pressure)
-        iterations += outcome.iterations + 1
-        worst = _violation(pressure, displacement, depth, goal, touching)
-        outcome = outcome._replace(iterations=iterations, violation=worst)
+        iterations, shift = iterations + outcome.iterations + 1, shift + outcome.shift
+        worst = _violation(pressure, displacement, depth + shift, goal, touching)
+        outcome = outcome._replace(iterations=iterations, violation=worst, shift=shift)
         if outcome.status != CONVERGED or worst <= goal:
             return pressure, displacement, outcome
         chosen = chosen | touching
@@ -293,27 +308,31 @@ def _violation(pressure, displacement, depth, goal, touching):
     return worst
 
 
-def _solve_chosen(depth, chosen, pressure, touching, goal, max_iterations):
+def _solve_chosen(depth, chosen, pressure, touching, goal, max_iterations, load):
     """Solve on the chosen cells; their pressures (scaled) in the box become the solution."""
     indices = np.flatnonzero(chosen)
     cells = gather_cells(chosen, indices, depth.ravel()[indices])
     contact = np.append(touching.ravel()[indices], False)
     compact = np.append(np.where(contact[:-1], pressure.ravel()[indices], 0.0), 0.0)
-    outcome = active_set.solve(cells, compact, contact, goal, max_iterations)
+    if load > 0 and not compact.any():
+        contact[np.argmax(cells.depth)] = True  # something must carry
+        compact[contact] = load / np.count_nonzero(contact)
+    outcome = active_set.Outcome(*active_set.solve(cells, compact, contact, goal, max_iterations, load))
     pressure[...] = 0.0
     pressure.ravel()[indices] = compact[:-1]
     return outcome
 
 
 def _coarse_prediction(depth, count, dx, contact_modulus):
-    """Return the contact on cells twice as large; on few cells, those that overlap by more than half the deepest.
-
-    So many of a paraboloid's overlapping cells touch.
-    """
-    largest = float(np.nanmax(depth))
+    """Return the contact on cells twice as large, or a start for few cells."""
     if count <= DENSE_LIMIT or min(depth.shape) < 4:
-        return Prediction(np.zeros(depth.shape), depth > 0.5 * largest, depth > 0)
+        return _half_deep(depth)
     solution = solve(-_halved(depth), 0.0, 2 * dx, contact_modulus, tolerance=_COARSE_TOLERANCE)
+    return _refined(solution, depth, dx, contact_modulus, float(np.nanmax(depth)))
+
+
+def _refined(solution, depth, dx, contact_modulus, largest):
+    """Return what a solution on cells twice as large says of a box of depths (nm), the largest of them given."""
     rows, columns = depth.shape
     pressure = np.repeat(np.repeat(solution.pressure, 2, axis=0), 2, axis=1)[:rows, :columns]
     gap = _doubled(solution.displacement)[:rows, :columns] - depth
