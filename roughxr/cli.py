@@ -1,4 +1,4 @@
-"""The command line: ``roughxr paper``, ``roughxr run``, ``roughxr info``."""
+"""The command line: ``roughxr paper``, ``run``, ``info``, ``convert``."""
 
 from __future__ import annotations
 
@@ -33,18 +33,15 @@ def _parser() -> argparse.ArgumentParser:
     _add_paper(commands)
     _add_run(commands)
     _add_info(commands)
+    _add_convert(commands)
     return parser
 
 
-_DESCRIPTION = (
-    "How hard a small sphere presses, and how hard it sticks, wherever it lands on a rough surface."
-)
+_DESCRIPTION = "How hard a small sphere presses, and how hard it sticks, wherever it lands on a rough surface."
 
 
 def _add_paper(commands) -> None:
-    command = commands.add_parser(
-        "paper", help="repeat the paper on the embedded glass twin: archive, figures, tables"
-    )
+    command = commands.add_parser("paper", help="repeat the paper on the embedded glass twin: archive, figures, tables")
     command.add_argument("-o", "--output", default="paper-run", metavar="FOLDER", help="default: %(default)s")
     _add_quiet(command)
     command.set_defaults(command=_paper)
@@ -64,23 +61,15 @@ def _add_run(commands) -> None:
     command.add_argument(
         "--level", default="plane", choices=("plane", "quadratic", "none"), help="default: %(default)s"
     )
-    pair = command.add_argument_group(
-        "the pair of bodies (plain numbers in nm, GPa, J/m², or text such as '3 um')"
-    )
+    pair = command.add_argument_group("the pair of bodies (plain numbers in nm, GPa, J/m², or text such as '3 um')")
     pair.add_argument("--sphere-radius", required=True, metavar="R", help="radius of the sphere, nm")
     pair.add_argument(
         "--young-modulus", default="75", metavar="E", help="of both bodies, GPa; default: glass, %(default)s"
     )
-    pair.add_argument(
-        "--poisson-ratio", default="0.22", metavar="NU", type=float, help="default: %(default)s"
-    )
-    pair.add_argument(
-        "--surface-energy", metavar="GAMMA", help="J/m²; default: Gilman's estimate from E and nu"
-    )
+    pair.add_argument("--poisson-ratio", default="0.22", metavar="NU", type=float, help="default: %(default)s")
+    pair.add_argument("--surface-energy", metavar="GAMMA", help="J/m²; default: Gilman's estimate from E and nu")
     places = command.add_argument_group("where and how deep")
-    places.add_argument(
-        "--subregions", nargs=2, type=int, default=(8, 8), metavar=("NX", "NY"), help="default: 8 8"
-    )
+    places.add_argument("--subregions", nargs=2, type=int, default=(8, 8), metavar=("NX", "NY"), help="default: 8 8")
     places.add_argument(
         "--delta",
         nargs="+",
@@ -95,7 +84,20 @@ def _add_run(commands) -> None:
 def _add_info(commands) -> None:
     command = commands.add_parser("info", help="say what a file holds")
     command.add_argument("file", metavar="FILE")
+    command.add_argument("--channel", help="whose roughness is told; default: the file's height channel")
+    command.add_argument("--picture", metavar="PNG", help="draw the channel, levelled by a plane")
     command.set_defaults(command=_info)
+
+
+def _add_convert(commands) -> None:
+    command = commands.add_parser("convert", help="write a scan in another format")
+    command.add_argument("file", metavar="FILE")
+    command.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.nc or OUT.gsf")
+    command.add_argument("--channel", help="name of the channel to read; default: the file's height channel")
+    command.add_argument(
+        "--surfacetopography", action="store_true", help="write the NetCDF-3 that SurfaceTopography reads"
+    )
+    command.set_defaults(command=_convert)
 
 
 def _add_quiet(command) -> None:
@@ -138,9 +140,35 @@ def _run(options) -> None:
 
 
 def _info(options) -> None:
-    from .scans import describe
+    from . import figures, scans
 
-    print(describe(options.file))
+    channels = scans.describe(options.file)
+    print("\n".join(f"{key}: {value}" for key, value in channels.attrs.items() if key != "history"))
+    print(channels.to_dataframe().to_string(float_format=lambda v: f"{v:.6g}"))
+    scan = scans.open_scan(options.file, channel=options.channel).load()
+    print(f"\nroughness of {scan.attrs.get('channel', 'height')}, nm about its mean plane where not said otherwise:")
+    for name, value in scans.roughness(scan, spectra=False).data_vars.items():
+        if value.ndim == 0:
+            print(f"  {name:10s} {float(value):12.6g} {value.attrs['units']:5s} {value.attrs['long_name']}")
+    if options.picture:
+        from matplotlib.figure import Figure
+
+        axes = figures.scan_map(scans.level(scan), ax=Figure(figsize=(4, 3.4), layout="constrained").subplots())
+        figures.save(axes.figure, options.picture, dpi=150)
+        print(f"drawn in {options.picture}")
+
+
+def _convert(options) -> None:
+    from pathlib import Path
+
+    from . import scans
+    from .schema import one_of
+
+    suffix = one_of(Path(options.output).suffix, (".nc", ".gsf"), "output")
+    scan = scans.open_scan(options.file, channel=options.channel)
+    nc = scans.to_surfacetopography if options.surfacetopography else scans.to_netcdf
+    (scans.to_gsf if suffix == ".gsf" else nc)(scan, options.output)
+    print(f"written to {options.output}")
 
 
 def _number(text: str) -> float | str:

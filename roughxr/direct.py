@@ -176,7 +176,8 @@ def _reach(ds: xr.Dataset, options: _Options, lazy_fields: bool) -> float:
     if options.by_load or options.first_contact:
         if lazy_fields:
             raise ValueError(
-                "fields with a load or with datum='first_contact' need the height range: load the scan first (ds.load())"
+                "fields with a load or with datum='first_contact' need the height range: "
+                "load the scan first (ds.load())"
             )
         if parallel.is_lazy(ds) or options.indenter:
             return whole

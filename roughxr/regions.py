@@ -14,7 +14,6 @@ import xarray as xr
 from . import schema
 from .units import magnitude
 
-
 #: Tiles along one axis at most, where the number of pixels is not known.
 _MOST_TILES = 65536
 

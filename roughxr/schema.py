@@ -36,9 +36,7 @@ VARIABLES: dict[str, Variable] = {
     "sphere_radius": Variable("nm", "sphere radius"),
     "contact_modulus": Variable("GPa", "contact modulus E*", "1/E* = (1-nu1^2)/E1 + (1-nu2^2)/E2"),
     "work_of_adhesion": Variable("J m-2", "work of adhesion w", "w = 2 gamma for equal bodies"),
-    "indenter_height": Variable(
-        "nm", "indenter height", "points out of the indenter; its maximum touches first"
-    ),
+    "indenter_height": Variable("nm", "indenter height", "points out of the indenter; its maximum touches first"),
     "indenter_x": Variable("nm", "x from the contact centre"),
     "indenter_y": Variable("nm", "y from the contact centre"),
     # roughness: the paper's two about height 0, those of ISO 25178-2 about the mean plane
@@ -66,9 +64,7 @@ VARIABLES: dict[str, Variable] = {
     "asperity": Variable("1", "asperity"),
     "curvature_min": Variable("nm-1", "smaller principal curvature", "1/R', positive for a peak"),
     "curvature_max": Variable("nm-1", "larger principal curvature", "1/R'', positive for a peak"),
-    "orientation": Variable(
-        "rad", "orientation of the flattest direction", "from x towards y, in [-pi/2, pi/2)"
-    ),
+    "orientation": Variable("rad", "orientation of the flattest direction", "from x towards y, in [-pi/2, pi/2)"),
     "axis_ratio": Variable("1", "axis ratio b/a of the Hertz contact ellipse"),
     "fit_rms": Variable("nm", "rms residual of the paraboloid fit"),
     "datum_height": Variable("nm", "height of the datum", "the highest point of the whole scan"),
@@ -114,10 +110,22 @@ VARIABLES: dict[str, Variable] = {
     "detachment_delta": Variable("nm", "displacement at which all contact is lost", "counted from the datum"),
     "work_of_separation": Variable("nN nm", "work of separation", "done against the pull on retraction"),
     "hysteresis": Variable("nN nm", "energy lost in one cycle of approach and retraction"),
+    "tabor_parameter": Variable("1", "Tabor's parameter", "large: short range (JKR), small: long range (DMT)"),
     # statistics
     "pull_off_force": Variable("nN", "pull-off force", "positive magnitude of the largest pull"),
     "pull_off_delta": Variable("nm", "displacement at pull-off", "counted from the datum"),
     "bracketed": Variable("1", "the largest pull lies inside the sweep, not at its end"),
+    "pull_off_ratio": Variable("1", "pull-off force, rough / smooth", "over that of the same sphere from a flat"),
+    "debris": Variable("1", "debris", "stands far out of what the other places show"),
+    "independent_places": Variable("1", "independent places", "samples that would vary as these do in their mean"),
+    "force_superposed": Variable("nN", "superposed force", "positive pushes"),
+    "force_direct": Variable("nN", "force of the direct simulation", "positive pushes"),
+    "force_difference": Variable("1", "superposed / direct force − 1"),
+    "mean_difference": Variable("1", "superposed / direct mean force − 1"),
+    "agreeing": Variable("1", "share of places where both agree", "of those in contact"),
+    "parting_delta": Variable("nm", "displacement from which on both part", "counted from the datum"),
+    "mean_parting_delta": Variable("nm", "displacement from which on the means part", "counted from the datum"),
+    "overlap_fraction": Variable("1", "contacts that overlap a neighbour's", "of all contacts"),
     "pdf": Variable("1", "probability density"),
     "cdf": Variable("1", "cumulative probability"),
     # one asperity
@@ -254,10 +262,7 @@ def square_pixel(ds: xr.Dataset) -> float:
     """Return the pixel size of a scan in nm, or say that its pixels are not square."""
     dx, dy = pixel(ds)
     if abs(dx - dy) > 1e-6 * dx:
-        raise ValueError(
-            f"expected square pixels, found {dx:g} x {dy:g} nm; resample first, for example "
-            "ds.interp(y=np.arange(ds.y[0], ds.y[-1], dx))"
-        )
+        raise ValueError(f"expected square pixels, found {dx:g} x {dy:g} nm; resample first (ds.contact.resample())")
     return dx
 
 
@@ -285,7 +290,7 @@ def finite(height: np.ndarray) -> np.ndarray:
     if missing:
         raise ValueError(
             f"height: expected finite heights, found {missing} missing pixels of {height.size}; "
-            "fill them first, for example ds.interpolate_na('x'), or crop them away"
+            "fill them first (ds.contact.fill()) or crop them away (ds.contact.crop(x=…, y=…))"
         )
     return height
 
@@ -304,9 +309,8 @@ def ascending(values: Any, units: str, name: str) -> np.ndarray:
             f"{name}: expected at least one value in {units} along one dimension, found shape {array.shape}"
         )
     if (np.diff(array) <= 0).any():
-        raise ValueError(
-            f"{name}: expected ascending values, found {array[:-1][np.diff(array) <= 0][0]:g} before a smaller or equal one; sort them"
-        )
+        first = array[:-1][np.diff(array) <= 0][0]
+        raise ValueError(f"{name}: expected ascending values, found {first:g} before a smaller or equal one; sort them")
     return array
 
 

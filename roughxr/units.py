@@ -18,6 +18,10 @@ import xarray as xr
 _UDUNITS_POWER = re.compile(r"(?<=[A-Za-zµμ])(?=[-+]?\d)")
 
 
+#: Letters, powers, products and quotients; pint would read "~m" as m to the power of -1.
+_WRITTEN = re.compile(r"[\w\s.*/^()°ÅµμΩ%+-]+")
+
+
 @lru_cache(maxsize=1)
 def _registry():
     import pint  # not at the top: it takes a third of the import time and plain numbers never need it
@@ -46,6 +50,8 @@ def factor(source: str, target: str) -> float:
     if source == target:
         return 1.0
     try:
+        if not _WRITTEN.fullmatch(source):
+            raise ValueError("not written as units are")
         ratio = float(_registry().Quantity(1.0, source).to(target).magnitude)
     except (
         pint.errors.PintError,
@@ -112,9 +118,7 @@ def _convert(value: Any, units: str, name: str) -> Any:
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from None
     except Exception as error:
-        raise ValueError(
-            f"{name}: expected a quantity such as '3 {units}', found {value!r} ({error})"
-        ) from None
+        raise ValueError(f"{name}: expected a quantity such as '3 {units}', found {value!r} ({error})") from None
     return value
 
 

@@ -91,7 +91,26 @@ def test_interruption_is_told_and_leaves_nothing(tmp_path, monkeypatch, capsys):
     assert not (tmp_path / "out").exists()
 
 
+def test_info_tells_channels_sizes_and_roughness_and_draws(tmp_path, capsys):
+    scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
+    assert main(["info", str(tmp_path / "scan.nc"), "--picture", str(tmp_path / "scan.png")]) == 0
+    told = capsys.readouterr().out
+    for word in ("scan.nc", "320", "s_q", "nm"):
+        assert word in told
+    assert (tmp_path / "scan.png").stat().st_size > 1000
+
+
+@pytest.mark.parametrize("name", ["scan.gsf", "copy.nc"])
+def test_convert_keeps_the_heights(tmp_path, name):
+    import roughxr
+
+    scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
+    assert main(["convert", str(tmp_path / "scan.nc"), "-o", str(tmp_path / name)]) == 0
+    before, after = (roughxr.open_scan(tmp_path / n).height.values for n in ("scan.nc", name))
+    np.testing.assert_allclose(after, before, atol=1e-5)  # .gsf holds single precision
+
+
 def test_help_names_every_command():
     shown = subprocess.run([sys.executable, "-m", "roughxr.cli", "--help"], check=True, capture_output=True, text=True)
-    for command in ("paper", "run", "info"):
+    for command in ("paper", "run", "info", "convert"):
         assert command in shown.stdout

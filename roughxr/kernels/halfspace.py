@@ -1,14 +1,15 @@
 """Displacement of a half space under pressures on square cells: two engines for one product u = A p.
 
 Both work on compact vectors, the values of the cells of interest wherever they lie in a box, followed by one entry that
-stays zero. Cells have unit side and the half space unit modulus: the caller scales. Few cells are summed with the matrix
-of Love's coefficients between them; many are convolved in their box, zero-padded so that nothing wraps around: exact,
-not periodic. Only rows that hold cells are transformed along y, both ways, which saves a quarter of the work, and the
-transformed coefficients are real, since the coefficients are even.
+stays zero. Cells have unit side and the half space unit modulus: the caller scales. Few cells are summed with the
+matrix of Love's coefficients between them; many are convolved in their box, zero-padded so that nothing wraps around:
+exact, not periodic. Only rows that hold cells are transformed along y, both ways, which saves a quarter of the work,
+and the transformed coefficients are real, since the coefficients are even.
 
-Two precisions: ``multiply`` is what solutions are held against, ``multiply_single`` is right to some 1e-6 of its largest
-value, which is enough for search directions, in half the time. SciPy's transforms run inside compiled code by way of
-rocket-fft: no Python in the loop and no lock held, which halves the time again on small boxes and lets threads scale.
+Two precisions: ``multiply`` is what solutions are held against, ``multiply_single`` is right to some 1e-6 of its
+largest value, which is enough for search directions, in two thirds of the time. SciPy's transforms run inside compiled
+code by way of rocket-fft: no Python in the loop and no lock held, which halves the time on small boxes and lets threads
+scale.
 """
 
 from functools import lru_cache
@@ -120,7 +121,7 @@ def _padded(shape):
 
 
 def _transfers(padded):
-    """Return the transformed coefficients in both precisions; many small ones are kept, few large ones (24 MB at 2048²)."""
+    """Return the transformed coefficients in both precisions; many small ones are kept, few large."""
     return (_small_transfers if padded[0] * padded[1] <= 256**2 else _large_transfers)(padded)
 
 

@@ -28,10 +28,7 @@ def love_coefficients(rows, columns):
     """
     x, y = np.arange(rows)[:, None], np.arange(columns)[None, :]
     corners = (
-        _corner(x + 0.5, y + 0.5)
-        - _corner(x + 0.5, y - 0.5)
-        - _corner(x - 0.5, y + 0.5)
-        + _corner(x - 0.5, y - 0.5)
+        _corner(x + 0.5, y + 0.5) - _corner(x + 0.5, y - 0.5) - _corner(x - 0.5, y + 0.5) + _corner(x - 0.5, y - 0.5)
     )
     table = corners / np.pi
     table.setflags(write=False)

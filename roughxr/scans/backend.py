@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 import xarray as xr
@@ -48,16 +49,19 @@ class RoughxrBackend(BackendEntrypoint):
         """Return the scan in a file; the options are those of :func:`open_scan`."""
         ds = read_scan(filename_or_obj, channel=channel, direction=direction, size=size, height_units=height_units)
         dropped = [drop_variables] if isinstance(drop_variables, str) else list(drop_variables or ())
-        return ds.drop_vars(dropped, errors="ignore")
+        out = ds.drop_vars(dropped, errors="ignore")
+        out.set_close(ds.close)  # what xarray makes anew forgets how to be closed
+        return out
 
     def guess_can_open(self, filename_or_obj: Any) -> bool:
         """Return whether a file begins as an AFM image does; never raises."""
         try:
-            if not os.path.isfile(filename_or_obj):
+            path = Path(filename_or_obj)
+            if not path.is_file():
                 return False
-            with open(filename_or_obj, "rb") as file:
-                head = file.read(4096)
-            return head.startswith(_CERTAIN) or vendors.is_park(head) or vendors.is_igor(head)
+            with path.open("rb") as file:
+                head = file.read(512)
+            return head.startswith(_CERTAIN) or vendors.is_igor(head) or vendors.is_park(path)
         except Exception:
             return False  # a guess may not fail: xarray asks about anything, even what is no path
 

@@ -40,7 +40,7 @@ def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     --------
     >>> import tempfile, numpy as np, xarray as xr
     >>> from roughxr.scans import open_scan
-    >>> axes = {axis: (axis, np.arange(4.0), {"units": "nm"}) for axis in "xy"}
+    >>> axes = {axis: (axis, np.arange(4.0) * 20, {"units": "nm"}) for axis in "xy"}
     >>> scan = xr.Dataset({"height": (("x", "y"), np.ones((4, 4)), {"units": "nm"})}, axes)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     again = open_scan(to_netcdf(scan, folder + "/scan.nc")).load()
@@ -49,8 +49,11 @@ def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     """
     scan = validate(ds, "scan").drop_encoding()
     scan = scan.assign_attrs(Conventions="CF-1.11")
-    chunks = tuple(min(_CHUNK, n) for n in scan["height"].shape)
-    encoding = {"height": {"chunksizes": chunks, "fletcher32": True, "_FillValue": np.nan}}
+    encoding = {
+        name: {"chunksizes": tuple(min(_CHUNK, n) for n in scan[name].shape), "fletcher32": True}
+        for name in ("x", "y", "height")
+    }
+    encoding["height"]["_FillValue"] = np.nan
     with _moved_into(path) as temporary:
         scan.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
     return Path(path)

@@ -12,18 +12,19 @@ import json
 import stat
 import warnings
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from ..schema import label, record, validate
+from ..schema import history, label, pixel, record, validate
 from ..units import factor, magnitude
 from . import gwyddion, plain, vendors
 from .channel import Channel, UnreadableScan, choose, is_length, listing
-from .netcdf import is_netcdf, open_netcdf
-from .plausibility import ImplausibleScan, doubts, refuse_absurd
+from .netcdf import is_netcdf, open_netcdf, variable_names
+from .plausibility import ImplausibleScan, doubts, refuse_absurd, size_doubts
 
 
 def regular_file(path: Any) -> Path:
@@ -84,12 +85,24 @@ def list_channels(path: Any) -> list[Channel]:
 
 
 def _netcdf_channels(path: Path) -> list[Channel]:
-    ds = open_netcdf(path)
-    size = tuple(float(ds.sizes[a] * (ds[a][-1] - ds[a][0]) / max(ds.sizes[a] - 1, 1)) for a in "xy")
-    name = str(ds.attrs.get("channel", "height"))
-    rows = ds["height"].transpose("y", "x").isel(y=slice(None, None, -1))
-    shape = (ds.sizes["y"], ds.sizes["x"])
-    return [Channel(name, "nm", shape, size, "nm", lambda: rows.values, str(ds.attrs.get("direction", "")))]
+    """Return the images of a NetCDF file, each read when it is asked for."""
+    names = variable_names(path)
+    if not names:
+        raise UnreadableScan(path, "expected a variable over two dimensions with units of a length, found none")
+    return [_netcdf_channel(path, name) for name in names]
+
+
+def _netcdf_channel(path: Path, name: str) -> Channel:
+    with open_netcdf(path, channel=name) as ds:
+        size = tuple(step * ds.sizes[axis] for axis, step in zip("xy", pixel(ds)))
+        direction = str(ds.attrs.get("direction", ""))
+        shape = (ds.sizes["y"], ds.sizes["x"])
+    return Channel(name, "nm", shape, size, "nm", partial(_netcdf_rows, path, name), direction)
+
+
+def _netcdf_rows(path: Path, name: str) -> np.ndarray:
+    with open_netcdf(path, channel=name) as ds:
+        return ds["height"].values.T[::-1]
 
 
 def read_scan(
@@ -121,10 +134,24 @@ def _labelled_netcdf(path: Path, given: dict[str, Any]) -> xr.Dataset:
     for option in ("direction", "size", "height_units"):
         if given[option] is not None:
             raise ValueError(f"{option}: expected nothing for a NetCDF file, which states it; leave {option}= out")
-    ds = guarded(path, open_netcdf, path, channel=given["channel"])
-    ds = guarded(path, validate, ds, "scan")
-    if "source_sha256" in ds.attrs:
+    opened = guarded(path, open_netcdf, path, channel=given["channel"])
+    try:
+        ds = _with_origin(validate(opened, "scan"), path, given)
+    except ValueError as error:  # of coordinates that are not uniform, say: well told, but for the file's name
+        opened.close()
+        raise UnreadableScan(path, str(error)) from error
+    except BaseException:
+        opened.close()
+        raise
+    ds.set_close(opened.close)
+    return ds
+
+
+def _with_origin(ds: xr.Dataset, path: Path, given: dict[str, Any]) -> xr.Dataset:
+    if "source_sha256" in ds.attrs or any("roughxr" in step for step in history(ds)):
         return ds
+    for doubt in size_doubts(ds):
+        warnings.warn(f"{path.name}: {doubt}", ImplausibleScan, stacklevel=2)
     ds = label(ds).assign_attrs(source_file=path.name, source_sha256=file_hash(path), source_format="netcdf")
     return record(ds, "open_scan", file=path.name, **given)
 

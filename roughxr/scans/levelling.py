@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import dask.array as da
 import numpy as np
 import xarray as xr
 from dask import is_dask_collection
@@ -75,13 +76,13 @@ def level(
     """
     scan = validate(ds, "scan")
     above = None if exclude_above is None else float(magnitude(exclude_above, "nm", "exclude_above"))
-    keep = _kept(scan["height"], exclude)
+    inside = _inside(scan["height"], exclude)
     if method in _LINES:
         if lines not in ("x", "y"):
             raise ValueError(f"lines: expected 'x' or 'y', found {lines!r}")
-        height = _aligned(scan["height"], keep, method, lines, above)
+        height = _aligned(scan["height"], inside, method, lines, above)
     else:
-        height = _flattened(scan["height"], keep, _degree(method, order), above)
+        height = _flattened(scan["height"], inside, _degree(method, order), above)
     out = label(scan.assign(height=height.transpose("x", "y")))
     given = {"order": order, "exclude": _excluded(exclude), "exclude_above": above}
     given |= {"lines": lines} if method in _LINES else {}
@@ -101,47 +102,54 @@ def _degree(method: str, order: int | None) -> int:
     return int(order)
 
 
-def _kept(height: xr.DataArray, exclude: xr.DataArray | None) -> xr.DataArray:
-    """Return where heights are known and not excluded."""
-    known = height.notnull()
+def _inside(height: xr.DataArray, exclude: xr.DataArray | None) -> xr.DataArray | None:
+    """Return where heights are not excluded, or None if none are."""
     if exclude is None:
-        return known
+        return None
     mask = exclude if isinstance(exclude, xr.DataArray) else xr.DataArray(exclude, dims=height.dims)
     if mask.dtype != bool or dict(mask.sizes) != dict(height.sizes):
         raise ValueError(
             f"exclude: expected bool over {dict(height.sizes)}, found {mask.dtype} over {dict(mask.sizes)}"
         )
     xr.align(mask, height, join="exact", copy=False)  # a mask of another place may not pass for this one's
-    return known & ~mask.transpose(*height.dims).drop_vars(list(mask.coords))
+    inside = ~mask.transpose(*height.dims).drop_vars(list(mask.coords))
+    return inside.chunk(height.chunksizes) if height.chunks else inside.compute()
 
 
 def _excluded(exclude: Any) -> str | None:
-    return None if exclude is None else f"{int(np.asarray(exclude).sum())} pixels"
+    if exclude is None:
+        return None
+    return "a lazy mask" if is_dask_collection(exclude) else f"{int(np.asarray(exclude).sum())} pixels"
 
 
-def _again(height: xr.DataArray, keep: xr.DataArray, after: Any) -> tuple[xr.DataArray, xr.DataArray]:
-    """Return the same lazy arrays, to be read anew once ``after`` is known.
+def _again(height: xr.DataArray, after: Any) -> xr.DataArray:
+    """Return the same lazy heights, to be read anew once ``after`` is known.
 
     Without this, dask would keep every chunk in memory from the fit until the subtraction.
     """
     if not is_dask_collection(after):
-        return height, keep
+        return height
     from dask.graph_manipulation import bind
 
-    fresh = bind([height.data, keep.data], after)
-    return height.copy(data=fresh[0]), keep.copy(data=fresh[1])
+    return height.copy(data=bind(height.data, after))
 
 
-def _flattened(height: xr.DataArray, keep: xr.DataArray, degree: int, above: float | None) -> xr.DataArray:
-    """Return heights less their polynomial background."""
-    along_x, along_y = (_legendre(height, axis, degree) for axis in ("x", "y"))
-    first, counts = (height, keep), keep
+def _flattened(height: xr.DataArray, inside: xr.DataArray | None, degree: int, above: float | None) -> xr.DataArray:
+    """Return heights less the least-squares polynomial of what does not stand above it."""
+    basis = tuple(_legendre(height, axis, degree) for axis in ("x", "y"))
+    raw, coefficients, limit = height, np.zeros((degree + 1, degree + 1)), np.inf
     for _ in range(1 if above is None else ROUNDS):
-        coefficients = _fit(height, counts, along_x, along_y)
-        height, keep = _again(*first, coefficients)
-        rest = height - along_x @ coefficients @ along_y.T
-        counts = keep if above is None else keep & (rest <= above)
-    return rest
+        coefficients = _fit(raw, inside, basis, coefficients, limit)
+        raw, limit = _again(height, coefficients), above
+    if not height.chunks:
+        return raw.copy(data=_less(raw.data, *basis, coefficients))
+    parts = (raw.data, "xy", basis[0], "xp", basis[1], "yq", coefficients, "pq")
+    return raw.copy(data=da.blockwise(_less, "xy", *parts, concatenate=True, dtype=float))
+
+
+def _less(height: np.ndarray, along_x: np.ndarray, along_y: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+    """Return one block of heights less its polynomial."""
+    return height - along_x @ coefficients @ along_y.T
 
 
 def _legendre(height: xr.DataArray, axis: str, degree: int) -> Any:
@@ -154,25 +162,43 @@ def _legendre(height: xr.DataArray, axis: str, degree: int) -> Any:
     return xr.DataArray(basis, dims=(axis, "power")).chunk({axis: height.chunksizes[axis]}).data
 
 
-def _fit(height: xr.DataArray, keep: xr.DataArray, along_x: Any, along_y: Any) -> Any:
-    """Return the least-squares coefficients of the products of polynomials, zero beyond the total degree."""
-    right = along_x.T @ height.where(keep, 0.0).data @ along_y
-    left = _products(along_x).T @ keep.data.astype(float) @ _products(along_y)
-    if not is_dask_collection(right):
-        return _solved(left, right)
-    return left.map_blocks(_solved, right, chunks=right.chunks, dtype=float)
+def _fit(height: xr.DataArray, inside: xr.DataArray | None, basis: tuple[Any, Any], before: Any, limit: float) -> Any:
+    """Return the coefficients that fit the heights no more than ``limit`` above those ``before``."""
+    n = basis[0].shape[1]
+    mask = True if inside is None else inside.data
+    if not height.chunks:
+        return _solved(_sums(height.data, mask, *basis, before, limit)[0, 0], n)
+    sums = da.blockwise(
+        _sums,
+        "xyk",
+        *(height.data, "xy", mask, None if inside is None else "xy"),
+        *(basis[0], "xp", basis[1], "yq", before, "pq", limit, None),
+        new_axes={"k": n**2 + n**4},
+        adjust_chunks={"x": lambda _: 1, "y": lambda _: 1},
+        concatenate=True,
+        dtype=float,
+    ).sum(axis=(0, 1))
+    return sums.map_blocks(_solved, n, drop_axis=0, new_axis=(0, 1), chunks=((n,), (n,)), dtype=float)
 
 
-def _products(basis: Any) -> Any:
+def _sums(height, mask, along_x, along_y, before, limit) -> np.ndarray:
+    """Return the sums of the normal equations over one block: all in one go, so that no block is kept."""
+    counts = (_less(height, along_x, along_y, before) <= limit) & mask  # False for a missing pixel
+    right = along_x.T @ np.where(counts, height, 0.0) @ along_y
+    left = _products(along_x).T @ counts.astype(float) @ _products(along_y)
+    return np.concatenate([right.ravel(), left.ravel()])[None, None]
+
+
+def _products(basis: np.ndarray) -> np.ndarray:
     """Return the products of every two polynomials along one axis, as columns."""
     return (basis[:, :, None] * basis[:, None, :]).reshape(basis.shape[0], -1)
 
 
-def _solved(left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solve the normal equations for the terms whose total degree is wanted."""
-    n = len(right)
+def _solved(sums: np.ndarray, n: int) -> np.ndarray:
+    """Solve the normal equations of n polynomials along each axis for the terms of total degree below n."""
+    right, left = sums[: n**2].reshape(n, n), sums[n**2 :].reshape(n, n, n, n).transpose(0, 2, 1, 3)
     p, q = np.nonzero(np.add.outer(np.arange(n), np.arange(n)) < n)
-    matrix = left.reshape(n, n, n, n).transpose(0, 2, 1, 3)[p, q][:, p, q]
+    matrix = left[p, q][:, p, q]
     if np.linalg.matrix_rank(matrix) < len(p):
         raise ValueError(
             f"level: expected heights enough for a background of {len(p)} terms, found too few that are "
@@ -183,35 +209,41 @@ def _solved(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     return out
 
 
-def _aligned(height: xr.DataArray, keep: xr.DataArray, method: str, lines: str, above: float | None):
-    """Return heights with each scan line shifted by one offset."""
-    if height.chunks:
-        height, keep = height.chunk({lines: -1}), keep.chunk({lines: -1})  # a median needs its whole line
-    across = "y" if lines == "x" else "x"
-    first, counts = (height, keep), keep
+def _aligned(
+    height: xr.DataArray, inside: xr.DataArray | None, method: str, lines: str, above: float | None
+) -> xr.DataArray:
+    """Return heights with each scan line shifted by what does not stand above it."""
+    background = height if inside is None else height.where(inside)
     for _ in range(1 if above is None else ROUNDS):
-        offset = _offsets(height.where(counts), method, lines, across)
-        height, keep = _again(*first, offset.data)
-        rest = height - offset
-        counts = keep if above is None else keep & (rest <= above)
+        offsets = _offsets(background, method, lines)
+        raw = _again(height, offsets.data)
+        rest = raw - offsets
+        if above is not None:
+            background = raw.where((rest <= above) if inside is None else (rest <= above) & inside)
     return rest
 
 
-def _offsets(background: xr.DataArray, method: str, lines: str, across: str) -> xr.DataArray:
+def _offsets(background: xr.DataArray, method: str, lines: str) -> xr.DataArray:
     """Return one offset per scan line; a line without background stays, or joins the one before."""
+    across = "y" if lines == "x" else "x"
+    if background.chunks:
+        background = background.chunk({lines: -1})  # a median needs its whole line
     medians = background.median(lines)
     if method == "median":
         return medians.fillna(0.0)
-    steps = background.diff(across, label="upper").median(lines).reindex({across: background[across]})
+    steps = background.diff(across).median(lines).rename({across: "step"}).drop_vars("step")
+    return _drifts(medians, steps, across)
+
+
+def _drifts(medians: xr.DataArray, steps: xr.DataArray, across: str) -> xr.DataArray:
     if medians.chunks:
-        medians, steps = medians.chunk({across: -1}), steps.chunk({across: -1})
-    core = [[across], [across]]
+        medians, steps = medians.chunk({across: -1}), steps.chunk({"step": -1})
     return xr.apply_ufunc(
         _drift,
         medians,
         steps,
-        input_core_dims=core,
-        output_core_dims=core[:1],
+        input_core_dims=[[across], ["step"]],
+        output_core_dims=[[across]],
         dask="parallelized",
         output_dtypes=[float],
     )
@@ -219,5 +251,5 @@ def _offsets(background: xr.DataArray, method: str, lines: str, across: str) -> 
 
 def _drift(medians: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """Return the running sum of the steps from line to line, at the height of the lines' medians."""
-    drift = np.cumsum(np.nan_to_num(steps, nan=0.0))
+    drift = np.concatenate([[0.0], np.cumsum(np.nan_to_num(steps, nan=0.0))])
     return drift + np.nanmedian(medians - drift)

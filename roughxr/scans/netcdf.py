@@ -119,9 +119,23 @@ def _opened(path: Path) -> xr.Dataset:
         raise UnreadableScan(path, "expected a variable of heights or a group 'scan', found neither") from None
 
 
+def variable_names(path: Path) -> list[str]:
+    """Return the names of the variables that a scan can be read from."""
+    with _opened(path) as ds:
+        return _lengths(_maps(ds))
+
+
+def _maps(ds: xr.Dataset) -> dict[str, xr.DataArray]:
+    return {str(name): var for name, var in ds.data_vars.items() if var.ndim == 2}
+
+
+def _lengths(maps: dict[str, xr.DataArray]) -> list[str]:
+    return [name for name, var in maps.items() if is_length(_units(var))]
+
+
 def _variable_name(ds: xr.Dataset, channel: str | None, path: Path) -> str:
-    maps = {str(name): var for name, var in ds.data_vars.items() if var.ndim == 2}
-    lengths = [name for name, var in maps.items() if is_length(_units(var))]
+    maps = _maps(ds)
+    lengths = _lengths(maps)
     names = [channel] if channel else [name for name in ("height", "heights") if name in maps] or lengths
     if len(names) != 1 or names[0] not in maps:
         wanted = f"a variable {channel!r}" if channel else "one variable of heights with units of length"

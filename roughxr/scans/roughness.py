@@ -1,8 +1,9 @@
 """Roughness numbers: the paper's two, the height and hybrid parameters of ISO 25178-2, and two spectra.
 
 The paper (equations 44 and 45) takes heights from a datum, Z = 0, and not from their mean:
-R_a = mean |Z|, R_q = sqrt(mean Z²). ISO 25178-2 takes them from the mean plane; so do all numbers here
-whose name begins with ``s_``.
+R_a = mean |Z|, R_q = sqrt(mean Z²), so that R_q >= R_a. (The values that it prints, R_q = 0.0253 nm beside
+R_a = 12.842 nm, are sqrt(sum Z²) / MN instead, too small by the factor 512 for its 512 x 512 pixels.)
+ISO 25178-2 takes heights from the mean plane; so do all numbers here whose name begins with ``s_``.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from ..schema import label, pixel, record, validate
 from .levelling import level
 from .spectra import autocorrelation, power_spectrum
 
-_REFERENCES = ("plane", "mean")
+#: What the ISO numbers are about, as the order of a polynomial.
+_REFERENCES = {"plane": 1, "mean": 0}
 
 
 def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = True) -> xr.Dataset:
@@ -58,7 +60,7 @@ def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = True)
     """
     scan = validate(ds, "scan")
     if reference not in _REFERENCES:
-        raise ValueError(f"reference: expected one of {_REFERENCES}, found {reference!r}")
+        raise ValueError(f"reference: expected one of {tuple(_REFERENCES)}, found {reference!r}")
     flat = scan.assign(height=_about(scan, reference))
     out = xr.Dataset({**_datum(scan["height"]), **_height_parameters(flat["height"]), **_slope_parameters(flat)})
     if spectra:
@@ -68,9 +70,7 @@ def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = True)
 
 
 def _about(scan: xr.Dataset, reference: str) -> xr.DataArray:
-    if reference == "mean":
-        return scan["height"] - scan["height"].mean()
-    return level(scan, method="plane")["height"]
+    return level(scan, method="polynomial", order=_REFERENCES[reference])["height"]
 
 
 def _datum(height: xr.DataArray) -> dict[str, xr.DataArray]:

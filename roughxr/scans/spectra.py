@@ -38,7 +38,7 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     scan = validate(ds, "scan")
     shape, steps = (scan.sizes["x"], scan.sizes["y"]), pixel(scan)
     frequencies = [2 * np.pi * np.fft.fftfreq(n, step) for n, step in zip(shape, steps)]
-    radius = np.hypot(*np.meshgrid(*frequencies, indexing="ij"))
+    radius = np.hypot(frequencies[0][:, None], frequencies[1])
     width = 2 * np.pi / min(n * step for n, step in zip(shape, steps))
     weights = 1.0 if window is None else _window(window, shape)
     psd = _averaged(scan["height"], _spectrum, "wavevector", radius, width, scale=weights, steps=steps)
@@ -74,7 +74,7 @@ def _averaged(height: xr.DataArray, transform, dim: str, radius: np.ndarray, wid
     """Return the ring averages of a transform of the whole height map, in one task if lazy."""
     if height.chunks:
         height = height.chunk({"x": -1, "y": -1})
-    ring = np.where(np.isnan(radius), -1, np.rint(np.nan_to_num(radius) / width)).astype(int)
+    ring = np.where(np.isnan(radius), -1, np.rint(np.nan_to_num(radius) / width)).astype(np.int32)
     count = int(ring.max()) + 1
     return xr.apply_ufunc(
         lambda values: _ring_means(transform(values, **options), ring, count),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 import re
+import struct
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -73,9 +74,16 @@ SIGNATURES = {
 TEXT_SIGNATURES = tuple(start for name in ("di", "ezd", "mi", "wsxm") for start in SIGNATURES[name])
 
 
-def is_park(head: bytes) -> bool:
-    """Return whether bytes begin a TIFF that carries Park's private tag 50432."""
-    return head.startswith(b"II*\0") and b"\x00\xc5" in head
+def is_park(path: Path) -> bool:
+    """Return whether a file is a TIFF whose first page carries Park's private tag 50432."""
+    with path.open("rb") as file:
+        order = {b"II*\0": "<", b"MM\0*": ">"}.get(file.read(4))
+        if order is None:
+            return False
+        file.seek(struct.unpack(f"{order}I", file.read(4))[0])
+        (count,) = struct.unpack(f"{order}H", file.read(2))
+        entries = file.read(12 * count)
+    return 50432 in (tag for tag, *_ in struct.iter_unpack(f"{order}H10s", entries))
 
 
 def is_igor(head: bytes) -> bool:
@@ -100,22 +108,26 @@ def _channel(info: Any, format_name: str) -> Channel:
     header = dict(info.info.model_dump(exclude_none=True)) if hasattr(info.info, "model_dump") else dict(info.info)
     raw = header.get("raw_metadata") or {}
     # SurfaceTopography converts heights to the lateral unit; a channel of no length keeps its own
+    units = units if kind is None or is_length(kind) else kind
     return Channel(
         name=info.name,
-        units=units if kind is None or kind == units or is_length(kind) else kind,
+        units=units,
         shape=(rows, columns),
         size=None if info.physical_sizes is None else tuple(map(float, info.physical_sizes)),
         lateral_units=lateral,
-        read=partial(_rows, info),
+        read=partial(_rows, info, units),
         direction=_direction(info.name, raw),
         header={"format": format_name, **header},
         remark=_remark(raw, format_name),
     )
 
 
-def _rows(info: Any) -> np.ndarray:
-    heights = info.topography().heights()
-    return np.ma.filled(np.ma.asarray(heights, dtype=float), np.nan).T
+def _rows(info: Any, units: str | None) -> np.ndarray:
+    topography = info.topography()
+    found = topography.unit[-1] if isinstance(topography.unit, tuple) else topography.unit
+    if is_length(units) and found != units:
+        raise ValueError(f"{info.name}: its heights are stated in {units!r}, but read in {found!r}")
+    return np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan).T
 
 
 def _direction(name: str, raw: Any) -> str:

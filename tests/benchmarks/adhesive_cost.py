@@ -1,0 +1,43 @@
+"""What adhesion costs: cycles of approach and retraction at 64 places on the twin of the glass.
+
+``python tests/benchmarks/adhesive_cost.py [refine …]`` prints the time of each, and where it goes.
+"""
+
+import cProfile
+import pstats
+import sys
+import time
+import warnings
+
+import dask
+import numpy as np
+
+import roughxr
+from roughxr.adhesive import adhesive
+
+PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.6747}
+
+
+def main(refines):
+    """Print a line per refinement: seconds, and mean pull-off with its standard deviation."""
+    warnings.simplefilter("ignore", UserWarning)
+    scan = roughxr.open_sample("glass").contact.assign_pair(**PAIR)
+    delta = np.arange(-2, 17.01, 0.25)
+    adhesive(scan, delta=delta[:3], step=0.25)  # compile
+    for refine in refines:
+        start = time.perf_counter()
+        cycle = adhesive(scan, delta=delta, subregions=(8, 8), refine=refine, step=0.25)
+        seconds = time.perf_counter() - start
+        pull = cycle.pull_off_force
+        print(
+            f"refine={refine}: {seconds:6.1f} s, pull-off {float(pull.mean()):.0f} ± {float(pull.std()):.0f} nN, "
+            f"converged {bool(cycle.converged.all())}, complete {int(cycle.complete.sum())}/64"
+        )
+    profile = cProfile.Profile()
+    with dask.config.set(scheduler="synchronous"):
+        profile.runcall(adhesive, scan, delta=delta, subregions=(8, 8), step=0.25)
+    pstats.Stats(profile).sort_stats("tottime").print_stats(6)
+
+
+if __name__ == "__main__":
+    main([int(value) for value in sys.argv[1:]] or [1, 2])

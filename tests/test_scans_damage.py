@@ -1,0 +1,123 @@
+"""A damaged file is refused with its name and the reason, or read right; never a hang, never a wrong size."""
+
+import signal
+import warnings
+from collections import Counter
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from roughxr.scans import UnreadableScan, open_scan
+
+from .afm_files import WRITERS, given, picture, size_of
+
+SECONDS = 5
+FLIPS = 24
+
+#: How many of the first bytes are header, where a format has heights after them.
+HEADER = {"gsf": 152, "gwy": 235, "text": 90, "npy": 128, "surfacetopography": 384, "bruker": 1200, "igor": 384}
+
+
+@contextmanager
+def time_limit(seconds):
+    """Raise TimeoutError after some seconds, where the system has an alarm."""
+    if not hasattr(signal, "SIGALRM"):
+        yield
+        return
+
+    def ring(*_):
+        raise TimeoutError(f"more than {seconds} s")
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def damaged(data, header, rng):
+    """Yield (what was done, bytes): cuts, bytes too many, flipped bits and bytes in the header."""
+    yield "empty", b""
+    for part in range(1, 11):
+        yield f"cut at {part}/11", data[: len(data) * part // 11]
+    for fewer in (1, 2, 9, 100):
+        yield f"{fewer} bytes fewer", data[:-fewer]
+    for tail in (b"\0", b"\n", bytes(100), rng.bytes(1000)):
+        yield f"{len(tail)} bytes more", data + tail
+    for _ in range(FLIPS):
+        place, bit = int(rng.integers(header)), int(rng.integers(8))
+        yield f"bit {bit} of byte {place}", data[:place] + bytes([data[place] ^ 1 << bit]) + data[place + 1 :]
+    for _ in range(FLIPS // 2):
+        changed = bytearray(data)
+        places = rng.integers(header, size=4)
+        for place in places:
+            changed[place] = rng.integers(256)
+        yield f"bytes {places.tolist()}", bytes(changed)
+
+
+def assert_refused_or_right(path, whole, options):
+    """Open a damaged file: refused, doubted by a warning, or of the right size.
+
+    Heights can be other ones: most formats have no checksum, and a flipped sensitivity is as good as any.
+    """
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            with time_limit(SECONDS):
+                scan = open_scan(path, **options).load()
+        except UnreadableScan as refusal:
+            assert path.name in str(refusal) and len(str(refusal)) > len(str(path)) + 20
+            return "refused"
+    scan.close()
+    if any(issubclass(one.category, UserWarning) for one in caught):
+        return "doubted"
+    assert dict(scan.sizes) == dict(whole.sizes)
+    for axis in "xy":
+        np.testing.assert_allclose(scan[axis], whole[axis], rtol=1e-6)
+    same = np.allclose(scan["height"], whole["height"], rtol=1e-9, atol=1e-9, equal_nan=True)
+    return "right" if same else "other heights"
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_damage(name, tmp_path):
+    rows = picture()
+    path = WRITERS[name](tmp_path, rows, size_of(rows))
+    options = given(name, size_of(rows))
+    whole = open_scan(path, **options).load()
+    whole.close()
+    data = path.read_bytes()
+    outcomes = []
+    for number, (what, content) in enumerate(damaged(data, HEADER.get(name, len(data)), np.random.default_rng(5))):
+        other = tmp_path / f"damaged-{number}{path.suffix}"
+        other.write_bytes(content)
+        try:
+            outcomes.append(assert_refused_or_right(other, whole, options))
+            if what.startswith(("cut", "empty")) or "bytes" in what.split()[1:2]:
+                assert outcomes[-1] != "other heights"
+        except BaseException as error:
+            error.add_note(f"{name}: {what}")
+            raise
+    print(name, dict(Counter(outcomes)))  # seen with pytest -rP
+    assert outcomes.count("refused") >= 11  # the empty file and the ten cuts at least, whatever else
+
+
+def test_real_files_cut_anywhere(shared_scans, tmp_path):
+    for path in sorted(shared_scans.iterdir()):
+        if path.suffix == ".md" or path.name.startswith("NEGATIVE"):
+            continue
+        with warnings.catch_warnings(action="ignore"):
+            whole = open_scan(path)
+        data = path.read_bytes()
+        for part in range(1, 11):
+            other = tmp_path / f"{part}-{path.name}"
+            other.write_bytes(data[: len(data) * part // 11])
+            outcome = assert_refused_or_right(other, whole, {})
+            assert outcome in ("refused", "right"), (path.name, part)
+
+
+def test_the_truncated_file_is_refused(shared_scans):
+    with pytest.raises(UnreadableScan, match=r"NEGATIVE_truncated.di: .*not large enough"):
+        open_scan(shared_scans / "NEGATIVE_truncated.di")

@@ -1,0 +1,118 @@
+"""Fill, crop, resample and rotate: exact where they can be, lazy, and labels follow."""
+
+import dask
+import numpy as np
+import pytest
+import xarray as xr
+
+from roughxr import schema
+from roughxr.scans import crop, fill, resample, rotate90
+
+from .surfaces import rough, scan
+
+
+def stretched(ds, ratio):
+    return ds.assign_coords(y=("y", ds["y"].values * ratio, {"units": "nm"}))
+
+
+def plane(n=20, m=30, pixel=10.0):
+    """Return the plane 0.1 x - 0.2 y."""
+    ds = scan(np.zeros((n, m)), pixel)
+    ds["height"] = (ds["height"] + 0.1 * ds["x"] - 0.2 * ds["y"]).assign_attrs(units="nm")
+    return ds
+
+
+def test_holes_in_a_plane_are_filled_exactly():
+    whole = plane()
+    ds = whole.copy(deep=True)
+    ds["height"][4:8, 5:9] = np.nan
+    ds["height"][12, 20] = np.nan
+    filled = fill(ds)
+    np.testing.assert_allclose(filled["height"], whole["height"], atol=1e-12)
+    assert schema.history(filled)[-1]["arguments"] == {"method": "linear", "pixels": 17}
+    assert int(ds["height"].isnull().sum()) == 17  # the caller's scan is as it was
+
+
+def test_holes_at_the_edge_take_the_nearest_pixel():
+    ds = plane()
+    ds["height"][:, 0] = np.nan
+    np.testing.assert_allclose(fill(ds, method="nearest")["height"][:, 0], ds["height"][:, 1])
+    assert not fill(ds)["height"].isnull().any()
+
+
+def test_holes_can_be_set_to_a_height():
+    ds = plane()
+    ds["height"][3, 3] = np.nan
+    assert float(fill(ds, method="0.5 um")["height"][3, 3]) == 500
+    with pytest.raises(ValueError, match="method: expected 'linear', 'nearest' or a height"):
+        fill(ds, method="guess")
+    with pytest.raises(ValueError, match="expected known heights"):
+        fill(ds.assign(height=ds["height"] * np.nan))
+
+
+def test_a_crop_keeps_the_names_of_places():
+    ds = scan(rough(40), 10.0)
+    part = crop(ds, x=(-50, 50), y=("-0.1 um", "0.1 um"))
+    assert part.sizes == {"x": 10, "y": 20}
+    xr.testing.assert_equal(part["height"], ds["height"].sel(x=part["x"], y=part["y"]))
+    assert schema.history(part)[-1]["arguments"] == {"x": [-50.0, 50.0], "y": [-100.0, 100.0]}
+    for wrong, match in (((900, 950), "two pixels of -195"), ((5, -5), "lowest, highest"), (3, "expected a pair")):
+        with pytest.raises(ValueError, match=match):
+            crop(ds, x=wrong)
+
+
+def test_resampling_makes_pixels_square_and_keeps_a_plane():
+    ds = stretched(plane(), 1.5)
+    square = resample(ds)
+    assert schema.square_pixel(square) == pytest.approx(10)
+    expected = 0.1 * square["x"] - 0.2 / 1.5 * square["y"]
+    np.testing.assert_allclose(square["height"], expected, atol=1e-10)
+    assert float(square["y"][-1]) <= float(ds["y"][-1])
+    coarse = resample(ds, size="0.03 um")
+    assert schema.pixel(coarse) == pytest.approx((30, 30))
+    assert not square["height"].isnull().any() and not coarse["height"].isnull().any()
+    with pytest.raises(ValueError, match="expected a pixel size below 190 nm along x"):
+        resample(ds, size=1000)
+
+
+def test_resampling_to_the_same_pixel_changes_nothing():
+    ds = scan(rough(24), 9.77)
+    np.testing.assert_allclose(resample(ds)["height"], ds["height"], atol=1e-9)
+
+
+def test_a_quarter_turn_is_anticlockwise():
+    ds = stretched(scan(rough(12)[:, :9], 10.0), 2.0).assign_coords(sphere_radius=3000.0)
+    once = rotate90(ds)
+    assert once.sizes == {"x": 9, "y": 12} and float(once["sphere_radius"]) == 3000
+    assert schema.pixel(once) == pytest.approx((20, 10))
+    np.testing.assert_array_equal(once["height"], np.rot90(ds["height"].values, axes=(0, 1)))
+    right = ds["height"].isel(x=-1)  # what was at the right is at the top
+    np.testing.assert_array_equal(once["height"].isel(y=-1), right.values[::-1])
+    lower_left = [float(ds[axis][0]) - schema.pixel(ds)[k] / 2 for k, axis in enumerate("xy")]
+    found = [float(once[axis][0]) - schema.pixel(once)[k] / 2 for k, axis in enumerate("xy")]
+    assert found == pytest.approx(lower_left)
+
+
+def test_four_quarter_turns_are_none():
+    ds = stretched(scan(rough(12)[:, :9], 10.0), 2.0)
+    back = rotate90(rotate90(rotate90(ds, turns=2)), turns=-3)
+    xr.testing.assert_allclose(back["height"], ds["height"])
+    with pytest.raises(ValueError, match="turns: expected a whole number"):
+        rotate90(ds, turns=0.5)
+
+
+@pytest.mark.parametrize("edit", [fill, lambda ds: crop(ds, x=(-40, 40)), lambda ds: resample(ds, size=7.0), rotate90])
+def test_a_lazy_scan_stays_lazy(edit):
+    def scheduler(*_args, **_options):
+        raise AssertionError("a lazy scan was computed")
+
+    ds = scan(rough(20), 10.0)
+    ds["height"][3, 4] = np.nan
+    with dask.config.set(scheduler=scheduler):
+        lazy = edit(ds.chunk({"x": 6, "y": 7}))
+    np.testing.assert_allclose(lazy["height"], edit(ds)["height"])
+
+
+def test_every_step_is_in_the_history():
+    ds = resample(rotate90(crop(fill(scan(rough(20), 10.0)), x=(-60, 60))))
+    assert [step["operation"] for step in schema.history(ds)] == ["fill", "crop", "rotate90", "resample"]

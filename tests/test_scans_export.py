@@ -1,0 +1,80 @@
+"""What is written opens elsewhere with the same numbers, and is written whole or not at all."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from roughxr.scans import level, open_scan, to_gsf, to_netcdf, to_surfacetopography
+
+from .afm_files import picture, scan_of, size_of
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*not square")
+
+
+@pytest.fixture
+def holed():
+    """Return a scan that is neither square nor whole."""
+    rows = picture()
+    rows[2, 5:8] = np.nan
+    return scan_of(rows, size_of(rows, (5.0, 8.0)))
+
+
+def test_surfacetopography_opens_its_file_with_the_same_numbers(holed, tmp_path):
+    from SurfaceTopography import open_topography
+
+    path = to_surfacetopography(holed, tmp_path / "scan.nc")
+    topography = open_topography(str(path)).channels[0].topography()
+    assert topography.physical_sizes == pytest.approx((120, 144)) and topography.unit == "nm"
+    heights = np.ma.filled(np.ma.masked_invalid(topography.heights()), np.nan)
+    np.testing.assert_array_equal(heights, holed["height"].values[:, ::-1])
+    np.testing.assert_array_equal(heights.T, holed["height"].values.T[::-1])  # as a picture, top row first
+
+
+def test_gsffile_opens_its_file_with_the_same_numbers(holed, tmp_path):
+    from gsffile import read_gsf
+
+    rows, header = read_gsf(to_gsf(holed, tmp_path / "scan.gsf"))
+    np.testing.assert_allclose(rows * 1e9, holed["height"].values.T[::-1], rtol=1e-6)
+    assert (header["XReal"], header["YReal"]) == pytest.approx((120e-9, 144e-9))
+    assert (header["XYUnits"], header["ZUnits"]) == ("m", "m")
+    with pytest.raises(ValueError, match=r"expected a name ending in \.gsf"):
+        to_gsf(holed, tmp_path / "scan.txt")
+
+
+@pytest.mark.parametrize("write", [to_netcdf, to_surfacetopography, to_gsf])
+def test_there_and_back(write, holed, tmp_path):
+    path = write(level(holed), tmp_path / ("scan.gsf" if write is to_gsf else "scan.nc"))
+    with open_scan(path) as again:
+        xr.testing.assert_allclose(again["height"], level(holed)["height"], rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("write", [to_netcdf, to_surfacetopography, to_gsf])
+def test_a_lazy_scan_is_written_alike(write, holed, tmp_path):
+    name = "scan.gsf" if write is to_gsf else "scan.nc"
+    paths = [write(ds, tmp_path / f"{i}-{name}") for i, ds in enumerate((holed, holed.chunk({"x": 7})))]
+    first, second = (open_scan(path).load() for path in paths)
+    xr.testing.assert_equal(first, second)
+
+
+@pytest.mark.parametrize("write", [to_netcdf, to_surfacetopography, to_gsf])
+def test_a_failure_leaves_no_file_behind(write, holed, tmp_path):
+    def fails(block):
+        raise RuntimeError("half way")
+
+    broken = holed.assign(height=xr.map_blocks(fails, holed["height"].chunk(), template=holed["height"].chunk()))
+    path = tmp_path / ("scan.gsf" if write is to_gsf else "scan.nc")
+    path.write_text("what was there before")
+    with pytest.raises(RuntimeError, match="half way"):
+        write(broken, path)
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+    assert path.read_text() == "what was there before"
+
+
+def test_a_flipped_height_in_our_own_file_is_noticed(holed, tmp_path):
+    path = to_netcdf(holed, tmp_path / "scan.nc")
+    data = bytearray(path.read_bytes())
+    place = data.find(holed["height"].values[10].tobytes())
+    data[place + 3] ^= 1
+    path.write_bytes(data)
+    with pytest.raises(ValueError, match=r"scan\.nc: its heights cannot be read"):
+        open_scan(path).load()

@@ -1,0 +1,422 @@
+"""Every format opens with the right heights, sizes, orientation and units, or is refused with the reason."""
+
+import hashlib
+import json
+import os
+import pickle
+import re
+import subprocess
+import sys
+import warnings
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from roughxr import archive, schema
+from roughxr.scans import ImplausibleScan, RoughxrBackend, UnreadableScan, describe, open_scan, to_netcdf
+
+from .afm_files import (
+    ROUNDING,
+    WRITERS,
+    given,
+    picture,
+    scan_of,
+    size_of,
+    write_bruker,
+    write_cf,
+    write_gsf,
+    write_gwy,
+    write_native,
+    write_npy,
+    write_surfacetopography,
+    write_text,
+)
+
+LABELLED = ("native", "surfacetopography", "cf")
+
+
+def assert_same(scan, expected, atol=1e-9):
+    schema.validate(scan, "scan")
+    for axis in "xy":
+        np.testing.assert_allclose(scan[axis], expected[axis], rtol=1e-6)
+        assert scan[axis].attrs["units"] == "nm"
+    np.testing.assert_allclose(scan["height"], expected["height"], rtol=0, atol=atol)
+    assert scan["height"].attrs["units"] == "nm" and scan["height"].dtype == float
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_picture_without_symmetry_keeps_its_top_and_its_left(name, tmp_path):
+    rows = picture()
+    path = WRITERS[name](tmp_path, rows, size_of(rows))
+    scan = open_scan(path, **given(name, size_of(rows)))
+    assert_same(scan, scan_of(rows, size_of(rows)), ROUNDING.get(name, 1e-9))
+    marked = scan["height"].isel(x=0, y=-1)  # the picture's top left corner is at the largest y
+    assert float(marked) == pytest.approx(rows[0, 0], abs=ROUNDING.get(name, 1e-9))
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_pixels_that_are_not_square_are_carried_and_remarked(name, tmp_path):
+    rows = picture()
+    size = size_of(rows, (5.0, 8.0))
+    path = WRITERS[name](tmp_path, rows, size)
+    if name == "text":  # a cut file looks like this: the size must be said once more
+        with pytest.raises(UnreadableScan, match=r"24 columns and 18 rows.*cut short"):
+            open_scan(path)
+        with pytest.warns(ImplausibleScan, match="not square"):
+            scan = open_scan(path, size=size)
+    else:
+        with pytest.warns(ImplausibleScan, match="not square: 5 x 8 nm"):
+            scan = open_scan(path, **given(name, size))
+    assert_same(scan, scan_of(rows, size), ROUNDING.get(name, 1e-9))
+    with pytest.raises(ValueError, match="square pixels"):
+        schema.square_pixel(scan)
+
+
+@pytest.mark.parametrize("name", ["gsf", "gwy", "text", "npy", *LABELLED])
+def test_missing_pixels_stay_visible(name, tmp_path):
+    rows = picture()
+    rows[3:5, 7] = np.nan
+    path = WRITERS[name](tmp_path, rows, size_of(rows))
+    scan = open_scan(path, **given(name, size_of(rows)))
+    assert_same(scan, scan_of(rows, size_of(rows)), 1e-6)
+    assert int(scan["height"].isnull().sum()) == 2
+
+
+def test_a_mask_of_surfacetopographys_is_honoured(tmp_path):
+    rows = picture()
+    path = write_surfacetopography(tmp_path, rows, size_of(rows))
+    ds = xr.load_dataset(path, engine="scipy")
+    ds["mask"] = (("x", "y"), np.zeros(ds["heights"].shape, dtype="i1"))
+    ds["mask"][2, 0] = 1  # y counts downwards from the top there
+    ds.to_netcdf(tmp_path / "masked.nc", engine="scipy", format="NETCDF3_64BIT")
+    missing = open_scan(tmp_path / "masked.nc")["height"].isnull()
+    assert int(missing.sum()) == 1 and bool(missing[2, -1])
+
+
+def test_what_a_file_says_is_kept(tmp_path):
+    rows = picture()
+    path = write_bruker(tmp_path, rows, size_of(rows))
+    scan = open_scan(path)
+    assert scan.attrs["source_file"] == "scan.spm"
+    assert scan.attrs["source_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
+    assert (scan.attrs["channel"], scan.attrs["direction"]) == ("Height", "trace")
+    assert json.loads(scan.attrs["header"])["raw_metadata"]["scan size"] == "120 90 nm"
+    assert [step["operation"] for step in schema.history(scan)] == ["open_scan"]
+    assert str(tmp_path) not in json.dumps(scan.attrs)
+
+
+def test_channels_are_chosen_by_name_number_and_direction(tmp_path):
+    rows = picture()
+    path = write_bruker(tmp_path, rows, size_of(rows))
+    forward, backward = open_scan(path), open_scan(path, direction="retrace")
+    assert backward.attrs["direction"] == "retrace"
+    np.testing.assert_allclose(forward["height"], -backward["height"])
+    for options in ({"channel": 1}, {"channel": "height", "direction": "retrace"}):
+        xr.testing.assert_equal(open_scan(path, **options), backward)
+    with pytest.raises(UnreadableScan, match="channel 'Phase', found none among 0: 'Height' trace"):
+        open_scan(path, channel="Phase")
+    with pytest.raises(ValueError, match="expected 'trace' or 'retrace', found 'forward'"):
+        open_scan(path, direction="forward")
+
+
+def test_a_channel_of_no_length_is_no_scan(tmp_path):
+    rows = picture()
+    path = write_gwy(tmp_path, rows, size_of(rows))
+    with pytest.raises(UnreadableScan, match="found 'Phase' in units of deg; choose among 0: 'Height'"):
+        open_scan(path, channel="Phase")
+
+
+def test_units_come_from_the_file_or_from_the_caller_and_never_from_nowhere(tmp_path):
+    rows = picture()
+    path = write_npy(tmp_path, rows, size_of(rows))
+    with pytest.raises(UnreadableScan, match=r"expected a topography, found none among 0: 'scan' \[\?\]"):
+        open_scan(path, size=size_of(rows))
+    with pytest.raises(UnreadableScan, match=r"lateral size, found none.*size="):
+        open_scan(path, height_units="nm")
+    with pytest.raises(ValueError, match="size: expected two positive lengths"):
+        open_scan(path, height_units="nm", size="120 nm")  # which of two unequal sides would that be?
+    with pytest.raises(ValueError, match="height_units: expected units of a length"):
+        open_scan(path, height_units="deg", size=size_of(rows))
+    scan = open_scan(path, height_units="angstrom", size=("0.12 um", 90))
+    np.testing.assert_allclose(scan["height"], 0.1 * scan_of(rows, size_of(rows))["height"])
+
+
+def test_a_size_that_the_file_states_is_not_overruled(tmp_path):
+    rows = picture()
+    path = write_gsf(tmp_path, rows, size_of(rows))
+    with pytest.raises(ValueError, match="the file states"):
+        open_scan(path, size=(100, 100))
+    with pytest.raises(ValueError, match="leave height_units= out"):
+        open_scan(path, height_units="nm")
+    with pytest.raises(ValueError, match="leave size= out"):
+        open_scan(write_native(tmp_path, rows, size_of(rows)), size=(100, 100))
+
+
+@pytest.mark.parametrize("separator", ["\t", ",", ", ", "; ", "  "])
+@pytest.mark.parametrize("comma", [False, True])
+def test_text_in_all_its_dialects(separator, comma, tmp_path):
+    if comma and "," in separator:
+        pytest.skip("a comma cannot be both")
+    rows = picture()
+    lines = [separator.join(f"{value:.4f}" for value in row) for row in rows]
+    path = tmp_path / "matrix.csv"
+    path.write_text("\n".join(line.replace(".", ",") if comma else line for line in lines) + "\n")
+    assert_same(open_scan(path, size=(120, 90), height_units="nm"), scan_of(rows, (120, 90)))
+
+
+def test_text_that_is_no_matrix_is_refused(tmp_path):
+    rows = picture()
+    path = write_text(tmp_path, rows, size_of(rows))
+    whole = path.read_text(encoding="utf-8")
+    path.write_text(whole[: whole.rindex("\t")] + "\n", encoding="utf-8")
+    with pytest.raises(UnreadableScan, match="number of columns changed"):
+        open_scan(path)
+    path.write_text("\n".join(whole.splitlines()[:-4]) + "\n", encoding="utf-8")
+    with pytest.raises(UnreadableScan, match=r"24 columns and 14 rows.*cut short"):
+        open_scan(path)
+    path.write_text(whole[:-1], encoding="utf-8")
+    with pytest.warns(UserWarning, match="last line has no end"):
+        open_scan(path)
+    path.write_text("1 2 3\n" * 9)
+    with pytest.raises(UnreadableScan, match="three columns"):
+        open_scan(path, size=(1, 1), height_units="nm")
+
+
+def test_cf_files_that_lack_a_label_are_refused(tmp_path):
+    rows = picture()
+    ds = xr.load_dataset(write_cf(tmp_path, rows, size_of(rows)))
+
+    def refused(changed, match):
+        changed.to_netcdf(tmp_path / "changed.nc", engine="netcdf4")
+        with pytest.raises(UnreadableScan, match=match):
+            open_scan(tmp_path / "changed.nc")
+
+    without = ds.copy(deep=True)
+    del without["x"].attrs["units"]
+    refused(without, "x: expected 'units' of a length, found None")
+    refused(ds.drop_vars("y"), "y: expected a coordinate with units")
+    refused(ds.assign(other=ds["topography"]), "expected one variable of heights.*topography.*other")
+    refused(ds.rename(x="lon", y="lat"), "expected dimensions x and y")
+    bent = ds.assign_coords(x=ds["x"] ** 1.1)
+    bent["x"].attrs["units"] = "um"
+    refused(bent, "x: expected uniform, ascending pixel centres, found steps from")
+    ds["topography"].attrs["units"] = "V"
+    refused(ds, "expected one variable of heights with units of length.*topography")
+
+
+def test_half_of_surfacetopographys_convention_is_no_convention(tmp_path):
+    rows = picture()
+    path = write_surfacetopography(tmp_path, rows, size_of(rows))
+    path.write_bytes(path.read_bytes().replace(b"length", b"lingth", 1))
+    with pytest.raises(UnreadableScan, match="'length'"):
+        open_scan(path)
+
+
+def test_channels_of_several_sizes_are_remarked(tmp_path):
+    from gwyfile.objects import GwyDataField, GwyObject
+
+    rows = picture()
+    path = write_gwy(tmp_path, rows, size_of(rows))
+    container = GwyObject.fromfile(str(path))
+    container["/1/data"] = GwyDataField(rows, xreal=1e-6, yreal=1e-6, si_unit_xy="m", si_unit_z="deg")
+    container.tofile(str(path))
+    with pytest.warns(ImplausibleScan, match="several lateral sizes in nm"):
+        open_scan(path)
+
+
+def test_our_own_file_comes_back_as_it_was(tmp_path):
+    rows = picture()
+    scan = scan_of(rows, size_of(rows)).assign_coords(sphere_radius=((), 3000.0, {"units": "nm"}))
+    scan = schema.record(schema.label(scan), "made", seed=3).assign_attrs(note="mine")
+    again = open_scan(to_netcdf(scan, tmp_path / "own.nc"))
+    xr.testing.assert_identical(again.load(), scan.assign_attrs(Conventions="CF-1.11"))
+
+
+def test_the_scan_of_an_archive_opens(tmp_path):
+    rows = picture()
+    scan = schema.label(scan_of(rows, size_of(rows)))
+    path = archive.save({"scan": scan, "solutions/direct": xr.Dataset()}, tmp_path / "run.nc")
+    assert_same(open_scan(path), scan)
+
+
+@pytest.mark.parametrize("name", LABELLED)
+def test_netcdf_is_read_only_where_it_is_looked_at(name, tmp_path):
+    rows = picture()
+    expected = scan_of(rows, size_of(rows))
+    path = WRITERS[name](tmp_path, rows, size_of(rows))
+    with warnings.catch_warnings(action="ignore"):  # that these chunks are not the file's
+        lazy = open_scan(path, chunks={"x": 7, "y": 5})
+    assert lazy.chunks["y"] == (5, 5, 5, 3)
+    part = pickle.loads(pickle.dumps(lazy)).isel(x=slice(3, 20, 4), y=slice(None, None, -2))
+    np.testing.assert_allclose(part["height"], expected["height"][3:20:4, ::-2], atol=1e-9)
+    unread = open_scan(path)
+    assert not unread["height"].variable._in_memory
+    assert float(unread["height"][5, -2]) == pytest.approx(float(expected["height"][5, -2]), abs=1e-9)
+    assert_same(lazy.compute(scheduler="processes" if name == "native" else "threads"), expected)
+
+
+def test_the_engine_is_xarrays(tmp_path):
+    rows = picture()
+    path = write_gsf(tmp_path, rows, size_of(rows))
+    direct = xr.open_dataset(path, engine=RoughxrBackend)
+    xr.testing.assert_identical(direct, open_scan(path))
+    assert "height" not in xr.open_dataset(path, engine=RoughxrBackend, drop_variables="height")
+    with pytest.raises(TypeError):
+        xr.open_dataset(path, engine=RoughxrBackend, chanel="Height")
+    if "roughxr" in xr.backends.list_engines():
+        xr.testing.assert_identical(xr.open_dataset(path, engine="roughxr"), direct)
+        xr.testing.assert_identical(xr.open_dataset(path), direct)
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="open files cannot be listed here")
+@pytest.mark.parametrize("name", ["native", "cf"])
+def test_a_closed_scan_leaves_no_file_open(name, tmp_path):
+    rows = picture()
+    path = WRITERS[name](tmp_path, rows, size_of(rows))
+
+    def is_open():
+        links = [f"/proc/self/fd/{number}" for number in os.listdir("/proc/self/fd")]
+        return str(path) in [os.readlink(link) for link in links if os.path.islink(link)]
+
+    with open_scan(path) as scan:
+        assert is_open() and scan["height"].size
+    assert not is_open()
+    describe(path)
+    assert not is_open()
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_guess_claims_images_only(name, tmp_path):
+    rows = picture()
+    path = WRITERS[name](tmp_path, rows, size_of(rows)).rename(tmp_path / "renamed.jpg")
+    claimed = RoughxrBackend().guess_can_open(path)
+    assert claimed == (name in ("gsf", "gwy", "bruker", "igor", "park"))
+
+
+@pytest.mark.parametrize("thing", ["https://example.org/a.spm", b"GWYP", 3, None, object(), "\0", [], -1])
+def test_a_guess_never_raises(thing):
+    assert RoughxrBackend().guess_can_open(thing) is False
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_the_content_decides_and_not_the_extension(name, tmp_path):
+    rows = picture()
+    path = WRITERS[name](tmp_path, rows, size_of(rows))
+    for extension in (".gwy", ".nc", ".txt", ".spm", ".npy", ""):
+        renamed = path.rename(tmp_path / f"other{extension}")
+        scan = open_scan(renamed, **given(name, size_of(rows)))
+        assert_same(scan, scan_of(rows, size_of(rows)), ROUNDING.get(name, 1e-9))
+        scan.close()
+        path = renamed
+
+
+def test_what_is_no_readable_file(tmp_path):
+    with pytest.raises(FileNotFoundError, match="absent"):
+        open_scan(tmp_path / "absent.spm")
+    with pytest.raises(IsADirectoryError, match="found a directory"):
+        open_scan(tmp_path)
+    with pytest.raises(TypeError, match="expected the path of a file, found bytes"):
+        open_scan(b"GWYP")
+    (tmp_path / "empty.ibw").touch()
+    with pytest.raises(UnreadableScan, match=r"empty.ibw: .* empty"):
+        open_scan(tmp_path / "empty.ibw")
+    for name, content in (("a.jpg", b"\xff\xd8\xff\xe0" + bytes(900)), ("a.md", b"# A heading\n\nProse. 1\n")):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(UnreadableScan, match=name):
+            open_scan(tmp_path / name)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe.spm")
+    with pytest.raises(UnreadableScan, match="found a pipe"):
+        open_scan(tmp_path / "pipe.spm")
+    assert RoughxrBackend().guess_can_open(tmp_path / "pipe.spm") is False
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="this user may read anything")
+def test_a_file_that_may_not_be_read(tmp_path):
+    path = write_npy(tmp_path, picture(), (120, 90))
+    path.chmod(0)
+    with pytest.raises(PermissionError, match=r"scan\.npy"):
+        open_scan(path)
+
+
+def test_one_pixel_is_no_scan(tmp_path):
+    np.save(tmp_path / "one.npy", np.ones((1, 1)))
+    with pytest.raises(UnreadableScan, match="at least 2 x 2 pixels, found 1 x 1"):
+        open_scan(tmp_path / "one.npy", size=(1, 1), height_units="nm")
+
+
+@pytest.mark.parametrize("value", [np.inf, 1e30])
+def test_heights_that_no_scan_has_are_refused(value, tmp_path):
+    rows = picture()
+    rows[2, 2] = value
+    for name in ("npy", "cf"):
+        path = WRITERS[name](tmp_path, rows, size_of(rows))
+        with pytest.raises(UnreadableScan, match="expected heights of a scan"):
+            open_scan(path, **given(name, size_of(rows))).load()
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        ({"factor": 1e3}, "heights range over 4.*, more than the lateral"),
+        ({"factor": 100}, "slope above 1 on"),
+        ({"pixel": 1.0}, "one pixel is exactly 1 nm along x"),
+        ({"step": 3.0}, "height steps of 3 nm are coarser than the roughness"),
+        ({"factor": 0}, "all heights are equal"),
+    ],
+)
+def test_doubts_come_with_numbers(change, match, tmp_path):
+    rows = picture() * change.get("factor", 1)
+    if "step" in change:
+        rows = np.round(rows / change["step"]) * change["step"]
+    pixel = change.get("pixel", 5.0)
+    path = write_npy(tmp_path, rows, (0, 0))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        open_scan(path, size=size_of(rows, (pixel, pixel)), height_units="nm")
+    assert any(re.search(match, str(one.message)) for one in caught if one.category is ImplausibleScan)
+
+
+def test_a_description_lists_every_channel(tmp_path):
+    rows = picture()
+    found = describe(write_gwy(tmp_path, rows, size_of(rows)))
+    assert found["name"].values.tolist() == ["Height", "Phase"]
+    assert found["units"].values.tolist() == ["m", "deg"]
+    np.testing.assert_allclose(found["size_x"], 120)
+    assert float(found["highest"][0] - found["lowest"][0]) == pytest.approx(np.ptp(rows))
+    assert np.isnan(found["s_q"][1])
+    native = describe(write_native(tmp_path, rows, size_of(rows)))
+    assert float(native["size_y"][0]) == pytest.approx(90)
+    several = xr.load_dataset(write_cf(tmp_path, rows, size_of(rows)))
+    several["topography2"] = several["topography"] * 2
+    several["topography2"].attrs = several["topography"].attrs
+    several.to_netcdf(tmp_path / "several.nc")
+    found = describe(tmp_path / "several.nc")
+    assert found["name"].values.tolist() == ["topography", "topography2"]
+    np.testing.assert_allclose(found["highest"], [rows.max(), 2 * rows.max()])
+    assert float(open_scan(tmp_path / "several.nc", channel="topography2")["height"].max()) > rows.max()
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_without_the_extra_the_core_formats_open_and_the_others_name_it(name, tmp_path, monkeypatch):
+    rows = picture()
+    path = WRITERS[name](tmp_path, rows, size_of(rows))
+    for module in ("SurfaceTopography", "SurfaceTopography.IO", "gsffile", "gwyfile"):
+        monkeypatch.setitem(sys.modules, module, None)
+    if name in ("text", "npy", *LABELLED):
+        assert_same(open_scan(path, **given(name, size_of(rows))), scan_of(rows, size_of(rows)))
+    else:
+        with pytest.raises(ImportError, match=r'pip install "roughxr\[afm\]"'):
+            open_scan(path)
+
+
+def test_no_reader_is_imported_before_it_is_needed():
+    code = (
+        "import roughxr.scans, sys; print([m for m in ('SurfaceTopography', 'gwyfile', 'gsffile') if m in sys.modules])"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert out.stdout.strip() == "[]"

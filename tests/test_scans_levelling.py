@@ -1,0 +1,192 @@
+"""Backgrounds are taken off to rounding, particles do not bend them, and laziness changes nothing."""
+
+import dask
+import numpy as np
+import pytest
+import xarray as xr
+from dask.callbacks import Callback
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from roughxr import schema
+from roughxr.scans import level, open_scan
+
+from .surfaces import rough, scan
+
+PIXEL = 12.5
+
+
+def with_background(order, seed=0, n=40, m=56):
+    """Return (a rough scan, the same on a polynomial of total degree ``order``)."""
+    rng = np.random.default_rng(seed)
+    x, y = np.linspace(-1, 1, n)[:, None], np.linspace(-1, 1, m)
+    terms = [(i, j) for i in range(order + 1) for j in range(order + 1 - i)]
+    background = sum(rng.normal(0, 50) * x**i * y**j for i, j in terms)
+    return background, scan(background, PIXEL)
+
+
+def raises_on_compute(*_args, **_options):
+    raise AssertionError("a lazy scan was computed")
+
+
+@pytest.mark.parametrize(
+    ("order", "options"),
+    [
+        (0, {"method": "polynomial", "order": 0}),
+        (1, {"method": "plane"}),
+        (2, {"method": "quadratic"}),
+        (3, {"method": "polynomial", "order": 3}),
+        (7, {"method": "polynomial", "order": 7}),
+    ],
+)
+def test_a_polynomial_is_removed_to_rounding(order, options):
+    background, ds = with_background(order)
+    assert float(abs(level(ds, **options)["height"]).max()) < 1e-10 * np.ptp(background) + 1e-12
+
+
+def test_a_levelled_scan_has_no_tilt_and_is_levelled_already():
+    ds = scan(rough(64) + np.linspace(0, 90, 64)[:, None], PIXEL)
+    once = level(ds)
+    assert float(abs(once["height"].mean())) < 1e-12
+    np.testing.assert_allclose(level(once)["height"], once["height"], atol=1e-12)
+    slopes = np.polynomial.polynomial.polyfit(ds["x"], once["height"].mean("y"), 1)
+    assert abs(slopes[1]) < 1e-12
+
+
+def test_particles_do_not_bend_the_background():
+    background, ds = with_background(2)
+    particles = np.zeros(background.shape, dtype=bool)
+    particles[3:9, 4:12] = particles[30:33, 40:50] = True
+    ds["height"] = ds["height"] + 200.0 * particles
+    mask = ds["height"].copy(data=particles)
+    bent = level(ds, method="quadratic")["height"]
+    assert float(abs(bent.where(~mask)).max()) > 10
+    for options in ({"exclude": mask}, {"exclude_above": 30}, {"exclude_above": "0.03 um"}):
+        flat = level(ds, method="quadratic", **options)["height"]
+        np.testing.assert_allclose(flat, 200.0 * particles, atol=1e-8)
+
+
+def test_missing_pixels_stay_missing_and_do_not_count():
+    _, ds = with_background(1)
+    ds["height"][5:9, 7] = np.nan
+    flat = level(ds)["height"]
+    assert int(flat.isnull().sum()) == 4
+    assert float(abs(flat).max()) < 1e-10
+
+
+@pytest.mark.parametrize("lines", ["x", "y"])
+@pytest.mark.parametrize("method", ["median", "median_difference"])
+def test_lines_at_different_heights_are_brought_together(method, lines):
+    shape = rough(48, rms=0.5)
+    jumps = np.random.default_rng(1).normal(0, 20, 48)
+    ds = scan(shape + (jumps if lines == "x" else jumps[:, None]), PIXEL)
+    flat = level(ds, method=method, lines=lines)["height"]
+    across = "y" if lines == "x" else "x"
+    rows = flat.diff(across).median(lines) if method == "median_difference" else flat.median(lines)
+    assert float(abs(rows).max()) < 1e-12
+    assert float(flat.std()) < 1.0
+
+
+def test_particles_do_not_shift_their_lines():
+    ds = scan(np.zeros((40, 30)) + np.arange(30) ** 2, PIXEL)
+    particles = ds["height"].copy(data=np.zeros((40, 30), dtype=bool))
+    particles[5:30, 10:14] = True  # most of these lines
+    ds["height"] = ds["height"] + 100 * particles
+    flat = level(ds, method="median", exclude=particles)["height"]
+    np.testing.assert_allclose(flat, 100.0 * particles)
+
+
+def test_a_line_without_background_stays_where_it_is():
+    ds = scan(np.ones((8, 6)), PIXEL)
+    mask = ds["height"].copy(data=np.zeros((8, 6), dtype=bool))
+    mask[:, 2] = True
+    flat = level(ds, method="median", exclude=mask)["height"]
+    np.testing.assert_allclose(flat[:, 2], 1.0)
+    np.testing.assert_allclose(flat[:, 3], 0.0)
+    assert np.isfinite(level(ds, method="median_difference", exclude=mask)["height"]).all()
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.tuples(st.integers(5, 40), st.integers(5, 56)), st.sampled_from(["plane", "quadratic", "median"]))
+def test_chunks_change_nothing(chunks, method):
+    _, ds = with_background(3)
+    ds["height"][3, 4] = np.nan
+    expected = level(ds, method=method)["height"]
+    lazy = level(ds.chunk(dict(zip("xy", chunks))), method=method)["height"]
+    np.testing.assert_allclose(lazy, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("options", [{}, {"exclude_above": 5.0}, {"method": "median_difference"}])
+def test_a_lazy_scan_stays_lazy(options):
+    _, ds = with_background(1)
+    with dask.config.set(scheduler=raises_on_compute):
+        lazy = level(ds.chunk({"x": 16, "y": 16}), **options)
+    np.testing.assert_allclose(lazy["height"], level(ds, **options)["height"], atol=1e-9)
+
+
+class Held(Callback):
+    """Note the most bytes of results that a scheduler held at once."""
+
+    peak = 0
+
+    def _posttask(self, key, result, dsk, state, worker_id):
+        self.peak = max(self.peak, sum(getattr(value, "nbytes", 0) for value in state["cache"].values()))
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"exclude_above": 3.0}, {"method": "polynomial", "order": 4}, {"method": "median"}]
+)
+def test_a_large_scan_is_levelled_by_a_few_chunks(options, tmp_path):
+    ds = scan(np.random.default_rng(0).normal(0, 1, (512, 512)) + np.arange(512), PIXEL)
+    encoding = {"height": {"chunksizes": (32, 32)}}
+    ds.to_netcdf(tmp_path / "large.nc", encoding=encoding)
+    with open_scan(tmp_path / "large.nc", chunks={}) as lazy, Held() as held, dask.config.set(scheduler="sync"):
+        level(lazy, **options)["height"].max().compute()
+    assert 0 < held.peak < 0.2 * ds["height"].nbytes  # one row of chunks is 1/16
+
+
+def test_a_lazy_mask_of_a_scan_in_memory():
+    _, ds = with_background(1)
+    mask = (ds["height"] > 30).chunk({"x": 7})
+    np.testing.assert_allclose(level(ds, exclude=mask)["height"], level(ds, exclude=mask.compute())["height"])
+
+
+def test_the_history_says_what_was_done():
+    _, ds = with_background(1)
+    steps = schema.history(level(level(ds, method="median"), method="polynomial", order=3, exclude_above="5 nm"))
+    assert [step["operation"] for step in steps] == ["level", "level"]
+    assert steps[0]["arguments"] == {"method": "median", "lines": "x"}
+    assert steps[1]["arguments"] == {"method": "polynomial", "order": 3, "exclude_above": 5.0}
+
+
+def test_the_callers_scan_is_left_alone():
+    _, ds = with_background(1)
+    before = ds.copy(deep=True)
+    level(ds)
+    xr.testing.assert_identical(ds, before)
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"method": "flat"}, "method: expected one of plane, .*found 'flat'"),
+        ({"method": "polynomial"}, "order: expected a whole number from 0 to 12, found None"),
+        ({"method": "polynomial", "order": 2.5}, r"found 2\.5"),
+        ({"method": "plane", "order": 3}, "'plane' has order 1, found 3"),
+        ({"method": "median", "lines": "z"}, "lines: expected 'x' or 'y'"),
+        ({"exclude": np.ones((3, 3))}, "exclude: expected bool"),
+        ({"exclude": np.ones((40, 56), dtype=bool)}, "too few that are known"),
+        ({"exclude_above": "5 K"}, "exclude_above"),
+    ],
+)
+def test_options_that_do_not_fit(options, match):
+    _, ds = with_background(1)
+    with pytest.raises(ValueError, match=match):
+        level(ds, **options)
+
+
+def test_a_mask_of_another_place_is_refused():
+    _, ds = with_background(1)
+    mask = (ds["height"] > 0).assign_coords(x=ds["x"] + 1000)
+    with pytest.raises(ValueError, match="x"):
+        level(ds, exclude=mask)

@@ -1,0 +1,44 @@
+"""Scans that are masked or not square end in a contact solution or in a clear refusal."""
+
+import numpy as np
+import pytest
+
+from roughxr import direct
+from roughxr.scans import fill, open_scan, resample, to_gsf
+
+from .surfaces import glass_pair, rough, scan
+
+
+@pytest.fixture
+def bumpy(tmp_path):
+    """Return a function that writes a scan of given pixels to a file and opens it again."""
+
+    def opened(height, ratio=1.0):
+        ds = scan(height, 8.0)
+        ds = ds.assign_coords(y=("y", ds["y"].values * ratio, {"units": "nm"}))
+        return glass_pair(open_scan(to_gsf(ds, tmp_path / "scan.gsf")))
+
+    return opened
+
+
+def pressed(ds):
+    return float(direct(ds, delta=[3.0], subregions=(1, 1))["force"].squeeze().compute())
+
+
+def test_a_masked_scan_is_refused_until_it_is_filled(bumpy):
+    height = rough(40)
+    whole = pressed(bumpy(height))
+    height[20:22, 20] = np.nan
+    holed = bumpy(height)
+    with pytest.raises(ValueError, match="2 missing pixels"):
+        pressed(holed)
+    assert pressed(fill(holed)) == pytest.approx(whole, rel=0.05)
+
+
+@pytest.mark.filterwarnings("ignore:.*not square")
+def test_pixels_that_are_not_square_are_refused_until_they_are_resampled(bumpy):
+    height = rough(40)[:, ::2]
+    oblong = bumpy(height, ratio=2.0)
+    with pytest.raises(ValueError, match="expected square pixels, found 8 x 16 nm"):
+        pressed(oblong)
+    assert pressed(resample(oblong)) == pytest.approx(pressed(bumpy(rough(40))), rel=0.3)
