@@ -98,7 +98,7 @@ def direct(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass")
-    >>> scan = assign_pair(scan, sphere_radius=3000, young_modulus=75, poisson_ratio=0.22)
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=3000, young_modulus=75, poisson_ratio=0.22)
     >>> elastic = direct(scan, delta=[5.08, 15.4], subregions=(2, 2))
     >>> dict(elastic.force.sizes), elastic.force.units
     ({'subregion': 4, 'delta': 2}, 'nN')

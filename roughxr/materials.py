@@ -83,7 +83,7 @@ def gilman_surface_energy(
     Examples
     --------
     >>> round(gilman_surface_energy(75), 4), round(gilman_surface_energy(75, poisson_ratio=0.22), 4)
-    (0.6421, 0.6747)
+    (0.6421, 0.6748)
     """
     modulus = positive(young_modulus, "GPa", "young_modulus")
     if poisson_ratio is not None:
