@@ -134,6 +134,28 @@ def test_load_control_finds_the_displacement(load):
     assert kalker.solve(separation, delta, 9.77, E, tolerance=1e-9).force == pytest.approx(load, rel=2e-6)
 
 
+@pytest.mark.parametrize("kind", ["spike", "terraces", "sphere"])
+def test_load_control_survives_bad_guesses(kind):
+    """Profiles on which force grows nothing like a sphere's, over nine decades of load, up and from cold."""
+    profiles = {
+        "spike": np.where(np.hypot(*np.mgrid[-30:31, -30:31]) < 1, 0.0, 40.0) + sphere_gap(61, 9.77),
+        "terraces": np.floor(sphere_gap(61, 9.77) / 8) * 8,
+        "sphere": sphere_gap(61, 9.77),
+    }
+    separation, loads = profiles[kind], 10.0 ** np.arange(-3, 6)
+    rising = list(kalker.loaded(separation, loads, 9.77, E))
+    for load, (delta, solution) in zip(loads, rising):
+        ((cold, _),) = kalker.loaded(separation, [load], 9.77, E)
+        assert solution.converged
+        assert cold == pytest.approx(delta, rel=1e-5)
+        assert kalker.solve(separation, delta, 9.77, E, tolerance=1e-9).force == pytest.approx(load, rel=2e-6)
+
+
+def test_nothing_to_press_on_carries_no_load():
+    ((delta, solution),) = kalker.loaded(np.full((30, 30), np.inf), [5.0], 9.77, E)
+    assert np.isnan(delta) and not solution.converged and solution.force == 0
+
+
 def test_scaling_laws():
     z = rough(32, seed=9)
     separation = z.max() - z + sphere_gap(32, 9.77)

@@ -186,9 +186,11 @@ def _solve_load(separation, load, dx, contact_modulus, tolerance, max_iterations
     """Return (δ, contact) at a load; the active set finds δ along with the contact.
 
     Only the cells to work on are chosen by a guess of δ, from the load before or from cells twice as large; where δ
-    turns out to lie deeper, they are chosen again.
+    turns out to lie deeper, or far less deep, they are chosen again.
     """
-    touch, scale = float(np.nanmin(separation)), contact_modulus / dx
+    touch, scale = float(np.nanmin(separation, initial=np.inf)), contact_modulus / dx
+    if not np.isfinite(touch):  # nothing to press on carries no load
+        return np.nan, _untouched(separation.shape)._replace(status=ITERATION_LIMIT)
     delta, start = _first_guess(separation, load, dx, contact_modulus, touch, known)
     products = 0
     for _ in range(_MOST_CHOICES):
@@ -199,9 +201,10 @@ def _solve_load(separation, load, dx, contact_modulus, tolerance, max_iterations
         begin = _half_deep(depth, slack) if start is None else Prediction(*(part[box] for part in start))
         goal, left, scaled = 0.5 * tolerance * (delta - touch), max_iterations - products, load / (scale * dx * dx)
         found = _solve_box(depth, overlap.count, begin, scale, goal, left, load=scaled, slack=slack)
-        delta, products = delta + found[2].shift, products + found[2].iterations
+        guess, delta, products = delta, delta + found[2].shift, products + found[2].iterations
         solution = _on_window(separation.shape, box, found, dx, scale, delta - touch)
-        if delta <= reach or not solution.converged:
+        shallow = delta - touch < 0.5 * (guess - touch)  # then the goal, a part of the guessed depth, was too loose
+        if not solution.converged or (delta <= reach and not shallow):
             break
         start = _extrapolated(separation, None, (delta, solution), delta)
     return delta, solution._replace(iterations=products)
