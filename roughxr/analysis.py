@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from . import archive, figures, regions, report, schema
+from . import figures, regions, report, runs, schema
 from .asperities import asperities
 from .direct import direct
 from .materials import assign_pair, gilman_surface_energy
@@ -112,9 +112,11 @@ def paper(output: str | Path, *, progress: bool = False) -> dict[str, xr.Dataset
         The groups of the archive.
     """
     scan = assign_pair(open_sample("glass"), **PAPER_PAIR)
-    groups = analyse(scan, PAPER_PLAN, progress=progress)
-    tables = report.scan_table(groups, PAPER_SCAN), report.contact_table(groups, PAPER_CONTACT)
-    _write(groups, tables, Path(output), "paper", progress)
+    folder = Path(output)
+    groups = _kept(scan, PAPER_PLAN, folder / "paper.nc", progress=progress)
+    _show(
+        groups, (report.scan_table(groups, PAPER_SCAN), report.contact_table(groups, PAPER_CONTACT)), folder, progress
+    )
     return groups
 
 
@@ -125,9 +127,10 @@ def run(
     subregions: Any = (8, 8),
     delta: Any = None,
     levelling: str = "plane",
+    scheduler: str | None = None,
     progress: bool = False,
 ) -> dict[str, xr.Dataset]:
-    """Do the paper's analysis on any scan.
+    """Do the paper's analysis on any scan; called again after an interruption, it goes on where it was.
 
     Parameters
     ----------
@@ -142,6 +145,9 @@ def run(
         pressed as deep as it lies below the highest peak.
     levelling : {"plane", "quadratic", "none"}
         What is taken off the scan first.
+    scheduler : str, optional
+        Where the subregions are solved: "threads", "processes", "synchronous", or the address of a
+        ``dask scheduler``; by default the active ``distributed.Client``, else threads.
     progress : bool
         Tell on standard error what is being computed.
 
@@ -149,17 +155,34 @@ def run(
     -------
     dict of str to Dataset
         The groups of the archive.
+
+    Raises
+    ------
+    ValueError
+        If the output holds another run.
+    BlockingIOError
+        If another process is computing it.
     """
     scan = scan if levelling == "none" else level(scan, method=levelling)
-    groups = analyse(scan, plan(scan, subregions=subregions, delta=delta), progress=progress)
+    wanted, output = plan(scan, subregions=subregions, delta=delta), Path(output)
+    path = output if output.suffix == ".nc" else output / "run.nc"
+    groups = _kept(scan, wanted, path, scheduler=scheduler, progress=progress)
     tables = report.scan_table(groups), report.contact_table(groups)
-    output = Path(output)
-    if output.suffix == ".nc":
-        archive.save(groups, output, title=scan.attrs.get("title", ""))
-        _print(tables)
-    else:
-        _write(groups, tables, output, "run", progress)
+    _show(groups, tables, None if path == output else output, progress)
     return groups
+
+
+def _kept(scan: xr.Dataset, plan: Plan, path: Path, *, scheduler: str | None = None, progress: bool = False):
+    """Return the groups of a run, from its archive as far as they are there; what is computed is kept as it comes."""
+    return runs.checkpointed(
+        lambda: analyse(scan, plan, progress=progress),
+        path,
+        scan=scan,
+        arguments=plan._asdict(),
+        title=scan.attrs.get("title", ""),
+        progress=progress,
+        scheduler=scheduler,
+    )
 
 
 def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None) -> Plan:
@@ -200,9 +223,7 @@ def _useful_depth(ds: xr.Dataset, positions: xr.Dataset) -> float:
 
 def _touch(height: np.ndarray, window: regions.Window, pixel: tuple[float, float], radius: float) -> float:
     part = height[window.rows, window.columns]
-    x, y = (
-        o + d * (m + np.arange(n)) for o, d, m, n in zip(window.origin, pixel, window.missing, part.shape)
-    )
+    x, y = (o + d * (m + np.arange(n)) for o, d, m, n in zip(window.origin, pixel, window.missing, part.shape))
     return float((height.max() - part + (x[:, None] ** 2 + y[None, :] ** 2) / (2 * radius)).min())
 
 
@@ -238,9 +259,7 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
     for name, law in [("hertz", "hertz"), *((name, "jkr") for name in COMPARED)]:
         say(f"superposition, {name}")
         formulation = {} if law == "hertz" else {"formulation": name}
-        groups[f"solutions/{name}"] = superpose(
-            catalogue, delta=plan.sweep, law=law, **formulation, **options
-        )
+        groups[f"solutions/{name}"] = superpose(catalogue, delta=plan.sweep, law=law, **formulation, **options)
     for name in COMPARED:
         groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
     return groups
@@ -271,22 +290,21 @@ def _teller(progress: bool) -> Callable[[str], None]:
     return (lambda what: print(what, file=sys.stderr, flush=True)) if progress else (lambda what: None)
 
 
-def _write(groups: dict[str, xr.Dataset], tables: tuple, folder: Path, name: str, progress: bool) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
-    archive.save(groups, folder / f"{name}.nc", title=groups["scan"].attrs.get("title", ""))
-    say = _teller(progress)
-    say("figures")
-    figures.save(figures.overview(groups), folder / "overview.png", dpi=150)
-    for figure_name, figure in figures.paper_figures(groups):
-        figures.save(figure, folder / f"{figure_name}.png")
+def _show(groups: dict[str, xr.Dataset], tables: tuple, folder: Path | None, progress: bool) -> None:
+    """Print the tables, and put them and the figures into a folder."""
+    printed = _print(tables)
+    if folder is None:
+        return
     for part, table in zip(("scan", "contact"), tables):
         table.to_csv(folder / f"table-{part}.csv")
-    (folder / "table.txt").write_text(_print(tables), encoding="utf-8")
+    (folder / "table.txt").write_text(printed, encoding="utf-8")
+    _teller(progress)("figures")
+    figures.save(figures.overview(groups), folder / "overview.png", dpi=150)
+    for name, figure in figures.paper_figures(groups):
+        figures.save(figure, folder / f"{name}.png")
 
 
 def _print(tables: tuple) -> str:
-    lines = "\n".join(
-        report.text(table, title) for table, title in zip(tables, ("Scan and asperities", "Contact"))
-    )
+    lines = "\n".join(report.text(table, title) for table, title in zip(tables, ("Scan and asperities", "Contact")))
     print(lines)
     return lines

@@ -10,16 +10,31 @@ import os
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
+import dask
+import dask.array as da
+import numpy as np
 import xarray as xr
+from dask.utils import SerializableLock
 
 from ._version import __version__
 
 #: Zlib level 1: half the size of fields at a tenth of the time of level 9.
 _COMPRESSED = {"zlib": True, "complevel": 1}
 
+#: The NetCDF library is not for several threads at once.
+_ONE_AT_A_TIME = SerializableLock("roughxr.archive")
 
-def save(groups: Mapping[str, xr.Dataset], path: str | os.PathLike, *, title: str = "") -> Path:
+
+def save(
+    groups: Mapping[str, xr.Dataset],
+    path: str | os.PathLike,
+    *,
+    title: str = "",
+    attrs: Mapping[str, Any] | None = None,
+    streamed: bool = False,
+) -> Path:
     """Write Datasets as groups of one NetCDF-4 file.
 
     Parameters
@@ -30,6 +45,10 @@ def save(groups: Mapping[str, xr.Dataset], path: str | os.PathLike, *, title: st
         The file. It appears under this name only once it is complete.
     title : str, optional
         Kept as an attribute of the root.
+    attrs : mapping, optional
+        Further attributes of the root.
+    streamed : bool
+        Write lazy variables chunk by chunk, without ever holding one whole.
 
     Returns
     -------
@@ -49,15 +68,54 @@ def save(groups: Mapping[str, xr.Dataset], path: str | os.PathLike, *, title: st
     """
     path = Path(path)
     root = xr.Dataset(attrs={"Conventions": "CF-1.11", "title": title, "source": f"roughxr {__version__}"})
-    tree = xr.DataTree.from_dict(
-        {"/": root, **{name: _storable(ds, name).compute() for name, ds in groups.items()}}
-    )
+    root.attrs |= dict(attrs or {})
+    stored = {name: _storable(ds, name) for name, ds in groups.items()}
+    tree = xr.DataTree.from_dict({"/": root, **{name: ds if streamed else ds.compute() for name, ds in stored.items()}})
     encoding = {
         node.path: {str(name): _COMPRESSED for name, variable in node.data_vars.items() if variable.ndim}
         for node in tree.subtree
     }
     write_whole(path, lambda temporary: tree.to_netcdf(temporary, encoding=encoding, engine="netcdf4"))
     return path
+
+
+def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
+    """Return the groups of an archive by name.
+
+    Parameters
+    ----------
+    path : path
+        What `save` wrote.
+
+    Returns
+    -------
+    dict of str to Dataset
+        In memory, but for fields along ``subregion``, which are lazy: each is read when it is used.
+    """
+    with xr.open_datatree(path, engine="netcdf4") as tree:
+        groups = {node.path: node.to_dataset(inherit=False) for node in tree.subtree if node.parent}
+        return {name.strip("/"): _but_fields(ds, Path(path), name) for name, ds in groups.items()}
+
+
+def _but_fields(ds: xr.Dataset, path: Path, group: str) -> xr.Dataset:
+    """Return a group in memory, but for its fields, in chunks of one subregion."""
+    fields = [name for name, array in ds.data_vars.items() if array.dims[:1] == ("subregion",) and "x" in array.dims]
+    lazy = {name: ds[name].variable.copy(data=_read_later(ds[name], path, group)) for name in fields}
+    return ds.drop_vars(fields).load().assign(lazy)
+
+
+def _read_later(array: xr.DataArray, path: Path, group: str) -> da.Array:
+    one = dask.delayed(_read_one, pure=False)
+    parts = [
+        da.from_delayed(one(path, group, array.name, k), (1, *array.shape[1:]), dtype=array.dtype)
+        for k in range(array.sizes["subregion"])
+    ]
+    return da.concatenate(parts)
+
+
+def _read_one(path: Path, group: str, name: str, k: int) -> np.ndarray:
+    with _ONE_AT_A_TIME, xr.open_dataset(path, group=group, engine="netcdf4", cache=False) as ds:
+        return ds[name][k : k + 1].values
 
 
 def write_whole(path: Path, write) -> None:
@@ -68,10 +126,23 @@ def write_whole(path: Path, write) -> None:
     try:
         write(temporary)
         os.chmod(temporary, 0o666 & ~_umask())  # mkstemp makes files private; an archive is an ordinary file
+        _to_disk(temporary)
         os.replace(temporary, path)
+        _to_disk(path.parent)
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise
+
+
+def _to_disk(path: str | Path) -> None:
+    """Have what was written, file or folder, reach the disk, so that a power cut cannot take it back."""
+    if os.name == "nt" and Path(path).is_dir():
+        return  # Windows opens no folders
+    handle = os.open(path, os.O_RDONLY if os.name != "nt" else os.O_RDWR)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
 
 
 def _umask() -> int:
@@ -86,7 +157,5 @@ def _storable(ds: xr.Dataset, group: str) -> xr.Dataset:
     for owner in (out, *out.variables.values()):
         for key, value in owner.attrs.items():
             if value is None or isinstance(value, (dict, bool)):
-                raise ValueError(
-                    f"{group}: expected attributes of text, numbers or arrays, found {key}={value!r}"
-                )
+                raise ValueError(f"{group}: expected attributes of text, numbers or arrays, found {key}={value!r}")
     return out

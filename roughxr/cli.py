@@ -1,4 +1,4 @@
-"""The command line: ``roughxr paper``, ``run``, ``info``, ``convert``."""
+"""The command line: ``roughxr paper``, ``run``, ``report``, ``info``, ``convert``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from ._version import __version__
 
 #: What went wrong with the input is said in a line; anything else is a fault of ours and shows its trace.
-_REFUSALS = (ValueError, TypeError, OSError, ImportError)
+_REFUSALS = (ValueError, TypeError, OSError, ImportError, RuntimeError)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -18,7 +18,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options.command(options)
     except KeyboardInterrupt:
-        print("roughxr: interrupted; nothing was half-written", file=sys.stderr)
+        print("roughxr: interrupted; what was finished is kept, the same command goes on from there", file=sys.stderr)
         return 130
     except _REFUSALS as error:
         print(f"roughxr: {error}", file=sys.stderr)
@@ -32,6 +32,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_paper(commands)
     _add_run(commands)
+    _add_report(commands)
     _add_info(commands)
     _add_convert(commands)
     return parser
@@ -77,8 +78,20 @@ def _add_run(commands) -> None:
         metavar="D",
         help="displacements of the direct simulation, nm; default: from the heights",
     )
+    command.add_argument(
+        "--scheduler",
+        metavar="WHERE",
+        help="threads, processes, synchronous, or the address of a dask scheduler; default: threads",
+    )
     _add_quiet(command)
     command.set_defaults(command=_run)
+
+
+def _add_report(commands) -> None:
+    command = commands.add_parser("report", help="one self-contained page about a finished run")
+    command.add_argument("run", metavar="RUN", help="the archive of a run, such as run.nc")
+    command.add_argument("-o", "--output", default="report.html", metavar="HTML", help="default: %(default)s")
+    command.set_defaults(command=_report)
 
 
 def _add_info(commands) -> None:
@@ -134,9 +147,16 @@ def _run(options) -> None:
         subregions=tuple(options.subregions),
         delta=options.delta,
         levelling=options.level,
+        scheduler=options.scheduler,
         progress=not options.quiet,
     )
     print(f"written to {options.output}")
+
+
+def _report(options) -> None:
+    from .report import write_report
+
+    print(f"written to {write_report(options.run, options.output)}")
 
 
 def _info(options) -> None:

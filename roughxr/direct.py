@@ -5,6 +5,7 @@ Every subregion is one task with its whole sweep inside, so that each displaceme
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -181,15 +182,11 @@ def _reach(ds: xr.Dataset, options: _Options, lazy_fields: bool) -> float:
             )
         if parallel.is_lazy(ds) or options.indenter:
             return whole
-        largest = np.ptp(ds["height"].values) + (
-            _hertz_depth(largest, options) if options.by_load else largest
-        )
+        largest = np.ptp(ds["height"].values) + (_hertz_depth(largest, options) if options.by_load else largest)
     if options.indenter:
         x, y, height = options.indenter
         near = np.argwhere(height.max() - height < largest)
-        return (
-            float(max(np.abs(x[near[:, 0]]).max(), np.abs(y[near[:, 1]]).max())) if near.size else options.dx
-        )
+        return float(max(np.abs(x[near[:, 0]]).max(), np.abs(y[near[:, 1]]).max())) if near.size else options.dx
     return min(np.sqrt(2 * options.radius * max(largest, 0.0)), whole)
 
 
@@ -212,7 +209,22 @@ def _packed(ds: xr.Dataset, windows: list[regions.Window], options: _Options):
         for w in windows
     ]
     cells = 0 if options.field_shape is None else len(_FIELDS) * int(np.prod(options.field_shape))
-    return parallel.spread(_solve, arguments, (options.values.size, len(_SCALARS) + cells), options)
+    return parallel.spread(
+        _solve,
+        arguments,
+        (options.values.size, len(_SCALARS) + cells),
+        options,
+        cost=partial(_costs, arguments, options),
+    )
+
+
+def _costs(arguments, options: _Options) -> np.ndarray:
+    """Return how many cells overlap in each window at the largest displacement, all where that is not known."""
+    known = not options.by_load and not options.first_contact
+    limit = options.values[-1] if known else np.inf
+    return np.array(
+        [(_separation(np.asarray(h, dtype=float), float(d), w, options) < limit).sum() for h, d, w, _ in arguments]
+    )
 
 
 def _solve(height, datum, window, at_edge, options) -> np.ndarray:
@@ -287,9 +299,7 @@ def _labelled(packed, ds, positions, windows, options) -> xr.Dataset:
         out[name] = out[name].astype(bool)
     out["iterations"] = out["iterations"].astype(int)
     if options.field_shape is not None:
-        out = out.assign(_field_variables(packed, along, options)).assign_coords(
-            _field_axes(windows, options)
-        )
+        out = out.assign(_field_variables(packed, along, options)).assign_coords(_field_axes(windows, options))
     out.attrs = {"datum": "first_contact" if options.first_contact else "highest_peak", "method": "direct"}
     return schema.label(out)
 

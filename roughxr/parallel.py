@@ -1,4 +1,4 @@
-"""Many independent tasks as one lazy array, and its computation with progress, on any dask scheduler.
+"""Many independent tasks as one lazy array, and their computation as they finish, on any dask scheduler.
 
 Only dask runs things in parallel here; what a task calls is serial. A task gets plain arrays (or dask arrays
 that become plain ones on the worker) and returns one plain array, so that workers need no file and no label.
@@ -7,16 +7,77 @@ that become plain ones on the worker) and returns one plain array, so that worke
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import partial
+from typing import Any, NamedTuple, Protocol
 
 import dask
 import dask.array as da
+import dask.callbacks
+import dask.threaded
 import numpy as np
 import xarray as xr
 
+from .progress import Progress
+
 #: Batches that many tasks are bundled into at most: a scheduler spends about a millisecond on each.
 _MOST_BATCHES = 256
+
+#: Begins the keys of batches in a graph, whose third part says how many subregions they hold.
+_KEY = "subregions"
+
+#: A batch is given up after so many lost workers.
+_MOST_LOSSES = 3
+
+#: Batches sent to a cluster ahead of each of its threads: enough to keep it busy, few enough to hold in memory.
+_AHEAD = 3
+
+
+class Work(NamedTuple):
+    """Many independent tasks ``task(*arguments[k], *shared)``, each returning a float64 array of one shape."""
+
+    task: Callable[..., np.ndarray]  # at the top of a module, so that other processes can import it
+    arguments: Sequence[tuple]  # one per item
+    shape: tuple[int, ...]  # of what one task returns
+    shared: tuple  # what all tasks get, sent once
+    cost: Callable[[], np.ndarray] | None = None  # per item, in any unit: the dearest are begun first
+    each: int = 1  # subregions in one item
+
+    def batches(self, most: int) -> list[range]:
+        """Return the items in at most ``most`` batches of neighbours."""
+        size = max(-(-len(self.arguments) // most), 1)
+        return [range(k, min(k + size, len(self.arguments))) for k in range(0, len(self.arguments), size)]
+
+
+class Failure(NamedTuple):
+    """What is returned for a batch that failed."""
+
+    reason: str
+
+
+class Keeper(Protocol):
+    """What may stand in for the lazy array: it computes the work its own way, such as with checkpoints."""
+
+    def array(self, work: Work) -> Any:
+        """Return the stacked results, a NumPy or dask array of shape (items, *shape)."""
+
+    def finish(self, ds: xr.Dataset) -> xr.Dataset:
+        """Return a labelled result ready for use."""
+
+
+_KEEPER: ContextVar[Keeper | None] = ContextVar("keeper", default=None)
+
+
+@contextmanager
+def kept_by(keeper: Keeper) -> Iterator[None]:
+    """Let ``keeper`` compute the results of all solves within the block."""
+    token = _KEEPER.set(keeper)
+    try:
+        yield
+    finally:
+        _KEEPER.reset(token)
 
 
 def is_lazy(ds: xr.Dataset) -> bool:
@@ -25,8 +86,13 @@ def is_lazy(ds: xr.Dataset) -> bool:
 
 
 def spread(
-    task: Callable[..., np.ndarray], arguments: Sequence[tuple], shape: tuple[int, ...], *shared: Any
-) -> da.Array:
+    task: Callable[..., np.ndarray],
+    arguments: Sequence[tuple],
+    shape: tuple[int, ...],
+    *shared: Any,
+    cost: Callable[[], np.ndarray] | None = None,
+    each: int = 1,
+) -> Any:
     """Return the lazy stack of ``task(*arguments[k], *shared)``, each of the given shape.
 
     Parameters
@@ -34,65 +100,227 @@ def spread(
     task : callable
         Defined at the top of a module, so that other processes can import it.
     arguments : sequence of tuple
-        One per item; dask arrays among them are computed first.
+        One per item; dask arrays among them are computed first. Views of one array travel as that array, once.
     shape : tuple of int
         Of what one task returns, float64.
     *shared
         What all tasks get, sent once.
+    cost : callable, optional
+        Returns what each item costs, in any unit: a run begins with the dearest, so that its tail is short.
+    each : int
+        Subregions in one item, for the report of progress.
 
     Returns
     -------
     dask.array.Array
-        (items, *shape), in chunks of one batch.
+        (items, *shape), in chunks of one batch; what `kept_by` puts in its place, where that is in force.
     """
-    size = -(-len(arguments) // _MOST_BATCHES)
-    shared = [dask.delayed(value, pure=False, traverse=False) for value in shared]
-    run = dask.delayed(_batch, pure=False)
-    batches = [arguments[k : k + size] for k in range(0, len(arguments), size)]
-    parts = [da.from_delayed(run(task, list(b), *shared), (len(b), *shape), dtype=float) for b in batches]
+    arguments, shared = _without_views(arguments, shared)
+    work = Work(task, arguments, shape, shared, cost, each)
+    keeper = _KEEPER.get()
+    return _lazy(work) if keeper is None else keeper.array(work)
+
+
+def _lazy(work: Work) -> da.Array:
+    shared = [dask.delayed(value, pure=False, traverse=False) for value in work.shared]
+    run = dask.delayed(run_batch, pure=False)
+    parts = []
+    for items in work.batches(_MOST_BATCHES):
+        name = f"{_KEY}-{dask.base.tokenize(object())}-{len(items) * work.each}"
+        part = run(work.task, [work.arguments[k] for k in items], *shared, dask_key_name=name)
+        parts.append(da.from_delayed(part, (len(items), *work.shape), dtype=float))
     return da.concatenate(parts)
 
 
-def _batch(task: Callable[..., np.ndarray], arguments: list[tuple], *shared: Any) -> np.ndarray:
-    return np.stack([task(*items, *shared) for items in arguments])
+class _View(NamedTuple):
+    """A part of the n-th of the arrays that are sent once."""
+
+    n: int
+    offset: int  # bytes
+    shape: tuple[int, ...]
+    strides: tuple[int, ...]
+
+
+def _without_views(arguments: Sequence[tuple], shared: tuple) -> tuple[list[tuple], tuple]:
+    """Return the arguments with views in the words of a ``_View``, and what is shared with their arrays behind."""
+    owners: dict[int, tuple[int, np.ndarray]] = {}
+
+    def described(value):
+        owner = value.base if isinstance(value, np.ndarray) else None
+        if not isinstance(owner, np.ndarray) or owner.dtype != value.dtype or not owner.flags.forc:
+            return value
+        n, _ = owners.setdefault(id(owner), (len(owners), owner))
+        offset = value.__array_interface__["data"][0] - owner.__array_interface__["data"][0]
+        return _View(n, offset, value.shape, value.strides)
+
+    plain = [tuple(described(value) for value in items) for items in arguments]
+    return plain, (*shared, [owner for _, owner in owners.values()])
+
+
+def run_batch(task: Callable[..., np.ndarray], arguments: list[tuple], *shared: Any) -> np.ndarray:
+    """Return the stacked results of one batch."""
+    *shared, owners = shared
+
+    def restored(value):
+        if not isinstance(value, _View):
+            return value
+        return np.ndarray(value.shape, owners[value.n].dtype, _buffer(owners[value.n]), value.offset, value.strides)
+
+    return np.stack([task(*map(restored, items), *shared) for items in arguments])
+
+
+def _buffer(owner: np.ndarray) -> np.ndarray:
+    """Return the memory of an array that owns it, read only, in the order in which it lies."""
+    return owner.ravel(order="K").view()
 
 
 def finish(ds: xr.Dataset, *, lazy: bool, progress: bool = False) -> xr.Dataset:
     """Return ``ds`` as it is where its input was lazy, computed where it was not."""
+    keeper = _KEEPER.get()
+    if keeper is not None:
+        return keeper.finish(ds)
     return ds if lazy else compute(ds, progress=progress)
 
 
 def compute(ds: xr.Dataset, *, progress: bool = True) -> xr.Dataset:
-    """Compute a lazy Dataset, with a progress bar on whichever scheduler is in force.
+    """Compute a lazy Dataset, with progress by finished subregions on whichever scheduler is in force.
 
     Parameters
     ----------
     ds : Dataset
     progress : bool
-        Show a bar on standard error: dask's own for the local schedulers (synchronous, threads, processes),
-        the cluster's for ``dask.distributed``.
+        Tell on standard error how many subregions are finished, how fast, and how long it still takes: as a bar
+        on a terminal, as a line from time to time elsewhere. The same on all of dask's schedulers: synchronous,
+        threads, processes and ``dask.distributed``.
 
     Returns
     -------
     Dataset
         With NumPy arrays.
     """
-    client = _client()
-    if not progress:
+    sizes = {key: int(key.rsplit("-", 1)[1]) for key in _batch_keys(ds)}
+    if not progress or not sizes:
         return ds.compute()
-    if client is None:
-        from dask.diagnostics import ProgressBar
-
-        with ProgressBar(out=sys.stderr, dt=0.1 if sys.stderr.isatty() else 10.0):
-            return ds.compute()
-    from distributed import progress as follow
-
-    running = ds.persist()
-    follow(running, notebook=False)
-    return running.compute()
+    bar = Progress(sum(sizes.values()), stream=sys.stderr)
+    try:
+        if (client := active_client()) is None:
+            with dask.callbacks.Callback(posttask=lambda key, *_: bar.add(sizes.get(key, 0))):
+                return ds.compute(optimize_graph=False)  # fused batches would lose their names
+        return _computed_on(client, ds, sizes, bar)
+    finally:
+        bar.close()
 
 
-def _client() -> Any:
+def _batch_keys(ds: xr.Dataset) -> list[str]:
+    graph = ds.__dask_graph__() or {}
+    return [key for key in graph if isinstance(key, str) and key.startswith(f"{_KEY}-")]
+
+
+def _computed_on(client: Any, ds: xr.Dataset, sizes: dict[str, int], bar: Progress) -> xr.Dataset:
+    """Compute on a cluster: first the batches, counted as they come, then what is made of them."""
+    from dask.delayed import Delayed
+    from distributed import as_completed
+
+    graph = ds.__dask_graph__()
+    batches = client.persist([Delayed(key, graph) for key in sizes], optimize_graph=False)
+    futures = [future for batch in batches for future in client.futures_of(batch)]
+    for future in as_completed(futures):
+        bar.add(sizes.get(future.key, 0), failed=future.status != "finished")
+    return ds.compute(optimize_graph=False)
+
+
+def each_finished(work: Work, batches: Sequence[range], receive: Callable[[int, Any], None]) -> None:
+    """Compute batches on the scheduler in force, in the given order, and hand over each result as it comes.
+
+    Parameters
+    ----------
+    work : Work
+    batches : sequence of range
+        Items of each batch.
+    receive : callable
+        Called in this process as ``receive(n, result)`` with the number of a batch and its array or `Failure`.
+        Nothing else keeps the result.
+    """
+    if (client := active_client()) is not None:
+        _on_cluster(client, work, batches, receive)
+    else:
+        _on_this_machine(work, batches, receive)
+
+
+def _attempt(task: Callable, arguments: list[tuple], *shared: Any) -> np.ndarray | Failure:
+    try:
+        return run_batch(task, arguments, *shared)
+    except Exception as error:
+        return Failure(f"{type(error).__name__}: {error}")
+
+
+def _on_this_machine(work: Work, batches: Sequence[range], receive: Callable[[int, Any], None]) -> None:
+    """Compute with dask's local schedulers; where a worker process dies, begin again with what is left."""
+    from concurrent.futures.process import BrokenProcessPool
+
+    left = dict(enumerate(batches))
+    for loss in range(_MOST_LOSSES + 1):
+        try:
+            return _computed_here(work, left, receive)
+        except BrokenProcessPool:
+            if loss == _MOST_LOSSES:
+                raise
+
+
+def _computed_here(work: Work, left: dict[int, range], receive: Callable[[int, Any], None]) -> None:
+    """Compute what is ``left``, and strike off what is received."""
+    names = {f"{len(left) - rank:09d}": n for rank, n in enumerate(left)}  # dask begins with the last of the names
+    graph = {
+        name: (partial(_attempt, work.task, [work.arguments[k] for k in left[n]], *work.shared),)
+        for name, n in names.items()
+    }
+
+    def received(key, result, graph, state, worker):
+        if key in names:
+            receive(names[key], result)
+            del left[names[key]]
+            state["cache"][key] = None  # so that memory holds what is in flight, not the whole
+
+    get = dask.base.get_scheduler() or dask.threaded.get
+    with dask.callbacks.Callback(posttask=received):
+        get(graph, list(graph), chunksize=1)
+
+
+def _on_cluster(client: Any, work: Work, batches: Sequence[range], receive: Callable[[int, Any], None]) -> None:
+    """Compute on a cluster: what is shared is scattered once, a lost worker's batches are done again elsewhere."""
+    from distributed import as_completed
+
+    shared = client.scatter(list(work.shared), broadcast=True, hash=False)
+    waiting, running, losses = list(range(len(batches)))[::-1], {}, {}
+    finished = as_completed(with_results=True, raise_errors=False)
+
+    def submit():
+        n = waiting.pop()
+        arguments = [work.arguments[k] for k in batches[n]]
+        future = client.submit(_attempt, work.task, arguments, *shared, pure=False, priority=-n)
+        running[future.key] = n
+        finished.add(future)
+
+    try:
+        while waiting or running:
+            while waiting and len(running) < _AHEAD * max(sum(client.nthreads().values()), 1):
+                submit()
+            future, result = next(finished)
+            n = running.pop(future.key)
+            if future.status == "finished":
+                receive(n, result)
+                continue
+            losses[n] = losses.get(n, 0) + 1
+            if losses[n] > _MOST_LOSSES:
+                receive(n, Failure(f"lost {losses[n]} workers"))
+            else:  # what was shared may have gone with the worker
+                shared = client.scatter(list(work.shared), broadcast=True, hash=False)
+                waiting.append(n)
+    finally:
+        client.cancel([future for future in finished.futures])
+
+
+def active_client() -> Any:
     """Return the active distributed client, or None; never imports distributed by itself."""
     if "distributed" not in sys.modules or dask.config.get("scheduler", None) not in (
         None,

@@ -87,10 +87,7 @@ def windows(ds: xr.Dataset, positions: xr.Dataset, reach: float) -> tuple[list[W
     shape = tuple(2 * ahead + 1)
     found = []
     for cx, cy in zip(positions["subregion_x"].values, positions["subregion_y"].values):
-        first = [
-            int(np.floor((c - axis[0]) / d + 0.5)) - a
-            for c, axis, d, a in zip((cx, cy), (x, y), (dx, dy), ahead)
-        ]
+        first = [int(np.floor((c - axis[0]) / d + 0.5)) - a for c, axis, d, a in zip((cx, cy), (x, y), (dx, dy), ahead)]
         rows, columns = (slice(max(f, 0), min(f + n, axis.size)) for f, n, axis in zip(first, shape, (x, y)))
         origin = x[0] + first[0] * dx - cx, y[0] + first[1] * dy - cy
         found.append(Window(rows, columns, (max(-first[0], 0), max(-first[1], 0)), origin))
@@ -101,9 +98,7 @@ def _positions(ds: xr.Dataset, subregions: Any) -> tuple[np.ndarray, np.ndarray]
     if subregions is None:
         subregions = ds if "subregion_x" in ds.coords else (1, 1)
     if isinstance(subregions, xr.Dataset):
-        return tuple(
-            np.atleast_1d(subregions[name].values.astype(float)) for name in ("subregion_x", "subregion_y")
-        )
+        return tuple(np.atleast_1d(subregions[name].values.astype(float)) for name in ("subregion_x", "subregion_y"))
     try:
         first, second = subregions
     except (TypeError, ValueError):
@@ -114,9 +109,7 @@ def _positions(ds: xr.Dataset, subregions: Any) -> tuple[np.ndarray, np.ndarray]
         return _grid(ds, first, second)
     x, y = (np.atleast_1d(magnitude(v, "nm", "subregions")) for v in (first, second))
     if x.shape != y.shape or x.ndim != 1 or x.size == 0:
-        raise ValueError(
-            f"subregions: expected two arrays of equal length, found shapes {x.shape} and {y.shape}"
-        )
+        raise ValueError(f"subregions: expected two arrays of equal length, found shapes {x.shape} and {y.shape}")
     return x, y
 
 
@@ -124,9 +117,7 @@ def _grid(ds: xr.Dataset, nx: Any, ny: Any) -> tuple[np.ndarray, np.ndarray]:
     sizes = (ds.sizes["x"], ds.sizes["y"]) if "x" in ds.dims else (_MOST_TILES, _MOST_TILES)
     for n, size, axis in zip((nx, ny), sizes, "xy"):
         if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or not 1 <= n <= size:
-            raise ValueError(
-                f"subregions: expected a whole number from 1 to {size} along {axis}, found {n!r}"
-            )
+            raise ValueError(f"subregions: expected a whole number from 1 to {size} along {axis}, found {n!r}")
     x_low, x_high, y_low, y_high = extent(ds)
     x = x_low + (np.arange(nx) + 0.5) * (x_high - x_low) / nx
     y = y_low + (np.arange(ny) + 0.5) * (y_high - y_low) / ny

@@ -77,6 +77,10 @@ VARIABLES: dict[str, Variable] = {
     "saddle": Variable("1", "the fit is no peak (curvature_min <= 0)"),
     "edge": Variable("1", "the fitted patch is clipped by the scan's edge"),
     "vertex_fixed": Variable("1", "the vertex was fixed at the peak pixel"),
+    "tip_radius": Variable("nm", "apex radius of the tip"),
+    "sharper_than_tip": Variable("1", "the summit is sharper than the tip"),
+    "beyond_tip": Variable("1", "sharper than any image that the tip can draw"),
+    "curvature_recovered": Variable("nm-1", "larger principal curvature, the tip taken off"),
     # solutions
     "subregion": Variable("1", "subregion"),
     "subregion_x": Variable("nm", "x of the contact centre"),

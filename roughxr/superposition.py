@@ -25,7 +25,7 @@ _COUNTS = ("contacts", "contacts_beyond_patch", "contacts_overlapping")
 _VARIABLES = ("force", "contact_area", *_COUNTS, "truncated")
 
 
-class _Options(NamedTuple):
+class Options(NamedTuple):
     """What every task needs to know."""
 
     deltas: np.ndarray
@@ -106,16 +106,16 @@ def superpose(
     """
     kind = "asperities" if "asperity" in ds.dims else "scan"
     ds = schema.validate(ds, kind)
-    options = _options(ds, delta, law, formulation, datum, profile)
+    options = options_of(ds, delta, law, formulation, datum, profile)
     positions = regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)
     field = (
-        dask.delayed(_field_of_scan)(*_parts(ds), options) if lazy and kind == "scan" else _field(ds, options)
+        dask.delayed(scan_field)(*parts_of_scan(ds), options)
+        if lazy and kind == "scan"
+        else catalogue_field(ds, options)
     )
     centres = zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist())
-    packed = parallel.spread(
-        _superpose, list(centres), (len(_VARIABLES) + 1, options.deltas.size), field, options
-    )
+    packed = parallel.spread(_superpose, list(centres), (len(_VARIABLES) + 1, options.deltas.size), field, options)
     out = _labelled(packed, ds, positions, options)
     out.attrs = {"datum": datum, "method": "superpose", "law": law, "formulation": formulation}
     out = schema.record(
@@ -132,17 +132,16 @@ def superpose(
     return parallel.finish(out, lazy=lazy, progress=progress)
 
 
-def _options(ds, delta, law, formulation, datum, profile) -> _Options:
+def options_of(ds, delta, law, formulation, datum, profile) -> Options:
+    """Return what every task needs to know, or say what is wrong with it."""
     schema.one_of(law, ("jkr", "hertz"), "law")
     schema.one_of(formulation, FORMULATIONS, "formulation")
     schema.one_of(datum, ("highest_peak", "first_contact"), "datum")
     schema.one_of(profile, PROFILES, "profile")
     if "indenter_height" in ds:
-        raise ValueError(
-            "expected a sphere (assign_pair with sphere_radius), found an indenter's map; use direct"
-        )
+        raise ValueError("expected a sphere (assign_pair with sphere_radius), found an indenter's map; use direct")
     radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
-    return _Options(
+    return Options(
         deltas=schema.ascending(delta, "nm", "delta"),
         law="hertz" if law == "hertz" else formulation,
         composite=formulation != "published",
@@ -154,19 +153,20 @@ def _options(ds, delta, law, formulation, datum, profile) -> _Options:
     )
 
 
-def _parts(ds: xr.Dataset) -> tuple:
+def parts_of_scan(ds: xr.Dataset) -> tuple:
     """Return a scan as what can be sent to a worker: heights (dask) and axes."""
     return ds["height"].data, ds["x"].values, ds["y"].values
 
 
-def _field_of_scan(height, x, y, options: _Options) -> tuple:
+def scan_field(height, x, y, options: Options) -> tuple:
+    """Return what `catalogue_field` does, from a scan's arrays."""
     axes = {name: (name, values, schema.attributes(name)) for name, values in (("x", x), ("y", y))}
-    return _field(
+    return catalogue_field(
         asperities(xr.Dataset({"height": (("x", "y"), height, {"units": "nm"})}, coords=axes)), options
     )
 
 
-def _field(ds: xr.Dataset, options: _Options) -> tuple:
+def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
     """Return the asperities that are peaks under this sphere, the patch's half-width and the number left out."""
     from scipy.spatial import cKDTree
 
@@ -184,7 +184,7 @@ def _field(ds: xr.Dataset, options: _Options) -> tuple:
     return sums.Field(*kept, scales), float(catalogue["patch_radius"]), int((~peaks).sum())
 
 
-def _superpose(x: float, y: float, prepared: tuple, options: _Options) -> np.ndarray:
+def _superpose(x: float, y: float, prepared: tuple, options: Options) -> np.ndarray:
     """Sum one subregion's sweep; return (variables and the number of excluded asperities, delta)."""
     field, patch_radius, excluded = prepared
     offset = sums.offsets(field, x, y, options.radius, options.profile)
@@ -194,7 +194,7 @@ def _superpose(x: float, y: float, prepared: tuple, options: _Options) -> np.nda
     return np.vstack([summed, np.full(options.deltas.size, float(excluded))])
 
 
-def _labelled(packed, ds: xr.Dataset, positions: xr.Dataset, options: _Options) -> xr.Dataset:
+def _labelled(packed, ds: xr.Dataset, positions: xr.Dataset, options: Options) -> xr.Dataset:
     out = xr.Dataset({name: (("subregion", "delta"), packed[:, k]) for k, name in enumerate(_VARIABLES)})
     out["excluded_asperities"] = packed[0, -1, 0].astype(int) if options.deltas.size else 0
     for name in _COUNTS:

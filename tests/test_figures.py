@@ -21,13 +21,36 @@ from roughxr.figures.forces import hertz_error, jkr_sphere, mean_ratio
 from roughxr.figures.style import display_unit, superscripts
 from roughxr.materials import assign_pair
 from roughxr.reconstruction import reconstruct
-from roughxr.statistics import pull_off
+from roughxr.statistics import bootstrap, compare, debris, pull_off
 from roughxr.superposition import superpose
 
 PAPER = [f"figure-{number:02d}" for number in range(2, 17)]
 
 #: Labels of numbers without a unit, as documented.
-UNIT_ONE = ("ratio", "ln(B/A)", "/P_c", "/a_c", "delta_c", "probability density", "rough / smooth")
+UNIT_ONE = (
+    "superposed / direct",
+    "ratio",
+    "ln(B/A)",
+    "/P_c",
+    "/a_c",
+    "delta_c",
+    "probability density",
+    "rough / smooth",
+)
+
+
+#: A sensitivity of two factors, as `sensitivity` gives it.
+SWINGS = xr.Dataset(
+    {
+        "pull_off_mean": ("case", [2.0, 1.0, 4.0, 2.2, 2.0]),
+        "pull_off_mean_low": ("case", [1.8, 0.8, 3.0, 2.0, 1.8]),
+        "pull_off_mean_high": ("case", [2.2, 1.1, 4.4, 2.4, 2.2]),
+    },
+    coords={
+        "factor": ("case", ["base", "energy", "energy", "pixel", "levelling"]),
+        "setting": ("case", ["as given", "half", "double", "20 nm", "plane"]),
+    },
+)
 
 
 @pytest.fixture(scope="module")
@@ -90,6 +113,13 @@ DRAWN = {
     "contact_section": lambda run: figures.contact_section(run["solutions/contact"], run["scan"]),
     "contact_maps": lambda run: figures.contact_maps(run["solutions/contact"], run["scan"]),
     "distribution": lambda run: figures.distribution(run["statistics/energy"], "pull_off_force", label="energy"),
+    "fitted_distribution": lambda run: figures.fitted_distribution(run["statistics/energy"]),
+    "orientation_rose": lambda run: figures.orientation_rose(run["asperities"]),
+    "pressure_on_topography": lambda run: figures.pressure_on_topography(run["solutions/contact"], run["scan"]),
+    "method_comparison": lambda run: figures.method_comparison(
+        compare(run["solutions/hertz"], run["solutions/direct"]), mark=12.0
+    ),
+    "tornado": lambda run: figures.tornado(SWINGS),
     "asperity_statistics": lambda run: figures.asperity_statistics(run["asperities"]),
     "force_fan": lambda run: figures.force_fan(run["solutions/energy"]),
     "mean_force": lambda run: figures.mean_force({"direct": run["solutions/direct"], "hertz": run["solutions/hertz"]}),
@@ -107,8 +137,12 @@ def test_axes_with_units(run, name):
     assert all(isinstance(ax, Axes) for ax in drawn)
     drawn[0].figure.draw_without_rendering()
     for ax in drawn:
+        if ax.name == "polar":
+            assert ax.get_xlabel().startswith("orientation")
+            continue
         shared = name == "against_hertz" and ax is drawn[0]
         labels = [ax.get_ylabel()] if shared else [ax.get_xlabel(), ax.get_ylabel()]
+        labels = labels[:1] if name == "tornado" else labels  # its rows are named, and have no unit
         for label in labels:
             assert label.endswith("]") or any(word in label for word in UNIT_ONE), label
 
@@ -186,17 +220,48 @@ def test_fields_are_asked_for_by_name(run):
 
 
 def test_debris_is_the_tile_with_the_particle(run):
-    flags = figures.debris(run["asperities"], run["solutions/direct"])
+    flags = debris(run["asperities"], run["solutions/direct"])
     assert flags.values.tolist() == [False] * 4 + [True] + [False] * 4
-    assert flags.dims == ("subregion",)
 
 
-def test_debris_in_an_empty_tile_is_none():
-    catalogue = xr.Dataset({"height": ("asperity", [1.0, 1.1])}, coords={"x": ("asperity", [0.0, 1])})
-    catalogue = catalogue.assign_coords(y=("asperity", [0.0, 0]))
-    places = ("subregion", [0.0, 1, 2])
-    centres = xr.Dataset(coords={"subregion_x": places, "subregion_y": ("subregion", [0.0, 0, 0])})
-    assert not figures.debris(catalogue, centres).any()
+def test_intervals_are_drawn_where_they_were_found(run):
+    pull = run["statistics/energy"]
+    ax = figures.distribution(pull, "pull_off_force")
+    found = bootstrap(pull, "pull_off_force", statistics=["mean"]).sel(resampling="block")
+    bars = [line.get_xdata() for line in ax.lines if len(line.get_xdata()) == 2]
+    np.testing.assert_allclose(bars[-1], [float(found.low[0]), float(found.high[0])])
+    with_bars, without = (figures.mean_force(run["solutions/direct"], interval=level) for level in (0.95, None))
+    assert len(with_bars.collections) == len(without.collections) + 1
+    low, high = np.array([path.vertices[:, 1] for path in with_bars.collections[-1].get_paths()]).T
+    mean = run["solutions/direct"].force.mean("subregion").values
+    assert ((low <= mean) & (mean <= high)).all()
+
+
+def test_the_best_law_stands_first(run):
+    ds = xr.Dataset({"pull_off_force": ("subregion", np.random.default_rng(0).lognormal(1, 0.8, 400), {"units": "nN"})})
+    words = [text.get_text() for text in figures.fitted_distribution(ds).get_legend().get_texts()]
+    assert words[0] == "log-normal" and all("ΔAIC" in word for word in words[1:]) and len(words) == 4
+
+
+def test_petals_tell_shares_by_area_at_both_ends():
+    names = ("height", "curvature_min", "curvature_max")
+    values = {name: ("asperity", np.ones(4)) for name in names}
+    ds = xr.Dataset(values | {"orientation": ("asperity", [0.1, 0.1, 0.1, -1.0])})
+    heights = [bar.get_height() for bar in figures.orientation_rose(ds, bins=2).patches]
+    np.testing.assert_allclose(np.square(heights), [0.5, 1.5, 0.5, 1.5])
+
+
+def test_the_strongest_factor_stands_on_top_and_what_does_nothing_says_so():
+    ax = figures.tornado(SWINGS)
+    assert [label.get_text() for label in ax.get_yticklabels()] == ["levelling", "pixel", "energy"]
+    widths = sorted(round(bar.get_width()) for bar in ax.patches if bar.get_height() == pytest.approx(0.62))
+    assert widths == [-50, 10, 100]
+    assert "no change" in [text.get_text() for text in ax.texts]
+
+
+def test_flat_axes_cannot_hold_a_rose(run):
+    with pytest.raises(ValueError, match="polar"):
+        figures.orientation_rose(run["asperities"], ax=Figure().subplots())
 
 
 def test_smooth_sphere_follows_hertz(run):

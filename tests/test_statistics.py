@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.statistics import pdf, pull_off, summary
+from roughxr.statistics import cdf, pdf, pull_off, summary
 
 
 @pytest.fixture(scope="module")
@@ -85,6 +85,64 @@ def test_summary_equals_numpy(sample):
     assert float(table.sel(statistic="count")) == 4000
     assert table.units == "nm"
     xr.testing.assert_allclose(summary(sample.chunk(asperity=1000)).compute(), summary(sample))
+
+
+def test_kernels_do_not_leak_below_zero():
+    force = np.abs(np.random.default_rng(1).normal(0, 1, 3000))
+    ds = xr.Dataset({"pull_off_force": ("subregion", force, {"units": "nN"})})
+    density = pdf(ds, "pull_off_force", method="kde")
+    points = density["pull_off_force"].values
+    assert points[0] == 0 and density.attrs["boundary"] == 0
+    assert np.trapezoid(density.values, points) == pytest.approx(1, abs=1e-4)
+    assert density["cdf"].values[[0, -1]] == pytest.approx([0, 1], abs=1e-6)
+    half_normal = np.sqrt(2 / np.pi)
+    assert density.values[0] == pytest.approx(half_normal, rel=0.1)
+    leaking = pdf(ds, "pull_off_force", method="kde", boundary=None)
+    assert leaking["pull_off_force"].values[0] < 0 and "boundary" not in leaking.attrs
+    assert float(leaking.interp(pull_off_force=0.0)) < 0.7 * half_normal
+    with pytest.raises(ValueError, match="no sample below"):
+        pdf(ds, "pull_off_force", method="kde", boundary=1.0)
+
+
+def test_weights_count_as_repetition():
+    values, counts = [1.0, 2.0, 4.0, 7.0], [3, 1, 2, 5]
+    weighted = xr.Dataset({"height": ("asperity", values, {"units": "nm"}), "area": ("asperity", counts)})
+    repeated = xr.Dataset({"height": ("asperity", np.repeat(values, counts), {"units": "nm"})})
+    edges = np.array([0.0, 3, 6, 9])
+    np.testing.assert_allclose(pdf(weighted, "height", bins=edges, weights="area"), pdf(repeated, "height", bins=edges))
+    xr.testing.assert_allclose(cdf(weighted, "height", weights="area"), cdf(repeated, "height"))
+    table = summary(weighted, weights="area").height
+    assert float(table.sel(statistic="mean")) == pytest.approx(repeated.height.mean().item())
+    assert float(table.sel(statistic="std")) == pytest.approx(repeated.height.std().item())
+    smooth = pdf(weighted, "height", method="kde", bandwidth=0.5, weights="area")
+    assert float(smooth.cdf[-1]) == pytest.approx(1) and float(smooth.idxmax()) > 5
+
+
+def test_weights_are_checked(sample):
+    for bad, says in ((np.ones(3), "one for each"), (-np.ones(4000), "at least 0"), ("area", "no 'area'")):
+        with pytest.raises(ValueError, match=says):
+            pdf(sample, "height", weights=bad)
+
+
+def test_empirical_cdf_steps_at_the_samples(sample):
+    steps = cdf(sample, "height")
+    values = np.sort(sample.height.values)
+    np.testing.assert_array_equal(steps.height, values)
+    np.testing.assert_allclose(steps, np.arange(1, 4001) / 4000)
+    assert steps.units == "1" and steps.attrs["samples"] == 4000
+
+
+@pytest.mark.parametrize("method", ["histogram", "kde"])
+def test_densities_are_the_same_on_dask(sample, method):
+    xr.testing.assert_identical(
+        pdf(sample.chunk(asperity=700), "height", method=method), pdf(sample, "height", method=method)
+    )
+    xr.testing.assert_identical(cdf(sample.chunk(asperity=700), "height"), cdf(sample, "height"))
+
+
+def test_the_rule_of_the_bins_is_kept(sample):
+    assert pdf(sample, "height", bins="fd").attrs["bin_rule"] == "fd"
+    assert pdf(sample, "height", bins=7).attrs["bin_rule"] == "given"
 
 
 @pytest.mark.parametrize(

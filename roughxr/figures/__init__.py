@@ -4,7 +4,9 @@ Each function takes Datasets and, as ``ax``, where to draw; it returns the Axes.
 when something is drawn.
 """
 
+from .comparison import method_comparison
 from .distributions import asperity_statistics, distribution
+from .fits import fitted_distribution
 from .forces import against_hertz, force_fan, force_ratio, mean_force, sweep
 from .maps import (
     asperity_map,
@@ -12,14 +14,17 @@ from .maps import (
     contact_maps,
     contact_section,
     field_map,
+    pressure_on_topography,
     scan_map,
     subregion_map,
     topography_map,
 )
 from .overview import overview
-from .paper import debris, paper_figures
+from .paper import paper_figures
+from .rose import orientation_rose
 from .sheet import save
 from .single import asperity_curve
+from .tornado import tornado
 
 __all__ = [
     "against_hertz",
@@ -29,17 +34,21 @@ __all__ = [
     "contact_grid",
     "contact_maps",
     "contact_section",
-    "debris",
     "distribution",
     "field_map",
+    "fitted_distribution",
     "force_fan",
     "force_ratio",
     "mean_force",
+    "method_comparison",
+    "orientation_rose",
     "overview",
     "paper_figures",
+    "pressure_on_topography",
     "save",
     "scan_map",
     "subregion_map",
     "sweep",
     "topography_map",
+    "tornado",
 ]

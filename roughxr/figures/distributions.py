@@ -38,6 +38,7 @@ def distribution(
     kde: bool = True,
     rug: bool = True,
     order: int = 0,
+    interval: float | None = 0.95,
 ):
     """Draw the probability density of a variable: histogram, kernel estimate and the samples as ticks.
 
@@ -57,6 +58,8 @@ def distribution(
         Draw a tick for each sample, which shows the few far off.
     order : int
         Which of the figure's strokes to draw in, where several distributions share the Axes.
+    interval : float, optional
+        Confidence of the mean's interval, by block bootstrap, drawn at the top; None for none.
 
     Returns
     -------
@@ -74,7 +77,7 @@ def distribution(
     look = stroke(order)
     values = np.asarray(ds[name].values, dtype=float)
     values = values[np.isfinite(values)]
-    density = statistics.pdf(ds, name, bins=_bins(values, bins))
+    density = statistics.pdf(ds, name, bins=bin_edges(values, bins))
     smooth = kde and np.ptp(values) > 0
     ax.stairs(density.values, density.attrs["bin_edges"], fill=True, color=look["color"], alpha=0.18)
     outline = {"linewidth": 0.6, "alpha": 0.7} if smooth else {"label": label}
@@ -85,7 +88,20 @@ def distribution(
         ax.plot(estimate[name], estimate.values, label=label, **look)
     if rug:
         _rug(ax, values, look["color"], order)
-    return legend(_label_density(ax, name))
+    if interval is not None:
+        mean_interval(ax, ds, name, look["color"], order=order, confidence=interval)
+    return legend(label_density(ax, name))
+
+
+def mean_interval(ax, ds: xr.Dataset, name: str, color: str, *, order: int = 0, confidence: float = 0.95):
+    """Draw the mean and its interval by block bootstrap along the upper edge, one row for each distribution."""
+    found = statistics.bootstrap(ds, name, statistics=["mean"], confidence=confidence)
+    low, high = (float(found[end].sel(resampling="block")[0]) for end in ("low", "high"))
+    mean, row = float(found["estimate"][0]), 1.03 + 0.05 * order
+    style = {"color": color, "transform": ax.get_xaxis_transform(), "clip_on": False}
+    ax.plot([low, high], [row, row], linewidth=1.6, solid_capstyle="butt", **style)
+    ax.plot([low, mean, high], [row] * 3, linestyle="none", marker="|", markersize=4, **style)
+    ax.plot([mean], [row], marker="o", markersize=3, **style)
 
 
 @styled
@@ -120,7 +136,7 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Any = None) -> np.ndarray:
     """
     catalogue = schema.validate(catalogue, "asperities")
     made = panels(ax, 2, 2, aspect=0.95)
-    distribution(catalogue, "height", ax=made[0], kde=False)
+    distribution(catalogue, "height", ax=made[0], kde=False, interval=None)
     made[0].set_yscale("log")
     peaks = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)
     _anisotropy(made[1], peaks)
@@ -147,7 +163,8 @@ def _axis_ratio(ax, peaks: xr.Dataset):
 
 
 def _orientation(ax, peaks: xr.Dataset):
-    distribution(peaks, "orientation", ax=ax, kde=False, rug=False, bins=np.linspace(-np.pi / 2, np.pi / 2, 19))
+    edges = np.linspace(-np.pi / 2, np.pi / 2, 19)
+    distribution(peaks, "orientation", ax=ax, kde=False, rug=False, interval=None, bins=edges)
     ax.axhline(1 / np.pi, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label="uniform")
     ax.set_xticks(np.pi * np.array([-0.5, 0, 0.5]), ["−π/2", "0", "π/2"])
     ax.set_ylim(0, 1.35 * ax.get_ylim()[1])
@@ -157,7 +174,7 @@ def _orientation(ax, peaks: xr.Dataset):
 def _plain_density(ax, ds: xr.Dataset, name: str, words: str, bins: Any = "auto"):
     """Draw the density of a number of unit 1, on an axis in these words."""
     values = ds[name].values
-    density = statistics.pdf(ds, name, bins=_bins(values[np.isfinite(values)], bins))
+    density = statistics.pdf(ds, name, bins=bin_edges(values[np.isfinite(values)], bins))
     look = stroke(0)
     ax.stairs(density.values, density.attrs["bin_edges"], fill=True, color=look["color"], alpha=0.18)
     ax.stairs(density.values, density.attrs["bin_edges"], color=look["color"])
@@ -166,7 +183,8 @@ def _plain_density(ax, ds: xr.Dataset, name: str, words: str, bins: Any = "auto"
     ax.set_ylim(bottom=0)
 
 
-def _bins(values: np.ndarray, bins: Any) -> Any:
+def bin_edges(values: np.ndarray, bins: Any) -> Any:
+    """Return the edges that a rule finds, no more than a figure can show; anything but a rule as it is."""
     if not isinstance(bins, str):
         return bins
     edges = np.histogram_bin_edges(values, bins=bins)
@@ -184,7 +202,7 @@ def _rug(ax, values: np.ndarray, color: str, order: int):
     ax.spines["bottom"].set_position(("outward", 72 * row + 3.5))
 
 
-def _label_density(ax, name: str):
+def label_density(ax, name: str):
     """Label the variable below and, in its inverse, the density at the left."""
     unit = label_axis(ax.xaxis, name)
     inverse = Unit("1" if unit.text == "1" else f"{unit.text}-1", 1 / unit.size)

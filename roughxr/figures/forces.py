@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .. import schema
+from .. import schema, statistics
 from ..kernels import jkr
 from .style import (
     BLACK,
@@ -26,7 +26,15 @@ from .style import (
 
 
 @styled
-def force_fan(ds: xr.Dataset, *, ax: Any = None, quantiles: tuple[float, float] = (0.05, 0.25), lines: bool = True):
+def force_fan(
+    ds: xr.Dataset,
+    *,
+    ax: Any = None,
+    quantiles: tuple[float, float] = (0.05, 0.25),
+    lines: bool = True,
+    interval: float | None = 0.95,
+    force_limits: tuple[float, float] | None = None,
+):
     """Draw the sweep of every subregion, their median, and bands that hold most of them.
 
     Parameters
@@ -38,6 +46,11 @@ def force_fan(ds: xr.Dataset, *, ax: Any = None, quantiles: tuple[float, float] 
         Lower ends of the outer and the inner band; their upper ends lie as far from 1.
     lines : bool
         Draw each subregion.
+    interval : float, optional
+        Confidence of the median's interval, by block bootstrap; None for none.
+    force_limits : (float, float), optional
+        Ends of the force axis, nN: pull-off is small beside the push of deep contact. The
+        displacements are then cut to where something touches and not every place exceeds these ends.
 
     Returns
     -------
@@ -64,6 +77,14 @@ def force_fan(ds: xr.Dataset, *, ax: Any = None, quantiles: tuple[float, float] 
         words = f"{100 * (1 - 2 * low):.0f} % of them"
         ax.fill_between(delta, *band, color=BLUE, alpha=alpha, linewidth=0, label=words)
     ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label="median")
+    if interval is not None:
+        _error_bars(ax, ds, "q50", interval, BLACK, label=f"its {100 * interval:g} % interval")
+    if force_limits is not None:
+        ax.set_ylim(*force_limits)
+        begun = (force != 0).any("subregion").values
+        shown = delta[begun & (force.min("subregion") <= force_limits[1]).values]
+        if shown.size > 1:
+            ax.set_xlim(shown[0] - 0.1 * np.ptp(shown), shown[-1])
     _zero(ax, force)
     return legend(label_axes(ax, "delta", "force"), loc="upper left")
 
@@ -75,6 +96,7 @@ def mean_force(
     ax: Any = None,
     where: Any = None,
     band: float | None = 0.16,
+    interval: float | None = 0.95,
 ):
     """Draw the mean force over subregions, of one solution or of several side by side.
 
@@ -87,6 +109,8 @@ def mean_force(
         Which subregions are counted; all by default. A solution of a single subregion is always counted.
     band : float, optional
         Lower quantile of a band over subregions around each mean; None for no band.
+    interval : float, optional
+        Confidence of the mean's interval, by block bootstrap, drawn as bars; None for none.
 
     Returns
     -------
@@ -113,8 +137,25 @@ def mean_force(
             ax.fill_between(ds["delta"], *spread, color=look["color"], alpha=0.18, linewidth=0)
         points = {"marker": "os^D"[order % 4], "markevery": 1} if ds.sizes["delta"] <= 40 else {}
         ax.plot(ds["delta"], force.mean("subregion"), label=name, markersize=2.6, **points, **look)
+        if interval is not None:
+            _error_bars(ax, _chosen(ds, where), "mean", interval, look["color"])
         _zero(ax, force)
     return legend(label_axes(ax, "delta", "force"), loc="upper left")
+
+
+#: Displacements at most at which an interval is drawn: more would hide the line.
+_MOST_BARS = 20
+
+
+def _error_bars(ax, ds: xr.Dataset, statistic: str, confidence: float, color: str, label: str | None = None):
+    """Draw intervals of a statistic of the force at some displacements, where there are places enough."""
+    if ds.sizes["subregion"] < 2:
+        return
+    some = ds.isel(delta=slice(None, None, -(-ds.sizes["delta"] // _MOST_BARS)))
+    found = statistics.bootstrap_sweep(some, statistics=[statistic], confidence=confidence, resamples=399)
+    low, high = (found[end].sel(resampling="block", statistic=statistic) for end in ("low", "high"))
+    style = {"color": color, "linewidth": 0.8, "label": label}
+    ax.vlines(some["delta"].values, low.values, high.values, **style)
 
 
 @styled

@@ -158,7 +158,7 @@ def asperity_map(
     >>> import roughxr
     >>> from matplotlib.figure import Figure
     >>> part = roughxr.open_sample("glass").sel(x=slice(0, 1000), y=slice(0, 1000))
-    >>> ax = asperity_map(part, roughxr.asperities.asperities(part), ax=Figure().subplots())
+    >>> ax = asperity_map(part, roughxr.asperities(part), ax=Figure().subplots())
     """
     schema.one_of(shape, ("ellipses", "vertices"), "shape")
     catalogue = schema.validate(catalogue, "asperities")
@@ -295,6 +295,39 @@ def topography_map(
     ax = axes(ax, aspect=0.85)
     _image(ax, _heights(one, scan), regions.extent(one), "height", COLOURS["height"], location=location)
     _outline(ax, one, color="white")
+    return _centred(ax, one)
+
+
+@styled
+def pressure_on_topography(
+    ds: xr.Dataset,
+    scan: xr.Dataset,
+    *,
+    subregion: int = 0,
+    delta: float | None = None,
+    ax: Any = None,
+):
+    """Draw the pressure of one contact over the undeformed heights in grey, with the outline of the contact.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A direct solution that kept its fields.
+    scan : Dataset
+        The scan it was found on.
+    subregion, delta, ax
+        As for `field_map`.
+
+    Returns
+    -------
+    Axes
+    """
+    one = _contact(ds, subregion, delta)
+    ax = axes(ax, aspect=0.85)
+    extent = regions.extent(one)
+    _image(ax, _heights(one, scan), extent, "height", "gray", colorbar=False)
+    _image(ax, one["pressure"].where(one["pressure"] > 0), extent, "pressure", COLOURS["pressure"])
+    _outline(ax, one)
     return _centred(ax, one)
 
 

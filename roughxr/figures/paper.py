@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from .. import regions
+from ..statistics import debris
 from .distributions import asperity_statistics, distribution
 from .forces import against_hertz, force_ratio, hertz_error, jkr_sphere, mean_force, mean_ratio, sweep
 from .maps import contact_grid, contact_maps, scan_map
@@ -75,61 +76,6 @@ def _drawn(name: str, draw: Callable, run: _Groups):
         figure, (ax,) = sheet(f"{name.replace('-', ' ').capitalize()} cannot be drawn", aspect=0.3, note=str(reason))
         ax.set_axis_off()
         return figure
-
-
-def debris(catalogue: xr.Dataset, subregions: xr.Dataset, *, threshold: float = 6.0) -> xr.DataArray:
-    """Return which subregions hold a debris particle.
-
-    The highest asperity of each tile (those nearer to its contact centre than to any other) is compared with
-    those of all tiles: debris is what stands higher than their median by more than ``threshold`` times their
-    median absolute deviation. Up to half of the tiles may hold debris without moving the rule.
-
-    Parameters
-    ----------
-    catalogue : Dataset
-        Asperities.
-    subregions : Dataset
-        Anything with the contact centres ``subregion_x`` and ``subregion_y``.
-    threshold : float
-
-    Returns
-    -------
-    DataArray
-        True or False along ``subregion``; False for a tile without asperities.
-
-    Examples
-    --------
-    >>> catalogue = xr.Dataset(
-    ...     {"height": ("asperity", [14.0, 15.0, 16.0, 27.0])}, coords={"x": ("asperity", [0.0, 1, 2, 3])}
-    ... ).assign_coords(y=("asperity", [0.0, 0, 0, 0]))
-    >>> centres = xr.Dataset(coords={name: ("subregion", [0.0, 1, 2, 3]) for name in ("subregion_x", "subregion_y")})
-    >>> debris(catalogue, centres.assign_coords(subregion_y=("subregion", [0.0, 0, 0, 0]))).values.tolist()
-    [False, False, False, True]
-    """
-    highest = _highest(catalogue, subregions)
-    flags = highest > _too_high(highest, threshold)
-    out = xr.DataArray(flags, dims="subregion", name="debris")
-    coords = ("subregion", "subregion_x", "subregion_y")
-    out = out.assign_coords({name: subregions[name] for name in coords if name in subregions.coords})
-    rule = f"highest asperity of the tile above median + {threshold:g} median absolute deviations"
-    return out.assign_attrs(units="1", long_name="debris in the subregion", comment=rule)
-
-
-def _too_high(highest: np.ndarray, threshold: float = 6.0) -> float:
-    """Return the height above which debris stands."""
-    median = np.nanmedian(highest)
-    return float(median + threshold * np.nanmedian(np.abs(highest - median)))
-
-
-def _highest(catalogue: xr.Dataset, subregions: xr.Dataset) -> np.ndarray:
-    """Return the height of each tile's highest asperity, NaN for an empty tile."""
-    from scipy.spatial import cKDTree
-
-    tree = cKDTree(np.c_[subregions["subregion_x"].values, subregions["subregion_y"].values])
-    tile = tree.query(np.c_[catalogue["x"].values, catalogue["y"].values])[1]
-    highest = np.full(tree.n, -np.inf)
-    np.maximum.at(highest, tile, catalogue["height"].values)
-    return np.where(np.isfinite(highest), highest, np.nan)
 
 
 class MissingGroup(ValueError):
@@ -229,7 +175,7 @@ def _figure_08(run):
 def _figure_09(run):
     catalogue = run["asperities"]
     height, ratio = catalogue["height"].values, catalogue["axis_ratio"].values
-    lowest = _too_high(_highest(catalogue, run["solutions/direct"]))
+    lowest = debris(catalogue, run["solutions/direct"]).attrs["threshold_value"]
     groups = [height[height < lowest], height[height >= lowest]]
     rows = [
         ("mean height of the main group", mean_and_spread(groups[0], "nm", digits=1), "near 15 nm"),
@@ -242,13 +188,6 @@ def _figure_09(run):
     figure, axes = sheet(title, shape=(2, 2), aspect=0.98, rows=rows)
     asperity_statistics(catalogue, ax=axes)
     return figure
-
-
-def _lowest_debris(run) -> float:
-    """Return the height above which an asperity counts as debris: the rule of `debris`."""
-    highest = _highest(run["asperities"], run["solutions/direct"])
-    median = np.nanmedian(highest)
-    return float(median + 6 * np.nanmedian(np.abs(highest - median)))
 
 
 def _figure_10(run):

@@ -136,9 +136,7 @@ def asperity_contact(delta, scales, branch):
 @kernel
 def pick(scales, i):
     """The scales of asperity ``i`` out of those of many."""
-    return Scales(
-        scales.a[i], scales.P[i], scales.delta[i], scales.axis_ratio[i], scales.end[i], scales.row[i]
-    )
+    return Scales(scales.a[i], scales.P[i], scales.delta[i], scales.axis_ratio[i], scales.end[i], scales.row[i])
 
 
 @kernel

@@ -31,9 +31,7 @@ def sphere_separation(height, datum, x, y, radius, profile):
     separation = np.empty(height.shape)
     for i in range(x.size):
         for j in range(y.size):
-            separation[i, j] = (
-                datum - height[i, j] + profile_height(x[i] * x[i] + y[j] * y[j], radius, profile)
-            )
+            separation[i, j] = datum - height[i, j] + profile_height(x[i] * x[i] + y[j] * y[j], radius, profile)
     return separation
 
 

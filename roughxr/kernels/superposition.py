@@ -16,7 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .asperity_contact import Scales, asperity_contact, pick
+from .asperity_contact import Contact, Scales, asperity_contact, pick
+from .branches import LENGTH, A, B, P, collapse, line_contact
 from .indenter import profile_height
 from .jit import kernel
 
@@ -31,6 +32,9 @@ class Field(NamedTuple):
     at_edge: np.ndarray  # the fitted patch is clipped by the scan's edge
     scales: Scales
 
+
+#: Displacements from which on it is quicker to sum an asperity's splines across once than at each.
+_WORTH_COLLAPSING = 12
 
 #: What is summed per displacement.
 FORCE, AREA, CONTACTS, BEYOND_PATCH, OVERLAPPING, TRUNCATED = range(6)
@@ -49,20 +53,25 @@ def offsets(field, x, y, radius, profile):
 @kernel
 def superpose(deltas, field, offset, patch_radius, branch):
     """Return (6, delta): force nN, area nm², and the counts of ``CONTACTS`` … ``TRUNCATED``."""
-    out = np.zeros((6, deltas.size))
+    out, lines = np.zeros((6, deltas.size)), np.empty((3, LENGTH))
     for i in range(offset.size):
         if deltas[-1] - offset[i] >= field.scales.end[i] * field.scales.delta[i]:
-            _add(deltas, field, i, offset[i], patch_radius, branch, out)
+            _add(deltas, field, i, offset[i], patch_radius, branch, lines, out)
     return out
 
 
 @kernel
-def _add(deltas, field, i, offset, patch_radius, branch, out):
-    """Add one asperity's contact at every displacement that reaches it."""
+def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
+    """Add one asperity's contact at every displacement that reaches it; ``lines`` is room for its branch."""
     scales = pick(field.scales, i)
     first = np.searchsorted(deltas, offset + scales.end * scales.delta)
+    collapsed = branch.size > 0 and scales.end < 0.0 and deltas.size - first >= _WORTH_COLLAPSING
+    if collapsed:
+        for column in (P, A, B):
+            collapse(branch, scales.row, column, lines[column])
     for k in range(first, deltas.size):
-        contact = asperity_contact(deltas[k] - offset, scales, branch)
+        delta = deltas[k] - offset
+        contact = _read(delta, scales, lines) if collapsed else asperity_contact(delta, scales, branch)
         if contact.a > 0.0:
             out[FORCE, k] += contact.P
             out[AREA, k] += np.pi * contact.a * contact.b
@@ -70,3 +79,13 @@ def _add(deltas, field, i, offset, patch_radius, branch, out):
             out[BEYOND_PATCH, k] += contact.a > patch_radius
             out[OVERLAPPING, k] += contact.a > field.spacing[i]
             out[TRUNCATED, k] += field.at_edge[i]
+
+
+@kernel
+def _read(delta, scales, lines):
+    """Return one asperity's contact on its own branch."""
+    above_end = delta / scales.delta - scales.end
+    if above_end < 0.0:
+        return Contact(0.0, 0.0, 0.0)
+    p, a, b = line_contact(lines, above_end)
+    return Contact(scales.P * p, scales.a * a, scales.a * scales.axis_ratio * b)

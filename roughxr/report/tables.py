@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from .regions import extent
+from ..regions import extent
 
 #: Columns of the comparison, as far as a run holds them.
 METHODS = ("published", "self_similar", "energy", "direct")
@@ -55,9 +55,7 @@ def _column(run: Mapping[str, xr.Dataset], method: str) -> dict[str, float]:
         "pull-off displacement, mean [nm]": float(delta.mean()),
         "pull-off displacement, std [nm]": float(delta.std(ddof=1)),
         "subregions that pull": float(force.notnull().sum()),
-        "contacts beyond their patch at pull-off [%]": _share_at_pull_off(
-            run, method, "contacts_beyond_patch"
-        ),
+        "contacts beyond their patch at pull-off [%]": _share_at_pull_off(run, method, "contacts_beyond_patch"),
         "contacts overlapping at pull-off [%]": _share_at_pull_off(run, method, "contacts_overlapping"),
     }
 

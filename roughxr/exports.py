@@ -1,0 +1,137 @@
+"""Results for those who come after: adhesion forces for resuspension models, and tidy tables."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas as pd
+import xarray as xr
+
+from . import schema, statistics
+from ._version import __version__
+from .archive import write_whole
+
+#: What a tidy table can be written as, by the file's ending.
+FORMATS = (".csv", ".parquet")
+
+
+def to_resuspension(ds: xr.Dataset, path: str | os.PathLike) -> Path:
+    """Write pull-off forces as the table of adhesion that resuspension models ask for.
+
+    Rock'n'Roll and its kin take the distribution of the adhesion force between particle and surface, normalised
+    by that of a perfectly smooth contact (Reeks & Hall 2001), in place of a fitted log-normal law.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A pull-off with its pair.
+    path : path
+        A CSV file; the lines above its head begin with ``#`` and hold sphere, material and origin.
+
+    Returns
+    -------
+    Path
+        Columns ``force_nN`` (ascending), ``cdf`` (share of the places that let go at or below it) and
+        ``force_over_smooth`` (over the same sphere's from a smooth flat, 3/2 π w R). Places where nothing pulls
+        are no part of it: the head counts them.
+
+    Raises
+    ------
+    ValueError
+        If ``ds`` is no pull-off with a pair that adheres, or fewer than two places pull.
+
+    References
+    ----------
+    Reeks & Hall, J. Aerosol Sci. 32 (2001) 1.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> forces = {"pull_off_force": ("subregion", [2.0, 1.0]), "pull_off_delta": ("subregion", [0.0, 0.0])}
+    >>> pair = {"sphere_radius": 100.0, "contact_modulus": 40.0, "work_of_adhesion": 0.1}
+    >>> path = to_resuspension(xr.Dataset(forces, coords=pair), Path(tempfile.mkdtemp()) / "adhesion.csv")
+    >>> pd.read_csv(path, comment="#").round(4).values.tolist()
+    [[1.0, 0.5, 0.0212], [2.0, 1.0, 0.0424]]
+    """
+    ds = statistics.reduction(ds)
+    smooth = statistics.smooth_pull_off(ds)
+    steps = statistics.cdf(ds, "pull_off_force")
+    force = steps["pull_off_force"].values
+    table = pd.DataFrame({"force_nN": force, "cdf": steps.values, "force_over_smooth": force / smooth})
+    head = [
+        f"adhesion forces, roughxr {__version__}",
+        f"smooth sphere's pull-off force: {smooth:.6g} nN",
+        *(f"{schema.axis_label(name)}: {float(ds[name]):.6g}" for name in schema.PAIR if name in ds.coords),
+        f"places: {steps.attrs['samples']}; where nothing pulls: {steps.attrs['missing']}",
+        f"history: {json.dumps([step.get('operation') for step in schema.history(ds)])}",
+    ]
+    text = "".join(f"# {line}\n" for line in head) + table.to_csv(index=False, float_format="%.8g", lineterminator="\n")
+    write_whole(Path(path), lambda temporary: Path(temporary).write_text(text, encoding="utf-8"))
+    return Path(path)
+
+
+def to_table(ds: xr.Dataset, path: str | os.PathLike) -> Path:
+    """Write a result as a tidy table: one row for each entry, one column for each variable and coordinate.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Such as asperities, a solution without fields, a pull-off, a summary or intervals. Computed if lazy.
+    path : path
+        Ending in ``.csv`` or ``.parquet``. Parquet keeps types, and units and history of each column in its
+        metadata; it needs pyarrow. In CSV the units stand in brackets behind the names.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    ValueError
+        If the ending is neither, or ``ds`` holds maps of x and y, which are no table.
+    ImportError
+        If Parquet is asked for and pyarrow is not installed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> ds = xr.Dataset({"force": (("subregion", "delta"), [[0.0, 1.0]])}, coords={"delta": [1.0, 2.0]})
+    >>> pd.read_csv(to_table(schema.label(ds), Path(tempfile.mkdtemp()) / "force.csv")).columns.tolist()
+    ['subregion', 'delta [nm]', 'force [nN]']
+    """
+    path = Path(path)
+    write = _writer(path.suffix)
+    maps = [name for name in ds.data_vars if {"x", "y"} <= set(ds[name].dims)]
+    if maps:
+        raise ValueError(f"expected a table's variables, found maps of x and y: {', '.join(maps)}; drop them first")
+    frame = ds.to_dataframe().reset_index()
+    write_whole(path, lambda temporary: write(frame, ds, temporary))
+    return path
+
+
+def _writer(suffix: str) -> Callable[[pd.DataFrame, xr.Dataset, str], None]:
+    schema.one_of(suffix, FORMATS, "path's ending")
+    if suffix == ".csv":
+        return _csv
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError as error:
+        raise ImportError('Parquet needs pyarrow; install it with: pip install "roughxr[parquet]"') from error
+    return _parquet
+
+
+def _csv(frame: pd.DataFrame, ds: xr.Dataset, path: str):
+    units = {name: ds[name].attrs.get("units", "1") if name in ds.variables else "1" for name in frame}
+    named = frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit != "1"})
+    named.to_csv(path, index=False, lineterminator="\n")
+
+
+def _parquet(frame: pd.DataFrame, ds: xr.Dataset, path: str):
+    frame.attrs = {
+        "units": {str(name): str(ds[name].attrs.get("units", "1")) for name in ds.variables},
+        "history": schema.history(ds),
+    }
+    frame.to_parquet(path, engine="pyarrow", index=False)

@@ -1,0 +1,140 @@
+"""What in a run cannot be taken at its word, said in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from .intervals import flagged
+
+Run = Mapping[str, xr.Dataset]
+
+
+def cautions(run: Run) -> list[str]:
+    """Return what a reader should know before trusting a run's numbers: one sentence each, none if all is well.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run.
+
+    Returns
+    -------
+    list of str
+    """
+    found = [_synthetic(run), _debris(run), _unconverged(run), *_truncated(run), *_unbracketed(run)]
+    return [
+        sentence
+        for sentence in (*found, _beyond_patch(run), _saddles(run), _lattice(run), _unresolved(run))
+        if sentence
+    ]
+
+
+def _synthetic(run: Run) -> str:
+    made = "scan" in run and run["scan"].attrs.get("synthetic") == "yes"
+    return "The scan is synthetic: made from a seed, not measured." if made else ""
+
+
+def _debris(run: Run) -> str:
+    flags = flagged(run)
+    if flags is None or not flags.any():
+        return ""
+    limit = f"{flags.attrs['threshold_value']:.4g} {flags.attrs['threshold_units']}"
+    places = f"{int(flags.sum())} of {flags.size} places hold debris"
+    return f"{places} by rule ({flags.attrs['comment']}, {limit}); the main numbers are given with and without them."
+
+
+def _unconverged(run: Run) -> str:
+    bad, total = _count(run, "converged", lambda flags: ~flags.astype(bool))
+    return f"{bad} of {total} direct solves did not converge; their forces are not to be trusted." if bad else ""
+
+
+def _truncated(run: Run) -> list[str]:
+    said = []
+    for words, group in (("direct simulation", "direct"), ("superposition", "energy")):
+        if f"solutions/{group}" not in run or "truncated" not in run[f"solutions/{group}"]:
+            continue
+        flags = run[f"solutions/{group}"]["truncated"].astype(bool)
+        places = int(flags.any("delta").sum()) if "delta" in flags.dims else int(flags.sum())
+        if places:
+            said.append(
+                f"Of {flags.sizes['subregion']} places, {places} reach the scan's edge at the largest displacement "
+                f"({words}): what lies beyond the edge is not there to touch, so their forces are too low."
+            )
+    return said
+
+
+def _unbracketed(run: Run) -> list[str]:
+    said = []
+    for name, ds in run.items():
+        if name.startswith("statistics/") and "bracketed" in ds:
+            pulls = ds["pull_off_force"].notnull()
+            bad, none = int((pulls & ~ds["bracketed"].astype(bool)).sum()), int((~pulls).sum())
+            way = name.partition("/")[2].replace("_", " ")
+            if bad:
+                said.append(
+                    f"Places whose sweep was too short ({way}): {bad}; there the largest pull stands at its end."
+                )
+            if none:
+                said.append(f"Places where nothing pulls ({way}), left out of the pull-off's statistics: {none}.")
+    return said
+
+
+def _beyond_patch(run: Run) -> str:
+    """Say how many of the contacts at pull-off are larger than what was fitted, or overlap."""
+    if not {"solutions/energy", "statistics/energy"} <= set(run):
+        return ""
+    sweep, at = run["solutions/energy"], run["statistics/energy"]["pull_off_delta"]
+    there = sweep.isel(subregion=np.flatnonzero(at.notnull().values))
+    there = there.sel(delta=at.dropna("subregion"), method="nearest")
+    contacts = max(int(there["contacts"].sum()), 1)
+    beyond, over = (100 * int(there[f"contacts_{k}"].sum()) / contacts for k in ("beyond_patch", "overlapping"))
+    if max(beyond, over) < 5:
+        return ""
+    return (
+        f"At pull-off {beyond:.0f} % of the contacts reach beyond the patch that their paraboloid was fitted to, and "
+        f"{over:.0f} % overlap a neighbour's: there superposition of single asperities loses its ground."
+    )
+
+
+def _saddles(run: Run) -> str:
+    if "asperities" not in run or "saddle" not in run["asperities"]:
+        return ""
+    share = 100 * float(run["asperities"]["saddle"].astype(bool).mean())
+    return f"{share:.0f} % of the peaks fit no summit and are left out of superposition." if share >= 5 else ""
+
+
+def _lattice(run: Run) -> str:
+    """Say whether the asperities' directions are those of the pixels: no surface knows where the scan's axes lie."""
+    if "asperities" not in run:
+        return ""
+    angles = run["asperities"]["orientation"].dropna("asperity").values
+    fourfold = float(np.cos(4 * angles).mean()) if angles.size else 0.0
+    chance = 1 / np.sqrt(2 * max(angles.size, 1))
+    if fourfold < max(3 * chance, 0.05) or abs(np.exp(2j * angles).mean()) > fourfold:
+        return ""
+    return (
+        f"The asperities' directions prefer those of the pixels (mean of cos 4θ {fourfold:.2f}, by chance "
+        f"{chance:.2f}): they are hardly wider than the pixels, and their shapes owe as much to these as to "
+        "the surface."
+    )
+
+
+def _unresolved(run: Run) -> str:
+    """Say whether the pixels are too coarse for the contacts: fewer than ten of them touch."""
+    if not {"scan", "solutions/direct"} <= set(run) or "contact_area" not in run["solutions/direct"]:
+        return ""
+    area = run["solutions/direct"]["contact_area"].values
+    cell = float(np.prod(schema.pixel(run["scan"])))
+    share = 100 * np.mean(area[area > 0] < 10 * cell) if (area > 0).any() else 0.0
+    if share < 5:
+        return ""
+    return f"In {share:.0f} % of the direct contacts fewer than ten pixels touch: they are not resolved."
+
+
+def _count(run: Run, name: str, bad) -> tuple[int, int]:
+    flags = [ds[name] for key, ds in run.items() if key.startswith("solutions/") and name in ds]
+    return sum(int(bad(one).sum()) for one in flags), sum(one.size for one in flags)

@@ -1,0 +1,84 @@
+"""The main numbers of a run with their intervals, of all places and of those without debris."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from .. import statistics
+
+#: Pull-off's main numbers: words, variable, statistic, unit as printed, and how many of the schema's units it is.
+_PULL_OFF = (
+    ("pull-off force, mean", "pull_off_force", "mean", "µN", 1e3),
+    ("pull-off force, median", "pull_off_force", "q50", "µN", 1e3),
+    ("pull-off force, std", "pull_off_force", "std", "µN", 1e3),
+    ("pull-off force, rough / smooth", "pull_off_ratio", "mean", "", 1.0),
+    ("displacement at pull-off, mean", "pull_off_delta", "mean", "nm", 1.0),
+)
+
+PLACES = ("all places", "without debris")
+_COLUMNS = ("estimate", "low", "high", "naive low", "naive high", "independent places")
+
+
+def interval_table(run: Mapping[str, xr.Dataset], method: str = "energy") -> pd.DataFrame:
+    """Return the main numbers with their 95 % intervals by block and by naive bootstrap.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run.
+    method : str
+        Formulation of adhesion whose pull-off is told.
+
+    Returns
+    -------
+    DataFrame
+        By (quantity, places): estimate, ends of the block interval and of the naive one, and the number of
+        independent places; units stand with the quantity. A row without debris only where there is some.
+    """
+    rows = {}
+    flags = flagged(run)
+    pull = statistics.reduction(run[f"statistics/{method}"]) if f"statistics/{method}" in run else None
+    for words, name, what, unit, size in _PULL_OFF if pull is not None else ():
+        rows |= _rows(f"{words} [{unit}]" if unit else words, pull, name, what, size, flags)
+    if "solutions/direct" in run:
+        direct = run["solutions/direct"]
+        for delta in marked(direct):
+            at = direct.sel(delta=delta, method="nearest")
+            rows |= _rows(f"elastic force at δ = {delta:g} nm, mean [µN]", at, "force", "mean", 1e3, flags)
+    table = pd.DataFrame.from_dict(rows, orient="index", columns=_COLUMNS)
+    table.index = pd.MultiIndex.from_tuples(rows, names=["quantity", "places"])
+    return table
+
+
+def flagged(run: Mapping[str, xr.Dataset]) -> xr.DataArray | None:
+    """Return which places hold debris, None where the run does not tell."""
+    places = next((ds for ds in run.values() if "subregion_x" in ds.coords and ds.sizes.get("subregion", 0) > 1), None)
+    if places is None or "asperities" not in run:
+        return None
+    return statistics.debris(run["asperities"], places)
+
+
+def marked(direct: xr.Dataset) -> list[float]:
+    """Return the paper's two displacements where they were solved, else the middle and the last."""
+    deltas = direct["delta"].values
+    found = [d for d in (5.08, 15.4) if np.isclose(deltas, d).any()]
+    return found or sorted({float(deltas[deltas.size // 2]), float(deltas[-1])})
+
+
+def _rows(words: str, ds: xr.Dataset, name: str, what: str, size: float, flags: xr.DataArray | None) -> dict:
+    if int(np.isfinite(ds[name].values).sum()) < 2:
+        return {}
+    rows = {(words, PLACES[0]): _row(ds, name, what, size)}
+    if flags is not None and 0 < int(flags.sum()) < flags.size - 1 and flags.size == ds.sizes["subregion"]:
+        rows[words, PLACES[1]] = _row(ds.isel(subregion=np.flatnonzero(~flags.values)), name, what, size)
+    return rows
+
+
+def _row(ds: xr.Dataset, name: str, what: str, size: float) -> list[float]:
+    found = statistics.bootstrap(ds, name, statistics=[what]).isel(statistic=0)
+    ends = [float(found[end].sel(resampling=way)) / size for way in ("block", "naive") for end in ("low", "high")]
+    return [float(found["estimate"]) / size, *ends, float(found["independent_places"].sel(resampling="block"))]

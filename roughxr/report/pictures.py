@@ -1,0 +1,146 @@
+"""The report's figures, each as a picture inside the page, with what it shows in words."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Callable, Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from .. import figures, statistics
+from .intervals import flagged
+
+Run = Mapping[str, xr.Dataset]
+
+#: Dots per inch: sharp on a dense screen and on paper at one column's width.
+_DPI = 220
+
+
+class Picture(NamedTuple):
+    """A figure on the page."""
+
+    name: str
+    caption: str
+    source: str  # a data URI; empty where it could not be drawn
+
+
+class _Drawing(NamedTuple):
+    needs: tuple[str, ...]
+    draw: Callable[[Run], object]
+    caption: str
+
+
+def pictures(run: Run) -> Iterator[Picture]:
+    """Yield the figures for which a run holds the groups.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run.
+
+    Yields
+    ------
+    Picture
+        With the reason for a caption, and no source, where a group is missing.
+    """
+    for name, drawing in _DRAWINGS.items():
+        missing = [group for group in drawing.needs if group not in run]
+        if missing:
+            yield Picture(name, f"Not drawn: the run holds no {', '.join(missing)}.", "")
+        else:
+            yield Picture(name, drawing.caption, _embedded(drawing.draw(run)))
+
+
+def _embedded(ax) -> str:
+    """Return a figure as a data URI, and close it."""
+    from matplotlib import pyplot
+
+    figure, buffer = np.ravel(ax)[0].figure, io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=_DPI)
+    pyplot.close(figure)
+    return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+
+
+def _grid(run: Run):
+    flags = flagged(run)
+    return figures.contact_grid(run["scan"], run["solutions/direct"], highlight=None if flags is None else flags.values)
+
+
+def _part(run: Run):
+    """Draw asperities on the middle of the scan, on a part so large that it holds about a hundred."""
+    scan, catalogue = run["scan"], run["asperities"]
+    share = min(1.0, np.sqrt(100 / catalogue.sizes["asperity"]))
+    sizes = [scan.sizes[axis] for axis in ("x", "y")]
+    x, y = (slice(int(n * (1 - share) / 2), int(np.ceil(n * (1 + share) / 2))) for n in sizes)
+    return figures.asperity_map(scan.isel(x=x, y=y), catalogue)
+
+
+def _contact(run: Run):
+    contact = run["solutions/contact"]
+    return figures.pressure_on_topography(contact, run["scan"], subregion=int(contact["subregion"][0]))
+
+
+def _pulling(run: Run):
+    sweep = run["solutions/energy"]
+    deepest = -float(sweep["force"].min())
+    return figures.force_fan(sweep, force_limits=(-1.2 * deepest, 3 * deepest))
+
+
+def _compared(run: Run):
+    found = statistics.compare(run["solutions/hertz"], run["solutions/direct"])
+    parting = found["parting_delta"].dropna("subregion")
+    return figures.method_comparison(found, mark=float(parting.median()) if parting.size else None)
+
+
+_DRAWINGS = {
+    "The scan and where the sphere lands": _Drawing(
+        ("scan", "asperities", "solutions/direct"),
+        _grid,
+        "Heights, with the contact centres as crosses and places that hold debris ringed.",
+    ),
+    "Asperities": _Drawing(
+        ("scan", "asperities"),
+        _part,
+        "A part of the scan with its asperities: each ellipse is the fitted paraboloid 0.2 nm below its top.",
+    ),
+    "Which way asperities are long": _Drawing(
+        ("asperities",),
+        lambda run: figures.orientation_rose(run["asperities"]),
+        "Flattest direction of the asperities. Petal areas tell shares; within the grey ring they are chance.",
+    ),
+    "One contact": _Drawing(
+        ("scan", "solutions/contact"),
+        _contact,
+        "Pressure of the direct simulation over the undeformed heights (grey), at the place of median force.",
+    ),
+    "Elastic force": _Drawing(
+        ("solutions/direct",),
+        lambda run: figures.force_fan(run["solutions/direct"]),
+        "Direct simulation without adhesion: each place, their median with its 95 % interval, bands of places.",
+    ),
+    "Force with adhesion": _Drawing(
+        ("solutions/energy",),
+        _pulling,
+        "Superposed asperities that adhere (least energy); the axis shows the pull and the push as far as it is small.",
+    ),
+    "Pull-off force": _Drawing(
+        ("statistics/energy",),
+        lambda run: figures.fitted_distribution(run["statistics/energy"]),
+        "Least-energy formulation: histogram with a 95 % interval for each bar, the mean with its own on top, and "
+        "fitted laws, the best first; ΔAIC tells how much worse the others are.",
+    ),
+    "Where it sticks": _Drawing(
+        ("statistics/energy",),
+        lambda run: figures.subregion_map(run["statistics/energy"]),
+        "Pull-off force of every place (least energy).",
+    ),
+    "Superposition against direct simulation": _Drawing(
+        ("solutions/hertz", "solutions/direct"),
+        _compared,
+        "Both without adhesion: the sum of single asperities over the half space that lets them feel one another. "
+        "Dashed: the median displacement from which on they differ by more than 10 %.",
+    ),
+}

@@ -1,0 +1,173 @@
+"""What a run keeps until it is finished: results, identity and log in one SQLite file, which is also its lock.
+
+SQLite commits a batch wholly or not at all, through crashes and power cuts, and its lock goes with the process that
+holds it, however it ends: there are no stale locks. What it does not see, a bit that changed in a result, the hash
+beside each result does.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sqlite3
+import zlib
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+_TABLES = """
+    CREATE TABLE IF NOT EXISTS identity (text TEXT NOT NULL);
+    CREATE TABLE IF NOT EXISTS log (time TEXT NOT NULL, message TEXT NOT NULL);
+    CREATE TABLE IF NOT EXISTS results (
+        stage TEXT NOT NULL, number INTEGER NOT NULL, hash BLOB NOT NULL, data BLOB NOT NULL,
+        PRIMARY KEY (stage, number)
+    );
+"""
+
+#: Where a database's header holds ``user_version``, in which the process that has it open leaves its number.
+_HOLDER = slice(60, 64)
+
+#: Zlib level 1: fields shrink to a fraction, and it is faster than the disk.
+_LEVEL = 1
+
+
+class Checkpoint:
+    """The unfinished run beside ``output``, open and locked until `close`.
+
+    Parameters
+    ----------
+    output : Path
+        The run's archive; the checkpoint is ``output`` with ``.checkpoint`` behind it.
+
+    Raises
+    ------
+    BlockingIOError
+        If another process has it open.
+    OSError
+        If it cannot be written.
+    """
+
+    def __init__(self, output: Path):
+        self.path = output.with_name(output.name + ".checkpoint")
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self.set_aside: Path | None = None
+        try:
+            self._connection = _connect(self.path)
+        except sqlite3.DatabaseError as error:
+            _refuse_unless_damaged(error, self.path)
+            self.set_aside = _put_aside(self.path)
+            self._connection = _connect(self.path)
+        if self.set_aside:
+            self.say(f"damaged checkpoint set aside as {self.set_aside.name}")
+
+    def close(self, *, remove: bool = False) -> None:
+        """Let go of the file, and remove it when the run is finished."""
+        if remove:
+            self.path.unlink(missing_ok=True)
+        self._connection.close()
+        if remove:
+            for file in _files(self.path):
+                file.unlink(missing_ok=True)
+
+    def identity(self) -> dict[str, Any] | None:
+        """Return what the run was asked to do, None for a new one."""
+        row = self._connection.execute("SELECT text FROM identity").fetchone()
+        return None if row is None else json.loads(row[0])
+
+    def identify(self, identity: dict[str, Any]) -> None:
+        """Remember what the run is asked to do."""
+        self._write("INSERT INTO identity VALUES (?)", (json.dumps(identity),))
+
+    def put(self, stage: str, number: int, result: np.ndarray) -> None:
+        """Keep the result of one batch: once this returns, it is safe."""
+        data = zlib.compress(np.ascontiguousarray(result, dtype="<f8"), _LEVEL)
+        self._write("INSERT OR REPLACE INTO results VALUES (?, ?, ?, ?)", (stage, number, _hash(data), data))
+
+    def get(self, stage: str, number: int, shape: tuple[int, ...]) -> np.ndarray:
+        """Return the result of one batch."""
+        query = "SELECT data FROM results WHERE stage = ? AND number = ?"
+        (data,) = self._connection.execute(query, (stage, number)).fetchone()
+        return np.frombuffer(zlib.decompress(data), dtype="<f8").reshape(shape).astype(float)
+
+    def kept(self, stage: str) -> set[int]:
+        """Return the batches whose results are there and whole; damaged ones are thrown away."""
+        kept, damaged = set(), []
+        query = "SELECT number, hash, data FROM results WHERE stage = ?"
+        for number, expected, data in self._connection.execute(query, (stage,)):
+            kept.add(number) if _hash(data) == expected else damaged.append(number)
+        for number in damaged:
+            self._write("DELETE FROM results WHERE stage = ? AND number = ?", (stage, number))
+            self.say(f"damaged result of batch {number} thrown away")
+        return kept
+
+    def say(self, message: str) -> None:
+        """Add a line to the run's log."""
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        self._write("INSERT INTO log VALUES (?, ?)", (now, message))
+
+    def log(self) -> xr.Dataset:
+        """Return the log: ``time`` and ``message`` along ``entry``."""
+        rows = self._connection.execute("SELECT time, message FROM log ORDER BY rowid").fetchall()
+        times, messages = (np.array(column, dtype=object) for column in zip(*rows))
+        return xr.Dataset({"time": ("entry", times), "message": ("entry", messages)})
+
+    def _write(self, command: str, values: tuple) -> None:
+        try:
+            self._connection.execute(command, values)
+        except sqlite3.OperationalError as error:
+            raise OSError(
+                f"{self.path}: the checkpoint could not be written ({error}); what was kept before is safe: "
+                "make room on the disk and call again"
+            ) from error
+
+
+def _connect(path: Path) -> sqlite3.Connection:
+    """Return a connection that nobody else can have; each command is committed by itself, on the disk."""
+    connection = sqlite3.connect(path, timeout=0.0, isolation_level=None, check_same_thread=False)
+    try:
+        connection.execute("PRAGMA locking_mode = EXCLUSIVE")
+        connection.execute(f"PRAGMA user_version = {os.getpid() % 2**31}")
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.execute("PRAGMA synchronous = FULL")
+        (verdict,) = connection.execute("PRAGMA quick_check(1)").fetchone()
+        if verdict != "ok":
+            raise sqlite3.DatabaseError(verdict)
+        connection.executescript(_TABLES)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _refuse_unless_damaged(error: sqlite3.DatabaseError, path: Path) -> None:
+    if "locked" in str(error):
+        holder = int.from_bytes(path.read_bytes()[_HOLDER], "big")
+        raise BlockingIOError(
+            f"{path}: another run writes to this output, process {holder} of its machine; "
+            "wait for it, end it, or give the output another name"
+        ) from error
+    if isinstance(error, sqlite3.OperationalError) and "malformed" not in str(error):
+        raise OSError(f"{path}: the checkpoint could not be opened ({error})") from error
+
+
+def _put_aside(path: Path) -> Path:
+    """Rename a damaged checkpoint and return its new name."""
+    numbers = (n for n in range(1, 1000) if not path.with_name(f"{path.name}.damaged-{n}").exists())
+    aside = path.with_name(f"{path.name}.damaged-{next(numbers)}")
+    os.replace(path, aside)
+    for file in _files(path):
+        file.unlink(missing_ok=True)
+    return aside
+
+
+def _files(path: Path) -> list[Path]:
+    """Return what SQLite may leave beside a database."""
+    return [path.with_name(path.name + end) for end in ("-wal", "-shm", "-journal")]
+
+
+def _hash(data: bytes) -> bytes:
+    return hashlib.blake2b(data, digest_size=16).digest()

@@ -1,0 +1,98 @@
+"""Superposition against the direct simulation: where they agree, where they part, and why."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+
+
+def compare(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> xr.Dataset:
+    """Set the force of the superposed asperities beside that of the direct simulation, place by place.
+
+    Parameters
+    ----------
+    superposed, direct : Dataset
+        Two solutions over the same subregions and from the same datum, both without adhesion; the first is
+        read between its displacements at those of the second.
+    by : float
+        The part of the direct force by which they may differ and still agree.
+
+    Returns
+    -------
+    Dataset
+        ``force_superposed``, ``force_direct`` (nN) and ``force_difference`` (relative to the direct force; NaN
+        where that is 0) along (subregion, delta); ``agreeing``, the share of the places in contact that agree,
+        and ``overlap_fraction``, the contacts that overlap a neighbour's over all contacts, along delta;
+        ``parting_delta`` (nm) along subregion, from which on the two differ by more than ``by``: that of the
+        first contact where they never agree, NaN where they agree to the end or never touch;
+        ``mean_difference`` of the mean forces along delta, and ``mean_parting_delta``.
+
+    Raises
+    ------
+    ValueError
+        If the solutions are none, are of different places or datums, or do not overlap in delta.
+
+    Examples
+    --------
+    >>> delta = [1.0, 2.0, 3.0]
+    >>> solutions = [
+    ...     xr.Dataset({"force": (("subregion", "delta"), [force])}, coords={"delta": delta})
+    ...     for force in ([1.0, 2.1, 6.0], [1.0, 2.0, 3.0])
+    ... ]
+    >>> found = compare(*solutions)
+    >>> float(found.parting_delta[0]), found.force_difference.values.round(3).tolist()
+    (3.0, [[0.0, 0.05, 1.0]])
+    """
+    superposed, direct = (schema.validate(ds, "solution") for ds in (superposed, direct))
+    _alike(superposed, direct, by)
+    at = superposed.interp(delta=direct["delta"])
+    truth = direct["force"]
+    difference = (at["force"] / truth.where(truth > 0) - 1).transpose("subregion", "delta")
+    mean = at["force"].mean("subregion") / truth.mean("subregion").where(lambda force: force > 0) - 1
+    touching = difference.notnull()
+    out = xr.Dataset(
+        {
+            "force_superposed": at["force"],
+            "force_direct": truth,
+            "force_difference": difference,
+            "mean_difference": mean,
+            "agreeing": (np.abs(difference) <= by).sum("subregion") / touching.sum("subregion").where(lambda n: n > 0),
+            "parting_delta": ("subregion", [_parting(row, direct["delta"].values, by) for row in difference.values]),
+            "mean_parting_delta": _parting(mean.values, direct["delta"].values, by),
+        }
+    )
+    if "contacts_overlapping" in at:
+        contacts = at["contacts"].sum("subregion")
+        out["overlap_fraction"] = at["contacts_overlapping"].sum("subregion") / contacts.where(contacts > 0)
+    kept = ("delta", "subregion", "subregion_x", "subregion_y", *schema.PAIR)
+    out = out.drop_vars([name for name in out.coords if name not in kept])
+    out.attrs = {"agree_within": by, "missing": "NaN out of contact; parting_delta: NaN where they never part"}
+    return schema.record(schema.label(out), "compare", direct, by=by)
+
+
+def _alike(superposed: xr.Dataset, direct: xr.Dataset, by: float):
+    """Say what keeps two solutions from being compared."""
+    if not 0 < by < 1:
+        raise ValueError(f"by: expected a number between 0 and 1, found {by!r}")
+    sizes = [ds.sizes["subregion"] for ds in (superposed, direct)]
+    places = [name for name in ("subregion_x", "subregion_y") if name in superposed.coords and name in direct.coords]
+    if sizes[0] != sizes[1] or not all(np.allclose(superposed[name], direct[name]) for name in places):
+        raise ValueError(f"expected the same subregions in both, found {sizes[0]} and {sizes[1]}; solve at equal ones")
+    datums = [ds.attrs.get("datum", "highest_peak") for ds in (superposed, direct)]
+    if datums[0] != datums[1]:
+        raise ValueError(f"expected delta from the same datum, found {datums[0]!r} and {datums[1]!r}")
+    ends = [(float(ds["delta"].min()), float(ds["delta"].max())) for ds in (superposed, direct)]
+    if ends[0][0] > ends[1][1] or ends[0][1] < ends[1][0]:
+        raise ValueError(f"delta: expected ranges that overlap, found {ends[0]} and {ends[1]} nm")
+
+
+def _parting(difference: np.ndarray, delta: np.ndarray, by: float) -> float:
+    """Return the displacement after the last at which two forces agree, NaN where that is the end."""
+    touching = np.flatnonzero(np.isfinite(difference))
+    apart = np.abs(difference[touching]) > by
+    if not apart.any() or not apart[-1]:
+        return np.nan
+    agree = np.flatnonzero(~apart)
+    return float(delta[touching[agree[-1] + 1 if agree.size else 0]])

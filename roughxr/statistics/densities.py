@@ -1,0 +1,171 @@
+"""Densities and cumulative probabilities of a variable over its subregions or asperities."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from .samples import Samples, per, samples
+
+#: Variables that cannot be negative: no kernel estimate of theirs may leak below zero.
+NOT_NEGATIVE = (
+    "pull_off_force",
+    "pull_off_ratio",
+    "contact_area",
+    "axis_ratio",
+    "curvature_max",
+    "fit_rms",
+    "gap",
+    "contacts",
+)
+
+
+def pdf(
+    ds: xr.Dataset,
+    name: str,
+    *,
+    method: str = "histogram",
+    bins: Any = "auto",
+    bandwidth: Any = None,
+    boundary: Any = "auto",
+    weights: Any = None,
+) -> xr.DataArray:
+    """Return the probability density of a variable over its subregions or asperities.
+
+    Parameters
+    ----------
+    ds : Dataset
+    name : str
+        A variable along ``subregion`` or ``asperity`` and no other dimension: select one displacement first.
+    method : {"histogram", "kde"}
+        Densities of bins, or a Gaussian kernel estimate.
+    bins : int, str or array
+        As `numpy.histogram_bin_edges` takes them (histogram); its rule is found without regard to weights.
+    bandwidth : str, float, optional
+        As `scipy.stats.gaussian_kde` takes them (kde); Scott's rule by default.
+    boundary : "auto", None or number
+        Value below which there is nothing (kde): what the kernels lay there is reflected. By default 0 for
+        what cannot be negative, such as ``pull_off_force``, and none otherwise.
+    weights : str or DataArray, optional
+        What each sample counts for: a variable of ``ds``, or an array along the same dimension.
+
+    Returns
+    -------
+    DataArray
+        ``pdf`` (1/unit of the variable, integrating to 1) along the variable's own name, with ``cdf`` beside it;
+        ``bin_rule`` and ``bin_edges``, or ``bandwidth`` and ``boundary``, are kept, ``samples`` and ``missing``
+        counted. ``.to_dataset()`` makes ``pdf`` and ``cdf`` variables of one Dataset.
+
+    Raises
+    ------
+    ValueError
+        If there is no such variable, it has other dimensions, or fewer than two finite samples.
+
+    References
+    ----------
+    Scott, Multivariate Density Estimation (1992); Silverman, Density Estimation (1986), section 2.10, for the
+    reflection.
+
+    Examples
+    --------
+    >>> ds = xr.Dataset({"height": ("asperity", [1.0, 2.0, 2.0, 3.0], {"units": "nm"})})
+    >>> density = pdf(ds, "height", bins=2)
+    >>> density.values.tolist(), density.units, float(density.cdf[-1])
+    ([0.25, 0.75], 'nm-1', 1.0)
+    """
+    schema.one_of(method, ("histogram", "kde"), "method")
+    found = samples(ds, name, weights=weights)
+    if method == "histogram":
+        points, values, cumulative, extra = _histogram(found, bins)
+    else:
+        points, values, cumulative, extra = _kernel_density(found, bandwidth, _boundary(boundary, name, found))
+    axis = (name, points, dict(ds[name].attrs))
+    out = xr.DataArray(values, dims=name, coords={name: axis, "cdf": (name, cumulative)}, name="pdf")
+    out["cdf"].attrs.update(schema.attributes("cdf"))
+    units = ds[name].attrs.get("units", "1")
+    out.attrs = {"units": per(units), "long_name": "probability density", "method": method}
+    out.attrs |= {"samples": found.values.size, "missing": found.missing, **extra}
+    return out
+
+
+def cdf(ds: xr.Dataset, name: str, *, weights: Any = None) -> xr.DataArray:
+    """Return the empirical cumulative probability of a variable over its subregions or asperities.
+
+    Parameters
+    ----------
+    ds : Dataset
+    name : str
+        A variable along ``subregion`` or ``asperity`` and no other dimension.
+    weights : str or DataArray, optional
+        What each sample counts for.
+
+    Returns
+    -------
+    DataArray
+        ``cdf``, the share of the samples up to each value and with it, along the variable's own name: one entry
+        for each different sample, ascending, and 1 at the last.
+
+    Raises
+    ------
+    ValueError
+        As `pdf`.
+
+    Examples
+    --------
+    >>> ds = xr.Dataset({"height": ("asperity", [3.0, 1.0, 2.0, 2.0], {"units": "nm"})})
+    >>> steps = cdf(ds, "height")
+    >>> steps.height.values.tolist(), steps.values.tolist()
+    ([1.0, 2.0, 3.0], [0.25, 0.75, 1.0])
+    """
+    found = samples(ds, name, weights=weights)
+    points, group = np.unique(found.values, return_inverse=True)
+    share = np.cumsum(np.bincount(group, found.weights))
+    axis = (name, points, dict(ds[name].attrs))
+    out = xr.DataArray(share / share[-1], dims=name, coords={name: axis}, name="cdf")
+    out.attrs = {**schema.attributes("cdf"), "method": "empirical"}
+    return out.assign_attrs(samples=found.values.size, missing=found.missing)
+
+
+def _histogram(found: Samples, bins: Any) -> tuple:
+    edges = np.histogram_bin_edges(found.values, bins=bins)
+    density, edges = np.histogram(found.values, bins=edges, density=True, weights=found.weights)
+    rule = bins if isinstance(bins, str) else "given"
+    cumulative = np.cumsum(density * np.diff(edges))
+    return (edges[:-1] + edges[1:]) / 2, density, cumulative, {"bin_rule": rule, "bin_edges": edges}
+
+
+def _kernel_density(found: Samples, bandwidth: Any, boundary: float, points: int = 512) -> tuple:
+    """Return the Gaussian estimate on a grid that holds all but 1e-9 of it, reflected at ``boundary``."""
+    from scipy.special import ndtr
+    from scipy.stats import gaussian_kde
+
+    values = found.values
+    if np.ptp(values) == 0:
+        raise ValueError("expected samples that differ for a kernel estimate, found equal ones; use method='histogram'")
+    estimate = gaussian_kde(values, bw_method=bandwidth, weights=found.weights)
+    width = float(np.sqrt(estimate.covariance[0, 0]))
+    grid = np.linspace(max(values.min() - 6 * width, boundary), values.max() + 6 * width, points)
+    below = lambda at: ndtr((at[:, None] - values) / width) @ estimate.weights  # noqa: E731
+    density, cumulative = estimate(grid), below(grid)
+    extra = {"bandwidth": width}
+    if np.isfinite(boundary):
+        mirrored = 2 * boundary - grid
+        density, cumulative = density + estimate(mirrored), cumulative - below(mirrored)
+        extra["boundary"] = boundary
+    return grid, density, cumulative, extra
+
+
+def _boundary(boundary: Any, name: str, found: Samples) -> float:
+    """Return the value below which there is nothing, −inf for none."""
+    if boundary is None:
+        return -np.inf
+    least = float(found.values.min())
+    if isinstance(boundary, str):
+        schema.one_of(boundary, ("auto",), "boundary")
+        return 0.0 if name in NOT_NEGATIVE and least >= 0 else -np.inf
+    if boundary > least:
+        raise ValueError(f"boundary: expected no sample below it, found {least:g} below {boundary:g}")
+    return float(boundary)

@@ -1,0 +1,149 @@
+"""How many independent places a set of samples is worth, and how large a block must be to hold what belongs together.
+
+Neighbouring subregions share asperities, and neighbouring asperities a hill: their values are alike, and n of
+them say less than n independent ones. With ρ the correlation of two samples as a function of their distance,
+the mean of n samples varies as that of n² / Σᵢⱼ ρ(dᵢⱼ) independent ones.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+#: Samples at most from which the correlation is found; more of them do not make it clearer, only slower.
+_MOST = 2000
+
+#: How far the correlation is followed, mean distances between neighbours.
+_FARTHEST = 6
+
+
+class Correlogram(NamedTuple):
+    """Correlation of samples at a distance."""
+
+    distance: np.ndarray  # upper ends of the bins, nm
+    correlation: np.ndarray
+    pairs: np.ndarray  # in each bin, of all samples
+
+
+def correlogram(values: np.ndarray, places: np.ndarray) -> Correlogram:
+    """Return the correlation of samples against their distance, in bins as wide as their mean spacing.
+
+    Parameters
+    ----------
+    values : ndarray
+    places : ndarray
+        (samples, 2), nm.
+
+    Returns
+    -------
+    Correlogram
+        As estimated about the samples' own mean, which makes it too low by about one over the number of
+        independent places; `independent_places` puts that right.
+    """
+    from scipy.spatial import cKDTree
+
+    spacing = mean_spacing(places)
+    edges = spacing * (np.arange(_FARTHEST + 1) + 0.5)
+    chosen = np.random.default_rng(0).permutation(values.size)[:_MOST]
+    deviation = values[chosen] - values[chosen].mean()
+    i, j = cKDTree(places[chosen]).query_pairs(edges[-1], output_type="ndarray").T
+    bins = np.digitize(np.hypot(*(places[chosen[i]] - places[chosen[j]]).T), edges[1:])
+    bins, product = bins[bins < _FARTHEST], (deviation[i] * deviation[j])[bins < _FARTHEST]
+    found = np.bincount(bins, minlength=_FARTHEST)
+    total = np.bincount(bins, product, minlength=_FARTHEST)
+    variance = (deviation**2).mean()
+    correlation = total / np.maximum(found, 1) / (variance if variance > 0 else 1.0)
+    return Correlogram(edges[1:], correlation, found * (values.size / chosen.size) ** 2)
+
+
+def independent_places(values: np.ndarray, places: np.ndarray | None) -> float:
+    """Return how many independent samples vary as these do in their mean.
+
+    Parameters
+    ----------
+    values : ndarray
+    places : ndarray or None
+        (samples, 2), nm; samples of unknown place count as independent.
+
+    Returns
+    -------
+    float
+        Between 1 and the number of samples. The correlation is followed up to the first distance at which it
+        cannot be told from chance.
+
+    References
+    ----------
+    Bayley & Hammersley (1946), The "effective" number of independent observations in an autocorrelated series.
+
+    Examples
+    --------
+    >>> places = np.argwhere(np.ones((12, 12))) * 100.0
+    >>> noise = np.random.default_rng(0).normal(size=144)
+    >>> independent_places(noise, places), bool(independent_places(places[:, 0], places) < 10)
+    (144.0, True)
+    """
+    n = values.size
+    if places is None or n < 9 or np.ptp(values) == 0:
+        return float(n)
+    found = correlogram(values, places)
+    chance = 2 / np.sqrt(np.maximum(found.pairs, 1))
+    effective = float(n)
+    for _ in range(5):  # the mean that is subtracted holds a part of what is common: 1/effective of the rest
+        correlation = found.correlation + (1 - found.correlation) / effective
+        alike = np.cumprod(correlation > chance).astype(bool)
+        effective = n**2 / (n + 2 * (found.pairs * correlation)[alike].sum())
+    return float(np.clip(effective, 1.0, n))
+
+
+def mean_spacing(places: np.ndarray) -> float:
+    """Return the side (nm) of the square that one sample has to itself."""
+    return float(np.sqrt(np.prod(_extent(places)) / len(places)))
+
+
+def _extent(places: np.ndarray) -> np.ndarray:
+    """Return the sides of the rectangle that the samples stand for: half a spacing beyond the outermost."""
+    span = np.ptp(places, axis=0)
+    columns = np.array([np.unique(np.round(axis, 6)).size for axis in places.T])
+    on_grid = columns.prod() == len(places) and (columns > 1).all()
+    if on_grid:
+        return span * columns / (columns - 1)
+    side = np.sqrt(max(span.prod(), 1e-300) / len(places)) if span.all() else max(span.max(), 1.0) / len(places)
+    return span + side
+
+
+def blocks(places: np.ndarray, side: float) -> list[np.ndarray]:
+    """Return the samples in each of the squares of this side whose corners lie one mean spacing apart.
+
+    The far edges of the rectangle join the near ones, and the corners are those of a lattice, not the samples'
+    own places: thus every sample lies in as many blocks as any other, however the samples are scattered.
+
+    Examples
+    --------
+    >>> places = np.argwhere(np.ones((4, 4))) * 10.0
+    >>> sorted(blocks(places, 20.0)[0].tolist()), {len(block) for block in blocks(places, 20.0)}
+    ([0, 1, 4, 5], {4})
+    """
+    from scipy.spatial import cKDTree
+
+    extent, spacing = _extent(places), mean_spacing(places)
+    count = np.maximum(np.round(extent / spacing).astype(int), 1)
+    wide = max(1, round(side / spacing))
+    own = (places - places.min(axis=0)) * count / extent  # in steps of the lattice
+    corners = np.argwhere(np.ones(count))
+    middle = np.mod(corners + 0.5 * wide - 1e-6, count)
+    tree = cKDTree(np.mod(own, count), boxsize=count)
+    found = tree.query_ball_point(middle, 0.5 * wide, p=np.inf)
+    return [np.asarray(block) for block in found if block]
+
+
+def block_side(values: np.ndarray, places: np.ndarray, effective: float) -> float:
+    """Return the side (nm) of a block that holds what belongs together: two independent places along each axis.
+
+    Never more than half of the samples' shorter side, whole spacings, and one spacing (no blocks) where the
+    samples are independent.
+    """
+    spacing = mean_spacing(places)
+    across = np.sqrt(values.size / effective)
+    most = max(1, int(_extent(places).min() / spacing) // 2)
+    return spacing * (1 if across <= 1.05 else int(np.clip(np.ceil(2 * across), 1, most)))

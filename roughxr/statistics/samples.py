@@ -1,0 +1,97 @@
+"""The samples of a distribution: one variable along ``subregion`` or ``asperity``, where they lie, what each weighs.
+
+NaN stands for a place where there was nothing to measure; it is left out, and counted.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+#: Dimensions along which samples lie, and the coordinates that say where.
+PLACES = {"subregion": ("subregion_x", "subregion_y"), "asperity": ("x", "y")}
+
+SAMPLES = tuple(PLACES)
+
+
+class Samples(NamedTuple):
+    """Finite values, their weights (None: all alike), their places (None: not known), and how many are missing."""
+
+    values: np.ndarray
+    weights: np.ndarray | None
+    places: np.ndarray | None  # (samples, 2), nm
+    missing: int
+
+
+def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
+    """Return the finite samples of a variable.
+
+    Parameters
+    ----------
+    ds : Dataset
+    name : str
+        A variable along ``subregion`` or ``asperity`` and no other dimension.
+    weights : str or DataArray, optional
+        What each sample counts for: a variable of ``ds``, or an array along the same dimension.
+
+    Returns
+    -------
+    Samples
+        Computed where they were lazy.
+
+    Raises
+    ------
+    ValueError
+        If there is no such variable, it has other dimensions, or fewer than two finite samples.
+
+    Examples
+    --------
+    >>> samples(xr.Dataset({"height": ("asperity", [1.0, np.nan, 3.0])}), "height").missing
+    1
+    """
+    dim = sample_dimension(ds, name)
+    values = np.asarray(ds[name].values, dtype=float)
+    weight = None if weights is None else _weights(ds, name, weights)
+    finite = np.isfinite(values)
+    if finite.sum() < 2:
+        raise ValueError(f"{name}: expected at least two finite samples, found {finite.sum()} of {values.size}")
+    places = None
+    if all(axis in ds.coords for axis in PLACES[dim]):
+        places = np.c_[tuple(ds[axis].values[finite] for axis in PLACES[dim])].astype(float)
+    return Samples(values[finite], None if weight is None else weight[finite], places, int((~finite).sum()))
+
+
+def sample_dimension(ds: xr.Dataset, name: str) -> str:
+    """Return the one dimension that a variable's samples lie along, or say what is wrong."""
+    if name not in ds:
+        raise ValueError(f"{name}: expected one of {', '.join(map(str, ds.data_vars))}")
+    if len(ds[name].dims) != 1 or ds[name].dims[0] not in SAMPLES:
+        raise ValueError(
+            f"{name}: expected one dimension, {' or '.join(SAMPLES)}, found {tuple(ds[name].dims)}; "
+            "select first, for example ds.sel(delta=10, method='nearest')"
+        )
+    return str(ds[name].dims[0])
+
+
+def _weights(ds: xr.Dataset, name: str, weights: Any) -> np.ndarray:
+    if isinstance(weights, str) and weights not in ds:
+        raise ValueError(f"weights: expected a variable of the dataset, found no {weights!r}")
+    found = np.asarray(ds[weights].values if isinstance(weights, str) else weights, dtype=float)
+    if found.shape != ds[name].shape:
+        raise ValueError(f"weights: expected one for each of {ds[name].size} samples, found shape {found.shape}")
+    if not np.isfinite(found).all() or (found < 0).any() or not found.any():
+        raise ValueError("weights: expected finite numbers of at least 0, not all 0")
+    return found
+
+
+def per(units: str) -> str:
+    """Return the units of a density over ``units``.
+
+    Examples
+    --------
+    >>> per("nN"), per("J m-2"), per("1")
+    ('nN-1', 'm2 J-1', '1')
+    """
+    return {"1": "1", "nm-1": "nm", "nm2": "nm-2", "J m-2": "m2 J-1"}.get(units, f"{units}-1")

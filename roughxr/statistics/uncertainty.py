@@ -1,0 +1,286 @@
+"""How far a statistic of many places can be trusted: bootstrap intervals, by blocks of places and by single ones.
+
+A block bootstrap draws whole neighbourhoods, so that what is alike within them stays together (Künsch 1989;
+Politis & Romano 1992 for blocks that wrap around). Two things make its percentiles too narrow on few places, and
+both are put right here: blocks cut correlation at their edges and leave too little spread, so deviations are
+widened until resampled means spread as s/√n, n the number of independent places; and percentiles forget that
+this spread is itself learnt from few blocks, so their levels are taken farther out, as Student's t with one
+degree of freedom less than there are blocks asks (Hesterberg 2015, "expanded percentile").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from .places import block_side, blocks, independent_places
+from .samples import Samples, samples
+
+RESAMPLINGS = ("block", "naive")
+
+#: Samples held at once while resampling: 40 MB.
+_AT_ONCE = 5_000_000
+
+
+class Resampling(NamedTuple):
+    """How samples are drawn anew."""
+
+    independent: float  # places
+    side: float  # of a block, nm; 0 where single samples are drawn
+    members: list[np.ndarray] | None  # of each block
+
+
+def bootstrap(
+    ds: xr.Dataset,
+    name: str,
+    *,
+    statistics: Sequence[str] = ("mean", "std", "q5", "q50", "q95"),
+    confidence: float = 0.95,
+    resamples: int = 999,
+    block: Any = None,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Return statistics of a variable with their intervals of confidence.
+
+    Parameters
+    ----------
+    ds : Dataset
+    name : str
+        A variable along ``subregion`` or ``asperity`` and no other dimension.
+    statistics : sequence of str
+        "mean", "std" (with n − 1), "min", "max", "q5" for the quantile of 5 per cent, and so on.
+    confidence : float
+        Between 0 and 1.
+    resamples : int
+    block : number or quantity, optional
+        Side of a block, nm; by default two independent places along each axis.
+    seed : int
+        The same seed gives the same intervals.
+
+    Returns
+    -------
+    Dataset
+        Along ``statistic``: ``estimate``, and ``low`` and ``high`` along ``resampling``: "block", and beside it
+        "naive", which draws single samples as if neighbours were independent and is too narrow where they are
+        not. ``independent_places`` says how many samples each takes for independent. Units as the variable's.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two samples, or an option is out of its range.
+
+    Notes
+    -----
+    Of nominal 95 %, on normal fields of 8 to 22 independent places among 64 to 256, intervals by blocks held the
+    mean and the median in 95 to 98 % of trials, naive ones in 45 to 71 %. Those of std and of the 95 % quantile
+    held in 76 to 95 %, since few places say little of a tail; of a law as skewed as exp(normal), that of the mean
+    held in 91 %, that of std in 64 %: trust them less. "min" and "max" have no interval of confidence at all: no
+    resample reaches beyond the samples.
+
+    References
+    ----------
+    Künsch, Ann. Statist. 17 (1989) 1217; Politis & Romano (1992), A circular block-resampling procedure;
+    Hesterberg, The American Statistician 69 (2015) 371.
+
+    Examples
+    --------
+    >>> values = np.random.default_rng(1).normal(15.0, 2.0, 400)
+    >>> ds = xr.Dataset({"height": ("asperity", values, {"units": "nm"})})
+    >>> mean = bootstrap(ds, "height", statistics=["mean"]).sel(statistic="mean", resampling="naive")
+    >>> bool(mean.low < 15 < mean.high), mean.estimate.units
+    (True, 'nm')
+    """
+    found = samples(ds, name)
+    _between(confidence, "confidence")
+    if resamples < 1 / (1 - confidence):
+        raise ValueError(f"resamples: expected at least {1 / (1 - confidence):.0f} of them, found {resamples}")
+    functions = {label: statistic(label) for label in statistics}
+    ways = {"block": _resampling(found, block), "naive": Resampling(float(found.values.size), 0.0, None)}
+    ends = np.array([_intervals(found, way, functions, confidence, resamples, seed) for way in ways.values()])
+    estimate = [function(found.values) for function in functions.values()]
+    out = xr.Dataset(
+        {
+            "estimate": ("statistic", estimate),
+            "low": (("resampling", "statistic"), ends[:, 0]),
+            "high": (("resampling", "statistic"), ends[:, 1]),
+            "independent_places": ("resampling", [way.independent for way in ways.values()]),
+        },
+        coords={"statistic": list(functions), "resampling": list(ways)},
+    )
+    return _labelled(out, ds, name, found, ways["block"], confidence, resamples, seed)
+
+
+def bootstrap_sweep(ds: xr.Dataset, name: str = "force", *, along: str = "delta", **options: Any) -> xr.Dataset:
+    """Return `bootstrap` of a variable at each entry of a second dimension.
+
+    Parameters
+    ----------
+    ds : Dataset
+    name : str
+        A variable along its samples and ``along``.
+    along : str
+    **options
+        As for `bootstrap`.
+
+    Returns
+    -------
+    Dataset
+        As from `bootstrap`, along ``along``.
+
+    Examples
+    --------
+    >>> ds = xr.Dataset({"force": (("subregion", "delta"), np.arange(12.0).reshape(6, 2))}, {"delta": [1.0, 2.0]})
+    >>> bootstrap_sweep(ds, statistics=["mean"], resamples=99).estimate.values.tolist()
+    [[5.0], [6.0]]
+    """
+    parts = [bootstrap(ds.isel({along: k}), name, **options) for k in range(ds.sizes[along])]
+    return xr.concat(parts, dim=ds[along], combine_attrs="drop_conflicts")
+
+
+def _labelled(out, ds, name, found: Samples, way: Resampling, confidence, resamples, seed) -> xr.Dataset:
+    words = ds[name].attrs.get("long_name", name)
+    for variable, prefix in (("estimate", ""), ("low", "lower end, "), ("high", "upper end, ")):
+        out[variable].attrs = {"units": ds[name].attrs.get("units", "1"), "long_name": prefix + words}
+    out.attrs = {"variable": name, "confidence": confidence, "block_side_nm": way.side}
+    out.attrs |= {"samples": found.values.size, "missing": found.missing}
+    given = {"name": name, "confidence": confidence, "resamples": resamples, "seed": seed}
+    return schema.record(schema.label(out), "bootstrap", ds, **given)
+
+
+def statistic(label: str) -> Callable[..., Any]:
+    """Return the function of (values, axis) that a statistic's name stands for.
+
+    Raises
+    ------
+    ValueError
+        If the name is none of mean, std, min, max or q with a number from 0 to 100.
+
+    Examples
+    --------
+    >>> float(statistic("q25")(np.array([0.0, 1.0, 2.0, 3.0, 4.0])))
+    1.0
+    """
+    known = {
+        "mean": np.mean,
+        "std": lambda values, axis=-1: np.std(values, axis=axis, ddof=1),
+        "min": np.min,
+        "max": np.max,
+    }
+    if label in known:
+        return known[label]
+    try:
+        share = float(label.removeprefix("q")) / 100
+    except ValueError:
+        share = np.nan
+    if not (label.startswith("q") and 0 <= share <= 1):
+        raise ValueError(f"statistics: expected mean, std, min, max or q0 … q100, found {label!r}")
+    return lambda values, axis=-1: np.quantile(values, share, axis=axis)
+
+
+def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float = 0.95, resamples: int = 399):
+    """Return ends of block-bootstrap intervals of a histogram's densities.
+
+    Parameters
+    ----------
+    ds : Dataset
+    name : str
+        As for `bootstrap`.
+    bins : array
+        Edges.
+    confidence : float
+    resamples : int
+
+    Returns
+    -------
+    array
+        (2, bins): plain percentiles, at least 0.
+    """
+    found = samples(ds, name)
+    edges = np.asarray(bins, dtype=float)
+    drawn = resampled(found, _resampling(found, None), resamples, seed=0)
+    counts = np.concatenate([_densities(part, edges) for part in drawn])
+    return np.quantile(counts, [0.5 - confidence / 2, 0.5 + confidence / 2], axis=0)
+
+
+def _densities(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    return np.array([np.histogram(row, edges)[0] / row.size for row in values]) / np.diff(edges)
+
+
+def resampled(found: Samples, way: Resampling, resamples: int, *, seed: int) -> Iterator[np.ndarray]:
+    """Yield resamples of the values, some (resamples, samples) at a time."""
+    rng = np.random.default_rng(seed)
+    size = found.values.size
+    step = max(1, _AT_ONCE // size)
+    for start in range(0, resamples, step):
+        count = min(step, resamples - start)
+        if way.members is None:
+            yield found.values[rng.integers(0, size, (count, size))]
+        else:
+            yield np.stack([found.values[_drawn(way.members, size, rng)] for _ in range(count)])
+
+
+def _drawn(members: list[np.ndarray], size: int, rng) -> np.ndarray:
+    """Return the members of blocks drawn with replacement until there are as many as samples."""
+    mean = sum(map(len, members)) / len(members)
+    drawn: list[np.ndarray] = []
+    short = size
+    while short > 0:
+        drawn += [members[k] for k in rng.integers(0, len(members), max(1, int(np.ceil(short / mean))))]
+        short = size - sum(map(len, drawn))
+    return np.concatenate(drawn)[:size]
+
+
+def _resampling(found: Samples, block: Any) -> Resampling:
+    from ..units import positive
+
+    effective = independent_places(found.values, found.places)
+    if found.places is None:
+        return Resampling(effective, 0.0, None)
+    side = block_side(found.values, found.places, effective) if block is None else positive(block, "nm", "block")
+    return Resampling(effective, side, blocks(found.places, side))
+
+
+def _intervals(found: Samples, way: Resampling, functions, confidence, resamples, seed) -> np.ndarray:
+    """Return (2, statistics): lower and upper ends."""
+    drawn = [
+        [values.mean(axis=1), *(function(values, axis=1) for function in functions.values())]
+        for values in resampled(found, way, resamples, seed=seed)
+    ]
+    means, *replicates = np.concatenate(drawn, axis=1)
+    estimate = np.array([function(found.values) for function in functions.values()])
+    ends = np.quantile(replicates, _levels(_whole_blocks(found, way), confidence), axis=1)
+    return estimate + (ends - estimate) * _widening(found.values, way, means)
+
+
+def _whole_blocks(found: Samples, way: Resampling) -> float:
+    """Return how many blocks lie side by side on the samples."""
+    if way.members is None:
+        return float(found.values.size)
+    return len(way.members) ** 2 / sum(map(len, way.members))
+
+
+def _levels(count: float, confidence: float) -> list[float]:
+    """Return the two levels of percentiles that Student's t with ``count`` − 1 degrees of freedom asks for."""
+    from scipy.stats import norm, t
+
+    low = norm.cdf(t.ppf(0.5 - confidence / 2, max(count, 2.0) - 1))
+    return [low, 1 - low]
+
+
+def _widening(values: np.ndarray, way: Resampling, means: np.ndarray) -> float:
+    """Return by how much deviations are widened so that resampled means spread as those of independent places.
+
+    The samples' own variance is too small by one part in n: their mean was taken from them.
+    """
+    if means.std() == 0:
+        return 1.0
+    return max(1.0, float(values.std() / np.sqrt(max(way.independent, 2.0) - 1) / means.std()))
+
+
+def _between(value: float, name: str):
+    if not 0 < value < 1:
+        raise ValueError(f"{name}: expected a number between 0 and 1, found {value!r}")

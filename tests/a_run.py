@@ -1,0 +1,61 @@
+"""A small run of all kinds of solves, for the tests to disturb: it takes about a second."""
+
+import functools
+import os
+import signal
+
+import dask
+import numpy as np
+
+from roughxr.direct import direct
+from roughxr.pull_off_map import pull_off_map
+from roughxr.runs import checkpointed
+from roughxr.statistics import pull_off
+from roughxr.superposition import superpose
+
+from .surfaces import glass_pair, rough, scan
+
+PLACES = (6, 5)
+ARGUMENTS = {"subregions": PLACES, "delta": [1.0, 2.0, 3.0]}
+
+
+@functools.cache
+def surface(seed=3):
+    return glass_pair(scan(rough(96, rms=1.5, seed=seed), title=f"surface {seed}"))
+
+
+def solutions(ds):
+    return {
+        "solutions/direct": direct(ds, **ARGUMENTS),
+        "solutions/contact": direct(ds, fields=True, **ARGUMENTS),
+        "solutions/energy": (summed := superpose(ds, delta=np.arange(-5, 5, 0.1), subregions=PLACES)),
+        "statistics/energy": pull_off(summed),
+        "statistics/map": pull_off_map(ds, subregions=(40, 40)),
+    }
+
+
+def run(output, *, seed=3, arguments=ARGUMENTS, **options):
+    ds = surface(seed)
+    return checkpointed(lambda: solutions(ds), output, scan=ds, arguments=arguments, **options)
+
+
+def in_a_process(output, limit=None, told=None, **options):
+    """Run, as a child that can be killed; with at most ``limit`` bytes in any file."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    if limit is not None:
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+    if options.get("scheduler") == "processes":
+        dask.config.set({"multiprocessing.context": "fork", "num_workers": 2})
+    try:
+        run(output, **options)
+    except BaseException as error:
+        if told is not None:
+            told.put((type(error).__name__, str(error)))
+        os._exit(130 if isinstance(error, KeyboardInterrupt) else 1)
+
+
+if __name__ != "__main__":  # what the children share: everything imported and compiled
+    with dask.config.set(scheduler="synchronous"):
+        solutions(surface())

@@ -1,0 +1,263 @@
+"""Adhesive direct simulation: JKR, ellipses, Maugis, and the limits in between."""
+
+import warnings
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from roughxr.adhesive import adhesive, elastic_pull_off, tabor
+from roughxr.asperities import asperities
+from roughxr.direct import direct
+from roughxr.kernels import jkr, maugis
+from tests import surfaces
+
+PIXEL = 9.77
+RADIUS, W = 3000.0, 2 * 0.6747
+PULL = 1.5 * np.pi * W * RADIUS
+
+
+def flat(pixel=PIXEL, n=85):
+    return surfaces.glass_pair(surfaces.scan(np.zeros((n, n)), pixel))
+
+
+def units(ds):
+    a = (9 * np.pi * W * RADIUS**2 / (8 * float(ds.contact_modulus))) ** (1 / 3)
+    return a, a * a / RADIUS
+
+
+def exact(delta, scale):
+    return PULL * np.array([jkr.load(jkr.stable_semi_axis(d / scale)) for d in delta])
+
+
+CENTRES = {"on a pixel": (0.0, 0.0), "on a corner": (0.5, 0.5), "elsewhere": (0.31, 0.17)}
+
+#: Largest error of force (in pull-offs) and area: a front that crosses whole rows on four sides at once jerks.
+ERRORS = {(0.0, 0.0): (0.02, 0.04), (0.5, 0.5): (0.023, 0.04), (0.31, 0.17): (0.01, 0.02)}
+
+
+def at(offset, pixel):
+    return [offset[0] * pixel], [offset[1] * pixel]
+
+
+@pytest.fixture(scope="module", params=CENTRES, ids=list(CENTRES))
+def cycle(request):
+    ds, delta = flat(), np.arange(-1.25, 5.01, 0.25)
+    centre = at(CENTRES[request.param], PIXEL)
+    errors = ERRORS[CENTRES[request.param]]
+    return ds, adhesive(ds, delta=delta, subregions=centre, profile="parabola"), errors
+
+
+def test_sphere_pulls_off_as_jkr(cycle):
+    ds, solution, _ = cycle
+    assert bool(solution.converged.all())
+    assert float(solution.pull_off_force[0]) == pytest.approx(PULL, rel=0.02)
+    _, scale = units(ds)
+    assert float(solution.detachment_delta[0]) == pytest.approx(jkr.END_DELTA * scale, abs=0.2)
+
+
+def test_sphere_follows_jkr_on_retraction(cycle):
+    ds, solution, errors = cycle
+    retraction = solution.sel(branch="retraction")
+    _, scale = units(ds)
+    error = retraction.force.values[0] - exact(solution.delta.values, scale)
+    assert np.abs(error).max() < errors[0] * PULL
+
+
+def test_sphere_loads_on_the_same_branch(cycle):
+    ds, solution, _ = cycle
+    loading = solution.sel(branch="loading", delta=slice(0.5, None))
+    _, scale = units(ds)
+    error = loading.force.values[0] - exact(loading.delta.values, scale)
+    assert np.abs(error).max() < 0.03 * PULL
+    assert float(solution.snap_in_force[0]) == pytest.approx(8 / 9 * PULL, rel=0.06)  # within one step
+    assert not solution.sel(branch="loading", delta=slice(None, -0.5)).force.any()
+
+
+def test_sphere_has_the_contact_area_of_jkr(cycle):
+    ds, solution, errors = cycle
+    a, scale = units(ds)
+    retraction = solution.sel(branch="retraction")
+    expected = np.pi * a**2 * np.array([jkr.stable_semi_axis(d / scale) for d in solution.delta.values]) ** 2
+    assert np.abs(retraction.contact_area.values[0] / expected - 1).max() < errors[1]
+
+
+def test_a_cycle_loses_what_jumps_free(cycle):
+    _, solution, _ = cycle
+    lost = float(solution.hysteresis[0])
+    final = float(solution.dissipated.sel(branch="retraction")[0].max())
+    # the reversible branch between snap-in and pull-off frees next to nothing
+    back = solution.dissipated.sel(branch="retraction").values[0]
+    assert abs(back.max() - back.min()) < 0.03 * lost
+    assert 0 < final < lost
+
+
+def test_error_falls_with_the_pixel():
+    errors = []
+    for pixel in (2 * PIXEL, PIXEL, PIXEL / 2):
+        n = int(680 / pixel) | 1
+        solution = adhesive(flat(pixel, n), delta=[-1, 0.1], subregions=at((0.31, 0.17), pixel), profile="parabola")
+        errors.append(abs(float(solution.pull_off_force[0]) / PULL - 1))
+    assert errors[0] < 0.03
+    assert errors[1] < 0.02
+    assert errors[2] < 0.01
+
+
+@pytest.mark.parametrize("ratio, expected", [(5, 0.981), (10, 0.966)])
+def test_ellipses_relative_to_the_sphere(ratio, expected):
+    n, pulls = 121, {}
+    x = (np.arange(n) - (n - 1) / 2 + 0.31) * PIXEL
+    for r in (1, ratio):
+        sphere = 1 / (2 * 1e9)
+        A, B = 1 / (2 * RADIUS) / np.sqrt(r) - sphere, np.sqrt(r) / (2 * RADIUS) - sphere
+        ds = surfaces.scan(-(A * x[:, None] ** 2 + B * x[None, :] ** 2), PIXEL)
+        ds = surfaces.glass_pair(ds, sphere_radius=1e9)
+        ds["height"] = ds.height - ds.height.max() + 0.0
+        window = ds.isel(x=slice(10, -10), y=slice(10, -10))
+        solution = adhesive(window, delta=[-1.0, 0.25], subregions=([0.0], [0.0]), profile="parabola")
+        pulls[r] = float(solution.pull_off_force[0])
+    assert pulls[ratio] / pulls[1] == pytest.approx(expected, abs=0.01)
+
+
+@pytest.mark.parametrize("parameter, refine", [(0.5, 1), (1.0, 1), (2.0, 2)])
+def test_dugdale_pulls_off_as_maugis(parameter, refine):
+    ds = flat(1.6 * PIXEL, 53)
+    K = 4 / 3 * float(ds.contact_modulus)
+    strength = parameter / 2 * (np.pi * W * K**2 / RADIUS) ** (1 / 3)
+    solution = adhesive(
+        ds,
+        delta=[-1, 0.3],
+        subregions=at((0.31, 0.17), PIXEL),
+        law="dugdale",
+        strength=strength,
+        refine=refine,
+        profile="parabola",
+    )
+    expected = np.pi * W * RADIUS * maugis.pull_off(parameter)
+    assert float(solution.pull_off_force[0]) == pytest.approx(expected, rel=0.02)
+
+
+def test_exponential_law_lies_between_the_limits():
+    ds = flat(3 * PIXEL, 31)
+    solution = adhesive(ds, delta=[-1, 0.3], law="exponential", strength=0.8, profile="parabola", step=0.5)
+    pull = float(solution.pull_off_force[0]) / (np.pi * W * RADIUS)
+    assert 1.5 < pull < 2.0
+
+
+@pytest.mark.parametrize("law", [{}, {"law": "dugdale", "strength": 0.5}])
+def test_without_adhesion_it_is_the_elastic_contact(law):
+    ds = surfaces.glass_pair(surfaces.scan(surfaces.rough(64, rms=2.0), PIXEL))
+    ds["work_of_adhesion"] = 0.0
+    delta = [3.0, 6.0, 9.0]
+    adhering = adhesive(ds, delta=delta, step=1.0, **law).force
+    elastic = direct(ds, delta=delta, tolerance=1e-9).force
+    for branch in ("loading", "retraction"):
+        np.testing.assert_allclose(adhering.sel(branch=branch), elastic, rtol=1e-6)
+
+
+@pytest.mark.parametrize("pixel", [PIXEL, PIXEL / 2])
+def test_pull_off_from_the_elastic_sweep_of_a_sphere(pixel):
+    ds = flat(pixel, 121)
+    elastic = direct(ds, delta=np.arange(0.25, 10, 0.25), profile="parabola")
+    found = elastic_pull_off(elastic)
+    assert float(found.pull_off_force[0]) == pytest.approx(PULL, rel=0.01)
+    assert bool(found.bracketed[0])
+
+
+@pytest.fixture(scope="module")
+def ground():
+    return surfaces.glass_pair(surfaces.scan(surfaces.rough(80, rms=1.0, smooth=5.0, seed=3), PIXEL))
+
+
+def quiet(*arguments, **options):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        return adhesive(*arguments, **options)
+
+
+def test_rough_contact_keeps_its_order_of_events(ground):
+    solution = quiet(ground, delta=np.arange(0, 9, 0.5), subregions=(2, 2))
+    assert (solution.detachment_delta <= solution.pull_off_delta).all()
+    assert (solution.pull_off_delta < solution.snap_in_delta + 1).all()
+    assert (solution.hysteresis > 0).all()
+    assert (solution.work_of_separation > 0).all()
+    excess = solution.force.sel(branch="retraction") - solution.force.sel(branch="loading")
+    assert float(excess.max()) < 0.02 * PULL
+
+
+def test_shorter_steps_change_little(ground):
+    pulls = [quiet(ground, delta=[6.0], subregions=(2, 2), step=step).pull_off_force for step in (0.25, 0.125)]
+    assert float(abs(pulls[1] / pulls[0] - 1).max()) < 0.01
+
+
+def test_lazy_scans_give_the_same(ground):
+    eager = quiet(ground, delta=[2.0, 5.0], subregions=(2, 1), step=0.5)
+    lazy = quiet(ground.chunk(x=30, y=50), delta=[2.0, 5.0], subregions=(2, 1), step=0.5)
+    assert lazy.force.chunks is not None
+    xr.testing.assert_allclose(lazy.compute().drop_attrs(), eager.drop_attrs())
+
+
+def test_refining_finds_the_sphere_again():
+    # an asperity whose contact is a pixel wide, as the scan itself: splines carry its shape to finer cells
+    n, radius = 21, 100.0
+    x = (np.arange(n) - (n - 1) / 2 + 0.31) * PIXEL
+    ds = surfaces.glass_pair(surfaces.scan(-(x[:, None] ** 2 + x[None, :] ** 2) / (2 * radius), PIXEL), 1e9)
+    pull = 1.5 * np.pi * W * radius
+    error = {}
+    for refine in (1, 8):
+        solution = quiet(ds, delta=[-1.0, 0.1], refine=refine, datum="first_contact")
+        error[refine] = abs(float(solution.pull_off_force[0]) / pull - 1)
+    assert solution.refinement == "bicubic spline"
+    assert error[8] < 0.02
+    assert error[8] < error[1]
+
+
+def test_poor_resolution_is_said():
+    ds = surfaces.glass_pair(surfaces.scan(surfaces.rough(64, rms=3.0, smooth=1.0), PIXEL))
+    with pytest.warns(UserWarning, match="refine"):
+        adhesive(ds, delta=[5.0], step=1.0)
+
+
+def test_too_many_cells_are_said(ground):
+    with pytest.warns(UserWarning, match="max_cells"):
+        solution = adhesive(ground, delta=[8.0], step=1.0, max_cells=50)
+    assert not bool(solution.complete[0])
+    assert np.isnan(solution.pull_off_force[0])
+
+
+def test_out_of_reach_nothing_happens(ground):
+    solution = quiet(ground, delta=[-30.0, -25.0])
+    assert not solution.force.any()
+    assert np.isnan(solution.pull_off_force).all()
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"law": "jkr"}, "griffith"),
+        ({"law": "dugdale"}, "strength"),
+        ({"strength": 1.0}, "strength"),
+        ({"law": "dugdale", "strength": 5.0}, "process zone .* refine="),
+        ({"refine": 0}, "refine"),
+        ({"refine": 1.5}, "refine"),
+        ({"step": -1.0}, "step"),
+        ({"tolerance": 2.0}, "tolerance"),
+        ({"datum": "lowest"}, "datum"),
+    ],
+)
+def test_what_is_refused(ground, options, message):
+    with pytest.raises(ValueError, match=message):
+        adhesive(ground, delta=[1.0], **options)
+
+
+def test_work_of_adhesion_is_needed(ground):
+    with pytest.raises(ValueError, match="work_of_adhesion"):
+        adhesive(ground.drop_vars("work_of_adhesion"), delta=[1.0])
+
+
+def test_tabor_parameter_stands_in_the_catalogue(ground):
+    catalogue = tabor(asperities(ground))
+    peaks = catalogue.curvature_min > 0
+    assert (catalogue.tabor_parameter[peaks] > 0).all()
+    smooth = 2 * RADIUS  # an asperity flatter than the sphere is closer to JKR than any sharp one
+    assert float(catalogue.tabor_parameter.max()) < maugis.tabor(0.5 / smooth, 0.5 / smooth, 39.4, W, 0.3)

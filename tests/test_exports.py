@@ -1,0 +1,75 @@
+"""Tables for resuspension models and for anyone with pandas."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+import roughxr
+from roughxr import schema
+from roughxr.exports import to_resuspension, to_table
+
+
+@pytest.fixture
+def pull():
+    values = {
+        "pull_off_force": ("subregion", [300.0, 100, np.nan, 200, 200]),
+        "pull_off_delta": ("subregion", np.zeros(5)),
+    }
+    pair = {"sphere_radius": 1000.0, "contact_modulus": 40.0, "work_of_adhesion": 0.1}
+    places = {"subregion_x": ("subregion", np.arange(5.0)), "subregion_y": ("subregion", np.zeros(5))}
+    return schema.label(xr.Dataset(values, coords=pair | places))
+
+
+def test_resuspension_table_is_the_distribution(pull, tmp_path):
+    path = to_resuspension(pull, tmp_path / "adhesion.csv")
+    table = pd.read_csv(path, comment="#")
+    assert table.columns.tolist() == ["force_nN", "cdf", "force_over_smooth"]
+    assert table.force_nN.tolist() == [100, 200, 300] and table.cdf.tolist() == [0.25, 0.75, 1.0]
+    np.testing.assert_allclose(table.force_over_smooth, table.force_nN / (1.5 * np.pi * 0.1 * 1000))
+    head = path.read_text(encoding="utf-8")
+    assert "places: 4; where nothing pulls: 1" in head and "sphere radius [nm]: 1000" in head
+    assert "smooth sphere's pull-off force: 471.239 nN" in head
+
+
+def test_a_solution_that_is_no_pull_off_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="pull_off"):
+        to_resuspension(xr.Dataset({"force": ("subregion", [1.0])}), tmp_path / "a.csv")
+    assert not list(tmp_path.iterdir())
+
+
+def test_csv_comes_back_as_it_was(pull, tmp_path):
+    table = pd.read_csv(to_table(pull, tmp_path / "pull.csv"))
+    np.testing.assert_array_equal(table["pull_off_force [nN]"], pull.pull_off_force)
+    assert {"subregion", "subregion_x [nm]", "sphere_radius [nm]", "pull_off_delta [nm]"} <= set(table)
+    assert len(table) == 5
+
+
+def test_a_catalogue_and_a_sweep_are_tables_too(tmp_path):
+    scan = roughxr.synthetic.self_affine((48, 48), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    catalogue = roughxr.asperities(scan)
+    table = pd.read_csv(to_table(catalogue, tmp_path / "asperities.csv"))
+    np.testing.assert_allclose(table["curvature_max [nm-1]"], catalogue.curvature_max)
+    scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
+    sweep = roughxr.direct(scan, delta=[1, 2], subregions=(2, 2))
+    assert len(pd.read_csv(to_table(sweep, tmp_path / "direct.csv"))) == 8
+    with pytest.raises(ValueError, match="maps of x and y: height"):
+        to_table(scan, tmp_path / "scan.csv")
+
+
+def test_parquet_keeps_units(pull, tmp_path):
+    pytest.importorskip("pyarrow", reason="Parquet needs pyarrow")
+    table = pd.read_parquet(to_table(pull, tmp_path / "pull.parquet"))
+    np.testing.assert_array_equal(table.pull_off_force, pull.pull_off_force)
+    assert table.attrs["units"]["pull_off_force"] == "nN"
+
+
+def test_without_pyarrow_it_is_said_what_to_install(pull, tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
+    with pytest.raises(ImportError, match=r"roughxr\[parquet\]"):
+        to_table(pull, tmp_path / "pull.parquet")
+
+
+def test_other_endings_are_refused(pull, tmp_path):
+    with pytest.raises(ValueError, match=r"'\.csv', '\.parquet'"):
+        to_table(pull, tmp_path / "pull.xlsx")

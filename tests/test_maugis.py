@@ -1,0 +1,43 @@
+"""Maugis's sphere: published figures, both limits, and the shipped table against the closed form."""
+
+import numpy as np
+import pytest
+
+from roughxr.kernels import jkr, maugis
+from roughxr.kernels.elliptic_table import lookup, mark
+
+
+@pytest.mark.parametrize("parameter, pull", [(0.1, 1.95059), (0.5, 1.71825), (1, 1.60073), (2, 1.53460), (5, 1.50635)])
+def test_pull_off_between_the_limits(parameter, pull):
+    assert maugis.pull_off(parameter) == pytest.approx(pull, abs=2e-5)
+
+
+def test_large_parameters_are_jkr():
+    P, a, delta = maugis.branch(50.0, 1 + np.geomspace(1e-5, 1e-2, 50))
+    stable = a > 0.6
+    assert stable.any()
+    np.testing.assert_allclose(P[stable], jkr.load(a[stable]), rtol=1e-3, atol=5e-3)
+    np.testing.assert_allclose(delta[stable], jkr.displacement(a[stable]), rtol=1e-3, atol=5e-3)
+
+
+def test_small_parameters_are_dmt():
+    assert maugis.pull_off(1e-3) == pytest.approx(2.0, abs=2e-3)
+
+
+@pytest.mark.parametrize("parameter", [0.05, 0.13, 0.5, 0.85, 1.0, 1.3, 2.0, 6.0, 30.0])
+def test_the_table_holds_the_closed_form(parameter):
+    table, row = maugis.table(), maugis.row_of(parameter)
+    P, a, delta = maugis.branch(parameter, 1 + np.geomspace(1e-6, 1e4, 2001))
+    end = int(np.argmin(delta))
+    tabulated_end = mark(table.marks, row, 0)
+    assert tabulated_end == pytest.approx(delta[end], abs=2e-3)
+    assert mark(table.marks, row, 1) == pytest.approx(P.min(), abs=1e-4)
+    away = [k for k in range(end) if 0.02 < delta[k] - tabulated_end < 50]  # the turn itself: square roots
+    read = np.array([lookup(table.branch, row, delta[k] - tabulated_end)[:2] for k in away])
+    assert np.max(np.abs(read[:, 0] - P[away]) / np.maximum(1, abs(P[away]))) < 0.01
+    assert np.max(np.abs(read[:, 1] - a[away]) / np.maximum(1, a[away])) < 0.02
+
+
+@pytest.mark.parametrize("radius, expected", [(3000, 4.9), (100, 1.6), (10, 0.7)])
+def test_tabor_parameter_of_glass(radius, expected):
+    assert maugis.tabor(0.5 / radius, 0.5 / radius, 39.407, 2 * 0.6421, 0.3) == pytest.approx(expected, abs=0.05)

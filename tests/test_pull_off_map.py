@@ -1,0 +1,228 @@
+"""The exact pull-off against plain superposition, very fine sweeps and single asperities."""
+
+import dask
+import numpy as np
+import pytest
+import xarray as xr
+
+import roughxr
+from roughxr.asperities import asperities
+from roughxr.kernels import branches
+from roughxr.kernels import pull_off as kernel
+from roughxr.kernels.asperity_contact import Scales, asperity_contact, law
+from roughxr.kernels.elliptic_table import LARGEST_RATIO
+from roughxr.pull_off_map import catalogue_field, options_of, pull_off_map
+from roughxr.statistics import pull_off
+from roughxr.superposition import FORMULATIONS, superpose
+
+from .surfaces import glass_pair, rough, scan
+from .test_direct import refuse
+from .test_superposition import W, one_asperity
+
+RATIOS = np.exp(np.linspace(0, np.log(LARGEST_RATIO), 25))
+
+
+@pytest.fixture(scope="module")
+def surface():
+    return glass_pair(scan(rough(128, rms=1.5, seed=11)))
+
+
+@pytest.fixture(scope="module")
+def glass():
+    scan = roughxr.open_sample("glass")
+    return roughxr.assign_pair(scan, sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+
+
+def unit_scales(name, ratio):
+    """Return the scales of an asperity in its own units, P* = δ* = a* = 1."""
+    from roughxr.kernels.asperity_contact import asperity_scales
+
+    found = asperity_scales(1e-3, 1e-3 * ratio, 40.0, 1.0, law(name))
+    return Scales(1.0, 1.0, 1.0, 1.0, found.end, found.row)
+
+
+def a_line(name, ratio):
+    scales = unit_scales(name, ratio)
+    line = np.empty(branches.LENGTH)
+    branches.collapse(law(name).branch, scales.row, branches.P, line)
+    return scales, line
+
+
+@pytest.mark.parametrize("name", ["energy", "johnson_greenwood"])
+def test_a_collapsed_branch_is_the_table(name):
+    for ratio in RATIOS:
+        scales, line = a_line(name, ratio)
+        for above_end in (1e-9, 0.01, 0.4, 3.0, 300.0):
+            force, _ = branches.line_force(line, above_end)
+            expected = asperity_contact(scales.end + above_end, scales, law(name).branch).P
+            assert force == pytest.approx(expected, rel=1e-12, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["energy", "johnson_greenwood"])
+def test_slopes_are_derivatives(name):
+    for ratio in RATIOS:
+        _, line = a_line(name, ratio)
+        for at in (0.05, 0.5, 5.0, 50.0):
+            h = 1e-5 * at
+            (low, _), (high, _) = branches.line_force(line, at - h), branches.line_force(line, at + h)
+            assert branches.line_force(line, at)[1] == pytest.approx((high - low) / (2 * h), rel=1e-5, abs=1e-5)
+    for delta in (-0.6, -1 / 3, 0.0, 4.0):
+        (low, _), (high, _) = branches.closed_force(delta - 1e-6), branches.closed_force(delta + 1e-6)
+        assert branches.closed_force(delta)[1] == pytest.approx((high - low) / 2e-6, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["energy", "johnson_greenwood"])
+def test_every_branch_is_convex_and_begins_with_a_pull(name):
+    """On this the proof of the walk rests."""
+    above_end = np.linspace(1e-4, 12, 4001) ** 2
+    for ratio in RATIOS:
+        _, line = a_line(name, ratio)
+        found = np.array([branches.line_force(line, at) for at in above_end])
+        assert (np.diff(found[:, 1]) > 0).all()
+        assert found[0, 0] < 0
+    closed = np.array([branches.closed_force(d) for d in -(3.0 ** (-1 / 3)) + above_end])
+    assert (np.diff(closed[:, 1]) > 0).all()
+    assert closed[0, 0] < 0
+
+
+@pytest.mark.parametrize("name", ["energy", "johnson_greenwood"])
+def test_no_branch_falls_below_its_mark(name):
+    """The bound takes an asperity's largest pull from the table's mark, with the table's own error added."""
+    from roughxr.kernels.elliptic_table import mark
+
+    for ratio in RATIOS:
+        scales, line = a_line(name, ratio)
+        least = min(branches.line_force(line, at)[0] for at in np.linspace(0.01, 1.5, 3001) ** 2)
+        assert least >= mark(law(name).marks, scales.row, 1) * (1 + kernel._TABLE_ERROR)
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_no_fine_sweep_finds_a_larger_pull(surface, formulation):
+    """At the displacement found `superpose` gives that very force, and none of 12,000 displacements a lower one."""
+    rng = np.random.default_rng(0)
+    low, high = float(surface.x[0]), float(surface.x[-1])
+    places = rng.uniform(low, high, 30), rng.uniform(low, high, 30)
+    found = pull_off_map(surface, subregions=places, formulation=formulation)
+    deltas = np.arange(-4, 20, 0.002)
+    swept = pull_off(superpose(surface, delta=deltas, subregions=places, formulation=formulation))
+    excess = found.pull_off_force - swept.pull_off_force
+    assert (excess >= 0).all()
+    assert (excess < 0.02 * found.pull_off_force).all()
+    np.testing.assert_allclose(found.pull_off_delta, swept.pull_off_delta, atol=0.03)
+    near = np.unique(found.pull_off_delta.values[:, None] + np.linspace(-1e-4, 1e-4, 9))
+    closer = superpose(surface, delta=near, subregions=places, formulation=formulation).force.min("delta")
+    assert (found.pull_off_force >= -closer * (1 - 1e-12)).all()
+
+
+def test_the_map_is_plain_superposition_at_200_random_centres(glass):
+    """To 1e-10, at every pixel's place on the map; contacts and flags too."""
+    rng = np.random.default_rng(1)
+    catalogue = asperities(glass)
+    i, j = rng.integers(0, 512, (2, 200))
+    x, y = glass.x.values[i], glass.y.values[j]
+    found = pull_off_map(catalogue, subregions=(x, y))
+    for k in range(200):
+        one = superpose(catalogue, delta=[found.pull_off_delta.item(k)], subregions=(x[k : k + 1], y[k : k + 1]))
+        assert one.force.item() == pytest.approx(-found.pull_off_force.item(k), rel=1e-10)
+        assert one.contacts.item() == found.contacts.item(k)
+        assert bool(one.truncated) == bool(found.truncated[k])
+
+
+def test_nothing_pulls_harder_anywhere(glass):
+    """The proof beyond the first look, checked by sweeping on to where the whole scan is in contact."""
+    rng = np.random.default_rng(2)
+    places = rng.uniform(500, 4500, 6), rng.uniform(500, 4500, 6)
+    catalogue = asperities(glass)
+    found = pull_off_map(catalogue, subregions=places)
+    swept = superpose(catalogue, delta=np.arange(0, 120, 0.25), subregions=places)
+    assert (-swept.force.min("delta") <= found.pull_off_force).all()
+
+
+def test_every_pixel_lies_on_the_scan(surface):
+    part = surface.isel(x=slice(20, 41), y=slice(30, 47))
+    found = pull_off_map(part)
+    assert found.pull_off_force.dims == ("x", "y")
+    assert found.pull_off_force.shape == (21, 17)
+    x, y = np.meshgrid(part.x, part.y, indexing="ij")
+    listed = pull_off_map(part, subregions=(x.ravel(), y.ravel()))
+    np.testing.assert_array_equal(found.pull_off_force.values.ravel(), listed.pull_off_force)
+    np.testing.assert_array_equal(found.pull_off_delta.values.ravel(), listed.pull_off_delta)
+    assert found.pull_off_force.units == "nN"
+
+
+def test_one_sphere_pulls_off_as_jkr():
+    """3/2 π w R' at δ* = −1/3, found to rounding and not to a sweep's step."""
+    radius = 1 / (1 / 200 + 1 / 3000)
+    ds = one_asperity(1 / 200, 1 / 200)
+    found = pull_off_map(ds, subregions=(1, 1), formulation="self_similar")
+    assert found.pull_off_force.item() == pytest.approx(1.5 * np.pi * W * radius, rel=1e-9)
+    unit = (9 * np.pi * W * radius**2 / (8 * float(ds.contact_modulus))) ** (2 / 3) / radius
+    assert found.pull_off_delta.item() == pytest.approx(-unit / 3, abs=1e-6)
+    assert found.contacts.item() == 1
+
+
+def test_first_contact_moves_the_datum_only(surface):
+    highest, first = (pull_off_map(surface, subregions=(3, 3), datum=d) for d in ("highest_peak", "first_contact"))
+    np.testing.assert_array_equal(highest.pull_off_force, first.pull_off_force)
+    one = superpose(surface, delta=first.pull_off_delta.values[:1], subregions=(3, 3), datum="first_contact")
+    assert -one.force[0].item() == pytest.approx(first.pull_off_force[0].item(), rel=1e-10)
+
+
+def test_nothing_pulls_without_adhesion(surface):
+    dry = pull_off_map(surface.assign_coords(work_of_adhesion=0.0), subregions=(2, 2))
+    assert dry.pull_off_force.isnull().all()
+    assert dry.pull_off_delta.isnull().all()
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_few_asperities_far_away_are_found(surface, count):
+    """The look grows until it meets them, however far they lie, and stops when there is nothing else."""
+    catalogue = asperities(surface)
+    few = catalogue.isel(asperity=np.flatnonzero(~catalogue.saddle)[:count])
+    found = pull_off_map(few, subregions=([float(surface.x[-1])], [float(surface.y[-1])]))
+    swept = superpose(few, delta=np.arange(-4, 500, 0.01), subregions=([float(surface.x[-1])], [float(surface.y[-1])]))
+    assert found.pull_off_force.item() >= -swept.force.min().item()
+    assert found.pull_off_force.item() == pytest.approx(-swept.force.min().item(), rel=1e-3)
+
+
+def test_a_scan_without_asperities_pulls_nowhere():
+    flat = glass_pair(scan(np.tile(np.linspace(0, 1, 9), (9, 1))))
+    empty = asperities(flat).isel(asperity=slice(0))
+    assert pull_off_map(empty, subregions=(2, 2)).pull_off_force.isnull().all()
+
+
+@pytest.mark.parametrize("formulation", ["energy", "self_similar"])
+def test_results_do_not_depend_on_the_company(surface, formulation):
+    """Each centre alone gives the very bits that it gives among others."""
+    together = pull_off_map(surface, subregions=(5, 5), formulation=formulation)
+    x, y = (together[name].values for name in ("subregion_x", "subregion_y"))
+    alone = [pull_off_map(surface, subregions=(x[k : k + 1], y[k : k + 1]), formulation=formulation) for k in range(25)]
+    np.testing.assert_array_equal(together.pull_off_force, [a.pull_off_force.item() for a in alone])
+    np.testing.assert_array_equal(together.pull_off_delta, [a.pull_off_delta.item() for a in alone])
+
+
+def test_few_loads_are_needed(glass):
+    """The bounds do their work: a search of all intervals would need some hundred thousand loads per centre."""
+    options = options_of(glass, [0.0], "jkr", "energy", "highest_peak", "sphere")
+    forest = kernel.plant(catalogue_field(glass, options)[0], law("energy"), 3000.0, 0)
+    rng = np.random.default_rng(3)
+    x, y = rng.uniform(0, 5000, (2, 200))
+    found = kernel.pull_offs(x, y, forest, law("energy").branch, 3000.0, 0)
+    assert found[:, kernel.EVALUATIONS].mean() < 3000
+
+
+@pytest.mark.parametrize("scheduler", ["synchronous", "threads", "processes"])
+def test_lazy_and_on_every_scheduler_the_same(surface, scheduler):
+    with dask.config.set(scheduler="synchronous"):
+        expected = pull_off_map(surface, subregions=(30, 30))
+    with dask.config.set(scheduler=refuse):
+        lazy = pull_off_map(surface.chunk(x=64, y=50), subregions=(30, 30))
+    with dask.config.set(scheduler=scheduler):
+        xr.testing.assert_equal(lazy.compute(), expected)
+
+
+def test_a_catalogue_has_no_pixels(surface):
+    with pytest.raises(ValueError, match="expected a scan, found a catalogue"):
+        pull_off_map(asperities(surface))
+    with pytest.raises(ValueError, match="subregions: expected one of 'every pixel'"):
+        pull_off_map(surface, subregions="all")

@@ -1,0 +1,198 @@
+"""The report: one page that tells all, opens without a network, and looks whole in a browser, narrow and wide."""
+
+import html.parser
+import json
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import roughxr
+from roughxr import analysis, archive, report, schema
+
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+#: Asks a loaded page for what went wrong, and writes the answer where ``--dump-dom`` shows it.
+PROBE = """<script>
+const wrong = []; window.addEventListener("error", found => wrong.push(String(found.message)), true);
+window.addEventListener("load", () => { const seen = {
+  pictures: [...document.images].map(one => one.naturalWidth), wrong: wrong,
+  page: document.documentElement.scrollWidth, window: window.innerWidth,
+  asked: performance.getEntriesByType("resource").filter(one => !one.name.startsWith("data:")).length };
+  const told = document.createElement("pre"); told.id = "probe"; told.textContent = JSON.stringify(seen);
+  document.body.append(told); });
+</script>"""
+
+
+@pytest.fixture(scope="module")
+def run():
+    surface = roughxr.synthetic.self_affine((96, 96), 10, rms=1, hurst=0.8, rolloff=150, seed=4)
+    bump = 14 * np.exp(-((surface.x - 160) ** 2 + (surface.y - 480) ** 2) / (2 * 25**2))
+    surface = surface.assign(height=(surface.height + bump).assign_attrs(surface.height.attrs))
+    scan = roughxr.assign_pair(surface, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.5)
+    plan = analysis.plan(scan, subregions=(3, 3), delta=[4, 8, 12, 16])
+    return analysis.analyse(scan, plan)
+
+
+@pytest.fixture(scope="module")
+def written(run, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("report")
+    return report.write_report(archive.save(run, folder / "run.nc"), folder / "report.html")
+
+
+class Page(html.parser.HTMLParser):
+    """What a page is made of."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.links = [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.links += [value for name, value in attrs if name in ("src", "href", "data", "srcset")]
+
+
+def test_page_holds_everything_itself(written):
+    text = written.read_text(encoding="utf-8")
+    page = Page(text)
+    assert page.tags.count("img") == 9 and "script" not in page.tags and "link" not in page.tags
+    assert all(link.startswith("data:image/png;base64,") for link in page.links)
+    assert "url(" not in text and "@import" not in text
+    assert len(text) < 4e6
+
+
+def test_page_tells_what_was_analysed_and_found(written, run):
+    text = re.sub(r"data:image[^\"]*", "", written.read_text(encoding="utf-8"))
+    for words in ("96 × 96 pixels", "500 nm", "40 GPa", "0.5 J/m²", "9 contact centres", "How to cite", "Cheng"):
+        assert words in text
+    table = report.interval_table(run)
+    mean = table.loc[("pull-off force, mean [µN]", "all places"), "estimate"]
+    assert mean == pytest.approx(float(run["statistics/energy"].pull_off_force.mean()) / 1e3)
+    assert f"{mean:.3g}" in text
+    assert "synthetic: made from a seed" in text and "1 of 9 places hold debris by rule" in text
+
+
+def test_intervals_hold_their_estimates_and_debris_makes_a_second_row(run):
+    table = report.interval_table(run)
+    assert (table.low <= table.estimate).all() and (table.estimate <= table.high).all()
+    assert set(table.index.get_level_values("places")) == {"all places", "without debris"}
+    assert (table["independent places"] <= 9).all()
+
+
+def test_cautions_say_what_is_wrong(run):
+    spoiled = dict(run)
+    bad = run["solutions/direct"].copy(deep=True)
+    bad["converged"][0, 0], bad["truncated"][3:5, -1] = False, True
+    spoiled["solutions/direct"] = bad
+    pull = run["statistics/energy"].copy(deep=True)
+    pull["bracketed"][:] = True
+    pull["bracketed"][2], pull["pull_off_force"][5] = False, np.nan
+    pull["pull_off_delta"][5] = np.nan
+    spoiled["statistics/energy"] = pull
+    found = "\n".join(report.cautions(spoiled))
+    assert re.search(r"^1 of \d+ direct solves did not converge", found, re.MULTILINE)
+    assert re.search(r"Of 9 places, \d reach the scan's edge at the largest displacement \(direct", found)
+    assert "sweep was too short (energy): 1;" in found
+    assert re.search(r"nothing pulls \(energy\), .*: 1\.", found)
+
+
+def test_a_clean_run_has_no_cautions(run):
+    clean = {"scan": run["scan"].drop_attrs(), "solutions/direct": run["solutions/direct"].copy(deep=True)}
+    clean["solutions/direct"]["truncated"][:] = False
+    clean["solutions/direct"]["contact_area"][:] = 1e6
+    assert report.cautions(clean) == []
+    assert "Nothing: all solves converged" in report.page(clean)
+
+
+@pytest.mark.parametrize(("cutoff", "told"), [(20, True), (120, False)])
+def test_asperities_as_small_as_the_pixels_are_told_of(cutoff, told):
+    surface = roughxr.synthetic.self_affine((384, 384), 10, rms=1, hurst=0.4, rolloff=200, cutoff=cutoff, seed=3)
+    found = report.cautions({"asperities": roughxr.asperities(surface)})
+    assert any("prefer those of the pixels" in sentence for sentence in found) is told
+
+
+def test_what_is_missing_is_said_and_not_drawn(run):
+    text = report.page({"scan": run["scan"], "statistics/energy": run["statistics/energy"]})
+    assert "Not drawn: the run holds no solutions/direct" in text
+    assert Page(text).tags.count("img") == 2
+
+
+def test_text_of_a_file_cannot_break_the_page(run):
+    nasty = run["scan"].assign_attrs(source_file="<script>alert(1)</script>", title="a <b> & c")
+    text = report.page({"scan": nasty})
+    assert "script" not in Page(text).tags and "a &lt;b&gt; &amp; c" in text
+
+
+def test_the_command_repeats_the_run(run, tmp_path):
+    scan = run["scan"].assign_attrs(source_file="my scan.gsf", channel="Height")
+    scan = scan.assign_attrs(history="[]")
+    line = report.command({"scan": scan, "solutions/direct": run["solutions/direct"]})
+    assert line.startswith("roughxr run 'my scan.gsf' --channel Height --sphere-radius 500.0 ")
+    assert "--subregions 3 3 --delta 4 8 12 16" in line and "--level none" in line
+    options = dict(zip(line.split()[::1], line.split()[1::1]))
+    pair = {
+        "young_modulus": float(options["--young-modulus"]),
+        "poisson_ratio": float(options["--poisson-ratio"]),
+        "surface_energy": float(options["--surface-energy"]),
+    }
+    again = roughxr.assign_pair(scan.drop_vars(schema.PAIR), sphere_radius=500, **pair)
+    for name in schema.PAIR:
+        assert float(again[name]) == pytest.approx(float(run["scan"][name]), rel=1e-12)
+    assert report.command({}) == ""
+
+
+def test_a_file_that_is_no_run_is_refused(tmp_path):
+    path = archive.save({"other": xr.Dataset({"a": ("n", [1.0])})}, tmp_path / "other.nc")
+    with pytest.raises(ValueError, match="archive of a run, found groups: other"):
+        report.write_report(path, tmp_path / "report.html")
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_text_table_has_numbers_and_dashes(run):
+    told = report.text(report.contact_table(run), "Contact")
+    assert "pull-off, mean [µN]" in told and "–" in told and told.startswith("Contact\n=======")
+
+
+def test_a_real_scan_makes_a_whole_report(shared_scans, tmp_path):
+    pytest.importorskip("SurfaceTopography", reason="Bruker files need the extra roughxr[afm]")
+    scan = roughxr.level(roughxr.open_scan(shared_scans / "bruker_10um_512_rough.di"))
+    scan = roughxr.assign_pair(scan, sphere_radius=5000, contact_modulus=39.4, work_of_adhesion=0.1)
+    run = analysis.analyse(scan, analysis.plan(scan, subregions=(2, 2), delta=[30, 60]))
+    path = report.write_report(archive.save(run, tmp_path / "run.nc"), tmp_path / "report.html")
+    text = path.read_text(encoding="utf-8")
+    assert Page(text).tags.count("img") == 9 and "10 × 10 µm, 512 × 512 pixels" in text
+    assert "roughxr run bruker_10um_512_rough.di --channel Height --sphere-radius 5000.0" in text
+    assert "--level plane --subregions 2 2 --delta 30 60" in text
+
+
+def browse(path, *options):
+    """Run the browser headless, without network, and return what it says."""
+    arguments = [BROWSER, "--headless=new", "--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND"]
+    profile = f"--user-data-dir={path.parent / 'profile'}"
+    done = subprocess.run([*arguments, profile, *options, path.as_uri()], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium to open the page with")
+@pytest.mark.parametrize("width", [390, 1300])
+def test_page_is_whole_in_a_browser(written, width, tmp_path):
+    page = tmp_path / "probed.html"
+    page.write_text(written.read_text(encoding="utf-8").replace("<head>", "<head>" + PROBE), encoding="utf-8")
+    dom = browse(page, f"--window-size={width},900", "--dump-dom")
+    seen = json.loads(re.search(r'<pre id="probe">(.*?)</pre>', dom).group(1))
+    assert seen["wrong"] == [] and seen["asked"] == 0
+    assert len(seen["pictures"]) == 9 and min(seen["pictures"]) > 500
+    assert seen["window"] <= max(width, 500) and seen["page"] <= seen["window"]
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium to open the page with")
+def test_page_prints(written, tmp_path):
+    sheet = tmp_path / "report.pdf"
+    browse(written, f"--print-to-pdf={sheet}")
+    pages = len(re.findall(rb"/Type\s*/Page\b", sheet.read_bytes()))
+    assert 2 <= pages <= 8

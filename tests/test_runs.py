@@ -1,0 +1,316 @@
+"""Runs go on after whatever stopped them, and end with the same file."""
+
+import multiprocessing
+import os
+import signal
+import sqlite3
+import sys
+import time
+
+import dask
+import numpy as np
+import psutil
+import pytest
+import xarray as xr
+
+from roughxr import archive
+from roughxr.runs import checkpoint
+
+from . import a_run
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX's")
+
+SECONDS = 60
+
+#: Children are forked, cheaply, by a server that has imported and compiled everything.
+CONTEXT = multiprocessing.get_context("forkserver" if sys.platform != "win32" else "spawn")
+if sys.platform != "win32":
+    CONTEXT.set_forkserver_preload(["tests.a_run"])
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """Return the file of a run that nothing stopped, and how long it took."""
+    finish(tmp_path_factory.mktemp("first") / "run.nc")  # starts the server, which takes longer
+    path = tmp_path_factory.mktemp("undisturbed") / "run.nc"
+    began = time.monotonic()
+    finish(path)
+    return path, time.monotonic() - began
+
+
+def start(path, **options):
+    child = CONTEXT.Process(target=a_run.in_a_process, args=(path,), kwargs=options)
+    child.start()
+    return child
+
+
+def finish(path, **options):
+    child = start(path, **options)
+    child.join(SECONDS)
+    assert child.exitcode == 0
+
+
+def kill(process, number=signal.SIGKILL):
+    """Send a signal to a child, and end what it leaves behind."""
+    workers = workers_of(process)
+    if process.is_alive():
+        os.kill(process.pid, number)
+    process.join(SECONDS)
+    for worker in workers:
+        if worker.is_running():
+            worker.kill()
+
+
+def workers_of(process):
+    try:
+        return psutil.Process(process.pid).children()
+    except psutil.NoSuchProcess:  # it was faster
+        return []
+
+
+def same(path, other):
+    """Compare two archives bit by bit, all but the log of what happened when."""
+    ours, theirs = archive.load(path), archive.load(other)
+    assert list(ours) == list(theirs)
+    for name in set(ours) - {"log"}:
+        xr.testing.assert_identical(ours[name], theirs[name])
+    with xr.open_dataset(path) as root, xr.open_dataset(other) as its_root:
+        assert root.attrs == its_root.attrs
+
+
+def only(path):
+    """Check that a finished run leaves nothing but its file."""
+    assert [file.name for file in path.parent.iterdir()] == [path.name]
+
+
+def log(path):
+    return archive.load(path)["log"].message.values.tolist()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_run_killed_at_a_random_moment_goes_on(tmp_path, undisturbed, seed):
+    """The parent under threads or processes, or one of its workers; some are killed twice."""
+    expected, seconds = undisturbed
+    path, draw = tmp_path / "run.nc", np.random.default_rng(seed)
+    options = {"scheduler": "threads" if seed % 2 else "processes"}
+    for _ in range(1 + (seed % 5 == 0)):
+        child = start(path, **options)
+        time.sleep(draw.uniform(0.05, 0.9) * seconds)
+        workers = workers_of(child)
+        if seed % 4 == 2 and workers:
+            workers[0].kill()
+            child.join(SECONDS)
+            assert child.exitcode == 0  # the batches of a lost worker are done again, in the same run
+        else:
+            kill(child)
+    finish(path)
+    same(path, expected)
+    only(path)
+
+
+def test_what_was_finished_is_not_computed_again(tmp_path, undisturbed):
+    path = tmp_path / "run.nc"
+    child = start(path)
+    wait_for(path, 20)
+    kill(child)
+    finish(path)
+    kept = [int(line.split(": ")[1].split()[0]) for line in log(path) if line.endswith("kept")]
+    assert sum(kept) >= 5
+    same(path, undisturbed[0])
+
+
+def wait_for(path, results):
+    """Wait until a run has kept so many results; reads the growing log of its database."""
+    until = time.monotonic() + SECONDS
+    wal = path.with_name(path.name + ".checkpoint-wal")
+    while not wal.exists() or wal.stat().st_size < results * 4200:
+        assert time.monotonic() < until
+        time.sleep(0.002)
+
+
+def test_an_interrupt_loses_nothing(tmp_path, undisturbed):
+    path = tmp_path / "run.nc"
+    child = start(path)
+    wait_for(path, 10)
+    kill(child, signal.SIGINT)
+    assert child.exitcode == 130
+    assert not path.exists()
+    finish(path)
+    assert "resumed" in log(path)
+    same(path, undisturbed[0])
+    only(path)
+
+
+@pytest.mark.parametrize("limit", [20_000, 200_000, 800_000])
+def test_a_full_disk_is_said_and_survived(tmp_path, undisturbed, limit):
+    """A quota on the size of any file stands for the disk; the highest lets the checkpoint grow, not the archive."""
+    path, told = tmp_path / "run.nc", CONTEXT.SimpleQueue()
+    child = start(path, limit=limit, told=told)
+    child.join(SECONDS)
+    assert child.exitcode == 1
+    name, message = told.get()
+    assert name in ("OSError", "RuntimeError", "PermissionError", "FileNotFoundError"), message
+    assert not path.exists()
+    assert not list(tmp_path.glob(".run.nc.*.part"))
+    finish(path)
+    same(path, undisturbed[0])
+
+
+def stopped(path):
+    """Return the checkpoint of a run killed half-way."""
+    child = start(path)
+    wait_for(path, 20)
+    kill(child)
+    return path.with_name(path.name + ".checkpoint")
+
+
+@pytest.mark.parametrize("part", [0.0, 0.3, 0.9])
+def test_a_truncated_checkpoint_is_set_aside(tmp_path, undisturbed, part):
+    path = tmp_path / "run.nc"
+    kept = stopped(path)
+    sqlite3.connect(kept).execute("PRAGMA wal_checkpoint(TRUNCATE)").connection.close()
+    os.truncate(kept, int(part * kept.stat().st_size))
+    finish(path)
+    same(path, undisturbed[0])
+    aside = sorted(file.name for file in tmp_path.iterdir())
+    assert aside == (["run.nc", "run.nc.checkpoint.damaged-1"] if part else ["run.nc"])
+    assert any("set aside" in line for line in log(path)) == (part > 0)
+
+
+def test_a_changed_result_is_noticed(tmp_path, undisturbed):
+    path = tmp_path / "run.nc"
+    connection = sqlite3.connect(stopped(path), isolation_level=None)
+    row, data = connection.execute("SELECT rowid, data FROM results LIMIT 1").fetchone()
+    changed = data[:30] + bytes([data[30] ^ 1]) + data[31:]
+    connection.execute("UPDATE results SET data = ? WHERE rowid = ?", (changed, row))
+    connection.close()
+    finish(path)
+    assert any("thrown away" in line for line in log(path))
+    same(path, undisturbed[0])
+
+
+def test_noise_in_place_of_a_checkpoint_is_set_aside(tmp_path, undisturbed):
+    (tmp_path / "run.nc.checkpoint").write_bytes(np.random.default_rng(0).bytes(5000))
+    finish(tmp_path / "run.nc")
+    same(tmp_path / "run.nc", undisturbed[0])
+
+
+def test_two_runs_on_one_output(tmp_path, undisturbed):
+    """The second is refused and says who holds it; the first goes on undisturbed."""
+    path = tmp_path / "run.nc"
+    first = start(path)
+    wait_for(path, 5)
+    with pytest.raises(BlockingIOError, match=f"process {first.pid}"):
+        a_run.run(path)
+    first.join(SECONDS)
+    assert first.exitcode == 0
+    same(path, undisturbed[0])
+
+
+def test_the_lock_of_a_dead_run_is_no_lock(tmp_path, undisturbed):
+    path = tmp_path / "run.nc"
+    kept = stopped(path)
+    assert kept.exists()
+    finish(path)
+    same(path, undisturbed[0])
+
+
+def test_a_finished_run_is_not_repeated(tmp_path, undisturbed, monkeypatch):
+    expected, _ = undisturbed
+    before = expected.stat()
+    monkeypatch.setattr(a_run, "solutions", lambda ds: pytest.fail("computed again"))
+    groups = a_run.run(expected)
+    assert expected.stat().st_mtime_ns == before.st_mtime_ns
+    assert groups["solutions/contact"].pressure.dtype == np.float32
+    only(expected)
+
+
+def test_other_runs_under_the_same_name_are_refused_with_both_named(tmp_path, undisturbed):
+    finished, _ = undisturbed
+    stopped(tmp_path / "run.nc")
+    for path in (finished, tmp_path / "run.nc"):
+        with pytest.raises(ValueError, match=r"found delta=\[1.0, 2.0, 3.0\].*asked for delta=\[1.0, 2.5\]"):
+            a_run.run(path, arguments=a_run.ARGUMENTS | {"delta": [1.0, 2.5]})
+        with pytest.raises(ValueError, match=r"found scan='surface 3'.*asked for scan='surface 4'"):
+            a_run.run(path, seed=4)
+    only(finished)
+
+
+def test_a_file_that_is_no_run_is_refused_and_kept(tmp_path):
+    path = tmp_path / "run.nc"
+    path.write_text("a diary")
+    with pytest.raises(ValueError, match="another run"):
+        a_run.run(path)
+    assert path.read_text() == "a diary"
+    only(path)
+
+
+@pytest.mark.parametrize("scheduler", ["synchronous", "processes"])
+def test_every_scheduler_gives_the_same_file(tmp_path, undisturbed, scheduler):
+    finish(tmp_path / "run.nc", scheduler=scheduler)
+    same(tmp_path / "run.nc", undisturbed[0])
+
+
+def test_a_run_holds_what_the_functions_return(undisturbed):
+    groups = archive.load(undisturbed[0])
+    with dask.config.set(scheduler="synchronous"):
+        expected = a_run.solutions(a_run.surface())
+    for name, ds in expected.items():
+        fields = [key for key in ds.data_vars if "x" in ds[key].dims]
+        found = groups[name]
+        xr.testing.assert_identical(found.drop_vars(fields), ds.drop_vars(fields))
+        for key in fields:
+            np.testing.assert_array_equal(found[key], ds[key].astype("float32"))
+
+
+def test_failed_subregions_are_named_and_the_others_kept(tmp_path, monkeypatch):
+    path, good = tmp_path / "run.nc", a_run.direct.__globals__["_solve"]
+
+    def bad(height, datum, window, *rest):
+        if window.rows.start == 0 and window.columns.start == 0:
+            raise ZeroDivisionError("a fault")
+        return good(height, datum, window, *rest)
+
+    bad.__module__, bad.__qualname__ = good.__module__, good.__qualname__
+    with monkeypatch.context() as patch:
+        patch.setitem(a_run.direct.__globals__, "_solve", bad)
+        with pytest.raises(RuntimeError, match="of 30 subregions failed, the first, subregion 0: ZeroDivisionError: a"):
+            a_run.run(path)
+    a_run.run(path)
+    assert "direct: 29 of 30 subregions kept" in log(path)
+    assert any("subregion 0 failed" in line for line in log(path))
+
+
+def test_large_results_stay_on_the_disk(tmp_path, undisturbed, monkeypatch):
+    """Where results are too large for memory they are written to the archive from the checkpoint, and are the same."""
+    from roughxr.runs import loop
+
+    monkeypatch.setattr(loop, "_IN_MEMORY", 0)
+    a_run.run(tmp_path / "run.nc")
+    same(tmp_path / "run.nc", undisturbed[0])
+
+
+def test_the_dearest_are_begun_first():
+    from roughxr.parallel import Work, each_finished
+
+    order = []
+    work = Work(_note, [(k,) for k in range(50)], (1,), ([],))
+    with dask.config.set(scheduler="synchronous"):
+        each_finished(work, [range(k, k + 1) for k in (7, 3, 49, 0, 12)], lambda n, result: order.append(result.item()))
+    assert order == [7, 3, 49, 0, 12]
+
+
+def _note(k):
+    return np.array([float(k)])
+
+
+def test_a_checkpoint_is_not_readable_by_chance(tmp_path):
+    """What was put comes back bit by bit, NaN and all."""
+    kept = checkpoint.Checkpoint(tmp_path / "run.nc")
+    result = np.random.default_rng(0).standard_normal((2, 3))
+    result[0, 0] = np.nan
+    kept.put("stage", 0, result)
+    assert kept.kept("stage") == {0}
+    np.testing.assert_array_equal(kept.get("stage", 0, (2, 3)), result)
+    kept.close(remove=True)
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,133 @@
+"""A run on a real cluster of processes, one of which is lost half-way."""
+
+import os
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import psutil
+import pytest
+import xarray as xr
+
+from roughxr import archive, parallel
+from roughxr.direct import direct
+from roughxr.pull_off_map import pull_off_map
+from roughxr.runs import checkpointed
+from roughxr.runs.loop import on
+
+from .surfaces import glass_pair, rough, scan
+
+distributed = pytest.importorskip("distributed")
+
+SECONDS = 60
+OPTIONS = {"subregions": (14, 14), "delta": np.arange(1.0, 9.0)}
+
+
+@pytest.fixture(scope="module")
+def surface():
+    return glass_pair(scan(rough(128, rms=2.0, seed=8)))
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """Yield the address of a `dask scheduler`, and two `dask worker` processes, all on loopback."""
+    file = tmp_path / "scheduler.json"
+    environment = {**os.environ, "PYTHONPATH": os.getcwd(), "DASK_DISTRIBUTED__WORKER__MEMORY__TERMINATE": "False"}
+
+    def launch(*arguments):
+        command = [sys.executable, "-m", "dask", *arguments, "--scheduler-file", str(file), "--no-dashboard"]
+        return subprocess.Popen(command, env=environment, stderr=subprocess.DEVNULL)
+
+    scheduler = launch("scheduler", "--host", "127.0.0.1", "--port", "0")
+    workers = [launch("worker", "--nthreads", "1", "--no-nanny", "--host", "127.0.0.1") for _ in range(2)]
+    try:
+        with distributed.Client(scheduler_file=str(file), timeout=SECONDS, set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=SECONDS)
+            address = client.scheduler.address
+        yield address, workers
+    finally:
+        for process in (*workers, scheduler):
+            process.kill()
+            process.wait()
+
+
+def solve(path, surface, **options):
+    return checkpointed(
+        lambda: {"solutions/direct": direct(surface, **OPTIONS), "map": pull_off_map(surface, subregions=(40, 40))},
+        path,
+        scan=surface,
+        arguments=OPTIONS,
+        **options,
+    )
+
+
+def test_a_killed_worker_is_replaced_by_the_other(tmp_path, surface, cluster):
+    """Its subregions are done again elsewhere; the file is that of a local run; no worker opened a NetCDF file."""
+    address, workers = cluster
+    path, opened = tmp_path / "far.nc", []
+
+    def watch_and_kill():
+        wal = tmp_path / "far.nc.checkpoint-wal"
+        until = time.monotonic() + SECONDS
+        while time.monotonic() < until and (not wal.exists() or wal.stat().st_size < 60 * 4200):
+            time.sleep(0.005)
+        for worker in workers:
+            opened.extend(file.path for file in psutil.Process(worker.pid).open_files())
+        workers[0].kill()
+
+    killer = threading.Thread(target=watch_and_kill)
+    killer.start()
+    solve(path, surface, scheduler=address)
+    killer.join()
+    assert workers[0].wait() != 0
+    assert workers[1].poll() is None
+    assert not [name for name in opened if name.endswith((".nc", ".checkpoint", ".part"))]
+    solve(tmp_path / "near.nc", surface, scheduler="synchronous")
+    far, near = archive.load(path), archive.load(tmp_path / "near.nc")
+    for name in set(near) - {"log"}:
+        xr.testing.assert_identical(far[name], near[name])
+
+
+def test_a_scan_is_sent_once(surface):
+    """A task carries the place of its window, not the window."""
+    import pickle
+
+    class Sent:
+        def array(self, work):
+            self.work = work
+            return np.zeros((len(work.arguments), *work.shape))
+
+        def finish(self, ds):
+            return ds
+
+    sent = Sent()
+    with parallel.kept_by(sent):
+        direct(surface, **OPTIONS)
+    heights = surface.height.size * 8
+    assert len(pickle.dumps(sent.work.shared)) < 1.1 * heights
+    assert all(len(pickle.dumps(arguments)) < 2000 for arguments in sent.work.arguments)
+
+
+@pytest.mark.parametrize("lazy", [True, False])
+def test_an_active_client_is_used_and_counts_subregions(surface, lazy, capsys):
+    expected = direct(surface, **OPTIONS)
+    cluster = distributed.LocalCluster(
+        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None, protocol="inproc://"
+    )
+    with cluster, distributed.Client(cluster):
+        ds = surface.chunk() if lazy else surface
+        found = direct(ds, progress=True, **OPTIONS)
+        found = parallel.compute(found) if lazy else found
+    xr.testing.assert_identical(found.drop_attrs(), expected.drop_attrs())
+    assert "196/196 subregions" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["cloud", "thread"])
+def test_unknown_schedulers_are_refused_in_words(name):
+    with (
+        pytest.raises(ValueError, match=f"'threads', 'processes', 'synchronous' or an address.*found '{name}'"),
+        on(name),
+    ):
+        pass

@@ -1,0 +1,107 @@
+"""Runs over radii, moduli and works of adhesion: the same as one by one, with less work."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from roughxr.direct import direct
+from roughxr.pull_off_map import pull_off_map
+from roughxr.runs import checkpointed, vary
+from roughxr.superposition import superpose
+
+from .surfaces import glass_pair, rough, scan
+
+RADII, MODULI, WORKS = [2000.0, 3000.0], [20.0, 40.0, 80.0], [0.5, 1.0]
+
+
+@pytest.fixture(scope="module")
+def surface():
+    return glass_pair(scan(rough(64, rms=1.5, seed=5)))
+
+
+CASES = [
+    (direct, {"delta": [1.0, 3.0], "subregions": (2, 2)}),
+    (superpose, {"delta": np.arange(-2, 5, 0.5), "subregions": (2, 2)}),
+    (superpose, {"delta": np.arange(-2, 5, 0.5), "subregions": (2, 2), "formulation": "published"}),
+    (superpose, {"delta": np.arange(-2, 5, 0.5), "law": "hertz"}),
+    (pull_off_map, {"subregions": (3, 3)}),
+]
+
+
+@pytest.mark.parametrize(("solve", "options"), CASES)
+def test_each_combination_is_the_solve_with_that_pair(surface, solve, options):
+    found = vary(surface, solve, sphere_radius=RADII, contact_modulus=MODULI, work_of_adhesion=WORKS, **options)
+    for radius, modulus, work in [(2000.0, 80.0, 0.5), (3000.0, 20.0, 1.0), (3000.0, 40.0, 1.0)]:
+        pair = {"sphere_radius": radius, "contact_modulus": modulus, "work_of_adhesion": work}
+        one = solve(surface.assign_coords(pair), **options)
+        part = found.sel(pair)
+        for name in ("force", "pull_off_force", "pull_off_delta", "contact_area", "contacts", "pressure"):
+            if name not in one:
+                continue
+            expected, values = xr.align(one[name], part[name], join="left")
+            scale = float(abs(expected).max())
+            np.testing.assert_allclose(values, expected, rtol=1e-5 if solve is direct else 1e-9, atol=1e-7 * scale)
+
+
+@pytest.mark.parametrize(("solve", "options", "needed"), [(*CASES[0], 2), (*CASES[1], 8), (*CASES[3], 2)])
+def test_what_can_be_shared_is_solved_once(surface, solve, options, needed):
+    """12 pairs: 2 radii without adhesion; with it 4 different w/E* among 6, at each radius."""
+    calls = []
+
+    def counted(ds, **given):
+        calls.append(ds)
+        return solve(ds, **given)
+
+    counted.__name__ = solve.__name__
+    vary(surface, counted, sphere_radius=RADII, contact_modulus=MODULI, work_of_adhesion=WORKS, **options)
+    assert len(calls) == needed
+
+
+def test_loads_are_not_scaled(surface):
+    found = vary(surface, direct, contact_modulus=[20.0, 40.0], load=[5000.0])
+    np.testing.assert_allclose(found.force, 5000.0, rtol=1e-4)
+    assert found.contact_area.sel(contact_modulus=20.0).item() > found.contact_area.sel(contact_modulus=40.0).item()
+
+
+def test_fields_scale_with_the_modulus_and_need_one_radius(surface):
+    options = {"delta": [2.0], "fields": True}
+    found = vary(surface, direct, contact_modulus=MODULI, **options)
+    one = direct(surface.assign_coords(contact_modulus=80.0), **options)
+    np.testing.assert_allclose(found.pressure.sel(contact_modulus=80.0), one.pressure, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(found.displacement.sel(contact_modulus=80.0), one.displacement, rtol=1e-6)
+    with pytest.raises(ValueError, match=r"fields: expected one sphere_radius.*found 2"):
+        vary(surface, direct, sphere_radius=RADII, **options)
+
+
+def test_dimensions_are_those_given(surface):
+    found = vary(surface, pull_off_map, work_of_adhesion=WORKS, subregions=(2, 2))
+    assert found.pull_off_force.dims == ("work_of_adhesion", "subregion")
+    assert found.pull_off_force.units == "nN"
+    assert found.work_of_adhesion.units == "J m-2"
+    assert float(found.sphere_radius) == 3000.0
+
+
+def test_parameters_are_a_run(tmp_path, surface):
+    """All values in one archive, each solve with its checkpoints."""
+    options = {"work_of_adhesion": WORKS, "delta": [0.0, 1.0], "subregions": (3, 3)}
+    groups = checkpointed(
+        lambda: {"solutions/energy": vary(surface, superpose, **options)},
+        tmp_path / "run.nc",
+        scan=surface,
+        arguments=options,
+    )
+    assert dict(groups["solutions/energy"].force.sizes) == {"work_of_adhesion": 2, "subregion": 9, "delta": 2}
+    assert sum("9/9 subregions" in line for line in groups["log"].message.values) == 2
+
+
+@pytest.mark.parametrize(
+    ("values", "says"),
+    [
+        ({}, "expected values of sphere_radius"),
+        ({"sphere_radius": [3000.0, 2000.0]}, "ascending"),
+        ({"contact_modulus": [0.0, 1.0]}, "positive"),
+    ],
+)
+def test_bad_parameters_are_refused_in_words(surface, values, says):
+    with pytest.raises(ValueError, match=says):
+        vary(surface, superpose, delta=[1.0], **values)

@@ -1,0 +1,79 @@
+"""Debris found by rule: all of it, hardly anything else, and every statistic with and without."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import roughxr
+from roughxr.statistics import bootstrap, debris, fit, summary, with_and_without
+from roughxr.synthetic import particle_centres
+
+
+def tiles(heights):
+    """Return a catalogue of one asperity in each tile, and the tiles' centres."""
+    at = np.arange(len(heights)) * 100.0
+    places = {"x": ("asperity", at), "y": ("asperity", 0 * at)}
+    catalogue = xr.Dataset({"height": ("asperity", heights, {"units": "nm"})}, coords=places)
+    return catalogue, xr.Dataset(coords={"subregion_x": ("subregion", at), "subregion_y": ("subregion", 0 * at)})
+
+
+def test_the_six_particles_of_the_twin_are_found_and_nothing_else():
+    scan = roughxr.open_sample("glass")
+    centres = roughxr.regions.centres(scan, (8, 8))
+    flags = debris(roughxr.asperities(scan), centres)
+    nearest = {
+        int(np.hypot(centres.subregion_x - x, centres.subregion_y - y).argmin("subregion"))
+        for x, y in particle_centres()
+    }
+    assert set(np.flatnonzero(flags)) == nearest and len(nearest) == 6
+    assert 20 < flags.threshold_value < 26 and flags.threshold_units == "nm"
+    assert "6 median absolute deviations" in flags.comment
+
+
+@pytest.mark.parametrize("law", ["normal", "gumbel"])
+def test_clean_tiles_are_hardly_ever_flagged(law):
+    rng = np.random.default_rng(1)
+    draws = getattr(rng, law)(20.0, 1.0, (200, 64))
+    flagged = np.mean([debris(*tiles(row)).values.mean() for row in draws])
+    assert flagged < (0.001 if law == "normal" else 0.012)
+
+
+def test_particles_of_ten_deviations_are_always_found_among_up_to_a_third():
+    rng = np.random.default_rng(2)
+    for count in (1, 6, 20):
+        heights = rng.normal(20, 1, 64)
+        heights[:count] += 10
+        assert np.flatnonzero(debris(*tiles(heights))).tolist() == list(range(count))
+
+
+def test_an_empty_tile_is_no_debris():
+    catalogue, centres = tiles([1.0, 1.1])
+    places = ("subregion", [0.0, 100, 5000])
+    centres = xr.Dataset(coords={"subregion_x": places, "subregion_y": ("subregion", [0.0, 0, 0])})
+    assert not debris(catalogue, centres).any()
+
+
+def test_single_asperities_and_other_variables_are_judged_too():
+    catalogue, _ = tiles([14.0, 15, 16, 27])
+    assert debris(catalogue).dims == ("asperity",) and debris(catalogue).values.tolist() == [False] * 3 + [True]
+    forces = xr.Dataset({"pull_off_force": ("subregion", [1.0, 2, 3, 99], {"units": "nN"})})
+    assert debris(forces, name="pull_off_force").threshold_units == "nN"
+    with pytest.raises(ValueError, match="positive number"):
+        debris(catalogue, threshold=0)
+
+
+def test_every_statistic_comes_both_ways():
+    rng = np.random.default_rng(3)
+    force = rng.normal(5, 0.3, 64)
+    force[:6] += 20
+    ds = xr.Dataset({"pull_off_force": ("subregion", force, {"units": "nN"})})
+    flags = debris(ds, name="pull_off_force")
+    assert flags.sum() == 6
+    table = with_and_without(ds, flags, summary)
+    assert table.pull_off_force.sel(statistic="count").values.tolist() == [64, 58]
+    intervals = with_and_without(ds, flags, bootstrap, "pull_off_force", resamples=99)
+    assert float(intervals.estimate.sel(places="no debris", statistic="mean")) == pytest.approx(force[6:].mean())
+    laws = with_and_without(ds, flags, fit, "pull_off_force", simulations=0)
+    assert laws.aic.dims == ("places", "law")
+    with pytest.raises(ValueError, match="one for each"):
+        with_and_without(ds, flags[:5], summary)

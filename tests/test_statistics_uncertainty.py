@@ -1,0 +1,178 @@
+"""Bootstrap intervals hold what they promise where neighbours are alike, and naive ones do not."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from roughxr.statistics import bootstrap, density_intervals, pull_off, reduction
+from roughxr.statistics.places import blocks, independent_places
+
+from .fields import field, on_grid
+
+REPEATS = 200
+
+
+def coverage(side, length, *, law=lambda z: z, truth=(0.0, 0.0), statistics=("mean", "q50"), seed=2):
+    """Return the shares of intervals that hold the truth, (resampling, statistic)."""
+    rng = np.random.default_rng(seed)
+    held = []
+    for _ in range(REPEATS):
+        ds = on_grid(law(field(side, length, rng)))
+        found = bootstrap(ds, "pull_off_force", statistics=statistics, resamples=399)
+        held.append((found.low <= truth) & (truth <= found.high))
+    return xr.concat(held, "repeat").mean("repeat")
+
+
+@pytest.mark.parametrize(("side", "length"), [(8, 1.0), (8, 1.5), (16, 1.5)])
+def test_blocks_cover_mean_and_median_of_correlated_places_and_single_samples_do_not(side, length):
+    shares = coverage(side, length)
+    assert (shares.sel(resampling="block") >= 0.90).all()
+    assert (shares.sel(resampling="naive") < 0.75).all()
+
+
+def test_blocks_cover_the_mean_of_a_law_as_skewed_as_pull_off_forces():
+    """Log-normal with std / mean = 0.66, as the published 1.37 / 2.0 µN; a law twice as skewed is covered less."""
+    shares = coverage(8, 1.0, law=lambda z: np.exp(0.6 * z), truth=(np.exp(0.18), 1.0))
+    assert (shares.sel(resampling="block") >= 0.90).all()
+    assert (shares.sel(resampling="naive") < 0.75).all()
+
+
+def test_spread_is_covered_on_a_wide_field():
+    shares = coverage(16, 1.5, statistics=("std",), truth=1.0)
+    assert shares.sel(resampling="block").item() >= 0.90
+    assert shares.sel(resampling="naive").item() < 0.75
+
+
+def test_independent_places_need_no_blocks():
+    shares = coverage(8, 0.2)
+    assert (shares >= 0.90).all()
+    assert (shares <= 0.99).all()
+
+
+@pytest.mark.parametrize(
+    ("draw", "mean", "std"),
+    [
+        (lambda rng, n: rng.normal(15, 2, n), 15, 2),
+        (lambda rng, n: rng.lognormal(1, 0.5, n), np.exp(1.125), np.exp(1.125) * np.sqrt(np.expm1(0.25))),
+        (lambda rng, n: 3 * rng.weibull(2.0, n), 3 * np.sqrt(np.pi) / 2, 3 * np.sqrt(1 - np.pi / 4)),
+        (lambda rng, n: rng.gumbel(5, 1.5, n), 5 + 1.5 * np.euler_gamma, 1.5 * np.pi / np.sqrt(6)),
+    ],
+    ids=["normal", "log-normal", "Weibull", "Gumbel"],
+)
+def test_ten_thousand_draws_of_each_law_are_recovered(draw, mean, std):
+    rng = np.random.default_rng(4)
+    held = []
+    for _ in range(20):
+        ds = xr.Dataset({"height": ("asperity", draw(rng, 10_000), {"units": "nm"})})
+        found = bootstrap(ds, "height", statistics=("mean", "std"), resamples=199)
+        held.append((found.low <= [mean, std]) & ([mean, std] <= found.high))
+        assert float((found.high - found.low).max()) < 0.12 * std
+    # 40 intervals of 95 %: fewer than 33 held would happen once in 10⁴
+    assert int(xr.concat(held, "repeat").sel(resampling="block").sum()) >= 33
+
+
+@pytest.mark.parametrize(("length", "side"), [(1.0, 24), (2.0, 48)])
+def test_effective_number_is_that_of_the_correlation(length, side):
+    places = np.argwhere(np.ones((side, side))).astype(float)
+    d2 = ((places[:, None] - places[None]) ** 2).sum(axis=2)
+    exact = len(places) ** 2 / np.exp(-d2 / (2 * length**2)).sum()
+    rng = np.random.default_rng(0)
+    found = [independent_places(field(side, length, rng).ravel(), places) for _ in range(20)]
+    assert np.median(found) == pytest.approx(exact, rel=0.25)
+
+
+def test_every_sample_lies_in_as_many_blocks():
+    places = np.argwhere(np.ones((6, 9))) * 50.0 + 25
+    counts = np.bincount(np.concatenate(blocks(places, 150.0)))
+    assert (counts == 9).all()
+
+
+def clustered(rng, count=400, size=1000.0):
+    """Return places of which half crowd in a corner."""
+    spread = rng.uniform(0, size, (count // 2, 2))
+    return np.concatenate([spread, rng.uniform(0, size / 4, (count // 2, 2))])
+
+
+def test_every_scattered_sample_lies_in_as_many_blocks_though_they_crowd():
+    places = clustered(np.random.default_rng(1))
+    found = blocks(places, 200.0)
+    counts = np.bincount(np.concatenate(found), minlength=len(places))
+    assert len(set(counts.tolist())) == 1
+    spans = [np.ptp(places[block], axis=0) for block in found]
+    assert np.median(spans) < 250
+
+
+def test_means_of_crowded_places_are_not_pulled_towards_the_crowd():
+    rng = np.random.default_rng(5)
+    places = clustered(rng)
+    height = rng.normal(10, 1, 400) + np.where((places < 250).all(axis=1), 3.0, 0.0)
+    at = {"x": ("asperity", places[:, 0]), "y": ("asperity", places[:, 1])}
+    ds = xr.Dataset({"height": ("asperity", height, {"units": "nm"})}, coords=at)
+    found = bootstrap(ds, "height", statistics=["mean"], block=200.0).isel(statistic=0)
+    low, high = (float(found[end].sel(resampling="block")) for end in ("low", "high"))
+    middle, estimate = (low + high) / 2, float(found.estimate)
+    assert abs(middle - estimate) < 0.2 * (high - low)
+    assert low < estimate < high
+
+
+def test_intervals_are_labelled_and_repeatable():
+    ds = on_grid(field(8, 1.0, np.random.default_rng(0)) + 10)
+    found = bootstrap(ds, "pull_off_force")
+    assert list(found.statistic.values) == ["mean", "std", "q5", "q50", "q95"]
+    assert found.low.dims == ("resampling", "statistic") and found.low.units == "nN"
+    assert found.attrs["samples"] == 64 and found.attrs["block_side_nm"] > 625
+    places = found.independent_places
+    assert float(places.sel(resampling="block")) < 40 < float(places.sel(resampling="naive")) == 64
+    xr.testing.assert_identical(found, bootstrap(ds, "pull_off_force"))
+    assert (bootstrap(ds, "pull_off_force", seed=1).low != found.low).any()
+    assert (found.low <= found.estimate).all() and (found.estimate <= found.high).all()
+
+
+def test_missing_places_and_lazy_data_do_not_matter():
+    ds = on_grid(field(8, 1.0, np.random.default_rng(0)) + 10)
+    holes = ds.where(ds.pull_off_force > 9)
+    kept = ds.isel(subregion=np.flatnonzero(ds.pull_off_force > 9))
+    one, other = (bootstrap(part, "pull_off_force") for part in (holes, kept))
+    np.testing.assert_array_equal(one.low, other.low)
+    assert one.attrs["missing"] == 64 - kept.sizes["subregion"]
+    xr.testing.assert_equal(bootstrap(ds.chunk(subregion=16), "pull_off_force"), bootstrap(ds, "pull_off_force"))
+
+
+def test_a_given_block_is_taken():
+    ds = on_grid(field(8, 1.0, np.random.default_rng(0)))
+    assert bootstrap(ds, "pull_off_force", block="1.25 um").attrs["block_side_nm"] == 1250
+
+
+def test_reduction_is_a_part_of_the_smooth_spheres_pull():
+    sweep = xr.Dataset(
+        {"force": (("subregion", "delta"), [[0.0, -1.5 * np.pi, 1.0], [0.0, -3 * np.pi, 1.0]], {"units": "nN"})},
+        coords={"delta": [-1.0, 0.0, 1.0], "sphere_radius": 2.0, "work_of_adhesion": 1.0},
+    )
+    ratio = reduction(pull_off(sweep)).pull_off_ratio
+    np.testing.assert_allclose(ratio, [0.5, 1.0])
+    assert ratio.units == "1"
+    with pytest.raises(ValueError, match="work_of_adhesion > 0"):
+        reduction(pull_off(sweep).assign_coords(work_of_adhesion=0.0))
+
+
+def test_histogram_bins_have_intervals_about_their_densities():
+    ds = on_grid(field(16, 1.0, np.random.default_rng(3)))
+    edges = np.linspace(-3, 3, 13)
+    low, high = density_intervals(ds, "pull_off_force", bins=edges)
+    density = np.histogram(ds.pull_off_force, edges, density=True)[0]
+    assert ((low <= density + 1e-12) & (density <= high + 1e-12)).all() and (low >= 0).all()
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"statistics": ["median"]}, "mean, std, min, max or q0"),
+        ({"statistics": ["q101"]}, "q0 … q100"),
+        ({"confidence": 95}, "between 0 and 1"),
+        ({"resamples": 10}, "at least 20"),
+        ({"block": -1}, "block"),
+    ],
+)
+def test_bad_options_are_refused_in_words(options, says):
+    with pytest.raises(ValueError, match=says):
+        bootstrap(on_grid(np.arange(16.0).reshape(4, 4)), "pull_off_force", **options)
