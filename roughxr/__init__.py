@@ -11,14 +11,18 @@ methods of ``ds.contact``.
 'nN'
 """
 
-from . import archive, figures, regions, schema, synthetic
+from . import archive, figures, regions, report, runs, schema, synthetic
 from ._version import __version__
 from .accessor import ContactAccessor
+from .adhesive import adhesive, elastic_pull_off, tabor
 from .asperities import asperities
 from .direct import direct
+from .exports import to_resuspension, to_table
 from .materials import assign_pair, contact_modulus, gilman_surface_energy
 from .parallel import compute
+from .pull_off_map import pull_off_map
 from .reconstruction import reconstruct
+from .runs import checkpointed, vary
 from .scans import (
     autocorrelation,
     crop,
@@ -33,22 +37,34 @@ from .scans import (
     to_gsf,
     to_surfacetopography,
 )
-from .statistics import pdf, pull_off, summary
+from .sensitivity import sensitivity
+from .statistics import bootstrap, cdf, compare, debris, fit, pdf, pull_off, reduction, summary
 from .superposition import superpose
+from .tip import dilate, erode, tip_flags
 
 __all__ = [
     "ContactAccessor",
     "__version__",
+    "adhesive",
     "archive",
     "asperities",
     "assign_pair",
     "autocorrelation",
+    "bootstrap",
+    "cdf",
+    "checkpointed",
+    "compare",
     "compute",
     "contact_modulus",
     "crop",
+    "debris",
+    "dilate",
     "direct",
+    "elastic_pull_off",
+    "erode",
     "figures",
     "fill",
+    "fit",
     "gilman_surface_energy",
     "level",
     "open_sample",
@@ -56,15 +72,25 @@ __all__ = [
     "pdf",
     "power_spectrum",
     "pull_off",
+    "pull_off_map",
     "reconstruct",
+    "reduction",
     "regions",
+    "report",
     "resample",
     "rotate90",
     "roughness",
+    "runs",
     "schema",
+    "sensitivity",
     "summary",
     "superpose",
     "synthetic",
+    "tabor",
+    "tip_flags",
     "to_gsf",
+    "to_resuspension",
     "to_surfacetopography",
+    "to_table",
+    "vary",
 ]

@@ -10,23 +10,14 @@ from collections.abc import Callable
 
 import xarray as xr
 
+from . import exports, scans, statistics, tip
+from .adhesive import adhesive, elastic_pull_off, tabor
 from .asperities import asperities
 from .direct import direct
 from .materials import assign_pair
+from .pull_off_map import pull_off_map
 from .reconstruction import reconstruct
-from .scans import (
-    autocorrelation,
-    crop,
-    fill,
-    level,
-    power_spectrum,
-    resample,
-    rotate90,
-    roughness,
-    to_gsf,
-    to_surfacetopography,
-)
-from .statistics import pdf, pull_off, summary
+from .sensitivity import sensitivity
 from .superposition import superpose
 
 
@@ -47,21 +38,43 @@ class ContactAccessor:
     def __init__(self, ds: xr.Dataset):
         self._ds = ds
 
+    # scans
     assign_pair = _method(assign_pair)
-    level = _method(level)
-    fill = _method(fill)
-    crop = _method(crop)
-    resample = _method(resample)
-    rotate90 = _method(rotate90)
-    roughness = _method(roughness)
-    power_spectrum = _method(power_spectrum)
-    autocorrelation = _method(autocorrelation)
-    to_gsf = _method(to_gsf)
-    to_surfacetopography = _method(to_surfacetopography)
+    level = _method(scans.level)
+    fill = _method(scans.fill)
+    crop = _method(scans.crop)
+    resample = _method(scans.resample)
+    rotate90 = _method(scans.rotate90)
+    dilate = _method(tip.dilate)
+    erode = _method(tip.erode)
+    roughness = _method(scans.roughness)
+    power_spectrum = _method(scans.power_spectrum)
+    autocorrelation = _method(scans.autocorrelation)
+
+    # contact
     asperities = _method(asperities)
     reconstruct = _method(reconstruct)
     superpose = _method(superpose)
     direct = _method(direct)
-    pull_off = _method(pull_off)
-    pdf = _method(pdf)
-    summary = _method(summary)
+    adhesive = _method(adhesive)
+    pull_off_map = _method(pull_off_map)
+    sensitivity = _method(sensitivity)
+
+    # statistics
+    pull_off = _method(statistics.pull_off)
+    elastic_pull_off = _method(elastic_pull_off)
+    tabor = _method(tabor)
+    tip_flags = _method(tip.tip_flags)
+    pdf = _method(statistics.pdf)
+    cdf = _method(statistics.cdf)
+    fit = _method(statistics.fit)
+    summary = _method(statistics.summary)
+    bootstrap = _method(statistics.bootstrap)
+    reduction = _method(statistics.reduction)
+    debris = _method(statistics.debris)
+
+    # files for others
+    to_gsf = _method(scans.to_gsf)
+    to_surfacetopography = _method(scans.to_surfacetopography)
+    to_resuspension = _method(exports.to_resuspension)
+    to_table = _method(exports.to_table)

@@ -18,7 +18,6 @@ from math import log
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from . import elliptic_table
 from .elliptic_table import Table
@@ -89,6 +88,8 @@ def _row(parameter, z):
     q = np.sqrt(np.maximum(delta[: end + 1] - delta[end], 0.0))[::-1]
     keep = np.append(True, np.diff(np.maximum.accumulate(q)) > 0)
     wanted = 1 / z**2 - 1
+    from scipy.interpolate import PchipInterpolator  # a fifth of a second, needed to make the table only
+
     load, radius = (PchipInterpolator(q[keep], values[: end + 1][::-1][keep])(wanted) for values in (P, a))
     radius = radius / (1 + wanted)
     return np.stack([load / (1 + wanted) ** 3, radius, radius], -1), [
