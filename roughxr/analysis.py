@@ -69,7 +69,7 @@ PAPER_CONTACT = {
     "force at 15.4 nm, largest [µN]": 80.0,
     "rough / smooth force at 10 nm": 0.1,
     "rough / smooth force at 20 nm": 0.25,
-    "superposed and direct part by 10 % at [nm]": 12.0,
+    "superposed and direct part by 10 %, median place [nm]": 12.0,
 }
 
 

@@ -88,7 +88,8 @@ def test_interruption_is_told_and_leaves_nothing(tmp_path, monkeypatch, capsys):
 
     monkeypatch.setattr(analysis, "analyse", interrupted)
     assert main(["paper", "-o", str(tmp_path / "out"), "-q"]) == 130
-    assert not (tmp_path / "out").exists()
+    assert "the same command goes on" in capsys.readouterr().err
+    assert not list(tmp_path.rglob("*.nc")) and not list(tmp_path.rglob("*.part"))
 
 
 def test_info_tells_channels_sizes_and_roughness_and_draws(tmp_path, capsys):
@@ -110,7 +111,24 @@ def test_convert_keeps_the_heights(tmp_path, name):
     np.testing.assert_allclose(after, before, atol=1e-5)  # .gsf holds single precision
 
 
+def test_a_report_is_one_page(paper_run, tmp_path):
+    assert main(["report", str(paper_run / "paper.nc"), "-o", str(tmp_path / "report.html")]) == 0
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "<html" in page and "http://" not in page.split("<body")[1].split("href")[0]
+
+
+def test_a_finished_run_is_recognised_and_another_refused(tmp_path, capsys):
+    scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
+    arguments = ["run", str(tmp_path / "scan.nc"), "--subregions", "1", "2", "-q", "-o", str(tmp_path / "run.nc")]
+    assert main([*arguments, "--sphere-radius", "500"]) == 0
+    first = (tmp_path / "run.nc").read_bytes()
+    assert main([*arguments, "--sphere-radius", "500"]) == 0
+    assert (tmp_path / "run.nc").read_bytes() == first
+    assert main([*arguments, "--sphere-radius", "600"]) == 1
+    assert "500" in capsys.readouterr().err
+
+
 def test_help_names_every_command():
     shown = subprocess.run([sys.executable, "-m", "roughxr.cli", "--help"], check=True, capture_output=True, text=True)
-    for command in ("paper", "run", "info", "convert"):
+    for command in ("paper", "run", "report", "info", "convert"):
         assert command in shown.stdout

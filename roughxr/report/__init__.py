@@ -4,7 +4,7 @@ from .cautions import cautions
 from .command import command
 from .intervals import interval_table
 from .page import page, write_report
-from .tables import METHODS, contact_table, parting, scan_table, text
+from .tables import METHODS, contact_table, scan_table, text
 
 __all__ = [
     "METHODS",
@@ -13,7 +13,6 @@ __all__ = [
     "contact_table",
     "interval_table",
     "page",
-    "parting",
     "scan_table",
     "text",
     "write_report",

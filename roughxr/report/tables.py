@@ -9,11 +9,15 @@ import pandas as pd
 import xarray as xr
 
 from ..regions import extent
+from ..statistics import compare, smooth_pull_off
+from .intervals import marked
 
 #: Columns of the comparison, as far as a run holds them.
 METHODS = ("published", "self_similar", "energy", "direct")
 
 _MICRO = 1e-3  # µN per nN
+
+_PARTING = "superposed and direct part by 10 %, median place [nm]"
 
 
 def contact_table(run: Mapping[str, xr.Dataset], paper: Mapping[str, float] | None = None) -> pd.DataFrame:
@@ -48,7 +52,7 @@ def _column(run: Mapping[str, xr.Dataset], method: str) -> dict[str, float]:
     force, delta = pull["pull_off_force"] * _MICRO, pull["pull_off_delta"]
     sweep = run[f"solutions/{method}"]
     return {
-        "pull-off, smooth sphere [µN]": _smooth_pull_off(sweep),
+        "pull-off, smooth sphere [µN]": smooth_pull_off(sweep) * _MICRO,
         "pull-off, mean [µN]": float(force.mean()),
         "pull-off, std [µN]": float(force.std(ddof=1)),
         "pull-off, largest [µN]": float(force.max()),
@@ -58,11 +62,6 @@ def _column(run: Mapping[str, xr.Dataset], method: str) -> dict[str, float]:
         "contacts beyond their patch at pull-off [%]": _share_at_pull_off(run, method, "contacts_beyond_patch"),
         "contacts overlapping at pull-off [%]": _share_at_pull_off(run, method, "contacts_overlapping"),
     }
-
-
-def _smooth_pull_off(sweep: xr.Dataset) -> float:
-    """Return 3/2 π w R, the JKR pull-off of the sphere from a flat, in µN; all formulations agree on a sphere."""
-    return 1.5 * np.pi * float(sweep["work_of_adhesion"]) * float(sweep["sphere_radius"]) * _MICRO
 
 
 def _share_at_pull_off(run: Mapping[str, xr.Dataset], method: str, name: str) -> float:
@@ -78,7 +77,7 @@ def _direct_column(run: Mapping[str, xr.Dataset]) -> dict[str, float]:
     direct = run["solutions/direct"]
     force = direct["force"] * _MICRO
     rows = {}
-    for delta in _marked_deltas(direct):
+    for delta in marked(direct):
         here = force.sel(delta=delta, method="nearest")
         rows[f"force at {delta:g} nm, mean [µN]"] = float(here.mean())
         rows[f"force at {delta:g} nm, std [µN]"] = float(here.std(ddof=1))
@@ -91,43 +90,20 @@ def _direct_column(run: Mapping[str, xr.Dataset]) -> dict[str, float]:
             )
             rows[f"rough / smooth force at {delta:g} nm"] = float(ratio)
     if "solutions/hertz" in run:
-        rows["superposed and direct part by 10 % at [nm]"] = parting(run["solutions/hertz"], direct)
+        rows[_PARTING] = _parting(run["solutions/hertz"], direct)
     return rows
-
-
-def _marked_deltas(direct: xr.Dataset) -> list[float]:
-    """Return the paper's two displacements where they were solved, else the middle and the last."""
-    deltas = direct["delta"].values
-    marked = [d for d in (5.08, 15.4) if np.isclose(deltas, d).any()]
-    return marked or sorted({float(deltas[deltas.size // 2]), float(deltas[-1])})
 
 
 def _ratio_deltas(direct: xr.Dataset) -> list[float]:
     """Return 10 nm, the paper's, where it was solved, and the last displacement."""
     deltas = direct["delta"].values
-    return sorted({10.0 if np.isclose(deltas, 10.0).any() else _marked_deltas(direct)[0], float(deltas[-1])})
+    return sorted({10.0 if np.isclose(deltas, 10.0).any() else marked(direct)[0], float(deltas[-1])})
 
 
-def parting(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> float:
-    """Return the displacement (nm) from which on two mean forces differ by more than a given part.
-
-    Parameters
-    ----------
-    superposed, direct : Dataset
-        Two solutions over the same subregions; the first is read at the displacements of the second.
-    by : float
-        The part of the direct force.
-
-    Returns
-    -------
-    float
-        The displacement after the last at which they agree; NaN if they agree at the last, or never.
-    """
-    truth = direct["force"].mean("subregion")
-    other = superposed["force"].mean("subregion").interp(delta=truth["delta"])
-    agree = np.flatnonzero(((truth > 0) & (np.abs(other - truth) <= by * truth)).values)
-    deltas = truth["delta"].values
-    return float(deltas[agree[-1] + 1]) if agree.size and agree[-1] + 1 < deltas.size else np.nan
+def _parting(superposed: xr.Dataset, direct: xr.Dataset) -> float:
+    """Return the median displacement (nm) from which on a place's two forces differ by more than a tenth."""
+    parting = compare(superposed, direct)["parting_delta"]
+    return float(parting.median())
 
 
 def scan_table(run: Mapping[str, xr.Dataset], paper: Mapping[str, float] | None = None) -> pd.DataFrame:
