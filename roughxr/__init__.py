@@ -15,6 +15,7 @@ from . import archive, figures, regions, report, runs, schema, synthetic
 from ._version import __version__
 from .accessor import ContactAccessor
 from .adhesive import adhesive, elastic_pull_off, tabor
+from .analysis import paper, run
 from .asperities import asperities
 from .direct import direct
 from .exports import to_resuspension, to_table
@@ -69,6 +70,7 @@ __all__ = [
     "level",
     "open_sample",
     "open_scan",
+    "paper",
     "pdf",
     "power_spectrum",
     "pull_off",
@@ -80,6 +82,7 @@ __all__ = [
     "resample",
     "rotate90",
     "roughness",
+    "run",
     "runs",
     "schema",
     "sensitivity",

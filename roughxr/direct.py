@@ -112,7 +112,7 @@ def direct(
         schema.finite(ds["height"].values)
     windows, shape = regions.windows(ds, positions, _reach(ds, options, lazy and fields))
     options = options._replace(field_shape=shape if fields else None)
-    packed = _packed(ds, windows, options)
+    packed = _packed(ds, windows, options, lazy=lazy, progress=progress)
     out = _labelled(packed, ds, positions, windows, options)
     out = schema.record(
         out,
@@ -194,8 +194,8 @@ def _hertz_depth(load: float, options: _Options) -> float:
     return (0.75 * load / (options.contact_modulus * np.sqrt(options.radius))) ** (2 / 3)
 
 
-def _packed(ds: xr.Dataset, windows: list[regions.Window], options: _Options):
-    """Return the lazy results of all tasks: scalars, then fields, flattened per displacement."""
+def _packed(ds: xr.Dataset, windows: list[regions.Window], options: _Options, **when):
+    """Return the results of all tasks: scalars, then fields, flattened per displacement."""
     height = ds["height"].data
     datum = height.max()
     last = height.shape[0], height.shape[1]
@@ -215,6 +215,7 @@ def _packed(ds: xr.Dataset, windows: list[regions.Window], options: _Options):
         (options.values.size, len(_SCALARS) + cells),
         options,
         cost=partial(_costs, arguments, options),
+        **when,
     )
 
 

@@ -6,6 +6,7 @@ that become plain ones on the worker) and returns one plain array, so that worke
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -92,8 +93,10 @@ def spread(
     *shared: Any,
     cost: Callable[[], np.ndarray] | None = None,
     each: int = 1,
+    lazy: bool = True,
+    progress: bool = False,
 ) -> Any:
-    """Return the lazy stack of ``task(*arguments[k], *shared)``, each of the given shape.
+    """Return the stack of ``task(*arguments[k], *shared)``, each of the given shape.
 
     Parameters
     ----------
@@ -109,23 +112,38 @@ def spread(
         Returns what each item costs, in any unit: a run begins with the dearest, so that its tail is short.
     each : int
         Subregions in one item, for the report of progress.
+    lazy : bool
+        Leave it to be computed; else compute it now, so that labels and slices cost no tasks of their own: on
+        small solves they would double the time.
+    progress : bool
+        Tell of it while it is computed now.
 
     Returns
     -------
-    dask.array.Array
-        (items, *shape), in chunks of one batch; what `kept_by` puts in its place, where that is in force.
+    dask.array.Array or ndarray
+        (items, *shape), in chunks of one batch where it is lazy; what `kept_by` puts in its place, where that is in
+        force.
     """
     arguments, shared = _without_views(arguments, shared)
     work = Work(task, arguments, shape, shared, cost, each)
-    keeper = _KEEPER.get()
-    return _lazy(work) if keeper is None else keeper.array(work)
+    if (keeper := _KEEPER.get()) is not None:
+        return keeper.array(work)
+    if lazy or active_client() is not None:
+        return _lazy(work, _MOST_BATCHES)
+    packed = xr.Dataset({"packed": (("item", *map(str, range(len(shape)))), _lazy(work, _local_batches()))})
+    return compute(packed, progress=progress)["packed"].values
 
 
-def _lazy(work: Work) -> da.Array:
+def _local_batches() -> int:
+    """Return how many batches keep every core busy to the end, few enough to cost little."""
+    return min(8 * (os.cpu_count() or 1), _MOST_BATCHES)
+
+
+def _lazy(work: Work, most: int) -> da.Array:
     shared = [dask.delayed(value, pure=False, traverse=False) for value in work.shared]
     run = dask.delayed(run_batch, pure=False)
     parts = []
-    for items in work.batches(_MOST_BATCHES):
+    for items in work.batches(most):
         name = f"{_KEY}-{dask.base.tokenize(object())}-{len(items) * work.each}"
         part = run(work.task, [work.arguments[k] for k in items], *shared, dask_key_name=name)
         parts.append(da.from_delayed(part, (len(items), *work.shape), dtype=float))

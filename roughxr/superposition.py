@@ -115,7 +115,8 @@ def superpose(
         else catalogue_field(ds, options)
     )
     centres = zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist())
-    packed = parallel.spread(_superpose, list(centres), (len(_VARIABLES) + 1, options.deltas.size), field, options)
+    shape, when = (len(_VARIABLES) + 1, options.deltas.size), {"lazy": lazy, "progress": progress}
+    packed = parallel.spread(_superpose, list(centres), shape, field, options, **when)
     out = _labelled(packed, ds, positions, options)
     out.attrs = {"datum": datum, "method": "superpose", "law": law, "formulation": formulation}
     out = schema.record(
