@@ -337,7 +337,9 @@ def _fields(path, zero, separation, window, options) -> np.ndarray:
     """Return pressure, displacement and gap of every state asked for on the full window; NaN beyond the scan."""
     size, dx = options.deltas.size, options.pixel / options.refine
     fields = np.full((2 * size + 1, len(_FIELDS), *options.field_shape), np.nan)
-    rows, columns = (slice(n * options.refine, n * options.refine + m) for n, m in zip(window.missing, separation.shape))
+    rows, columns = (
+        slice(n * options.refine, n * options.refine + m) for n, m in zip(window.missing, separation.shape)
+    )
     pressures = path.pressures * options.contact_modulus / dx
     order = [*range(size), *range(2 * size - 1, size - 1, -1)]  # retraction comes with falling displacement
     for row, (delta, pressure) in enumerate(zip(np.tile(options.deltas + zero, 2), pressures[order])):

@@ -9,18 +9,13 @@ from roughxr.materials import assign_pair
 def scan(height, pixel=9.77, **attrs):
     """Return heights (nm) as a scan, the middle of the map at x = y = 0."""
     height = np.asarray(height, dtype=float)
-    axes = {
-        name: (name, (np.arange(n) - (n - 1) / 2) * pixel, {"units": "nm"})
-        for name, n in zip("xy", height.shape)
-    }
+    axes = {name: (name, (np.arange(n) - (n - 1) / 2) * pixel, {"units": "nm"}) for name, n in zip("xy", height.shape)}
     return xr.Dataset({"height": (("x", "y"), height, {"units": "nm"})}, coords=axes, attrs=attrs)
 
 
 def glass_pair(ds, sphere_radius=3000.0):
     """Return the scan with the paper's pair of bodies: glass on glass."""
-    return assign_pair(
-        ds, sphere_radius=sphere_radius, young_modulus=75, poisson_ratio=0.22, surface_energy=0.6747
-    )
+    return assign_pair(ds, sphere_radius=sphere_radius, young_modulus=75, poisson_ratio=0.22, surface_energy=0.6747)
 
 
 def rough(n, *, rms=2.0, smooth=3.0, seed=0):

@@ -103,20 +103,36 @@ def test_error_falls_with_the_pixel():
     assert errors[2] < 0.01
 
 
-@pytest.mark.parametrize("ratio, expected", [(5, 0.981), (10, 0.966)])
-def test_ellipses_relative_to_the_sphere(ratio, expected):
-    n, pulls = 121, {}
-    x = (np.arange(n) - (n - 1) / 2 + 0.31) * PIXEL
-    for r in (1, ratio):
-        sphere = 1 / (2 * 1e9)
-        A, B = 1 / (2 * RADIUS) / np.sqrt(r) - sphere, np.sqrt(r) / (2 * RADIUS) - sphere
-        ds = surfaces.scan(-(A * x[:, None] ** 2 + B * x[None, :] ** 2), PIXEL)
-        ds = surfaces.glass_pair(ds, sphere_radius=1e9)
-        ds["height"] = ds.height - ds.height.max() + 0.0
-        window = ds.isel(x=slice(10, -10), y=slice(10, -10))
-        solution = adhesive(window, delta=[-1.0, 0.25], subregions=([0.0], [0.0]), profile="parabola")
-        pulls[r] = float(solution.pull_off_force[0])
-    assert pulls[ratio] / pulls[1] == pytest.approx(expected, abs=0.01)
+#: Where on its pixel a paraboloid's apex lies.
+OFFSETS = [(0.0, 0.0), (0.31, 0.17), (0.5, 0.5), (0.0, 0.5), (0.25, 0.25), (0.42, 0.08)]
+
+
+def pulls_of_ellipse(ratio, n=121):
+    """Pull-off of one paraboloid, its apex at each of OFFSETS, by the indenter's own being flat."""
+    A, B = 1 / (2 * RADIUS) / np.sqrt(ratio), np.sqrt(ratio) / (2 * RADIUS)
+    pulls = []
+    for offset in OFFSETS:
+        x, y = ((np.arange(n) - (n - 1) / 2 + part) * PIXEL for part in offset)
+        ds = surfaces.glass_pair(surfaces.scan(-(A * x[:, None] ** 2 + B * y[None, :] ** 2), PIXEL), 1e9)
+        solution = adhesive(
+            ds.isel(x=slice(10, -10), y=slice(10, -10)), delta=[0.25], subregions=([0.0], [0.0]), profile="parabola"
+        )
+        pulls.append(float(solution.pull_off_force[0]))
+    return np.array(pulls)
+
+
+@pytest.fixture(scope="module")
+def round_pulls():
+    return pulls_of_ellipse(1)
+
+
+# Measured over the six apexes, at ten pixels to the contact's radius: at 5 from −0.001 to +0.007; at 10 all too high,
+# by 0.006 to 0.011, where the shorter half-axis spans five pixels and the front is nowhere round.
+@pytest.mark.parametrize("ratio, expected, spread", [(5, 0.981, 0.01), (10, 0.966, 0.012)])
+def test_ellipses_relative_to_the_sphere(round_pulls, ratio, expected, spread):
+    relative = pulls_of_ellipse(ratio) / round_pulls
+    assert relative.mean() == pytest.approx(expected, abs=0.01)
+    assert np.abs(relative - expected).max() < spread
 
 
 @pytest.mark.parametrize("parameter, refine", [(0.5, 1), (1.0, 1), (2.0, 2)])
@@ -142,6 +158,38 @@ def test_exponential_law_lies_between_the_limits():
     solution = adhesive(ds, delta=[-1, 0.3], law="exponential", strength=0.8, profile="parabola", step=0.5)
     pull = float(solution.pull_off_force[0]) / (np.pi * W * RADIUS)
     assert 1.5 < pull < 2.0
+
+
+STRENGTH = 0.8
+
+
+def work_left(law, gap, ds):
+    """Energy of adhesion (nN nm) across gaps on the pixels of a scan, from the laws in words."""
+    dx, w = float(ds.x[1] - ds.x[0]), float(ds.work_of_adhesion)
+    if law == "exponential":
+        return w * np.exp(-STRENGTH * gap / w) * dx**2
+    slope = 0.5 * float(ds.contact_modulus) / dx  # the step is spread over what the mesh can show
+    end = w / STRENGTH + STRENGTH / (2 * slope)
+    plateau = end - STRENGTH / slope
+    left = 0.5 * slope * np.clip(end - np.maximum(gap, plateau), 0, None) ** 2
+    return (left + STRENGTH * np.clip(plateau - gap, 0, None)) * dx**2
+
+
+@pytest.mark.parametrize("law", ["exponential", "dugdale"])
+def test_energy_is_kept_but_in_jumps(law):
+    ds, delta = flat(3 * PIXEL, 31), np.arange(-4, 4.01, 0.125)
+    solution = adhesive(
+        ds, delta=delta, law=law, strength=STRENGTH, profile="parabola", datum="first_contact", step=0.125, fields=True
+    )
+    back = solution.isel(subregion=0).sel(branch="retraction").sortby("delta", ascending=False)
+    elastic = 0.5 * (back.pressure * back.displacement).sum(("x", "y")) * (3 * PIXEL) ** 2
+    energy = (elastic - work_left(law, back.gap.clip(min=0), ds).where(back.gap.notnull()).sum(("x", "y"))).values
+    work = np.append(0.0, np.cumsum(0.5 * (back.force.values[1:] + back.force.values[:-1]) * np.diff(back.delta)))
+    lost, turnover = work - (energy - energy[0]), np.ptp(energy)
+    held = back.contact_area.values > 0
+    assert 20 < held.sum() < held.size  # it ends within the sweep
+    np.testing.assert_allclose(lost[held], 0, atol=0.01 * turnover)
+    np.testing.assert_allclose(lost, back.dissipated.values - back.dissipated.values[0], atol=0.01 * turnover)
 
 
 @pytest.mark.parametrize("law", [{}, {"law": "dugdale", "strength": 0.5}])
@@ -188,6 +236,60 @@ def test_rough_contact_keeps_its_order_of_events(ground):
 def test_shorter_steps_change_little(ground):
     pulls = [quiet(ground, delta=[6.0], subregions=(2, 2), step=step).pull_off_force for step in (0.25, 0.125)]
     assert float(abs(pulls[1] / pulls[0] - 1).max()) < 0.01
+
+
+def bump(shift=0, n=61, pixel=6.0, radius=500.0):
+    """One asperity, all heights moved by so many pixels against axes that stay."""
+    x = (np.arange(n) - (n - 1) / 2) * pixel
+    height = -((x - shift * pixel)[:, None] ** 2 + x[None, :] ** 2) / (2 * radius)
+    return surfaces.glass_pair(surfaces.scan(height, pixel))
+
+
+def test_moving_the_heights_by_a_pixel_changes_little():
+    # under the paraboloid that stays, the contact goes along by a part of a pixel only: 6/7 of it
+    pulls = [
+        float(adhesive(bump(shift), delta=[0.5], profile="parabola", datum="first_contact").pull_off_force[0])
+        for shift in (0, 1)
+    ]
+    assert pulls[1] == pytest.approx(pulls[0], rel=0.01)
+
+
+def test_a_rough_scan_moved_turned_or_larger_is_the_same():
+    height = surfaces.rough(90, rms=1.0, smooth=5.0, seed=3)
+
+    def pull(part, x=0.0, y=0.0):
+        ds = surfaces.glass_pair(surfaces.scan(part, PIXEL))
+        ds["height"] = ds.height - height.max()
+        solution = quiet(ds, delta=[4.0], subregions=([x * PIXEL], [y * PIXEL]), datum="first_contact")
+        return float(solution.pull_off_force[0])
+
+    plain = pull(height[10:-10, 10:-10])
+    assert pull(height[11:-9, 10:-10], x=-1) == pytest.approx(plain, rel=0.01)
+    assert pull(np.rot90(height[10:-10, 10:-10])) == pytest.approx(plain, rel=0.01)
+    assert pull(height) == pytest.approx(plain, rel=0.01)
+
+
+@pytest.mark.parametrize("refine", [1, 2])
+def test_fields_hold_the_contact(refine):
+    ds, centres = bump(n=31), ([0.0, 9.0], [0.0, 4.0])
+    options = {"delta": [0.0, 0.5], "subregions": centres, "refine": refine, "step": 0.5}
+    cycle = quiet(ds, **options, fields=True)
+    bare = quiet(ds, **options)
+    np.testing.assert_array_equal(cycle.force, bare.force)
+    dx = float(cycle.x[1] - cycle.x[0])
+    assert dx == pytest.approx(6.0 / refine)
+    np.testing.assert_allclose(cycle.pressure.sum(("x", "y")) * dx**2, cycle.force, rtol=1e-9)
+    assert float(cycle.gap.min()) > -1e-6
+    pressed = cycle.pressure.values > 1e-3
+    assert pressed.any()
+    np.testing.assert_allclose(cycle.gap.values[pressed], 0, atol=1e-6)
+    lazy = quiet(ds.chunk(x=12, y=20), **options, fields=True)
+    xr.testing.assert_allclose(lazy.compute().drop_attrs(), cycle.drop_attrs())
+
+
+def test_fields_of_a_lazy_scan_need_its_heights(ground):
+    with pytest.raises(ValueError, match="load the scan first"):
+        adhesive(ground.chunk(x=30), delta=[1.0], datum="first_contact", fields=True)
 
 
 def test_lazy_scans_give_the_same(ground):

@@ -115,9 +115,7 @@ def test_self_similar_makes_the_energy_stationary():
         return np.pi * a * E_STAR / (2 * K) * bracket - W * np.pi * lam * a**2
 
     a = contact("self_similar", delta, 3.0).a
-    found = optimize.minimize_scalar(
-        energy, bounds=(0.8 * a, 1.3 * a), method="bounded", options={"xatol": 1e-8}
-    )
+    found = optimize.minimize_scalar(energy, bounds=(0.8 * a, 1.3 * a), method="bounded", options={"xatol": 1e-8})
     assert found.x == pytest.approx(a, rel=1e-6)
 
 
@@ -130,9 +128,7 @@ def test_plain_strain_energy_of_equation_8():
     B_by_A = lambda_ratio(lam)
     A = height / (a**2 + B_by_A * b**2)
 
-    def pressure_times_displacement(
-        t, r
-    ):  # x = a r cos t, y = b r sin t, r = sin s: edge singularity removed
+    def pressure_times_displacement(t, r):  # x = a r cos t, y = b r sin t, r = sin s: edge singularity removed
         s, r = r, np.sin(r)
         x, y = a * r * np.cos(t), b * r * np.sin(t)
         U = height + 2 * p1 * b * K - A * x**2 - B_by_A * A * y**2
@@ -186,9 +182,9 @@ def test_plain_potentials_obey_their_identities(k):
 def test_plain_edge_moments():
     k = 0.3
     for n, moment in enumerate(elliptic_jkr.edge_moments(k)):
-        expected = integrate.quad(
-            lambda t, n=n: np.cos(2 * t) ** n / np.hypot(np.cos(t), np.sin(t) / k), 0, np.pi / 2
-        )[0]
+        expected = integrate.quad(lambda t, n=n: np.cos(2 * t) ** n / np.hypot(np.cos(t), np.sin(t) / k), 0, np.pi / 2)[
+            0
+        ]
         assert moment == pytest.approx(4 * expected, rel=1e-10)
 
 

@@ -110,9 +110,7 @@ def test_any_indenter_works_as_well_as_the_sphere(surface):
     """A sphere given as a height map presses as the sphere does."""
     axis = np.arange(-60, 61) * 9.77 / 2
     r2 = axis[:, None] ** 2 + axis**2
-    ball = xr.DataArray(
-        7 - r2 / (3000 + np.sqrt(3000**2 - r2)), coords={"x": axis, "y": axis}, dims=("x", "y")
-    )
+    ball = xr.DataArray(7 - r2 / (3000 + np.sqrt(3000**2 - r2)), coords={"x": axis, "y": axis}, dims=("x", "y"))
     mapped = assign_pair(surface, indenter=ball, young_modulus=75, poisson_ratio=0.22)
     expected, found = (direct(ds, delta=[5, 10], subregions=(2, 2)) for ds in (surface, mapped))
     np.testing.assert_allclose(found.force, expected.force, rtol=1e-6)
@@ -157,18 +155,14 @@ def test_the_distributed_scheduler_gives_the_same(surface):
 def test_chunking_does_not_matter(surface, x, y):
     with dask.config.set(scheduler="synchronous"):
         expected = direct(surface, delta=[4, 9], subregions=(2, 1))
-        xr.testing.assert_equal(
-            direct(surface.chunk(x=x, y=y), delta=[4, 9], subregions=(2, 1)).compute(), expected
-        )
+        xr.testing.assert_equal(direct(surface.chunk(x=x, y=y), delta=[4, 9], subregions=(2, 1)).compute(), expected)
 
 
 def refuse(dsk, keys, **kwargs):
     raise AssertionError("computed before it was asked to")
 
 
-@pytest.mark.parametrize(
-    "options", [{"delta": [4.0]}, {"load": [100.0]}, {"delta": [4.0], "datum": "first_contact"}]
-)
+@pytest.mark.parametrize("options", [{"delta": [4.0]}, {"load": [100.0]}, {"delta": [4.0], "datum": "first_contact"}])
 def test_lazy_until_asked(surface, options):
     with dask.config.set(scheduler=refuse):
         found = direct(surface.chunk(x=32), subregions=(2, 2), **options)
@@ -210,9 +204,7 @@ def test_bad_scans_are_refused_in_words(surface):
     with pytest.raises(ValueError, match="assign the pair"):
         direct(scan(np.zeros((8, 8))), delta=[1])
     with pytest.raises(ValueError, match="1 missing pixels of 9216"):
-        direct(
-            surface.assign(height=surface.height.where((surface.x > -460) | (surface.y > -460))), delta=[1]
-        )
+        direct(surface.assign(height=surface.height.where((surface.x > -460) | (surface.y > -460))), delta=[1])
     with pytest.raises(ValueError, match="square pixels"):
         direct(surface.assign_coords(y=("y", surface.y.values * 2, {"units": "nm"})), delta=[1])
     with pytest.raises(ValueError, match="uniform"):

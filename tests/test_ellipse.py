@@ -45,9 +45,7 @@ def test_axis_ratio_leaves_the_circle_smoothly():
     np.testing.assert_allclose(slopes, -2 / 3, atol=1e-4)
 
 
-@pytest.mark.parametrize(
-    "A, B", [(0.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (2.0, 1.0), (0.0, 0.0), (np.nan, 1.0)]
-)
+@pytest.mark.parametrize("A, B", [(0.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (2.0, 1.0), (0.0, 0.0), (np.nan, 1.0)])
 def test_what_is_no_peak_has_no_shape(A, B):
     assert np.isnan(shape(A, B))
     assert np.isnan(hertz(1.0, A, B, E_STAR).P)

@@ -71,8 +71,7 @@ def test_error_falls_with_the_pixel():
     for halving in range(4):
         n, dx = 32 * 2**halving, 640.0 / (32 * 2**halving)
         forces = [
-            kalker.solve(sphere_gap(n, dx), d, dx, E, tolerance=1e-9).force / hertz(d) - 1
-            for d in (9, 11, 13, 15)
+            kalker.solve(sphere_gap(n, dx), d, dx, E, tolerance=1e-9).force / hertz(d) - 1 for d in (9, 11, 13, 15)
         ]
         errors.append(np.abs(forces).mean())
     assert (errors[0] / errors[3]) ** (1 / 3) >= 3.5
@@ -160,15 +159,9 @@ def test_scaling_laws():
     z = rough(32, seed=9)
     separation = z.max() - z + sphere_gap(32, 9.77)
     force = kalker.solve(separation, 10.0, 9.77, E, tolerance=1e-9).force
-    assert kalker.solve(separation, 10.0, 9.77, 3 * E, tolerance=1e-9).force == pytest.approx(
-        3 * force, rel=1e-8
-    )
-    assert kalker.solve(2 * separation, 20.0, 2 * 9.77, E, tolerance=1e-9).force == pytest.approx(
-        4 * force, rel=1e-8
-    )
-    assert kalker.solve(5 * separation, 50.0, 9.77, E, tolerance=1e-9).force == pytest.approx(
-        5 * force, rel=1e-8
-    )
+    assert kalker.solve(separation, 10.0, 9.77, 3 * E, tolerance=1e-9).force == pytest.approx(3 * force, rel=1e-8)
+    assert kalker.solve(2 * separation, 20.0, 2 * 9.77, E, tolerance=1e-9).force == pytest.approx(4 * force, rel=1e-8)
+    assert kalker.solve(5 * separation, 50.0, 9.77, E, tolerance=1e-9).force == pytest.approx(5 * force, rel=1e-8)
 
 
 # ---------------------------------------------------------------- degenerate cases

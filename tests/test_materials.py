@@ -20,9 +20,7 @@ def test_the_papers_pair():
 
 def test_a_rigid_body_adds_no_compliance():
     assert contact_modulus((75, np.inf), (0.22, 0.3)) == pytest.approx(2 * contact_modulus(75, 0.22))
-    assert contact_modulus((75, 200), (0.22, 0.3)) == pytest.approx(
-        1 / ((1 - 0.22**2) / 75 + (1 - 0.3**2) / 200)
-    )
+    assert contact_modulus((75, 200), (0.22, 0.3)) == pytest.approx(1 / ((1 - 0.22**2) / 75 + (1 - 0.3**2) / 200))
 
 
 def test_surface_energy_is_half_the_work_of_adhesion():
@@ -38,9 +36,7 @@ def test_any_unit_of_the_right_kind_is_taken():
     pint = pytest.importorskip("pint")
     quantity = pint.UnitRegistry().Quantity
     for radius in ("3 um", "3 µm", quantity(3e-6, "m"), xr.DataArray(3.0, attrs={"units": "um"}), 3000):
-        pair = assign_pair(
-            scan(np.zeros((4, 4))), sphere_radius=radius, young_modulus="75 GPa", poisson_ratio=0.2
-        )
+        pair = assign_pair(scan(np.zeros((4, 4))), sphere_radius=radius, young_modulus="75 GPa", poisson_ratio=0.2)
         assert float(pair.sphere_radius) == 3000.0
         assert pair.sphere_radius.units == "nm"
     assert factor("mJ m-2", "nN nm-1") == pytest.approx(1e-3)

@@ -54,9 +54,7 @@ def assert_recovers(fit, shape):
     # what rounding leaves of a curvature, from heights of this size over steps of this size
     heights = abs(shape["top"]) + sharp * 16 * (shape["dx"] ** 2 + shape["dy"] ** 2)
     rounding = 1e-14 * heights / min(shape["dx"], shape["dy"]) ** 2
-    np.testing.assert_allclose(
-        [fit.curvature_min, fit.curvature_max], [flat, sharp], rtol=1e-9, atol=rounding
-    )
+    np.testing.assert_allclose([fit.curvature_min, fit.curvature_max], [flat, sharp], rtol=1e-9, atol=rounding)
     assert fit.fit_rms <= 1e-13 * heights
     if sharp - flat > 1e-3 * sharp + 1e3 * rounding:
         assert_same_direction(fit.orientation, turned, 1e-6)

@@ -65,9 +65,7 @@ def test_displacement_follows_the_sign_of_equation_35():
     z["height"][0, 0] = z.height.max() + depth  # a spike at the edge sets the datum and is no peak
     late = depth + r**2 / (R + np.sqrt(R**2 - r**2))
     options = {"formulation": "published", "law": "hertz"}
-    shifted = superpose(
-        z, delta=np.array([3.0, 5.0]) + late, subregions=([0.0], [0.0]), **options
-    ).force.values
+    shifted = superpose(z, delta=np.array([3.0, 5.0]) + late, subregions=([0.0], [0.0]), **options).force.values
     centred = superpose(one_asperity(1 / 200, 1 / 200), delta=[3.0, 5.0], **options).force.values
     np.testing.assert_allclose(shifted, centred, rtol=1e-9)
 
@@ -83,37 +81,28 @@ def test_zero_adhesion_is_hertz(surface):
     dry = surface.assign_coords(work_of_adhesion=0.0)
     for formulation in FORMULATIONS:
         options = {"delta": [5.0, 10.0], "formulation": formulation}
-        np.testing.assert_allclose(
-            superpose(dry, **options).force, superpose(dry, law="hertz", **options).force
-        )
+        np.testing.assert_allclose(superpose(dry, **options).force, superpose(dry, law="hertz", **options).force)
 
 
 def test_the_sum_is_over_all_asperities(surface):
     catalogue = asperities(surface)
     whole = superpose(catalogue, delta=[8.0], subregions=(2, 2)).force
     halves = [
-        superpose(catalogue.isel(asperity=slice(k, None, 2)), delta=[8.0], subregions=(2, 2)).force
-        for k in (0, 1)
+        superpose(catalogue.isel(asperity=slice(k, None, 2)), delta=[8.0], subregions=(2, 2)).force for k in (0, 1)
     ]
     np.testing.assert_allclose(halves[0] + halves[1], whole, rtol=1e-12)
 
 
 def test_scan_and_catalogue_give_the_same(surface):
     options = {"delta": [2.0, 8.0], "subregions": (2, 3)}
-    np.testing.assert_array_equal(
-        superpose(surface, **options).force, superpose(asperities(surface), **options).force
-    )
+    np.testing.assert_array_equal(superpose(surface, **options).force, superpose(asperities(surface), **options).force)
 
 
 def test_large_contacts_are_counted():
     found = superpose(one_asperity(1 / 400, 1 / 400), delta=[0.01, 1.0], law="hertz")
     assert found.contacts.values.tolist() == [[1, 1]]
-    assert found.contacts_beyond_patch.values.tolist() == [
-        [0, 1]
-    ]  # a = √(δR') = 2 and 19 nm; the patch has 12.5 nm
-    two = scan(
-        np.maximum(*(one_asperity(1 / 100, 1 / 100, at=(x, 0.0)).height.values for x in (-20, 20))), pixel=5.0
-    )
+    assert found.contacts_beyond_patch.values.tolist() == [[0, 1]]  # a = √(δR') = 2 and 19 nm; the patch has 12.5 nm
+    two = scan(np.maximum(*(one_asperity(1 / 100, 1 / 100, at=(x, 0.0)).height.values for x in (-20, 20))), pixel=5.0)
     found = superpose(glass_pair(two), delta=[5.0, 30.0], law="hertz")
     assert found.contacts_overlapping.values.tolist() == [[0, 2]]  # a = 20 nm and 53 nm, 40 nm apart
 

@@ -67,7 +67,9 @@ class Path(NamedTuple):
     states: np.ndarray  # (state, DELTA … ASKED)
     turn: int  # first state of the retraction
     status: int
-    pressures: np.ndarray  # (2 deltas or 0, nx, ny) p dx/E*, nm, at the states asked for in order; NaN where not reached
+    pressures: (
+        np.ndarray
+    )  # (2 deltas or 0, nx, ny) p dx/E*, nm, at the states asked for in order; NaN where not reached
 
 
 class _Problem(NamedTuple):
