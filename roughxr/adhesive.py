@@ -17,6 +17,7 @@ from .kernels import cohesion, maugis
 from .kernels.halfspace import surface_displacement
 from .kernels.indenter import PROFILES, map_separation, sphere_separation
 from .kernels.love import love_coefficients
+from .materials import indenter_map
 from .units import magnitude, positive
 
 #: Laws of adhesion.
@@ -204,7 +205,7 @@ def _options(ds, delta, law, strength, refine, step, datum, profile, tolerance, 
     if not 0 < magnitude(tolerance, "1", "tolerance") < 1:
         raise ValueError(f"tolerance: expected a number between 0 and 1, found {tolerance!r}")
     modulus, w = schema.pair(ds, "contact_modulus", "work_of_adhesion")
-    indenter = _indenter_map(ds)
+    indenter = indenter_map(ds)
     options = _Options(
         deltas=schema.ascending(delta, "nm", "delta"),
         step=positive(step, "nm", "step"),
@@ -224,12 +225,6 @@ def _options(ds, delta, law, strength, refine, step, datum, profile, tolerance, 
     )
     _resolved_zone(options)
     return options
-
-
-def _indenter_map(ds: xr.Dataset) -> tuple | None:
-    if "indenter_height" not in ds:
-        return None
-    return tuple(ds[name].values.astype(float) for name in ("indenter_x", "indenter_y", "indenter_height"))
 
 
 def _strength(law: str, strength: Any) -> float:

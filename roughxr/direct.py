@@ -15,6 +15,7 @@ from . import parallel, regions, schema
 from .kernels import kalker
 from .kernels.halfspace import surface_displacement
 from .kernels.indenter import PROFILES, map_separation, sphere_separation
+from .materials import indenter_map
 from .units import magnitude
 
 #: Scalars of one solve in the order in which a task returns them, then the fields.
@@ -140,7 +141,7 @@ def _options(ds, delta, load, datum, profile, tolerance, max_iterations) -> _Opt
     schema.one_of(datum, ("highest_peak", "first_contact"), "datum")
     schema.one_of(profile, PROFILES, "profile")
     (modulus,) = schema.pair(ds, "contact_modulus")
-    indenter = _indenter_map(ds)
+    indenter = indenter_map(ds)
     radius = np.nan if indenter else schema.pair(ds, "sphere_radius")[0]
     if not 0 < magnitude(tolerance, "1", "tolerance") < 1:
         raise ValueError(f"tolerance: expected a number between 0 and 1, found {tolerance!r}")
@@ -157,12 +158,6 @@ def _options(ds, delta, load, datum, profile, tolerance, max_iterations) -> _Opt
         max_iterations=int(max_iterations),
         field_shape=None,
     )
-
-
-def _indenter_map(ds: xr.Dataset) -> tuple | None:
-    if "indenter_height" not in ds:
-        return None
-    return tuple(ds[name].values.astype(float) for name in ("indenter_x", "indenter_y", "indenter_height"))
 
 
 def _reach(ds: xr.Dataset, options: _Options, lazy_fields: bool) -> float:

@@ -157,6 +157,13 @@ def assign_pair(
     return schema.record(schema.label(out), "assign_pair", **values)
 
 
+def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Return x, y and height (nm) of the assigned indenter's map, or None where a sphere is assigned."""
+    if "indenter_height" not in ds:
+        return None
+    return tuple(ds[name].values.astype(float) for name in ("indenter_x", "indenter_y", "indenter_height"))
+
+
 def _contact_modulus(given: Any, young_modulus: Any, poisson_ratio: Any) -> float:
     if given is not None:
         return positive(given, "GPa", "contact_modulus")
