@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from . import parallel, regions, schema
-from .kernels import kalker
+from .kernels import kalker, load_control
 from .kernels.halfspace import surface_displacement
 from .kernels.indenter import PROFILES, map_separation, sphere_separation
 from .materials import indenter_map
@@ -228,31 +228,31 @@ def _solve(height, datum, window, at_edge, options) -> np.ndarray:
     height = schema.finite(np.ascontiguousarray(height, dtype=float))
     separation = _separation(height, float(datum), window, options)
     zero = float(separation.min()) if options.first_contact and separation.size else 0.0
-    rows = []
-    for delta, solution in _solutions(separation, zero, options):
-        overlap = separation < delta
-        scalars = [
-            solution.force,
-            solution.area,
-            solution.converged,
-            solution.iterations,
-            solution.residual,
-            _touches(overlap, at_edge),
-            delta - zero,
-        ]
-        rows.append(np.concatenate([scalars, *_fields(solution, separation, delta, window, options)]))
-    return np.stack(rows)
+    deltas, found, pressures = _solutions(separation, zero, options)
+    reached = _lowest_at(separation, at_edge) < deltas
+    scalars = [
+        found[:, kalker.FORCE],
+        found[:, kalker.AREA],
+        found[:, kalker.STATUS] == kalker.CONVERGED,
+        found[:, kalker.ITERATIONS],
+        found[:, kalker.RESIDUAL],
+        reached,
+        deltas - zero,
+    ]
+    if options.field_shape is None:
+        return np.stack(scalars, axis=1)
+    return np.hstack([np.stack(scalars, axis=1), _fields(pressures, separation, deltas, window, options)])
 
 
 def _solutions(separation, zero, options):
-    """Yield (delta above the highest peak, solution) for each prescribed value."""
+    """Return displacements above the highest peak, what is said of each solve, and pressures where fields are kept."""
     arguments = options.dx, options.contact_modulus
     limits = {"tolerance": options.tolerance, "max_iterations": options.max_iterations}
+    limits["keep"] = options.field_shape is not None
     if options.by_load:
-        yield from kalker.loaded(separation, options.values, *arguments, **limits)
-    else:
-        deltas = options.values + zero
-        yield from zip(deltas, kalker.sweep(separation, deltas, *arguments, **limits))
+        return load_control.loaded_arrays(separation, options.values, *arguments, **limits)[:3]
+    deltas = options.values + zero
+    return deltas, *kalker.sweep_arrays(separation, deltas, *arguments, **limits)[:2]
 
 
 def _separation(height, datum, window, options):
@@ -265,23 +265,22 @@ def _separation(height, datum, window, options):
     return sphere_separation(height, datum, x, y, options.radius, options.profile)
 
 
-def _touches(overlap, at_edge) -> bool:
-    """Say whether the overlap reaches a side of the window at which the scan ends."""
-    sides = overlap[:1], overlap[-1:], overlap[:, :1], overlap[:, -1:]
-    return any(edge and side.any() for edge, side in zip(at_edge, sides))
+def _lowest_at(separation, at_edge) -> float:
+    """Return the least separation along the sides of the window at which the scan ends."""
+    sides = separation[:1], separation[-1:], separation[:, :1], separation[:, -1:]
+    return min((side.min(initial=np.inf) for edge, side in zip(at_edge, sides) if edge), default=np.inf)
 
 
-def _fields(solution, separation, delta, window, options) -> list[np.ndarray]:
+def _fields(pressures, separation, deltas, window, options) -> np.ndarray:
     """Return pressure, displacement and gap on the full window, flattened; NaN beyond the scan's edge."""
-    if options.field_shape is None:
-        return []
-    fields = np.full((len(_FIELDS), *options.field_shape), np.nan)
+    fields = np.full((deltas.size, len(_FIELDS), *options.field_shape), np.nan)
     i, j = window.missing
-    rows, columns = slice(i, i + separation.shape[0]), slice(j, j + separation.shape[1])
-    displacement = surface_displacement(solution.pressure, options.dx, options.contact_modulus)
-    gap = np.where(np.isfinite(separation), displacement + separation - delta, np.nan)
-    fields[:, rows, columns] = solution.pressure, displacement, gap
-    return [fields.ravel()]
+    part = fields[:, :, i : i + separation.shape[0], j : j + separation.shape[1]]
+    part[:, 0] = pressures
+    part[:, 1] = surface_displacement(pressures, options.dx, options.contact_modulus)
+    gap = part[:, 1] + separation - deltas[:, None, None]
+    part[:, 2] = np.where(np.isfinite(separation), gap, np.nan)
+    return fields.reshape(deltas.size, -1)
 
 
 def _labelled(packed, ds, positions, windows, options) -> xr.Dataset:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from roughxr.kernels import halfspace
-from roughxr.kernels.halfspace import DENSE_LIMIT, multiply, multiply_single, operator, surface_displacement
+from roughxr.kernels.halfspace import coefficients_for, multiply, no_transfers, operator, surface_displacement
+from roughxr.kernels.jit import kernel
 from roughxr.kernels.love import love_coefficients
 
 
@@ -41,29 +41,37 @@ def test_coefficients_equal_the_printed_logarithms():
     np.testing.assert_allclose(love_coefficients(32, 32), printed_coefficients(32), rtol=1e-11)
 
 
-@pytest.mark.parametrize("limit", [0, 10**6], ids=["transforms", "matrix"])
+@kernel
+def product(rows, columns, coefficients, dense, pressure, out):
+    multiply(operator(rows, columns, coefficients, no_transfers(), dense), pressure, out)
+
+
+@pytest.mark.parametrize("dense", [False, True], ids=["transforms", "matrix"])
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9), (7, 3), (40, 25)])
-def test_engines_agree_with_the_plain_sum(shape, limit, monkeypatch):
-    monkeypatch.setattr(halfspace, "DENSE_LIMIT", limit)
+def test_engines_agree_with_the_plain_sum(shape, dense):
     rng = np.random.default_rng(1)
     cells = np.flatnonzero(rng.random(shape).ravel() < 0.6) if np.prod(shape) > 1 else np.array([0])
     rows, columns = np.divmod(cells, shape[1])
-    rows, columns = rows - rows.min(), columns - columns.min()
     pressure = np.append(rng.standard_normal(cells.size), 0.0)
     table = printed_coefficients(max(shape))
     expected = table[abs(rows[:, None] - rows), abs(columns[:, None] - columns)] @ pressure[:-1]
-    A = operator(rows, columns)
-    for product, error in ((multiply, 1e-13), (multiply_single, 1e-6)):
-        out = np.zeros(cells.size + 1)
-        product(A, pressure, out)
-        np.testing.assert_allclose(out[:-1], expected, atol=error * np.abs(pressure).sum())
-        assert out[-1] == 0
+    out = np.zeros(cells.size + 1)
+    product(rows, columns, coefficients_for(shape), dense, pressure, out)
+    np.testing.assert_allclose(out[:-1], expected, atol=(1e-13 if dense else 1e-6) * np.abs(pressure).sum())
+    assert out[-1] == 0
 
 
-def test_the_engine_is_chosen_by_size():
-    few, many = np.zeros(DENSE_LIMIT, int), np.zeros(DENSE_LIMIT + 1, int)
-    assert operator(few, np.arange(few.size)).matrix.size
-    assert not operator(many, np.arange(many.size)).matrix.size
+@pytest.mark.parametrize("shape", [(1, 1), (13, 40), (400, 500)], ids=["one cell", "in one piece", "in strips"])
+def test_a_whole_box_is_displaced_exactly(shape):
+    pressure, rng = np.zeros(shape), np.random.default_rng(3)
+    i, j = (rng.integers(0, n, 40) for n in pressure.shape)
+    pressure[i, j] = rng.standard_normal(40)
+    table = printed_coefficients(max(pressure.shape))
+    expected = sum(
+        pressure[k, m] * table[abs(np.arange(pressure.shape[0]) - k)[:, None], abs(np.arange(pressure.shape[1]) - m)]
+        for k, m in zip(*np.nonzero(pressure))
+    )
+    np.testing.assert_allclose(surface_displacement(pressure, 1.0, 1.0), expected, atol=1e-12)
 
 
 def test_displacement_scales_with_pixel_and_modulus():

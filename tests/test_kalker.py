@@ -5,7 +5,9 @@ import pytest
 from scipy.optimize import nnls
 
 from roughxr.kernels import active_set, kalker
-from roughxr.kernels.halfspace import surface_displacement
+from roughxr.kernels.halfspace import coefficients_for, no_transfers, operator, surface_displacement
+from roughxr.kernels.jit import kernel
+from roughxr.kernels.load_control import loaded
 
 from .surfaces import rough, sphere_gap
 from .test_halfspace import printed_coefficients
@@ -127,7 +129,7 @@ def test_the_force_meets_its_tolerance_near_first_touch_too():
 def test_load_control_finds_the_displacement(load):
     z = rough(65, seed=8, rms=1.0)
     separation = z.max() - z + sphere_gap(65, 9.77)
-    ((delta, solution),) = kalker.loaded(separation, [load], 9.77, E)
+    ((delta, solution),) = loaded(separation, [load], 9.77, E)
     assert solution.converged
     assert solution.force == pytest.approx(load, rel=1e-6)
     assert kalker.solve(separation, delta, 9.77, E, tolerance=1e-9).force == pytest.approx(load, rel=2e-6)
@@ -142,16 +144,16 @@ def test_load_control_survives_bad_guesses(kind):
         "sphere": sphere_gap(61, 9.77),
     }
     separation, loads = profiles[kind], 10.0 ** np.arange(-3, 6)
-    rising = list(kalker.loaded(separation, loads, 9.77, E))
+    rising = list(loaded(separation, loads, 9.77, E))
     for load, (delta, solution) in zip(loads, rising):
-        ((cold, _),) = kalker.loaded(separation, [load], 9.77, E)
+        ((cold, _),) = loaded(separation, [load], 9.77, E)
         assert solution.converged
         assert cold == pytest.approx(delta, rel=1e-5)
         assert kalker.solve(separation, delta, 9.77, E, tolerance=1e-9).force == pytest.approx(load, rel=2e-6)
 
 
 def test_nothing_to_press_on_carries_no_load():
-    ((delta, solution),) = kalker.loaded(np.full((30, 30), np.inf), [5.0], 9.77, E)
+    ((delta, solution),) = loaded(np.full((30, 30), np.inf), [5.0], 9.77, E)
     assert np.isnan(delta) and not solution.converged and solution.force == 0
 
 
@@ -234,15 +236,29 @@ def test_an_exhausted_solve_says_so():
     assert solution.pressure.min() >= 0
 
 
-def test_cells_exchanged_one_at_a_time_reach_the_same_contact(monkeypatch):
+@kernel
+def solve_cells(rows, columns, depth, coefficients, dense, pressure, gap, contact, goal, patience):
+    cells = active_set.gather_cells(operator(rows, columns, coefficients, no_transfers(), dense), depth)
+    return active_set.solve(cells, pressure, gap, contact, goal, 5000, 0.0, patience).status
+
+
+@pytest.mark.parametrize("dense", [False, True])
+def test_cells_exchanged_one_at_a_time_reach_the_same_contact(dense):
     """The safeguard against rounds without progress: entered at once here, it must come to the same end."""
     z = rough(16, seed=4, smooth=1.0)
     separation = z.max() - z + sphere_gap(16, 9.77)
-    together = kalker.solve(separation, 10.0, 9.77, E, tolerance=1e-9)
-    monkeypatch.setattr(active_set, "_PATIENCE", 0)
-    singly = kalker.solve(separation, 10.0, 9.77, E, tolerance=1e-9)
-    assert singly.converged
-    assert singly.force == pytest.approx(together.force, rel=1e-8)
+    rows, columns = np.nonzero(separation < 10.0)
+    depth = 10.0 - separation[rows, columns]
+    coefficients = coefficients_for(separation.shape)
+    for patience in (0, active_set.PATIENCE):
+        pressure, gap = np.zeros(depth.size + 1), -np.append(depth, 0.0)
+        contact, goal = np.append(depth > 0.5 * depth.max(), False), 1e-9 * depth.max()
+        if not dense:
+            goal = 1e-6 * depth.max()  # of single precision
+        status = solve_cells(rows, columns, depth, coefficients, dense, pressure, gap, contact, goal, patience)
+        assert status == active_set.CONVERGED
+        force = pressure.sum() * E * 9.77
+        assert force == pytest.approx(kalker.solve(separation, 10.0, 9.77, E, tolerance=1e-9).force, rel=20 * goal)
 
 
 def test_the_preconditioner_is_the_inverse_of_the_coefficients():

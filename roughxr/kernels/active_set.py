@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .halfspace import Operator, divide_single, multiply, multiply_single, operator
+from .halfspace import Operator, divide, multiply
 from .jit import kernel
 
 #: How a solve ended.
@@ -33,7 +33,7 @@ STENCIL = (1.1628, -0.1831, -0.0478)
 _ROUND = 0.15
 
 #: Rounds without fewer violations than ever before, until cells are exchanged one at a time.
-_PATIENCE = 10
+PATIENCE = 10
 
 
 class Outcome(NamedTuple):
@@ -53,38 +53,36 @@ class Cells(NamedTuple):
     operator: Operator
 
 
-def gather_cells(inside, indices, depth):
-    """Return the `Cells` at flat ``indices`` of the mask ``inside`` (2-D), with their depths."""
-    rows, columns = np.divmod(indices, inside.shape[1])
-    return Cells(depth, _neighbours(inside, indices), operator(rows - rows.min(), columns - columns.min()))
+@kernel
+def gather_cells(operator, depth):
+    """Return the `Cells` of an operator, with their depths."""
+    return Cells(depth, _neighbours(operator.rows, operator.columns), operator)
 
 
 @kernel
-def solve(cells, pressure, contact, goal, max_iterations, load):
-    """Solve from the given pressures and contact, both (count + 1,), which become the solution.
+def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
+    """Solve from the given pressures, their gaps and a contact, each (count + 1,), which become the solution's.
 
     Every condition is met to ``goal`` (the unit of the depths) unless ``max_iterations`` products are not enough;
     pressures are never negative. Where ``load`` > 0 the pressures keep adding up to it, and all depths are shifted by
     what that takes: the search directions are projected onto loads of zero sum, at no further product. Returns the
     `Outcome`.
     """
-    gap, direction, image = np.zeros_like(pressure), np.zeros_like(pressure), np.zeros_like(pressure)
+    direction, image = np.zeros_like(pressure), np.zeros_like(pressure)
     preconditioned, other = np.zeros_like(pressure), np.zeros_like(pressure)
-    multiply(cells.operator, pressure, gap)
-    _open(gap, cells.depth)
-    iterations, slope, shift, fewest, patience = 1, 0.0, 0.0, np.inf, _PATIENCE
+    iterations, slope, shift, fewest, left = 0, 0.0, 0.0, np.inf, patience
     while True:
         if load > 0.0 and slope == 0.0:
             shift += _carry(pressure, gap, contact, cells.depth, shift, load)
             _precondition_unit(cells, contact, preconditioned, other)
         worst, inside = _violation(gap, contact)
-        target = max(_ROUND * worst, 0.5 * goal) if patience > 0 else 0.5 * goal
+        target = max(_ROUND * worst, 0.5 * goal) if left > 0 else 0.5 * goal
         while inside > target and iterations < max_iterations:
             _precondition(cells, gap, contact, preconditioned)
             if load > 0.0:
                 shift += _project(gap, contact, preconditioned, other)
             slope = _search(gap, contact, preconditioned, direction, slope)
-            multiply_single(cells.operator, direction, image)
+            multiply(cells.operator, direction, image)
             iterations += 1
             inside = _advance(pressure, gap, contact, direction, image, slope)
         violating, worst = _count(pressure, gap, contact, goal)
@@ -92,9 +90,9 @@ def solve(cells, pressure, contact, goal, max_iterations, load):
             return Outcome(CONVERGED, iterations, worst, shift)
         if violating > 0:
             slope = 0.0  # another contact: the old directions are no longer conjugate
-            fewest, patience = (violating, _PATIENCE) if violating < fewest else (fewest, patience - 1)
-            if _exchange(pressure, gap, contact, other, goal, patience <= 0):
-                multiply_single(cells.operator, other, image)
+            fewest, left = (violating, patience) if violating < fewest else (fewest, left - 1)
+            if _exchange(pressure, gap, contact, other, goal, left <= 0):
+                multiply(cells.operator, other, image)
                 iterations += 1
                 gap += image
         if iterations >= max_iterations:
@@ -102,28 +100,20 @@ def solve(cells, pressure, contact, goal, max_iterations, load):
 
 
 @kernel
-def _neighbours(inside, indices):
+def _neighbours(rows, columns):
     """Return for each cell the compact index of the four cells beside it and the four at its corners."""
-    rows, columns = inside.shape
-    count = indices.size
-    number = np.full((rows + 2, columns + 2), count, dtype=np.int32)
+    count = rows.size
+    number = np.full((rows.max() + 3, columns.max() + 3), count, dtype=np.int32)
     for k in range(count):
-        number[indices[k] // columns + 1, indices[k] % columns + 1] = k
+        number[rows[k] + 1, columns[k] + 1] = k
     neighbours = np.empty((count, 8), dtype=np.int32)
     for k in range(count):
-        i, j = indices[k] // columns + 1, indices[k] % columns + 1
+        i, j = rows[k] + 1, columns[k] + 1
         neighbours[k, 0], neighbours[k, 1] = number[i - 1, j], number[i + 1, j]
         neighbours[k, 2], neighbours[k, 3] = number[i, j - 1], number[i, j + 1]
         neighbours[k, 4], neighbours[k, 5] = number[i - 1, j - 1], number[i - 1, j + 1]
         neighbours[k, 6], neighbours[k, 7] = number[i + 1, j - 1], number[i + 1, j + 1]
     return neighbours
-
-
-@kernel
-def _open(gap, depth):
-    """Turn the displacement A p into the gap g = A p − h."""
-    for k in range(depth.size):
-        gap[k] -= depth[k]
 
 
 @kernel
@@ -202,7 +192,7 @@ def _search(gap, contact, preconditioned, direction, slope):
 @kernel
 def _precondition(cells, gap, contact, preconditioned):
     """Write nearly the pressures that would close the gaps in contact."""
-    if cells.operator.inverse.size:
+    if cells.operator.inverse.box.size:
         _precondition_by_transforms(cells.operator, gap, contact, preconditioned)
     else:
         _precondition_by_neighbours(cells.neighbours, gap, contact, preconditioned)
@@ -212,7 +202,7 @@ def _precondition(cells, gap, contact, preconditioned):
 def _precondition_by_transforms(operator, gap, contact, preconditioned):
     for k in range(gap.size - 1):
         preconditioned[k] = -gap[k] if contact[k] else 0.0
-    divide_single(operator, preconditioned, preconditioned)
+    divide(operator, preconditioned, preconditioned)
 
 
 @kernel

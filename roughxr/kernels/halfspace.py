@@ -2,17 +2,13 @@
 
 Both work on compact vectors, the values of the cells of interest wherever they lie in a box, followed by one entry that
 stays zero. Cells have unit side and the half space unit modulus: the caller scales. Few cells are summed with the
-matrix of Love's coefficients between them; many are convolved in their box, zero-padded so that nothing wraps around:
-exact, not periodic. Only rows that hold cells are transformed along y, both ways, which saves a quarter of the work,
-and the transformed coefficients are real, since the coefficients are even.
+matrix of Love's coefficients between them; many are convolved in their box (``kernels.transforms``).
 
-Two precisions: ``multiply`` is what solutions are held against, ``multiply_single`` is right to some 1e-6 of its
-largest value, which is enough for search directions, in two thirds of the time. SciPy's transforms run inside compiled
-code by way of rocket-fft: no Python in the loop and no lock held, which halves the time on small boxes and lets threads
-scale.
+Two precisions: whole boxes are convolved in double precision, which is what solutions are held against; the product
+of the cells by transforms is right to some 1e-6 of its largest value, which is enough for search directions, in two
+thirds of the time.
 """
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -20,51 +16,89 @@ import scipy.fft
 
 from .jit import kernel, reducing_kernel
 from .love import love_coefficients
-
-#: From this many cells on, an inverse by transforms preconditions better than a few neighbours do.
-LONG_RANGE = 1000
+from .transforms import Convolution, Transfer, convolution, convolve, even_length, transfer_of
 
 #: Up to this many cells the dense matrix (half a megabyte) beats transforms of the cells' box.
 DENSE_LIMIT = 250
 
+#: From this many cells on, an inverse by transforms preconditions better than a few neighbours do.
+LONG_RANGE = 1000
+
+#: Padded boxes of up to so many cells have their transformed coefficients kept for the next ones alike.
+_KEPT = 256**2
+
 
 class Operator(NamedTuple):
-    """A for one list of cells: a matrix, or a box and the transformed coefficients (the others are empty)."""
+    """A for one list of cells: a matrix, or a convolution (the other is empty)."""
 
+    rows: np.ndarray  # of the cells, from the first that holds any
+    columns: np.ndarray
     matrix: np.ndarray  # (count, count), or (0, 0)
-    places: np.ndarray  # index of each cell in the flattened box
-    box: np.ndarray  # scratch
-    single_box: np.ndarray  # the same in single precision
-    transfer: np.ndarray  # real, (rows, columns // 2 + 1) of the padded box
-    single_transfer: np.ndarray
-    columns: int  # of the padded box
-    inverse: np.ndarray  # inverse transformed coefficients of the periodic box, for many cells
-    period: int  # columns of the periodic box
+    convolution: Convolution  # in single precision
+    inverse: Convolution  # nearly A's inverse, for many cells; else of no rows
 
 
-_EMPTY = np.zeros((1, 1)), np.zeros((1, 1), np.float32)
-
-
-def operator(rows, columns):
-    """Return the faster engine for the cells at (rows, columns), whole numbers, of a box that starts at (0, 0)."""
-    shape = int(rows.max()) + 1, int(columns.max()) + 1
-    places = rows * shape[1] + columns
-    if rows.size <= DENSE_LIMIT:
-        matrix = _between(rows, columns, love_coefficients(*_rounded(*shape)))
-        return Operator(matrix, places, *_EMPTY, *_EMPTY, 1, np.zeros((0, 0), np.float32), 1)
-    padded = _padded(shape)
-    boxes = np.zeros(shape), np.zeros(shape, np.float32)
-    inverse, period = np.zeros((0, 0), np.float32), 1
-    if rows.size > LONG_RANGE:
-        periodic = tuple(scipy.fft.next_fast_len(n, real=True) for n in shape)
-        inverse, period = 1 / _transfers(periodic)[1], periodic[1]
-    return Operator(np.zeros((0, 0)), places, *boxes, *_transfers(padded), padded[1], inverse, period)
+def coefficients_for(shape):
+    """Return Love's coefficients for all boxes within ``shape``, padded, in one of few sizes."""
+    size = scipy.fft.next_fast_len(max(shape), real=True) + 1
+    size = 1 << (max(size, 32) - 1).bit_length() if size <= 512 else -(-size // 256) * 256
+    return love_coefficients(size, size)
 
 
 @kernel
-def divide_single(operator, displacement, out):
-    """Write into ``out`` (compact) nearly the pressures that cause a displacement of the cells (compact)."""
-    _multiply_in_box(operator.places, operator.single_box, operator.inverse, operator.period, displacement, out)
+def no_transfers():
+    """Return the list in which `known_transfer` keeps what it has computed."""
+    return [Transfer(0, 0, np.zeros((1, 1)), np.zeros((1, 1), np.float32))]
+
+
+@kernel
+def known_transfer(rows, columns, coefficients, known):
+    """Return the transformed coefficients of the padded box, from the list or computed."""
+    for transfer in known:
+        if transfer.rows == rows and transfer.columns == columns:
+            return transfer
+    transfer = transfer_of(rows, columns, coefficients)
+    if rows * columns <= _KEPT:
+        known.append(transfer)
+    return transfer
+
+
+@kernel
+def whole_box(shape, coefficients, known):
+    """Return the convolution of a whole box in double precision."""
+    rows, columns = even_length(2 * shape[0] - 1), even_length(2 * shape[1] - 1)
+    transfer = known_transfer(rows, columns, coefficients, known)
+    return convolution(shape[0], columns, transfer.double, np.complex128(0))
+
+
+@kernel
+def displace(pressure, whole, out):
+    """Write into ``out`` the displacement of every cell of a whole box under the pressures in it."""
+    columns = pressure.shape[1]
+    whole.box[:, :columns] = pressure
+    whole.box[:, columns:] = 0.0
+    convolve(whole)
+    out[:] = whole.box[:, :columns]
+
+
+@kernel
+def operator(rows, columns, coefficients, known, dense):
+    """Return the operator of the cells at (rows, columns), whole numbers, by a matrix where ``dense``."""
+    rows, columns = rows - rows.min(), columns - columns.min()
+    nothing = convolution(0, 2, np.zeros((2, 2), np.float32), np.complex64(0))
+    if dense:
+        return Operator(rows, columns, _between(rows, columns, coefficients), nothing, nothing)
+    shape = rows.max() + 1, columns.max() + 1
+    high, wide = even_length(2 * shape[0] - 1), even_length(2 * shape[1] - 1)
+    transfer = known_transfer(high, wide, coefficients, known)
+    box = convolution(shape[0], wide, transfer.single, np.complex64(0))
+    inverse = nothing
+    if rows.size > LONG_RANGE:
+        high, wide = even_length(shape[0]), even_length(shape[1])
+        periodic = known_transfer(high, wide, coefficients, known)
+        factor = np.float32(high * wide) ** 2  # both transfers are divided by the number of cells
+        inverse = convolution(shape[0], wide, 1 / (factor * periodic.single), np.complex64(0))
+    return Operator(rows, columns, np.zeros((0, 0)), box, inverse)
 
 
 @kernel
@@ -73,74 +107,40 @@ def multiply(operator, pressure, out):
     if operator.matrix.size:
         _multiply(operator.matrix, pressure, out)
     else:
-        _multiply_in_box(operator.places, operator.box, operator.transfer, operator.columns, pressure, out)
+        _multiply_in_box(operator, operator.convolution, pressure, out)
 
 
 @kernel
-def multiply_single(operator, pressure, out):
-    """Do as ``multiply``, transforms in single precision."""
-    if operator.matrix.size:
-        _multiply(operator.matrix, pressure, out)
-    else:
-        _multiply_in_box(
-            operator.places, operator.single_box, operator.single_transfer, operator.columns, pressure, out
-        )
+def divide(operator, displacement, out):
+    """Write into ``out`` (compact) nearly the pressures that cause a displacement of the cells (compact)."""
+    _multiply_in_box(operator, operator.inverse, displacement, out)
 
 
 @kernel
-def _multiply_in_box(places, box, transfer, columns, pressure, out):
-    flat, width = box.reshape(-1), box.shape[1]
-    for k in range(places.size):
-        flat[places[k]] = pressure[k]
-    displaced = _convolve(box, transfer, columns)
-    for k in range(places.size):
-        out[k] = displaced[places[k] // width, places[k] % width]
-
-
-def convolve(pressure):
-    """Return the displacement of every cell of a box under the pressures in it (2-D)."""
-    padded = _padded(pressure.shape)
-    return _convolve(pressure, _transfers(padded)[0], padded[1])[:, : pressure.shape[1]]
+def _multiply_in_box(operator, convolution, values, out):
+    box = convolution.box
+    box[:] = 0.0
+    for k in range(operator.rows.size):
+        box[operator.rows[k], operator.columns[k]] = values[k]
+    convolve(convolution)
+    for k in range(operator.rows.size):
+        out[k] = box[operator.rows[k], operator.columns[k]]
 
 
 def surface_displacement(pressure, dx, contact_modulus):
-    """Return the displacement (nm) of a whole window under pressures (GPa) on its dx × dx cells."""
-    return convolve(np.ascontiguousarray(pressure)) * (dx / contact_modulus)
+    """Return the displacement (nm) of whole windows (…, nx, ny) under pressures (GPa) on their dx × dx cells."""
+    shape = pressure.shape
+    windows = np.ascontiguousarray(pressure, dtype=float).reshape(-1, *shape[-2:])
+    return _displacements(windows, coefficients_for(shape[-2:])).reshape(shape) * (dx / contact_modulus)
 
 
 @kernel
-def _convolve(box, transfer, columns):
-    """Return the displacement in the box; columns beyond the box's own are padding."""
-    spectrum = scipy.fft.fft(scipy.fft.rfft(box, columns, 1), transfer.shape[0], 0)
-    spectrum *= transfer
-    return scipy.fft.irfft(scipy.fft.ifft(spectrum, transfer.shape[0], 0)[: box.shape[0]], columns, 1)
-
-
-def _padded(shape):
-    return tuple(scipy.fft.next_fast_len(2 * n - 1, real=True) for n in shape)
-
-
-def _transfers(padded):
-    """Return the transformed coefficients in both precisions; many small ones are kept, few large."""
-    return (_small_transfers if padded[0] * padded[1] <= 256**2 else _large_transfers)(padded)
-
-
-def _transform(padded):
-    """Return the real transform of the coefficients at all offsets that fit into the padded box."""
-    rows, columns = (np.minimum(np.arange(n), n - np.arange(n)) for n in padded)
-    table = love_coefficients(*_rounded(padded[0] // 2 + 1, padded[1] // 2 + 1))
-    transfer = scipy.fft.rfft2(table[np.ix_(rows, columns)]).real.copy()
-    return transfer, transfer.astype(np.float32)
-
-
-_small_transfers = lru_cache(maxsize=512)(_transform)
-_large_transfers = lru_cache(maxsize=3)(_transform)
-
-
-def _rounded(rows, columns):
-    """Return a square power of two that holds the shape, so that few coefficient tables are ever made."""
-    size = 1 << (max(rows, columns, 32) - 1).bit_length()
-    return size, size
+def _displacements(windows, coefficients):
+    out = np.empty_like(windows)
+    whole = whole_box(windows.shape[1:], coefficients, no_transfers())
+    for k in range(windows.shape[0]):
+        displace(windows[k], whole, out[k])
+    return out
 
 
 @kernel

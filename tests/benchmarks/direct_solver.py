@@ -26,6 +26,7 @@ import scipy.fft
 
 import roughxr
 from roughxr.kernels import kalker
+from roughxr.kernels.load_control import loaded
 from roughxr.kernels.love import love_coefficients
 from roughxr.synthetic import self_affine
 
@@ -137,7 +138,7 @@ def show(name, ours, theirs=None, ratio=None, note=""):
 
 def sweep_all(windows):
     """Solve the paper's job with the bare kernels."""
-    return [list(kalker.sweep(s, DELTAS, DX, MODULUS)) for s in windows]
+    return [kalker.sweep(s, DELTAS, DX, MODULUS) for s in windows]
 
 
 def paper_job(nested, repeat):
@@ -178,7 +179,7 @@ def single_solves(nested, sizes, repeat):
                 show(f"{kind} {n}, over ASPHER nested", *alternate(ours, peer, repeat), note)
 
             def by_load(separation=separation, dx=dx, load=solution.force):
-                return list(kalker.loaded(separation, [load], dx, MODULUS))
+                return loaded(separation, [load], dx, MODULUS)
 
             show(f"{kind} {n}, by load over by displacement", *alternate(by_load, ours, repeat))
 
@@ -214,7 +215,7 @@ def bare_kernels(scan):
 
     def run():
         for part, x, y in cut:
-            list(kalker.sweep(sphere_separation(part, z.max(), x, y, RADIUS, SPHERE), DELTAS, dx, MODULUS))
+            kalker.sweep(sphere_separation(part, z.max(), x, y, RADIUS, SPHERE), DELTAS, dx, MODULUS)
 
     return run
 
