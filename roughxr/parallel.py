@@ -128,26 +128,35 @@ def spread(
     work = Work(task, arguments, shape, shared, cost, each)
     if (keeper := _KEEPER.get()) is not None:
         return keeper.array(work)
-    if lazy or active_client() is not None:
+    if lazy:
         return _lazy(work, _MOST_BATCHES)
-    packed = xr.Dataset({"packed": (("item", *map(str, range(len(shape)))), _lazy(work, _local_batches()))})
+    packed = xr.Dataset({"packed": (("item", *map(str, range(len(shape)))), _lazy(work, _few_batches()))})
     return compute(packed, progress=progress)["packed"].values
 
 
-def _local_batches() -> int:
+def _few_batches() -> int:
     """Return how many batches keep every core busy to the end, few enough to cost little."""
-    return min(8 * (os.cpu_count() or 1), _MOST_BATCHES)
+    client = active_client()
+    cores = os.cpu_count() if client is None else sum(client.nthreads().values())
+    return min(8 * max(cores or 1, 1), _MOST_BATCHES)
 
 
 def _lazy(work: Work, most: int) -> da.Array:
     shared = [dask.delayed(value, pure=False, traverse=False) for value in work.shared]
-    run = dask.delayed(run_batch, pure=False)
     parts = []
     for items in work.batches(most):
         name = f"{_KEY}-{dask.base.tokenize(object())}-{len(items) * work.each}"
-        part = run(work.task, [work.arguments[k] for k in items], *shared, dask_key_name=name)
+        part = _batch(work, items)(*shared, dask_key_name=name)
         parts.append(da.from_delayed(part, (len(items), *work.shape), dtype=float))
     return da.concatenate(parts)
+
+
+def _batch(work: Work, items: range) -> Any:
+    """Return the delayed call of one batch; arguments without dask arrays are not searched for any, which takes time."""
+    arguments = [work.arguments[k] for k in items]
+    if any(dask.is_dask_collection(value) for item in arguments for value in item):
+        return partial(dask.delayed(run_batch, pure=False), work.task, arguments)
+    return dask.delayed(partial(run_batch, work.task, arguments), pure=False, traverse=False)
 
 
 class _View(NamedTuple):

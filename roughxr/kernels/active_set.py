@@ -20,8 +20,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .halfspace import Operator, divide, multiply
-from .jit import kernel
+from .halfspace import Operator, divide, largest, multiply
+from .jit import kernel, reducing_kernel
 
 #: How a solve ended.
 CONVERGED, ITERATION_LIMIT = 0, 1
@@ -54,9 +54,9 @@ class Cells(NamedTuple):
 
 
 @kernel
-def gather_cells(operator, depth):
-    """Return the `Cells` of an operator, with their depths."""
-    return Cells(depth, _neighbours(operator.rows, operator.columns), operator)
+def gather_cells(operator, count):
+    """Return the ``count`` `Cells` of an operator, their depths to be filled in."""
+    return Cells(np.zeros(count), _neighbours(operator.rows, operator.columns), operator)
 
 
 @kernel
@@ -74,17 +74,20 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
     while True:
         if load > 0.0 and slope == 0.0:
             shift += _carry(pressure, gap, contact, cells.depth, shift, load)
-            _precondition_unit(cells, contact, preconditioned, other)
+            _precondition_unit(cells, contact, image, other)
         worst, inside = _violation(gap, contact)
         target = max(_ROUND * worst, 0.5 * goal) if left > 0 else 0.5 * goal
-        while inside > target and iterations < max_iterations:
-            _precondition(cells, gap, contact, preconditioned)
+        closed = inside <= target
+        while not closed and iterations < max_iterations:
+            _residual(gap, contact, image)
+            _precondition(cells, image, preconditioned)
             if load > 0.0:
                 shift += _project(gap, contact, preconditioned, other)
-            slope = _search(gap, contact, preconditioned, direction, slope)
+                _residual(gap, contact, image)
+            slope = _search(image, contact, preconditioned, direction, slope)
             multiply(cells.operator, direction, image)
             iterations += 1
-            inside = _advance(pressure, gap, contact, direction, image, slope)
+            closed = _advance(pressure, gap, contact, direction, image, slope, target)
         violating, worst = _count(pressure, gap, contact, goal)
         if violating == 0 and worst <= goal:
             return Outcome(CONVERGED, iterations, worst, shift)
@@ -103,7 +106,7 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
 def _neighbours(rows, columns):
     """Return for each cell the compact index of the four cells beside it and the four at its corners."""
     count = rows.size
-    number = np.full((rows.max() + 3, columns.max() + 3), count, dtype=np.int32)
+    number = np.full((largest(rows) + 3, largest(columns) + 3), np.int32(count))
     for k in range(count):
         number[rows[k] + 1, columns[k] + 1] = k
     neighbours = np.empty((count, 8), dtype=np.int32)
@@ -148,13 +151,13 @@ def _carry(pressure, gap, contact, depth, shift, load):
 
 
 @kernel
-def _precondition_unit(cells, contact, preconditioned, unit):
-    """Write into ``unit`` what the preconditioner makes of a unit residual all over the contact."""
+def _precondition_unit(cells, contact, unit, preconditioned):
+    """Write what the preconditioner makes of a unit residual all over the contact, and zero outside."""
     for k in range(unit.size - 1):
-        unit[k] = -1.0
-    _precondition(cells, unit, contact, preconditioned)
+        unit[k] = 1.0 if contact[k] else 0.0
+    _precondition(cells, unit, preconditioned)
     for k in range(unit.size - 1):
-        unit[k] = preconditioned[k] if contact[k] else 0.0
+        preconditioned[k] *= unit[k]
 
 
 @kernel
@@ -173,67 +176,57 @@ def _project(gap, contact, preconditioned, unit):
 
 
 @kernel
-def _search(gap, contact, preconditioned, direction, slope):
+def _residual(gap, contact, residual):
+    """Write the gaps that are to be closed: free of branches, as the loops below are, for half of their time."""
+    for k in range(gap.size):
+        residual[k] = -gap[k] if contact[k] else 0.0
+
+
+@reducing_kernel
+def _search(residual, contact, preconditioned, direction, slope):
     """Set the next conjugate direction on the contact; return the residual's preconditioned square.
 
     ``slope`` is the last one's, or 0 to start anew.
     """
-    count = gap.size - 1
     new = 0.0
-    for k in range(count):
-        if contact[k]:
-            new -= gap[k] * preconditioned[k]
+    for k in range(residual.size):
+        new += residual[k] * preconditioned[k]
     ratio = new / slope if slope > 0.0 else 0.0
-    for k in range(count):
+    for k in range(residual.size):
         direction[k] = preconditioned[k] + ratio * direction[k] if contact[k] else 0.0
     return new
 
 
 @kernel
-def _precondition(cells, gap, contact, preconditioned):
-    """Write nearly the pressures that would close the gaps in contact."""
+def _precondition(cells, residual, preconditioned):
+    """Write nearly the pressures that would close the residual, which is zero outside the contact."""
     if cells.operator.inverse.box.size:
-        _precondition_by_transforms(cells.operator, gap, contact, preconditioned)
+        divide(cells.operator, residual, preconditioned)
     else:
-        _precondition_by_neighbours(cells.neighbours, gap, contact, preconditioned)
+        _precondition_by_neighbours(cells.neighbours, residual, preconditioned)
 
 
 @kernel
-def _precondition_by_transforms(operator, gap, contact, preconditioned):
-    for k in range(gap.size - 1):
-        preconditioned[k] = -gap[k] if contact[k] else 0.0
-    divide(operator, preconditioned, preconditioned)
+def _precondition_by_neighbours(neighbours, r, preconditioned):
+    for k in range(neighbours.shape[0]):
+        n = neighbours[k]
+        beside = r[n[0]] + r[n[1]] + r[n[2]] + r[n[3]]
+        corner = r[n[4]] + r[n[5]] + r[n[6]] + r[n[7]]
+        preconditioned[k] = STENCIL[0] * r[k] + STENCIL[1] * beside + STENCIL[2] * corner
 
 
-@kernel
-def _precondition_by_neighbours(neighbours, gap, contact, preconditioned):
-    for k in range(gap.size - 1):
-        if contact[k]:
-            beside, corner = 0.0, 0.0
-            for n in range(4):
-                m = neighbours[k, n]
-                if contact[m]:
-                    beside -= gap[m]
-                m = neighbours[k, n + 4]
-                if contact[m]:
-                    corner -= gap[m]
-            preconditioned[k] = -STENCIL[0] * gap[k] + STENCIL[1] * beside + STENCIL[2] * corner
-
-
-@kernel
-def _advance(pressure, gap, contact, direction, image, slope):
-    """Go to the least energy along the direction; return the largest |g| left in contact."""
-    count = gap.size - 1
+@reducing_kernel
+def _advance(pressure, gap, contact, direction, image, slope, target):
+    """Go to the least energy along the direction; say whether all gaps in contact are within the target."""
     curvature = 0.0
-    for k in range(count):
+    for k in range(gap.size):
         curvature += direction[k] * image[k]
-    step, inside = slope / curvature, 0.0
-    for k in range(count):
+    step, beyond = slope / curvature, False
+    for k in range(gap.size):
         pressure[k] += step * direction[k]
         gap[k] += step * image[k]
-        if contact[k]:
-            inside = max(inside, abs(gap[k]))
-    return inside
+        beyond |= contact[k] & (abs(gap[k]) > target)
+    return not beyond
 
 
 @kernel

@@ -74,21 +74,24 @@ def whole_box(shape, coefficients, known):
 @kernel
 def displace(pressure, whole, out):
     """Write into ``out`` the displacement of every cell of a whole box under the pressures in it."""
-    columns = pressure.shape[1]
-    whole.box[:, :columns] = pressure
-    whole.box[:, columns:] = 0.0
+    rows, columns = pressure.shape
+    for i in range(rows):
+        for j in range(whole.box.shape[1]):
+            whole.box[i, j] = pressure[i, j] if j < columns else 0.0
     convolve(whole)
-    out[:] = whole.box[:, :columns]
+    for i in range(rows):
+        for j in range(columns):
+            out[i, j] = whole.box[i, j]
 
 
 @kernel
 def operator(rows, columns, coefficients, known, dense):
     """Return the operator of the cells at (rows, columns), whole numbers, by a matrix where ``dense``."""
-    rows, columns = rows - rows.min(), columns - columns.min()
+    rows, columns = _from_first(rows), _from_first(columns)
     nothing = convolution(0, 2, np.zeros((2, 2), np.float32), np.complex64(0))
     if dense:
         return Operator(rows, columns, _between(rows, columns, coefficients), nothing, nothing)
-    shape = rows.max() + 1, columns.max() + 1
+    shape = largest(rows) + 1, largest(columns) + 1
     high, wide = even_length(2 * shape[0] - 1), even_length(2 * shape[1] - 1)
     transfer = known_transfer(high, wide, coefficients, known)
     box = convolution(shape[0], wide, transfer.single, np.complex64(0))
@@ -96,9 +99,36 @@ def operator(rows, columns, coefficients, known, dense):
     if rows.size > LONG_RANGE:
         high, wide = even_length(shape[0]), even_length(shape[1])
         periodic = known_transfer(high, wide, coefficients, known)
-        factor = np.float32(high * wide) ** 2  # both transfers are divided by the number of cells
-        inverse = convolution(shape[0], wide, 1 / (factor * periodic.single), np.complex64(0))
+        inverse = convolution(shape[0], wide, _inverse(periodic), np.complex64(0))
     return Operator(rows, columns, np.zeros((0, 0)), box, inverse)
+
+
+@kernel
+def _from_first(places):
+    first, out = np.int64(2**62), np.empty(places.size, np.int64)
+    for k in range(places.size):
+        first = min(first, places[k])
+    for k in range(places.size):
+        out[k] = places[k] - first
+    return out
+
+
+@kernel
+def largest(places):
+    last = 0
+    for k in range(places.size):
+        last = max(last, places[k])
+    return last
+
+
+@kernel
+def _inverse(periodic):
+    """Return the inverse of transformed coefficients; like these it is divided by the number of cells."""
+    out, count = np.empty(periodic.single.shape, np.float32), periodic.rows * periodic.columns
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[i, j] = 1.0 / (count * count * periodic.double[i, j])
+    return out
 
 
 @kernel
@@ -119,7 +149,9 @@ def divide(operator, displacement, out):
 @kernel
 def _multiply_in_box(operator, convolution, values, out):
     box = convolution.box
-    box[:] = 0.0
+    for i in range(box.shape[0]):
+        for j in range(box.shape[1]):
+            box[i, j] = 0.0
     for k in range(operator.rows.size):
         box[operator.rows[k], operator.columns[k]] = values[k]
     convolve(convolution)
@@ -158,7 +190,8 @@ def _between(rows, columns, coefficients):
 def _multiply(matrix, pressure, out):
     """Sum the matrix rows of loaded cells only: an active set leaves about half of the cells free."""
     count = matrix.shape[0]
-    out[:] = 0.0
+    for k in range(out.size):
+        out[k] = 0.0
     for k in range(count):
         p = pressure[k]
         if p != 0.0:

@@ -22,3 +22,12 @@ def kernel(function):
 def reducing_kernel(function):
     """Compile ``function`` on its first call, letting sums be reordered so that loops over cells vectorise."""
     return njit(fastmath=_REORDER, **_OPTIONS)(function)
+
+
+def inlined_kernel(function):
+    """Compile ``function`` as a part of its callers.
+
+    For long functions called in one place: LLVM optimises all that a function calls anew with each caller, so that
+    every level of long functions adds seconds to the first call.
+    """
+    return njit(inline="always", **_OPTIONS)(function)

@@ -20,10 +20,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .active_set import CONVERGED, ITERATION_LIMIT
-from .candidates import Prediction, overlapping, solve_in_box
+from .candidates import Prediction, overlapping, put, solve_in_box
 from .halfspace import coefficients_for, no_transfers
 from .jit import kernel
-from .prediction import extrapolated, from_coarse
+from .prediction import COARSE_ITERATIONS, COARSE_TOLERANCE, coarser, extrapolated, half_deep, refined
 
 #: Reasons, by status.
 REASONS = {CONVERGED: "converged", ITERATION_LIMIT: "iteration limit reached before the tolerance"}
@@ -126,7 +126,10 @@ class _Trail(NamedTuple):
 
 @kernel
 def _sweep(separation, deltas, tolerance, max_iterations, start, guided, coefficients, keep):
-    """Return what is said of each solve, and scaled pressures and displacements where they are to be kept."""
+    """Return what is said of each solve, and scaled pressures and displacements where they are to be kept.
+
+    The first contact is found on coarse cells first, each contact after that from the ones before.
+    """
     found, shape = np.zeros((deltas.size, 5)), (deltas.size if keep else 0, *separation.shape)
     pressures, displacements = np.zeros(shape), np.full(shape, np.nan)
     trail, known = _no_trail(separation.shape), no_transfers()
@@ -136,14 +139,18 @@ def _sweep(separation, deltas, tolerance, max_iterations, start, guided, coeffic
             continue
         box = overlap.rows, overlap.columns
         depth = deltas[k] - separation[box]
-        begin = _begin(depth, deltas[k], box, trail, start, guided, coefficients, known)
-        goal = 0.5 * tolerance * overlap.largest
-        pressure, displacement, outcome = solve_in_box(
-            depth, overlap.count, begin, goal, max_iterations, 0.0, 0.0, coefficients, known
-        )
+        cold = not guided and np.isnan(trail.delta[1])
+        levels = coarser(depth) if cold else [depth]
+        begin = half_deep(levels[-1], 0.0) if cold else _begin(depth, deltas[k], box, trail, start)
+        for n in range(len(levels) - 1, -1, -1):
+            part = 0.5 * (tolerance if n == 0 else COARSE_TOLERANCE)
+            most = max_iterations if n == 0 else COARSE_ITERATIONS
+            pressure, displacement, outcome = solve_in_box(levels[n], begin, part, most, 0.0, 0.0, coefficients, known)
+            begin = refined(pressure, displacement, levels[n - 1]) if n > 0 else begin
         describe(found[k], pressure, outcome, overlap.largest)
         if keep:
-            pressures[k][box], displacements[k][box] = pressure, displacement
+            put(pressure, pressures[k], box)
+            put(displacement, displacements[k], box)
         if found[k, FORCE] > 0.0:
             _remember(trail, deltas[k], box, pressure, displacement)
     return found, pressures, displacements
@@ -157,17 +164,13 @@ def describe(row, pressure, outcome, largest):
 
 
 @kernel
-def _begin(depth, delta, box, trail, start, guided, coefficients, known):
-    """Return what the contact in a box may look like, by the best that is known."""
-    if not np.isnan(trail.delta[1]):
-        step = delta - trail.delta[1]
-        ahead = step / (trail.delta[1] - trail.delta[0])
-        return extrapolated(
-            depth, step, trail.pressure[:, box[0], box[1]], trail.displacement[:, box[0], box[1]], ahead
-        )
-    if guided:
+def _begin(depth, delta, box, trail, start):
+    """Return what the contact in a box may look like, by the solutions before or, for the first, as it is given."""
+    if np.isnan(trail.delta[1]):
         return Prediction(start.pressure[box].copy(), start.touching[box].copy(), start.possible[box].copy())
-    return from_coarse(depth, coefficients, known)
+    step = delta - trail.delta[1]
+    ahead = step / (trail.delta[1] - trail.delta[0])
+    return extrapolated(depth, step, trail.pressure[:, box[0], box[1]], trail.displacement[:, box[0], box[1]], ahead)
 
 
 @kernel
@@ -179,6 +182,10 @@ def _no_trail(shape):
 def _remember(trail, delta, box, pressure, displacement):
     """Make a solution the last one."""
     trail.delta[0], trail.delta[1] = trail.delta[1], delta
-    trail.pressure[0], trail.displacement[0] = trail.pressure[1], trail.displacement[1]
-    trail.pressure[1], trail.displacement[1] = 0.0, np.nan
-    trail.pressure[1][box], trail.displacement[1][box] = pressure, displacement
+    rows, columns = trail.pressure.shape[1:]
+    for i in range(rows):
+        for j in range(columns):
+            trail.pressure[0, i, j], trail.displacement[0, i, j] = trail.pressure[1, i, j], trail.displacement[1, i, j]
+            trail.pressure[1, i, j], trail.displacement[1, i, j] = 0.0, np.nan
+    put(pressure, trail.pressure[1], box)
+    put(displacement, trail.displacement[1], box)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .active_set import CONVERGED, ITERATION_LIMIT, Outcome
-from .candidates import Prediction, overlapping, solve_in_box
+from .candidates import Prediction, overlapping, put, solve_in_box
 from .halfspace import coefficients_for, no_transfers
 from .jit import kernel
 from .kalker import FORCE, STATUS, describe, in_units, solutions
@@ -95,16 +95,17 @@ def _solve(separation, load, guess, tolerance, max_iterations, coefficients, kno
         reach = touch + _SLACK * (delta - touch)
         overlap = overlapping(separation, reach)
         box, slack = (overlap.rows, overlap.columns), reach - delta
-        depth, goal = delta - separation[box], 0.5 * tolerance * (delta - touch)
-        begin = _cut(guess.contact, box) if guess.contact.pressure.size else half_deep(depth, delta - touch, slack)
+        depth, left = delta - separation[box], max_iterations - products
+        begin = _cut(guess.contact, box) if guess.contact.pressure.size else half_deep(depth, slack)
         pressure, displacement, outcome = solve_in_box(
-            depth, overlap.count, begin, goal, max_iterations - products, load, slack, coefficients, known
+            depth, begin, 0.5 * tolerance, left, load, slack, coefficients, known
         )
         products += outcome.iterations
         found = delta + outcome.shift
         ending = Outcome(outcome.status, products, outcome.violation, outcome.shift)
         state = _State(found, np.zeros(separation.shape), np.full(separation.shape, np.nan), ending)
-        state.pressure[box], state.displacement[box] = pressure, displacement
+        put(pressure, state.pressure, box)
+        put(displacement, state.displacement, box)
         shallow = found - touch < 0.5 * (delta - touch)  # then the goal, a part of the guessed depth, was too loose
         if outcome.status != CONVERGED or (found <= reach and not shallow):
             break
@@ -139,7 +140,7 @@ def _coarse_guess(separation, load, coefficients, known):
         finer = levels[k - 1]
         touch = _lowest(finer)
         delta = max(state.delta, touch + 0.1 * (state.delta - _lowest(levels[k])))
-        guess = _Guess(delta, refined(0.5 * state.pressure, state.displacement, delta - finer, delta - touch))
+        guess = _Guess(delta, refined(state.pressure, state.displacement, delta - finer))
     return guess
 
 

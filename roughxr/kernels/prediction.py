@@ -8,7 +8,7 @@ Unit cells and unit modulus: pressures are in units of E*/dx, hence in nm as all
 
 import numpy as np
 
-from .candidates import Prediction, solve_in_box
+from .candidates import Prediction, overlap_of
 from .halfspace import DENSE_LIMIT
 from .jit import kernel
 
@@ -19,21 +19,22 @@ _JOINING = 0.1
 _MARGIN = 0.05
 
 #: Tolerance and iterations of the solve on cells twice as large, which only makes a start.
-COARSE_TOLERANCE, COARSE_ITERATIONS = 1e-3, 1000
+COARSE_TOLERANCE, COARSE_ITERATIONS = 1e-3, np.int64(1000)
 
 
 @kernel
 def extrapolated(depth, step, pressure, displacement, ahead):
     """Predict the contact in a box on the straight line through two solutions, or from one (``ahead`` is NaN then).
 
-    Pressure and displacement are (1 or 2, …), the later solution last; ``step`` is the way from it, and ``ahead`` that way
-    over the one between the two.
+    Pressure and displacement are (1 or 2, …), the later solution last; ``step`` is the way from it, and ``ahead`` that
+    way over the one between the two.
+
     As δ grows the contact only grows, and the displacement of a cell outside grows ever faster (the inverse of A has
     positive entries on its diagonal only): on the line a cell that will touch penetrates already, and one that
     penetrates by little seldom touches. A displacement known once only is taken to stay, for what is possible, and to
     grow by half the step, for what touches; a cell whose displacement is not known at all is possible.
     """
-    out = np.empty_like(depth)
+    out = np.empty(depth.shape)
     touching, possible = np.empty(depth.shape, np.bool_), np.empty(depth.shape, np.bool_)
     for i in range(depth.shape[0]):
         for j in range(depth.shape[1]):
@@ -50,55 +51,36 @@ def extrapolated(depth, step, pressure, displacement, ahead):
 
 
 @kernel
-def half_deep(depth, largest, slack):
+def half_deep(depth, slack):
     """Return a start for few cells: those that overlap by more than half the deepest, as of a paraboloid touch."""
-    return Prediction(np.zeros_like(depth), depth > 0.5 * largest, depth > -slack)
+    _, largest = overlap_of(depth, 0.0)
+    touching, possible = np.empty(depth.shape, np.bool_), np.empty(depth.shape, np.bool_)
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            touching[i, j], possible[i, j] = depth[i, j] > 0.5 * largest, depth[i, j] > -slack
+    return Prediction(np.zeros(depth.shape), touching, possible)
 
 
 @kernel
-def from_coarse(depth, coefficients, known):
-    """Return the contact in a box as it is on cells twice as large, found in the same way; a start for few cells."""
+def coarser(depth):
+    """Return the depths on cells twice as large, on cells twice as large as those, and so on, while they are many."""
     levels = [depth]
-    while _overlaps(levels[-1]) > DENSE_LIMIT and min(levels[-1].shape) >= 4:
+    while overlap_of(levels[-1], 0.0)[0] > DENSE_LIMIT and min(levels[-1].shape) >= 4:
         levels.append(halved(levels[-1]))
-    start = half_deep(levels[-1], _largest(levels[-1]), 0.0)
-    for k in range(len(levels) - 1, 0, -1):
-        coarse, goal = levels[k], 0.5 * COARSE_TOLERANCE * _largest(levels[k])
-        pressure, displacement, _ = solve_in_box(
-            coarse, _overlaps(coarse), start, goal, COARSE_ITERATIONS, 0.0, 0.0, coefficients, known
-        )
-        start = refined(0.5 * pressure, displacement, levels[k - 1], _largest(levels[k - 1]))  # E*/dx has doubled
-    return start
+    return levels
 
 
 @kernel
-def _overlaps(depth):
-    count = 0
-    for value in depth.flat:
-        count += value > 0.0
-    return count
-
-
-@kernel
-def _largest(depth):
-    largest = -np.inf
-    for value in depth.flat:
-        largest = max(largest, value) if value == value else largest
-    return largest
-
-
-@kernel
-def refined(pressure, displacement, depth, largest):
-    """Return what a solution on cells twice as large says of a box of depths, the largest of them given."""
-    rows, columns = depth.shape
-    out = np.empty_like(depth)
-    touching, possible = np.empty((rows, columns), np.bool_), np.empty((rows, columns), np.bool_)
-    for i in range(rows):
-        for j in range(columns):
-            out[i, j] = pressure[i // 2, j // 2]
+def refined(pressure, displacement, depth):
+    """Return what a solution on cells twice as large says of a box of depths."""
+    out, margin = np.empty(depth.shape), _MARGIN * overlap_of(depth, 0.0)[1]
+    touching, possible = np.empty(depth.shape, np.bool_), np.empty(depth.shape, np.bool_)
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            out[i, j] = 0.5 * pressure[i // 2, j // 2]  # E*/dx is twice as large
             gap = _between(displacement, i, j) - depth[i, j]
             touching[i, j] = gap < 0.0 or (out[i, j] > 0.0 and out[i, j] > gap)
-            possible[i, j] = touching[i, j] or not gap >= _MARGIN * largest
+            possible[i, j] = touching[i, j] or not gap >= margin
     return Prediction(out, touching, possible)
 
 

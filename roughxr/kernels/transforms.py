@@ -79,7 +79,9 @@ def convolve(c):
         part = c.spectrum[:, first : first + width]
         strip = c.strip[:, : part.shape[1]]
         _through(part, strip, c.transfer, first)
-        part[:] = strip[: c.box.shape[0]]
+        for i in range(part.shape[0]):  # faster to compile than slices, as elsewhere in these kernels
+            for j in range(part.shape[1]):
+                part[i, j] = strip[i, j]
     _backward_rows(c.spectrum, c.box)
 
 
