@@ -152,7 +152,7 @@ def _lazy(work: Work, most: int) -> da.Array:
 
 
 def _batch(work: Work, items: range) -> Any:
-    """Return the delayed call of one batch; arguments without dask arrays are not searched for any, which takes time."""
+    """Return the delayed call of one batch, its arguments searched by dask only if there are dask arrays among them."""
     arguments = [work.arguments[k] for k in items]
     if any(dask.is_dask_collection(value) for item in arguments for value in item):
         return partial(dask.delayed(run_batch, pure=False), work.task, arguments)

@@ -186,18 +186,32 @@ def single_solves(nested, sizes, repeat):
 
 def parallel_and_labelled(repeat):
     """Rows 3 and 4: two threads over one; the accessor over the bare kernels."""
+    windows = paper_windows()
+
+    def on_threads(workers):
+        tasks = [dask.delayed(kalker.sweep)(s, DELTAS, DX, MODULUS) for s in map(dask.delayed, windows)]
+        return dask.compute(*tasks, scheduler="threads", num_workers=workers)
+
+    show_speed_up("paper's job: 2 dask threads over 1", on_threads, repeat)
     scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=RADIUS, contact_modulus=MODULUS)
 
-    def labelled(workers):
+    def labelled(workers, places=8):
         with dask.config.set(scheduler="threads", num_workers=workers):
-            return scan.contact.direct(delta=DELTAS, subregions=(8, 8))
+            return scan.contact.direct(delta=DELTAS, subregions=(places, places))
 
     forces = labelled(1).force.values
     assert np.array_equal(forces, labelled(2).force.values)
-    one, two, _ = alternate(lambda: labelled(1), lambda: labelled(2), repeat)
-    show("glass twin, labelled: 2 threads over 1", two, one, two / one, f"speed-up {one / two:.2f}")
+    for places in (8, 24):
+        name = f"glass twin, labelled, {places}²: 2 threads over 1"
+        show_speed_up(name, lambda workers, places=places: labelled(workers, places), repeat)
     bare = bare_kernels(scan)
     show("glass twin: labelled over bare kernels", *alternate(lambda: labelled(1), bare, repeat))
+
+
+def show_speed_up(name, run, repeat):
+    """Print the row of a job on two threads over one."""
+    two, one, ratio = alternate(lambda: run(2), lambda: run(1), repeat)
+    show(name, two, one, ratio, f"speed-up {1 / ratio:.2f}")
 
 
 def bare_kernels(scan):
