@@ -56,6 +56,16 @@ def test_agrees_with_labelling(z):
         assert distance[at_peak][0] == pytest.approx(distance.min())
 
 
+@given(st.integers(0, 2**32 - 1), st.sampled_from([1.0, 2.0, 4.0]))
+@settings(deadline=None, max_examples=50)
+def test_smooth_surfaces_in_steps_agree_with_labelling(seed, levels):
+    """Terraces, as on every quantised scan: shelves beside higher ones are what random pixels hardly hold."""
+    z = ndimage.gaussian_filter(np.random.default_rng(seed).standard_normal((24, 30)), 1.5)
+    z = np.round(z / z.std() * levels)
+    expected = sorted(int(plateau.sum()) for plateau in plateaus_that_are_peaks(z))
+    assert sorted(find_peaks(z).size.tolist()) == expected
+
+
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
@@ -67,6 +77,7 @@ def test_agrees_with_labelling(z):
         pytest.param("00000 01110 01210 01110 00000", {(2, 2, 1)}, id="ring around a higher pixel"),
         pytest.param("0000 0100 0010 0000", {(1, 1, 2)}, id="diagonal contact is contact"),
         pytest.param("0000000 0220220 0221220 0000000", {(1, 1, 4), (1, 4, 4)}, id="saddle between plateaus"),
+        pytest.param("00000 02200 01110 01110 01110 00000", {(1, 1, 2)}, id="shelf below a plateau met before"),
         pytest.param("0000 0110 0012 0000", set(), id="plateau below a border pixel"),
         pytest.param("0000 0111 0000", set(), id="plateau open to the outside"),
         pytest.param("1000 0000 0000", set(), id="border pixel"),

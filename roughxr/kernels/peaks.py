@@ -71,14 +71,14 @@ def _flood(z, i, j, seen, plateau):
         done += 1
         for p in range(i - 1, i + 2):
             for q in range(j - 1, j + 2):
-                if z[p, q] < top or seen[p, q]:
+                if z[p, q] < top:
                     continue
                 if z[p, q] != top or _on_border(z.shape, p, q):  # higher, NaN, or open to the outside
                     is_peak = False
-                    continue
-                seen[p, q] = True
-                plateau[n, 0], plateau[n, 1] = p, q
-                n += 1
+                elif not seen[p, q]:
+                    seen[p, q] = True
+                    plateau[n, 0], plateau[n, 1] = p, q
+                    n += 1
     return n, is_peak
 
 
