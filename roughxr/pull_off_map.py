@@ -9,9 +9,10 @@ import numpy as np
 import xarray as xr
 
 from . import parallel, regions, schema
+from .asperities import later
 from .kernels import pull_off as kernel
 from .kernels.asperity_contact import law as read_law
-from .superposition import Options, catalogue_field, options_of, parts_of_scan, scan_field
+from .superposition import Options, catalogue_field, options_of
 
 #: Centres in one task: some hundredths of a second.
 _TILE = 512
@@ -86,10 +87,8 @@ def pull_off_map(
     pixels = isinstance(subregions, str)
     positions = _pixels(ds, subregions) if pixels else regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)
-    if lazy and kind == "scan":
-        forest = dask.delayed(_forest_of_scan)(*parts_of_scan(ds), options)
-    else:
-        forest = _forest(catalogue_field(ds, options), options)
+    later_on = lazy and kind == "scan"
+    forest = dask.delayed(_forest)(later(ds), options) if later_on else _forest(ds, options)
     packed = _packed(positions, forest, options)
     out = _labelled(packed, ds, positions, options)
     out = _on_pixels(out, ds) if pixels else out.assign_coords(positions.coords)
@@ -108,12 +107,9 @@ def _pixels(ds: xr.Dataset, subregions: str) -> xr.Dataset:
     return xr.Dataset(coords={"subregion_x": ("subregion", x.ravel()), "subregion_y": ("subregion", y.ravel())})
 
 
-def _forest_of_scan(height: Any, x: np.ndarray, y: np.ndarray, options: Options) -> kernel.Forest:
-    return _forest(scan_field(height, x, y, options), options)
-
-
-def _forest(prepared: tuple, options: Options) -> kernel.Forest:
-    return kernel.plant(prepared[0], read_law(options.law), options.radius, options.profile)
+def _forest(ds: xr.Dataset, options: Options) -> kernel.Forest:
+    """Return the asperities of a scan or a catalogue as the search needs them."""
+    return kernel.plant(catalogue_field(ds, options)[0], read_law(options.law), options.radius, options.profile)
 
 
 def _packed(positions: xr.Dataset, forest: Any, options: Options) -> Any:

@@ -290,13 +290,23 @@ def pair(ds: xr.Dataset, *names: str) -> tuple[float, ...]:
 
 def finite(height: np.ndarray) -> np.ndarray:
     """Return a height map that holds no missing pixels, or say how many it has."""
-    missing = int(np.count_nonzero(~np.isfinite(height)))
+    none_missing(int(np.count_nonzero(~np.isfinite(height))), height.size)
+    return height
+
+
+def none_missing(missing: int, size: int) -> None:
+    """Say how many pixels of a height map are missing, if any are.
+
+    Raises
+    ------
+    ValueError
+        If some are.
+    """
     if missing:
         raise ValueError(
-            f"height: expected finite heights, found {missing} missing pixels of {height.size}; "
+            f"height: expected finite heights, found {missing} missing pixels of {size}; "
             "fill them first (ds.contact.fill()) or crop them away (ds.contact.crop(x=…, y=…))"
         )
-    return height
 
 
 def ascending(values: Any, units: str, name: str) -> np.ndarray:

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from . import parallel, regions, schema
-from .asperities import asperities
+from .asperities import asperities, later
 from .kernels import superposition as sums
 from .kernels.asperity_contact import LAWS, asperities_scales
 from .kernels.asperity_contact import law as read_law
@@ -109,11 +109,8 @@ def superpose(
     options = options_of(ds, delta, law, formulation, datum, profile)
     positions = regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)
-    field = (
-        dask.delayed(scan_field)(*parts_of_scan(ds), options)
-        if lazy and kind == "scan"
-        else catalogue_field(ds, options)
-    )
+    later_on = lazy and kind == "scan"
+    field = dask.delayed(catalogue_field)(later(ds), options) if later_on else catalogue_field(ds, options)
     centres = zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist())
     shape, when = (len(_VARIABLES) + 1, options.deltas.size), {"lazy": lazy, "progress": progress}
     packed = parallel.spread(_superpose, list(centres), shape, field, options, **when)
@@ -151,19 +148,6 @@ def options_of(ds, delta, law, formulation, datum, profile) -> Options:
         radius=radius,
         contact_modulus=modulus,
         work_of_adhesion=0.0 if law == "hertz" else schema.pair(ds, "work_of_adhesion")[0],
-    )
-
-
-def parts_of_scan(ds: xr.Dataset) -> tuple:
-    """Return a scan as what can be sent to a worker: heights (dask) and axes."""
-    return ds["height"].data, ds["x"].values, ds["y"].values
-
-
-def scan_field(height, x, y, options: Options) -> tuple:
-    """Return what `catalogue_field` does, from a scan's arrays."""
-    axes = {name: (name, values, schema.attributes(name)) for name, values in (("x", x), ("y", y))}
-    return catalogue_field(
-        asperities(xr.Dataset({"height": (("x", "y"), height, {"units": "nm"})}, coords=axes)), options
     )
 
 

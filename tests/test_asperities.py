@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.special import ellipk  # SciPy takes the parameter e², the kernels the axis ratio
 
 from roughxr.asperities import asperities
@@ -65,11 +64,6 @@ def test_a_flat_scan_has_no_asperity_and_cannot_be_reconstructed():
     assert asperities(scan(np.zeros((20, 20)))).sizes["asperity"] == 0
     with pytest.raises(ValueError, match="at least one asperity"):
         reconstruct(scan(np.zeros((20, 20))))
-
-
-def test_lazy_scans_give_the_same_catalogue():
-    surface = scan(rough(40))
-    xr.testing.assert_equal(asperities(surface.chunk(x=7)), asperities(surface))
 
 
 def test_the_envelope_of_exact_paraboloids_is_the_surface():
