@@ -170,7 +170,7 @@ def join_tiles(grid: list[list[Tile]], frame: Frame) -> Found:
     """
     tiles = [tile for row in grid for tile in row]
     missing, highest = sum(tile.missing for tile in tiles), max(tile.highest for tile in tiles)
-    if missing:
+    if missing or len(tiles) == 1:
         return Found(missing, highest, tiles[0].peaks, tiles[0].fit)
     seams = list(_seams(_numbered(grid)))
     joined, first = _joined(tiles, seams)
@@ -243,7 +243,7 @@ def _groups(seams: list[Seam], count: int) -> np.ndarray:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    refuted, links = np.zeros(count + 1, np.bool_), [np.zeros((2, 0), np.intp)]
+    refuted, links = np.zeros(count + 1, np.bool_), []
     for number, other, z, other_z in (pair for seam in seams for pair in _neighbours(seam)):
         equal = z == other_z
         refuted[number[(z < other_z) | (equal & (other == 0))]] = True
