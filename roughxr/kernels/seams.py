@@ -15,6 +15,7 @@ the scan in one piece, which is a single tile without seams.
 Letters: z heights (nm) as z[ix, iy]; k pixels along a patch's side.
 """
 
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -172,11 +173,11 @@ def join_tiles(grid: list[list[Tile]], frame: Frame) -> Found:
     missing, highest = sum(tile.missing for tile in tiles), max(tile.highest for tile in tiles)
     if missing or len(tiles) == 1:
         return Found(missing, highest, tiles[0].peaks, tiles[0].fit)
-    seams = list(_seams(_numbered(grid)))
-    joined, first = _joined(tiles, seams)
+    grid = _numbered(grid)
+    joined, first = _joined(tiles, _seams(grid))
     peaks = _stacked([*(tile.peaks for tile in tiles), joined])
     fit = _stacked([*(tile.fit for tile in tiles), _fit_within(tiles, joined, frame)])
-    for seam in seams:
+    for seam in _seams(grid):  # laid together anew: all of them at once would double the rims
         _fit_across(fit, peaks, seam, frame)
     order = np.argsort(np.concatenate([*(tile.first for tile in tiles), first]))
     return Found(missing, highest, _taken(peaks, order), _taken(fit, order))
@@ -207,7 +208,7 @@ def _numbered(grid: list[list[Tile]]) -> list[list[Tile]]:
     return out
 
 
-def _seams(grid):
+def _seams(grid: list[list[Tile]]) -> Iterator[Seam]:
     for axis, lines in enumerate((grid, list(zip(*grid)))):
         for before, after in pairwise(lines):
             sides = (before, 1), (after, 0)
@@ -220,7 +221,7 @@ def _seams(grid):
             yield Seam(axis, after[0].corner[axis], heights, np.moveaxis(numbers, axis, 0))
 
 
-def _joined(tiles: list[Tile], seams: list[Seam]) -> tuple[Peaks, np.ndarray]:
+def _joined(tiles: list[Tile], seams: Iterable[Seam]) -> tuple[Peaks, np.ndarray]:
     """Return the peaks among the plateaus that reach a seam, and the places of their first pixels."""
     size, sum_ix, sum_iy, first = (np.concatenate(column) for column in zip(*(tile.open[:4] for tile in tiles)))
     group = _groups(seams, size.size)
@@ -238,7 +239,7 @@ def _joined(tiles: list[Tile], seams: list[Seam]) -> tuple[Peaks, np.ndarray]:
     return Peaks(best[1], best[2], totals[0]), begins
 
 
-def _groups(seams: list[Seam], count: int) -> np.ndarray:
+def _groups(seams: Iterable[Seam], count: int) -> np.ndarray:
     """Return of which plateau each of the tiles' ``count`` open ones is a part, −1 if that is no peak."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -258,7 +259,7 @@ def _groups(seams: list[Seam], count: int) -> np.ndarray:
     return np.where(is_peak[group], (np.cumsum(is_peak) - 1)[group], -1)
 
 
-def _neighbours(seam: Seam):
+def _neighbours(seam: Seam) -> Iterator[tuple]:
     """Yield numbers and heights of the pixels before a seam and of those after it that they touch."""
     middle = seam.heights.shape[seam.axis] // 2
     before, after = (np.take(seam.heights, line, seam.axis) for line in (middle - 1, middle))
