@@ -101,6 +101,14 @@ def test_four_quarter_turns_are_none():
         rotate90(ds, turns=0.5)
 
 
+def test_one_height_fills_chunk_by_chunk():
+    ds = scan(rough(20), 10.0)
+    ds["height"][3, 4] = np.nan
+    filled = fill(ds.chunk(x=5), method=7.0)
+    assert filled.height.chunksizes["x"] == (5,) * 4
+    assert float(filled.height[3, 4]) == 7.0 and not filled.height.isnull().any()
+
+
 @pytest.mark.parametrize("edit", [fill, lambda ds: crop(ds, x=(-40, 40)), lambda ds: resample(ds, size=7.0), rotate90])
 def test_a_lazy_scan_stays_lazy(edit):
     def scheduler(*_args, **_options):

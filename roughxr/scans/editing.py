@@ -26,7 +26,8 @@ def fill(ds: xr.Dataset, *, method: Any = "linear") -> xr.Dataset:
     -------
     Dataset
         The history says how many pixels were filled, unless the scan is lazy: then the work is left to one
-        task over the whole height map.
+        task that holds the whole height map, since a hole may reach through any number of chunks. Setting all to
+        one height goes chunk by chunk.
 
     Examples
     --------
@@ -43,18 +44,20 @@ def fill(ds: xr.Dataset, *, method: Any = "linear") -> xr.Dataset:
         method = _constant(method)
     height = scan["height"]
     count = None if height.chunks else int(height.isnull().sum())
-    if height.chunks:
-        height = height.chunk({"x": -1, "y": -1})
-    filled = xr.apply_ufunc(
+    filled = height.fillna(method) if isinstance(method, float) else _interpolated(height, method, pixel(scan))
+    return record(label(scan.assign(height=filled)), "fill", method=method, pixels=count)
+
+
+def _interpolated(height: xr.DataArray, method: str, steps: tuple[float, float]) -> xr.DataArray:
+    return xr.apply_ufunc(
         _filled,
-        height,
+        height.chunk({"x": -1, "y": -1}) if height.chunks else height,
         input_core_dims=[["x", "y"]],
         output_core_dims=[["x", "y"]],
-        kwargs={"method": method, "steps": pixel(scan)},
+        kwargs={"method": method, "steps": steps},
         dask="parallelized",
         output_dtypes=[float],
     )
-    return record(label(scan.assign(height=filled)), "fill", method=method, pixels=count)
 
 
 def _constant(method: Any) -> float:
@@ -64,7 +67,7 @@ def _constant(method: Any) -> float:
         raise ValueError(f"method: expected 'linear', 'nearest' or a height in nm, found {method!r}") from None
 
 
-def _filled(height: np.ndarray, method: str | float, steps: tuple[float, float]) -> np.ndarray:
+def _filled(height: np.ndarray, method: str, steps: tuple[float, float]) -> np.ndarray:
     """Return heights without NaN; only the rim of each hole is looked at."""
     from scipy.interpolate import griddata
     from scipy.ndimage import binary_dilation
@@ -72,8 +75,6 @@ def _filled(height: np.ndarray, method: str | float, steps: tuple[float, float])
     missing = np.isnan(height)
     if not missing.any():
         return height
-    if isinstance(method, float):
-        return np.where(missing, method, height)
     if missing.all():
         raise ValueError("fill: expected known heights around the missing ones, found none")
     rim = binary_dilation(missing, iterations=2) & ~missing

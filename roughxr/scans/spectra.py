@@ -33,7 +33,8 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     -------
     Dataset
         ``psd`` nm⁴ and ``psd_modes`` over ``wavevector`` nm⁻¹ (2 pi over wavelength), the first being zero.
-        NaN where pixels are missing. A lazy scan stays lazy, in one task.
+        NaN where pixels are missing. A lazy scan stays lazy, but one task holds all of it, several times over: a
+        transform needs every height at once. For a scan too large for that, take the spectra of parts (`crop`).
     """
     scan = validate(ds, "scan")
     shape, steps = (scan.sizes["x"], scan.sizes["y"]), pixel(scan)
@@ -57,7 +58,7 @@ def autocorrelation(ds: xr.Dataset) -> xr.Dataset:
     -------
     Dataset
         ``acf`` nm² over ``lag`` nm, up to half the shorter side. NaN where pixels are missing. A lazy scan
-        stays lazy, in one task.
+        stays lazy, in one task that holds all of it, as for `power_spectrum`.
     """
     scan = validate(ds, "scan")
     shape, steps = (scan.sizes["x"], scan.sizes["y"]), pixel(scan)
