@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import warnings
 from collections.abc import Sequence
 
 from ._version import __version__
@@ -16,7 +17,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status: 0 done, 1 refused, 130 interrupted."""
     options = _parser().parse_args(arguments)
     try:
-        options.command(options)
+        with warnings.catch_warnings():
+            warnings.showwarning = _warn
+            options.command(options)
     except KeyboardInterrupt:
         print("roughxr: interrupted; what was finished is kept, the same command goes on from there", file=sys.stderr)
         return 130
@@ -24,6 +27,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"roughxr: {error}", file=sys.stderr)
         return 1
     return 0
+
+
+def _warn(message, *_, **__) -> None:
+    """Say what a warning says, and not where in the code it was raised."""
+    print(f"roughxr: {message}", file=sys.stderr)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -58,7 +66,7 @@ def _add_run(commands) -> None:
         metavar="OUT",
         help="folder, or FILE.nc for the archive alone; default: %(default)s",
     )
-    command.add_argument("--channel", help="name of the channel to read; default: the file's height channel")
+    _add_reading(command)
     command.add_argument(
         "--level", default="plane", choices=("plane", "quadratic", "none"), help="default: %(default)s"
     )
@@ -97,7 +105,7 @@ def _add_report(commands) -> None:
 def _add_info(commands) -> None:
     command = commands.add_parser("info", help="say what a file holds")
     command.add_argument("file", metavar="FILE")
-    command.add_argument("--channel", help="whose roughness is told; default: the file's height channel")
+    _add_reading(command)
     command.add_argument("--picture", metavar="PNG", help="draw the channel, levelled by a plane")
     command.set_defaults(command=_info)
 
@@ -106,11 +114,19 @@ def _add_convert(commands) -> None:
     command = commands.add_parser("convert", help="write a scan in another format")
     command.add_argument("file", metavar="FILE")
     command.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.nc or OUT.gsf")
-    command.add_argument("--channel", help="name of the channel to read; default: the file's height channel")
+    _add_reading(command)
     command.add_argument(
         "--surfacetopography", action="store_true", help="write the NetCDF-3 that SurfaceTopography reads"
     )
     command.set_defaults(command=_convert)
+
+
+def _add_reading(command) -> None:
+    group = command.add_argument_group("what to read of the file")
+    group.add_argument("--channel", help="name or number of the image; default: the first topography")
+    group.add_argument("--direction", choices=("trace", "retrace"), help="default: the forward image of a pair")
+    group.add_argument("--size", nargs="+", metavar="L", help="along x and y, nm, where the file does not state it")
+    group.add_argument("--height-units", metavar="UNITS", help="of a file that does not state them, such as nm")
 
 
 def _add_quiet(command) -> None:
@@ -125,13 +141,13 @@ def _paper(options) -> None:
 
 
 def _run(options) -> None:
-    from . import analysis, materials, scans
+    from . import analysis, materials
     from .units import positive
 
     modulus = positive(_number(options.young_modulus), "GPa", "young_modulus")
     energy = options.surface_energy
     scan = materials.assign_pair(
-        scans.open_scan(options.scan, channel=options.channel),
+        _opened(options.scan, options),
         sphere_radius=_number(options.sphere_radius),
         young_modulus=modulus,
         poisson_ratio=options.poisson_ratio,
@@ -163,9 +179,10 @@ def _info(options) -> None:
     from . import figures, scans
 
     channels = scans.describe(options.file)
-    print("\n".join(f"{key}: {value}" for key, value in channels.attrs.items() if key != "history"))
-    print(channels.to_dataframe().to_string(float_format=lambda v: f"{v:.6g}"))
-    scan = scans.open_scan(options.file, channel=options.channel).load()
+    print("\n".join(f"{key}: {value or 'none'}" for key, value in channels.attrs.items() if key != "history"))
+    print("sizes and heights in nm, s_q about the mean plane:")
+    print(channels.rename(units="units in file").to_dataframe().to_string(float_format=lambda v: f"{v:.6g}"))
+    scan = _opened(options.file, options).load()
     print(f"\nroughness of {scan.attrs.get('channel', 'height')}, nm about its mean plane where not said otherwise:")
     for name, value in scans.roughness(scan, spectra=False).data_vars.items():
         if value.ndim == 0:
@@ -184,11 +201,23 @@ def _convert(options) -> None:
     from . import scans
     from .schema import one_of
 
-    suffix = one_of(Path(options.output).suffix, (".nc", ".gsf"), "output")
-    scan = scans.open_scan(options.file, channel=options.channel)
+    endings = (".nc",) if options.surfacetopography else (".nc", ".gsf")
+    suffix = one_of(Path(options.output).suffix, endings, "output")
+    scan = _opened(options.file, options)
     nc = scans.to_surfacetopography if options.surfacetopography else scans.to_netcdf
     (scans.to_gsf if suffix == ".gsf" else nc)(scan, options.output)
     print(f"written to {options.output}")
+
+
+def _opened(file: str, options):
+    """Return the scan in a file, read as the options say."""
+    from . import scans
+
+    channel = int(options.channel) if (options.channel or "").isdecimal() else options.channel
+    size = None if options.size is None else tuple(map(_number, options.size))
+    return scans.open_scan(
+        file, channel=channel, direction=options.direction, size=size, height_units=options.height_units
+    )
 
 
 def _number(text: str) -> float | str:

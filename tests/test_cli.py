@@ -101,6 +101,51 @@ def test_info_tells_channels_sizes_and_roughness_and_draws(tmp_path, capsys):
     assert (tmp_path / "scan.png").stat().st_size > 1000
 
 
+def test_images_are_chosen_by_number_or_direction_and_lengths_stated(tmp_path, capsys):
+    both = xr.Dataset({"forward": scan(rough(32)).height, "backward": scan(rough(32) * 3).height})
+    both.to_netcdf(tmp_path / "both.nc")
+    np.savetxt(tmp_path / "bare.txt", rough(32))
+    stated = ["--height-units", "um", "--size", "1 um", "2 um"]
+    rms = {}
+    for name, options in {
+        "both.nc": ["--channel", "1"],
+        "bare.txt": stated,
+    }.items():
+        assert main(["info", str(tmp_path / name), *options]) == 0
+        (line,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("  r_q_datum"))
+        rms[name] = float(line.split()[1])
+    expected = np.sqrt((rough(32) ** 2).mean())
+    assert rms == {"both.nc": pytest.approx(3 * expected), "bare.txt": pytest.approx(1000 * expected, rel=1e-5)}
+    assert main(["convert", str(tmp_path / "bare.txt"), *stated, "-o", str(tmp_path / "bare.nc")]) == 0
+    with xr.open_dataset(tmp_path / "bare.nc") as ds:
+        assert float(ds.y[-1] + ds.y[0]) == pytest.approx(2000)
+    assert main(["info", str(tmp_path / "both.nc"), "--channel", "2"]) == 1
+    assert "forward [nm], backward [nm]" in capsys.readouterr().err
+
+
+def test_doubts_are_said_in_a_line_and_without_code(tmp_path, capsys):
+    steep = scan(rough(32) * 100)
+    np.savetxt(tmp_path / "steep.txt", steep.height, header="Width: 200 nm\nHeight: 200 nm\nValue units: nm")
+    assert main(["convert", str(tmp_path / "steep.txt"), "-o", str(tmp_path / "steep.gsf")]) == 0
+    lines = capsys.readouterr().err.splitlines()
+    assert any("slope above 1" in line for line in lines)
+    assert all(line.startswith("roughxr: steep.txt: ") for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["-o", "scan.gsf", "--surfacetopography"], "expected one of '.nc', found '.gsf'"),
+        (["-o", "no-such-folder/scan.nc"], "no-such-folder"),
+    ],
+)
+def test_what_cannot_be_written_is_refused(options, says, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    scan(rough(32)).to_netcdf("in.nc")
+    assert main(["convert", "in.nc", *options]) == 1
+    assert says in capsys.readouterr().err and [path.name for path in tmp_path.iterdir()] == ["in.nc"]
+
+
 @pytest.mark.parametrize("name", ["scan.gsf", "copy.nc"])
 def test_convert_keeps_the_heights(tmp_path, name):
     import roughxr

@@ -130,7 +130,9 @@ def test_a_channel_of_no_length_is_no_scan(tmp_path):
 def test_units_come_from_the_file_or_from_the_caller_and_never_from_nowhere(tmp_path):
     rows = picture()
     path = write_npy(tmp_path, rows, size_of(rows))
-    with pytest.raises(UnreadableScan, match=r"expected a topography, found none among 0: 'scan' \[\?\]"):
+    with pytest.raises(
+        UnreadableScan, match=r"expected a topography, found none among 0: 'scan' \[\?\]; .*height_units="
+    ):
         open_scan(path, size=size_of(rows))
     with pytest.raises(UnreadableScan, match=r"lateral size, found none.*size="):
         open_scan(path, height_units="nm")

@@ -98,6 +98,10 @@ def optional(module: str) -> ModuleType:
         ) from error
 
 
+#: What to do where a file states no units.
+_STATE_UNITS = "if it holds heights, state their units with height_units="
+
+
 def choose(channels: list[Channel], channel: str | int | None, direction: str | None, path: Path) -> Channel:
     """Return the channel asked for by name or place, and by direction; by default the first topography.
 
@@ -115,14 +119,14 @@ def choose(channels: list[Channel], channel: str | int | None, direction: str | 
         wanted = f"channel {channel!r}" if channel is not None else "a topography"
         wanted += f" with direction {direction!r}" if direction else ""
         found = "several" if fitting else "none"
-        raise UnreadableScan(
-            path, f"expected {wanted}, found {found} among {listing(channels)}; name one or its number"
-        )
+        advice = "name one or its number" if any(one.units for one in channels) else _STATE_UNITS
+        raise UnreadableScan(path, f"expected {wanted}, found {found} among {listing(channels)}; {advice}")
     if not fitting[0].is_length:
         raise UnreadableScan(
             path,
             f"expected a channel of heights, found {fitting[0].name!r} in units of "
-            f"{fitting[0].units or 'nothing'}; choose among {listing(channels)}",
+            f"{fitting[0].units or 'nothing'}; "
+            + (f"choose among {listing(channels)}" if fitting[0].units else _STATE_UNITS),
         )
     return fitting[0]
 

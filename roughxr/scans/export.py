@@ -131,6 +131,8 @@ def to_gsf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
 def _moved_into(path: str | os.PathLike) -> Iterator[Path]:
     """Give a temporary path in the same folder; move it to ``path`` once it is written."""
     path = Path(path)
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{path}: expected a folder to write to, found no {path.parent}; make it first")
     handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
     os.close(handle)
     try:

@@ -77,14 +77,15 @@ def is_netcdf(head: bytes) -> bool:
     return head.startswith((CLASSIC, HDF5))
 
 
-def open_netcdf(path: Path, *, channel: str | None = None) -> xr.Dataset:
+def open_netcdf(path: Path, *, channel: str | int | None = None) -> xr.Dataset:
     """Return the scan in a NetCDF file, unread: heights (x, y) in nm.
 
     Parameters
     ----------
     path : Path
-    channel : str, optional
-        The variable; by default ``height``, else the only one in units of length.
+    channel : str or int, optional
+        The variable, or its number among those in units of length; by default ``height``, else the only one of
+        these.
 
     Returns
     -------
@@ -133,12 +134,15 @@ def _lengths(maps: dict[str, xr.DataArray]) -> list[str]:
     return [name for name, var in maps.items() if is_length(_units(var))]
 
 
-def _variable_name(ds: xr.Dataset, channel: str | None, path: Path) -> str:
+def _variable_name(ds: xr.Dataset, channel: str | int | None, path: Path) -> str:
     maps = _maps(ds)
     lengths = _lengths(maps)
-    names = [channel] if channel else [name for name in ("height", "heights") if name in maps] or lengths
+    if isinstance(channel, (int, np.integer)):
+        names = lengths[channel : channel + 1] if channel >= 0 else []
+    else:
+        names = [channel] if channel else [name for name in ("height", "heights") if name in maps] or lengths
     if len(names) != 1 or names[0] not in maps:
-        wanted = f"a variable {channel!r}" if channel else "one variable of heights with units of length"
+        wanted = f"a variable {channel!r}" if channel is not None else "one variable of heights with units of length"
         found = ", ".join(f"{name} [{_units(var) or '?'}]" for name, var in maps.items()) or "none"
         raise UnreadableScan(path, f"expected {wanted} over two dimensions, found {found}; name it with channel=")
     if names[0] not in lengths:
