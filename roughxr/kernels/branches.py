@@ -11,7 +11,7 @@ q       √above_end, in which a branch is smooth where it begins
 from math import sqrt
 
 from . import jkr
-from .elliptic_table import _CELLS_ACROSS, _CELLS_ALONG, spline_weights
+from .elliptic_table import _CELLS_ALONG, spline_weights
 from .jit import kernel
 
 #: Coefficients along a branch.
@@ -24,7 +24,7 @@ P, A, B = range(3)
 @kernel
 def collapse(table, row, column, out):
     """Sum one column of a law's table across at the place ``row``: ``out`` has shape (LENGTH,)."""
-    i = min(int(row), _CELLS_ACROSS - 1)
+    i = min(int(row), table.shape[0] - 4)
     w0, w1, w2, w3 = spline_weights(row - i)
     for j in range(out.size):
         out[j] = (

@@ -72,7 +72,7 @@ def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
     for k in range(first, deltas.size):
         delta = deltas[k] - offset
         contact = _read(delta, scales, lines) if collapsed else asperity_contact(delta, scales, branch)
-        if contact.a > 0.0:
+        if contact.a != 0.0:  # where contact shrinks to a point a table may fall short of zero
             out[FORCE, k] += contact.P
             out[AREA, k] += np.pi * contact.a * contact.b
             out[CONTACTS, k] += 1.0
