@@ -475,7 +475,11 @@ def elastic_pull_off(ds: xr.Dataset, *, smoothing: Any = 2.0) -> xr.Dataset:
     Raises
     ------
     ValueError
-        If ``ds`` is no such sweep, or no work of adhesion is assigned.
+        If ``ds`` is no such sweep, or has adhesion already, or no work of adhesion is assigned.
+
+    See Also
+    --------
+    pull_off : the same by method="ciavarella".
 
     References
     ----------
@@ -492,6 +496,8 @@ def elastic_pull_off(ds: xr.Dataset, *, smoothing: Any = 2.0) -> xr.Dataset:
     """
     ds = schema.validate(ds, "solution")
     (w,) = schema.pair(ds, "work_of_adhesion")
+    if ds.attrs.get("method") == "adhesive" or ds.attrs.get("law") in ("jkr", "maugis"):
+        raise ValueError("expected a sweep without adhesion (of direct, or law='hertz'), found one with; take pull_off")
     if ds.sizes["delta"] < 8:
         raise ValueError(f"delta: expected a sweep of at least eight displacements, found {ds.sizes['delta']}")
     moved = xr.apply_ufunc(
