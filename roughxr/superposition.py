@@ -196,20 +196,29 @@ def scan_field(height, x, y, options: Options) -> tuple:
 
 def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
     """Return the asperities that are peaks under this sphere, the patch's half-width and the number left out."""
-    from scipy.spatial import cKDTree
-
     catalogue = ds if "asperity" in ds.dims else asperities(ds)
     sphere = 0.5 / options.radius if options.composite else 0.0
     A, B = (0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
     scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, options.kernel_law())
     x, y = catalogue["x"].values, catalogue["y"].values
-    spacing = cKDTree(np.c_[x, y]).query(np.c_[x, y], k=2)[0][:, 1] if x.size > 1 else np.full(x.size, np.inf)
+    spacing = _spacing(x, y)
     depth = float(catalogue["datum_height"]) - catalogue["height"].values
     at_edge = catalogue["edge"].values.astype(float) if "edge" in catalogue else np.zeros(x.size)
     peaks = np.isfinite(scales.P)
     kept = [array[peaks] for array in (x, y, depth, spacing, at_edge)]
     scales = type(scales)(*(array[peaks] for array in scales))
     return sums.Field(*kept, scales), float(catalogue["patch_radius"]), int((~peaks).sum())
+
+
+def _spacing(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return the distance from each point to the next; inf where there is but one."""
+    from scipy.spatial import cKDTree
+
+    if x.size < 2:
+        return np.full(x.size, np.inf)
+    points = np.c_[x, y]
+    quickly_made = {"balanced_tree": False, "compact_nodes": False}
+    return cKDTree(points, **quickly_made).query(points, k=[2])[0][:, 0]
 
 
 def _superpose(x: float, y: float, prepared: tuple, options: Options) -> np.ndarray:
@@ -223,10 +232,10 @@ def _superpose(x: float, y: float, prepared: tuple, options: Options) -> np.ndar
 
 
 def _labelled(packed, ds: xr.Dataset, positions: xr.Dataset, options: Options) -> xr.Dataset:
-    out = xr.Dataset({name: (("subregion", "delta"), packed[:, k]) for k, name in enumerate(_VARIABLES)})
-    out["excluded_asperities"] = packed[0, -1, 0].astype(int) if options.deltas.size else 0
-    for name in _COUNTS:
-        out[name] = out[name].astype(int)
-    out["truncated"] = out["truncated"] > 0
+    found = {name: packed[:, k] for k, name in enumerate(_VARIABLES)}
+    found |= {name: found[name].astype(int) for name in _COUNTS}
+    found["truncated"] = found["truncated"] > 0
+    out = {name: (("subregion", "delta"), values) for name, values in found.items()}
+    out["excluded_asperities"] = (), packed[0, -1, 0].astype(int)
     pair = {name: ds[name] for name in schema.PAIR if name in ds.coords}
-    return schema.label(out.assign_coords(delta=options.deltas, **pair).assign_coords(positions.coords))
+    return schema.label(xr.Dataset(out, {**positions.coords, **pair, "delta": options.deltas}))

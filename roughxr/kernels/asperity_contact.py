@@ -108,7 +108,7 @@ def asperity_scales(A, B, E_star, w, law):
     if law.code == HERTZ or w == 0.0:
         beta, H = stiffness(A, B, lam, E_star)
         return Scales(1.0 / np.sqrt(beta), H, 1.0, lam, 0.0, 0.0)
-    unit = jkr.self_similar_units(A, B, E_star, lam * w if law.code == PUBLISHED else w)
+    unit = jkr.units_of_ellipse(A, B, lam, E_star, lam * w if law.code == PUBLISHED else w)
     if law.code < JOHNSON_GREENWOOD:
         return Scales(unit.a, unit.P, unit.delta, lam, jkr.END_DELTA, 0.0)
     if law.code == MAUGIS:

@@ -30,6 +30,7 @@ LARGEST_RATIO = 1e4
 FILE = Path(__file__).with_name("elliptic_table.npz")
 _CELLS_ACROSS, _CELLS_ALONG = 20, 48
 _PER_LOG = _CELLS_ACROSS / log(LARGEST_RATIO)
+_SIXTH = 1.0 / 6.0  # a product is quicker than a quotient
 
 
 class Table(NamedTuple):
@@ -47,10 +48,10 @@ def spline_weights(t):
     """The four cubic B-splines over a cell, at 0 ≤ t ≤ 1 within it."""
     u = 1.0 - t
     return (
-        u * u * u / 6.0,
+        u * u * u * _SIXTH,
         2.0 / 3.0 - t * t * (1.0 - 0.5 * t),
         2.0 / 3.0 - u * u * (1.0 - 0.5 * u),
-        t * t * t / 6.0,
+        t * t * t * _SIXTH,
     )
 
 
