@@ -30,6 +30,9 @@ FORMULATIONS = _LAWS[1:]
 #: The formulation that is the default, and the one whose ellipses "maugis" has: what may be named beside it.
 _DEFAULT, _OF_MAUGIS = "energy", "self_similar"
 
+#: z₀ unless it is given, nm.
+_DISTANCE = 0.3
+
 _COUNTS = ("contacts", "contacts_beyond_patch", "contacts_overlapping")
 _VARIABLES = ("force", "contact_area", *_COUNTS, "truncated")
 
@@ -59,7 +62,7 @@ def superpose(
     subregions: Any = None,
     law: str = "jkr",
     formulation: str = _DEFAULT,
-    equilibrium_distance: Any = 0.3,
+    equilibrium_distance: Any = _DISTANCE,
     datum: str = "highest_peak",
     profile: str = "sphere",
     progress: bool = False,
@@ -149,22 +152,16 @@ def superpose(
 
 def options_of(ds, delta, law, formulation, equilibrium_distance, datum, profile) -> Options:
     """Return what every task needs to know, or say what is wrong with it."""
-    schema.one_of(law, LAWS, "law")
-    schema.one_of(formulation, FORMULATIONS, "formulation")
-    if law == "maugis" and formulation not in (_DEFAULT, _OF_MAUGIS):
-        raise ValueError(
-            f"formulation: expected none beside law='maugis', found {formulation!r}; take law='jkr' for it"
-        )
+    distance = _checked(law, formulation, equilibrium_distance)
     schema.one_of(datum, ("highest_peak", "first_contact"), "datum")
     schema.one_of(profile, PROFILES, "profile")
     if "indenter_height" in ds:
         raise ValueError("expected a sphere (assign_pair with sphere_radius), found an indenter's map; use direct")
     radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
-    distance = positive(equilibrium_distance, "nm", "equilibrium_distance")
     return Options(
         deltas=schema.ascending(delta, "nm", "delta"),
         law=formulation if law == "jkr" else law,
-        equilibrium_distance=distance if law == "maugis" else np.nan,
+        equilibrium_distance=distance,
         composite=formulation != "published",
         profile=PROFILES[profile],
         first_contact=datum == "first_contact",
@@ -172,6 +169,27 @@ def options_of(ds, delta, law, formulation, equilibrium_distance, datum, profile
         contact_modulus=modulus,
         work_of_adhesion=0.0 if law == "hertz" else schema.pair(ds, "work_of_adhesion")[0],
     )
+
+
+def _checked(law: str, formulation: str, equilibrium_distance: Any) -> float:
+    """Return z₀ in nm, NaN for a law without range, or say which of the three do not go together."""
+    if law in FORMULATIONS or formulation in LAWS:
+        raise ValueError(
+            f"law: expected one of {', '.join(map(repr, LAWS))}, and formulation one of "
+            f"{', '.join(map(repr, FORMULATIONS))}, found law={law!r}, formulation={formulation!r}"
+        )
+    schema.one_of(law, LAWS, "law")
+    schema.one_of(formulation, FORMULATIONS, "formulation")
+    distance = positive(equilibrium_distance, "nm", "equilibrium_distance")
+    if law != "maugis":
+        if distance != _DISTANCE:
+            raise ValueError(f"equilibrium_distance: expected for law='maugis' alone, found {distance:g} for {law!r}")
+        return np.nan
+    if formulation not in (_DEFAULT, _OF_MAUGIS):
+        raise ValueError(
+            f"formulation: expected none beside law='maugis', found {formulation!r}; take law='jkr' for it"
+        )
+    return distance
 
 
 def law_of(law: str, formulation: str, options: Options) -> dict[str, Any]:

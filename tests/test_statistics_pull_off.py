@@ -103,3 +103,22 @@ def test_methods_ask_for_what_they_need(ground, cycle):
         pull_off(sticky, method="jkr")
     with pytest.raises(ValueError, match="it holds pull-off forces already"):
         pull_off(pull_off(sticky))
+
+
+def test_one_place_will_do(elastic, ground):
+    """What is selected from a solution is still one."""
+    sticky = superpose(ground, delta=np.arange(-3, 8, 0.5), subregions=(2, 2))
+    for ds, method in ((elastic, "ciavarella"), (sticky, "sweep")):
+        one = pull_off(ds.isel(subregion=1), method=method)
+        assert one.pull_off_force.item() == pull_off(ds, method=method).pull_off_force[1].item()
+
+
+def test_an_elastic_estimate_needs_areas(elastic):
+    with pytest.raises(ValueError, match="expected a sweep with 'force' and 'contact_area' along 'delta'"):
+        pull_off(elastic.drop_vars("contact_area"), method="ciavarella")
+
+
+def test_a_map_over_pixels_has_a_ratio(ground):
+    found = reduction(roughxr.pull_off_map(ground.isel(x=slice(20, 30), y=slice(20, 32))))
+    assert found.pull_off_ratio.dims == ("x", "y")
+    np.testing.assert_allclose(found.pull_off_ratio, found.pull_off_force / (1.5 * np.pi * 1.3494 * 3000), rtol=1e-12)

@@ -198,6 +198,9 @@ def test_without_adhesion_it_is_hertz(surface):
         ({"law": "maugis", "equilibrium_distance": 0}, "equilibrium_distance: expected one positive number in nm"),
         ({"law": "maugis", "formulation": "published"}, "expected none beside law='maugis', found 'published'"),
         ({"law": "dmt"}, "law: expected one of 'jkr', 'maugis', 'hertz'"),
+        ({"law": "energy"}, "and formulation one of 'published', .* found law='energy'"),
+        ({"formulation": "maugis"}, "law: expected one of 'jkr', 'maugis', .* formulation='maugis'"),
+        ({"equilibrium_distance": 0.5}, "equilibrium_distance: expected for law='maugis' alone, found 0.5 for 'jkr'"),
     ],
 )
 def test_bad_options_are_refused_in_words(surface, options, says):

@@ -150,7 +150,7 @@ def reduction(ds: xr.Dataset) -> xr.Dataset:
     Parameters
     ----------
     ds : Dataset
-        A pull-off with its pair.
+        A pull-off with its pair, along any dimensions.
 
     Returns
     -------
@@ -169,7 +169,7 @@ def reduction(ds: xr.Dataset) -> xr.Dataset:
     >>> reduction(xr.Dataset(forces, coords=pair)).pull_off_ratio.values.round(12).tolist()
     [0.25, 0.5]
     """
-    ds = schema.validate(ds, "pull_off")
+    ds = ds if "pull_off_force" in ds else schema.validate(ds, "pull_off")
     smooth = smooth_pull_off(ds)
     if smooth <= 0:
         raise ValueError("expected a pair with work_of_adhesion > 0, found 0; assign one with assign_pair")
