@@ -69,6 +69,17 @@ def test_long_range_is_dmt():
     np.testing.assert_allclose(loaded.force, 4 * E * radius**3 / (3 * RADIUS) - dmt, atol=0.06 * dmt)
 
 
+@pytest.mark.parametrize("ratio, part", [(1.5, 0.99773), (5, 0.96796), (10, 0.94088)])
+def test_an_ellipse_is_as_far_from_its_equivalent_sphere_as_self_similar_jkr(ratio, part):
+    """The rigid paraboloid's pull is 2πwR at any B/A (Derjaguin): what Hertz's shape misses of it at long range."""
+    sharp, flat = 1 / 150, 1 / (150 * ratio)  # with the sphere's own curvature
+    asperity = one_asperity(flat - 1 / 3000, sharp - 1 / 3000)
+    R = 1 / np.sqrt(sharp * flat)
+    far = (R * W**2 / E**2) ** (1 / 3) / (0.02 / 1.157)
+    found = pull_off_map(asperity, subregions=(1, 1), law="maugis", equilibrium_distance=far)
+    assert found.pull_off_force.item() / (2 * np.pi * W * R) == pytest.approx(part, rel=3e-3)
+
+
 def test_beyond_the_table_it_stays_at_its_ends():
     asperity = one_asperity(1 / 200, 1 / 200)
 
