@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from . import parallel, regions, schema
+from .asperities import asperities
 from .kernels import adhesive_contact as kernel
 from .kernels import cohesion, maugis
 from .kernels.halfspace import surface_displacement
@@ -475,7 +476,11 @@ def elastic_pull_off(ds: xr.Dataset, *, smoothing: Any = 2.0) -> xr.Dataset:
     Raises
     ------
     ValueError
-        If ``ds`` is no such sweep, or no work of adhesion is assigned.
+        If ``ds`` is no such sweep, or has adhesion already, or no work of adhesion is assigned.
+
+    See Also
+    --------
+    pull_off : the same by method="ciavarella".
 
     References
     ----------
@@ -490,8 +495,12 @@ def elastic_pull_off(ds: xr.Dataset, *, smoothing: Any = 2.0) -> xr.Dataset:
     >>> bool(elastic_pull_off(sweep).pull_off_force > 0)
     True
     """
-    ds = schema.validate(ds, "solution")
+    if not all(name in ds and "delta" in ds[name].dims for name in ("force", "contact_area")):
+        found = ", ".join(map(str, ds.variables))
+        raise ValueError(f"expected a sweep with 'force' and 'contact_area' along 'delta', found variables: {found}")
     (w,) = schema.pair(ds, "work_of_adhesion")
+    if ds.attrs.get("method") == "adhesive" or ds.attrs.get("law") in ("jkr", "maugis"):
+        raise ValueError("expected a sweep without adhesion (of direct, or law='hertz'), found one with; take pull_off")
     if ds.sizes["delta"] < 8:
         raise ValueError(f"delta: expected a sweep of at least eight displacements, found {ds.sizes['delta']}")
     moved = xr.apply_ufunc(
@@ -556,7 +565,8 @@ def tabor(ds: xr.Dataset, *, equilibrium_distance: Any = 0.3) -> xr.Dataset:
     Parameters
     ----------
     ds : Dataset
-        An asperity catalogue with an assigned pair and work of adhesion.
+        An asperity catalogue, or a scan (its asperities are then found with the default patch), with an assigned pair
+        and work of adhesion.
     equilibrium_distance : number or quantity
         z₀ of the interatomic potential, nm.
 
@@ -578,7 +588,7 @@ def tabor(ds: xr.Dataset, *, equilibrium_distance: Any = 0.3) -> xr.Dataset:
     >>> tabor(scan.contact.asperities()).tabor_parameter.dims
     ('asperity',)
     """
-    ds = schema.validate(ds, "asperities")
+    ds = schema.validate(ds, "asperities") if "asperity" in ds.dims else asperities(ds)
     radius, modulus, w = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion")
     z0 = positive(equilibrium_distance, "nm", "equilibrium_distance")
     A, B = (0.5 * (ds[name].values + 1 / radius) for name in ("curvature_min", "curvature_max"))

@@ -11,8 +11,7 @@ import xarray as xr
 from . import parallel, regions, schema
 from .asperities import later
 from .kernels import pull_off as kernel
-from .kernels.asperity_contact import law as read_law
-from .superposition import Options, catalogue_field, options_of
+from .superposition import ADHESIVE, Options, catalogue_field, law_of, options_of
 
 #: Centres in one task: some hundredths of a second.
 _TILE = 512
@@ -24,7 +23,9 @@ def pull_off_map(
     ds: xr.Dataset,
     *,
     subregions: Any = EVERY_PIXEL,
+    law: str = "jkr",
     formulation: str = "energy",
+    equilibrium_distance: Any = 0.3,
     datum: str = "highest_peak",
     profile: str = "sphere",
     progress: bool = False,
@@ -33,7 +34,8 @@ def pull_off_map(
 
     The sum over asperities that `superpose` takes at given displacements is minimised over all displacements. Between
     two beginnings of contact it is convex, and proven bounds say which of these intervals need to be searched: what is
-    found is the least force itself, to rounding, and no other displacement pulls harder.
+    found is the least force itself, to rounding, and no other displacement pulls harder. (Under law="maugis" to 1e-6 of
+    an asperity's own pull: so far its tabulated branches may be from convex.)
 
     Parameters
     ----------
@@ -41,8 +43,12 @@ def pull_off_map(
         A scan, or an asperity catalogue, with an assigned pair and work of adhesion.
     subregions : "every pixel", (int, int), (array, array) or Dataset
         Contact centres, see `regions.centres`; every pixel needs a scan.
+    law : {"jkr", "maugis"}
+        Adhesion without range or of a range, see `superpose`.
     formulation : {"energy", "self_similar", "johnson_greenwood", "published"}
-        How adhesion acts on an ellipse, see `superpose`.
+        Of law="jkr": how adhesion acts on an ellipse, see `superpose`.
+    equilibrium_distance : number or quantity
+        Of law="maugis": z₀ of the interatomic potential, nm.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, see `superpose`.
     profile : {"sphere", "parabola"}
@@ -83,7 +89,8 @@ def pull_off_map(
     """
     kind = "asperities" if "asperity" in ds.dims else "scan"
     ds = schema.validate(ds, kind)
-    options = options_of(ds, [0.0], "jkr", formulation, datum, profile)
+    schema.one_of(law, ADHESIVE, "law")
+    options = options_of(ds, [0.0], law, formulation, equilibrium_distance, datum, profile)
     pixels = isinstance(subregions, str)
     positions = _pixels(ds, subregions) if pixels else regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)
@@ -92,9 +99,9 @@ def pull_off_map(
     packed = _packed(positions, forest, options)
     out = _labelled(packed, ds, positions, options)
     out = _on_pixels(out, ds) if pixels else out.assign_coords(positions.coords)
-    out.attrs = {"datum": datum, "method": "superpose", "law": "jkr", "formulation": formulation}
-    out.attrs["missing"] = "NaN where no displacement pulls"
-    arguments = {"subregions": subregions, "formulation": formulation, "datum": datum, "profile": profile}
+    named = law_of(law, formulation, options)
+    out.attrs = {"datum": datum, "method": "superpose", **named, "missing": "NaN where no displacement pulls"}
+    arguments = {"subregions": subregions, **named, "datum": datum, "profile": profile}
     out = schema.record(schema.label(out), "pull_off_map", ds, **arguments)
     return parallel.finish(out, lazy=lazy, progress=progress)
 
@@ -109,7 +116,7 @@ def _pixels(ds: xr.Dataset, subregions: str) -> xr.Dataset:
 
 def _forest(ds: xr.Dataset, options: Options) -> kernel.Forest:
     """Return the asperities of a scan or a catalogue as the search needs them."""
-    return kernel.plant(catalogue_field(ds, options)[0], read_law(options.law), options.radius, options.profile)
+    return kernel.plant(catalogue_field(ds, options)[0], options.kernel_law(), options.radius, options.profile)
 
 
 def _packed(positions: xr.Dataset, forest: Any, options: Options) -> Any:
@@ -123,7 +130,7 @@ def _packed(positions: xr.Dataset, forest: Any, options: Options) -> Any:
 
 def _tile(x: np.ndarray, y: np.ndarray, forest: kernel.Forest, options: Options, size: int) -> np.ndarray:
     """Return the results of one tile, filled up with NaN to its full size."""
-    table = read_law(options.law).branch
+    table = options.kernel_law().branch
     found = kernel.pull_offs(x, y, forest, table, options.radius, options.profile)
     return np.pad(found, ((0, size - x.size), (0, 0)), constant_values=np.nan)
 

@@ -361,5 +361,6 @@ def test_tabor_parameter_stands_in_the_catalogue(ground):
     catalogue = tabor(asperities(ground))
     peaks = catalogue.curvature_min > 0
     assert (catalogue.tabor_parameter[peaks] > 0).all()
+    xr.testing.assert_identical(tabor(ground).tabor_parameter, catalogue.tabor_parameter)
     smooth = 2 * RADIUS  # an asperity flatter than the sphere is closer to JKR than any sharp one
     assert float(catalogue.tabor_parameter.max()) < maugis.tabor(0.5 / smooth, 0.5 / smooth, 39.4, W, 0.3)

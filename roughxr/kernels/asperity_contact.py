@@ -5,6 +5,7 @@ published           generalized JKR to the letter of Cheng, Dunn & Brach, eqs. 1
 self_similar        the same derivation corrected: an ellipse of Hertz's shape at every load
 johnson_greenwood   shape free, edge condition at the ends of both axes (``kernels.elliptic_jkr``)
 energy              shape free, energy stationary in both axes (``kernels.elliptic_jkr``)
+maugis              between JKR and DMT (``kernels.maugis``): the sphere's law in the self-similar ellipse's units
 
 An adhesive asperity holds on below δ = 0, down to the end of its stable branch; beyond, P = a = b = 0. The
 published law is the self-similar one with λw for w. With w = 0 every law is Hertz's, and ends at δ = 0.
@@ -24,22 +25,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughxr.kernels import elliptic_jkr, elliptic_table, jkr
+from roughxr.kernels import elliptic_jkr, elliptic_table, jkr, maugis
 from roughxr.kernels.ellipse import shape, stiffness
 from roughxr.kernels.elliptic_jkr import State
 from roughxr.kernels.elliptic_table import EMPTY, lookup, mark, row_of
 from roughxr.kernels.jit import kernel
 
+#: Laws without range, and the one that has a range.
 LAWS = ("hertz", "published", "self_similar", "johnson_greenwood", "energy")
-HERTZ, PUBLISHED, SELF_SIMILAR, JOHNSON_GREENWOOD, ENERGY = range(5)
+HERTZ, PUBLISHED, SELF_SIMILAR, JOHNSON_GREENWOOD, ENERGY, MAUGIS = range(6)
 
 
 class Law(NamedTuple):
-    """A law's number, and the table it is read from: empty where it has a closed form."""
+    """A law's number, the table it is read from (empty where it has a closed form), and what gives it its range."""
 
     code: int
     branch: np.ndarray
     marks: np.ndarray
+    equilibrium_distance: float  # z₀, nm, of maugis; NaN for the others
 
 
 class Scales(NamedTuple):
@@ -88,10 +91,12 @@ class Curve(NamedTuple):
 
 
 @cache
-def law(name):
-    """The law of that name in ``LAWS``, ready for the kernels; reads its table on first use."""
+def law(name, equilibrium_distance=np.nan):
+    """The law of that name, of ``LAWS`` or "maugis", ready for the kernels; reads its table on first use."""
+    if name == "maugis":
+        return Law(MAUGIS, *maugis.table(), float(equilibrium_distance))
     code = LAWS.index(name)
-    return Law(code, *(elliptic_table.table(name) if code >= JOHNSON_GREENWOOD else EMPTY))
+    return Law(code, *(elliptic_table.table(name) if code >= JOHNSON_GREENWOOD else EMPTY), np.nan)
 
 
 @kernel
@@ -103,12 +108,14 @@ def asperity_scales(A, B, E_star, w, law):
     if law.code == HERTZ or w == 0.0:
         beta, H = stiffness(A, B, lam, E_star)
         return Scales(1.0 / np.sqrt(beta), H, 1.0, lam, 0.0, 0.0)
-    unit = jkr.self_similar_units(A, B, E_star, lam * w if law.code == PUBLISHED else w)
-    row, end = 0.0, jkr.END_DELTA
-    if law.code >= JOHNSON_GREENWOOD:
+    unit = jkr.units_of_ellipse(A, B, lam, E_star, lam * w if law.code == PUBLISHED else w)
+    if law.code < JOHNSON_GREENWOOD:
+        return Scales(unit.a, unit.P, unit.delta, lam, jkr.END_DELTA, 0.0)
+    if law.code == MAUGIS:
+        row = maugis.row_of(maugis.parameter(maugis.tabor(A, B, E_star, w, law.equilibrium_distance)))
+    else:
         row = row_of(B / A)
-        end = mark(law.marks, row, 0)
-    return Scales(unit.a, unit.P, unit.delta, lam, end, row)
+    return Scales(unit.a, unit.P, unit.delta, lam, mark(law.marks, row, 0), row)
 
 
 @kernel

@@ -11,7 +11,7 @@ q       √above_end, in which a branch is smooth where it begins
 from math import sqrt
 
 from . import jkr
-from .elliptic_table import _CELLS_ACROSS, _CELLS_ALONG, spline_weights
+from .elliptic_table import _CELLS_ALONG, spline_weights
 from .jit import kernel
 
 #: Coefficients along a branch.
@@ -24,7 +24,7 @@ P, A, B = range(3)
 @kernel
 def collapse(table, row, column, out):
     """Sum one column of a law's table across at the place ``row``: ``out`` has shape (LENGTH,)."""
-    i = min(int(row), _CELLS_ACROSS - 1)
+    i = min(int(row), table.shape[0] - 4)
     w0, w1, w2, w3 = spline_weights(row - i)
     for j in range(out.size):
         out[j] = (
@@ -61,12 +61,22 @@ def closed_force(delta):
 
 @kernel
 def line_contact(lines, above_end):
-    """Return P*, a* and b*/λ at ``above_end`` ≥ 0 on collapsed branches: (3, LENGTH), rows ``P``, ``A``, ``B``."""
+    """Return P*, a* and b*/λ at ``above_end`` ≥ 0 on collapsed branches: (LENGTH, 3), columns ``P``, ``A``, ``B``."""
     size = 1.0 + sqrt(above_end)
     along = _CELLS_ALONG / sqrt(size)
     j = min(int(along), _CELLS_ALONG - 1)
     w0, w1, w2, w3 = spline_weights(along - j)
-    p = w0 * lines[P, j] + w1 * lines[P, j + 1] + w2 * lines[P, j + 2] + w3 * lines[P, j + 3]
-    a = w0 * lines[A, j] + w1 * lines[A, j + 1] + w2 * lines[A, j + 2] + w3 * lines[A, j + 3]
-    b = w0 * lines[B, j] + w1 * lines[B, j + 1] + w2 * lines[B, j + 2] + w3 * lines[B, j + 3]
+    p = w0 * lines[j, P] + w1 * lines[j + 1, P] + w2 * lines[j + 2, P] + w3 * lines[j + 3, P]
+    a = w0 * lines[j, A] + w1 * lines[j + 1, A] + w2 * lines[j + 2, A] + w3 * lines[j + 3, A]
+    b = w0 * lines[j, B] + w1 * lines[j + 1, B] + w2 * lines[j + 2, B] + w3 * lines[j + 3, B]
     return p * size * size * size, a * size, b * size
+
+
+@kernel
+def closed_contact(delta, adheres):
+    """Return P*, a* and b*/λ of the closed forms at δ* on the branch: JKR's, or Hertz's where nothing adheres."""
+    if not adheres:
+        a = sqrt(delta)
+        return delta * a, a, a
+    a = jkr.stable_semi_axis(delta)
+    return jkr.load(a), a, a

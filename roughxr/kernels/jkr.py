@@ -36,7 +36,12 @@ class Units(NamedTuple):
 @kernel
 def self_similar_units(A, B, E_star, w):
     """The units of the paraboloid A x² + B y²; with λw for w, the published ones."""
-    lam = shape(A, B)
+    return units_of_ellipse(A, B, shape(A, B), E_star, w)
+
+
+@kernel
+def units_of_ellipse(A, B, lam, E_star, w):
+    """The same where λ is known already."""
     K, _ = elliptic_integrals(lam)
     beta = A + lam * lam * B
     a = np.cbrt(2.25 * w * lam * K / (beta * beta * E_star))

@@ -4,7 +4,8 @@ The force is the sum over asperities of ``kernels.superposition``,
 
     F(δ) = Σᵢ Pᵢ(δ − oᵢ),     Pᵢ = 0 before the branch of asperity i begins at δ = tᵢ.
 
-Each branch is convex from tᵢ on, and begins with a jump down, since an asperity at the end of its branch pulls. So
+Each branch is convex from tᵢ on (that of ``kernels.maugis``, as tabulated, to 10⁻⁶ P_c), and begins with a jump down,
+since an asperity at the end of its branch pulls. So
 
 - between two beginnings F is convex: it has one minimum there, where its slope vanishes, and none that a search for
   the root of a rising function could miss;
@@ -40,15 +41,17 @@ from .superposition import Field
 #: and how often one asperity's load was needed to find this.
 FORCE, DELTA, FIRST_TOUCH, CONTACTS, AT_EDGE, EVALUATIONS = range(6)
 
-#: The tables' own error: by so much an asperity's least load may lie below its mark.
-_TABLE_ERROR = 1e-6
+#: The tables' own error: by such a part an asperity's least load may lie below its mark.
+_TABLE_ERROR = 3e-6
 
 #: A search ends when the force is known to this part.
 _VALUE_TOLERANCE = 1e-14
 _MOST_STEPS = 100
 
-#: q of a state so near the beginning of a branch that its slope is 1/q.
+#: q of a state so near the beginning of a branch that its slope is that of a fold, as 1/q; and the least dP*/dq there
+#: (JKR: 1.1) that is one.
 _SMALL_Q = 1e-5
+_FOLD = 0.01
 
 #: The disc that is looked at first holds about so many asperities; then ever more.
 _FIRST_LOOK = 200
@@ -283,6 +286,11 @@ def search(k, width, end, least, steps, near, forest):
     start, work = near.onset[k], 0
     low, g_low = _beginning(k, near, forest)
     high, g_high = np.sqrt(width), end.slope * np.sqrt(width)
+    if g_low == 0.0:  # F need not fall at first: the least may be the beginning itself
+        total, g_low = total_force(start + low * low, k + 1, near, forest), -g_high
+        work += k + 1
+        if total.F < least.F:
+            least = Least(total.F, start + low * low)
     for _ in range(steps):
         q = (low * g_high - high * g_low) / (g_high - g_low)
         total = total_force(start + q * q, k + 1, near, forest)
@@ -302,11 +310,15 @@ def search(k, width, end, least, steps, near, forest):
 
 @kernel
 def _beginning(k, near, forest):
-    """Return a small q after the k-th beginning, and its slope times q, to which the other branches add nothing yet."""
+    """Return a small q after the k-th beginning, and its slope times q, to which the other branches add nothing yet.
+
+    It is 0 where that branch ends not in a fold but in a contact that shrinks to a point (``kernels.maugis``).
+    """
     i = near.index[k]
     delta, load = forest.field.scales.delta[i], forest.field.scales.P[i]
     _, slope = one_force(_SMALL_Q * _SMALL_Q, k, near, forest.field.scales.end[i])
-    return _SMALL_Q * np.sqrt(delta), slope * _SMALL_Q * load / np.sqrt(delta)
+    g = slope * _SMALL_Q if slope * _SMALL_Q < -_FOLD else 0.0
+    return _SMALL_Q * np.sqrt(delta), g * load / np.sqrt(delta)
 
 
 @kernel

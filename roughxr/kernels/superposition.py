@@ -12,12 +12,13 @@ to its end, beyond the largest pull.
 S₀      height of the sphere's profile over its lowest point, nm (``kernels.indenter``)
 """
 
+from math import pi
 from typing import NamedTuple
 
 import numpy as np
 
-from .asperity_contact import Contact, Scales, asperity_contact, pick
-from .branches import LENGTH, A, B, P, collapse, line_contact
+from .asperity_contact import Scales, pick
+from .branches import LENGTH, A, B, P, closed_contact, collapse, line_contact
 from .indenter import profile_height
 from .jit import kernel
 
@@ -32,9 +33,6 @@ class Field(NamedTuple):
     at_edge: np.ndarray  # the fitted patch is clipped by the scan's edge
     scales: Scales
 
-
-#: Displacements from which on it is quicker to sum an asperity's splines across once than at each.
-_WORTH_COLLAPSING = 12
 
 #: What is summed per displacement.
 FORCE, AREA, CONTACTS, BEYOND_PATCH, OVERLAPPING, TRUNCATED = range(6)
@@ -53,39 +51,48 @@ def offsets(field, x, y, radius, profile):
 @kernel
 def superpose(deltas, field, offset, patch_radius, branch):
     """Return (6, delta): force nN, area nm², and the counts of ``CONTACTS`` … ``TRUNCATED``."""
-    out, lines = np.zeros((6, deltas.size)), np.empty((3, LENGTH))
+    out, lines = np.zeros((6, deltas.size)), np.empty((LENGTH, 3))
     for i in range(offset.size):
         if deltas[-1] - offset[i] >= field.scales.end[i] * field.scales.delta[i]:
             _add(deltas, field, i, offset[i], patch_radius, branch, lines, out)
+    for row in range(CONTACTS, TRUNCATED + 1):  # what began somewhere goes on from there
+        for k in range(1, deltas.size):
+            out[row, k] += out[row, k - 1]
     return out
 
 
 @kernel
 def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
-    """Add one asperity's contact at every displacement that reaches it; ``lines`` is room for its branch."""
-    scales = pick(field.scales, i)
+    """Add one asperity's contact at every displacement that reaches it; ``lines`` is room for its branch.
+
+    Since it grows with the displacement, its flags are counted at the first displacement that raises them. The loop
+    takes scalars from laws of closed form: an array handed to a function costs Numba as much as the law itself.
+    """
+    scales, force, area, n = pick(field.scales, i), out[FORCE], out[AREA], deltas.size
+    adheres = scales.end < 0.0
     first = np.searchsorted(deltas, offset + scales.end * scales.delta)
-    collapsed = branch.size > 0 and scales.end < 0.0 and deltas.size - first >= _WORTH_COLLAPSING
-    if collapsed:
+    while not adheres and first < n and deltas[first] <= offset:  # a touch without area is none
+        first += 1
+    tabulated = adheres and branch.size > 0
+    if tabulated:
         for column in (P, A, B):
-            collapse(branch, scales.row, column, lines[column])
-    for k in range(first, deltas.size):
-        delta = deltas[k] - offset
-        contact = _read(delta, scales, lines) if collapsed else asperity_contact(delta, scales, branch)
-        if contact.a > 0.0:
-            out[FORCE, k] += contact.P
-            out[AREA, k] += np.pi * contact.a * contact.b
-            out[CONTACTS, k] += 1.0
-            out[BEYOND_PATCH, k] += contact.a > patch_radius
-            out[OVERLAPPING, k] += contact.a > field.spacing[i]
-            out[TRUNCATED, k] += field.at_edge[i]
-
-
-@kernel
-def _read(delta, scales, lines):
-    """Return one asperity's contact on its own branch."""
-    above_end = delta / scales.delta - scales.end
-    if above_end < 0.0:
-        return Contact(0.0, 0.0, 0.0)
-    p, a, b = line_contact(lines, above_end)
-    return Contact(scales.P * p, scales.a * a, scales.a * scales.axis_ratio * b)
+            collapse(branch, scales.row, column, lines[:, column])
+    beyond = overlapping = n
+    per_nm, ellipse = 1.0 / scales.delta, pi * scales.axis_ratio * scales.a * scales.a
+    for k in range(first, n):
+        delta = max((deltas[k] - offset) * per_nm, scales.end)
+        p, a, b = line_contact(lines, delta - scales.end) if tabulated else closed_contact(delta, adheres)
+        force[k] += scales.P * p
+        area[k] += ellipse * a * b
+        if beyond == n and scales.a * a > patch_radius:
+            beyond = k
+        if overlapping == n and scales.a * a > field.spacing[i]:
+            overlapping = k
+    for row, begins, what in (
+        (CONTACTS, first, 1.0),
+        (TRUNCATED, first, field.at_edge[i]),
+        (BEYOND_PATCH, beyond, 1.0),
+        (OVERLAPPING, overlapping, 1.0),
+    ):
+        if begins < n:
+            out[row, begins] += what

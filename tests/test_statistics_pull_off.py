@@ -1,0 +1,124 @@
+"""One verb for the pull-off of every kind of solution: sweeps, cycles of `adhesive`, elastic sweeps."""
+
+import warnings
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import roughxr
+from roughxr.adhesive import adhesive, elastic_pull_off
+from roughxr.direct import direct
+from roughxr.statistics import bootstrap, fit, pdf, pull_off, reduction, summary
+from roughxr.superposition import superpose
+
+from .surfaces import glass_pair, rough, scan
+
+ELASTIC = np.arange(0.0, 12.0, 0.5)
+
+
+@pytest.fixture(scope="module")
+def ground():
+    return glass_pair(scan(rough(64, rms=1.0, smooth=5.0, seed=3)))
+
+
+@pytest.fixture(scope="module")
+def cycle(ground):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        return adhesive(ground, delta=[-30.0, 0.0, 6.0], subregions=(2, 2))
+
+
+@pytest.fixture(scope="module")
+def elastic(ground):
+    return direct(ground, delta=ELASTIC, subregions=(2, 2))
+
+
+def test_a_cycle_has_its_own_events(cycle):
+    """From all of its steps: the three displacements asked for know nothing of the largest pull."""
+    found = cycle.contact.pull_off()
+    xr.testing.assert_equal(found.pull_off_force, cycle.pull_off_force)
+    xr.testing.assert_equal(found.pull_off_delta, cycle.pull_off_delta)
+    assert found.bracketed.all()
+    assert found.pull_off_force.dims == ("subregion",)
+    on_the_grid = pull_off(cycle, method="sweep")
+    assert (on_the_grid.pull_off_force.max("branch").fillna(0) < found.pull_off_force).all()
+
+
+def test_a_largest_pull_at_the_turning_point_is_not_bracketed(cycle):
+    """Nor is one of a cycle that was not followed to its end."""
+    early = cycle.assign_coords(delta=[-30.0, -20.0, float(cycle.pull_off_delta.max())])
+    assert pull_off(early).bracketed.sum() == 3
+    assert not pull_off(cycle.assign(complete=~cycle.complete)).bracketed.any()
+
+
+def test_where_nothing_is_touched_there_is_no_pull_off(ground):
+    found = pull_off(adhesive(ground, delta=[-30.0, -25.0]))
+    assert found.pull_off_force.isnull().all() and found.pull_off_delta.isnull().all()
+    assert not found.bracketed.any()
+
+
+def test_ciavarella_is_the_estimate_from_the_elastic_sweep(elastic):
+    found = elastic.contact.pull_off(method="ciavarella", smoothing=3.0)
+    xr.testing.assert_identical(found, elastic_pull_off(elastic, smoothing=3.0))
+    hertz = roughxr.superpose(one_sphere(), delta=np.arange(0, 8, 0.1), law="hertz")
+    exact = roughxr.pull_off_map(one_sphere(), subregions=(1, 1)).pull_off_force.item()
+    assert pull_off(hertz, method="ciavarella").pull_off_force.item() == pytest.approx(exact, rel=1e-3)
+
+
+def one_sphere():
+    x = (np.arange(65) - 32) * 5.0
+    return glass_pair(scan(-(x[:, None] ** 2 + x[None, :] ** 2) / 400, pixel=5.0))
+
+
+@pytest.mark.parametrize("method", ["sweep", "cycle", "ciavarella"])
+def test_statistics_take_the_result_of_every_method(ground, cycle, elastic, method):
+    sticky = superpose(ground, delta=np.arange(-3, 8, 0.1), subregions=(2, 2))
+    found = pull_off({"sweep": sticky, "cycle": cycle, "ciavarella": elastic}[method], method=method)
+    mean = float(found.pull_off_force.mean())
+    assert summary(found).pull_off_force.sel(statistic="mean").item() == pytest.approx(mean)
+    assert bootstrap(found, "pull_off_force").estimate.sel(statistic="mean").item() == pytest.approx(mean)
+    assert np.isfinite(pdf(found, "pull_off_force", method="kde")).all()
+    assert (reduction(found).pull_off_ratio > 0).all()
+    assert fit(found, "pull_off_force").location.sel(law="normal").item() == pytest.approx(mean)
+
+
+@pytest.mark.parametrize("elastic_sweep", [direct, lambda *a, **k: superpose(*a, law="hertz", **k)])
+def test_a_sweep_that_cannot_pull_says_what_to_do(ground, elastic_sweep):
+    dry = elastic_sweep(ground, delta=[1.0, 5.0])
+    for ds in (dry, dry.chunk(subregion=1)):
+        with pytest.raises(ValueError, match=r"never pulls; take method='ciavarella'.*or solve with adhesion"):
+            pull_off(ds, method="sweep")
+
+
+def test_methods_ask_for_what_they_need(ground, cycle):
+    sticky = superpose(ground, delta=np.arange(-3, 8, 0.5))
+    with pytest.raises(ValueError, match="expected a sweep without adhesion"):
+        pull_off(sticky, method="ciavarella")
+    with pytest.raises(ValueError, match="expected a sweep without adhesion"):
+        pull_off(cycle, method="ciavarella")
+    with pytest.raises(ValueError, match="method='cycle': expected what adhesive returns"):
+        pull_off(sticky, method="cycle")
+    with pytest.raises(ValueError, match="method: expected one of 'sweep', 'cycle', 'ciavarella', found 'jkr'"):
+        pull_off(sticky, method="jkr")
+    with pytest.raises(ValueError, match="it holds pull-off forces already"):
+        pull_off(pull_off(sticky))
+
+
+def test_one_place_will_do(elastic, ground):
+    """What is selected from a solution is still one."""
+    sticky = superpose(ground, delta=np.arange(-3, 8, 0.5), subregions=(2, 2))
+    for ds, method in ((elastic, "ciavarella"), (sticky, "sweep")):
+        one = pull_off(ds.isel(subregion=1), method=method)
+        assert one.pull_off_force.item() == pull_off(ds, method=method).pull_off_force[1].item()
+
+
+def test_an_elastic_estimate_needs_areas(elastic):
+    with pytest.raises(ValueError, match="expected a sweep with 'force' and 'contact_area' along 'delta'"):
+        pull_off(elastic.drop_vars("contact_area"), method="ciavarella")
+
+
+def test_a_map_over_pixels_has_a_ratio(ground):
+    found = reduction(roughxr.pull_off_map(ground.isel(x=slice(20, 30), y=slice(20, 32))))
+    assert found.pull_off_ratio.dims == ("x", "y")
+    np.testing.assert_allclose(found.pull_off_ratio, found.pull_off_force / (1.5 * np.pi * 1.3494 * 3000), rtol=1e-12)
