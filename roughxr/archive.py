@@ -7,7 +7,6 @@ made; `xarray.open_datatree` reads them back as they were.
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ import xarray as xr
 from dask.utils import SerializableLock
 
 from ._version import __version__
+from .disk import whole
 
 #: Zlib level 1: half the size of fields at a tenth of the time of level 9.
 _COMPRESSED = {"zlib": True, "complevel": 1}
@@ -58,9 +58,12 @@ def save(
     ------
     ValueError
         If a group holds something that NetCDF cannot.
+    OSError
+        If it cannot be written, such as to a full disk.
 
     Examples
     --------
+    >>> import tempfile
     >>> folder = tempfile.mkdtemp()
     >>> path = save({"scan": xr.Dataset({"height": ("x", [1.0, 2.0])})}, Path(folder) / "run.nc")
     >>> xr.open_datatree(path)["scan/height"].values.tolist()
@@ -75,7 +78,8 @@ def save(
         node.path: {str(name): _COMPRESSED for name, variable in node.data_vars.items() if variable.ndim}
         for node in tree.subtree
     }
-    write_whole(path, lambda temporary: tree.to_netcdf(temporary, encoding=encoding, engine="netcdf4"))
+    with whole(path) as temporary:
+        tree.to_netcdf(temporary, encoding=encoding, engine="netcdf4")
     return path
 
 
@@ -116,39 +120,6 @@ def _read_later(array: xr.DataArray, path: Path, group: str) -> da.Array:
 def _read_one(path: Path, group: str, name: str, k: int) -> np.ndarray:
     with _ONE_AT_A_TIME, xr.open_dataset(path, group=group, engine="netcdf4", cache=False) as ds:
         return ds[name][k : k + 1].values
-
-
-def write_whole(path: Path, write) -> None:
-    """Call ``write(temporary path)`` beside ``path`` and rename the result, or leave no trace."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-    os.close(handle)
-    try:
-        write(temporary)
-        os.chmod(temporary, 0o666 & ~_umask())  # mkstemp makes files private; an archive is an ordinary file
-        _to_disk(temporary)
-        os.replace(temporary, path)
-        _to_disk(path.parent)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-
-
-def _to_disk(path: str | Path) -> None:
-    """Have what was written, file or folder, reach the disk, so that a power cut cannot take it back."""
-    if os.name == "nt" and Path(path).is_dir():
-        return  # Windows opens no folders
-    handle = os.open(path, os.O_RDONLY if os.name != "nt" else os.O_RDWR)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def _storable(ds: xr.Dataset, group: str) -> xr.Dataset:

@@ -16,7 +16,7 @@ import xarray as xr
 
 from .. import schema
 from .._version import __version__
-from ..archive import write_whole
+from ..disk import whole
 from ..regions import extent
 from .cautions import cautions
 from .command import command
@@ -69,7 +69,8 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike) -> Path:
         raise ValueError(f"{path}: expected the archive of a run, found groups: {found}; make one with roughxr run")
     text = page(run, archive_name=path.name)
     output = Path(output)
-    write_whole(output, lambda temporary: Path(temporary).write_text(text, encoding="utf-8"))
+    with whole(output) as temporary:
+        temporary.write_text(text, encoding="utf-8")
     return output
 
 

@@ -18,7 +18,7 @@ import dask.array as da
 import numpy as np
 import xarray as xr
 
-from .. import archive, parallel
+from .. import archive, disk, parallel
 from ..parallel import Failure, Work
 from ..progress import Progress
 from .checkpoint import Checkpoint
@@ -143,7 +143,7 @@ def _begin(checkpoint: Checkpoint, output: Path, asked: dict[str, Any]) -> None:
     else:
         refuse_other(known, asked, checkpoint.path)
         checkpoint.say("resumed")
-        for leftover in output.parent.glob(f".{output.name}.*.part"):
+        for leftover in disk.leftovers(output):
             leftover.unlink(missing_ok=True)
 
 
