@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all."""
+"""How files are written, whole or not at all, and NetCDF read, by one thread at a time."""
 
 from __future__ import annotations
 
@@ -10,6 +10,11 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
+
+import netCDF4
+import xarray as xr
+from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
 #: How netCDF4 begins its RuntimeErrors, which is all that it says of a full disk.
 _NETCDF = "NetCDF: "
@@ -61,6 +66,52 @@ def whole(path: str | os.PathLike) -> Iterator[Path]:
                 "make room, see that you may write there, and call again"
             ) from error
         raise
+
+
+@contextmanager
+def opened(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]:
+    """Open a NetCDF file while nothing else of this process is in the NetCDF library, and close it.
+
+    The library crashes where two threads are in it. xarray locks it to read data, not to read what a file says of
+    them; here its lock is held from opening to closing, so that others may read lazily meanwhile.
+
+    Parameters
+    ----------
+    path : path
+    **options
+        For `xarray.open_dataset`.
+
+    Yields
+    ------
+    Dataset
+        To be read within the block.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "a.nc"
+    >>> with whole(path) as temporary:
+    ...     _ = xr.Dataset({"a": ("x", [1, 2])}).to_netcdf(temporary, group="b/c")
+    >>> groups(path)
+    ['b/c']
+    >>> with opened(path, group="b/c") as ds:
+    ...     ds["a"].values.tolist()
+    [1, 2]
+    """
+    with NETCDF4_PYTHON_LOCK, xr.open_dataset(path, engine="netcdf4", lock=False, **options) as ds:
+        yield ds
+
+
+def groups(path: str | os.PathLike) -> list[str]:
+    """Return the names of the groups of a NetCDF file, but for those that only hold others."""
+    with NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path) as file:
+        return [group.path.strip("/") for group in _below(file) if group.variables or not group.groups]
+
+
+def _below(group: netCDF4.Dataset) -> Iterator[netCDF4.Dataset]:
+    for child in group.groups.values():
+        yield child
+        yield from _below(child)
 
 
 def leftovers(path: Path) -> list[Path]:

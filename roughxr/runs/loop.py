@@ -128,7 +128,7 @@ def _compute(compute, checkpoint, output, asked, title, progress, scheduler) -> 
 def _identity_of(output: Path) -> dict[str, Any]:
     """Return which run an archive holds; nothing for a file that is no run's."""
     try:
-        with xr.open_dataset(output, engine="netcdf4") as root:
+        with disk.opened(output) as root:
             return json.loads(root.attrs.get(_IDENTITY, "{}"))
     except OSError:
         return {}
