@@ -4,6 +4,7 @@ import gc
 import os
 import shutil
 import stat
+import subprocess
 import sys
 
 import numpy as np
@@ -100,3 +101,38 @@ def test_a_full_disk_is_said_and_stays_as_free_as_before(small_disk, name):
         WRITERS[name](again)
         xr.testing.assert_identical(*(xr.open_datatree(file).load() for file in (path, again)))
         assert os.path.getsize(path) > 65536
+
+
+def test_fields_are_read_while_other_files_are(tmp_path):
+    """Threads that open archives beside one that reads lazily through xarray crashed the NetCDF library."""
+    done = subprocess.run([sys.executable, "-c", _READERS, str(tmp_path)], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr[-2000:]
+
+
+_READERS = """
+import sys, threading
+from pathlib import Path
+import numpy as np, xarray as xr
+from roughxr import archive
+
+folder = Path(sys.argv[1])
+fields = {name: (("subregion", "x"), np.ones((40, 50000))) for name in ("gap", "pressure")}
+archive.save({"solutions/contact": xr.Dataset(fields)}, folder / "run.nc")
+xr.Dataset({"height": (("x", "y"), np.ones((1000, 100)))}).to_netcdf(folder / "scan.nc")
+scan = xr.open_dataset(folder / "scan.nc", chunks={"x": 10})
+contact, wrong = archive.load(folder / "run.nc")["solutions/contact"], []
+
+
+def read(ds, times):
+    for _ in range(times):
+        total = ds.sum().compute(scheduler="threads", num_workers=3)
+        wrong.extend(name for name in ds if float(total[name]) != ds[name].size)
+
+
+threads = [threading.Thread(target=read, args=arguments) for arguments in ((scan, 20), (contact, 10), (contact, 10))]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+assert not wrong
+"""
