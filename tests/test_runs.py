@@ -320,6 +320,18 @@ def test_failed_subregions_are_named_and_the_others_kept(tmp_path, monkeypatch):
     assert any("subregion 0 failed" in line for line in log(path))
 
 
+def test_what_is_taken_from_an_earlier_session_is_told(tmp_path, undisturbed, monkeypatch, capsys):
+    """A run that was stopped while its archive was written has nothing left to compute, and says so."""
+    path = tmp_path / "run.nc"
+    with monkeypatch.context() as patch:
+        patch.setattr(archive, "save", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            a_run.run(path)
+    a_run.run(path, progress=True)
+    assert capsys.readouterr().err.count("30 subregions, all kept\n") == 3
+    same(path, undisturbed[0])
+
+
 def test_large_results_stay_on_the_disk(tmp_path, undisturbed, monkeypatch):
     """Where results are too large for memory they are written to the archive from the checkpoint, and are the same."""
     from roughxr.runs import loop

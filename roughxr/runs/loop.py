@@ -161,6 +161,8 @@ class _Keeper:
         missing = _dearest_first([n for n in range(len(batches)) if n not in kept], batches, work.cost)
         if missing:
             self._compute(work, stage, batches, missing)
+        elif self.stream is not None:
+            print(f"{work.each * len(work.arguments)} subregions, all kept", file=self.stream, flush=True)
         shapes = [(len(batch), *work.shape) for batch in batches]
         if 8 * len(work.arguments) * int(np.prod(work.shape)) <= _IN_MEMORY:
             return np.concatenate([self.checkpoint.get(stage, n, shape) for n, shape in enumerate(shapes)])
