@@ -19,6 +19,7 @@ import xarray as xr
 from . import figures, regions, report, runs, schema
 from .asperities import asperities
 from .direct import direct
+from .disk import whole
 from .materials import assign_pair, gilman_surface_energy
 from .reconstruction import reconstruct
 from .scans import level, open_sample, roughness
@@ -296,8 +297,10 @@ def _show(groups: dict[str, xr.Dataset], tables: tuple, folder: Path | None, pro
     if folder is None:
         return
     for part, table in zip(("scan", "contact"), tables):
-        table.to_csv(folder / f"table-{part}.csv")
-    (folder / "table.txt").write_text(printed, encoding="utf-8")
+        with whole(folder / f"table-{part}.csv") as temporary:
+            table.to_csv(temporary)
+    with whole(folder / "table.txt") as temporary:
+        temporary.write_text(printed, encoding="utf-8")
     _teller(progress)("figures")
     figures.save(figures.overview(groups), folder / "overview.png", dpi=150)
     for name, figure in figures.paper_figures(groups):

@@ -7,24 +7,22 @@ made; `xarray.open_datatree` reads them back as they were.
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import dask
 import dask.array as da
 import numpy as np
 import xarray as xr
-from dask.utils import SerializableLock
 
 from ._version import __version__
+from .disk import groups, opened, whole
 
 #: Zlib level 1: half the size of fields at a tenth of the time of level 9.
 _COMPRESSED = {"zlib": True, "complevel": 1}
 
-#: The NetCDF library is not for several threads at once.
-_ONE_AT_A_TIME = SerializableLock("roughxr.archive")
+#: Fields are read in chunks of so many bytes, or of one subregion where that has more.
+_CHUNK = 2**23
 
 
 def save(
@@ -58,9 +56,12 @@ def save(
     ------
     ValueError
         If a group holds something that NetCDF cannot.
+    OSError
+        If it cannot be written, such as to a full disk.
 
     Examples
     --------
+    >>> import tempfile
     >>> folder = tempfile.mkdtemp()
     >>> path = save({"scan": xr.Dataset({"height": ("x", [1.0, 2.0])})}, Path(folder) / "run.nc")
     >>> xr.open_datatree(path)["scan/height"].values.tolist()
@@ -75,7 +76,8 @@ def save(
         node.path: {str(name): _COMPRESSED for name, variable in node.data_vars.items() if variable.ndim}
         for node in tree.subtree
     }
-    write_whole(path, lambda temporary: tree.to_netcdf(temporary, encoding=encoding, engine="netcdf4"))
+    with whole(path) as temporary:
+        tree.to_netcdf(temporary, encoding=encoding, engine="netcdf4")
     return path
 
 
@@ -92,63 +94,35 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     dict of str to Dataset
         In memory, but for fields along ``subregion``, which are lazy: each is read when it is used.
     """
-    with xr.open_datatree(path, engine="netcdf4") as tree:
-        groups = {node.path: node.to_dataset(inherit=False) for node in tree.subtree if node.parent}
-        return {name.strip("/"): _but_fields(ds, Path(path), name) for name, ds in groups.items()}
+    return {group: _but_fields(Path(path), group) for group in groups(path)}
 
 
-def _but_fields(ds: xr.Dataset, path: Path, group: str) -> xr.Dataset:
-    """Return a group in memory, but for its fields, in chunks of one subregion."""
-    fields = [name for name, array in ds.data_vars.items() if array.dims[:1] == ("subregion",) and "x" in array.dims]
-    lazy = {name: ds[name].variable.copy(data=_read_later(ds[name], path, group)) for name in fields}
-    return ds.drop_vars(fields).load().assign(lazy)
+def _but_fields(path: Path, group: str) -> xr.Dataset:
+    """Return a group in memory, but for its fields."""
+    with opened(path, group=group) as ds:
+        fields = [
+            name for name, array in ds.data_vars.items() if array.dims[:1] == ("subregion",) and "x" in array.dims
+        ]
+        lazy = {name: ds[name].variable.copy(data=_Stored(path, group, ds[name]).later()) for name in fields}
+        return ds.drop_vars(fields).load().assign(lazy)
 
 
-def _read_later(array: xr.DataArray, path: Path, group: str) -> da.Array:
-    one = dask.delayed(_read_one, pure=False)
-    parts = [
-        da.from_delayed(one(path, group, array.name, k), (1, *array.shape[1:]), dtype=array.dtype)
-        for k in range(array.sizes["subregion"])
-    ]
-    return da.concatenate(parts)
+class _Stored:
+    """A variable of an archive, which is open only while a part of it is read."""
 
+    def __init__(self, path: Path, group: str, array: xr.DataArray):
+        self.path, self.group, self.name = path, group, array.name
+        self.shape, self.dtype, self.ndim = array.shape, array.dtype, array.ndim
 
-def _read_one(path: Path, group: str, name: str, k: int) -> np.ndarray:
-    with _ONE_AT_A_TIME, xr.open_dataset(path, group=group, engine="netcdf4", cache=False) as ds:
-        return ds[name][k : k + 1].values
+    def __getitem__(self, part) -> np.ndarray:
+        with opened(self.path, group=self.group, cache=False) as ds:
+            return ds[self.name][part].values
 
-
-def write_whole(path: Path, write) -> None:
-    """Call ``write(temporary path)`` beside ``path`` and rename the result, or leave no trace."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-    os.close(handle)
-    try:
-        write(temporary)
-        os.chmod(temporary, 0o666 & ~_umask())  # mkstemp makes files private; an archive is an ordinary file
-        _to_disk(temporary)
-        os.replace(temporary, path)
-        _to_disk(path.parent)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-
-
-def _to_disk(path: str | Path) -> None:
-    """Have what was written, file or folder, reach the disk, so that a power cut cannot take it back."""
-    if os.name == "nt" and Path(path).is_dir():
-        return  # Windows opens no folders
-    handle = os.open(path, os.O_RDONLY if os.name != "nt" else os.O_RDWR)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+    def later(self) -> da.Array:
+        """Return it in chunks of whole subregions."""
+        one, meta = self.dtype.itemsize * int(np.prod(self.shape[1:])), np.empty((0,) * self.ndim, self.dtype)
+        chunks = (max(_CHUNK // max(one, 1), 1), *self.shape[1:])
+        return da.from_array(self, chunks, name=False, fancy=False, meta=meta)
 
 
 def _storable(ds: xr.Dataset, group: str) -> xr.Dataset:

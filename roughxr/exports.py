@@ -12,7 +12,7 @@ import xarray as xr
 
 from . import schema, statistics
 from ._version import __version__
-from .archive import write_whole
+from .disk import whole
 
 #: What a tidy table can be written as, by the file's ending.
 FORMATS = (".csv", ".parquet")
@@ -69,7 +69,8 @@ def to_resuspension(ds: xr.Dataset, path: str | os.PathLike) -> Path:
         f"history: {json.dumps([step.get('operation') for step in schema.history(ds)])}",
     ]
     text = "".join(f"# {line}\n" for line in head) + table.to_csv(index=False, float_format="%.8g", lineterminator="\n")
-    write_whole(Path(path), lambda temporary: Path(temporary).write_text(text, encoding="utf-8"))
+    with whole(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
     return Path(path)
 
 
@@ -108,7 +109,8 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     if maps:
         raise ValueError(f"expected a table's variables, found maps of x and y: {', '.join(maps)}; drop them first")
     frame = ds.to_dataframe().reset_index()
-    write_whole(path, lambda temporary: write(frame, ds, temporary))
+    with whole(path) as temporary:
+        write(frame, ds, temporary)
     return path
 
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import tempfile
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,6 +21,7 @@ import numpy as np
 import xarray as xr
 
 from . import schema
+from .disk import whole
 from .units import magnitude, positive
 
 #: Raw numbers that PCG64 draws apart for heights and for particles, so that either may change alone.
@@ -235,6 +235,7 @@ def write_glass(path: str | os.PathLike) -> Path:
 
     Examples
     --------
+    >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     write_glass(Path(folder) / "glass.nc").name
     'glass.nc'
@@ -242,10 +243,8 @@ def write_glass(path: str | os.PathLike) -> Path:
     path = Path(path)
     if not path.parent.is_dir():
         raise ValueError(f"path: expected a file in an existing folder, found no folder {path.parent}; make it first")
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder:
-        part = Path(folder) / path.name
-        glass().to_netcdf(part, engine="netcdf4", encoding={"height": _COMPRESSED})
-        os.replace(part, path)
+    with whole(path) as temporary:
+        glass().to_netcdf(temporary, engine="netcdf4", encoding={"height": _COMPRESSED})
     return path
 
 

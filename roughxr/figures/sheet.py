@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..disk import whole
 from .style import COLUMN, GREY, SMALL, TITLE, tidy
 
 #: Letters that fit on one line of a title at one column's width, and of small print.
@@ -108,8 +109,9 @@ def save(figure, path, *, dpi: int = 300) -> Path:
     >>> save(Figure(), Path(tempfile.mkdtemp()) / "empty.png", dpi=50).name
     'empty.png'
     """
-    whole = getattr(figure, "figure", None) or figure
-    whole.savefig(path, dpi=dpi)
+    sheet = getattr(figure, "figure", None) or figure
+    with whole(path) as temporary:
+        sheet.savefig(temporary, dpi=dpi)
     return Path(path)
 
 

@@ -14,9 +14,9 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from .. import schema
+from .. import archive, schema
 from .._version import __version__
-from ..archive import write_whole
+from ..disk import whole
 from ..regions import extent
 from .cautions import cautions
 from .command import command
@@ -62,14 +62,14 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike) -> Path:
     'report.html'
     """
     path = Path(path)
-    with xr.open_datatree(path, engine="netcdf4") as tree:
-        run = {node.path.strip("/"): node.to_dataset(inherit=False).load() for node in tree.subtree if node.data_vars}
+    run = {name: ds.load() for name, ds in archive.load(path).items() if ds.data_vars}
     if not set(run) & {"scan", "solutions/direct", "statistics/energy"}:
         found = ", ".join(run) or "none"
         raise ValueError(f"{path}: expected the archive of a run, found groups: {found}; make one with roughxr run")
     text = page(run, archive_name=path.name)
     output = Path(output)
-    write_whole(output, lambda temporary: Path(temporary).write_text(text, encoding="utf-8"))
+    with whole(output) as temporary:
+        temporary.write_text(text, encoding="utf-8")
     return output
 
 

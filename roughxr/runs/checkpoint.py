@@ -151,7 +151,10 @@ def _refuse_unless_damaged(error: sqlite3.DatabaseError, path: Path) -> None:
             "wait for it, end it, or give the output another name"
         ) from error
     if isinstance(error, sqlite3.OperationalError) and "malformed" not in str(error):
-        raise OSError(f"{path}: the checkpoint could not be opened ({error})") from error
+        raise OSError(
+            f"{path}: the checkpoint could not be opened ({error}): "
+            "make room on its disk, see that you may write there, and call again"
+        ) from error
 
 
 def _put_aside(path: Path) -> Path:

@@ -18,7 +18,7 @@ import dask.array as da
 import numpy as np
 import xarray as xr
 
-from .. import archive, parallel
+from .. import archive, disk, parallel
 from ..parallel import Failure, Work
 from ..progress import Progress
 from .checkpoint import Checkpoint
@@ -128,7 +128,7 @@ def _compute(compute, checkpoint, output, asked, title, progress, scheduler) -> 
 def _identity_of(output: Path) -> dict[str, Any]:
     """Return which run an archive holds; nothing for a file that is no run's."""
     try:
-        with xr.open_dataset(output, engine="netcdf4") as root:
+        with disk.opened(output) as root:
             return json.loads(root.attrs.get(_IDENTITY, "{}"))
     except OSError:
         return {}
@@ -143,7 +143,7 @@ def _begin(checkpoint: Checkpoint, output: Path, asked: dict[str, Any]) -> None:
     else:
         refuse_other(known, asked, checkpoint.path)
         checkpoint.say("resumed")
-        for leftover in output.parent.glob(f".{output.name}.*.part"):
+        for leftover in disk.leftovers(output):
             leftover.unlink(missing_ok=True)
 
 
@@ -161,6 +161,8 @@ class _Keeper:
         missing = _dearest_first([n for n in range(len(batches)) if n not in kept], batches, work.cost)
         if missing:
             self._compute(work, stage, batches, missing)
+        elif self.stream is not None:
+            print(f"{work.each * len(work.arguments)} subregions, all kept", file=self.stream, flush=True)
         shapes = [(len(batch), *work.shape) for batch in batches]
         if 8 * len(work.arguments) * int(np.prod(work.shape)) <= _IN_MEMORY:
             return np.concatenate([self.checkpoint.get(stage, n, shape) for n, shape in enumerate(shapes)])

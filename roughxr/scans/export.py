@@ -7,15 +7,13 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from ..disk import whole
 from ..schema import pixel, validate
 from .channel import optional
 
@@ -54,7 +52,7 @@ def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
         for name in ("x", "y", "height")
     }
     encoding["height"]["_FillValue"] = np.nan
-    with _moved_into(path) as temporary:
+    with whole(path) as temporary:
         scan.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
     return Path(path)
 
@@ -86,7 +84,7 @@ def to_surfacetopography(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     out = xr.Dataset({"heights": (("x", "y"), height.data, {"unit": "nm"})}, coords)
     out.attrs["json"] = json.dumps({"raw_metadata": {k: str(v) for k, v in scan.attrs.items()}})
     encoding = {name: {"_FillValue": None} for name in ("x", "y", "heights")}
-    with _moved_into(path) as temporary:
+    with whole(path) as temporary:
         out.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT", encoding=encoding)
     return Path(path)
 
@@ -122,22 +120,6 @@ def to_gsf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
         "ZUnits": "m",
         "Title": title,
     }
-    with _moved_into(path) as temporary:
+    with whole(path) as temporary:
         optional("gsffile").write_gsf(temporary, (rows * 1e-9).astype(np.float32), header)
     return Path(path)
-
-
-@contextmanager
-def _moved_into(path: str | os.PathLike) -> Iterator[Path]:
-    """Give a temporary path in the same folder; move it to ``path`` once it is written."""
-    path = Path(path)
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"{path}: expected a folder to write to, found no {path.parent}; make it first")
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    try:
-        yield Path(name)
-        os.replace(name, path)
-    finally:
-        if os.path.exists(name):
-            os.unlink(name)

@@ -7,6 +7,7 @@ from pathlib import Path
 import xarray as xr
 
 from .. import schema
+from ..disk import opened
 
 #: Beside the modules in an installed package, beside the package in a checkout.
 _FOLDERS = (Path(__file__).parents[1] / "datasets", Path(__file__).parents[2] / "datasets")
@@ -40,4 +41,5 @@ def open_sample(name: str = "glass") -> xr.Dataset:
     found = {path.stem: path for folder in _FOLDERS for path in folder.glob("*.nc")}
     if name not in found:
         raise ValueError(f"expected a sample of name {', '.join(sorted(found)) or '(none installed)'}, found {name!r}")
-    return schema.validate(xr.load_dataset(found[name], engine="netcdf4").drop_encoding(), "scan")
+    with opened(found[name]) as ds:
+        return schema.validate(ds.load().drop_encoding(), "scan")

@@ -3,8 +3,11 @@
 1. Speed-up of two dask threads over one, on the direct job of 64 places x 18 displacements, medians of alternating
    runs; beside it the processor time, which tells on a busy machine whether the threads hinder each other.
 2. Overhead of a checkpointed run over a bare loop of kernels, for tasks of about 0.1 s.
-3. Time per subregion and peak memory from 64 to 4096 subregions, each in a process of its own.
-4. What 10^6 subregions cost on 100 machines, from these figures.
+3. Speed-up of two dask.distributed workers over one, on 48 x 48 places.
+4. Wall and processor time, and peak memory, from 64 to 4096 subregions, each in a process of its own; a line
+   through the processor times says whether the cost is linear.
+5. What keeping a batch and sending one to a cluster costs the main process; from it, what 10^6 subregions cost on
+   100 machines.
 """
 
 from __future__ import annotations
@@ -28,6 +31,9 @@ from roughxr.runs import checkpointed
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
 DELTAS = [1, 2, 3, 4, 5.08, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15.4, 17, 18.5, 20]
 REPEATS = 5
+
+#: Displacements that make a place cost 5 ms or more.
+HEAVY = np.arange(1.0, 25.0, 0.5)
 
 
 def glass():
@@ -98,23 +104,100 @@ def growth(places, fields):
     """Print seconds and peak memory of a run in this process."""
     scan = glass()
     roughxr.direct(scan, delta=[5.0], subregions=(2, 2))
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    before, began = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, time.process_time()
+    deltas = HEAVY[-2:] if fields else HEAVY
     with tempfile.TemporaryDirectory() as folder:
-        seconds = a_run(scan, [5.08, 10.0], (places, places), Path(folder) / "run.nc", fields=fields)
+        seconds = a_run(scan, deltas, (places, places), Path(folder) / "run.nc", fields=fields)
         size = (Path(folder) / "run.nc").stat().st_size / 2**20
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    processor = time.process_time() - began
     print(
-        f"{places**2:5d} subregions{', fields' if fields else ''}: {seconds:.2f} s, "
-        f"{seconds / places**2 * 1e3:.2f} ms each, "
+        f"{places**2:5d} subregions{', fields' if fields else ''}: {seconds:.2f} s, processor {processor:.2f} s, "
+        f"{processor / places**2 * 1e3:.2f} ms each, "
         f"peak {peak:.0f} MB ({peak - before:.0f} over its imports), archive {size:.0f} MB",
         flush=True,
     )
 
 
-def estimate(seconds_each, machines=100, cores=32, subregions=1e6, dispatch=1e-3, kept=1e-3):
+def told(arguments):
+    """Return the processor seconds that ``growth`` prints in a process of its own."""
+    done = subprocess.run([sys.executable, __file__, *arguments], check=True, stdout=subprocess.PIPE, text=True)
+    print(done.stdout, end="", flush=True)
+    return float(done.stdout.split("processor ")[1].split(" s")[0])
+
+
+def linearity(sides=(8, 16, 32, 64)):
+    """Fit a fixed cost and a cost per place, relative errors weighted alike, and compare largest and smallest."""
+    seconds = np.array([told([str(side)]) for side in sides])
+    count = np.array(sides, float) ** 2
+    each, fixed = np.polyfit(count, seconds, 1, w=1 / seconds)
+    per_place = (seconds - fixed) / count
+    ratio = per_place[-1] / per_place[0]
+    exponent = np.polyfit(np.log(count[1:]), np.log(seconds[1:] - fixed), 1)[0]
+    verdict = "linear" if abs(exponent - 1) < 0.1 else "not linear"
+    print(
+        f"{fixed:.2f} s and {each * 1e3:.2f} ms a place; over the fixed cost a place of {sides[-1] ** 2} costs "
+        f"{ratio:.2f} times one of {sides[0] ** 2}; exponent {exponent:.2f}: {verdict}"
+    )
+
+
+def two_workers(scan, folder):
+    """Compare one worker of a local cluster with two, by turns."""
+    from distributed import Client, LocalCluster
+
+    times = {1: [], 2: []}
+    for k in range(3):
+        for workers in times:
+            with (
+                LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster,
+                Client(cluster, set_as_default=False),
+            ):
+                address = cluster.scheduler_address
+                a_run(scan, [5.0], (4, 4), folder / f"warm-{workers}-{k}.nc", address)
+                times[workers].append(a_run(scan, HEAVY, (48, 48), folder / f"far-{workers}-{k}.nc", address))
+    one, two = (statistics.median(times[workers]) for workers in (1, 2))
+    print(f"direct, 48 x 48 x {HEAVY.size}: {one:.2f} s on one distributed worker, {two:.2f} s on two: {one / two:.2f}")
+
+
+def keeping(folder, batches=500, size=61):
+    """Return the processor seconds that keeping one batch of ``size`` places costs, flushing included."""
+    from roughxr.runs.checkpoint import Checkpoint
+
+    kept = Checkpoint(folder / "kept.nc")
+    result = np.random.default_rng(0).standard_normal((size, 8, HEAVY.size))
+    began, processor = time.perf_counter(), time.process_time()
+    for n in range(batches):
+        kept.put("stage", n, result)
+    seconds, processor = (
+        (end - start) / batches for end, start in ((time.perf_counter(), began), (time.process_time(), processor))
+    )
+    kept.close(remove=True)
+    print(f"keeping a batch of {size} places: {seconds * 1e3:.2f} ms, processor {processor * 1e3:.2f} ms")
+    return seconds
+
+
+def _nothing(k):
+    return np.zeros(8)
+
+
+def dispatch(batches=2000):
+    """Return the seconds that a batch of nothing takes to a local cluster and back, scheduler included."""
+    from distributed import Client, LocalCluster
+
+    work = parallel.Work(_nothing, [(k,) for k in range(batches)], (8,), ([],))
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster):
+        parallel.each_finished(work, work.batches(50), lambda n, result: None)
+        began = time.perf_counter()
+        parallel.each_finished(work, work.batches(batches), lambda n, result: None)
+        seconds = (time.perf_counter() - began) / batches
+    print(f"sending a batch to a cluster and back: {seconds * 1e3:.2f} ms, scheduler and worker on this machine")
+    return seconds
+
+
+def estimate(seconds_each, dispatched, kept, machines=100, cores=32, subregions=1e6):
     """Print what many subregions cost on many machines."""
     computed = subregions * seconds_each / (machines * cores)
-    gathered = subregions / 61.0 * (dispatch + kept)
+    gathered = subregions / 61 * (dispatched + kept)
     print(
         f"10^6 subregions of {seconds_each * 1e3:.0f} ms on {machines} machines of {cores} cores: {computed:.0f} s of "
         f"computing beside {gathered:.0f} s of dispatch and checkpoints in the main process (batches of 61), "
@@ -129,6 +212,8 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as temporary:
         speed_up(glass(), Path(temporary))
         overhead(glass(), Path(temporary))
-    for arguments in (["8"], ["16"], ["32"], ["64"], ["8", "fields"], ["32", "fields"]):
-        subprocess.run([sys.executable, __file__, *arguments], check=True)
-    estimate(0.1)
+        two_workers(glass(), Path(temporary))
+        linearity()
+        for side in ("8", "32", "64"):
+            told([side, "fields"])
+        estimate(0.1, dispatch(), keeping(Path(temporary)))

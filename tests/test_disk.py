@@ -1,0 +1,138 @@
+"""Files are whole or not there, whatever happens while they are written."""
+
+import gc
+import os
+import shutil
+import stat
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from roughxr import archive, figures
+from roughxr.disk import leftovers, whole
+from roughxr.exports import to_table
+from roughxr.scans import to_gsf, to_netcdf, to_surfacetopography
+
+from .surfaces import rough, scan
+
+
+def test_nothing_is_there_before_the_end(tmp_path):
+    path = tmp_path / "new" / "file.txt"
+    with whole(path) as temporary:
+        temporary.write_text("all of it")
+        assert not path.exists()
+        assert temporary.parent == path.parent
+        assert temporary.suffix == path.suffix
+        assert leftovers(path) == [temporary]
+    assert path.read_text() == "all of it"
+    assert [file.name for file in path.parent.iterdir()] == ["file.txt"]
+
+
+@pytest.mark.parametrize("error", [ZeroDivisionError("half way"), RuntimeError("half way"), KeyboardInterrupt()])
+def test_a_failure_leaves_what_was_there(tmp_path, error):
+    path = tmp_path / "[1].txt"
+    path.write_text("before")
+    with pytest.raises(type(error)), whole(path) as temporary:
+        temporary.write_text("half")
+        raise error
+    assert path.read_text() == "before"
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="permissions are POSIX's")
+def test_it_is_an_ordinary_file(tmp_path):
+    (tmp_path / "plain").touch()
+    with whole(tmp_path / "file") as temporary:
+        temporary.write_text("all of it")
+    mode, plain = (stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("file", "plain"))
+    assert mode == plain
+
+
+def test_where_nothing_can_be_written_is_said(tmp_path):
+    (tmp_path / "file").touch()
+    with (
+        pytest.raises(OSError, match=r"file/run.nc: could not be written .*may write there"),
+        whole(tmp_path / "file" / "run.nc"),
+    ):
+        pass
+
+
+def noise():
+    return xr.Dataset({"height": (("x", "y"), np.random.default_rng(0).random((300, 300)))})
+
+
+WRITERS = {
+    "archive.nc": lambda path: archive.save({"a/b": noise(), "c": noise().chunk(x=100)}, path, streamed=True),
+    "scan.nc": lambda path: to_netcdf(scan(rough(128)), path),
+    "surfacetopography.nc": lambda path: to_surfacetopography(scan(rough(128)), path),
+    "scan.gsf": lambda path: to_gsf(scan(rough(256)), path),
+    "table.csv": lambda path: to_table(noise().rename(x="row", y="column"), path),
+    "table.parquet": lambda path: to_table(noise().rename(x="row", y="column"), path),
+    "figure.png": lambda path: figures.save(picture(), path, dpi=300),
+}
+
+
+def picture():
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    figure.subplots().imshow(rough(256))
+    return figure
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_full_disk_is_said_and_stays_as_free_as_before(small_disk, name):
+    """HDF5 keeps open what it fails to write: its room has to be free all the same, and a second try to succeed."""
+    path = small_disk(65536) / name
+    for _ in range(3):
+        with pytest.raises(OSError, match=rf"{name}: could not be written .*its disk had room for .* MB: make room"):
+            WRITERS[name](path)
+        gc.collect()
+        assert not list(path.parent.iterdir())
+        assert shutil.disk_usage(path.parent).free == 65536
+    small_disk("64m")
+    WRITERS[name](path)
+    assert [file.name for file in path.parent.iterdir()] == [name]
+    if path.suffix == ".nc":
+        again = path.with_name("again.nc")
+        WRITERS[name](again)
+        xr.testing.assert_identical(*(xr.open_datatree(file).load() for file in (path, again)))
+        assert os.path.getsize(path) > 65536
+
+
+def test_fields_are_read_while_other_files_are(tmp_path):
+    """Threads that open archives beside one that reads lazily through xarray crashed the NetCDF library."""
+    done = subprocess.run([sys.executable, "-c", _READERS, str(tmp_path)], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr[-2000:]
+
+
+_READERS = """
+import sys, threading
+from pathlib import Path
+import numpy as np, xarray as xr
+from roughxr import archive
+
+folder = Path(sys.argv[1])
+fields = {name: (("subregion", "x"), np.ones((40, 50000))) for name in ("gap", "pressure")}
+archive.save({"solutions/contact": xr.Dataset(fields)}, folder / "run.nc")
+xr.Dataset({"height": (("x", "y"), np.ones((1000, 100)))}).to_netcdf(folder / "scan.nc")
+scan = xr.open_dataset(folder / "scan.nc", chunks={"x": 10})
+contact, wrong = archive.load(folder / "run.nc")["solutions/contact"], []
+
+
+def read(ds, times):
+    for _ in range(times):
+        total = ds.sum().compute(scheduler="threads", num_workers=3)
+        wrong.extend(name for name in ds if float(total[name]) != ds[name].size)
+
+
+threads = [threading.Thread(target=read, args=arguments) for arguments in ((scan, 20), (contact, 10), (contact, 10))]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+assert not wrong
+"""
