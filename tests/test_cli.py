@@ -136,7 +136,7 @@ def test_doubts_are_said_in_a_line_and_without_code(tmp_path, capsys):
     ("options", "says"),
     [
         (["-o", "scan.gsf", "--surfacetopography"], "expected one of '.nc', found '.gsf'"),
-        (["-o", "no-such-folder/scan.nc"], "no-such-folder"),
+        (["-o", "in.nc/scan.nc"], "in.nc/scan.nc: could not be written"),
     ],
 )
 def test_what_cannot_be_written_is_refused(options, says, tmp_path, monkeypatch, capsys):
