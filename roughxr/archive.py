@@ -71,14 +71,22 @@ def save(
     root = xr.Dataset(attrs={"Conventions": "CF-1.11", "title": title, "source": f"roughxr {__version__}"})
     root.attrs |= dict(attrs or {})
     stored = {name: _storable(ds, name) for name, ds in groups.items()}
-    tree = xr.DataTree.from_dict({"/": root, **{name: ds if streamed else ds.compute() for name, ds in stored.items()}})
-    encoding = {
-        node.path: {str(name): _COMPRESSED for name, variable in node.data_vars.items() if variable.ndim}
-        for node in tree.subtree
-    }
+    later = {name: [key for key in ds.data_vars if streamed and ds[key].chunks] for name, ds in stored.items()}
+    tree = xr.DataTree.from_dict(
+        {"/": root, **{name: ds.drop_vars(later[name]).compute() for name, ds in stored.items()}}
+    )
+    encoding = {node.path: _compressed(node.dataset) for node in tree.subtree}
     with whole(path) as temporary:
         tree.to_netcdf(temporary, encoding=encoding, engine="netcdf4")
+        for name, key in ((name, key) for name, keys in later.items() for key in keys):
+            # one by one: chunks from which several variables are cut would all wait in memory for the last of them
+            one = stored[name][[key]]
+            one.to_netcdf(temporary, mode="a", group=name, encoding=_compressed(one), engine="netcdf4")
     return path
+
+
+def _compressed(ds: xr.Dataset) -> dict[str, dict]:
+    return {str(name): _COMPRESSED for name, variable in ds.data_vars.items() if variable.ndim}
 
 
 def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
