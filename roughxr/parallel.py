@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from functools import partial
 from typing import Any, NamedTuple, Protocol
@@ -17,10 +17,12 @@ from typing import Any, NamedTuple, Protocol
 import dask
 import dask.array as da
 import dask.callbacks
+import dask.multiprocessing
 import dask.threaded
 import numpy as np
 import xarray as xr
 
+from . import workers
 from .progress import Progress
 
 #: Batches that many tasks are bundled into at most: a scheduler spends about a millisecond on each.
@@ -309,8 +311,9 @@ def _computed_here(work: Work, left: dict[int, range], receive: Callable[[int, A
             state["cache"][key] = None  # so that memory holds what is in flight, not the whole
 
     get = dask.base.get_scheduler() or dask.threaded.get
-    with dask.callbacks.Callback(posttask=received):
-        get(graph, list(graph), chunksize=1)
+    pool = workers.pool() if get is dask.multiprocessing.get else nullcontext()
+    with dask.callbacks.Callback(posttask=received), pool as watched:
+        get(graph, list(graph), chunksize=1, **({"pool": watched} if watched else {}))
 
 
 def _on_cluster(client: Any, work: Work, batches: Sequence[range], receive: Callable[[int, Any], None]) -> None:
