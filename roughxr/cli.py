@@ -127,6 +127,9 @@ def _add_reading(command) -> None:
     group.add_argument("--direction", choices=("trace", "retrace"), help="default: the forward image of a pair")
     group.add_argument("--size", nargs="+", metavar="L", help="along x and y, nm, where the file does not state it")
     group.add_argument("--height-units", metavar="UNITS", help="of a file that does not state them, such as nm")
+    group.add_argument(
+        "--fill", metavar="HOW", help="missing pixels: linear, nearest, or one height in nm; default: they stay missing"
+    )
 
 
 def _add_quiet(command) -> None:
@@ -215,9 +218,10 @@ def _opened(file: str, options):
 
     channel = int(options.channel) if (options.channel or "").isdecimal() else options.channel
     size = None if options.size is None else tuple(map(_number, options.size))
-    return scans.open_scan(
+    scan = scans.open_scan(
         file, channel=channel, direction=options.direction, size=size, height_units=options.height_units
     )
+    return scan if options.fill is None else scans.fill(scan, method=_number(options.fill))
 
 
 def _number(text: str) -> float | str:

@@ -146,6 +146,18 @@ def test_what_cannot_be_written_is_refused(options, says, tmp_path, monkeypatch,
     assert says in capsys.readouterr().err and [path.name for path in tmp_path.iterdir()] == ["in.nc"]
 
 
+def test_missing_pixels_are_filled_when_asked(tmp_path, capsys):
+    holed = scan(rough(32))
+    holed.height[10, 12] = np.nan
+    holed.to_netcdf(tmp_path / "holed.nc")
+    for options, missing in (([], 1), (["--fill", "linear"], 0), (["--fill", "0"], 0)):
+        assert main(["convert", str(tmp_path / "holed.nc"), "-o", str(tmp_path / "out.nc"), *options]) == 0
+        with xr.open_dataset(tmp_path / "out.nc") as out:
+            assert int(out.height.isnull().sum()) == missing
+    assert main(["convert", str(tmp_path / "holed.nc"), "-o", str(tmp_path / "out.nc"), "--fill", "cubic"]) == 1
+    assert "'cubic'" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("name", ["scan.gsf", "copy.nc"])
 def test_convert_keeps_the_heights(tmp_path, name):
     import roughxr
