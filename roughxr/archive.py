@@ -86,7 +86,18 @@ def save(
 
 
 def _compressed(ds: xr.Dataset) -> dict[str, dict]:
-    return {str(name): _COMPRESSED for name, variable in ds.data_vars.items() if variable.ndim}
+    """Return how each variable is stored: fields in a piece for each subregion and displacement, as they come.
+
+    The library's own pieces span many subregions, each of which would unpack and pack them again.
+    """
+    encoding = {}
+    for name, variable in ds.data_vars.items():
+        if variable.ndim:
+            encoding[str(name)] = dict(_COMPRESSED)
+        if variable.dims[:1] == ("subregion",) and {"x", "y"} <= set(variable.dims) and variable.size:
+            sizes = (n if dim in "xy" else 1 for dim, n in variable.sizes.items())
+            encoding[str(name)]["chunksizes"] = tuple(sizes)
+    return encoding
 
 
 def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
