@@ -30,6 +30,9 @@ _MOST_BATCHES = 16384
 #: Results beyond so many bytes stay on the disk until the archive is written.
 _IN_MEMORY = 2**24
 
+#: Subregions whose scalars are read at once where they lie among fields.
+_SLAB = 256
+
 #: Attribute of an archive's root that says which run it holds.
 _IDENTITY = "run"
 
@@ -195,8 +198,15 @@ class _Keeper:
     def finish(self, ds: xr.Dataset) -> xr.Dataset:
         """Return a result with its scalars in memory and its fields, in single precision, where they are."""
         fields = [name for name, array in ds.data_vars.items() if {"subregion", "x", "y"} <= set(array.dims)]
-        scalars = ds.drop_vars(fields).compute(scheduler="synchronous")
+        scalars = _in_slabs(ds.drop_vars(fields)) if fields else ds.compute(scheduler="synchronous")
         return scalars.assign({name: ds[name].astype("float32") for name in fields})
+
+
+def _in_slabs(ds: xr.Dataset) -> xr.Dataset:
+    """Compute what is cut out of larger chunks, some hundred subregions at once: all chunks would not fit in memory."""
+    slabs = (ds.isel(subregion=slice(k, k + _SLAB)) for k in range(0, ds.sizes["subregion"], _SLAB))
+    computed = [slab.compute(scheduler="synchronous") for slab in slabs]
+    return xr.concat(computed, "subregion", data_vars="minimal", coords="minimal", compat="override")
 
 
 def _dearest_first(numbers: list[int], batches: list[range], cost: Callable[[], np.ndarray] | None) -> list[int]:
