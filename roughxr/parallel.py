@@ -1,4 +1,4 @@
-"""Many independent tasks as one lazy array, and their computation as they finish, on any dask scheduler.
+"""Many independent tasks as one lazy array, on any dask scheduler.
 
 Only dask runs things in parallel here; what a task calls is serial. A task gets plain arrays (or dask arrays
 that become plain ones on the worker) and returns one plain array, so that workers need no file and no label.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import partial
 from typing import Any, NamedTuple, Protocol
@@ -22,7 +22,6 @@ import dask.threaded
 import numpy as np
 import xarray as xr
 
-from . import workers
 from .progress import Progress
 
 #: Batches that many tasks are bundled into at most: a scheduler spends about a millisecond on each.
@@ -30,12 +29,6 @@ _MOST_BATCHES = 256
 
 #: Begins the keys of batches in a graph, whose third part says how many subregions they hold.
 _KEY = "subregions"
-
-#: A batch is given up after so many lost workers.
-_MOST_LOSSES = 3
-
-#: Batches sent to a cluster ahead of each of its threads: enough to keep it busy, few enough to hold in memory.
-_AHEAD = 3
 
 
 class Work(NamedTuple):
@@ -52,12 +45,6 @@ class Work(NamedTuple):
         """Return the items in at most ``most`` batches of neighbours."""
         size = max(-(-len(self.arguments) // most), 1)
         return [range(k, min(k + size, len(self.arguments))) for k in range(0, len(self.arguments), size)]
-
-
-class Failure(NamedTuple):
-    """What is returned for a batch that failed."""
-
-    reason: str
 
 
 class Keeper(Protocol):
@@ -256,98 +243,6 @@ def _computed_on(client: Any, ds: xr.Dataset, sizes: dict[str, int], bar: Progre
     for future in as_completed(futures):
         bar.add(sizes.get(future.key, 0), failed=future.status != "finished")
     return ds.compute(optimize_graph=False)
-
-
-def each_finished(work: Work, batches: Sequence[range], receive: Callable[[int, Any], None]) -> None:
-    """Compute batches on the scheduler in force, in the given order, and hand over each result as it comes.
-
-    Parameters
-    ----------
-    work : Work
-    batches : sequence of range
-        Items of each batch.
-    receive : callable
-        Called in this process as ``receive(n, result)`` with the number of a batch and its array or `Failure`.
-        Nothing else keeps the result.
-    """
-    if (client := active_client()) is not None:
-        _on_cluster(client, work, batches, receive)
-    else:
-        _on_this_machine(work, batches, receive)
-
-
-def _attempt(task: Callable, arguments: list[tuple], *shared: Any) -> np.ndarray | Failure:
-    try:
-        return run_batch(task, arguments, *shared)
-    except Exception as error:
-        return Failure(f"{type(error).__name__}: {error}")
-
-
-def _on_this_machine(work: Work, batches: Sequence[range], receive: Callable[[int, Any], None]) -> None:
-    """Compute with dask's local schedulers; where a worker process dies, begin again with what is left."""
-    from concurrent.futures.process import BrokenProcessPool
-
-    left = dict(enumerate(batches))
-    for loss in range(_MOST_LOSSES + 1):
-        try:
-            return _computed_here(work, left, receive)
-        except BrokenProcessPool:
-            if loss == _MOST_LOSSES:
-                raise
-
-
-def _computed_here(work: Work, left: dict[int, range], receive: Callable[[int, Any], None]) -> None:
-    """Compute what is ``left``, and strike off what is received."""
-    names = {f"{len(left) - rank:09d}": n for rank, n in enumerate(left)}  # dask begins with the last of the names
-    graph = {
-        name: (partial(_attempt, work.task, [work.arguments[k] for k in left[n]], *work.shared),)
-        for name, n in names.items()
-    }
-
-    def received(key, result, graph, state, worker):
-        if key in names:
-            receive(names[key], result)
-            del left[names[key]]
-            state["cache"][key] = None  # so that memory holds what is in flight, not the whole
-
-    get = dask.base.get_scheduler() or dask.threaded.get
-    pool = workers.pool() if get is dask.multiprocessing.get else nullcontext()
-    with dask.callbacks.Callback(posttask=received), pool as watched:
-        get(graph, list(graph), chunksize=1, **({"pool": watched} if watched else {}))
-
-
-def _on_cluster(client: Any, work: Work, batches: Sequence[range], receive: Callable[[int, Any], None]) -> None:
-    """Compute on a cluster: what is shared is scattered once, a lost worker's batches are done again elsewhere."""
-    from distributed import as_completed
-
-    shared = client.scatter(list(work.shared), broadcast=True, hash=False)
-    waiting, running, losses = list(range(len(batches)))[::-1], {}, {}
-    finished = as_completed(with_results=True, raise_errors=False)
-
-    def submit():
-        n = waiting.pop()
-        arguments = [work.arguments[k] for k in batches[n]]
-        future = client.submit(_attempt, work.task, arguments, *shared, pure=False, priority=-n)
-        running[future.key] = n
-        finished.add(future)
-
-    try:
-        while waiting or running:
-            while waiting and len(running) < _AHEAD * max(sum(client.nthreads().values()), 1):
-                submit()
-            future, result = next(finished)
-            n = running.pop(future.key)
-            if future.status == "finished":
-                receive(n, result)
-                continue
-            losses[n] = losses.get(n, 0) + 1
-            if losses[n] > _MOST_LOSSES:
-                receive(n, Failure(f"lost {losses[n]} workers"))
-            else:  # what was shared may have gone with the worker
-                shared = client.scatter(list(work.shared), broadcast=True, hash=False)
-                waiting.append(n)
-    finally:
-        client.cancel([future for future in finished.futures])
 
 
 def active_client() -> Any:

@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import threading
-from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
 from functools import partial
 
 import dask
@@ -21,28 +19,35 @@ import dask.multiprocessing
 _EVERY, _GRACE = 0.5, 2.0
 
 
-@contextmanager
-def pool() -> Iterator[ProcessPoolExecutor]:
-    """Give a pool like the one that dask makes for its scheduler of processes, under watch.
+class Pool(ProcessPoolExecutor):
+    """A pool like the one that dask makes for its scheduler of processes, under watch.
 
-    Yields
+    Parameters
+    ----------
+    processes : int
+
+    Raises
     ------
-    ProcessPoolExecutor
-        For `dask.multiprocessing.get`; raises ``BrokenProcessPool`` when a worker has died.
+    concurrent.futures.process.BrokenProcessPool
+        From every future that is not done when a worker dies.
     """
-    initializer = dask.config.get("multiprocessing.initializer", None)
-    executor = ProcessPoolExecutor(
-        dask.config.get("num_workers", None) or dask.multiprocessing.CPU_COUNT,
-        mp_context=dask.multiprocessing.get_context(),
-        initializer=partial(dask.multiprocessing.initialize_worker_process, user_initializer=initializer),
-    )
-    done = threading.Event()
-    threading.Thread(target=_watch, args=(executor, done), daemon=True).start()
-    try:
-        yield executor
-    finally:
-        executor.shutdown(cancel_futures=True)
-        done.set()
+
+    def __init__(self, processes: int):
+        super().__init__(
+            processes,
+            mp_context=dask.multiprocessing.get_context(),
+            initializer=partial(
+                dask.multiprocessing.initialize_worker_process,
+                user_initializer=dask.config.get("multiprocessing.initializer", None),
+            ),
+        )
+        self._done = threading.Event()
+        threading.Thread(target=_watch, args=(self, self._done), daemon=True).start()
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the workers, and then the watch."""
+        super().shutdown(wait, cancel_futures=cancel_futures)
+        self._done.set()
 
 
 def _watch(executor: ProcessPoolExecutor, done: threading.Event) -> None:

@@ -1,10 +1,6 @@
 """Tasks on dask's schedulers: order, progress, failures, views."""
 
 import io
-import os
-import signal
-import struct
-import sys
 
 import dask
 import numpy as np
@@ -42,39 +38,6 @@ def test_views_travel_as_places_in_one_array(scheduler, order):
     with dask.config.set(scheduler=scheduler):
         found = parallel.spread(total, parts(array, 9), (1,), 2.0).compute()
     np.testing.assert_array_equal(found[:, 0], [2.0 * part.sum() for (part,) in parts(array, 9)])
-
-
-@pytest.mark.parametrize("scheduler", SCHEDULERS)
-def test_results_come_as_they_finish_and_failures_as_words(scheduler):
-    arguments = [(np.ones((2, 1 + k)),) for k in range(5)] + [(np.ones((1, 1)),)]
-    work = parallel.Work(total, arguments, (1,), (3.0, []))
-    found = {}
-    with dask.config.set(scheduler=scheduler):
-        parallel.each_finished(work, work.batches(10), found.__setitem__)
-    assert sorted(found) == list(range(6))
-    assert [found[k].item() for k in range(5)] == [6.0, 12.0, 18.0, 24.0, 30.0]
-    assert found[5] == parallel.Failure("ZeroDivisionError: one")
-
-
-def dies_while_it_answers(part, marker):
-    """Die once, having sent half of a message: as a worker that is killed at the wrong moment."""
-    if not marker.exists():
-        marker.touch()
-        frame = sys._getframe()
-        while "result_queue" not in frame.f_locals:
-            frame = frame.f_back
-        os.write(frame.f_locals["result_queue"]._writer.fileno(), struct.pack("!i", 1000) + b"half")
-        os.kill(os.getpid(), signal.SIGKILL)
-    return part
-
-
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="Windows kills otherwise")
-def test_a_worker_that_dies_while_it_answers_is_noticed(tmp_path):
-    work = parallel.Work(dies_while_it_answers, [(np.full(1, k),) for k in range(4)], (1,), (tmp_path / "died", []))
-    found = {}
-    with dask.config.set(scheduler="processes", num_workers=2):
-        parallel.each_finished(work, work.batches(4), found.__setitem__)
-    assert [found[k].item() for k in range(4)] == [0, 1, 2, 3]
 
 
 @pytest.mark.parametrize("scheduler", SCHEDULERS)

@@ -16,7 +16,7 @@ import pytest
 import xarray as xr
 
 from roughxr import archive, disk
-from roughxr.runs import checkpoint
+from roughxr.runs import checkpoint, gather
 
 from . import a_run
 
@@ -162,8 +162,10 @@ def test_an_interrupt_loses_nothing(tmp_path, undisturbed):
         (1_900_000, "run.nc: could not be written .*: make room", "all computed"),
     ],
 )
-def test_a_full_disk_is_said_and_survived(small_disk, undisturbed, size, says, resumes):
+def test_a_full_disk_is_said_and_survived(small_disk, undisturbed, size, says, resumes, monkeypatch):
     """Too small for the checkpoint at all, for all results, for the archive beside them; trying again says so too."""
+    monkeypatch.setattr(gather, "_SECONDS", 0.0)  # batches of one subregion, so that the checkpoint's size is known
+    monkeypatch.setattr(gather, "_SERVED", 0.0)
     path = small_disk(size) / "run.nc"
     for expected in (says, "run.nc.*could not be .*: make room"):
         with pytest.raises(OSError, match=expected):
@@ -216,9 +218,9 @@ def test_a_truncated_checkpoint_is_set_aside(tmp_path, undisturbed, part):
 def test_a_changed_result_is_noticed(tmp_path, undisturbed):
     path = tmp_path / "run.nc"
     connection = sqlite3.connect(stopped(path), isolation_level=None)
-    row, data = connection.execute("SELECT rowid, data FROM results LIMIT 1").fetchone()
+    row, data = connection.execute("SELECT rowid, data FROM batches LIMIT 1").fetchone()
     changed = data[:30] + bytes([data[30] ^ 1]) + data[31:]
-    connection.execute("UPDATE results SET data = ? WHERE rowid = ?", (changed, row))
+    connection.execute("UPDATE batches SET data = ? WHERE rowid = ?", (changed, row))
     connection.close()
     finish(path)
     assert any("thrown away" in line for line in log(path))
@@ -338,27 +340,13 @@ def test_large_results_stay_on_the_disk(tmp_path, undisturbed, monkeypatch):
     same(tmp_path / "run.nc", undisturbed[0])
 
 
-def test_the_dearest_are_begun_first():
-    from roughxr.parallel import Work, each_finished
-
-    order = []
-    work = Work(_note, [(k,) for k in range(50)], (1,), ([],))
-    with dask.config.set(scheduler="synchronous"):
-        each_finished(work, [range(k, k + 1) for k in (7, 3, 49, 0, 12)], lambda n, result: order.append(result.item()))
-    assert order == [7, 3, 49, 0, 12]
-
-
-def _note(k):
-    return np.array([float(k)])
-
-
 def test_a_checkpoint_is_not_readable_by_chance(tmp_path):
     """What was put comes back bit by bit, NaN and all."""
     kept = checkpoint.Checkpoint(tmp_path / "run.nc")
     result = np.random.default_rng(0).standard_normal((2, 3))
     result[0, 0] = np.nan
-    kept.put("stage", 0, result)
-    assert kept.kept("stage") == {0}
-    np.testing.assert_array_equal(kept.get("stage", 0, (2, 3)), result)
+    kept.put("stage", 5, result)
+    assert kept.kept("stage") == [range(5, 7)]
+    np.testing.assert_array_equal(kept.get("stage", 5, (2, 3)), result)
     kept.close(remove=True)
     assert not list(tmp_path.iterdir())

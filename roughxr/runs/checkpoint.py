@@ -22,9 +22,9 @@ import xarray as xr
 _TABLES = """
     CREATE TABLE IF NOT EXISTS identity (text TEXT NOT NULL);
     CREATE TABLE IF NOT EXISTS log (time TEXT NOT NULL, message TEXT NOT NULL);
-    CREATE TABLE IF NOT EXISTS results (
-        stage TEXT NOT NULL, number INTEGER NOT NULL, hash BLOB NOT NULL, data BLOB NOT NULL,
-        PRIMARY KEY (stage, number)
+    CREATE TABLE IF NOT EXISTS batches (
+        stage TEXT NOT NULL, first INTEGER NOT NULL, count INTEGER NOT NULL, hash BLOB NOT NULL, data BLOB NOT NULL,
+        PRIMARY KEY (stage, first)
     );
 """
 
@@ -82,26 +82,27 @@ class Checkpoint:
         """Remember what the run is asked to do."""
         self._write("INSERT INTO identity VALUES (?)", (json.dumps(identity),))
 
-    def put(self, stage: str, number: int, result: np.ndarray) -> None:
-        """Keep the result of one batch: once this returns, it is safe."""
+    def put(self, stage: str, first: int, result: np.ndarray) -> None:
+        """Keep the results of one batch of items, ``first`` and those behind it: once this returns, they are safe."""
         data = zlib.compress(np.ascontiguousarray(result, dtype="<f8"), _LEVEL)
-        self._write("INSERT OR REPLACE INTO results VALUES (?, ?, ?, ?)", (stage, number, _hash(data), data))
+        row = (stage, first, len(result), _hash(data), data)
+        self._write("INSERT OR REPLACE INTO batches VALUES (?, ?, ?, ?, ?)", row)
 
-    def get(self, stage: str, number: int, shape: tuple[int, ...]) -> np.ndarray:
-        """Return the result of one batch."""
-        query = "SELECT data FROM results WHERE stage = ? AND number = ?"
-        (data,) = self._connection.execute(query, (stage, number)).fetchone()
+    def get(self, stage: str, first: int, shape: tuple[int, ...]) -> np.ndarray:
+        """Return the results of one batch."""
+        query = "SELECT data FROM batches WHERE stage = ? AND first = ?"
+        (data,) = self._connection.execute(query, (stage, first)).fetchone()
         return np.frombuffer(zlib.decompress(data), dtype="<f8").reshape(shape).astype(float)
 
-    def kept(self, stage: str) -> set[int]:
-        """Return the batches whose results are there and whole; damaged ones are thrown away."""
-        kept, damaged = set(), []
-        query = "SELECT number, hash, data FROM results WHERE stage = ?"
-        for number, expected, data in self._connection.execute(query, (stage,)):
-            kept.add(number) if _hash(data) == expected else damaged.append(number)
-        for number in damaged:
-            self._write("DELETE FROM results WHERE stage = ? AND number = ?", (stage, number))
-            self.say(f"damaged result of batch {number} thrown away")
+    def kept(self, stage: str) -> list[range]:
+        """Return the batches whose results are there and whole, in order; damaged ones are thrown away."""
+        kept, damaged = [], []
+        query = "SELECT first, count, hash, data FROM batches WHERE stage = ? ORDER BY first"
+        for first, count, expected, data in self._connection.execute(query, (stage,)):
+            (kept if _hash(data) == expected else damaged).append(range(first, first + count))
+        for batch in damaged:
+            self._write("DELETE FROM batches WHERE stage = ? AND first = ?", (stage, batch.start))
+            self.say(f"damaged results {batch.start} to {batch.stop - 1} thrown away")
         return kept
 
     def say(self, message: str) -> None:

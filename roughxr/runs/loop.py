@@ -19,13 +19,11 @@ import numpy as np
 import xarray as xr
 
 from .. import archive, disk, parallel
-from ..parallel import Failure, Work
+from ..parallel import Work
 from ..progress import Progress
 from .checkpoint import Checkpoint
+from .gather import Failure, each_finished
 from .identity import identity, key_of, refuse_other
-
-#: Batches of one solve at most: each is computed, sent and kept by itself.
-_MOST_BATCHES = 16384
 
 #: Results beyond so many bytes stay on the disk until the archive is written.
 _IN_MEMORY = 2**24
@@ -158,37 +156,36 @@ class _Keeper:
 
     def array(self, work: Work) -> Any:
         """Return the stacked results: those kept, and the others, computed now."""
-        work = work._replace(**dict(zip(("arguments", "shared"), dask.compute(list(work.arguments), work.shared))))
-        stage, batches = key_of(work), work.batches(_MOST_BATCHES)
-        kept = self.checkpoint.kept(stage)
-        missing = _dearest_first([n for n in range(len(batches)) if n not in kept], batches, work.cost)
+        work = _in_memory(work)
+        stage = key_of(work)
+        kept = {k for batch in self.checkpoint.kept(stage) for k in batch}
+        missing = [k for k in range(len(work.arguments)) if k not in kept]
         if missing:
-            self._compute(work, stage, batches, missing)
+            self._compute(work, stage, missing)
         elif self.stream is not None:
             print(f"{work.each * len(work.arguments)} subregions, all kept", file=self.stream, flush=True)
-        shapes = [(len(batch), *work.shape) for batch in batches]
+        shapes = {batch.start: (len(batch), *work.shape) for batch in self.checkpoint.kept(stage)}
         if 8 * len(work.arguments) * int(np.prod(work.shape)) <= _IN_MEMORY:
-            return np.concatenate([self.checkpoint.get(stage, n, shape) for n, shape in enumerate(shapes)])
+            return np.concatenate([self.checkpoint.get(stage, first, shape) for first, shape in shapes.items()])
         read = dask.delayed(self.checkpoint.get, pure=False)
-        parts = [da.from_delayed(read(stage, n, shape), shape, dtype=float) for n, shape in enumerate(shapes)]
+        parts = [da.from_delayed(read(stage, first, shape), shape, dtype=float) for first, shape in shapes.items()]
         return da.concatenate(parts)
 
-    def _compute(self, work: Work, stage: str, batches: list[range], missing: list[int]) -> None:
-        total, left = (work.each * n for n in (len(work.arguments), sum(len(batches[n]) for n in missing)))
+    def _compute(self, work: Work, stage: str, missing: list[int]) -> None:
+        total, left = (work.each * n for n in (len(work.arguments), len(missing)))
         progress, failures = Progress(total, done=total - left, stream=self.stream), []
 
-        def receive(k: int, result: Any) -> None:
-            n = missing[k]
+        def receive(batch: range, result: Any) -> None:
             if isinstance(result, Failure):
-                failures.append((batches[n][0], result.reason))
-                self.checkpoint.say(f"{_solve_of(work)}: subregion {batches[n][0]} failed: {result.reason}")
+                failures.append((batch[0], result.reason))
+                self.checkpoint.say(f"{_solve_of(work)}: subregion {batch[0]} failed: {result.reason}")
             else:
-                self.checkpoint.put(stage, n, result)
-            progress.add(work.each * len(batches[n]), failed=isinstance(result, Failure))
+                self.checkpoint.put(stage, batch[0], result)
+            progress.add(work.each * len(batch), failed=isinstance(result, Failure))
 
         self.checkpoint.say(f"{_solve_of(work)}: {total - left} of {total} subregions kept")
         try:
-            parallel.each_finished(work, [batches[n] for n in missing], receive)
+            each_finished(work, missing, receive)
         finally:
             progress.close()
         self.checkpoint.say(f"{_solve_of(work)}: {progress.text()}, {progress.seconds():.3g} s")
@@ -202,18 +199,19 @@ class _Keeper:
         return scalars.assign({name: ds[name].astype("float32") for name in fields})
 
 
+def _in_memory(work: Work) -> Work:
+    """Return a work with its dask arrays computed; where there are none, dask's search for them is saved."""
+    if not any(dask.is_dask_collection(value) for values in (*work.arguments, work.shared) for value in values):
+        return work
+    arguments, shared = dask.compute(list(work.arguments), work.shared)
+    return work._replace(arguments=arguments, shared=shared)
+
+
 def _in_slabs(ds: xr.Dataset) -> xr.Dataset:
     """Compute what is cut out of larger chunks, some hundred subregions at once: all chunks would not fit in memory."""
     slabs = (ds.isel(subregion=slice(k, k + _SLAB)) for k in range(0, ds.sizes["subregion"], _SLAB))
     computed = [slab.compute(scheduler="synchronous") for slab in slabs]
     return xr.concat(computed, "subregion", data_vars="minimal", coords="minimal", compat="override")
-
-
-def _dearest_first(numbers: list[int], batches: list[range], cost: Callable[[], np.ndarray] | None) -> list[int]:
-    if cost is None or len(numbers) < 2:
-        return numbers
-    costs = cost()
-    return sorted(numbers, key=lambda n: -float(np.sum(costs[batches[n].start : batches[n].stop])))
 
 
 def _told(failures: list[tuple[int, str]], progress: Progress) -> str:

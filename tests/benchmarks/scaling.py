@@ -1,7 +1,8 @@
 """How runs scale: ``python tests/benchmarks/scaling.py``.
 
-1. Speed-up of two dask threads over one, on the direct job of 64 places x 18 displacements, medians of alternating
-   runs; beside it the processor time, which tells on a busy machine whether the threads hinder each other.
+1. Speed-up of two dask threads over one, on a direct job of 48 x 48 places x 18 displacements, without and with
+   checkpoints, medians of alternating runs; beside it the processor time, which tells on a busy machine whether the
+   threads hinder each other.
 2. Overhead of a checkpointed run over a bare loop of kernels, for tasks of about 0.1 s.
 3. Speed-up of two dask.distributed workers over one, on 48 x 48 places.
 4. Wall and processor time, and peak memory, from 64 to 4096 subregions, each in a process of its own; a line
@@ -12,7 +13,6 @@
 
 from __future__ import annotations
 
-import resource
 import statistics
 import subprocess
 import sys
@@ -26,10 +26,11 @@ import numpy as np
 import roughxr
 from roughxr import parallel
 from roughxr.parallel import run_batch
-from roughxr.runs import checkpointed
+from roughxr.runs import checkpointed, gather
 
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
 DELTAS = [1, 2, 3, 4, 5.08, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15.4, 17, 18.5, 20]
+PLACES = (48, 48)
 REPEATS = 5
 
 #: Displacements that make a place cost 5 ms or more.
@@ -55,17 +56,30 @@ def a_run(scan, deltas, places, path, scheduler="threads", fields=False):
     return time.perf_counter() - began
 
 
-def speed_up(scan, folder):
+def direct_job(scan, path):
+    """Return the seconds of the direct job without checkpoints."""
+    began = time.perf_counter()
+    roughxr.direct(scan, delta=DELTAS, subregions=PLACES)
+    return time.perf_counter() - began
+
+
+def kept_job(scan, path):
+    """Return the seconds of the direct job as a run."""
+    return a_run(scan, DELTAS, PLACES, path)
+
+
+def speed_up(job, scan, folder):
     """Compare one thread with two, by turns."""
     times, processor = {1: [], 2: []}, {1: [], 2: []}
     for k in range(REPEATS):
         for workers in times:
             with dask.config.set(num_workers=workers):
                 began = time.process_time()
-                times[workers].append(a_run(scan, DELTAS, (8, 8), folder / f"{workers}-{k}.nc"))
+                times[workers].append(job(scan, folder / f"{job.__name__}-{workers}-{k}.nc"))
                 processor[workers].append(time.process_time() - began)
+    name = f"{job.__name__}, {PLACES[0]} x {PLACES[1]} x {len(DELTAS)}"
     one, two = (statistics.median(times[workers]) for workers in (1, 2))
-    print(f"direct, 64 x {len(DELTAS)}: {one:.2f} s on one thread, {two:.2f} s on two: {one / two:.2f} times")
+    print(f"{name}: {one:.2f} s on one thread, {two:.2f} s on two: {one / two:.2f} times")
     one, two = (statistics.median(processor[workers]) for workers in (1, 2))
     print(f"    processor time {one:.2f} s and {two:.2f} s: at most {2 * one / two:.2f} times on free processors")
 
@@ -87,7 +101,7 @@ class Bare:
 
 def overhead(scan, folder):
     """Compare a run on one thread with a bare loop, for tasks of about 0.1 s."""
-    deltas, places, bare = np.arange(1.0, 30.0, 0.15), (7, 7), Bare()
+    deltas, places, bare = np.arange(1.0, 30.0, 0.05), (7, 7), Bare()
     with parallel.kept_by(bare):
         roughxr.direct(scan, delta=deltas, subregions=places)
     ratios = []
@@ -100,16 +114,22 @@ def overhead(scan, folder):
     print(f"run over bare loop, tasks of {each:.3f} s: {100 * (statistics.median(ratios) - 1):.1f} % more")
 
 
+def peak_memory():
+    """Return the most memory that this process held, MiB: what getrusage tells begins with its parent's on Linux."""
+    status = Path("/proc/self/status").read_text()
+    return int(status.split("VmHWM:")[1].split()[0]) / 1024
+
+
 def growth(places, fields):
     """Print seconds and peak memory of a run in this process."""
     scan = glass()
     roughxr.direct(scan, delta=[5.0], subregions=(2, 2))
-    before, began = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, time.process_time()
+    before, began = peak_memory(), time.process_time()
     deltas = HEAVY[-2:] if fields else HEAVY
     with tempfile.TemporaryDirectory() as folder:
         seconds = a_run(scan, deltas, (places, places), Path(folder) / "run.nc", fields=fields)
         size = (Path(folder) / "run.nc").stat().st_size / 2**20
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    peak = peak_memory()
     processor = time.process_time() - began
     print(
         f"{places**2:5d} subregions{', fields' if fields else ''}: {seconds:.2f} s, processor {processor:.2f} s, "
@@ -159,7 +179,7 @@ def two_workers(scan, folder):
     print(f"direct, 48 x 48 x {HEAVY.size}: {one:.2f} s on one distributed worker, {two:.2f} s on two: {one / two:.2f}")
 
 
-def keeping(folder, batches=500, size=61):
+def keeping(folder, batches=100, size=312):
     """Return the processor seconds that keeping one batch of ``size`` places costs, flushing included."""
     from roughxr.runs.checkpoint import Checkpoint
 
@@ -167,7 +187,7 @@ def keeping(folder, batches=500, size=61):
     result = np.random.default_rng(0).standard_normal((size, 8, HEAVY.size))
     began, processor = time.perf_counter(), time.process_time()
     for n in range(batches):
-        kept.put("stage", n, result)
+        kept.put("stage", n * size, result)
     seconds, processor = (
         (end - start) / batches for end, start in ((time.perf_counter(), began), (time.process_time(), processor))
     )
@@ -184,24 +204,33 @@ def dispatch(batches=2000):
     """Return the seconds that a batch of nothing takes to a local cluster and back, scheduler included."""
     from distributed import Client, LocalCluster
 
-    work = parallel.Work(_nothing, [(k,) for k in range(batches)], (8,), ([],))
+    work = parallel.Work(_nothing, [], (8,), ([],))
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster):
-        parallel.each_finished(work, work.batches(50), lambda n, result: None)
-        began = time.perf_counter()
-        parallel.each_finished(work, work.batches(batches), lambda n, result: None)
+        with gather._pool(work) as pool:
+            running = {pool.submit([(k,)]): k for k in range(50)}
+            began = time.perf_counter()
+            for k in range(batches):
+                running[pool.submit([(k,)])] = k
+                for done, _ in pool.finished(running):
+                    running.pop(done)
         seconds = (time.perf_counter() - began) / batches
     print(f"sending a batch to a cluster and back: {seconds * 1e3:.2f} ms, scheduler and worker on this machine")
     return seconds
 
 
 def estimate(seconds_each, dispatched, kept, machines=100, cores=32, subregions=1e6):
-    """Print what many subregions cost on many machines."""
+    """Print what many subregions cost on many machines, in as many batches as a run would send."""
+    queue = gather._Queue(parallel.Work(_nothing, [], (8, HEAVY.size), ()), range(int(subregions)), machines * cores)
+    queue.seconds.append(seconds_each)
+    sizes = []
+    while queue.waiting:
+        sizes.append(len(queue.take()))
     computed = subregions * seconds_each / (machines * cores)
-    gathered = subregions / 61 * (dispatched + kept)
+    gathered = len(sizes) * (dispatched + kept)
     print(
         f"10^6 subregions of {seconds_each * 1e3:.0f} ms on {machines} machines of {cores} cores: {computed:.0f} s of "
-        f"computing beside {gathered:.0f} s of dispatch and checkpoints in the main process (batches of 61), "
-        f"which go on at the same time: {max(computed, gathered):.0f} s"
+        f"computing, and {gathered:.0f} s of the main process for {len(sizes)} batches of up to {max(sizes)}; "
+        f"one behind the other {computed + gathered:.0f} s"
     )
 
 
@@ -210,7 +239,8 @@ if __name__ == "__main__":
         growth(int(sys.argv[1]), len(sys.argv) > 2)
         sys.exit()
     with tempfile.TemporaryDirectory() as temporary:
-        speed_up(glass(), Path(temporary))
+        speed_up(direct_job, glass(), Path(temporary))
+        speed_up(kept_job, glass(), Path(temporary))
         overhead(glass(), Path(temporary))
         two_workers(glass(), Path(temporary))
         linearity()

@@ -1,0 +1,261 @@
+"""The items of a solve, computed in batches on any of dask's schedulers, and handed over as they finish.
+
+Sending a batch and keeping its result cost the main process up to ten milliseconds, while an item takes one or many
+thousand. So batches grow, as it turns out what an item takes, to about half a second, and shrink again towards the
+end: with batches of one item, two workers were hardly faster than one on items of 7 ms; with these 1.8 times.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent import futures
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from typing import Any, NamedTuple, Protocol
+
+import dask
+import dask.multiprocessing
+import dask.system
+import numpy as np
+from dask.local import SynchronousExecutor
+
+from .. import workers
+from ..parallel import Work, active_client, run_batch
+
+#: What a batch should take, s, and the most that its result may hold, bytes.
+_SECONDS, _BYTES = 0.5, 2**24
+
+#: In what time the main process serves a batch, s: on a large cluster, batches last until each core had its turn.
+_SERVED = 0.02
+
+#: Batches sent ahead for each thread or process: one to compute, one to go on with.
+_AHEAD = 2
+
+#: Items whose times tell what the next will take: few, since compiling makes a worker's first ones slow.
+_TIMED = 15
+
+#: An item is given up after so many lost workers.
+_MOST_LOSSES = 3
+
+
+class Failure(NamedTuple):
+    """What is handed over for an item that failed."""
+
+    reason: str
+
+
+def each_finished(work: Work, items: Sequence[int], receive: Callable[[range, Any], None]) -> None:
+    """Compute items on the scheduler in force, the dearest first, and hand over each batch as it comes.
+
+    What was lost with its worker is computed again elsewhere.
+
+    Parameters
+    ----------
+    work : Work
+    items : sequence of int
+        Those of ``work.arguments`` that are wanted.
+    receive : callable
+        Called in this process as ``receive(batch, result)`` with a range of items and their array, or one item and
+        its `Failure`. Nothing else keeps the result.
+    """
+    with _pool(work) as pool:
+        queue, running = _Queue(work, items, pool.cores), {}
+        while queue.waiting or running:
+            while queue.waiting and len(running) < pool.ahead:
+                batch = queue.take()
+                running[pool.submit([work.arguments[k] for k in batch])] = batch
+            for done, outcome in pool.finished(running):
+                queue.settle(running.pop(done), outcome, receive)
+
+
+class _Queue:
+    """Items that wait, and what is known of how long one takes."""
+
+    def __init__(self, work: Work, items: Sequence[int], cores: int):
+        self.order = deque(_dearest_first(items, work.cost))
+        self.waiting, self.losses = set(items), {}
+        self.most, self.cores, self.total = max(_BYTES // (8 * max(int(np.prod(work.shape)), 1)), 1), cores, len(items)
+        self.seconds: deque[float] = deque(maxlen=_TIMED)
+
+    def take(self) -> range:
+        """Return the dearest that waits, and neighbours with it for about half a second."""
+        while (first := self.order.popleft()) not in self.waiting:
+            pass
+        stop, size = first + 1, self._size()
+        while stop < first + size and stop in self.waiting:
+            stop += 1
+        self.waiting.difference_update(range(first, stop))
+        return range(first, stop)
+
+    def _size(self) -> float:
+        if not self.seconds:
+            return 1
+        each = max(statistics.median(self.seconds), 1e-9)
+        least = min(_SERVED * self.cores / each, self.total / self.cores)
+        most = max(_SECONDS / each, least)
+        return min(max(len(self.waiting) / (4 * self.cores), least), most, self.most)
+
+    def settle(self, batch: range, outcome: _Outcome | None, receive: Callable[[range, Any], None]) -> None:
+        """Hand over what a batch came to; let its items wait again that did not have their turn."""
+        if outcome is None:
+            self._lost(batch, receive)
+            return
+        done = len(outcome.results)
+        if done:
+            self.seconds.append(outcome.seconds / done)
+            receive(batch[:done], outcome.results)
+        if outcome.failure:
+            receive(batch[done : done + 1], outcome.failure)
+        self._again(batch[done + 1 :])
+
+    def _again(self, items: Sequence[int]) -> None:
+        self.waiting.update(items)
+        self.order.extendleft(reversed(items))
+
+    def _lost(self, batch: range, receive: Callable[[range, Any], None]) -> None:
+        for k in batch:
+            self.losses[k] = self.losses.get(k, 0) + 1
+            if self.losses[k] > _MOST_LOSSES:
+                receive(range(k, k + 1), Failure(f"lost {self.losses[k]} workers"))
+        self._again([k for k in batch if self.losses[k] <= _MOST_LOSSES])
+
+
+def _dearest_first(items: Sequence[int], cost: Callable[[], np.ndarray] | None) -> list[int]:
+    if cost is None or len(items) < 2:
+        return list(items)
+    costs = cost()
+    return sorted(items, key=lambda k: -float(costs[k]))
+
+
+class _Outcome(NamedTuple):
+    """What a batch came to: the results of its items up to the first that failed."""
+
+    results: np.ndarray
+    seconds: float
+    failure: Failure | None
+
+
+def _attempt(task: Callable, arguments: list[tuple], shape: tuple[int, ...], *shared: Any) -> _Outcome:
+    """Compute one item after the other until one fails."""
+    began, results, failure = time.perf_counter(), [np.empty((0, *shape))], None
+    try:
+        for item in arguments:
+            results.append(run_batch(task, [item], *shared))
+    except Exception as error:
+        failure = Failure(f"{type(error).__name__}: {error}")
+    return _Outcome(np.concatenate(results), time.perf_counter() - began, failure)
+
+
+class _Pool(Protocol):
+    """Where batches are computed."""
+
+    cores: int
+    ahead: int
+
+    def submit(self, arguments: list[tuple]) -> Any:
+        """Begin a batch and return its future."""
+
+    def finished(self, running: dict) -> list[tuple[Any, Any]]:
+        """Return at least one finished future with its outcome, None where its worker was lost."""
+
+
+@contextmanager
+def _pool(work: Work) -> Iterator[_Pool]:
+    """Give the pool of the scheduler in force."""
+    client = active_client()
+    pool = _Here(work) if client is None else _Cluster(client, work)
+    try:
+        yield pool
+    finally:
+        pool.close()
+
+
+class _Here:
+    """Threads, processes, or this thread alone, as dask's local schedulers use them."""
+
+    def __init__(self, work: Work):
+        self.work, self.get = work, dask.base.get_scheduler()
+        alone = self.get is dask.local.get_sync
+        self.cores = 1 if alone else dask.config.get("num_workers", None) or dask.system.CPU_COUNT
+        self.ahead = 1 if alone else _AHEAD * self.cores
+        self._open()
+
+    def _open(self) -> None:
+        if self.get is dask.local.get_sync:
+            self.executor = SynchronousExecutor()
+        elif self.get is dask.multiprocessing.get:
+            self.executor = workers.Pool(self.cores)
+        else:
+            self.executor = futures.ThreadPoolExecutor(self.cores)
+
+    def submit(self, arguments: list[tuple]) -> futures.Future:
+        """Begin a batch and return its future."""
+        try:
+            return self.executor.submit(_attempt, self.work.task, arguments, self.work.shape, *self.work.shared)
+        except BrokenProcessPool as error:
+            broken = futures.Future()
+            broken.set_exception(error)
+            return broken
+
+    def finished(self, running: dict) -> list[tuple[futures.Future, Any]]:
+        """Wait for a batch; where a process died, begin with new ones once all that it took along are told."""
+        done = futures.wait(running, return_when=futures.FIRST_COMPLETED).done
+        if any(_is_lost(future) for future in done):
+            done = futures.wait(running).done
+            self.close()
+            self._open()
+        return [(future, None if _is_lost(future) else future.result()) for future in done]
+
+    def close(self) -> None:
+        """Let go of what has not begun, and wait for what has."""
+        self.executor.shutdown(cancel_futures=True)
+
+
+def _is_lost(future: futures.Future) -> bool:
+    return isinstance(future.exception(), BrokenProcessPool)
+
+
+class _Cluster:
+    """The workers of an active client; what all batches share is sent to them once."""
+
+    def __init__(self, client: Any, work: Work):
+        from distributed import as_completed
+
+        self.client, self.work, self.begun = client, work, 0
+        self.completed = as_completed(with_results=True, raise_errors=False)
+        self._share()
+
+    def _share(self) -> None:
+        self.shared = self.client.scatter(list(self.work.shared), broadcast=True, hash=False)
+
+    @property
+    def cores(self) -> int:
+        return max(sum(self.client.nthreads().values()), 1)
+
+    @property
+    def ahead(self) -> int:
+        """How many batches to send: workers may come and go."""
+        return _AHEAD * self.cores
+
+    def submit(self, arguments: list[tuple]) -> Any:
+        """Begin a batch and return its future."""
+        self.begun += 1
+        options = {"pure": False, "priority": -self.begun}
+        future = self.client.submit(_attempt, self.work.task, arguments, self.work.shape, *self.shared, **options)
+        self.completed.add(future)
+        return future
+
+    def finished(self, running: dict) -> list[tuple[Any, Any]]:
+        """Wait for a batch; what was shared may have gone with a worker that was lost."""
+        future, outcome = next(self.completed)
+        if future.status != "finished":
+            self._share()
+            outcome = None
+        return [(future, outcome)]
+
+    def close(self) -> None:
+        """Let go of what has not finished."""
+        self.client.cancel([future for future in self.completed.futures])

@@ -1,0 +1,148 @@
+"""Items of a solve in batches: their size, their order, failures and losses."""
+
+import os
+import signal
+import struct
+import sys
+import time
+
+import dask
+import numpy as np
+import pytest
+
+from roughxr.parallel import Work
+from roughxr.runs.gather import Failure, _Queue, each_finished
+
+SCHEDULERS = ["synchronous", "threads", "processes"]
+
+
+def kept_in(found, sizes=None):
+    """Return what puts each item's result, or its failure, in its place, and notes the sizes of batches."""
+
+    def receive(batch, result):
+        assert not found.keys() & set(batch)  # nothing comes twice
+        found.update(zip(batch, [result] if isinstance(result, Failure) else result))
+        if sizes is not None:
+            sizes.append(len(batch))
+
+    return receive
+
+
+def double(k):
+    if k == 7:
+        raise ZeroDivisionError("seven")
+    return np.array([2.0 * k])
+
+
+@pytest.mark.parametrize("scheduler", SCHEDULERS)
+def test_results_come_as_they_finish_and_failures_as_words(scheduler):
+    """Of a batch with one item that fails, only that item is lost."""
+    found, sizes = {}, []
+    with dask.config.set(scheduler=scheduler, num_workers=2):
+        each_finished(Work(double, [(k,) for k in range(60)], (1,), ([],)), range(60), kept_in(found, sizes))
+    assert sorted(found) == list(range(60))
+    assert found.pop(7) == Failure("ZeroDivisionError: seven")
+    assert all(found[k].item() == 2 * k for k in found)
+    assert sizes[0] == 1 < max(sizes)
+
+
+def wait(k, seconds):
+    time.sleep(seconds)
+    return np.array([float(k)])
+
+
+@pytest.mark.parametrize(("seconds", "items", "largest"), [(1e-3, 400, 100), (0.02, 200, 25), (0.6, 8, 1)])
+def test_batches_take_half_a_second_and_less_near_the_end(seconds, items, largest):
+    found, sizes = {}, []
+    with dask.config.set(scheduler="threads", num_workers=1):
+        each_finished(
+            Work(wait, [(k,) for k in range(items)], (1,), (seconds, [])), range(items), kept_in(found, sizes)
+        )
+    assert [found[k].item() for k in range(items)] == list(range(items))
+    assert sizes[0] == 1
+    assert 0.5 * largest <= max(sizes) <= largest
+    assert max(sizes[-3:]) <= max(largest // 4, 1)
+
+
+def test_large_results_come_in_small_batches():
+    sizes = []
+    work = Work(zeros, [()] * 40, (2**18,), ([],))
+    with dask.config.set(scheduler="synchronous"):
+        each_finished(work, range(40), kept_in({}, sizes))
+    assert max(sizes) == 8  # 16 MiB
+
+
+def zeros():
+    return np.zeros(2**18)
+
+
+def taken(queue):
+    while queue.waiting:
+        yield len(queue.take())
+
+
+def test_a_large_cluster_gets_a_batch_for_each_core():
+    """The main process cannot serve thousands of cores with batches of half a second."""
+    queue = _Queue(Work(wait, [], (8, 12), (), None), range(100_000), 1000)
+    queue.seconds.append(0.1)
+    assert list(taken(queue)) == [100] * 1000
+
+
+def test_the_dearest_are_begun_first_with_their_neighbours():
+    begun, cost = [], np.random.default_rng(0).random(30)
+    work = Work(wait, [(k,) for k in range(30)], (1,), (0.0, []), lambda: cost)
+    wanted = [k for k in range(30) if k % 5]
+    with dask.config.set(scheduler="synchronous"):
+        each_finished(work, wanted, lambda batch, result: begun.append(batch))
+    left = set(wanted)
+    for batch in begun:
+        assert batch[0] == max(left, key=cost.__getitem__)
+        assert left >= set(batch)
+        left -= set(batch)
+    assert not left
+
+
+def test_what_stops_this_thread_stops_the_rest():
+    with dask.config.set(scheduler="synchronous"), pytest.raises(KeyboardInterrupt):
+        each_finished(Work(interrupted, [(), ()], (1,), ([],)), range(2), lambda batch, result: None)
+
+
+def interrupted():
+    raise KeyboardInterrupt
+
+
+def dies(k):
+    if k == 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+    time.sleep(0.3)
+    return np.array([float(k)])
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="Windows kills otherwise")
+def test_an_item_that_kills_its_workers_is_given_up():
+    found = {}
+    with dask.config.set(scheduler="processes", num_workers=1):
+        each_finished(Work(dies, [(k,) for k in range(4)], (1,), ([],)), range(4), kept_in(found))
+    assert found[2] == Failure("lost 4 workers")
+    assert found[0].item() == 0.0
+
+
+def dies_while_it_answers(part, marker):
+    """Die once, having sent half of a message: as a worker that is killed at the wrong moment."""
+    if not marker.exists():
+        marker.touch()
+        frame = sys._getframe()
+        while "result_queue" not in frame.f_locals:
+            frame = frame.f_back
+        os.write(frame.f_locals["result_queue"]._writer.fileno(), struct.pack("!i", 1000) + b"half")
+        os.kill(os.getpid(), signal.SIGKILL)
+    return part
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="Windows kills otherwise")
+def test_a_worker_that_dies_while_it_answers_is_noticed(tmp_path):
+    work = Work(dies_while_it_answers, [(np.full(1, k),) for k in range(4)], (1,), (tmp_path / "died", []))
+    found = {}
+    with dask.config.set(scheduler="processes", num_workers=2):
+        each_finished(work, range(4), kept_in(found))
+    assert [found[k].item() for k in range(4)] == [0, 1, 2, 3]
