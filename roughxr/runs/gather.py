@@ -224,7 +224,7 @@ class _Cluster:
     def __init__(self, client: Any, work: Work):
         from distributed import as_completed
 
-        self.client, self.work, self.begun = client, work, 0
+        self.client, self.work, self.begun, self.asked = client, work, 0, -np.inf
         self.completed = as_completed(with_results=True, raise_errors=False)
         self._share()
 
@@ -233,11 +233,14 @@ class _Cluster:
 
     @property
     def cores(self) -> int:
-        return max(sum(self.client.nthreads().values()), 1)
+        """Threads of all workers, which may come and go; asking takes as long as serving a batch."""
+        if time.monotonic() > self.asked + _SECONDS:
+            self.threads, self.asked = max(sum(self.client.nthreads().values()), 1), time.monotonic()
+        return self.threads
 
     @property
     def ahead(self) -> int:
-        """How many batches to send: workers may come and go."""
+        """Batches to have sent."""
         return _AHEAD * self.cores
 
     def submit(self, arguments: list[tuple]) -> Any:
