@@ -1,50 +1,29 @@
-"""Many independent tasks as one lazy array, on any dask scheduler.
-
-Only dask runs things in parallel here; what a task calls is serial. A task gets plain arrays (or dask arrays
-that become plain ones on the worker) and returns one plain array, so that workers need no file and no label.
-"""
+"""Many independent tasks as one array, lazy or computed at once, on any dask scheduler."""
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import dask
 import dask.array as da
 import dask.callbacks
-import dask.multiprocessing
-import dask.threaded
 import numpy as np
 import xarray as xr
 
+from .gather import Failure, active_client, each_finished
 from .progress import Progress
+from .tasks import Work, in_memory, run_batch, without_views
 
 #: Batches that many tasks are bundled into at most: a scheduler spends about a millisecond on each.
 _MOST_BATCHES = 256
 
 #: Begins the keys of batches in a graph, whose third part says how many subregions they hold.
 _KEY = "subregions"
-
-
-class Work(NamedTuple):
-    """Many independent tasks ``task(*arguments[k], *shared)``, each returning a float64 array of one shape."""
-
-    task: Callable[..., np.ndarray]  # at the top of a module, so that other processes can import it
-    arguments: Sequence[tuple]  # one per item
-    shape: tuple[int, ...]  # of what one task returns
-    shared: tuple  # what all tasks get, sent once
-    cost: Callable[[], np.ndarray] | None = None  # per item, in any unit: the dearest are begun first
-    each: int = 1  # subregions in one item
-
-    def batches(self, most: int) -> list[range]:
-        """Return the items in at most ``most`` batches of neighbours."""
-        size = max(-(-len(self.arguments) // most), 1)
-        return [range(k, min(k + size, len(self.arguments))) for k in range(0, len(self.arguments), size)]
 
 
 class Keeper(Protocol):
@@ -113,27 +92,34 @@ def spread(
         (items, *shape), in chunks of one batch where it is lazy; what `kept_by` puts in its place, where that is in
         force.
     """
-    arguments, shared = _without_views(arguments, shared)
+    arguments, shared = without_views(arguments, shared)
     work = Work(task, arguments, shape, shared, cost, each)
     if (keeper := _KEEPER.get()) is not None:
         return keeper.array(work)
-    if lazy:
-        return _lazy(work, _MOST_BATCHES)
-    packed = xr.Dataset({"packed": (("item", *map(str, range(len(shape)))), _lazy(work, _few_batches()))})
-    return compute(packed, progress=progress)["packed"].values
+    return _lazy(work) if lazy else _now(in_memory(work), progress)
 
 
-def _few_batches() -> int:
-    """Return how many batches keep every core busy to the end, few enough to cost little."""
-    client = active_client()
-    cores = os.cpu_count() if client is None else sum(client.nthreads().values())
-    return min(8 * max(cores or 1, 1), _MOST_BATCHES)
+def _now(work: Work, progress: bool) -> np.ndarray:
+    results = np.empty((len(work.arguments), *work.shape))
+    bar = Progress(len(work.arguments) * work.each, stream=sys.stderr if progress else None)
+
+    def receive(batch: range, result: Any) -> None:
+        if isinstance(result, Failure):
+            raise result.error
+        results[batch.start : batch.stop] = result
+        bar.add(len(batch) * work.each)
+
+    try:
+        each_finished(work, range(len(work.arguments)), receive)
+    finally:
+        bar.close()
+    return results
 
 
-def _lazy(work: Work, most: int) -> da.Array:
+def _lazy(work: Work) -> da.Array:
     shared = [dask.delayed(value, pure=False, traverse=False) for value in work.shared]
     parts = []
-    for items in work.batches(most):
+    for items in work.batches(_MOST_BATCHES):
         name = f"{_KEY}-{dask.base.tokenize(object())}-{len(items) * work.each}"
         part = _batch(work, items)(*shared, dask_key_name=name)
         parts.append(da.from_delayed(part, (len(items), *work.shape), dtype=float))
@@ -146,48 +132,6 @@ def _batch(work: Work, items: range) -> Any:
     if any(dask.is_dask_collection(value) for item in arguments for value in item):
         return partial(dask.delayed(run_batch, pure=False), work.task, arguments)
     return dask.delayed(partial(run_batch, work.task, arguments), pure=False, traverse=False)
-
-
-class _View(NamedTuple):
-    """A part of the n-th of the arrays that are sent once."""
-
-    n: int
-    offset: int  # bytes
-    shape: tuple[int, ...]
-    strides: tuple[int, ...]
-
-
-def _without_views(arguments: Sequence[tuple], shared: tuple) -> tuple[list[tuple], tuple]:
-    """Return the arguments with views in the words of a ``_View``, and what is shared with their arrays behind."""
-    owners: dict[int, tuple[int, np.ndarray]] = {}
-
-    def described(value):
-        owner = value.base if isinstance(value, np.ndarray) else None
-        if not isinstance(owner, np.ndarray) or owner.dtype != value.dtype or not owner.flags.forc:
-            return value
-        n, _ = owners.setdefault(id(owner), (len(owners), owner))
-        offset = value.__array_interface__["data"][0] - owner.__array_interface__["data"][0]
-        return _View(n, offset, value.shape, value.strides)
-
-    plain = [tuple(described(value) for value in items) for items in arguments]
-    return plain, (*shared, [owner for _, owner in owners.values()])
-
-
-def run_batch(task: Callable[..., np.ndarray], arguments: list[tuple], *shared: Any) -> np.ndarray:
-    """Return the stacked results of one batch."""
-    *shared, owners = shared
-
-    def restored(value):
-        if not isinstance(value, _View):
-            return value
-        return np.ndarray(value.shape, owners[value.n].dtype, _buffer(owners[value.n]), value.offset, value.strides)
-
-    return np.stack([task(*map(restored, items), *shared) for items in arguments])
-
-
-def _buffer(owner: np.ndarray) -> np.ndarray:
-    """Return the memory of an array that owns it, read only, in the order in which it lies."""
-    return owner.ravel(order="K").view()
 
 
 def finish(ds: xr.Dataset, *, lazy: bool, progress: bool = False) -> xr.Dataset:
@@ -243,16 +187,3 @@ def _computed_on(client: Any, ds: xr.Dataset, sizes: dict[str, int], bar: Progre
     for future in as_completed(futures):
         bar.add(sizes.get(future.key, 0), failed=future.status != "finished")
     return ds.compute(optimize_graph=False)
-
-
-def active_client() -> Any:
-    """Return the active distributed client, or None; never imports distributed by itself."""
-    if "distributed" not in sys.modules or dask.config.get("scheduler", None) not in (
-        None,
-        "dask.distributed",
-    ):
-        return None
-    try:
-        return sys.modules["distributed"].get_client()
-    except ValueError:
-        return None

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import parallel
+from roughxr import gather
 from roughxr.asperities import asperities
 from roughxr.pull_off_map import pull_off_map
 from roughxr.scans import level
@@ -145,7 +145,7 @@ def test_the_same_on_a_cluster(small_tiles):
     surface = scan(np.round(rough(60, smooth=2.0) * 2))
     quiet = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "dashboard_address": None}
     with distributed.LocalCluster(**quiet) as cluster, distributed.Client(cluster):
-        assert parallel.active_client() is not None
+        assert gather.active_client() is not None
         xr.testing.assert_identical(asperities(surface.chunk(x=20, y=33)), asperities(surface))
 
 

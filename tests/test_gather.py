@@ -10,8 +10,8 @@ import dask
 import numpy as np
 import pytest
 
-from roughxr.parallel import Work
-from roughxr.runs.gather import Failure, _Queue, each_finished
+from roughxr.gather import Failure, _Queue, each_finished
+from roughxr.tasks import Work
 
 SCHEDULERS = ["synchronous", "threads", "processes"]
 
@@ -41,7 +41,7 @@ def test_results_come_as_they_finish_and_failures_as_words(scheduler):
     with dask.config.set(scheduler=scheduler, num_workers=2):
         each_finished(Work(double, [(k,) for k in range(60)], (1,), ([],)), range(60), kept_in(found, sizes))
     assert sorted(found) == list(range(60))
-    assert found.pop(7) == Failure("ZeroDivisionError: seven")
+    assert found.pop(7).reason == "ZeroDivisionError: seven"
     assert all(found[k].item() == 2 * k for k in found)
     assert sizes[0] == 1 < max(sizes)
 
@@ -123,7 +123,7 @@ def test_an_item_that_kills_its_workers_is_given_up():
     found = {}
     with dask.config.set(scheduler="processes", num_workers=1):
         each_finished(Work(dies, [(k,) for k in range(4)], (1,), ([],)), range(4), kept_in(found))
-    assert found[2] == Failure("lost 4 workers")
+    assert found[2].reason == "lost 4 workers"
     assert found[0].item() == 0.0
 
 

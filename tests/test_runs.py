@@ -15,8 +15,8 @@ import psutil
 import pytest
 import xarray as xr
 
-from roughxr import archive, disk
-from roughxr.runs import checkpoint, gather
+from roughxr import archive, disk, gather
+from roughxr.runs import checkpoint
 
 from . import a_run
 

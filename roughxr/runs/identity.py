@@ -13,7 +13,7 @@ import xarray as xr
 
 from .. import schema
 from .._version import __version__
-from ..parallel import Work
+from ..tasks import Work
 
 #: Longer texts are cut in messages.
 _SHOWN = 120

@@ -19,10 +19,10 @@ import numpy as np
 import xarray as xr
 
 from .. import archive, disk, parallel
-from ..parallel import Work
+from ..gather import Failure, each_finished
 from ..progress import Progress
+from ..tasks import Work, in_memory
 from .checkpoint import Checkpoint
-from .gather import Failure, each_finished
 from .identity import identity, key_of, refuse_other
 
 #: Results beyond so many bytes stay on the disk until the archive is written.
@@ -156,7 +156,7 @@ class _Keeper:
 
     def array(self, work: Work) -> Any:
         """Return the stacked results: those kept, and the others, computed now."""
-        work = _in_memory(work)
+        work = in_memory(work)
         stage = key_of(work)
         kept = {k for batch in self.checkpoint.kept(stage) for k in batch}
         missing = [k for k in range(len(work.arguments)) if k not in kept]
@@ -197,14 +197,6 @@ class _Keeper:
         fields = [name for name, array in ds.data_vars.items() if {"subregion", "x", "y"} <= set(array.dims)]
         scalars = _in_slabs(ds.drop_vars(fields)) if fields else ds.compute(scheduler="synchronous")
         return scalars.assign({name: ds[name].astype("float32") for name in fields})
-
-
-def _in_memory(work: Work) -> Work:
-    """Return a work with its dask arrays computed; where there are none, dask's search for them is saved."""
-    if not any(dask.is_dask_collection(value) for values in (*work.arguments, work.shared) for value in values):
-        return work
-    arguments, shared = dask.compute(list(work.arguments), work.shared)
-    return work._replace(arguments=arguments, shared=shared)
 
 
 def _in_slabs(ds: xr.Dataset) -> xr.Dataset:

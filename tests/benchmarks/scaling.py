@@ -24,9 +24,9 @@ import dask
 import numpy as np
 
 import roughxr
-from roughxr import parallel
-from roughxr.parallel import run_batch
-from roughxr.runs import checkpointed, gather
+from roughxr import gather, parallel
+from roughxr.runs import checkpointed
+from roughxr.tasks import Work, run_batch
 
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
 DELTAS = [1, 2, 3, 4, 5.08, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15.4, 17, 18.5, 20]
@@ -204,7 +204,7 @@ def dispatch(batches=2000):
     """Return the seconds that a batch of nothing takes to a local cluster and back, scheduler included."""
     from distributed import Client, LocalCluster
 
-    work = parallel.Work(_nothing, [], (8,), ([],))
+    work = Work(_nothing, [], (8,), ([],))
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster):
         with gather._pool(work) as pool:
             running = {pool.submit([(k,)]): k for k in range(50)}
@@ -220,7 +220,7 @@ def dispatch(batches=2000):
 
 def estimate(seconds_each, dispatched, kept, machines=100, cores=32, subregions=1e6):
     """Print what many subregions cost on many machines, in as many batches as a run would send."""
-    queue = gather._Queue(parallel.Work(_nothing, [], (8, HEAVY.size), ()), range(int(subregions)), machines * cores)
+    queue = gather._Queue(Work(_nothing, [], (8, HEAVY.size), ()), range(int(subregions)), machines * cores)
     queue.seconds.append(seconds_each)
     sizes = []
     while queue.waiting:

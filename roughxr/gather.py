@@ -8,6 +8,7 @@ end: with batches of one item, two workers were hardly faster than one on items 
 from __future__ import annotations
 
 import statistics
+import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -17,13 +18,14 @@ from contextlib import contextmanager
 from typing import Any, NamedTuple, Protocol
 
 import dask
+import dask.local
 import dask.multiprocessing
 import dask.system
 import numpy as np
 from dask.local import SynchronousExecutor
 
-from .. import workers
-from ..parallel import Work, active_client, run_batch
+from . import workers
+from .tasks import Work, run_batch
 
 #: What a batch should take, s, and the most that its result may hold, bytes.
 _SECONDS, _BYTES = 0.5, 2**24
@@ -44,7 +46,16 @@ _MOST_LOSSES = 3
 class Failure(NamedTuple):
     """What is handed over for an item that failed."""
 
-    reason: str
+    error: Exception
+
+    @property
+    def reason(self) -> str:
+        """The error in a line."""
+        return str(self.error) if isinstance(self.error, LostError) else f"{type(self.error).__name__}: {self.error}"
+
+
+class LostError(RuntimeError):
+    """An item whose workers died, each in its turn."""
 
 
 def each_finished(work: Work, items: Sequence[int], receive: Callable[[range, Any], None]) -> None:
@@ -119,7 +130,7 @@ class _Queue:
         for k in batch:
             self.losses[k] = self.losses.get(k, 0) + 1
             if self.losses[k] > _MOST_LOSSES:
-                receive(range(k, k + 1), Failure(f"lost {self.losses[k]} workers"))
+                receive(range(k, k + 1), Failure(LostError(f"lost {self.losses[k]} workers")))
         self._again([k for k in batch if self.losses[k] <= _MOST_LOSSES])
 
 
@@ -145,7 +156,7 @@ def _attempt(task: Callable, arguments: list[tuple], shape: tuple[int, ...], *sh
         for item in arguments:
             results.append(run_batch(task, [item], *shared))
     except Exception as error:
-        failure = Failure(f"{type(error).__name__}: {error}")
+        failure = Failure(error)
     return _Outcome(np.concatenate(results), time.perf_counter() - began, failure)
 
 
@@ -262,3 +273,16 @@ class _Cluster:
     def close(self) -> None:
         """Let go of what has not finished."""
         self.client.cancel([future for future in self.completed.futures])
+
+
+def active_client() -> Any:
+    """Return the active distributed client, or None; never imports distributed by itself."""
+    if "distributed" not in sys.modules or dask.config.get("scheduler", None) not in (
+        None,
+        "dask.distributed",
+    ):
+        return None
+    try:
+        return sys.modules["distributed"].get_client()
+    except ValueError:
+        return None

@@ -1,0 +1,78 @@
+"""Many independent tasks, described so that they travel well: plain arrays in, one plain array out.
+
+Only dask runs things in parallel here; what a task calls is serial, and needs no file and no label.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import dask
+import numpy as np
+
+
+class Work(NamedTuple):
+    """Many independent tasks ``task(*arguments[k], *shared)``, each returning a float64 array of one shape."""
+
+    task: Callable[..., np.ndarray]  # at the top of a module, so that other processes can import it
+    arguments: Sequence[tuple]  # one per item
+    shape: tuple[int, ...]  # of what one task returns
+    shared: tuple  # what all tasks get, sent once
+    cost: Callable[[], np.ndarray] | None = None  # per item, in any unit: the dearest are begun first
+    each: int = 1  # subregions in one item
+
+    def batches(self, most: int) -> list[range]:
+        """Return the items in at most ``most`` batches of neighbours."""
+        size = max(-(-len(self.arguments) // most), 1)
+        return [range(k, min(k + size, len(self.arguments))) for k in range(0, len(self.arguments), size)]
+
+
+class _View(NamedTuple):
+    """A part of the n-th of the arrays that are sent once."""
+
+    n: int
+    offset: int  # bytes
+    shape: tuple[int, ...]
+    strides: tuple[int, ...]
+
+
+def without_views(arguments: Sequence[tuple], shared: tuple) -> tuple[list[tuple], tuple]:
+    """Return the arguments with views in the words of a ``_View``, and what is shared with their arrays behind."""
+    owners: dict[int, tuple[int, np.ndarray]] = {}
+
+    def described(value):
+        owner = value.base if isinstance(value, np.ndarray) else None
+        if not isinstance(owner, np.ndarray) or owner.dtype != value.dtype or not owner.flags.forc:
+            return value
+        n, _ = owners.setdefault(id(owner), (len(owners), owner))
+        offset = value.__array_interface__["data"][0] - owner.__array_interface__["data"][0]
+        return _View(n, offset, value.shape, value.strides)
+
+    plain = [tuple(described(value) for value in items) for items in arguments]
+    return plain, (*shared, [owner for _, owner in owners.values()])
+
+
+def run_batch(task: Callable[..., np.ndarray], arguments: list[tuple], *shared: Any) -> np.ndarray:
+    """Return the stacked results of one batch."""
+    *shared, owners = shared
+
+    def restored(value):
+        if not isinstance(value, _View):
+            return value
+        return np.ndarray(value.shape, owners[value.n].dtype, _buffer(owners[value.n]), value.offset, value.strides)
+
+    return np.stack([task(*map(restored, items), *shared) for items in arguments])
+
+
+def _buffer(owner: np.ndarray) -> np.ndarray:
+    """Return the memory of an array that owns it, read only, in the order in which it lies."""
+    return owner.ravel(order="K").view()
+
+
+def in_memory(work: Work) -> Work:
+    """Return a work with its dask arrays computed; where there are none, dask's search for them is saved."""
+    if not any(dask.is_dask_collection(value) for values in (*work.arguments, work.shared) for value in values):
+        return work
+    arguments, shared = dask.compute(list(work.arguments), work.shared)
+    return work._replace(arguments=arguments, shared=shared)
