@@ -30,8 +30,8 @@ from .tasks import Work, run_batch
 #: What a batch should take, s, and the most that its result may hold, bytes.
 _SECONDS, _BYTES = 0.5, 2**24
 
-#: In what time the main process serves a batch, s: on a large cluster, batches last until each core had its turn.
-_SERVED = 0.02
+#: In what time the main process serves a batch, s, here and on a cluster: batches last until each core had its turn.
+_SERVED_HERE, _SERVED_FAR = 0.002, 0.02
 
 #: Batches sent ahead for each thread or process: one to compute, one to go on with.
 _AHEAD = 2
@@ -73,7 +73,7 @@ def each_finished(work: Work, items: Sequence[int], receive: Callable[[range, An
         its `Failure`. Nothing else keeps the result.
     """
     with _pool(work) as pool:
-        queue, running = _Queue(work, items, pool.cores), {}
+        queue, running = _Queue(work, items, pool.cores, pool.serving), {}
         while queue.waiting or running:
             while queue.waiting and len(running) < pool.ahead:
                 batch = queue.take()
@@ -85,9 +85,9 @@ def each_finished(work: Work, items: Sequence[int], receive: Callable[[range, An
 class _Queue:
     """Items that wait, and what is known of how long one takes."""
 
-    def __init__(self, work: Work, items: Sequence[int], cores: int):
+    def __init__(self, work: Work, items: Sequence[int], cores: int, serving: float):
         self.order = deque(_dearest_first(items, work.cost))
-        self.waiting, self.losses = set(items), {}
+        self.waiting, self.losses, self.turn = set(items), {}, cores * serving
         self.most, self.cores, self.total = max(_BYTES // (8 * max(int(np.prod(work.shape)), 1)), 1), cores, len(items)
         self.seconds: deque[float] = deque(maxlen=_TIMED)
 
@@ -105,7 +105,7 @@ class _Queue:
         if not self.seconds:
             return 1
         each = max(statistics.median(self.seconds), 1e-9)
-        least = min(_SERVED * self.cores / each, self.total / self.cores)
+        least = min(self.turn / each, self.total / self.cores)
         most = max(_SECONDS / each, least)
         return min(max(len(self.waiting) / (4 * self.cores), least), most, self.most)
 
@@ -165,6 +165,7 @@ class _Pool(Protocol):
 
     cores: int
     ahead: int
+    serving: float
 
     def submit(self, arguments: list[tuple]) -> Any:
         """Begin a batch and return its future."""
@@ -186,6 +187,8 @@ def _pool(work: Work) -> Iterator[_Pool]:
 
 class _Here:
     """Threads, processes, or this thread alone, as dask's local schedulers use them."""
+
+    serving = _SERVED_HERE
 
     def __init__(self, work: Work):
         self.work, self.get = work, dask.base.get_scheduler()
@@ -231,6 +234,8 @@ def _is_lost(future: futures.Future) -> bool:
 
 class _Cluster:
     """The workers of an active client; what all batches share is sent to them once."""
+
+    serving = _SERVED_FAR
 
     def __init__(self, client: Any, work: Work):
         from distributed import as_completed

@@ -83,7 +83,7 @@ def taken(queue):
 
 def test_a_large_cluster_gets_a_batch_for_each_core():
     """The main process cannot serve thousands of cores with batches of half a second."""
-    queue = _Queue(Work(wait, [], (8, 12), (), None), range(100_000), 1000)
+    queue = _Queue(Work(wait, [], (8, 12), (), None), range(100_000), 1000, 0.02)
     queue.seconds.append(0.1)
     assert list(taken(queue)) == [100] * 1000
 

@@ -165,7 +165,7 @@ def test_an_interrupt_loses_nothing(tmp_path, undisturbed):
 def test_a_full_disk_is_said_and_survived(small_disk, undisturbed, size, says, resumes, monkeypatch):
     """Too small for the checkpoint at all, for all results, for the archive beside them; trying again says so too."""
     monkeypatch.setattr(gather, "_SECONDS", 0.0)  # batches of one subregion, so that the checkpoint's size is known
-    monkeypatch.setattr(gather, "_SERVED", 0.0)
+    monkeypatch.setattr(gather._Here, "serving", 0.0)
     path = small_disk(size) / "run.nc"
     for expected in (says, "run.nc.*could not be .*: make room"):
         with pytest.raises(OSError, match=expected):

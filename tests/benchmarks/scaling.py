@@ -220,7 +220,9 @@ def dispatch(batches=2000):
 
 def estimate(seconds_each, dispatched, kept, machines=100, cores=32, subregions=1e6):
     """Print what many subregions cost on many machines, in as many batches as a run would send."""
-    queue = gather._Queue(Work(_nothing, [], (8, HEAVY.size), ()), range(int(subregions)), machines * cores)
+    queue = gather._Queue(
+        Work(_nothing, [], (8, HEAVY.size), ()), range(int(subregions)), machines * cores, gather._Cluster.serving
+    )
     queue.seconds.append(seconds_each)
     sizes = []
     while queue.waiting:
