@@ -159,3 +159,16 @@ def test_the_rule_of_the_bins_is_kept(sample):
 def test_bad_input_is_refused_in_words(sample, call, says):
     with pytest.raises(ValueError, match=says):
         call(sample)
+
+
+def test_a_map_is_a_sample_at_every_pixel():
+    rng = np.random.default_rng(2)
+    force = xr.DataArray(rng.gamma(3.0, 10.0, (12, 9)), dims=("x", "y"), attrs={"units": "nN"})
+    whole = xr.Dataset({"pull_off_force": force}, {"x": np.arange(12.0), "y": np.arange(9.0) * 2})
+    x, y = (grid.ravel() for grid in np.meshgrid(whole.x, whole.y, indexing="ij"))
+    places = {"subregion_x": ("subregion", x), "subregion_y": ("subregion", y)}
+    listed = xr.Dataset({"pull_off_force": ("subregion", force.values.ravel(), force.attrs)}, places)
+    for verb in ("pdf", "bootstrap", "fit"):
+        found, expected = (getattr(ds.contact, verb)("pull_off_force") for ds in (whole, listed))
+        xr.testing.assert_equal(found, expected)
+    xr.testing.assert_equal(whole.contact.summary(), listed.contact.summary())

@@ -32,7 +32,7 @@ def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     ----------
     ds : Dataset
     name : str
-        A variable along ``subregion`` or ``asperity`` and no other dimension.
+        A variable along ``subregion`` or ``asperity`` and no other dimension, or a map along ``x`` and ``y``.
     weights : str or DataArray, optional
         What each sample counts for: a variable of ``ds``, or an array along the same dimension.
 
@@ -51,6 +51,7 @@ def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     >>> samples(xr.Dataset({"height": ("asperity", [1.0, np.nan, 3.0])}), "height").missing
     1
     """
+    ds = of_a_map(ds, name)
     dim = sample_dimension(ds, name)
     values = np.asarray(ds[name].values, dtype=float)
     weight = None if weights is None else _weights(ds, name, weights)
@@ -63,13 +64,39 @@ def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     return Samples(values[finite], None if weight is None else weight[finite], places, int((~finite).sum()))
 
 
+def of_a_map(ds: xr.Dataset, *names: str) -> xr.Dataset:
+    """Return variables along ``x`` and ``y`` alone, such as a pull-off at every pixel, as samples of subregions.
+
+    Parameters
+    ----------
+    ds : Dataset
+    *names : str
+        The variables; all, if none is named.
+
+    Returns
+    -------
+    Dataset
+        As it was, if any of them has other dimensions.
+
+    Examples
+    --------
+    >>> height = xr.Dataset({"height": (("x", "y"), np.zeros((2, 3)))}, {"x": [0.0, 1.0], "y": [0.0, 1.0, 2.0]})
+    >>> of_a_map(height).subregion_y.values
+    array([0., 1., 2., 0., 1., 2.])
+    """
+    if any(name not in ds or set(ds[name].dims) != {"x", "y"} for name in names or ds.data_vars):
+        return ds
+    return ds.stack(subregion=("x", "y"), create_index=False).rename(x="subregion_x", y="subregion_y")
+
+
 def sample_dimension(ds: xr.Dataset, name: str) -> str:
     """Return the one dimension that a variable's samples lie along, or say what is wrong."""
     if name not in ds:
         raise ValueError(f"{name}: expected one of {', '.join(map(str, ds.data_vars))}")
     if len(ds[name].dims) != 1 or ds[name].dims[0] not in SAMPLES:
         raise ValueError(
-            f"{name}: expected one dimension, {' or '.join(SAMPLES)}, found {tuple(ds[name].dims)}; "
+            f"{name}: expected one dimension, {' or '.join(SAMPLES)}, or a map along x and y, "
+            f"found {tuple(ds[name].dims)}; "
             "select first, for example ds.sel(delta=10, method='nearest')"
         )
     return str(ds[name].dims[0])

@@ -8,7 +8,7 @@ from typing import Any
 import xarray as xr
 
 from .. import schema
-from .samples import SAMPLES
+from .samples import SAMPLES, of_a_map
 
 
 def summary(
@@ -19,7 +19,8 @@ def summary(
     Parameters
     ----------
     ds : Dataset
-        Every numeric variable along ``subregion`` or ``asperity`` is summarised; other dimensions are kept.
+        Every numeric variable along ``subregion`` or ``asperity`` is summarised; other dimensions are kept. Where
+        all lie along ``x`` and ``y``, as in a map, every pixel is a sample.
     quantiles : sequence of float
         Between 0 and 1.
     weights : str or DataArray, optional
@@ -43,6 +44,7 @@ def summary(
     >>> float(table.height.sel(statistic="mean")), float(table.height.sel(statistic="q50"))
     (2.0, 2.0)
     """
+    ds = of_a_map(ds)
     along = [dim for dim in SAMPLES if dim in ds.dims]
     if not along:
         raise ValueError(f"expected a dimension {' or '.join(SAMPLES)}, found {tuple(ds.dims)}")
