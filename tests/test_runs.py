@@ -274,6 +274,18 @@ def test_other_runs_under_the_same_name_are_refused_with_both_named(tmp_path, un
     only(finished)
 
 
+def test_a_scheduler_that_is_not_there_leaves_no_trace(tmp_path):
+    pytest.importorskip("distributed")
+    with (
+        dask.config.set({"distributed.comm.timeouts.connect": "200ms"}),
+        pytest.raises(OSError, match=r"scheduler 'tcp://127.0.0.1:1': could not be reached"),
+    ):
+        a_run.run(tmp_path / "run.nc", scheduler="tcp://127.0.0.1:1")
+    with pytest.raises(ValueError, match="scheduler: expected"):
+        a_run.run(tmp_path / "run.nc", scheduler="cloud")
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_file_that_is_no_run_is_refused_and_kept(tmp_path):
     path = tmp_path / "run.nc"
     path.write_text("a diary")

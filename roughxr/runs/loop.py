@@ -85,7 +85,7 @@ def checkpointed(
     BlockingIOError
         If another process is computing the same output.
     OSError
-        If the disk is full: what was kept is safe, call again when there is room.
+        If the disk is full: what was kept is safe, call again when there is room; or if no scheduler answers.
     RuntimeError
         If subregions failed: the others are kept.
 
@@ -116,8 +116,8 @@ def checkpointed(
 
 
 def _compute(compute, checkpoint, output, asked, title, progress, scheduler) -> None:
-    _begin(checkpoint, output, asked)
     with on(scheduler), parallel.kept_by(_Keeper(checkpoint, progress)):
+        _begin(checkpoint, output, asked)
         groups = dict(compute())
     checkpoint.say("all computed")
     groups["log"] = checkpoint.log()
@@ -224,6 +224,8 @@ def on(scheduler: str | None) -> Iterator[None]:
         If it is neither a name nor an address.
     ImportError
         If an address is given and ``distributed`` is not installed.
+    OSError
+        If no scheduler answers there.
     """
     if scheduler is None:
         yield
@@ -245,7 +247,13 @@ def _client(address: str) -> Any:
         from distributed import Client
     except ImportError:
         raise ImportError("a scheduler's address needs dask.distributed: pip install 'roughxr[distributed]'") from None
-    return Client(address)
+    try:
+        return Client(address)
+    except (OSError, ValueError) as error:
+        raise OSError(
+            f"scheduler {address!r}: could not be reached ({error}); "
+            "start 'dask scheduler' and give the address that it prints"
+        ) from error
 
 
 def _solve_of(work: Work) -> str:
