@@ -259,7 +259,13 @@ class _Cluster:
         self._share()
 
     def _share(self) -> None:
-        self.shared = self.client.scatter(list(self.work.shared), broadcast=True, hash=False)
+        try:
+            self.shared = self.client.scatter(list(self.work.shared), broadcast=True, hash=False)
+        except Exception as error:
+            raise RuntimeError(
+                f"{self.client.scheduler.address}: nothing can be sent to its workers ({error}): "
+                "expected at least one 'dask worker', where roughxr is installed as here"
+            ) from error
 
     @property
     def cores(self) -> int:
