@@ -181,7 +181,10 @@ def test_workers_end_with_the_process_they_work_for(tmp_path):
         time.sleep(0.05)
     workers = [psutil.Process(number) for number in numbers]
     parent.kill()
-    assert not psutil.wait_procs(workers, timeout=20)[1]
+    left = psutil.wait_procs(workers, timeout=20)[1]
+    for worker in left:
+        worker.kill()
+    assert not left
 
 
 def dies_while_it_answers(part, marker):
