@@ -39,8 +39,9 @@ _AHEAD = 2
 #: Items whose times tell what the next will take: few, since compiling makes a worker's first ones slow.
 _TIMED = 15
 
-#: An item is given up after so many lost workers.
-_MOST_LOSSES = 3
+#: An item may be lost with its workers so often. Each time it goes in a batch smaller by this factor, and at last
+#: alone: so the one that ends its workers is found, and the others that were lost with it are computed.
+_MOST_LOSSES, _FEWER = 3, 16
 
 
 class Failure(NamedTuple):
@@ -75,7 +76,7 @@ def each_finished(work: Work, items: Sequence[int], receive: Callable[[range, An
     with _pool(work) as pool:
         queue, running = _Queue(work, items, pool.cores, pool.serving), {}
         while queue.waiting or running:
-            while queue.waiting and len(running) < pool.ahead:
+            while queue.waiting and len(running) < (1 if queue.last else pool.ahead):
                 batch = queue.take()
                 running[pool.submit([work.arguments[k] for k in batch])] = batch
             for done, outcome in pool.finished(running):
@@ -90,13 +91,15 @@ class _Queue:
         self.waiting, self.losses, self.turn = set(items), {}, cores * serving
         self.most, self.cores, self.total = max(_BYTES // (8 * max(int(np.prod(work.shape)), 1)), 1), cores, len(items)
         self.seconds: deque[float] = deque(maxlen=_TIMED)
+        self.last: set[int] = set()  # items at their last try: nothing else is computed meanwhile
 
     def take(self) -> range:
         """Return the dearest that waits, and neighbours with it for about half a second."""
         while (first := self.order.popleft()) not in self.waiting:
             pass
-        stop, size = first + 1, self._size()
-        while stop < first + size and stop in self.waiting:
+        stop, losses = first + 1, self.losses.get(first, 0)
+        size = 1 if first in self.last else self._size() / _FEWER**losses
+        while stop < first + size and stop in self.waiting and self.losses.get(stop, 0) == losses:
             stop += 1
         self.waiting.difference_update(range(first, stop))
         return range(first, stop)
@@ -111,6 +114,7 @@ class _Queue:
 
     def settle(self, batch: range, outcome: _Outcome | None, receive: Callable[[range, Any], None]) -> None:
         """Hand over what a batch came to; let its items wait again that did not have their turn."""
+        self.last.difference_update(batch)
         if outcome is None:
             self._lost(batch, receive)
             return
@@ -131,6 +135,7 @@ class _Queue:
             self.losses[k] = self.losses.get(k, 0) + 1
             if self.losses[k] > _MOST_LOSSES:
                 receive(range(k, k + 1), Failure(LostError(f"lost {self.losses[k]} workers")))
+        self.last.update(k for k in batch if self.losses[k] == _MOST_LOSSES)
         self._again([k for k in batch if self.losses[k] <= _MOST_LOSSES])
 
 
@@ -156,8 +161,17 @@ def _attempt(task: Callable, arguments: list[tuple], shape: tuple[int, ...], *sh
         for item in arguments:
             results.append(run_batch(task, [item], *shared))
     except Exception as error:
+        if _is_interrupt(error):
+            raise KeyboardInterrupt from error
         failure = Failure(error)
     return _Outcome(np.concatenate(results), time.perf_counter() - began, failure)
+
+
+def _is_interrupt(error: BaseException | None) -> bool:
+    """Say whether an error comes of an interrupt: one within a kernel leaves Numba as a SystemError, or several."""
+    while isinstance(error, SystemError):
+        error = error.__cause__
+    return isinstance(error, KeyboardInterrupt)
 
 
 class _Pool(Protocol):
@@ -245,7 +259,13 @@ class _Cluster:
         self._share()
 
     def _share(self) -> None:
-        self.shared = self.client.scatter(list(self.work.shared), broadcast=True, hash=False)
+        try:
+            self.shared = self.client.scatter(list(self.work.shared), broadcast=True, hash=False)
+        except Exception as error:
+            raise RuntimeError(
+                f"{self.client.scheduler.address}: nothing can be sent to its workers ({error}): "
+                "expected at least one 'dask worker', where roughxr is installed as here"
+            ) from error
 
     @property
     def cores(self) -> int:

@@ -19,7 +19,7 @@ class Progress:
     total : int
         Items to finish.
     done : int
-        Items that an earlier session finished: they count as done, not for the rate.
+        Items that an earlier call finished: they count as done, not for the rate.
     what : str
         Name of the items.
     stream : file, optional

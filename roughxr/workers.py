@@ -1,14 +1,18 @@
-"""A pool of worker processes in which a death never goes unnoticed.
+"""A pool of worker processes in which a death never goes unnoticed, nor that of the process they work for.
 
 Python's own pool ends with `BrokenProcessPool` when a worker dies, but for one moment: killed while it sends a result,
 a worker leaves half a message behind, for whose other half the pool would wait for ever. Here a thread looks after the
-workers, and where one has died and the pool does not notice, ends the pool so that it does.
+workers, and where one has died and the pool does not notice, ends the pool so that it does. A thread in each worker
+ends it when the process is killed that it works for: it would wait for the next task for ever.
 """
 
 from __future__ import annotations
 
 import contextlib
+import multiprocessing
+import os
 import threading
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 
@@ -36,10 +40,7 @@ class Pool(ProcessPoolExecutor):
         super().__init__(
             processes,
             mp_context=dask.multiprocessing.get_context(),
-            initializer=partial(
-                dask.multiprocessing.initialize_worker_process,
-                user_initializer=dask.config.get("multiprocessing.initializer", None),
-            ),
+            initializer=partial(_begin, dask.config.get("multiprocessing.initializer", None)),
         )
         self._done = threading.Event()
         threading.Thread(target=_watch, args=(self, self._done), daemon=True).start()
@@ -48,6 +49,17 @@ class Pool(ProcessPoolExecutor):
         """End the workers, and then the watch."""
         super().shutdown(wait, cancel_futures=cancel_futures)
         self._done.set()
+
+
+def _begin(user_initializer: Callable[[], None] | None) -> None:
+    """Make ready a worker, as dask does."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    dask.multiprocessing.initialize_worker_process(user_initializer=user_initializer)
+
+
+def _end_with_parent() -> None:
+    multiprocessing.parent_process().join()
+    os._exit(1)
 
 
 def _watch(executor: ProcessPoolExecutor, done: threading.Event) -> None:

@@ -1,5 +1,6 @@
 """Items of a solve in batches: their size, their order, failures and losses."""
 
+import multiprocessing
 import os
 import signal
 import struct
@@ -8,6 +9,7 @@ import time
 
 import dask
 import numpy as np
+import psutil
 import pytest
 
 from roughxr.gather import Failure, _Queue, each_finished
@@ -111,6 +113,19 @@ def interrupted():
     raise KeyboardInterrupt
 
 
+def test_an_interrupt_within_a_kernel_is_no_failure_of_an_item():
+    """It comes out of Numba as a SystemError, which is an Exception."""
+    work = Work(interrupted_kernel, [(0.0,)], (1,), ([],))
+    with dask.config.set(scheduler="synchronous"), pytest.raises(KeyboardInterrupt):
+        each_finished(work, range(1), lambda batch, result: None)
+
+
+def interrupted_kernel(_):
+    error = SystemError("returned a result with an exception set")
+    error.__cause__ = KeyboardInterrupt()
+    raise SystemError("returned a result with an exception set") from error
+
+
 def dies(k):
     if k == 2:
         os.kill(os.getpid(), signal.SIGKILL)
@@ -124,7 +139,52 @@ def test_an_item_that_kills_its_workers_is_given_up():
     with dask.config.set(scheduler="processes", num_workers=1):
         each_finished(Work(dies, [(k,) for k in range(4)], (1,), ([],)), range(4), kept_in(found))
     assert found[2].reason == "lost 4 workers"
-    assert found[0].item() == 0.0
+    assert [found[k].item() for k in (0, 1, 3)] == [0, 1, 3]
+
+
+def one_dies(k):
+    if k == 77:
+        os.kill(os.getpid(), signal.SIGKILL)
+    time.sleep(1e-3)
+    return np.array([float(k)])
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="Windows kills otherwise")
+def test_what_is_lost_with_an_item_that_kills_is_computed():
+    """The others of its batch, and of those that were computed beside it."""
+    found = {}
+    with dask.config.set(scheduler="processes", num_workers=2):
+        each_finished(Work(one_dies, [(k,) for k in range(500)], (1,), ([],)), range(500), kept_in(found))
+    assert found.pop(77).reason == "lost 4 workers"
+    assert sorted(found) == [k for k in range(500) if k != 77]
+    assert all(found[k].item() == k for k in found)
+
+
+def waits_in_processes(folder):
+    with dask.config.set(scheduler="processes", num_workers=2):
+        each_finished(Work(leaves_its_number, [(), ()], (1,), (folder, [])), range(2), kept_in({}))
+
+
+def leaves_its_number(folder):
+    (folder / str(os.getpid())).touch()
+    time.sleep(60)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="Windows kills otherwise")
+def test_workers_end_with_the_process_they_work_for(tmp_path):
+    """However it ends: killed, it cannot tell them."""
+    parent = multiprocessing.get_context("spawn").Process(target=waits_in_processes, args=(tmp_path,))
+    parent.start()
+    until = time.monotonic() + 60
+    while len(numbers := [int(file.name) for file in tmp_path.iterdir()]) < 2:
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    workers = [psutil.Process(number) for number in numbers]
+    parent.kill()
+    left = psutil.wait_procs(workers, timeout=20)[1]
+    for worker in left:
+        worker.kill()
+    assert not left
 
 
 def dies_while_it_answers(part, marker):

@@ -73,7 +73,7 @@ class Terminal(io.StringIO):
 
 
 def test_a_bar_on_a_terminal_and_lines_elsewhere(monkeypatch):
-    """With rate, time left and failures; what an earlier session did counts as done, not for the rate."""
+    """With rate, time left and failures; what an earlier call did counts as done, not for the rate."""
     now = [0.0]
     monkeypatch.setattr("roughxr.progress.time.monotonic", lambda: now[0])
     shown, lines = Terminal(), io.StringIO()

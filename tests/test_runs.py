@@ -17,6 +17,7 @@ import xarray as xr
 
 from roughxr import archive, disk, gather
 from roughxr.runs import checkpoint
+from roughxr.tasks import Work
 
 from . import a_run
 
@@ -274,6 +275,18 @@ def test_other_runs_under_the_same_name_are_refused_with_both_named(tmp_path, un
     only(finished)
 
 
+def test_a_scheduler_that_is_not_there_leaves_no_trace(tmp_path):
+    pytest.importorskip("distributed")
+    with (
+        dask.config.set({"distributed.comm.timeouts.connect": "200ms"}),
+        pytest.raises(OSError, match=r"scheduler 'tcp://127.0.0.1:1': could not be reached"),
+    ):
+        a_run.run(tmp_path / "run.nc", scheduler="tcp://127.0.0.1:1")
+    with pytest.raises(ValueError, match="scheduler: expected"):
+        a_run.run(tmp_path / "run.nc", scheduler="cloud")
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_file_that_is_no_run_is_refused_and_kept(tmp_path):
     path = tmp_path / "run.nc"
     path.write_text("a diary")
@@ -319,7 +332,30 @@ def test_failed_subregions_are_named_and_the_others_kept(tmp_path, monkeypatch):
     assert any("subregion 0 failed" in line for line in log(path))
 
 
-def test_what_is_taken_from_an_earlier_session_is_told(tmp_path, undisturbed, monkeypatch, capsys):
+def test_a_failed_tile_is_named_by_its_subregions(tmp_path):
+    """An item of `pull_off_map` holds many."""
+    from roughxr.runs.loop import _Keeper
+
+    kept = checkpoint.Checkpoint(tmp_path / "run.nc")
+    work = Work(fails_at_the_second, [(0,), (1,)], (10, 1), ([],), each=10)
+    with (
+        dask.config.set(scheduler="synchronous"),
+        pytest.raises(
+            RuntimeError, match="10 of 20 subregions failed, the first, subregions 10 to 19: ZeroDivisionError: a fault"
+        ),
+    ):
+        _Keeper(kept, progress=False).array(work)
+    assert any("subregions 10 to 19 failed" in line for line in kept.log().message.values)
+    kept.close(remove=True)
+
+
+def fails_at_the_second(k):
+    if k == 1:
+        raise ZeroDivisionError("a fault")
+    return np.zeros((10, 1))
+
+
+def test_what_is_taken_from_an_earlier_call_is_told(tmp_path, undisturbed, monkeypatch, capsys):
     """A run that was stopped while its archive was written has nothing left to compute, and says so."""
     path = tmp_path / "run.nc"
     with monkeypatch.context() as patch:

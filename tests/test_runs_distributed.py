@@ -124,6 +124,18 @@ def test_an_active_client_is_used_and_counts_subregions(surface, lazy, capsys):
     assert "196/196 subregions" in capsys.readouterr().err
 
 
+def test_a_cluster_without_workers_is_told(surface):
+    cluster = distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=None, protocol="inproc://")
+    with (
+        cluster,
+        distributed.Client(cluster, timeout="500ms"),
+        pytest.raises(
+            RuntimeError, match=r"nothing can be sent to its workers \(.*expected at least one 'dask worker'"
+        ),
+    ):
+        direct(surface, **OPTIONS)
+
+
 @pytest.mark.parametrize("name", ["cloud", "thread"])
 def test_unknown_schedulers_are_refused_in_words(name):
     with (

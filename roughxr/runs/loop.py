@@ -49,9 +49,9 @@ def checkpointed(
 ) -> dict[str, xr.Dataset]:
     """Compute the groups of an archive so that a crash costs only what was in flight.
 
-    Every solve within ``compute`` (`direct`, `superpose`, `pull_off_map`, …) is kept subregion by subregion in
-    ``OUTPUT.checkpoint`` as it finishes. Called again after a crash, it goes on from there; a finished run is read,
-    not repeated.
+    Every solve within ``compute`` (`direct`, `superpose`, `pull_off_map`, …) is kept in ``OUTPUT.checkpoint`` by
+    batches of subregions that take about half a second, as they finish. Called again after a crash, it goes on from
+    there; a finished run is read, not repeated.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def checkpointed(
     BlockingIOError
         If another process is computing the same output.
     OSError
-        If the disk is full: what was kept is safe, call again when there is room.
+        If the disk is full: what was kept is safe, call again when there is room; or if no scheduler answers.
     RuntimeError
         If subregions failed: the others are kept.
 
@@ -116,8 +116,8 @@ def checkpointed(
 
 
 def _compute(compute, checkpoint, output, asked, title, progress, scheduler) -> None:
-    _begin(checkpoint, output, asked)
     with on(scheduler), parallel.kept_by(_Keeper(checkpoint, progress)):
+        _begin(checkpoint, output, asked)
         groups = dict(compute())
     checkpoint.say("all computed")
     groups["log"] = checkpoint.log()
@@ -177,8 +177,8 @@ class _Keeper:
 
         def receive(batch: range, result: Any) -> None:
             if isinstance(result, Failure):
-                failures.append((batch[0], result.reason))
-                self.checkpoint.say(f"{_solve_of(work)}: subregion {batch[0]} failed: {result.reason}")
+                failures.append(f"{_subregions(work, batch[0])}: {result.reason}")
+                self.checkpoint.say(f"{_solve_of(work)}: {_subregions(work, batch[0])} failed: {result.reason}")
             else:
                 self.checkpoint.put(stage, batch[0], result)
             progress.add(work.each * len(batch), failed=isinstance(result, Failure))
@@ -206,10 +206,15 @@ def _in_slabs(ds: xr.Dataset) -> xr.Dataset:
     return xr.concat(computed, "subregion", data_vars="minimal", coords="minimal", compat="override")
 
 
-def _told(failures: list[tuple[int, str]], progress: Progress) -> str:
-    first, reason = failures[0]
+def _subregions(work: Work, item: int) -> str:
+    """Return the name of what an item holds."""
+    first = item * work.each
+    return f"subregion {first}" if work.each == 1 else f"subregions {first} to {first + work.each - 1}"
+
+
+def _told(failures: list[str], progress: Progress) -> str:
     return (
-        f"{progress.failed} of {progress.total} subregions failed, the first, subregion {first}: {reason}; "
+        f"{progress.failed} of {progress.total} subregions failed, the first, {failures[0]}; "
         "the others are kept: mend the cause and call again"
     )
 
@@ -224,6 +229,8 @@ def on(scheduler: str | None) -> Iterator[None]:
         If it is neither a name nor an address.
     ImportError
         If an address is given and ``distributed`` is not installed.
+    OSError
+        If no scheduler answers there.
     """
     if scheduler is None:
         yield
@@ -245,7 +252,13 @@ def _client(address: str) -> Any:
         from distributed import Client
     except ImportError:
         raise ImportError("a scheduler's address needs dask.distributed: pip install 'roughxr[distributed]'") from None
-    return Client(address)
+    try:
+        return Client(address)
+    except (OSError, ValueError) as error:
+        raise OSError(
+            f"scheduler {address!r}: could not be reached ({error}); "
+            "start 'dask scheduler' and give the address that it prints"
+        ) from error
 
 
 def _solve_of(work: Work) -> str:
