@@ -20,8 +20,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with warnings.catch_warnings():
             warnings.showwarning = _warn
             options.command(options)
-    except KeyboardInterrupt:
-        print("roughxr: interrupted; what was finished is kept, the same command goes on from there", file=sys.stderr)
+    except (KeyboardInterrupt, SystemError) as error:
+        from .gather import is_interrupt
+
+        if not is_interrupt(error):
+            raise
+        kept = "; what was finished is kept, the same command goes on from there"
+        print(f"roughxr: interrupted{kept if options.command in (_paper, _run) else ''}", file=sys.stderr)
         return 130
     except _REFUSALS as error:
         print(f"roughxr: {error}", file=sys.stderr)

@@ -73,7 +73,7 @@ def each_finished(work: Work, items: Sequence[int], receive: Callable[[range, An
         Called in this process as ``receive(batch, result)`` with a range of items and their array, or one item and
         its `Failure`. Nothing else keeps the result.
     """
-    with _pool(work) as pool:
+    with _pool(work, len(items)) as pool:
         queue, running = _Queue(work, items, pool.cores, pool.serving), {}
         while queue.waiting or running:
             while queue.waiting and len(running) < (1 if queue.last else pool.ahead):
@@ -161,13 +161,13 @@ def _attempt(task: Callable, arguments: list[tuple], shape: tuple[int, ...], *sh
         for item in arguments:
             results.append(run_batch(task, [item], *shared))
     except Exception as error:
-        if _is_interrupt(error):
+        if is_interrupt(error):
             raise KeyboardInterrupt from error
         failure = Failure(error)
     return _Outcome(np.concatenate(results), time.perf_counter() - began, failure)
 
 
-def _is_interrupt(error: BaseException | None) -> bool:
+def is_interrupt(error: BaseException | None) -> bool:
     """Say whether an error comes of an interrupt: one within a kernel leaves Numba as a SystemError, or several."""
     while isinstance(error, SystemError):
         error = error.__cause__
@@ -189,10 +189,10 @@ class _Pool(Protocol):
 
 
 @contextmanager
-def _pool(work: Work) -> Iterator[_Pool]:
+def _pool(work: Work, items: int) -> Iterator[_Pool]:
     """Give the pool of the scheduler in force."""
     client = active_client()
-    pool = _Here(work) if client is None else _Cluster(client, work)
+    pool = _Here(work, items) if client is None else _Cluster(client, work)
     try:
         yield pool
     finally:
@@ -200,12 +200,15 @@ def _pool(work: Work) -> Iterator[_Pool]:
 
 
 class _Here:
-    """Threads, processes, or this thread alone, as dask's local schedulers use them."""
+    """Threads, processes, or this thread alone, in the number that dask's local schedulers use.
+
+    A single item is computed in this thread: to start processes takes seconds.
+    """
 
     serving = _SERVED_HERE
 
-    def __init__(self, work: Work):
-        self.work, self.get = work, dask.base.get_scheduler()
+    def __init__(self, work: Work, items: int):
+        self.work, self.get = work, dask.base.get_scheduler() if items > 1 else dask.local.get_sync
         alone = self.get is dask.local.get_sync
         self.cores = 1 if alone else dask.config.get("num_workers", None) or dask.system.CPU_COUNT
         self.ahead = 1 if alone else _AHEAD * self.cores

@@ -92,6 +92,25 @@ def test_interruption_is_told_and_leaves_nothing(tmp_path, monkeypatch, capsys):
     assert not list(tmp_path.rglob("*.nc")) and not list(tmp_path.rglob("*.part"))
 
 
+@pytest.mark.parametrize("within", [False, True], ids=["Python", "a kernel"])
+def test_an_interrupt_elsewhere_promises_nothing(within, tmp_path, monkeypatch, capsys):
+    """Numba turns an interrupt within a kernel into a SystemError."""
+    from roughxr import scans
+
+    def interrupted(*arguments, **options):
+        if not within:
+            raise KeyboardInterrupt
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as error:
+            raise SystemError("returned a result with an exception set") from error
+
+    scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
+    monkeypatch.setattr(scans, "open_scan", interrupted)
+    assert main(["convert", str(tmp_path / "scan.nc"), "-o", str(tmp_path / "out.gsf")]) == 130
+    assert capsys.readouterr().err == "roughxr: interrupted\n"
+
+
 def test_info_tells_channels_sizes_and_roughness_and_draws(tmp_path, capsys):
     scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
     assert main(["info", str(tmp_path / "scan.nc"), "--picture", str(tmp_path / "scan.png")]) == 0

@@ -206,7 +206,7 @@ def dispatch(batches=2000):
 
     work = Work(_nothing, [], (8,), ([],))
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster):
-        with gather._pool(work) as pool:
+        with gather._pool(work, batches) as pool:
             running = {pool.submit([(k,)]): k for k in range(50)}
             began = time.perf_counter()
             for k in range(batches):
