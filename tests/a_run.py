@@ -7,6 +7,7 @@ import signal
 import dask
 import numpy as np
 
+from roughxr import gather
 from roughxr.direct import direct
 from roughxr.pull_off_map import pull_off_map
 from roughxr.runs import checkpointed
@@ -39,13 +40,15 @@ def run(output, *, seed=3, arguments=ARGUMENTS, **options):
     return checkpointed(lambda: solutions(ds), output, scan=ds, arguments=arguments, **options)
 
 
-def in_a_process(output, limit=None, told=None, **options):
-    """Run, as a child that can be killed; with at most ``limit`` bytes in any file."""
+def in_a_process(output, limit=None, told=None, alone=False, **options):
+    """Run, as a child that can be killed; with at most ``limit`` bytes in any file, or subregions kept one by one."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if limit is not None:
         import resource
 
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+    if alone:
+        gather._SECONDS = gather._Here.serving = 0.0
     if options.get("scheduler") == "processes":
         dask.config.set({"multiprocessing.context": "fork", "num_workers": 2})
     try:

@@ -124,7 +124,7 @@ def test_a_run_killed_at_a_random_moment_goes_on(tmp_path, undisturbed, seed):
 
 def test_what_was_finished_is_not_computed_again(tmp_path, undisturbed):
     path = tmp_path / "run.nc"
-    child = start(path)
+    child = start(path, alone=True)
     wait_for(path, 20)
     kill(child)
     finish(path)
@@ -134,7 +134,7 @@ def test_what_was_finished_is_not_computed_again(tmp_path, undisturbed):
 
 
 def wait_for(path, results):
-    """Wait until a run has kept so many results; reads the growing log of its database."""
+    """Wait until a run that keeps them one by one has kept so many results; reads the growing log of its database."""
     until = time.monotonic() + SECONDS
     wal = path.with_name(path.name + ".checkpoint-wal")
     while not wal.exists() or wal.stat().st_size < results * 4200:
@@ -144,7 +144,7 @@ def wait_for(path, results):
 
 def test_an_interrupt_loses_nothing(tmp_path, undisturbed):
     path = tmp_path / "run.nc"
-    child = start(path)
+    child = start(path, alone=True)
     wait_for(path, 10)
     kill(child, signal.SIGINT)
     assert child.exitcode == 130
@@ -197,7 +197,7 @@ def test_a_quota_is_said_and_survived(tmp_path, undisturbed):
 
 def stopped(path):
     """Return the checkpoint of a run killed half-way."""
-    child = start(path)
+    child = start(path, alone=True)
     wait_for(path, 20)
     kill(child)
     return path.with_name(path.name + ".checkpoint")
@@ -237,7 +237,7 @@ def test_noise_in_place_of_a_checkpoint_is_set_aside(tmp_path, undisturbed):
 def test_two_runs_on_one_output(tmp_path, undisturbed):
     """The second is refused and says who holds it; the first goes on undisturbed."""
     path = tmp_path / "run.nc"
-    first = start(path)
+    first = start(path, alone=True)
     wait_for(path, 5)
     with pytest.raises(BlockingIOError, match=f"process {first.pid}"):
         a_run.run(path)
