@@ -119,7 +119,9 @@ def adhesive(
     refine : int
         Solve on pixels so many times smaller, heights interpolated by bicubic splines.
     step : number or quantity
-        Longest step of the displacement, nm. Shorter ones are taken where the contact jumps on retraction.
+        Longest step of the displacement, nm. Shorter ones are taken where the contact jumps on retraction. The
+        force falls at each cell that lets go, and the pull-off is the largest of the states stopped at: where
+        single places matter more than their mean, take steps of 0.01 nm.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, as in `direct`.
     profile : {"sphere", "parabola"}

@@ -1,6 +1,7 @@
 """What adhesion costs: cycles of approach and retraction at 64 places on the twin of the glass.
 
-``python tests/benchmarks/adhesive_cost.py [refine …]`` prints the time of each, and where it goes.
+``python tests/benchmarks/adhesive_cost.py [refine …]`` prints the time of each, and where it goes; and how much the
+pull-off of single places hangs on the step.
 """
 
 import cProfile
@@ -33,10 +34,26 @@ def main(refines):
             f"refine={refine}: {seconds:6.1f} s, pull-off {float(pull.mean()):.0f} ± {float(pull.std()):.0f} nN, "
             f"converged {bool(cycle.converged.all())}, complete {int(cycle.complete.sum())}/64"
         )
+    halvings(scan)
     profile = cProfile.Profile()
     with dask.config.set(scheduler="synchronous"):
         profile.runcall(adhesive, scan, delta=delta, subregions=(8, 8), step=0.25)
     pstats.Stats(profile).sort_stats("tottime").print_stats(6)
+
+
+def halvings(scan, steps=(0.25, 0.125, 0.02, 0.01, 0.005)):
+    """Print how the pull-off changes from step to step: it is the largest of the states that a path stops at."""
+    before = None
+    for step in steps:
+        began = time.process_time()
+        cycle = adhesive(scan, delta=[4.0], subregions=(8, 8), datum="first_contact", step=step)
+        seconds, force = time.process_time() - began, cycle.pull_off_force.values
+        line = f"step {step:5g} nm: {seconds:4.1f} s of processor time, mean {force.mean():.1f} nN"
+        if before is not None:
+            change = np.abs(force / before - 1)
+            line += f"; from the one before, {(change > 0.01).sum()} of 64 by more than 1 %, at most {change.max():.1%}"
+        print(line)
+        before = force
 
 
 if __name__ == "__main__":
