@@ -17,6 +17,7 @@ import xarray as xr
 
 from roughxr import archive, disk, gather
 from roughxr.runs import checkpoint
+from roughxr.runs.identity import key_of
 from roughxr.tasks import Work
 
 from . import a_run
@@ -386,3 +387,20 @@ def test_a_checkpoint_is_not_readable_by_chance(tmp_path):
     np.testing.assert_array_equal(kept.get("stage", 5, (2, 3)), result)
     kept.close(remove=True)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_solve_is_known_by_all_that_it_depends_on():
+    array = np.arange(12.0).reshape(3, 4)
+
+    def key(shift=0.0, flag=True, rows=slice(0, 3), shared=array, shape=(2,)):
+        return key_of(Work(_note, [(1.0, flag, rows), (2.0 + shift, None, "text")], shape, (shared, [array])))
+
+    others = [{"shift": 1e-15}, {"flag": False}, {"rows": slice(0, 2)}, {"shape": (3,)}]
+    others += [{"shared": array + np.eye(3, 4) * 1e-15}, {"shared": array.T}, {"shared": array.astype("f4")}]
+    keys = [key(**options) for options in ({}, *others)]
+    assert len(set(keys)) == len(keys)
+    assert key(shared=array.copy()) == keys[0]
+
+
+def _note(*values):
+    return np.zeros(2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -87,8 +88,20 @@ def _listed(values: Mapping[str, Any], keys: list[str]) -> str:
 
 
 def key_of(work: Work) -> str:
-    """Return a hash of everything that the results of ``work`` depend on."""
+    """Return a hash of everything that the results of ``work`` depend on.
+
+    Plain numbers, of which each subregion has some, are hashed as text: dask's search of them all took a tenth of a
+    run of 2304 places on two threads.
+    """
+    found = hashlib.blake2b(f"{work.task.__module__}.{work.task.__qualname__} {work.shape}".encode(), digest_size=16)
     with dask.config.set({"tokenize.ensure-deterministic": True}):
-        return dask.base.tokenize(
-            f"{work.task.__module__}.{work.task.__qualname__}", work.arguments, work.shape, work.shared
-        )
+        for values in (*work.arguments, work.shared):
+            found.update(repr([value if _is_plain(value) else dask.base.tokenize(value) for value in values]).encode())
+    return found.hexdigest()
+
+
+def _is_plain(value: Any) -> bool:
+    """Say whether a value is told wholly by its text."""
+    if isinstance(value, tuple):
+        return all(map(_is_plain, value))
+    return value is None or isinstance(value, (int, float, str, slice, np.number, np.bool_))
