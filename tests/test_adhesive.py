@@ -9,7 +9,7 @@ import xarray as xr
 from roughxr.adhesive import adhesive, elastic_pull_off, tabor
 from roughxr.asperities import asperities
 from roughxr.direct import direct
-from roughxr.kernels import jkr, maugis
+from roughxr.kernels import cohesion, jkr, maugis
 from tests import surfaces
 
 PIXEL = 9.77
@@ -33,7 +33,7 @@ def exact(delta, scale):
 CENTRES = {"on a pixel": (0.0, 0.0), "on a corner": (0.5, 0.5), "elsewhere": (0.31, 0.17)}
 
 #: Largest error of force (in pull-offs) and area: a front that crosses whole rows on four sides at once jerks.
-ERRORS = {(0.0, 0.0): (0.02, 0.04), (0.5, 0.5): (0.023, 0.04), (0.31, 0.17): (0.01, 0.02)}
+ERRORS = {(0.0, 0.0): (0.02, 0.02), (0.5, 0.5): (0.02, 0.02), (0.31, 0.17): (0.01, 0.01)}
 
 
 def at(offset, pixel):
@@ -42,7 +42,7 @@ def at(offset, pixel):
 
 @pytest.fixture(scope="module", params=CENTRES, ids=list(CENTRES))
 def cycle(request):
-    ds, delta = flat(), np.arange(-1.25, 5.01, 0.25)
+    ds, delta = flat(), np.arange(-2.0, 5.01, 0.25)
     centre = at(CENTRES[request.param], PIXEL)
     errors = ERRORS[CENTRES[request.param]]
     return ds, adhesive(ds, delta=delta, subregions=centre, profile="parabola"), errors
@@ -70,7 +70,9 @@ def test_sphere_loads_on_the_same_branch(cycle):
     _, scale = units(ds)
     error = loading.force.values[0] - exact(loading.delta.values, scale)
     assert np.abs(error).max() < 0.03 * PULL
-    assert float(solution.snap_in_force[0]) == pytest.approx(8 / 9 * PULL, rel=0.06)  # within one step
+    snap_in = float(solution.snap_in_delta[0])
+    assert 0 <= snap_in <= 0.25  # within one step
+    assert -float(solution.snap_in_force[0]) == pytest.approx(exact([snap_in], scale)[0], abs=0.02 * PULL)
     assert not solution.sel(branch="loading", delta=slice(None, -0.5)).force.any()
 
 
@@ -126,13 +128,10 @@ def round_pulls():
     return pulls_of_ellipse(1)
 
 
-# Measured over the six apexes, at ten pixels to the contact's radius: at 5 from −0.001 to +0.007; at 10 all too high,
-# by 0.006 to 0.011, where the shorter half-axis spans five pixels and the front is nowhere round.
-@pytest.mark.parametrize("ratio, expected, spread", [(5, 0.981, 0.01), (10, 0.966, 0.012)])
-def test_ellipses_relative_to_the_sphere(round_pulls, ratio, expected, spread):
+@pytest.mark.parametrize("ratio, expected", [(5, 0.981), (10, 0.966)])
+def test_ellipses_relative_to_the_sphere(round_pulls, ratio, expected):
     relative = pulls_of_ellipse(ratio) / round_pulls
-    assert relative.mean() == pytest.approx(expected, abs=0.01)
-    assert np.abs(relative - expected).max() < spread
+    np.testing.assert_allclose(relative, expected, atol=0.01)
 
 
 @pytest.mark.parametrize("parameter, refine", [(0.5, 1), (1.0, 1), (2.0, 2)])
@@ -168,7 +167,7 @@ def work_left(law, gap, ds):
     dx, w = float(ds.x[1] - ds.x[0]), float(ds.work_of_adhesion)
     if law == "exponential":
         return w * np.exp(-STRENGTH * gap / w) * dx**2
-    slope = 0.5 * float(ds.contact_modulus) / dx  # the step is spread over what the mesh can show
+    slope = cohesion.SOFTENING * float(ds.contact_modulus) / dx  # the step is spread over what the mesh can show
     end = w / STRENGTH + STRENGTH / (2 * slope)
     plateau = end - STRENGTH / slope
     left = 0.5 * slope * np.clip(end - np.maximum(gap, plateau), 0, None) ** 2

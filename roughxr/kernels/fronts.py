@@ -1,0 +1,100 @@
+"""Which cells belong to which contact, and how curved its outline is.
+
+A cell counts by the part of it that is closed. Cells at least half closed that touch along a side are one contact; the
+more open ones around go to the contact that reaches them first. The outline of a contact is drawn as the ellipse with
+its cells' moments: smooth where the cells are not, and what a rough outline is seen as from the width of its front.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .glued import ABSENT
+from .jit import kernel
+
+#: Part of a cell that must be closed for it to belong to the core of a contact.
+_CORE = 0.2
+
+#: Power of the lengthening with which an adhesive ellipse's dL/dA grows.
+_ROUNDING = 5.0 / 3.0
+
+#: Variance of a coordinate over one cell.
+_CELL = 1.0 / 12.0
+
+
+class Contacts(NamedTuple):
+    """The contacts of a set of cells."""
+
+    of: np.ndarray  # (cell,) contact of each cell
+    cells: np.ndarray  # (contact,) sum of the closed parts
+    radius: np.ndarray  # (contact,) 1 over dL/dA, cells
+
+
+@kernel
+def contacts(closed, glued, count):
+    """Tell contacts apart; ``closed`` (cell,) in [0, 1]."""
+    of, found = _separate(closed, glued, count)
+    moments = np.zeros((found, 6))
+    for k in range(count):
+        x, y, part = float(glued.row[k]), float(glued.column[k]), closed[k]
+        m = moments[of[k]]
+        m[0] += part
+        m[1] += part * x
+        m[2] += part * y
+        m[3] += part * x * x
+        m[4] += part * y * y
+        m[5] += part * x * y
+    cells, radius = np.empty(found), np.empty(found)
+    for c in range(found):
+        cells[c] = max(moments[c, 0], 1.0)
+        radius[c] = np.sqrt(cells[c] / np.pi) / lengthening(_axis_ratio(moments[c])) ** _ROUNDING
+    return Contacts(of, cells, radius)
+
+
+@kernel
+def _separate(closed, glued, count):
+    """Return the contact of each cell, and their number."""
+    of, queue = np.full(count, -1), np.empty(count, np.int64)
+    reached, found = 0, 0
+    for least in (_CORE, -1.0):  # cores first, then what has none
+        for seed in range(count):
+            if of[seed] < 0 and closed[seed] >= least:
+                of[seed], queue[reached] = found, seed
+                reached, found = _spread(of, queue, reached, reached + 1, closed, least, glued), found + 1
+        reached = _spread(of, queue, 0, reached, closed, -1.0, glued)
+    return of, found
+
+
+@kernel
+def _spread(of, queue, head, tail, closed, least, glued):
+    """Let the cells of the queue take in their neighbours, these theirs, and so on; return the queue's end."""
+    while head < tail:
+        k = queue[head]
+        head += 1
+        for side in range(4):
+            i = glued.row[k] + (side == 0) - (side == 1)
+            j = glued.column[k] + (side == 2) - (side == 3)
+            m = glued.place[i, j]
+            if m != ABSENT and of[m] < 0 and closed[m] >= least:
+                of[m], queue[tail], tail = of[k], m, tail + 1
+    return tail
+
+
+@kernel
+def _axis_ratio(moments):
+    """Return b/a of the ellipse with the moments of a contact."""
+    total = moments[0]
+    if total <= 0.0:
+        return 1.0
+    x, y = moments[1] / total, moments[2] / total
+    xx, yy = moments[3] / total - x * x + _CELL, moments[4] / total - y * y + _CELL
+    xy = moments[5] / total - x * y
+    mean, spread = 0.5 * (xx + yy), np.sqrt(0.25 * (xx - yy) ** 2 + xy * xy)
+    return np.sqrt(max(mean - spread, _CELL) / (mean + spread))
+
+
+@kernel
+def lengthening(ratio):
+    """Return the length of an ellipse of b/a = ``ratio`` over a circle's of the same area, by Ramanujan's formula."""
+    h = ((1.0 - ratio) / (1.0 + ratio)) ** 2
+    return 0.5 * (1.0 + ratio) / np.sqrt(ratio) * (1.0 + 3.0 * h / (10.0 + np.sqrt(4.0 - 3.0 * h)))
