@@ -1,9 +1,11 @@
-"""Glued cells and laws of cohesion: exact algebra, and the constants of the mesh derived again."""
+"""Glued cells, laws of cohesion and outlines of contacts: exact algebra, and the constants derived again."""
 
 import numpy as np
 import pytest
+from scipy import special
 
-from roughxr.kernels import cohesion
+from roughxr.kernels import cohesion, elliptic_jkr
+from roughxr.kernels.fronts import contacts, lengthening
 from roughxr.kernels.glued import (
     approach,
     elastic_energy,
@@ -80,19 +82,71 @@ def test_an_edge_row_along_the_grid_resists_with_0_58():
     assert np.linalg.inv(matrix)[0, 0] == pytest.approx(0.5801, abs=2e-3)
 
 
-@pytest.mark.parametrize("radius", [4.5, 8.0, 14.0])
-def test_the_front_lies_inside_its_outline(radius):
-    insets = []
-    for offset in np.random.default_rng(0).random((12, 2)):
-        row, column = disc(radius, *offset)
-        stiffness = np.linalg.inv(coefficients(row, column)).sum()
-        insets.append(np.sqrt(row.size / np.pi) - stiffness / 2)  # a rigid disc of radius a resists with 2 E* a
-    assert np.mean(insets) == pytest.approx(cohesion.INSET, abs=0.004)
-    assert np.std(insets) < 0.006
+def held(cells):
+    """Return a set that holds the given cells of a window, and their number."""
+    glued = nothing_glued((64, 64))
+    for count, (i, j) in enumerate(cells):
+        glued = with_room(glued, count)
+        glue(i, j, 0.0, 0.0, glued, count, TABLE)
+    return glued, len(cells)
 
 
-def test_one_cell_alone_has_the_same_inset():
-    assert np.sqrt(1 / np.pi) - 1 / TABLE[0, 0] / 2 == pytest.approx(cohesion.INSET, abs=0.002)
+def found_in(cells, closed=None):
+    glued, count = held(cells)
+    return contacts(np.ones(count) if closed is None else np.asarray(closed, float), glued, count)
+
+
+@pytest.mark.parametrize("radius", [2.5, 4.5, 8.0, 14.0])
+def test_a_round_contact_has_the_radius_of_its_area(radius):
+    row, column = disc(radius, 0.3, 0.1)
+    found = found_in(list(zip(row + 30, column + 30)))
+    assert found.cells.size == 1
+    assert found.radius[0] == pytest.approx(np.sqrt(row.size / np.pi), rel=0.01)
+
+
+def test_contacts_are_told_apart_where_no_side_is_shared():
+    square = [(i, j) for i in range(10, 13) for j in range(10, 13)]
+    found = found_in([*square, (13, 13), (20, 20), (20, 21)])
+    assert sorted(found.cells) == [1, 2, 9]
+    assert len(set(found.of[:9])) == 1
+
+
+def test_cells_that_are_hardly_closed_join_no_two_contacts():
+    row = [(10, j) for j in range(5, 14)]
+    assert found_in(row, [1, 1, 1, 1, 0.5, 1, 1, 1, 1]).cells.size == 1
+    found = found_in(row, [1, 1, 1, 1, 0.1, 1, 1, 1, 1])
+    assert sorted(found.cells) == pytest.approx([4.0, 4.1])
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4, np.pi / 4])
+def test_a_long_contact_shortens_faster_than_a_round_one(angle):
+    i, j = np.meshgrid(np.arange(1, 63), np.arange(1, 63), indexing="ij")
+    x, y = i - 31.3, j - 31.6
+    u, v = np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
+    inside = (u / 24) ** 2 + (v / 8) ** 2 <= 1
+    found = found_in(list(zip(i[inside], j[inside])))
+    around = 4 * 24 * special.ellipe(1 - (8 / 24) ** 2) / (2 * np.pi * np.sqrt(24 * 8))
+    assert found.radius[0] == pytest.approx(np.sqrt(24 * 8) / around ** (5 / 3), rel=0.02)
+
+
+@pytest.mark.parametrize("ratio", [1.5, 2, 5, 10])
+def test_outlines_of_adhesive_ellipses_shorten_by_a_power_of_their_length(ratio):
+    s = np.linspace(0.2, 0.6, 2001)
+    branch = elliptic_jkr.branch("energy", ratio, s)
+    outline = 4 * branch.a * special.ellipe(1 - (branch.b / branch.a) ** 2)
+    area = np.pi * branch.a * branch.b
+    shortening = np.gradient(outline) / np.gradient(area) * np.sqrt(area / np.pi)
+    k = np.argmin(branch.P)
+    ours = lengthening((branch.b / branch.a)[k]) ** (5 / 3)
+    assert ours == pytest.approx(shortening[k], rel=0.02)
+
+
+def test_what_the_outline_takes_is_the_integral_of_lowered_work():
+    cells = np.linspace(1e-6, 400, 200001)
+    for g in (1.0, 0.7):
+        lowered = 1 - np.array([cohesion.toughness(g * np.sqrt(n / np.pi)) for n in cells])
+        total = np.trapezoid(lowered, cells)
+        assert cohesion.line_energy(400.0, g * np.sqrt(400 / np.pi)) == pytest.approx(total, rel=1e-5)
 
 
 LAWS = {
