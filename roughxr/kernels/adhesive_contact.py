@@ -158,11 +158,13 @@ def _retract(problem, deltas, step, glued, count, dissipated, states, kept, pres
         change = min(change, delta - target)
         approach(-change, glued, count)
         held = _force(glued, count)
-        freed, rounds, fine, stable = descend(problem, delta - change, glued, count)
-        jumped = freed > _JUMP * problem.w and not stable
+        may_halve = change > _LEAST_STEP * step and before - held > _SHORTEST * max(largest, abs(before))
+        patience = _JUMP * problem.w if may_halve else np.inf
+        freed, rounds, fine, stable = descend(problem, delta - change, glued, count, patience)
+        jumped = freed > patience and not stable
         bound = min((before - held) / change, slope) * change - before
         missed = bound > (1.0 + _MISSED) * max(largest, -_force(glued, count))
-        if (jumped or missed) and _may_halve(change, step, before, held, largest):
+        if jumped or (missed and may_halve):
             glued.gap[:count], glued.pressure[:count] = gap, pressure
             change *= 0.5
             continue
@@ -193,12 +195,6 @@ def _rest(problem, delta, glued, count):
         count, rounds = forget(problem, glued, count), rounds + done
         freed = before - _energy(problem, delta, glued, count)  # fronts that grew tougher on the way freed more
     return glued, count, freed, rounds, fine
-
-
-@kernel
-def _may_halve(change, step, before, held, largest):
-    """Whether a step is still long enough to matter, by how the force changes in it with all gaps held."""
-    return change > _LEAST_STEP * step and before - held > _SHORTEST * max(largest, abs(before))
 
 
 @kernel

@@ -48,7 +48,7 @@ def settle(problem, delta, glued, count):
     """Balance the cells and take others in until none wants to join; return what that freed."""
     freed, rounds, fine = 0.0, 0, True
     for attempt in range(_ROUNDS):
-        fallen, done, fine, _ = descend(problem, delta, glued, count)
+        fallen, done, fine, _ = descend(problem, delta, glued, count, np.inf)
         freed, rounds = freed + fallen, rounds + done
         before = count
         everywhere = problem.law.anywhere or attempt == 0
@@ -60,8 +60,13 @@ def settle(problem, delta, glued, count):
 
 
 @kernel
-def descend(problem, delta, glued, count):
+def descend(problem, delta, glued, count, patience):
     """Go downhill to a local minimum of Π.
+
+    Parameters
+    ----------
+    patience : float
+        Energy, nm²: once more has been freed past the end of a branch, what is left of the way is not gone.
 
     Returns
     -------
@@ -80,6 +85,8 @@ def descend(problem, delta, glued, count):
             stable = False
             for _ in range(10):
                 _sweep(problem, glued, count)
+            if before - _energy(problem, delta, glued, count) > patience:
+                break
     return before - _energy(problem, delta, glued, count), rounds, fine, stable
 
 
