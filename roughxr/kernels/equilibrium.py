@@ -2,7 +2,9 @@
 
 The cells of the set C (``glued``) are balanced one after the other, each on its own, which only ever lowers Π
 (``adhesive_contact``), and together by Newton's method on the cells that are open, as long as their stiffness is
-positive definite: where it is not, the state is past the end of its branch. Then others are taken in that touch.
+positive definite: where it is not, the state is past the end of its branch. Newton's whole step is taken where the energy
+falls with it, for there are as many regimes to change as cells at the front: to halt at each took half as long again.
+Then others are taken in that touch.
 
 Unit cells and unit modulus, as in ``glued``.
 """
@@ -81,7 +83,7 @@ def descend(problem, delta, glued, count, patience):
         if _sweep(problem, glued, count) <= goal:
             fine = True
             break
-        if not _newton(problem, glued, count):
+        if not _newton(problem, delta, glued, count):
             stable = False
             for _ in range(10):
                 _sweep(problem, glued, count)
@@ -180,8 +182,11 @@ def _sweep(problem, glued, count):
 
 
 @kernel
-def _newton(problem, glued, count):
-    """Balance all open cells together, up to the first that changes its regime; False past a branch's end."""
+def _newton(problem, delta, glued, count):
+    """Balance all open cells together; False past a branch's end.
+
+    The whole step where the energy falls with it, else up to the first cell that changes its regime, where it must.
+    """
     size = 0
     for k in range(count):
         if glued.gap[k] > 0.0:
@@ -199,11 +204,24 @@ def _newton(problem, glued, count):
     if not _solve(problem.matrix, problem.step, size):
         return False
     part = _admissible(problem, glued, size)
+    if part < 1.0:
+        gap, pressure = glued.gap[:count].copy(), glued.pressure[:count].copy()
+        before = _energy(problem, delta, glued, count)
+        _open_all(1.0, size, problem, glued, count)
+        if _energy(problem, delta, glued, count) < before:
+            return True
+        glued.gap[:count], glued.pressure[:count] = gap, pressure
+    _open_all(part, size, problem, glued, count)
+    return True
+
+
+@kernel
+def _open_all(part, size, problem, glued, count):
+    """Go a part of Newton's step; what would close beyond touching touches."""
     for a in range(size):
         k = problem.open[a]
         change = part * problem.step[a]
         open_cell(k, -glued.gap[k] if glued.gap[k] + change < 1e-14 else change, glued, count)
-    return True
 
 
 @kernel
