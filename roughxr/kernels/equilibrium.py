@@ -2,9 +2,9 @@
 
 The cells of the set C (``glued``) are balanced one after the other, each on its own, which only ever lowers Π
 (``adhesive_contact``), and together by Newton's method on the cells that are open, as long as their stiffness is
-positive definite: where it is not, the state is past the end of its branch. Newton's whole step is taken where the energy
-falls with it, for there are as many regimes to change as cells at the front: to halt at each took half as long again.
-Then others are taken in that touch.
+positive definite: where it is not, the state is past the end of its branch. Newton's whole step is taken where the
+energy falls with it, as many cells change their regime in it: to halt at each took half as long again. Then others
+are taken in that touch.
 
 Unit cells and unit modulus, as in ``glued``.
 """
