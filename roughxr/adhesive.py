@@ -58,8 +58,8 @@ _COLUMNS = max(len(_STATES), len(_EVENTS))
 #: top, or the mesh's noise) the estimate divides by next to nothing and is left out.
 _LEAST_CURVATURE = 0.25
 
-#: Contacts of fewer pixels in radius than this at pull-off bring a warning. JKR's sphere is off by 2 % at ten
-#: pixels, 2 to 6 % at five, 4 to 9 % at one, and by up to 80 % at half a pixel.
+#: Contacts of fewer pixels in radius than this at pull-off bring a warning. JKR's sphere is off by up to 0.5 % at
+#: twenty pixels, 1.5 % at ten, 3 % at five (wherever it stands: tests), and by tens of per cent at one.
 _RESOLVED = 2.0
 
 
@@ -119,9 +119,8 @@ def adhesive(
     refine : int
         Solve on pixels so many times smaller, heights interpolated by bicubic splines.
     step : number or quantity
-        Longest step of the displacement, nm. Shorter ones are taken where the contact jumps on retraction. The
-        force falls at each cell that lets go, and the pull-off is the largest of the states stopped at: where
-        single places matter more than their mean, take steps of 0.01 nm.
+        Longest step of the displacement, nm. On retraction shorter ones are taken where a branch ends, and where a
+        larger pull may lie between two states: halving the step leaves the pull-off of nearly every place as it is.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, as in `direct`.
     profile : {"sphere", "parabola"}

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import roughxr
 from roughxr.adhesive import adhesive, elastic_pull_off, tabor
 from roughxr.asperities import asperities
 from roughxr.direct import direct
@@ -94,15 +95,26 @@ def test_a_cycle_loses_what_jumps_free(cycle):
     assert 0 < final < lost
 
 
+@pytest.mark.parametrize("centre", CENTRES.values(), ids=CENTRES)
+def test_a_whole_cycle_loses_its_loop(centre):
+    solution = adhesive(flat(), delta=[-3.0, 5.0], subregions=at(centre, PIXEL), profile="parabola")
+    lost = float(solution.dissipated.sel(branch="retraction", delta=-3.0)[0])
+    assert lost == pytest.approx(float(solution.hysteresis[0]), rel=0.01)
+    assert not solution.energy.sel(branch="retraction", delta=-3.0).any()
+
+
 def test_error_falls_with_the_pixel():
-    errors = []
+    worst = []
     for pixel in (2 * PIXEL, PIXEL, PIXEL / 2):
-        n = int(680 / pixel) | 1
-        solution = adhesive(flat(pixel, n), delta=[-1, 0.1], subregions=at((0.31, 0.17), pixel), profile="parabola")
-        errors.append(abs(float(solution.pull_off_force[0]) / PULL - 1))
-    assert errors[0] < 0.03
-    assert errors[1] < 0.02
-    assert errors[2] < 0.01
+        ds = flat(pixel, int(680 / pixel) | 1)
+        pulls = [
+            float(adhesive(ds, delta=[0.1], subregions=at(centre, pixel), profile="parabola").pull_off_force[0])
+            for centre in CENTRES.values()
+        ]
+        worst.append(np.abs(np.array(pulls) / PULL - 1).max())
+    assert worst[0] < 0.03
+    assert worst[1] < 0.015
+    assert worst[2] < 0.005
 
 
 #: Where on its pixel a paraboloid's apex lies.
@@ -235,6 +247,17 @@ def test_rough_contact_keeps_its_order_of_events(ground):
 def test_shorter_steps_change_little(ground):
     pulls = [quiet(ground, delta=[6.0], subregions=(2, 2), step=step).pull_off_force for step in (0.25, 0.125)]
     assert float(abs(pulls[1] / pulls[0] - 1).max()) < 0.01
+
+
+def test_shorter_steps_change_single_places_little():
+    # a path may fork where two cells are about to jump: that one place in 64 goes another way is allowed
+    scan = surfaces.glass_pair(roughxr.open_sample("glass"))
+    options = {"delta": [4.0], "subregions": (8, 8), "datum": "first_contact"}
+    longer, shorter = (quiet(scan, **options, step=step).pull_off_force for step in (0.25, 0.125))
+    change = abs(shorter / longer - 1)
+    assert int((change > 0.01).sum()) <= 1
+    assert float(change.mean()) < 0.002
+    assert float(shorter.mean()) == pytest.approx(float(longer.mean()), rel=0.001)
 
 
 def bump(shift=0, n=61, pixel=6.0, radius=500.0):
