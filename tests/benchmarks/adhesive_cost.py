@@ -41,8 +41,8 @@ def main(refines):
     pstats.Stats(profile).sort_stats("tottime").print_stats(6)
 
 
-def halvings(scan, steps=(0.25, 0.125, 0.02, 0.01, 0.005)):
-    """Print how the pull-off changes from step to step: it is the largest of the states that a path stops at."""
+def halvings(scan, steps=(0.5, 0.25, 0.125, 0.0625, 0.01)):
+    """Print how little the pull-off of single places changes from step to step: peaks and jumps are closed in upon."""
     before = None
     for step in steps:
         began = time.process_time()
