@@ -157,6 +157,13 @@ def adhesive(
     UserWarning
         If contacts at pull-off are poorly resolved (input in memory only).
 
+    Notes
+    -----
+    In the Griffith limit a front's cells let go over a zone a few cells wide, whose line tension is taken back from the
+    work of adhesion by the outline of each contact (`kernels.cohesion`, `kernels.fronts`). ``energy`` counts that
+    outline as an ellipse: on a smooth sphere ``dissipated`` closes the loop, ``hysteresis``, to 1 %; where rough
+    contacts split and merge it closes less well, and ``hysteresis``, the work of the force, is the figure to take.
+
     References
     ----------
     Griffith (1921); Johnson, Kendall & Roberts (1971); Pohrt & Popov (2015); Maugis (1992).

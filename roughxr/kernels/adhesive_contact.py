@@ -51,7 +51,7 @@ _MISSED, _SHORTEST = 0.003, 0.002
 _LEAST_STEP = 1e-4
 
 #: A state is found again while the root of a cell's factor on w changes by more than this, at most so often.
-_ALIKE, _TURNS = 1e-3, 50
+_ALIKE, _TURNS, _FREE = 1e-3, 60, 20
 
 #: Contacts with a smaller part of the whole tension than this do not count for the resolution.
 _SHARE = 0.1
@@ -184,12 +184,17 @@ def _retract(problem, deltas, step, glued, count, dissipated, states, kept, pres
 
 @kernel
 def _rest(problem, delta, glued, count):
-    """Come to rest, and again while that changes how tough the fronts are; return as ``settle`` does."""
+    """Come to rest, and again while that changes how tough the fronts are; return as ``settle`` does.
+
+    Where contacts are about to merge, tough as one and tough as two may each lead to the other: after ``_FREE`` turns
+    toughness changes by less and less of what it should, and ends in between.
+    """
     before = _energy(problem, delta, glued, count)
     glued, count, freed, rounds, fine = settle(problem, delta, glued, count)
     count = forget(problem, glued, count)
-    for _ in range(_TURNS):
-        if count >= problem.max_cells or _toughen(problem, glued, count) < _ALIKE:
+    for turn in range(_TURNS):
+        part = 1.0 / max(turn - _FREE, 1)
+        if count >= problem.max_cells or _toughen(problem, glued, count, part) < _ALIKE:
             return glued, count, freed, rounds, fine
         glued, count, _, done, fine = settle(problem, delta, glued, count)
         count, rounds = forget(problem, glued, count), rounds + done
@@ -207,18 +212,18 @@ def _force(glued, count):
 
 
 @kernel
-def _toughen(problem, glued, count):
-    """Set each cell's factor on w by how curved its contact's outline is; return by how much its root changed at most.
+def _toughen(problem, glued, count, part):
+    """Bring each cell's factor on w a part of the way to what the curvature of its contact's outline makes it.
 
-    Only fronts of the mesh's own making need it.
+    Return by how much its root changed at most. Only fronts of the mesh's own making need it.
     """
     most = 0.0
     if not problem.law.anywhere and count > 0:
         found = contacts(_closed(problem, glued, count), glued, count)
         for k in range(count):
-            root = np.sqrt(toughness(found.radius[found.of[k]]))
-            most = max(most, abs(root - root_of(k, problem, glued)))
-            problem.roots[glued.row[k], glued.column[k]] = root
+            change = part * (np.sqrt(toughness(found.radius[found.of[k]])) - root_of(k, problem, glued))
+            most = max(most, abs(change))
+            problem.roots[glued.row[k], glued.column[k]] += change
     return most
 
 
