@@ -9,15 +9,15 @@ dugdale       σ₀ given, h = w/σ₀ = d + σ₀/2c: Dugdale's step at h (Maug
 
 On a mesh a front moves from cell to cell, and is to do so evenly. All or nothing, at √(E*w/(0.473 dx)), the criterion
 of Pohrt & Popov (2015), holds on too long, by 11 % of a sphere's pull-off at ten cells. An edge row along the grid
-resists with 0.58, as the coefficients of strips give: with a traction that falls about as fast, c = 0.5, cells still
-let go one by one, and a sphere's pull-off hangs by up to 4 % on where between the cells it stands (five cells to
-the contact's radius). Half as fast they let go three abreast and the front glides; slower still, and the zone in
-which they do so is too wide for narrow contacts.
+resists with 0.58, as the coefficients of strips give: with a traction that falls about as fast cells still let go one
+by one, and a sphere's pull-off hangs on where between the cells it stands. Half as fast they let go three abreast
+and the front glides; slower still, and the zone in which they do so is too wide for narrow contacts.
 
 Such a zone costs more than w: in proportion to the front's length, as a line tension. A round contact's pull-off rises
 with it by ``LINE`` over its radius in cells, less where the zone is no longer small beside the contact (``NARROW``),
 as in Maugis's theory. ``toughness`` takes both back from w, and the path is that of a front without a width. The two
-numbers were found on JKR's spheres of 2.5 to 16 cells; ellipses, which they were not found on, bear them out.
+numbers were found on JKR's spheres of 2.5 to 16 cells; ellipses, which they were not found on, bear them out
+(``python tests/benchmarks/adhesive_accuracy.py``).
 
 Unit cells and unit modulus: tractions in nm (t dx/E*), w in nm² (w dx/E*).
 """
