@@ -1,8 +1,8 @@
 """Which cells belong to which contact, and how curved its outline is.
 
-A cell counts by the part of it that is closed. Cells at least a fifth closed that share a side are one contact; the more
-open ones around go to the contact that reaches them first. The outline of a contact is drawn as the ellipse with its
-cells' moments: smooth where the cells are not, and what a rough outline is seen as from the width of its front.
+A cell counts by the part of it that is closed. Cells at least a fifth closed that share a side are one contact; the
+more open ones around go to the contact that reaches them first. The outline of a contact is drawn as the ellipse with
+its cells' moments: smooth where the cells are not, and what a rough outline is seen as from the width of its front.
 
 What matters of an outline of length L around an area A is by how much it shortens as the contact shrinks, dL/dA: 1/r on
 a circle. An ellipse of lasting shape would lose L/2A; adhesive ellipses grow rounder as they shrink and lose more, by

@@ -1,7 +1,7 @@
 """How right the Griffith limit is on a mesh: spheres and ellipses of all sizes and directions, wherever they stand.
 
-``python tests/benchmarks/adhesive_accuracy.py`` prints the pull-off of JKR's sphere by the radius of its contact in cells,
-over its exact value, and that of ellipses at ten cells, over the sphere's and beside the formulation of least energy.
+``python tests/benchmarks/adhesive_accuracy.py`` prints the pull-off of JKR's sphere by the radius of its contact in
+cells, over its exact value, and that of ellipses at ten cells, over the sphere's and beside the law of least energy.
 """
 
 import numpy as np
