@@ -59,7 +59,7 @@ _COLUMNS = max(len(_STATES), len(_EVENTS))
 _LEAST_CURVATURE = 0.25
 
 #: Contacts of fewer pixels in radius than this at pull-off bring a warning. JKR's sphere is off by up to 0.5 % at
-#: twenty pixels, 1.5 % at ten, 3 % at five (wherever it stands: tests), and by tens of per cent at one.
+#: twenty pixels, 1.5 % at ten, 3 % at five, and by 3 to 40 % at one (``tests/benchmarks/adhesive_accuracy.py``).
 _RESOLVED = 2.0
 
 
@@ -162,7 +162,8 @@ def adhesive(
     In the Griffith limit a front's cells let go over a zone a few cells wide, whose line tension is taken back from the
     work of adhesion by the outline of each contact (`kernels.cohesion`, `kernels.fronts`). ``energy`` counts that
     outline as an ellipse: on a smooth sphere ``dissipated`` closes the loop, ``hysteresis``, to 1 %; where rough
-    contacts split and merge it closes less well, and ``hysteresis``, the work of the force, is the figure to take.
+    contacts split and merge it closes less well, and may fall a little on the way: there ``hysteresis``, the work of
+    the force, is the figure to take.
 
     References
     ----------
@@ -213,6 +214,9 @@ def _options(ds, delta, law, strength, refine, step, datum, profile, tolerance, 
         raise ValueError(f"refine: expected a whole number from 1 to 16, found {refine!r}")
     if not 0 < magnitude(tolerance, "1", "tolerance") < 1:
         raise ValueError(f"tolerance: expected a number between 0 and 1, found {tolerance!r}")
+    for name, value in (("max_iterations", max_iterations), ("max_cells", max_cells)):
+        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
+            raise ValueError(f"{name}: expected a whole number of at least 1, found {value!r}")
     modulus, w = schema.pair(ds, "contact_modulus", "work_of_adhesion")
     indenter = indenter_map(ds)
     options = _Options(

@@ -347,6 +347,7 @@ def test_too_many_cells_are_said(ground):
         solution = adhesive(ground, delta=[8.0], step=1.0, max_cells=50)
     assert not bool(solution.complete[0])
     assert np.isnan(solution.pull_off_force[0])
+    assert np.isnan(solution.force.sel(branch="retraction")).all()
 
 
 def test_out_of_reach_nothing_happens(ground):
@@ -366,6 +367,8 @@ def test_out_of_reach_nothing_happens(ground):
         ({"refine": 1.5}, "refine"),
         ({"step": -1.0}, "step"),
         ({"tolerance": 2.0}, "tolerance"),
+        ({"max_iterations": 0}, "max_iterations"),
+        ({"max_cells": 0.5}, "max_cells"),
         ({"datum": "lowest"}, "datum"),
     ],
 )

@@ -28,14 +28,7 @@ from .glued import approach, elastic_energy, nothing_glued
 from .jit import kernel
 
 #: How a path ended.
-CONVERGED, ITERATION_LIMIT, CELL_LIMIT = 0, 1, 2
-
-#: Reasons, by status.
-REASONS = {
-    CONVERGED: "converged",
-    ITERATION_LIMIT: "iteration limit reached before the tolerance",
-    CELL_LIMIT: "more cells within reach than max_cells",
-}
+CONVERGED, NOT_FINITE, CELL_LIMIT = range(3)
 
 #: What is kept of a state.
 DELTA, FORCE, AREA, ENERGY, DISSIPATED, CONTACTS, RESOLUTION, ITERATIONS, OK, ASKED = range(10)
@@ -47,7 +40,7 @@ _JUMP = 0.02
 #: shortest step.
 _MISSED, _SHORTEST = 0.003, 0.002
 
-#: No step is shorter than this part of the longest.
+#: No step is halved that is shorter than this part of the longest.
 _LEAST_STEP = 1e-4
 
 #: A state is found again while the root of a cell's factor on w changes by more than this, at most so often.
@@ -56,7 +49,8 @@ _ALIKE, _TURNS, _FREE = 1e-3, 60, 20
 #: Contacts with a smaller part of the whole tension than this do not count for the resolution.
 _SHARE = 0.1
 
-_NEWTON_CELLS = 1200
+#: Cells that Newton's method balances together at most: their matrix takes 46 MB. More are balanced one by one.
+_NEWTON_CELLS = 2400
 
 
 class Path(NamedTuple):
@@ -135,10 +129,11 @@ def _follow(problem, deltas, step, pressures):
             states, kept = _keep(
                 states, kept, delta, dissipated, problem, glued, count, rounds, fine, delta == target, pressures
             )
-    turn, status = kept, CELL_LIMIT
+    turn = kept
+    if count >= problem.max_cells:
+        return states[:kept], turn, CELL_LIMIT
     states, kept = _keep(states, kept, delta, dissipated, problem, glued, count, 0, True, True, pressures)
-    if count < problem.max_cells:
-        states, kept, status = _retract(problem, deltas, step, glued, count, dissipated, states, kept, pressures)
+    states, kept, status = _retract(problem, deltas, step, glued, count, dissipated, states, kept, pressures)
     return states[:kept], turn, status
 
 
@@ -154,29 +149,32 @@ def _retract(problem, deltas, step, glued, count, dissipated, states, kept, pres
             continue
         gap, pressure = glued.gap[:count].copy(), glued.pressure[:count].copy()
         before = _force(glued, count)
+        if not np.isfinite(before):
+            return states, kept, NOT_FINITE
         largest = max(largest, -before)
-        change = min(change, delta - target)
-        approach(-change, glued, count)
+        back = min(change, delta - target)
+        approach(-back, glued, count)
         held = _force(glued, count)
-        may_halve = change > _LEAST_STEP * step and before - held > _SHORTEST * max(largest, abs(before))
+        may_halve = back > _LEAST_STEP * step and before - held > _SHORTEST * max(largest, abs(before))
         patience = _JUMP * problem.w if may_halve else np.inf
-        freed, rounds, fine, stable = descend(problem, delta - change, glued, count, patience)
+        freed, rounds, fine, stable = descend(problem, delta - back, glued, count, patience)
         jumped = freed > patience and not stable
-        bound = min((before - held) / change, slope) * change - before
+        bound = min((before - held) / back, slope) * back - before  # the largest pull that the step may pass
         missed = bound > (1.0 + _MISSED) * max(largest, -_force(glued, count))
         if jumped or (missed and may_halve):
             glued.gap[:count], glued.pressure[:count] = gap, pressure
-            change *= 0.5
+            change = 0.5 * back
             continue
-        slope = (before - _force(glued, count)) / change if stable else np.inf
-        delta = target if delta - change - target < 1e-9 * step else delta - change
+        if back == change or not stable:  # a step cut short by its target says little
+            slope = (before - _force(glued, count)) / back if stable else np.inf
+        delta = target if delta - back - target < 1e-9 * step else delta - back
         glued, count, more, others, good = _rest(problem, delta, glued, count)
-        dissipated += freed + more + 0.5 * (held - _force(glued, count)) * change
+        dissipated += freed + more + 0.5 * (held - _force(glued, count)) * back
         asked = delta == target
         states, kept = _keep(
             states, kept, delta, dissipated, problem, glued, count, rounds + others, fine and good, asked, pressures
         )
-        k, change = k - asked, min(step, 2.0 * change)
+        k, change = k - asked, min(step, 2.0 * back) if back == change else change
         if count >= problem.max_cells:
             return states, kept, CELL_LIMIT
     return states, kept, CONVERGED
@@ -189,7 +187,7 @@ def _rest(problem, delta, glued, count):
     Where contacts are about to merge, tough as one and tough as two may each lead to the other: after ``_FREE`` turns
     toughness changes by less and less of what it should, and ends in between.
     """
-    before = _energy(problem, delta, glued, count)
+    before = _whole_energy(problem, delta, glued, count)
     glued, count, freed, rounds, fine = settle(problem, delta, glued, count)
     count = forget(problem, glued, count)
     for turn in range(_TURNS):
@@ -198,7 +196,7 @@ def _rest(problem, delta, glued, count):
             return glued, count, freed, rounds, fine
         glued, count, _, done, fine = settle(problem, delta, glued, count)
         count, rounds = forget(problem, glued, count), rounds + done
-        freed = before - _energy(problem, delta, glued, count)  # fronts that grew tougher on the way freed more
+        freed = before - _whole_energy(problem, delta, glued, count)  # fronts that grew tougher on the way freed more
     return glued, count, freed, rounds, fine
 
 
@@ -253,8 +251,8 @@ def _keep(states, kept, delta, dissipated, problem, glued, count, rounds, fine, 
     state[OK], state[ASKED] = fine, asked
     state[FORCE] = _force(glued, count)
     state[AREA] = _area(problem, glued, closed)
-    state[ENERGY] = _energy(problem, delta, glued, count)
-    state[CONTACTS], state[RESOLUTION] = found.cells.size, _resolution(found, glued, count)
+    state[ENERGY] = _whole_energy(problem, delta, glued, count)
+    state[CONTACTS], state[RESOLUTION] = found.cores, _resolution(found, glued, count)
     if asked and pressures.shape[0] > 0:
         _keep_pressure(pressures[int(states[:kept, ASKED].sum())], glued, count)
     return states, kept + 1
@@ -271,7 +269,7 @@ def _area(problem, glued, closed):
 
 
 @kernel
-def _energy(problem, delta, glued, count):
+def _whole_energy(problem, delta, glued, count):
     """Return the energy, nm²: elastic, and of adhesion over all cells less what the lines around them take."""
     closed = _closed(problem, glued, count)
     energy = elastic_energy(problem.separation, delta, glued, count) - problem.w * np.sum(closed)

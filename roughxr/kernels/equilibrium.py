@@ -20,7 +20,11 @@ from .jit import kernel, reducing_kernel
 #: A cell leaves the set once its gap is this many times the law's range.
 _FORGET = 1.2
 
+#: Times that a state takes in others before it is given up.
 _ROUNDS = 60
+
+#: What became of Newton's step.
+_DONE, _PAST_END, _NO_ROOM = range(3)
 
 
 class Problem(NamedTuple):
@@ -47,8 +51,8 @@ def root_of(k, problem, glued):
 
 @kernel
 def settle(problem, delta, glued, count):
-    """Balance the cells and take others in until none wants to join; return what that freed."""
-    freed, rounds, fine = 0.0, 0, True
+    """Balance the cells and take others in until none beside the contacts wants to join; return what that freed."""
+    freed, rounds = 0.0, 0
     for attempt in range(_ROUNDS):
         fallen, done, fine, _ = descend(problem, delta, glued, count, np.inf)
         freed, rounds = freed + fallen, rounds + done
@@ -56,9 +60,11 @@ def settle(problem, delta, glued, count):
         everywhere = problem.law.anywhere or attempt == 0
         glued, count, gained = _join(problem, delta, glued, count, everywhere)
         freed += gained
-        if count == before or count >= problem.max_cells:
+        if count == before:
+            return glued, count, freed, rounds, fine
+        if count >= problem.max_cells:
             break
-    return glued, count, freed, rounds, fine
+    return glued, count, freed, rounds, False
 
 
 @kernel
@@ -83,8 +89,9 @@ def descend(problem, delta, glued, count, patience):
         if _sweep(problem, glued, count) <= goal:
             fine = True
             break
-        if not _newton(problem, delta, glued, count):
-            stable = False
+        outcome = _newton(problem, delta, glued, count)
+        if outcome != _DONE:
+            stable = stable and outcome == _NO_ROOM
             for _ in range(10):
                 _sweep(problem, glued, count)
             if before - _energy(problem, delta, glued, count) > patience:
@@ -183,7 +190,7 @@ def _sweep(problem, glued, count):
 
 @kernel
 def _newton(problem, delta, glued, count):
-    """Balance all open cells together; False past a branch's end.
+    """Balance all open cells together, if there is room for them and the state is not past its branch's end.
 
     The whole step where the energy falls with it, else up to the first cell that changes its regime, where it must.
     """
@@ -191,7 +198,7 @@ def _newton(problem, delta, glued, count):
     for k in range(count):
         if glued.gap[k] > 0.0:
             if size == problem.open.size:
-                return False
+                return _NO_ROOM
             problem.open[size] = k
             size += 1
     for a in range(size):
@@ -202,17 +209,17 @@ def _newton(problem, delta, glued, count):
             problem.matrix[a, b] = glued.inverse[k, problem.open[b]]
         problem.matrix[a, a] += slope
     if not _solve(problem.matrix, problem.step, size):
-        return False
+        return _PAST_END
     part = _admissible(problem, glued, size)
     if part < 1.0:
         gap, pressure = glued.gap[:count].copy(), glued.pressure[:count].copy()
         before = _energy(problem, delta, glued, count)
         _open_all(1.0, size, problem, glued, count)
         if _energy(problem, delta, glued, count) < before:
-            return True
+            return _DONE
         glued.gap[:count], glued.pressure[:count] = gap, pressure
     _open_all(part, size, problem, glued, count)
-    return True
+    return _DONE
 
 
 @kernel

@@ -27,17 +27,18 @@ _CELL = 1.0 / 12.0
 
 
 class Contacts(NamedTuple):
-    """The contacts of a set of cells."""
+    """The contacts of a set of cells: first those with a core, then what hangs together without one."""
 
     of: np.ndarray  # (cell,) contact of each cell
     cells: np.ndarray  # (contact,) sum of the closed parts
-    radius: np.ndarray  # (contact,) 1 over dL/dA, cells
+    radius: np.ndarray  # (contact,) 1 over dL/dA, cells; of one whole cell at least
+    cores: int  # contacts with a core
 
 
 @kernel
 def contacts(closed, glued, count):
     """Tell contacts apart; ``closed`` (cell,) in [0, 1]."""
-    of, found = _separate(closed, glued, count)
+    of, found, cores = _separate(closed, glued, count)
     moments = np.zeros((found, 6))
     for k in range(count):
         x, y, part = float(glued.row[k]), float(glued.column[k]), closed[k]
@@ -50,23 +51,24 @@ def contacts(closed, glued, count):
         m[5] += part * x * y
     cells, radius = np.empty(found), np.empty(found)
     for c in range(found):
-        cells[c] = max(moments[c, 0], 1.0)
-        radius[c] = np.sqrt(cells[c] / np.pi) / lengthening(_axis_ratio(moments[c])) ** _ROUNDING
-    return Contacts(of, cells, radius)
+        cells[c] = moments[c, 0]
+        radius[c] = np.sqrt(max(cells[c], 1.0) / np.pi) / lengthening(_axis_ratio(moments[c])) ** _ROUNDING
+    return Contacts(of, cells, radius, cores)
 
 
 @kernel
 def _separate(closed, glued, count):
-    """Return the contact of each cell, and their number."""
+    """Return the contact of each cell, the number of contacts, and that of those with a core."""
     of, queue = np.full(count, -1), np.empty(count, np.int64)
-    reached, found = 0, 0
+    reached, found, cores = 0, 0, 0
     for least in (_CORE, -1.0):  # cores first, then what has none
         for seed in range(count):
             if of[seed] < 0 and closed[seed] >= least:
                 of[seed], queue[reached] = found, seed
                 reached, found = _spread(of, queue, reached, reached + 1, closed, least, glued), found + 1
         reached = _spread(of, queue, 0, reached, closed, -1.0, glued)
-    return of, found
+        cores = found if least == _CORE else cores
+    return of, found, cores
 
 
 @kernel
