@@ -187,7 +187,7 @@ def _rest(problem, delta, glued, count):
     Where contacts are about to merge, tough as one and tough as two may each lead to the other: after ``_FREE`` turns
     toughness changes by less and less of what it should, and ends in between.
     """
-    before = _whole_energy(problem, delta, glued, count)
+    before = 0.0 if problem.law.anywhere else _whole_energy(problem, delta, glued, count)
     glued, count, freed, rounds, fine = settle(problem, delta, glued, count)
     count = forget(problem, glued, count)
     for turn in range(_TURNS):
@@ -251,7 +251,7 @@ def _keep(states, kept, delta, dissipated, problem, glued, count, rounds, fine, 
     state[OK], state[ASKED] = fine, asked
     state[FORCE] = _force(glued, count)
     state[AREA] = _area(problem, glued, closed)
-    state[ENERGY] = _whole_energy(problem, delta, glued, count)
+    state[ENERGY] = elastic_energy(problem.separation, delta, glued, count) + _adhesion(problem, closed, found)
     state[CONTACTS], state[RESOLUTION] = found.cores, _resolution(found, glued, count)
     if asked and pressures.shape[0] > 0:
         _keep_pressure(pressures[int(states[:kept, ASKED].sum())], glued, count)
@@ -270,11 +270,17 @@ def _area(problem, glued, closed):
 
 @kernel
 def _whole_energy(problem, delta, glued, count):
-    """Return the energy, nm²: elastic, and of adhesion over all cells less what the lines around them take."""
+    """Return the energy, nm²: elastic and of adhesion."""
     closed = _closed(problem, glued, count)
-    energy = elastic_energy(problem.separation, delta, glued, count) - problem.w * np.sum(closed)
+    adhesion = _adhesion(problem, closed, contacts(closed, glued, count))
+    return elastic_energy(problem.separation, delta, glued, count) + adhesion
+
+
+@kernel
+def _adhesion(problem, closed, found):
+    """Return the energy of adhesion, nm²: of all cells, less what the lines around them take."""
+    energy = -problem.w * np.sum(closed)
     if not problem.law.anywhere:
-        found = contacts(closed, glued, count)
         for c in range(found.cells.size):
             energy += problem.w * line_energy(found.cells[c], found.radius[c])
     return energy
