@@ -19,7 +19,7 @@ from .kernels.halfspace import surface_displacement
 from .kernels.indenter import PROFILES, map_separation, sphere_separation
 from .kernels.love import love_coefficients
 from .materials import indenter_map
-from .units import magnitude, positive
+from .units import magnitude, positive, whole_number
 
 #: Laws of adhesion.
 LAWS = ("griffith", *cohesion.COHESIVE)
@@ -210,13 +210,11 @@ def _options(ds, delta, law, strength, refine, step, datum, profile, tolerance, 
     schema.one_of(law, LAWS, "law")
     schema.one_of(datum, ("highest_peak", "first_contact"), "datum")
     schema.one_of(profile, PROFILES, "profile")
-    if isinstance(refine, bool) or not isinstance(refine, (int, np.integer)) or not 1 <= refine <= 16:
-        raise ValueError(f"refine: expected a whole number from 1 to 16, found {refine!r}")
+    refine = whole_number(refine, "refine", least=1, most=16)
     if not 0 < magnitude(tolerance, "1", "tolerance") < 1:
         raise ValueError(f"tolerance: expected a number between 0 and 1, found {tolerance!r}")
-    for name, value in (("max_iterations", max_iterations), ("max_cells", max_cells)):
-        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
-            raise ValueError(f"{name}: expected a whole number of at least 1, found {value!r}")
+    max_iterations = whole_number(max_iterations, "max_iterations", least=1)
+    max_cells = whole_number(max_cells, "max_cells", least=1)
     modulus, w = schema.pair(ds, "contact_modulus", "work_of_adhesion")
     indenter = indenter_map(ds)
     options = _Options(
@@ -224,7 +222,7 @@ def _options(ds, delta, law, strength, refine, step, datum, profile, tolerance, 
         step=positive(step, "nm", "step"),
         first_contact=datum == "first_contact",
         pixel=schema.square_pixel(ds),
-        refine=int(refine),
+        refine=refine,
         contact_modulus=modulus,
         work_of_adhesion=w,
         law=law,
@@ -233,8 +231,8 @@ def _options(ds, delta, law, strength, refine, step, datum, profile, tolerance, 
         profile=PROFILES[profile],
         indenter=indenter,
         tolerance=float(tolerance),
-        max_iterations=int(max_iterations),
-        max_cells=int(max_cells),
+        max_iterations=max_iterations,
+        max_cells=max_cells,
     )
     _resolved_zone(options)
     return options

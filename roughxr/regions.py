@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from . import schema
-from .units import magnitude
+from .units import is_whole, magnitude
 
 #: Tiles along one axis at most, where the number of pixels is not known.
 _MOST_TILES = 65536
@@ -116,7 +116,7 @@ def _positions(ds: xr.Dataset, subregions: Any) -> tuple[np.ndarray, np.ndarray]
 def _grid(ds: xr.Dataset, nx: Any, ny: Any) -> tuple[np.ndarray, np.ndarray]:
     sizes = (ds.sizes["x"], ds.sizes["y"]) if "x" in ds.dims else (_MOST_TILES, _MOST_TILES)
     for n, size, axis in zip((nx, ny), sizes, "xy"):
-        if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or not 1 <= n <= size:
+        if not is_whole(n) or not 1 <= n <= size:
             raise ValueError(f"subregions: expected a whole number from 1 to {size} along {axis}, found {n!r}")
     x_low, x_high, y_low, y_high = extent(ds)
     x = x_low + (np.arange(nx) + 0.5) * (x_high - x_low) / nx

@@ -22,7 +22,7 @@ import xarray as xr
 
 from . import schema
 from .disk import whole
-from .units import magnitude, positive
+from .units import is_whole, magnitude, positive, whole_number
 
 #: Raw numbers that PCG64 draws apart for heights and for particles, so that either may change alone.
 _HEIGHTS, _PARTICLES = 0, 1
@@ -311,19 +311,13 @@ def _scan(height: np.ndarray, pixel: float, title: str, made: dict[str, Any]) ->
 
 def _shape(shape: Any) -> tuple[int, int]:
     sizes = tuple(shape) if isinstance(shape, (tuple, list)) else ()
-    if len(sizes) != 2 or not all(_is_whole(n) and n >= 2 for n in sizes):
+    if len(sizes) != 2 or not all(is_whole(n) and n >= 2 for n in sizes):
         raise ValueError(f"shape: expected two whole numbers of pixels of at least 2, found {shape!r}")
     return int(sizes[0]), int(sizes[1])
 
 
 def _seed(seed: Any) -> int:
-    if not _is_whole(seed) or seed < 0:
-        raise ValueError(f"seed: expected a whole number of at least 0, found {seed!r}")
-    return int(seed)
-
-
-def _is_whole(value: Any) -> bool:
-    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    return whole_number(seed, "seed", least=0)
 
 
 def _hurst(hurst: Any) -> float:

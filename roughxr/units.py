@@ -130,6 +130,19 @@ def positive(value: Any, units: str, name: str) -> float:
     return number
 
 
+def is_whole(value: Any) -> bool:
+    """Say whether ``value`` is a whole number; True and False are none."""
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
+def whole_number(value: Any, name: str, *, least: int, most: int | None = None) -> int:
+    """Return ``value`` as an int, or say that it must be a whole number between bounds."""
+    if not is_whole(value) or value < least or (most is not None and value > most):
+        bounds = f"of at least {least}" if most is None else f"from {least} to {most}"
+        raise ValueError(f"{name}: expected a whole number {bounds}, found {value!r}")
+    return int(value)
+
+
 def converted(array: xr.DataArray, units: str, name: str) -> xr.DataArray:
     """Return ``array`` in ``units``, lazily where it is lazy; its ``units`` attribute must be there.
 

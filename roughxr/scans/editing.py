@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..schema import label, pixel, record, validate
-from ..units import magnitude, positive
+from ..units import is_whole, magnitude, positive
 
 
 def fill(ds: xr.Dataset, *, method: Any = "linear") -> xr.Dataset:
@@ -207,7 +207,7 @@ def rotate90(ds: xr.Dataset, *, turns: int = 1) -> xr.Dataset:
     7.0
     """
     scan = validate(ds, "scan")
-    if isinstance(turns, bool) or not isinstance(turns, (int, np.integer)):
+    if not is_whole(turns):
         raise ValueError(f"turns: expected a whole number of quarter turns, found {turns!r}")
     out = scan
     for _ in range(turns % 4):

@@ -17,7 +17,7 @@ from dask import is_dask_collection
 from numpy.polynomial import legendre
 
 from ..schema import label, record, validate
-from ..units import magnitude
+from ..units import magnitude, whole_number
 
 #: How often a background is fitted anew without the heights that stood out of the one before.
 ROUNDS = 5
@@ -97,9 +97,7 @@ def _degree(method: str, order: int | None) -> int:
     if method != "polynomial":
         known = ", ".join([*_ORDERS, "polynomial", *_LINES])
         raise ValueError(f"method: expected one of {known}, found {method!r}")
-    if isinstance(order, bool) or not isinstance(order, (int, np.integer)) or not 0 <= order <= 12:
-        raise ValueError(f"order: expected a whole number from 0 to 12, found {order!r}")
-    return int(order)
+    return whole_number(order, "order", least=0, most=12)
 
 
 def _inside(height: xr.DataArray, exclude: xr.DataArray | None) -> xr.DataArray | None:
