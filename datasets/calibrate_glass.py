@@ -19,11 +19,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from roughxr.asperities import asperities
-from roughxr.direct import direct
+from roughxr.catalogue import asperities
+from roughxr.contact.elastic import direct
+from roughxr.contact.superposition import superpose
 from roughxr.materials import assign_pair
 from roughxr.statistics import pull_off
-from roughxr.superposition import superpose
 from roughxr.synthetic import GLASS_SEED, GlassModel, glass, particle_centres
 
 #: The published pair of bodies: nm, GPa, J/m².

@@ -11,19 +11,21 @@ methods of ``ds.contact``.
 'nN'
 """
 
-from . import archive, figures, regions, report, runs, schema, synthetic
+from . import archive, figures, regions, report, schema, synthetic
 from ._version import __version__
 from .accessor import ContactAccessor
-from .adhesive import adhesive, elastic_pull_off, tabor
 from .analysis import paper, run
-from .asperities import asperities
-from .direct import direct
+from .catalogue import asperities
+from .contact.adhesion import adhesive, elastic_pull_off, tabor
+from .contact.elastic import direct
+from .contact.maps import pull_off_map
+from .contact.superposition import superpose
 from .exports import to_resuspension, to_table
+from .jobs.lazy import compute
+from .jobs.run import checkpointed
 from .materials import assign_pair, contact_modulus, gilman_surface_energy
-from .parallel import compute
-from .pull_off_map import pull_off_map
+from .parameter_grid import vary
 from .reconstruction import reconstruct
-from .runs import checkpointed, vary
 from .scans import (
     autocorrelation,
     crop,
@@ -38,9 +40,8 @@ from .scans import (
     to_gsf,
     to_surfacetopography,
 )
-from .sensitivity import sensitivity
+from .sensitivities import sensitivity
 from .statistics import bootstrap, cdf, compare, debris, fit, pdf, pull_off, reduction, summary
-from .superposition import superpose
 from .tip import dilate, erode, tip_flags
 
 __all__ = [
@@ -83,7 +84,6 @@ __all__ = [
     "rotate90",
     "roughness",
     "run",
-    "runs",
     "schema",
     "sensitivity",
     "summary",

@@ -11,14 +11,14 @@ from collections.abc import Callable
 import xarray as xr
 
 from . import exports, scans, statistics, tip
-from .adhesive import adhesive, elastic_pull_off, tabor
-from .asperities import asperities
-from .direct import direct
+from .catalogue import asperities
+from .contact.adhesion import adhesive, elastic_pull_off, tabor
+from .contact.elastic import direct
+from .contact.maps import pull_off_map
+from .contact.superposition import superpose
 from .materials import assign_pair
-from .pull_off_map import pull_off_map
 from .reconstruction import reconstruct
-from .sensitivity import sensitivity
-from .superposition import superpose
+from .sensitivities import sensitivity
 
 
 def _method(function: Callable) -> Callable:

@@ -16,15 +16,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from . import figures, regions, report, runs, schema
-from .asperities import asperities
-from .direct import direct
+from . import figures, regions, report, schema
+from .catalogue import asperities
+from .contact.elastic import direct
+from .contact.superposition import superpose
 from .disk import whole
+from .jobs.run import checkpointed
 from .materials import assign_pair, gilman_surface_energy
 from .reconstruction import reconstruct
 from .scans import level, open_sample, roughness
 from .statistics import pull_off
-from .superposition import superpose
 
 #: Formulations that a run compares.
 COMPARED = ("published", "self_similar", "energy")
@@ -175,7 +176,7 @@ def run(
 
 def _kept(scan: xr.Dataset, plan: Plan, path: Path, *, scheduler: str | None = None, progress: bool = False):
     """Return the groups of a run, from its archive as far as they are there; what is computed is kept as it comes."""
-    return runs.checkpointed(
+    return checkpointed(
         lambda: analyse(scan, plan, progress=progress),
         path,
         scan=scan,

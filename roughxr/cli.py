@@ -21,7 +21,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.showwarning = _warn
             options.command(options)
     except (KeyboardInterrupt, SystemError) as error:
-        from .gather import is_interrupt
+        from .jobs.executor import is_interrupt
 
         if not is_interrupt(error):
             raise

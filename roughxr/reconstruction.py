@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from . import schema
-from .asperities import asperities
-from .kernels.envelope import asperity_rows, upper_envelope
+from .catalogue import asperities
+from .kernels.topography.envelope import asperity_rows, upper_envelope
 from .units import positive
 
 

@@ -7,12 +7,12 @@ import signal
 import dask
 import numpy as np
 
-from roughxr import gather
-from roughxr.direct import direct
-from roughxr.pull_off_map import pull_off_map
-from roughxr.runs import checkpointed
+from roughxr import checkpointed
+from roughxr.contact.elastic import direct
+from roughxr.contact.maps import pull_off_map
+from roughxr.contact.superposition import superpose
+from roughxr.jobs import executor as gather
 from roughxr.statistics import pull_off
-from roughxr.superposition import superpose
 
 from .surfaces import glass_pair, rough, scan
 

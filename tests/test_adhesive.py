@@ -7,10 +7,11 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.adhesive import adhesive, elastic_pull_off, tabor
-from roughxr.asperities import asperities
-from roughxr.direct import direct
-from roughxr.kernels import cohesion, jkr, maugis
+from roughxr.catalogue import asperities
+from roughxr.contact.adhesion import adhesive, elastic_pull_off, tabor
+from roughxr.contact.elastic import direct
+from roughxr.kernels.adhesion import cohesive_laws as cohesion
+from roughxr.kernels.asperity import jkr, maugis
 from tests import surfaces
 
 PIXEL = 9.77

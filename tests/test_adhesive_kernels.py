@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy import special
 
-from roughxr.kernels import cohesion, elliptic_jkr
-from roughxr.kernels.fronts import contacts, lengthening
-from roughxr.kernels.glued import (
+from roughxr.kernels.adhesion import cohesive_laws as cohesion
+from roughxr.kernels.adhesion.constrained_cells import (
     approach,
     elastic_energy,
     glue,
@@ -15,7 +14,9 @@ from roughxr.kernels.glued import (
     unglue,
     with_room,
 )
-from roughxr.kernels.love import love_coefficients
+from roughxr.kernels.adhesion.contact_patches import contacts, lengthening
+from roughxr.kernels.asperity import elliptic_jkr
+from roughxr.kernels.halfspace.love import love_coefficients
 
 TABLE = love_coefficients(64, 64)
 

@@ -5,10 +5,10 @@ import pytest
 import xarray as xr
 
 from roughxr.archive import save
-from roughxr.direct import direct
+from roughxr.contact.elastic import direct
+from roughxr.contact.superposition import superpose
 from roughxr.schema import history
 from roughxr.statistics import pull_off
-from roughxr.superposition import superpose
 
 from .surfaces import glass_pair, rough, scan
 

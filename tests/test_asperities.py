@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.special import ellipk  # SciPy takes the parameter e², the kernels the axis ratio
 
-from roughxr.asperities import asperities
-from roughxr.kernels.ellipse import elliptic_integrals
+from roughxr.catalogue import asperities
+from roughxr.kernels.asperity.ellipse import elliptic_integrals
 from roughxr.reconstruction import reconstruct
 
 from .surfaces import glass_pair, rough, scan

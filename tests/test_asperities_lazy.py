@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import gather
-from roughxr.asperities import asperities
-from roughxr.pull_off_map import pull_off_map
+from roughxr.catalogue import asperities
+from roughxr.contact.maps import pull_off_map
+from roughxr.contact.superposition import superpose
+from roughxr.jobs import executor as gather
 from roughxr.scans import level
-from roughxr.superposition import superpose
 
 from .surfaces import glass_pair, rough, scan
 
-module = importlib.import_module("roughxr.asperities")  # the package gives the function of this name
+module = importlib.import_module("roughxr.catalogue")  # the package gives the function of this name
 
 
 @pytest.fixture

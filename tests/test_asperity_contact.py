@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy import integrate, optimize, special
 
-from roughxr.kernels import elliptic_jkr, elliptic_table, jkr
-from roughxr.kernels.asperity_contact import (
+from roughxr.kernels.asperity import elliptic_jkr, elliptic_table, jkr
+from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals, hertz
+from roughxr.kernels.asperity.laws import (
     LAWS,
     Events,
     asperities_contact,
@@ -22,7 +23,6 @@ from roughxr.kernels.asperity_contact import (
     law,
     pick,
 )
-from roughxr.kernels.ellipse import axis_ratio, elliptic_integrals, hertz
 
 E_STAR, W = 39.407, 1.349  # GPa, J/m²
 ADHESIVE = LAWS[1:]

@@ -7,8 +7,8 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from roughxr.direct import direct
-from roughxr.kernels import kalker
+from roughxr.contact.elastic import direct
+from roughxr.kernels.halfspace import displacement_control as kalker
 from roughxr.materials import assign_pair
 
 from .surfaces import glass_pair, rough, scan

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import integrate, special
 
-from roughxr.kernels.ellipse import (
+from roughxr.kernels.asperity.ellipse import (
     associate_integrals,
     axis_ratio,
     curvature_ratio,

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from roughxr.kernels.envelope import asperity_rows, upper_envelope
-from roughxr.kernels.paraboloid import fit_paraboloids
-from roughxr.kernels.peaks import find_peaks
+from roughxr.kernels.topography.envelope import asperity_rows, upper_envelope
+from roughxr.kernels.topography.paraboloid import fit_paraboloids
+from roughxr.kernels.topography.peaks import find_peaks
 
 X, Y = np.arange(37) * 10.0, np.arange(23) * 15.0
 

@@ -15,14 +15,14 @@ matplotlib.use("Agg")
 from matplotlib import pyplot
 
 from roughxr import figures, regions, schema
-from roughxr.asperities import asperities
-from roughxr.direct import direct
+from roughxr.catalogue import asperities
+from roughxr.contact.elastic import direct
+from roughxr.contact.superposition import superpose
 from roughxr.figures.forces import hertz_error, jkr_sphere, mean_ratio
 from roughxr.figures.style import display_unit, superscripts
 from roughxr.materials import assign_pair
 from roughxr.reconstruction import reconstruct
 from roughxr.statistics import bootstrap, compare, debris, pull_off
-from roughxr.superposition import superpose
 
 PAPER = [f"figure-{number:02d}" for number in range(2, 17)]
 

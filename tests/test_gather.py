@@ -12,8 +12,8 @@ import numpy as np
 import psutil
 import pytest
 
-from roughxr.gather import Failure, _Queue, each_finished
-from roughxr.tasks import Work
+from roughxr.jobs.executor import Failure, _Queue, each_finished
+from roughxr.jobs.work import Work
 
 SCHEDULERS = ["synchronous", "threads", "processes"]
 

@@ -4,9 +4,15 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from roughxr.kernels.halfspace import coefficients_for, multiply, no_transfers, operator, surface_displacement
+from roughxr.kernels.halfspace.love import love_coefficients
+from roughxr.kernels.halfspace.products import (
+    coefficients_for,
+    multiply,
+    no_transfers,
+    operator,
+    surface_displacement,
+)
 from roughxr.kernels.jit import kernel
-from roughxr.kernels.love import love_coefficients
 
 
 @pytest.mark.parametrize("offset", [(1, 0), (2, 1), (5, 3)])

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from roughxr.kernels import active_set, kalker
-from roughxr.kernels.halfspace import coefficients_for, no_transfers, operator, surface_displacement
+from roughxr.kernels.halfspace import active_set
+from roughxr.kernels.halfspace import displacement_control as kalker
+from roughxr.kernels.halfspace.load_control import loaded
+from roughxr.kernels.halfspace.products import coefficients_for, no_transfers, operator, surface_displacement
 from roughxr.kernels.jit import kernel
-from roughxr.kernels.load_control import loaded
 
 from .surfaces import rough, sphere_gap
 from .test_halfspace import printed_coefficients
@@ -80,7 +81,7 @@ def test_error_falls_with_the_pixel():
 
 
 def test_elliptic_hertz():
-    from roughxr.kernels.ellipse import hertz as elliptic
+    from roughxr.kernels.asperity.ellipse import hertz as elliptic
 
     A, B, dx, n, delta = 1 / 6000, 5 / 6000, 5.0, 140, 12.0
     x = (np.arange(n) - (n - 1) / 2) * dx
@@ -263,7 +264,7 @@ def test_cells_exchanged_one_at_a_time_reach_the_same_contact(dense):
 
 
 def test_the_preconditioner_is_the_inverse_of_the_coefficients():
-    from roughxr.kernels.love import love_coefficients
+    from roughxr.kernels.halfspace.love import love_coefficients
 
     index = np.minimum(np.arange(128), 128 - np.arange(128))
     inverse = np.fft.ifft2(1 / np.fft.fft2(love_coefficients(65, 65)[np.ix_(index, index)])).real

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from roughxr.kernels import jkr, maugis
-from roughxr.kernels.elliptic_table import lookup, mark
+from roughxr.kernels.asperity import jkr, maugis
+from roughxr.kernels.asperity.elliptic_table import lookup, mark
 
 
 @pytest.mark.parametrize("parameter, pull", [(0.1, 1.95059), (0.5, 1.71825), (1, 1.60073), (2, 1.53460), (5, 1.50635)])

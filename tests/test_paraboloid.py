@@ -6,8 +6,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from roughxr.kernels.paraboloid import fit_paraboloids, principal
-from roughxr.kernels.peaks import find_peaks
+from roughxr.kernels.topography.paraboloid import fit_paraboloids, principal
+from roughxr.kernels.topography.peaks import find_peaks
 
 CENTRE = 8  # pixel about which the test surfaces are drawn
 SIDE = 2 * CENTRE + 1

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import parallel
-from roughxr.direct import direct
-from roughxr.progress import Progress
+from roughxr.contact.elastic import direct
+from roughxr.jobs import lazy as parallel
+from roughxr.jobs.progress import Progress
 
 from .surfaces import glass_pair, rough, scan
 
@@ -75,7 +75,7 @@ class Terminal(io.StringIO):
 def test_a_bar_on_a_terminal_and_lines_elsewhere(monkeypatch):
     """With rate, time left and failures; what an earlier call did counts as done, not for the rate."""
     now = [0.0]
-    monkeypatch.setattr("roughxr.progress.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("roughxr.jobs.progress.time.monotonic", lambda: now[0])
     shown, lines = Terminal(), io.StringIO()
     for stream in (shown, lines):
         now[0] = 0.0

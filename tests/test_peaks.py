@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from scipy import ndimage
 
-from roughxr.kernels.peaks import find_peaks
+from roughxr.kernels.topography.peaks import find_peaks
 
 AROUND = np.ones((3, 3))
 

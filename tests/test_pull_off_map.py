@@ -6,14 +6,14 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.asperities import asperities
-from roughxr.kernels import branches
-from roughxr.kernels import pull_off as kernel
-from roughxr.kernels.asperity_contact import Scales, asperity_contact, law
-from roughxr.kernels.elliptic_table import LARGEST_RATIO
-from roughxr.pull_off_map import catalogue_field, options_of, pull_off_map
+from roughxr.catalogue import asperities
+from roughxr.contact.maps import catalogue_field, options_of, pull_off_map
+from roughxr.contact.superposition import FORMULATIONS, superpose
+from roughxr.kernels.asperity import force_curves as branches
+from roughxr.kernels.asperity import largest_pull as kernel
+from roughxr.kernels.asperity.elliptic_table import LARGEST_RATIO
+from roughxr.kernels.asperity.laws import Scales, asperity_contact, law
 from roughxr.statistics import pull_off
-from roughxr.superposition import FORMULATIONS, superpose
 
 from .surfaces import glass_pair, rough, scan
 from .test_direct import refuse
@@ -35,7 +35,7 @@ def glass():
 
 def unit_scales(name, ratio):
     """Return the scales of an asperity in its own units, P* = δ* = a* = 1."""
-    from roughxr.kernels.asperity_contact import asperity_scales
+    from roughxr.kernels.asperity.laws import asperity_scales
 
     found = asperity_scales(1e-3, 1e-3 * ratio, 40.0, 1.0, law(name))
     return Scales(1.0, 1.0, 1.0, 1.0, found.end, found.row)
@@ -88,7 +88,7 @@ def test_every_branch_is_convex_and_begins_with_a_pull(name):
 @pytest.mark.parametrize("name", ["energy", "johnson_greenwood"])
 def test_no_branch_falls_below_its_mark(name):
     """The bound takes an asperity's largest pull from the table's mark, with the table's own error added."""
-    from roughxr.kernels.elliptic_table import mark
+    from roughxr.kernels.asperity.elliptic_table import mark
 
     for ratio in RATIOS:
         scales, line = a_line(name, ratio)

@@ -15,10 +15,11 @@ import psutil
 import pytest
 import xarray as xr
 
-from roughxr import archive, disk, gather
-from roughxr.runs import checkpoint
-from roughxr.runs.identity import key_of
-from roughxr.tasks import Work
+from roughxr import archive, disk
+from roughxr.jobs import checkpoint
+from roughxr.jobs import executor as gather
+from roughxr.jobs.fingerprint import key_of
+from roughxr.jobs.work import Work
 
 from . import a_run
 
@@ -335,7 +336,7 @@ def test_failed_subregions_are_named_and_the_others_kept(tmp_path, monkeypatch):
 
 def test_a_failed_tile_is_named_by_its_subregions(tmp_path):
     """An item of `pull_off_map` holds many."""
-    from roughxr.runs.loop import _Keeper
+    from roughxr.jobs.run import _Keeper
 
     kept = checkpoint.Checkpoint(tmp_path / "run.nc")
     work = Work(fails_at_the_second, [(0,), (1,)], (10, 1), ([],), each=10)
@@ -370,7 +371,7 @@ def test_what_is_taken_from_an_earlier_call_is_told(tmp_path, undisturbed, monke
 
 def test_large_results_stay_on_the_disk(tmp_path, undisturbed, monkeypatch):
     """Where results are too large for memory they are written to the archive from the checkpoint, and are the same."""
-    from roughxr.runs import loop
+    from roughxr.jobs import run as loop
 
     monkeypatch.setattr(loop, "_IN_MEMORY", 0)
     a_run.run(tmp_path / "run.nc")

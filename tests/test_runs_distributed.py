@@ -11,11 +11,11 @@ import psutil
 import pytest
 import xarray as xr
 
-from roughxr import archive, parallel
-from roughxr.direct import direct
-from roughxr.pull_off_map import pull_off_map
-from roughxr.runs import checkpointed
-from roughxr.runs.loop import on
+from roughxr import archive, checkpointed
+from roughxr.contact.elastic import direct
+from roughxr.contact.maps import pull_off_map
+from roughxr.jobs import lazy as parallel
+from roughxr.jobs.run import on
 
 from .surfaces import glass_pair, rough, scan
 

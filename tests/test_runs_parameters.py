@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.direct import direct
-from roughxr.pull_off_map import pull_off_map
-from roughxr.runs import checkpointed, vary
-from roughxr.superposition import superpose
+from roughxr import checkpointed, vary
+from roughxr.contact.elastic import direct
+from roughxr.contact.maps import pull_off_map
+from roughxr.contact.superposition import superpose
 
 from .surfaces import glass_pair, rough, scan
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from roughxr.kernels.peaks import find_peaks
-from roughxr.kernels.seams import Frame, join_tiles, search_tile
+from roughxr.kernels.topography.peaks import find_peaks
+from roughxr.kernels.topography.tile_stitching import Frame, join_tiles, search_tile
 
 from .surfaces import rough
 from .test_peaks import plateaus_that_are_peaks

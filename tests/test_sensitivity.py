@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import roughxr
-from roughxr.sensitivity import SETTINGS, sensitivity
+from roughxr.sensitivities import SETTINGS, sensitivity
 
 
 @pytest.fixture(scope="module")

@@ -7,10 +7,10 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.adhesive import adhesive, elastic_pull_off
-from roughxr.direct import direct
+from roughxr.contact.adhesion import adhesive, elastic_pull_off
+from roughxr.contact.elastic import direct
+from roughxr.contact.superposition import superpose
 from roughxr.statistics import bootstrap, fit, pdf, pull_off, reduction, summary
-from roughxr.superposition import superpose
 
 from .surfaces import glass_pair, rough, scan
 

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.asperities import asperities
-from roughxr.direct import direct
-from roughxr.kernels.ellipse import axis_ratio, elliptic_integrals
+from roughxr.catalogue import asperities
+from roughxr.contact.elastic import direct
+from roughxr.contact.superposition import FORMULATIONS, superpose
+from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals
 from roughxr.materials import contact_modulus
-from roughxr.superposition import FORMULATIONS, superpose
 
 from .surfaces import glass_pair, rough, scan
 from .test_direct import refuse

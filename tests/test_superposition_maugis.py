@@ -7,15 +7,16 @@ import xarray as xr
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
-from roughxr.adhesive import tabor
-from roughxr.asperities import asperities
-from roughxr.kernels import branches, maugis
-from roughxr.kernels.ellipse import axis_ratio
-from roughxr.kernels.elliptic_table import mark
-from roughxr.kernels.pull_off import _TABLE_ERROR
-from roughxr.pull_off_map import pull_off_map
+from roughxr.catalogue import asperities
+from roughxr.contact.adhesion import tabor
+from roughxr.contact.maps import pull_off_map
+from roughxr.contact.superposition import superpose
+from roughxr.kernels.asperity import force_curves as branches
+from roughxr.kernels.asperity import maugis
+from roughxr.kernels.asperity.ellipse import axis_ratio
+from roughxr.kernels.asperity.elliptic_table import mark
+from roughxr.kernels.asperity.largest_pull import _TABLE_ERROR
 from roughxr.statistics import pull_off
-from roughxr.superposition import superpose
 
 from .surfaces import glass_pair, rough, scan
 from .test_superposition import E, W, one_asperity

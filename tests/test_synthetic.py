@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from roughxr import schema
-from roughxr.asperities import asperities
+from roughxr.catalogue import asperities
 from roughxr.synthetic import GlassModel, glass, main, particle_centres, self_affine, write_glass
 
 SHIPPED = Path(__file__).parents[1] / "datasets" / "glass.nc"

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from roughxr.kernels import kalker
-from roughxr.superposition import superpose
+from roughxr.contact.superposition import superpose
+from roughxr.kernels.halfspace import displacement_control as kalker
 
 from .surfaces import glass_pair, rough, scan, sphere_gap
 

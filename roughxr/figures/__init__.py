@@ -19,12 +19,12 @@ from .maps import (
     subregion_map,
     topography_map,
 )
-from .overview import overview
+from .overview_figure import overview
 from .paper import paper_figures
 from .rose import orientation_rose
-from .sheet import save
+from .saving import save
+from .sensitivity_figure import tornado
 from .single import asperity_curve
-from .tornado import tornado
 
 __all__ = [
     "against_hertz",

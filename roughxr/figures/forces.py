@@ -9,20 +9,8 @@ import numpy as np
 import xarray as xr
 
 from .. import schema, statistics
-from ..kernels import jkr
-from .style import (
-    BLACK,
-    BLUE,
-    GREY,
-    ORANGE,
-    axes,
-    label_axes,
-    label_axis,
-    legend,
-    panels,
-    stroke,
-    styled,
-)
+from ..kernels.asperity import jkr
+from .style import BLACK, BLUE, GREY, ORANGE, axes, label_axes, label_axis, legend, panels, stroke, styled
 
 
 @styled

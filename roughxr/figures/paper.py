@@ -15,7 +15,7 @@ from ..statistics import debris
 from .distributions import asperity_statistics, distribution
 from .forces import against_hertz, force_ratio, hertz_error, jkr_sphere, mean_force, mean_ratio, sweep
 from .maps import contact_grid, contact_maps, scan_map
-from .sheet import mean_and_spread, number, sheet
+from .saving import mean_and_spread, number, sheet
 from .single import asperity_curve
 from .style import GREY, label_axis, legend, stroke, styled
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import schema
-from ..kernels.asperity_contact import LAWS, Curve, curve
+from ..kernels.asperity.laws import LAWS, Curve, curve
 from .style import BLACK, GREY, SMALL, axes, legend, stroke, styled
 
 #: What the laws are called in a legend.
@@ -60,7 +60,7 @@ def asperity_curve(
     ----------
     x, y : {"delta", "P", "a"}
     laws : sequence of str
-        Of ``kernels.asperity_contact.LAWS``; the last one's points of pull-off and jump-on are marked.
+        Of ``kernels.asperity.laws.LAWS``; the last one's points of pull-off and jump-on are marked.
     ratio : float
         B/A of the paraboloid, which matters for "energy" and "johnson_greenwood" alone.
     largest : float

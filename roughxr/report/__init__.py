@@ -1,10 +1,10 @@
 """A run told to its readers: tables as text, the main numbers with their intervals, and one page that holds all."""
 
-from .cautions import cautions
-from .command import command
+from .html import page, write_report
 from .intervals import interval_table
-from .page import page, write_report
+from .repeat import command
 from .tables import METHODS, contact_table, scan_table, text
+from .warnings_shown import cautions
 
 __all__ = [
     "METHODS",

@@ -2,12 +2,12 @@
 
 from .backend import RoughxrBackend, open_scan
 from .channel import UnreadableScan
-from .describe import describe
+from .description import describe
 from .editing import crop, fill, resample, rotate90
 from .export import to_gsf, to_netcdf, to_surfacetopography
 from .levelling import level
 from .plausibility import ImplausibleScan, doubts
-from .roughness import roughness
+from .roughness_parameters import roughness
 from .samples import open_sample
 from .spectra import autocorrelation, power_spectrum
 

@@ -5,11 +5,11 @@ One room each: `samples` (what is counted, and where it lies), `pull_off`, `dens
 """
 
 from .comparison import compare
-from .debris import debris, with_and_without
+from .debris_rule import debris, with_and_without
 from .densities import cdf, pdf
 from .laws import LAWS, fit, law_density
-from .pull_off import pull_off, reduction, smooth_pull_off
-from .samples import SAMPLES
+from .pull_off_events import pull_off, reduction, smooth_pull_off
+from .sampling import SAMPLES
 from .summaries import summary
 from .uncertainty import bootstrap, bootstrap_sweep, density_intervals
 

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from .. import schema
-from .samples import Samples, per, samples
+from .sampling import Samples, per, samples
 
 #: Variables that cannot be negative: no kernel estimate of theirs may leak below zero.
 NOT_NEGATIVE = (

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from .. import schema
-from .samples import samples
+from .sampling import samples
 
 
 class Law(NamedTuple):

@@ -8,7 +8,7 @@ from typing import Any
 import xarray as xr
 
 from .. import schema
-from .samples import SAMPLES, of_a_map
+from .sampling import SAMPLES, of_a_map
 
 
 def summary(

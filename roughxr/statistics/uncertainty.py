@@ -18,7 +18,7 @@ import xarray as xr
 
 from .. import schema
 from .places import block_side, blocks, independent_places
-from .samples import Samples, samples
+from .sampling import Samples, samples
 
 RESAMPLINGS = ("block", "naive")
 

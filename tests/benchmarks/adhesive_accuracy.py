@@ -6,9 +6,10 @@ cells, over its exact value, and that of ellipses at ten cells, over the sphere'
 
 import numpy as np
 
-from roughxr.kernels import adhesive_contact, cohesion
-from roughxr.kernels.asperity_contact import asperity_events, asperity_scales, law
-from roughxr.kernels.love import love_coefficients
+from roughxr.kernels.adhesion import cohesive_laws as cohesion
+from roughxr.kernels.adhesion import path as adhesive_contact
+from roughxr.kernels.asperity.laws import asperity_events, asperity_scales, law
+from roughxr.kernels.halfspace.love import love_coefficients
 
 RADIUS = 1000.0
 PLACES = [(0.0, 0.0), (0.5, 0.5), (0.0, 0.5), (0.25, 0.25), *np.random.default_rng(1).uniform(0, 0.5, (12, 2))]

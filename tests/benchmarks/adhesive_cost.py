@@ -14,7 +14,7 @@ import dask
 import numpy as np
 
 import roughxr
-from roughxr.adhesive import adhesive
+from roughxr.contact.adhesion import adhesive
 
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.6747}
 

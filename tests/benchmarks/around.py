@@ -13,9 +13,9 @@ import time
 import numpy as np
 
 import roughxr
-from roughxr.kernels.envelope import asperity_rows, upper_envelope
-from roughxr.kernels.paraboloid import fit_paraboloids
-from roughxr.kernels.peaks import find_peaks
+from roughxr.kernels.topography.envelope import asperity_rows, upper_envelope
+from roughxr.kernels.topography.paraboloid import fit_paraboloids
+from roughxr.kernels.topography.peaks import find_peaks
 from roughxr.synthetic import self_affine
 
 PIXEL = 10.0

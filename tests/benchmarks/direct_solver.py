@@ -25,10 +25,10 @@ import numpy as np
 import scipy.fft
 
 import roughxr
-from roughxr import parallel
-from roughxr.kernels import kalker
-from roughxr.kernels.load_control import loaded
-from roughxr.kernels.love import love_coefficients
+from roughxr.jobs import lazy as parallel
+from roughxr.kernels.halfspace import displacement_control as kalker
+from roughxr.kernels.halfspace.load_control import loaded
+from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.synthetic import self_affine
 
 DX, RADIUS, MODULUS = 9.77, 3000.0, 39.4
@@ -223,7 +223,7 @@ def show_speed_up(name, run, repeat):
 def bare_kernels(scan):
     """Return the same job as a loop over kernels on windows cut beforehand."""
     from roughxr import regions
-    from roughxr.kernels.indenter import SPHERE, sphere_separation
+    from roughxr.kernels.halfspace.separation import SPHERE, sphere_separation
 
     z, dx = scan.height.values, float(scan.x[1] - scan.x[0])
     windows, _ = regions.windows(scan, regions.centres(scan, (8, 8)), np.sqrt(2 * RADIUS * DELTAS[-1]))

@@ -24,9 +24,10 @@ import dask
 import numpy as np
 
 import roughxr
-from roughxr import gather, parallel
-from roughxr.runs import checkpointed
-from roughxr.tasks import Work, run_batch
+from roughxr import checkpointed
+from roughxr.jobs import executor as gather
+from roughxr.jobs import lazy as parallel
+from roughxr.jobs.work import Work, run_batch
 
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
 DELTAS = [1, 2, 3, 4, 5.08, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15.4, 17, 18.5, 20]
@@ -181,7 +182,7 @@ def two_workers(scan, folder):
 
 def keeping(folder, batches=100, size=312):
     """Return the processor seconds that keeping one batch of ``size`` places costs, flushing included."""
-    from roughxr.runs.checkpoint import Checkpoint
+    from roughxr.jobs.checkpoint import Checkpoint
 
     kept = Checkpoint(folder / "kept.nc")
     result = np.random.default_rng(0).standard_normal((size, 8, HEAVY.size))

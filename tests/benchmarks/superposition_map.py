@@ -15,9 +15,9 @@ import dask
 import numpy as np
 
 import roughxr
-from roughxr.kernels import superposition as kernel
-from roughxr.pull_off_map import pull_off_map
-from roughxr.superposition import FORMULATIONS, LAWS, catalogue_field, options_of
+from roughxr.contact.maps import pull_off_map
+from roughxr.contact.superposition import FORMULATIONS, LAWS, catalogue_field, options_of
+from roughxr.kernels.asperity import superposition as kernel
 
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
 

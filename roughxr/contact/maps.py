@@ -1,0 +1,154 @@
+"""The pull-off force at very many places, up to every pixel of a scan, found exactly and not from a sweep."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import dask
+import numpy as np
+import xarray as xr
+
+from .. import regions, schema
+from ..catalogue import later
+from ..jobs import lazy as parallel
+from ..kernels.asperity import largest_pull as kernel
+from .superposition import ADHESIVE, Options, catalogue_field, law_of, options_of
+
+#: Centres in one task: some hundredths of a second.
+_TILE = 512
+
+EVERY_PIXEL = "every pixel"
+
+
+def pull_off_map(
+    ds: xr.Dataset,
+    *,
+    subregions: Any = EVERY_PIXEL,
+    law: str = "jkr",
+    formulation: str = "energy",
+    equilibrium_distance: Any = 0.3,
+    datum: str = "highest_peak",
+    profile: str = "sphere",
+    progress: bool = False,
+) -> xr.Dataset:
+    """Return the largest pull of the superposed asperities at each contact centre, whatever the displacement.
+
+    The sum over asperities that `superpose` takes at given displacements is minimised over all displacements. Between
+    two beginnings of contact it is convex, and proven bounds say which of these intervals need to be searched: what is
+    found is the least force itself, to rounding, and no other displacement pulls harder. (Under law="maugis" to 1e-6 of
+    an asperity's own pull: so far its tabulated branches may be from convex.)
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan, or an asperity catalogue, with an assigned pair and work of adhesion.
+    subregions : "every pixel", (int, int), (array, array) or Dataset
+        Contact centres, see `regions.centres`; every pixel needs a scan.
+    law : {"jkr", "maugis"}
+        Adhesion without range or of a range, see `superpose`.
+    formulation : {"energy", "self_similar", "johnson_greenwood", "published"}
+        Of law="jkr": how adhesion acts on an ellipse, see `superpose`.
+    equilibrium_distance : number or quantity
+        Of law="maugis": z₀ of the interatomic potential, nm.
+    datum : {"highest_peak", "first_contact"}
+        Where delta = 0, see `superpose`.
+    profile : {"sphere", "parabola"}
+        The exact sphere or Hertz's paraboloid.
+    progress : bool
+        Tell on standard error how far it is.
+
+    Returns
+    -------
+    Dataset
+        ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_delta`` (nm), NaN where nothing pulls;
+        ``contacts``, the asperities that hold on there, and ``truncated``, where one of them stands at the scan's
+        edge. Along (x, y) for every pixel, so that it lies on the scan; along ``subregion`` otherwise. Lazy where the
+        scan is a dask array.
+
+    Raises
+    ------
+    ValueError
+        If no pair or no work of adhesion is assigned, the indenter is no sphere, or a name is unknown.
+
+    See Also
+    --------
+    superpose : the whole curve of force over displacement.
+    pull_off : the largest pull of any sweep, on the displacements of that sweep.
+
+    References
+    ----------
+    Cheng, Dunn & Brach, eqs. 20–24 and 35.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> found = pull_off_map(scan, subregions=(8, 8))
+    >>> bool((found.pull_off_force > 0).all()), found.pull_off_force.units
+    (True, 'nN')
+    """
+    kind = "asperities" if "asperity" in ds.dims else "scan"
+    ds = schema.validate(ds, kind)
+    schema.one_of(law, ADHESIVE, "law")
+    options = options_of(ds, [0.0], law, formulation, equilibrium_distance, datum, profile)
+    pixels = isinstance(subregions, str)
+    positions = _pixels(ds, subregions) if pixels else regions.centres(ds, subregions)
+    lazy = parallel.is_lazy(ds)
+    later_on = lazy and kind == "scan"
+    forest = dask.delayed(_forest)(later(ds), options) if later_on else _forest(ds, options)
+    packed = _packed(positions, forest, options)
+    out = _labelled(packed, ds, positions, options)
+    out = _on_pixels(out, ds) if pixels else out.assign_coords(positions.coords)
+    named = law_of(law, formulation, options)
+    out.attrs = {"datum": datum, "method": "superpose", **named, "missing": "NaN where no displacement pulls"}
+    arguments = {"subregions": subregions, **named, "datum": datum, "profile": profile}
+    out = schema.record(schema.label(out), "pull_off_map", ds, **arguments)
+    return parallel.finish(out, lazy=lazy, progress=progress)
+
+
+def _pixels(ds: xr.Dataset, subregions: str) -> xr.Dataset:
+    schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
+    if "x" not in ds.dims:
+        raise ValueError(f"subregions={EVERY_PIXEL!r}: expected a scan, found a catalogue, which has no pixels")
+    x, y = np.meshgrid(ds["x"].values, ds["y"].values, indexing="ij")
+    return xr.Dataset(coords={"subregion_x": ("subregion", x.ravel()), "subregion_y": ("subregion", y.ravel())})
+
+
+def _forest(ds: xr.Dataset, options: Options) -> kernel.Forest:
+    """Return the asperities of a scan or a catalogue as the search needs them."""
+    return kernel.plant(catalogue_field(ds, options)[0], options.kernel_law(), options.radius, options.profile)
+
+
+def _packed(positions: xr.Dataset, forest: Any, options: Options) -> Any:
+    """Return the lazy results of all tiles, (centre, result)."""
+    x, y = (positions[name].values.astype(float) for name in ("subregion_x", "subregion_y"))
+    tiles = [(x[k : k + _TILE], y[k : k + _TILE]) for k in range(0, x.size, _TILE)]
+    each = min(_TILE, x.size)
+    packed = parallel.spread(_tile, tiles, (each, kernel.EVALUATIONS + 1), forest, options, each, each=each)
+    return packed.reshape(-1, packed.shape[-1])[: x.size]
+
+
+def _tile(x: np.ndarray, y: np.ndarray, forest: kernel.Forest, options: Options, size: int) -> np.ndarray:
+    """Return the results of one tile, filled up with NaN to its full size."""
+    table = options.kernel_law().branch
+    found = kernel.pull_offs(x, y, forest, table, options.radius, options.profile)
+    return np.pad(found, ((0, size - x.size), (0, 0)), constant_values=np.nan)
+
+
+def _labelled(packed: Any, ds: xr.Dataset, positions: xr.Dataset, options: Options) -> xr.Dataset:
+    force, delta = packed[:, kernel.FORCE], packed[:, kernel.DELTA]
+    if options.first_contact:
+        delta = delta - packed[:, kernel.FIRST_TOUCH]
+    out = xr.Dataset({"pull_off_force": ("subregion", -force), "pull_off_delta": ("subregion", delta)})
+    out["pull_off_force"] = out["pull_off_force"].where(out["pull_off_force"] > 0)
+    out["contacts"] = "subregion", packed[:, kernel.CONTACTS].astype(int)
+    out["truncated"] = "subregion", packed[:, kernel.AT_EDGE] > 0
+    return out.assign_coords({name: ds[name] for name in schema.PAIR if name in ds.coords})
+
+
+def _on_pixels(out: xr.Dataset, ds: xr.Dataset) -> xr.Dataset:
+    """Return what lies along ``subregion``, pixel by pixel, along (x, y)."""
+    shape = ds.sizes["x"], ds.sizes["y"]
+    folded = {name: (("x", "y"), array.data.reshape(shape)) for name, array in out.data_vars.items()}
+    return xr.Dataset(folded, coords={**out.coords, "x": ds["x"], "y": ds["y"]})

@@ -1,0 +1,107 @@
+"""What makes two runs the same: the scan, what it is asked, and the version that answers."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import dask
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from .._version import __version__
+from .work import Work
+
+#: Longer texts are cut in messages.
+_SHOWN = 120
+
+
+def identity(scan: xr.Dataset, arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a run is known by: plain values, by name.
+
+    Parameters
+    ----------
+    scan : Dataset
+        With its pair of bodies, if one is assigned.
+    arguments : mapping
+        What the run was asked to do.
+
+    Returns
+    -------
+    dict
+        Each value as JSON gives it back; long arrays by their ends, size and a hash.
+    """
+    known = {"scan": _name(scan), "scan_sha256": schema.height_hash(scan)}
+    known |= {name: float(scan[name]) for name in schema.PAIR if name in scan.coords}
+    if "indenter_height" in scan:
+        known["indenter"] = dask.base.tokenize(*(scan[f"indenter_{part}"].values for part in ("x", "y", "height")))
+    known |= {key: _plain(value) for key, value in arguments.items()}
+    return json.loads(json.dumps({**known, "roughxr": __version__}))
+
+
+def _name(scan: xr.Dataset) -> str:
+    names = (scan.attrs.get(key) for key in ("title", "source_file", "source"))
+    return next((str(name) for name in names if name), "scan without a title")
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as JSON can hold it, no two different ones alike."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (np.ndarray, xr.DataArray)):
+        array = np.asarray(value)
+        if array.size <= 32:
+            return array.tolist()
+        return f"{array.size} values from {array.flat[0]:g} to {array.flat[-1]:g}, {dask.base.tokenize(array)[:12]}"
+    if isinstance(value, xr.Dataset):
+        return {str(name): _plain(value[name].values) for name in value.variables}
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return value if isinstance(value, (str, int, float, bool)) or value is None else str(value)
+
+
+def refuse_other(found: Mapping[str, Any], asked: Mapping[str, Any], path: Path) -> None:
+    """Say how the run on disk and the one asked for differ, if they do.
+
+    Raises
+    ------
+    ValueError
+        With both named.
+    """
+    different = [key for key in (*asked, *(k for k in found if k not in asked)) if found.get(key) != asked.get(key)]
+    if different:
+        raise ValueError(
+            f"{path} holds another run: found {_listed(found, different)}; asked for {_listed(asked, different)}; "
+            "give the output another name, or remove the file"
+        )
+
+
+def _listed(values: Mapping[str, Any], keys: list[str]) -> str:
+    texts = (f"{key}={values.get(key)!r}" for key in keys)
+    return ", ".join(text if len(text) <= _SHOWN else f"{text[:_SHOWN]}…" for text in texts)
+
+
+def key_of(work: Work) -> str:
+    """Return a hash of everything that the results of ``work`` depend on.
+
+    Plain numbers, of which each subregion has some, are hashed as text: dask's search of them all took a tenth of a
+    run of 2304 places on two threads.
+    """
+    found = hashlib.blake2b(f"{work.task.__module__}.{work.task.__qualname__} {work.shape}".encode(), digest_size=16)
+    with dask.config.set({"tokenize.ensure-deterministic": True}):
+        for values in (*work.arguments, work.shared):
+            found.update(repr([value if _is_plain(value) else dask.base.tokenize(value) for value in values]).encode())
+    return found.hexdigest()
+
+
+def _is_plain(value: Any) -> bool:
+    """Say whether a value is told wholly by its text."""
+    if isinstance(value, tuple):
+        return all(map(_is_plain, value))
+    return value is None or isinstance(value, (int, float, str, slice, np.number, np.bool_))

@@ -1,0 +1,267 @@
+"""The loop of a run: what is kept is taken, what is missing computed and kept, and at the end all written at once.
+
+The main process alone writes. Whatever stops it costs at most the batches in flight: called again, it goes on.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import dask
+import dask.array as da
+import numpy as np
+import xarray as xr
+
+from .. import archive, disk
+from . import lazy as parallel
+from .checkpoint import Checkpoint
+from .executor import Failure, each_finished
+from .fingerprint import identity, key_of, refuse_other
+from .progress import Progress
+from .work import Work, in_memory
+
+#: Results beyond so many bytes stay on the disk until the archive is written.
+_IN_MEMORY = 2**24
+
+#: Subregions whose scalars are read at once where they lie among fields.
+_SLAB = 256
+
+#: Attribute of an archive's root that says which run it holds.
+_IDENTITY = "run"
+
+_LOCAL = ("threads", "processes", "synchronous")
+
+
+def checkpointed(
+    compute: Callable[[], Mapping[str, xr.Dataset]],
+    output: str | os.PathLike,
+    *,
+    scan: xr.Dataset,
+    arguments: Mapping[str, Any] | None = None,
+    title: str = "",
+    progress: bool = False,
+    scheduler: str | None = None,
+) -> dict[str, xr.Dataset]:
+    """Compute the groups of an archive so that a crash costs only what was in flight.
+
+    Every solve within ``compute`` (`direct`, `superpose`, `pull_off_map`, …) is kept in ``OUTPUT.checkpoint`` by
+    batches of subregions that take about half a second, as they finish. Called again after a crash, it goes on from
+    there; a finished run is read, not repeated.
+
+    Parameters
+    ----------
+    compute : callable
+        Returns the groups: names such as "solutions/direct", and Datasets. It is called again to resume, and has to
+        do the same again.
+    output : path
+        The archive, NetCDF-4. It appears under this name once it is complete.
+    scan : Dataset
+        What it is computed from, with its pair of bodies: another scan under the same name is refused.
+    arguments : mapping, optional
+        What else the groups depend on, by name: other arguments under the same name are refused.
+    title : str
+        Kept as an attribute of the archive.
+    progress : bool
+        Tell on standard error how many subregions are finished, how fast, and how long it still takes.
+    scheduler : str, optional
+        "threads", "processes", "synchronous", or the address of a ``dask scheduler`` such as
+        "tcp://node1:8786". By default the active ``distributed.Client``, else what dask is configured for.
+
+    Returns
+    -------
+    dict of str to Dataset
+        The groups as the archive holds them, and ``log``: when the run was started, resumed and finished, and what
+        failed. Fields are read from the file when they are used.
+
+    Raises
+    ------
+    ValueError
+        If ``output`` holds another run; says in which arguments they differ.
+    BlockingIOError
+        If another process is computing the same output.
+    OSError
+        If the disk is full: what was kept is safe, call again when there is room; or if no scheduler answers.
+    RuntimeError
+        If subregions failed: the others are kept.
+
+    Examples
+    --------
+    >>> import roughxr, tempfile
+    >>> scan = roughxr.assign_pair(
+    ...     roughxr.open_sample("glass"), sphere_radius=3000, young_modulus=75, poisson_ratio=0.22)
+    >>> options = {"delta": [5.0, 10.0], "subregions": (2, 2)}
+    >>> groups = checkpointed(
+    ...     lambda: {"solutions/direct": roughxr.direct(scan, **options)},
+    ...     Path(tempfile.mkdtemp()) / "run.nc", scan=scan, arguments=options)
+    >>> dict(groups["solutions/direct"].force.sizes)
+    {'subregion': 4, 'delta': 2}
+    """
+    output = Path(output)
+    asked = identity(scan, arguments or {})
+    checkpoint, finished = Checkpoint(output), False
+    try:
+        if output.exists():
+            refuse_other(_identity_of(output), asked, output)
+        else:
+            _compute(compute, checkpoint, output, asked, title, progress, scheduler)
+        finished = True
+    finally:
+        checkpoint.close(remove=finished or not checkpoint.identity())
+    return archive.load(output)
+
+
+def _compute(compute, checkpoint, output, asked, title, progress, scheduler) -> None:
+    with on(scheduler), parallel.kept_by(_Keeper(checkpoint, progress)):
+        _begin(checkpoint, output, asked)
+        groups = dict(compute())
+    checkpoint.say("all computed")
+    groups["log"] = checkpoint.log()
+    attrs = {_IDENTITY: json.dumps(asked)}
+    with dask.config.set(scheduler="synchronous"):
+        archive.save(groups, output, title=title, attrs=attrs, streamed=True)
+
+
+def _identity_of(output: Path) -> dict[str, Any]:
+    """Return which run an archive holds; nothing for a file that is no run's."""
+    try:
+        with disk.opened(output) as root:
+            return json.loads(root.attrs.get(_IDENTITY, "{}"))
+    except OSError:
+        return {}
+
+
+def _begin(checkpoint: Checkpoint, output: Path, asked: dict[str, Any]) -> None:
+    """Say that the run begins, or goes on, if it is the same run."""
+    known = checkpoint.identity()
+    if known is None:
+        checkpoint.identify(asked)
+        checkpoint.say("begun")
+    else:
+        refuse_other(known, asked, checkpoint.path)
+        checkpoint.say("resumed")
+        for leftover in disk.leftovers(output):
+            leftover.unlink(missing_ok=True)
+
+
+class _Keeper:
+    """Computes each solve of a run with the checkpoint between."""
+
+    def __init__(self, checkpoint: Checkpoint, progress: bool):
+        self.checkpoint, self.stream = checkpoint, sys.stderr if progress else None
+
+    def array(self, work: Work) -> Any:
+        """Return the stacked results: those kept, and the others, computed now."""
+        work = in_memory(work)
+        stage = key_of(work)
+        kept = {k for batch in self.checkpoint.kept(stage) for k in batch}
+        missing = [k for k in range(len(work.arguments)) if k not in kept]
+        if missing:
+            self._compute(work, stage, missing)
+        elif self.stream is not None:
+            print(f"{work.each * len(work.arguments)} subregions, all kept", file=self.stream, flush=True)
+        shapes = {batch.start: (len(batch), *work.shape) for batch in self.checkpoint.kept(stage)}
+        if 8 * len(work.arguments) * int(np.prod(work.shape)) <= _IN_MEMORY:
+            return np.concatenate([self.checkpoint.get(stage, first, shape) for first, shape in shapes.items()])
+        read = dask.delayed(self.checkpoint.get, pure=False)
+        parts = [da.from_delayed(read(stage, first, shape), shape, dtype=float) for first, shape in shapes.items()]
+        return da.concatenate(parts)
+
+    def _compute(self, work: Work, stage: str, missing: list[int]) -> None:
+        total, left = (work.each * n for n in (len(work.arguments), len(missing)))
+        progress, failures = Progress(total, done=total - left, stream=self.stream), []
+
+        def receive(batch: range, result: Any) -> None:
+            if isinstance(result, Failure):
+                failures.append(f"{_subregions(work, batch[0])}: {result.reason}")
+                self.checkpoint.say(f"{_solve_of(work)}: {_subregions(work, batch[0])} failed: {result.reason}")
+            else:
+                self.checkpoint.put(stage, batch[0], result)
+            progress.add(work.each * len(batch), failed=isinstance(result, Failure))
+
+        self.checkpoint.say(f"{_solve_of(work)}: {total - left} of {total} subregions kept")
+        try:
+            each_finished(work, missing, receive)
+        finally:
+            progress.close()
+        self.checkpoint.say(f"{_solve_of(work)}: {progress.text()}, {progress.seconds():.3g} s")
+        if failures:
+            raise RuntimeError(_told(failures, progress))
+
+    def finish(self, ds: xr.Dataset) -> xr.Dataset:
+        """Return a result with its scalars in memory and its fields, in single precision, where they are."""
+        fields = [name for name, array in ds.data_vars.items() if {"subregion", "x", "y"} <= set(array.dims)]
+        scalars = _in_slabs(ds.drop_vars(fields)) if fields else ds.compute(scheduler="synchronous")
+        return scalars.assign({name: ds[name].astype("float32") for name in fields})
+
+
+def _in_slabs(ds: xr.Dataset) -> xr.Dataset:
+    """Compute what is cut out of larger chunks, some hundred subregions at once: all chunks would not fit in memory."""
+    slabs = (ds.isel(subregion=slice(k, k + _SLAB)) for k in range(0, ds.sizes["subregion"], _SLAB))
+    computed = [slab.compute(scheduler="synchronous") for slab in slabs]
+    return xr.concat(computed, "subregion", data_vars="minimal", coords="minimal", compat="override")
+
+
+def _subregions(work: Work, item: int) -> str:
+    """Return the name of what an item holds."""
+    first = item * work.each
+    return f"subregion {first}" if work.each == 1 else f"subregions {first} to {first + work.each - 1}"
+
+
+def _told(failures: list[str], progress: Progress) -> str:
+    return (
+        f"{progress.failed} of {progress.total} subregions failed, the first, {failures[0]}; "
+        "the others are kept: mend the cause and call again"
+    )
+
+
+@contextmanager
+def on(scheduler: str | None) -> Iterator[None]:
+    """Compute on a scheduler by name or address within the block; None leaves what is in force.
+
+    Raises
+    ------
+    ValueError
+        If it is neither a name nor an address.
+    ImportError
+        If an address is given and ``distributed`` is not installed.
+    OSError
+        If no scheduler answers there.
+    """
+    if scheduler is None:
+        yield
+    elif scheduler in _LOCAL:
+        with dask.config.set(scheduler=scheduler):
+            yield
+    elif ":" in scheduler:
+        with _client(scheduler):
+            yield
+    else:
+        raise ValueError(
+            f"scheduler: expected {', '.join(map(repr, _LOCAL))} or an address such as 'tcp://node1:8786', "
+            f"found {scheduler!r}"
+        )
+
+
+def _client(address: str) -> Any:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise ImportError("a scheduler's address needs dask.distributed: pip install 'roughxr[distributed]'") from None
+    try:
+        return Client(address)
+    except (OSError, ValueError) as error:
+        raise OSError(
+            f"scheduler {address!r}: could not be reached ({error}); "
+            "start 'dask scheduler' and give the address that it prints"
+        ) from error
+
+
+def _solve_of(work: Work) -> str:
+    """Return the name of the solve that a task belongs to, for the log."""
+    return work.task.__module__.rsplit(".", 1)[-1]

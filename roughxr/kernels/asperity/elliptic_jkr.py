@@ -1,0 +1,188 @@
+"""Adhesive contact on an ellipse whose shape is free: two formulations of JKR that have no closed form.
+
+On the paraboloid z = A x² + B y² the pressure over an ellipse of semi-axes a ≥ b is taken as
+
+    p = (c₀ + c₁ x²/a² + c₂ y²/b²) / √(1 − x²/a² − y²/b²),
+
+whose surface displacement is quadratic (potentials of the ellipse: Johnson, *Contact Mechanics*, 1985, §3.5).
+Fitting it to A and B gives c₁ and c₂. At the edge, at eccentric angle φ, the intensity of the tension is
+c(φ) = c₀ + c₁cos²φ + c₂sin²φ = m + d cos 2φ < 0, and opening the contact by unit area frees the elastic
+energy G = πc²/(2E*g), g = √(cos²φ/a² + sin²φ/b²). G = w cannot hold on the whole edge, so
+
+johnson_greenwood   asks it at the ends of both axes: (m + d)√a = (m − d)√b = −√(2E*w/π)
+                    (Johnson & Greenwood, J. Phys. D 38, 1042, 2005);
+energy              makes the energy stationary in a and in b: ∮c²cos²φ/g dφ = ∮c²sin²φ/g dφ = 2E*w
+                    (close to Giudici, Vella & Griffiths, arXiv 2407.00378).
+
+Either pair fixes m/d by the shape k = b/a alone, and then a by its size: the branch, stable and unstable, is
+explicit in k. It runs from Hertz's ellipse k = λ (infinite load) to the circle k = 1 (no contact), walked by
+
+    s in (0, 1),   k = λ^{1−s}.
+
+A, B    half the principal curvatures, nm⁻¹; only B/A = ``ratio`` enters here
+w, E*   work of adhesion J/m², contact modulus GPa
+δ, P    displacement nm, load nN;  a, b nm
+
+Results are in the units a_c, P_c, δ_c of the self-similar ellipse (``jkr``). All here is plain NumPy,
+for tables, figures and tests; the loops over asperities look its results up (``elliptic_table``).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from roughxr.kernels.asperity.ellipse import axis_ratio
+from roughxr.kernels.asperity.jkr import self_similar_units
+
+_SMALLEST_S, _LARGEST_S = 1e-12, 1 - 1e-9
+
+
+class State(NamedTuple):
+    """P*, a*, b* and δ* of one or many states of contact, in self-similar units (b in units of a_c)."""
+
+    P: np.ndarray
+    a: np.ndarray
+    b: np.ndarray
+    delta: np.ndarray
+
+
+class Fit(NamedTuple):
+    """The ansatz on the ellipse a = 1, b = k, fitted to A = 1, B = ratio, with E* = 1."""
+
+    d: np.ndarray  # (c₁ − c₂)/2, so that c(φ) = m + d cos 2φ
+    mean: np.ndarray  # (c₁ + c₂)/2 = m − c₀
+    delta_c0: np.ndarray  # δ of c₀ = 1 alone
+    delta_fit: np.ndarray  # δ of c₁ and c₂
+
+
+def _quarter_turn(k):
+    """cos²ψ, sin²ψ and the weight of the midpoint rule, nodes along a new last axis.
+
+    The integrands are analytic and periodic in ψ, with poles at tan ψ = i√k: the error falls as exp(−4N√k).
+    """
+    n = int(32 + 10 / np.sqrt(np.min(k)))
+    psi = (np.arange(n) + 0.5) * np.pi / (2 * n)
+    return np.cos(psi) ** 2, np.sin(psi) ** 2, np.pi / (2 * n)
+
+
+def edge_moments(k):
+    """∮ cosⁿ2φ dφ/g around the ellipse a = 1, b = k for n = 0 … 3, by tan φ = √k tan ψ."""
+    cos2, sin2, weight = _quarter_turn(k)
+    k = np.asarray(k)[..., None]
+    stretch = cos2 + k * sin2
+    cos_2phi = (cos2 - k * sin2) / stretch
+    dphi_by_g = 4 * weight * k / np.sqrt(stretch * (k * cos2 + sin2))
+    return [np.sum(dphi_by_g * cos_2phi**n, axis=-1) for n in range(4)]
+
+
+def potentials(k):
+    """I_jl = ∫₀^∞ dt / ((1+t)^{j+½} (k²+t)^{l+½} √t) for jl = 00, 10, 01, 20, 11, 02, by t = k tan²ψ."""
+    cos2, sin2, weight = _quarter_turn(k)
+    k = np.asarray(k)[..., None]
+    in_a, in_b = cos2 / (cos2 + k * sin2), cos2 / (k * (k * cos2 + sin2))  # 1/(1+t), 1/(k²+t)
+    base = 2 * weight * np.sqrt(k * in_a * in_b) / cos2
+    orders = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+    return [np.sum(base * in_a**j * in_b**l, axis=-1) for j, l in orders]
+
+
+def displacement(c0, c1, c2, k):
+    """(u₀, u_x, u_y) of the ansatz's displacement u₀ − u_x x² − u_y y² on a = 1, b = k, with E* = 1."""
+    I00, I10, I01, I20, I11, I02 = potentials(k)
+    both = c0 * I00 + (c1 + c2) * I00 / 2 - (c1 * I10 + c2 * k**2 * I01) / 2
+    u_x = (c1 * (I10 - 3 * I20) + c2 * (I10 - k**2 * I11)) / 2
+    u_y = (c1 * (I01 - I11) + c2 * (I01 - 3 * k**2 * I02)) / 2
+    return k * both, k * u_x, k * u_y
+
+
+def fit(k, ratio):
+    """Choose c₁ and c₂ so that the surface takes the paraboloid's shape: u_x = A = 1, u_y = B = ``ratio``."""
+    u0_1, x_1, y_1 = displacement(0, 1, 0, k)
+    u0_2, x_2, y_2 = displacement(0, 0, 1, k)
+    det = x_1 * y_2 - x_2 * y_1
+    c1, c2 = (y_2 - x_2 * ratio) / det, (x_1 * ratio - y_1) / det
+    return Fit((c1 - c2) / 2, (c1 + c2) / 2, displacement(1, 0, 0, k)[0], c1 * u0_1 + c2 * u0_2)
+
+
+def _johnson_greenwood(k, d):
+    """(m, a³) with E* = w = 1 from G = w at the ends of both axes."""
+    root = np.sqrt(k)
+    m = -d * (1 + root) / (1 - root)
+    return m, 2 / (np.pi * (m + d) ** 2)
+
+
+def _energy(k, d):
+    """(m, a³) with E* = w = 1 from energy stationary in both axes; the root that is in tension all round."""
+    J0, J1, J2, J3 = edge_moments(k)
+    m = -d * (J2 + np.sqrt(J2**2 - J1 * J3)) / J1  # ∮c² cos 2φ/g dφ = 0
+    return m, 4 / (m**2 * J0 + 2 * m * d * J1 + d**2 * J2)
+
+
+#: Each takes (k, d) and returns (m, a³) for E* = w = 1.
+FORMULATIONS = {"johnson_greenwood": _johnson_greenwood, "energy": _energy}
+
+
+def branch(formulation, ratio, s):
+    """States of contact at the points ``s`` in (0, 1) of the branch, for one B/A = ``ratio`` > 1.
+
+    On the true ellipse intensities grow as a, loads as a³ and displacements as a² of those on a = 1.
+    """
+    k = axis_ratio(ratio) ** (1 - np.asarray(s))
+    on_unit = fit(k, ratio)
+    m, a_cubed = FORMULATIONS[formulation](k, on_unit.d)
+    a = np.cbrt(a_cubed)
+    P = 2 * np.pi * k * (m - on_unit.mean / 3) * a_cubed
+    delta = ((m - on_unit.mean) * on_unit.delta_c0 + on_unit.delta_fit) * a**2
+    unit = self_similar_units(1.0, ratio, 1.0, 1.0)
+    return State(P / unit.P, a / unit.a, k * a / unit.a, delta / unit.delta)
+
+
+def _least(formulation, ratio, quantity):
+    """The point s at which ``quantity`` ("P" or "delta") is least."""
+    coarse = np.linspace(0.02, 0.98, 97)
+    i = np.argmin(getattr(branch(formulation, ratio, coarse), quantity))
+    from scipy.optimize import (
+        minimize_scalar,  # not at the top: a quarter of the import time, for tables and tests only
+    )
+
+    found = minimize_scalar(
+        lambda s: getattr(branch(formulation, ratio, s), quantity),
+        bounds=(coarse[i - 1], coarse[i + 1]),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
+    return found.x
+
+
+def end_of_branch(formulation, ratio):
+    """The point s of least displacement, where the stable branch under prescribed displacement ends."""
+    return _least(formulation, ratio, "delta")
+
+
+def largest_tension(formulation, ratio):
+    """The point s of pull-off under prescribed load."""
+    return _least(formulation, ratio, "P")
+
+
+def _state_where(formulation, ratio, quantity, value, s_end):
+    """The state between Hertz and ``s_end`` at which ``quantity`` has the given value."""
+
+    def excess(log_s):
+        return getattr(branch(formulation, ratio, np.exp(log_s)), quantity) - value
+
+    from scipy.optimize import brentq
+
+    log_s = brentq(excess, np.log(_SMALLEST_S), np.log(s_end), xtol=1e-13)
+    return branch(formulation, ratio, np.exp(log_s))
+
+
+def stable_state(formulation, ratio, delta, s_end=None):
+    """The stable contact at displacement δ*; NaN beyond the end of the branch (``s_end``, if known)."""
+    s_end = end_of_branch(formulation, ratio) if s_end is None else s_end
+    if delta < branch(formulation, ratio, s_end).delta:
+        return State(np.nan, np.nan, np.nan, delta)
+    return _state_where(formulation, ratio, "delta", delta, s_end)
+
+
+def state_of_semi_axis(formulation, ratio, a):
+    """The contact, stable or not, whose longer semi-axis is a*."""
+    return _state_where(formulation, ratio, "a", a, _LARGEST_S)

@@ -1,0 +1,76 @@
+"""JKR in its own units: one closed curve for the sphere and for every ellipse that keeps Hertz's shape.
+
+    δ* = a*² − (4/3)√a*,   P* = a*³ − 2 a*^{3/2}        (Cheng, Dunn & Brach, eqs. 23-24)
+
+with the units (eqs. 20-22; printed with λ² for λ, and the last as 3P_c = 2πγλ²/β)
+
+    a_c³ = 9γλK/(2β²E*),   δ_c = β a_c²,   P_c = 3πγλ/β.
+
+a*, δ*, P*   semi-axis, displacement and load in these units; from δ* = 0 down to −3^{−1/3}, where the branch
+             turns, a* has two values, of which the larger is stable when the displacement is prescribed
+w = 2γ       work of adhesion, J/m²
+λ, K, β, E*  as in ``ellipse``
+"""
+
+from math import pi
+from typing import NamedTuple
+
+import numpy as np
+
+from roughxr.kernels.asperity.ellipse import elliptic_integrals, shape
+from roughxr.kernels.jit import kernel
+
+END_A = 3.0 ** (-2 / 3)
+END_DELTA = -(3.0 ** (-1 / 3))
+_SQRT_3_2 = 1.5**0.5
+
+
+class Units(NamedTuple):
+    """a_c nm, P_c nN, δ_c nm."""
+
+    a: float
+    P: float
+    delta: float
+
+
+@kernel
+def self_similar_units(A, B, E_star, w):
+    """The units of the paraboloid A x² + B y²; with λw for w, the published ones."""
+    return units_of_ellipse(A, B, shape(A, B), E_star, w)
+
+
+@kernel
+def units_of_ellipse(A, B, lam, E_star, w):
+    """The same where λ is known already."""
+    K, _ = elliptic_integrals(lam)
+    beta = A + lam * lam * B
+    a = np.cbrt(2.25 * w * lam * K / (beta * beta * E_star))
+    return Units(a, 1.5 * pi * w * lam / beta, beta * a * a)
+
+
+@kernel
+def load(a):
+    """P* at semi-axis a* ≥ 0."""
+    root = a * np.sqrt(a)
+    return root * (root - 2.0)
+
+
+@kernel
+def displacement(a):
+    """δ* at semi-axis a* ≥ 0."""
+    return a * a - 4.0 / 3.0 * np.sqrt(a)
+
+
+@kernel
+def stable_semi_axis(delta):
+    """The larger a* at displacement δ* ≥ −3^{−1/3}, to rounding.
+
+    With √a* = 3^{−1/3}(1 + τ) the curve reads τ √(τ² + 4τ + 6) = Q = √(3^{4/3} (δ* + 3^{−1/3})). Its left
+    side stays regular where the two branches meet, so three Newton steps are enough everywhere.
+    """
+    Q = np.sqrt(delta - END_DELTA) / END_A
+    tau = Q / (np.sqrt(Q + 1.5) + _SQRT_3_2)
+    for _ in range(3):
+        root = np.sqrt(6.0 + tau * (4.0 + tau))
+        tau -= (tau * root - Q) * root / (6.0 + tau * (6.0 + 2.0 * tau))
+    return END_A * (1.0 + tau) ** 2

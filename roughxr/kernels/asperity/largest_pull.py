@@ -1,0 +1,367 @@
+"""The largest pull of a sphere over a rough surface at any displacement, found exactly, at one place or at very many.
+
+The force is the sum over asperities of ``superposition``,
+
+    F(δ) = Σᵢ Pᵢ(δ − oᵢ),     Pᵢ = 0 before the branch of asperity i begins at δ = tᵢ.
+
+Each branch is convex from tᵢ on (that of ``maugis``, as tabulated, to 10⁻⁶ P_c), and begins with a jump down,
+since an asperity at the end of its branch pulls. So
+
+- between two beginnings F is convex: it has one minimum there, where its slope vanishes, and none that a search for
+  the root of a rising function could miss;
+- an interval at whose right end F still falls needs no search: F goes on from there by a jump down;
+- from any displacement L on, F lies above a line that falls by one step at each beginning to come,
+
+      F(δ) ≥ A + S (δ − L) − Σ(L < tᵢ ≤ δ) Cᵢ,     Cᵢ = −min Pᵢ,
+
+  A and S being the loads and slopes at L of the branches that rise there, and −Cᵢ and 0 of those that still fall.
+
+The walk goes from one beginning to the next, searches where the minimum can lie below the least found so far, and
+skips what the line proves to lie above it. It ends when the line proves that for every larger displacement. Of the
+asperities too far away to have been looked at, the line subtracts all adhesion within the square that the sphere can
+reach, a sum known beforehand (``Cells.adhesion``); where that does not suffice, more of them are looked at.
+
+oᵢ      ``offset``, how far the sphere must come down to reach vertex i, nm;  tᵢ  ``onset``, nm
+L, δ    displacements from the datum, nm
+F, C    nN;  S  nN/nm
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..halfspace.separation import PARABOLA, profile_height
+from ..jit import kernel
+from .elliptic_table import mark
+from .force_curves import LENGTH, P, closed_force, collapse, line_force
+from .superposition import Field
+
+#: Results per centre: the least force nN (0 where nothing pulls), its displacement nm (NaN there), the displacement
+#: nm of the first touch of a vertex, how many asperities hold on there, how many of them stand at the scan's edge,
+#: and how often one asperity's load was needed to find this.
+FORCE, DELTA, FIRST_TOUCH, CONTACTS, AT_EDGE, EVALUATIONS = range(6)
+
+#: The tables' own error: by such a part an asperity's least load may lie below its mark.
+_TABLE_ERROR = 3e-6
+
+#: A search ends when the force is known to this part.
+_VALUE_TOLERANCE = 1e-14
+_MOST_STEPS = 100
+
+#: q of a state so near the beginning of a branch that its slope is that of a fold, as 1/q; and the least dP*/dq there
+#: (JKR: 1.1) that is one.
+_SMALL_Q = 1e-5
+_FOLD = 0.01
+
+#: The disc that is looked at first holds about so many asperities; then ever more.
+_FIRST_LOOK = 200
+_GROWTH = 1.5
+_MOST_LOOKS = 60
+
+
+class Cells(NamedTuple):
+    """Square cells over a scan, in which its asperities are sorted: row after row, so that a row's are neighbours."""
+
+    x: float  # lower corner, nm
+    y: float
+    side: float  # nm
+    first: np.ndarray  # (nx, ny + 1): where each cell's asperities begin, and where its row's end
+    adhesion: np.ndarray  # (nx + 1, ny + 1): ΣC over all cells before, along both axes, nN
+
+
+class Forest(NamedTuple):
+    """The asperities of a scan in cells, each with its largest pull."""
+
+    field: Field
+    adhesion: np.ndarray  # (asperity,): Cᵢ, nN
+    highest: float  # least of depth + end of branch, nm: the sphere touches nothing before S₀ gets below δ − this
+    cells: Cells
+    first_reach: float  # displacement up to which asperities are looked at first, nm
+
+
+class Near(NamedTuple):
+    """The asperities that can be in contact up to some displacement, in the order in which they begin."""
+
+    onset: np.ndarray
+    offset: np.ndarray
+    index: np.ndarray
+    adhesion: np.ndarray  # running sum of C, from 0: (near + 1,)
+    lines: np.ndarray  # (near, LENGTH): their branches, where the law is tabulated
+
+
+class Total(NamedTuple):
+    """The force of some asperities and its slope, and the line below which it cannot fall."""
+
+    F: float
+    slope: float
+    A: float
+    S: float
+
+
+class Least(NamedTuple):
+    """The least force found, and where; nothing pulls where it is 0."""
+
+    F: float
+    delta: float
+
+
+def plant(field, law, radius, profile):
+    """Return the asperities of ``field`` as a ``Forest``, for the sphere and the law that they are to meet."""
+    field = _selected(field, field.scales.end < 0)  # where nothing adheres, nothing pulls
+    least = np.full(field.x.size, -1.0) if law.branch.size == 0 else _marks(law.marks, field.scales.row)
+    adhesion = -least * field.scales.P * (1 + _TABLE_ERROR)
+    cells, order = _cells(field, adhesion)
+    field = _selected(field, order)
+    if field.x.size == 0:
+        return Forest(field, adhesion, 0.0, cells, 1.0)
+    highest = (field.depth + field.scales.end * field.scales.delta).min()
+    area = cells.first.shape[0] * (cells.first.shape[1] - 1) * cells.side**2
+    r2 = min(area * _FIRST_LOOK / (np.pi * field.x.size), 0.25 * radius * radius)
+    reach = max(profile_height(r2, radius, profile), np.median(field.scales.delta))
+    return Forest(field, adhesion[order], float(highest), cells, float(highest + reach))
+
+
+def _selected(field, which):
+    """Return the asperities ``which`` of a field, in that order."""
+    return Field(*(a[which] for a in field[:-1]), type(field.scales)(*(a[which] for a in field.scales)))
+
+
+@kernel
+def _marks(marks, rows):
+    out = np.empty(rows.size)
+    for i in range(rows.size):
+        out[i] = mark(marks, rows[i], 1)
+    return out
+
+
+def _cells(field, adhesion, per_cell=4.0):
+    """Return the cells, about ``per_cell`` asperities in each, and the order that sorts by them."""
+    if field.x.size == 0:
+        return Cells(0.0, 0.0, 1.0, np.zeros((1, 2), dtype=np.int64), np.zeros((2, 2))), np.arange(0)
+    x, y = field.x.min(), field.y.min()
+    width, depth = np.ptp(field.x), np.ptp(field.y)
+    side = max(np.sqrt(width * depth * per_cell / field.x.size), max(width, depth) / 4096, 1e-9)
+    i, j = ((a - low) // side for a, low in ((field.x, x), (field.y, y)))
+    shape = int(i.max()) + 1, int(j.max()) + 1
+    number = (i * shape[1] + j).astype(np.int64)
+    order = np.argsort(number, kind="stable")
+    ends = np.cumsum(np.bincount(number, minlength=shape[0] * shape[1])).reshape(shape)
+    before = np.concatenate([[0], ends[:-1, -1]])[:, None]
+    table = np.bincount(number, adhesion, shape[0] * shape[1]).reshape(shape)
+    sums = np.pad(table.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+    return Cells(float(x), float(y), float(side), np.hstack([before, ends]), sums), order
+
+
+@kernel
+def pull_offs(x, y, forest, table, radius, profile):
+    """Return (centre, 6), ``FORCE`` … ``EVALUATIONS``, for the axis of the sphere at each (x, y)."""
+    out = np.empty((x.size, 6))
+    for k in range(x.size):
+        least, near, evaluations = pull_off(x[k], y[k], forest, table, radius, profile)
+        out[k, FORCE], out[k, DELTA] = least.F, least.delta
+        out[k, FIRST_TOUCH] = near.offset.min() if near.offset.size else np.nan
+        out[k, CONTACTS], out[k, AT_EDGE] = _held(least.delta, near, forest)
+        out[k, EVALUATIONS] = evaluations
+    return out
+
+
+@kernel
+def pull_off(x, y, forest, table, radius, profile):
+    """Return the ``Least`` force at (x, y), the asperities ``Near`` it, and how many loads were needed."""
+    reach, least, evaluations = forest.first_reach, Least(0.0, np.nan), 0
+    near = look(x, y, reach, forest, table, radius, profile)
+    for _ in range(_MOST_LOOKS):
+        least, glance = walk(near, reach, least, 1, forest)  # a good guess saves most of the searches
+        least, count = walk(near, reach, least, _MOST_STEPS, forest)
+        total = total_force(reach, near.onset.size, near, forest)
+        evaluations += glance + count + near.onset.size
+        if _proved(x, y, reach, total, near, least, forest, radius, profile):
+            break
+        reach = forest.highest + _GROWTH * (reach - forest.highest)
+        near = look(x, y, reach, forest, table, radius, profile)
+    return least, near, evaluations
+
+
+@kernel
+def _held(delta, near, forest):
+    """Return how many asperities hold on at δ, and how many of them stand at the scan's edge."""
+    held = at_edge = 0.0
+    for k in range(near.onset.size):
+        if near.onset[k] <= delta:
+            held += 1.0
+            at_edge += forest.field.at_edge[near.index[k]]
+    return held, at_edge
+
+
+@kernel
+def look(x, y, reach, forest, table, radius, profile):
+    """Return the asperities whose branch begins at or below the displacement ``reach``, in that order."""
+    field, cells = forest.field, forest.cells
+    i0, i1, j0, j1 = _square(x, y, _radius(reach - forest.highest, radius, profile), cells)
+    most = 0
+    for i in range(i0, i1):
+        most += cells.first[i, j1] - cells.first[i, j0]
+    onset, offset, index, n = np.empty(most), np.empty(most), np.empty(most, np.int64), 0
+    for i in range(i0, i1):
+        for k in range(cells.first[i, j0], cells.first[i, j1]):
+            u, v = field.x[k] - x, field.y[k] - y
+            o = field.depth[k] + profile_height(u * u + v * v, radius, profile)
+            t = o + field.scales.end[k] * field.scales.delta[k]
+            if t <= reach:
+                onset[n], offset[n], index[n] = t, o, k
+                n += 1
+    return _in_order(onset[:n], offset[:n], index[:n], forest, table)
+
+
+@kernel
+def _in_order(onset, offset, index, forest, table):
+    order = np.argsort(onset, kind="mergesort")
+    index = index[order]
+    adhesion, lines = np.zeros(order.size + 1), np.empty((order.size if table.size else 0, LENGTH))
+    for k in range(order.size):
+        adhesion[k + 1] = adhesion[k] + forest.adhesion[index[k]]
+        if table.size:
+            collapse(table, forest.field.scales.row[index[k]], P, lines[k])
+    return Near(onset[order], offset[order], index, adhesion, lines)
+
+
+@kernel
+def _radius(height, radius, profile):
+    """Return the distance from the axis (nm) at which the sphere's profile is so high (nm)."""
+    if height <= 0.0:
+        return 0.0
+    if profile == PARABOLA:
+        return np.sqrt(2.0 * radius * height)
+    return radius if height >= radius else np.sqrt(height * (2.0 * radius - height))
+
+
+@kernel
+def _square(x, y, r, cells):
+    """Return the ranges of cells that hold everything within r of (x, y)."""
+    nx, ny = cells.first.shape[0], cells.first.shape[1] - 1
+    i0, i1 = np.floor((x - r - cells.x) / cells.side), np.floor((x + r - cells.x) / cells.side) + 1.0
+    j0, j1 = np.floor((y - r - cells.y) / cells.side), np.floor((y + r - cells.y) / cells.side) + 1.0
+    return (
+        int(min(max(i0, 0.0), nx)),
+        int(min(max(i1, 0.0), nx)),
+        int(min(max(j0, 0.0), ny)),
+        int(min(max(j1, 0.0), ny)),
+    )
+
+
+@kernel
+def walk(near, reach, least, steps, forest):
+    """Return the least force up to the displacement ``reach``, or ``least``, and how many loads were needed."""
+    work, k, n = 0, 0, near.onset.size
+    while k < n:
+        end = near.onset[k + 1] if k + 1 < n else reach
+        total = total_force(end, k + 1, near, forest)
+        work += k + 1
+        width = end - near.onset[k]
+        if total.slope > 0.0 and total.F - total.slope * width < least.F:
+            least, count = search(k, width, total, least, steps, near, forest)
+            work += count
+        k = _skip(k + 1, end, total, least, near)
+    return least, work
+
+
+@kernel
+def _skip(k, L, total, least, near):
+    """Return the first beginning, from the k-th on, after which F may lie below the least."""
+    before = near.adhesion[k]
+    while k < near.onset.size:
+        if total.A + total.S * (near.onset[k] - L) - (near.adhesion[k + 1] - before) < least.F:
+            break
+        k += 1
+    return k
+
+
+@kernel
+def search(k, width, end, least, steps, near, forest):
+    """Return the least of ``least`` and F on the ``width`` after the k-th beginning, at whose ``end`` F rises.
+
+    In q = √(δ − t) the slope times q is regular where the branch begins, and nearly linear: regula falsi (Illinois)
+    takes some five steps. A convex function lies above its tangents, which tell when to stop, or to give up.
+    """
+    start, work = near.onset[k], 0
+    low, g_low = _beginning(k, near, forest)
+    high, g_high = np.sqrt(width), end.slope * np.sqrt(width)
+    if g_low == 0.0:  # F need not fall at first: the least may be the beginning itself
+        total, g_low = total_force(start + low * low, k + 1, near, forest), -g_high
+        work += k + 1
+        if total.F < least.F:
+            least = Least(total.F, start + low * low)
+    for _ in range(steps):
+        q = (low * g_high - high * g_low) / (g_high - g_low)
+        total = total_force(start + q * q, k + 1, near, forest)
+        work += k + 1
+        if total.F < least.F:
+            least = Least(total.F, start + q * q)
+        g = total.slope * q
+        rest = q * q - low * low if g > 0.0 else high * high - q * q
+        if total.F - abs(total.slope) * rest >= least.F * (1.0 + _VALUE_TOLERANCE) or not low < q < high:
+            break
+        if g > 0.0:
+            high, g_high, g_low = q, g, 0.5 * g_low
+        else:
+            low, g_low, g_high = q, g, 0.5 * g_high
+    return least, work
+
+
+@kernel
+def _beginning(k, near, forest):
+    """Return a small q after the k-th beginning, and its slope times q, to which the other branches add nothing yet.
+
+    It is 0 where that branch ends not in a fold but in a contact that shrinks to a point (``maugis``).
+    """
+    i = near.index[k]
+    delta, load = forest.field.scales.delta[i], forest.field.scales.P[i]
+    _, slope = one_force(_SMALL_Q * _SMALL_Q, k, near, forest.field.scales.end[i])
+    g = slope * _SMALL_Q if slope * _SMALL_Q < -_FOLD else 0.0
+    return _SMALL_Q * np.sqrt(delta), g * load / np.sqrt(delta)
+
+
+@kernel
+def one_force(above_end, k, near, end):
+    """Return P* and its slope of the k-th asperity near by."""
+    if near.lines.size:
+        return line_force(near.lines[k], above_end)
+    return closed_force(end + above_end)
+
+
+@kernel
+def total_force(delta, n, near, forest):
+    """Return the ``Total`` at δ of the first n asperities, all of whose branches have begun there."""
+    scales = forest.field.scales
+    F = slope = A = S = 0.0
+    for k in range(n):
+        i = near.index[k]
+        above_end = (delta - near.offset[k]) / scales.delta[i] - scales.end[i]
+        p, dp = one_force(max(above_end, 0.0), k, near, scales.end[i])
+        p *= scales.P[i]
+        dp *= scales.P[i] / scales.delta[i]
+        F += p
+        slope += dp
+        A += p if dp > 0.0 else -forest.adhesion[i]
+        S += max(dp, 0.0)
+    return Total(F, slope, A, S)
+
+
+@kernel
+def _proved(x, y, reach, total, near, least, forest, radius, profile):
+    """Say whether F cannot fall below the least beyond ``reach``, whatever lies farther away."""
+    if near.offset.size == 0 or near.offset.min() > reach:
+        return forest.adhesion.size == 0  # the first touch is not known yet
+    cells, known = forest.cells, near.adhesion[-1]
+    nx, ny = cells.first.shape[0], cells.first.shape[1] - 1
+    delta, step = reach, 0.05 * (reach - forest.highest)
+    while True:
+        r = _radius(delta + step - forest.highest, radius, profile)
+        i0, i1, j0, j1 = _square(x, y, r, cells)
+        a = cells.adhesion
+        unknown = a[i1, j1] - a[i0, j1] - a[i1, j0] + a[i0, j0] - known
+        if total.A + total.S * (delta - reach) - max(unknown, 0.0) < least.F:
+            return False
+        if (i0 == 0 and j0 == 0 and i1 == nx and j1 == ny) or (profile != PARABOLA and r >= radius):
+            return True
+        delta, step = delta + step, 1.5 * step

@@ -1,0 +1,221 @@
+"""One asperity, an elliptic paraboloid, at a prescribed displacement: load and contact ellipse, by any law.
+
+hertz               no adhesion
+published           generalized JKR to the letter of Cheng, Dunn & Brach, eqs. 15-24: λ² where λ is due
+self_similar        the same derivation corrected: an ellipse of Hertz's shape at every load
+johnson_greenwood   shape free, edge condition at the ends of both axes (``elliptic_jkr``)
+energy              shape free, energy stationary in both axes (``elliptic_jkr``)
+maugis              between JKR and DMT (``maugis``): the sphere's law in the self-similar ellipse's units
+
+An adhesive asperity holds on below δ = 0, down to the end of its stable branch; beyond, P = a = b = 0. The
+published law is the self-similar one with λw for w. With w = 0 every law is Hertz's, and ends at δ = 0.
+
+A, B    half the principal curvatures, 0 < A ≤ B, nm⁻¹; anything else is no peak: its scales, load and ellipse
+        are NaN. Where the other body is curved too, A and B are the composite ones
+E*      ``E_star``, contact modulus, GPa;  w = 2γ, work of adhesion, J/m²
+δ, P    ``delta``, displacement, nm, > 0 brings the bodies together;  load, nN, > 0 pushes
+a, b    semi-axes of the contact ellipse, a along the flattest direction, nm
+
+Beyond B/A = 10⁴ (``elliptic_table.LARGEST_RATIO``, ellipses hundreds of times longer than wide) the laws of
+free shape keep the starred curves of 10⁴ with the scales of the true B/A; the caller may count them.
+"""
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from roughxr.kernels.asperity import elliptic_jkr, elliptic_table, jkr, maugis
+from roughxr.kernels.asperity.ellipse import shape, stiffness
+from roughxr.kernels.asperity.elliptic_jkr import State
+from roughxr.kernels.asperity.elliptic_table import EMPTY, lookup, mark, row_of
+from roughxr.kernels.jit import kernel
+
+#: Laws without range, and the one that has a range.
+LAWS = ("hertz", "published", "self_similar", "johnson_greenwood", "energy")
+HERTZ, PUBLISHED, SELF_SIMILAR, JOHNSON_GREENWOOD, ENERGY, MAUGIS = range(6)
+
+
+class Law(NamedTuple):
+    """A law's number, the table it is read from (empty where it has a closed form), and what gives it its range."""
+
+    code: int
+    branch: np.ndarray
+    marks: np.ndarray
+    equilibrium_distance: float  # z₀, nm, of maugis; NaN for the others
+
+
+class Scales(NamedTuple):
+    """What makes an asperity's contact dimensionless: floats for one asperity, arrays for many.
+
+    For Hertz, a and P are those at ``delta`` = 1 nm; for the laws of free shape, the self-similar ellipse's.
+    """
+
+    a: float  # nm
+    P: float  # nN
+    delta: float  # nm
+    axis_ratio: float  # λ of Hertz's ellipse
+    end: float  # δ* where the stable branch ends; 0 where nothing adheres
+    row: float  # place in the law's table
+
+
+class Contact(NamedTuple):
+    """Load nN and semi-axes nm."""
+
+    P: float
+    a: float
+    b: float
+
+
+class Events(NamedTuple):
+    """States (P nN, a nm, b nm, δ nm) at which an asperity lets go or is caught.
+
+    On a soft spring it lets go at ``largest_tension``, held at fixed displacement at ``end_of_branch``, where
+    Cheng, Dunn & Brach also let it jump on. Without long-range forces it jumps on at ``touch``, δ = 0.
+    NaN for what is no peak, 0 where nothing adheres.
+    """
+
+    largest_tension: State
+    end_of_branch: State
+    touch: State
+
+
+class Curve(NamedTuple):
+    """Starred states along a whole branch, and whether each is stable at prescribed displacement."""
+
+    P: np.ndarray
+    a: np.ndarray
+    b: np.ndarray
+    delta: np.ndarray
+    stable: np.ndarray
+
+
+@cache
+def law(name, equilibrium_distance=np.nan):
+    """The law of that name, of ``LAWS`` or "maugis", ready for the kernels; reads its table on first use."""
+    if name == "maugis":
+        return Law(MAUGIS, *maugis.table(), float(equilibrium_distance))
+    code = LAWS.index(name)
+    return Law(code, *(elliptic_table.table(name) if code >= JOHNSON_GREENWOOD else EMPTY), np.nan)
+
+
+@kernel
+def asperity_scales(A, B, E_star, w, law):
+    """The ``Scales`` of one asperity."""
+    lam = shape(A, B)
+    if np.isnan(lam):
+        return Scales(np.nan, np.nan, np.nan, np.nan, np.nan, np.nan)
+    if law.code == HERTZ or w == 0.0:
+        beta, H = stiffness(A, B, lam, E_star)
+        return Scales(1.0 / np.sqrt(beta), H, 1.0, lam, 0.0, 0.0)
+    unit = jkr.units_of_ellipse(A, B, lam, E_star, lam * w if law.code == PUBLISHED else w)
+    if law.code < JOHNSON_GREENWOOD:
+        return Scales(unit.a, unit.P, unit.delta, lam, jkr.END_DELTA, 0.0)
+    if law.code == MAUGIS:
+        row = maugis.row_of(maugis.parameter(maugis.tabor(A, B, E_star, w, law.equilibrium_distance)))
+    else:
+        row = row_of(B / A)
+    return Scales(unit.a, unit.P, unit.delta, lam, mark(law.marks, row, 0), row)
+
+
+@kernel
+def asperity_contact(delta, scales, branch):
+    """The stable ``Contact`` of one asperity at displacement ``delta``; ``branch`` is that of its law.
+
+    The innermost step of a superposition: one flat function, since Numba counts every array in and out at a
+    function's door, which costs as much as the closed form itself.
+    """
+    delta_star = delta / scales.delta
+    if not delta_star >= scales.end:
+        nothing = 0.0 if delta_star < scales.end else np.nan
+        return Contact(nothing, nothing, nothing)
+    if scales.end == 0.0:
+        a = b = np.sqrt(delta_star)
+        P = delta_star * a
+    elif branch.size == 0:
+        a = b = jkr.stable_semi_axis(delta_star)
+        P = jkr.load(a)
+    else:
+        P, a, b = lookup(branch, scales.row, delta_star - scales.end)
+    return Contact(scales.P * P, scales.a * a, scales.a * scales.axis_ratio * b)
+
+
+@kernel
+def pick(scales, i):
+    """The scales of asperity ``i`` out of those of many."""
+    return Scales(scales.a[i], scales.P[i], scales.delta[i], scales.axis_ratio[i], scales.end[i], scales.row[i])
+
+
+@kernel
+def asperities_scales(A, B, E_star, w, law):
+    """The ``Scales`` of many asperities: A, B and each field have shape (asperity,)."""
+    out = np.empty((6, A.size))
+    for i in range(A.size):
+        one = asperity_scales(A[i], B[i], E_star, w, law)
+        out[0, i], out[1, i], out[2, i] = one.a, one.P, one.delta
+        out[3, i], out[4, i], out[5, i] = one.axis_ratio, one.end, one.row
+    return Scales(out[0], out[1], out[2], out[3], out[4], out[5])
+
+
+@kernel
+def asperities_contact(delta, scales, branch):
+    """The ``Contact`` of many asperities, each at its own displacements: all of shape (asperity, step)."""
+    P, a, b = np.empty(delta.shape), np.empty(delta.shape), np.empty(delta.shape)
+    for i in range(delta.shape[0]):
+        one = pick(scales, i)
+        for j in range(delta.shape[1]):
+            P[i, j], a[i, j], b[i, j] = asperity_contact(delta[i, j], one, branch)
+    return Contact(P, a, b)
+
+
+@kernel
+def _state(P, a, b, delta, scales):
+    """A starred state (b* divided by λ) in nN and nm."""
+    return State(scales.P * P, scales.a * a, scales.a * scales.axis_ratio * b, scales.delta * delta)
+
+
+@kernel
+def asperity_events(scales, law):
+    """The ``Events`` of one asperity."""
+    if scales.end == 0.0 or np.isnan(scales.end):
+        nothing = State(scales.end, scales.end, scales.end, scales.end)
+        return Events(nothing, nothing, nothing)
+    if law.code >= JOHNSON_GREENWOOD:
+        P, a = mark(law.marks, scales.row, 1), mark(law.marks, scales.row, 2)
+        b, delta = mark(law.marks, scales.row, 3), mark(law.marks, scales.row, 4)
+        P_end, a_end, b_end = lookup(law.branch, scales.row, 0.0)
+    else:
+        P, a, b, delta = -1.0, 1.0, 1.0, -1.0 / 3.0
+        P_end, a_end, b_end = -5.0 / 9.0, jkr.END_A, jkr.END_A
+    touch = asperity_contact(0.0, scales, law.branch)
+    return Events(
+        _state(P, a, b, delta, scales),
+        _state(P_end, a_end, b_end, scales.end, scales),
+        State(touch.P, touch.a, touch.b, 0.0),
+    )
+
+
+@kernel
+def asperities_events(scales, law):
+    """Events of many asperities, shape (event, quantity, asperity), ordered as ``Events`` and ``State``."""
+    out = np.empty((3, 4, scales.a.size))
+    for i in range(scales.a.size):
+        events = asperity_events(pick(scales, i), law)
+        for e in range(3):
+            out[e, 0, i], out[e, 1, i], out[e, 2, i], out[e, 3, i] = events[e]
+    return out
+
+
+def curve(name, a, ratio=1.0):
+    """A law's starred branch, stable and unstable, at semi-axes a* > 0 (Cheng, Dunn & Brach, figures 2-4).
+
+    In these units ``hertz``, ``published`` and ``self_similar`` do not depend on ``ratio`` = B/A, but for b*.
+    """
+    lam = shape(1.0, ratio)
+    if name in elliptic_jkr.FORMULATIONS and ratio > 1.0:
+        states = [elliptic_jkr.state_of_semi_axis(name, ratio, x) for x in a]
+        end = elliptic_jkr.branch(name, ratio, elliptic_jkr.end_of_branch(name, ratio))
+        return Curve(*np.array(states).T, a >= end.a)
+    if name == "hertz":
+        return Curve(a**3, a, lam * a, a**2, np.full(a.shape, True))
+    return Curve(jkr.load(a), a, lam * a, jkr.displacement(a), a >= jkr.END_A)

@@ -1,0 +1,126 @@
+"""Between JKR and DMT: Maugis's sphere with Dugdale's law, as a table that an asperity's contact is read from.
+
+With m = c/a, the annulus a < r < c pulling at σ₀ (Maugis, J. Colloid Interface Sci. 150, 243, 1992),
+
+    ½ λA² [s + (m² − 2) t] + (4/3) λ²A [s t − m + 1] = 1,        s = √(m² − 1),  t = arctan s,
+    P̄ = A³ − λA² (s + m² t),        δ̄ = A² − (4/3) λA s,        λ = 2σ₀ (R/(πwK²))^{1/3},  K = 4E*/3,
+
+A, P̄, δ̄ in units (πwR²/K)^{1/3}, πwR, (π²w²R/K²)^{1/3}; here given in JKR's a_c, P_c, δ_c (``jkr``). λ → ∞ is
+JKR, λ → 0 DMT; λ = 1.157 μ with Tabor's μ. A branch is followed from large loads down to its smallest δ, where it
+turns (λ ≳ 0.94), or to where contact shrinks to a point; the pull across the gap beyond is left out. On its whole
+length it is convex: P̄ grows ever faster with δ̄.
+
+The table has the form of ``elliptic_table`` and is read by the same ``lookup``, ln λ in place of ln B/A. From
+the closed form it is off by 10⁻³ P_c near the end of the branch for 0.5 < λ < 1.5, where that end changes its nature,
+and by less than 10⁻⁴ P_c elsewhere; the largest pull by 10⁻⁷, the end by 2·10⁻⁵ δ_c.
+``python -m roughxr.kernels.asperity.maugis`` computes it again, in a few seconds.
+"""
+
+from functools import cache
+from math import log
+from pathlib import Path
+
+import numpy as np
+
+from ..jit import kernel
+from . import elliptic_table
+from .elliptic_table import Table
+
+SMALLEST, LARGEST = 0.02, 50.0
+FILE = Path(__file__).with_name("maugis_table.npz")
+_ACROSS, _ALONG = 80, elliptic_table._CELLS_ALONG
+_PER_LOG = _ACROSS / log(LARGEST / SMALLEST)
+
+#: JKR's units in Maugis's.
+_A, _P, _DELTA = 1.5 ** (1 / 3), 1.5, 1.5 ** (2 / 3)
+
+
+@kernel
+def tabor(A, B, E_star, w, z0):
+    """Return Tabor's μ = (R w²/(E*² z0³))^{1/3} of the paraboloid A x² + B y², R = 1/(2√(AB)); lengths in nm."""
+    return np.cbrt(w * w / (2.0 * np.sqrt(A * B) * E_star * E_star * z0**3))
+
+
+@kernel
+def parameter(tabor):
+    """Return Maugis's λ of Tabor's μ: Dugdale's σ₀ taken as the largest of Lennard-Jones's, 16w/(9√3 z0)."""
+    return 1.157 * tabor
+
+
+@kernel
+def row_of(parameter):
+    """Return the place across the table of λ, in cells; beyond its ends JKR's and DMT's."""
+    return _PER_LOG * log(min(max(parameter, SMALLEST), LARGEST) / SMALLEST)
+
+
+def branch(parameter, m):
+    """Return (P*, a*, δ*) in JKR's units at ratios m > 1 of the outer to the inner radius."""
+    lam, s = parameter, np.sqrt((m - 1) * (m + 1))
+    t = np.arctan(s)
+    half = 4 / 3 * lam**2 * (s * t - m + 1)
+    quadratic = lam * (s + (m * m - 2) * t)
+    A = 2 / (half + np.sqrt(half**2 + 2 * quadratic))
+    P = A**3 - lam * A**2 * (s + m * m * t)
+    return P / _P, A / _A, (A**2 - 4 / 3 * lam * A * s) / _DELTA
+
+
+def pull_off(parameter):
+    """Return the largest pull P_c/(πwR).
+
+    Examples
+    --------
+    >>> round(float(pull_off(1.0)), 4)
+    1.6007
+    """
+    return -_P * branch(parameter, _ratios())[0].min()
+
+
+@cache
+def table():
+    """Return the shipped table, read on first use."""
+    with np.load(FILE) as file:
+        return Table(file["branch"], file["marks"])
+
+
+def _ratios():
+    return 1 + np.geomspace(1e-9, 1e7, 200_001)
+
+
+def _row(parameter, z):
+    """Return samples (P*/(1+q)³, a*/(1+q), twice) along one row, and its marks."""
+    P, a, delta = branch(parameter, _ratios())
+    end, weakest = int(np.argmin(delta)), int(np.argmin(P))
+    q = np.sqrt(np.maximum(delta[: end + 1] - delta[end], 0.0))[::-1]
+    keep = np.append(True, np.diff(np.maximum.accumulate(q)) > 0)
+    wanted = 1 / z**2 - 1
+    from scipy.interpolate import PchipInterpolator  # a fifth of a second, needed to make the table only
+
+    load, radius = (PchipInterpolator(q[keep], values[: end + 1][::-1][keep])(wanted) for values in (P, a))
+    radius = radius / (1 + wanted)
+    return np.stack([load / (1 + wanted) ** 3, radius, radius], -1), [
+        delta[end],
+        P[weakest],
+        a[weakest],
+        a[weakest],
+        delta[weakest],
+    ]
+
+
+def compute():
+    """Return the table from the closed form."""
+    z = elliptic_table._sites(_ALONG)[1:] / _ALONG
+    parameters = SMALLEST * np.exp(elliptic_table._sites(_ACROSS) / _PER_LOG)
+    rows, marks = zip(*(_row(parameter, z) for parameter in parameters))
+    samples = np.concatenate([np.ones((len(rows), 1, 3)), np.array(rows)], axis=1)  # Hertz at z = 0
+    across = elliptic_table._fit(samples, _ACROSS)
+    both = elliptic_table._fit(across.swapaxes(0, 1), _ALONG).swapaxes(0, 1)
+    return Table(np.ascontiguousarray(both), elliptic_table._fit(np.array(marks), _ACROSS))
+
+
+def write(file=FILE):
+    """Compute the table and store it."""
+    np.savez_compressed(file, **compute()._asdict())
+
+
+if __name__ == "__main__":
+    write()

@@ -1,0 +1,191 @@
+"""Adhesionless contact of a rigid profile with a half space, at a displacement or through a sweep of them.
+
+On cells with undeformed separation S (nm), at a displacement δ (nm), find pressures p (GPa) with
+
+    p ≥ 0,     g = S + A p − δ ≥ 0,     p g = 0                       (Kalker 1990; Cheng, Dunn & Brach, eqs. 36–39)
+
+The active set (``active_set``) finds which cells touch. Here it is given as few cells as possible, and a good
+start, none of which changes the solution:
+
+- Only cells with S < δ can carry load, since A p ≥ 0; everything else is cut away.
+- Of these, the cells that a prediction (``warm_start``) puts well apart are left out too, until one product
+  over the whole overlap proves them right or wrong (``working_set``).
+- Pressures scale with E*/dx, so cells of unit side on a half space of unit modulus are solved.
+
+A whole sweep is one compiled call that holds no lock: threads do not wait for each other.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..jit import kernel
+from .active_set import CONVERGED, ITERATION_LIMIT
+from .products import coefficients_for, no_transfers
+from .warm_start import COARSE_ITERATIONS, COARSE_TOLERANCE, coarser, extrapolated, half_deep, refined
+from .working_set import Prediction, overlapping, put, solve_in_box
+
+#: Reasons, by status.
+REASONS = {CONVERGED: "converged", ITERATION_LIMIT: "iteration limit reached before the tolerance"}
+
+#: What is said of each solve of a sweep: nN, nm², status, products A p, and the largest |g| in contact or penetration
+#: outside over the deepest overlap.
+FORCE, AREA, STATUS, ITERATIONS, RESIDUAL = range(5)
+
+
+class Solution(NamedTuple):
+    """One contact on a window of dx × dx cells, and how the solve ended."""
+
+    pressure: np.ndarray  #: GPa, >= 0
+    displacement: np.ndarray  #: nm, on the overlap's bounding box; NaN elsewhere
+    force: float  #: nN
+    area: float  #: nm²
+    status: int
+    iterations: int  #: products A p
+    residual: float  #: largest |g| in contact or penetration outside, over the deepest overlap
+
+    @property
+    def converged(self):
+        """Whether the tolerance was met."""
+        return self.status == CONVERGED
+
+
+def solve(separation, delta, dx, contact_modulus, *, tolerance=1e-6, start=None, max_iterations=5000):
+    """Solve the contact at one displacement.
+
+    Parameters
+    ----------
+    separation : (nx, ny) array
+        Undeformed separation S, nm; NaN or inf where there is nothing to touch.
+    delta : float
+        Displacement, nm.
+    dx : float
+        Side of the cells, nm.
+    contact_modulus : float
+        E*, GPa.
+    tolerance : float
+        Relative error of the force: the gap left in contact, and the penetration outside, stay below half of it times
+        the deepest overlap (force grows about like depth^1.5, or as depth at first touch).
+    start : Prediction, optional
+        What the contact may look like, its pressure in GPa.
+    max_iterations : int
+        Products A p at most.
+
+    Returns
+    -------
+    Solution
+    """
+    limits = {"tolerance": tolerance, "max_iterations": max_iterations}
+    return sweep(separation, [delta], dx, contact_modulus, start=start, **limits)[0]
+
+
+def sweep(separation, deltas, dx, contact_modulus, *, tolerance=1e-6, start=None, max_iterations=5000):
+    """Return the contact at each of ascending displacements, each started from those before; see `solve`."""
+    limits = {"tolerance": tolerance, "start": start, "max_iterations": max_iterations}
+    return solutions(*sweep_arrays(separation, deltas, dx, contact_modulus, keep=True, **limits))
+
+
+def sweep_arrays(
+    separation, deltas, dx, contact_modulus, *, tolerance=1e-6, start=None, max_iterations=5000, keep=False
+):
+    """Do as `sweep`, in arrays: (delta, 5) of ``FORCE`` … ``RESIDUAL``, and the fields (delta, nx, ny) where kept."""
+    separation, guided = np.ascontiguousarray(separation, dtype=float), start is not None
+    start = start._replace(pressure=start.pressure * (dx / contact_modulus)) if guided else _nothing_predicted()
+    coefficients, deltas = coefficients_for(separation.shape), np.asarray(deltas, dtype=float)
+    arrays = _sweep(separation, deltas, tolerance, max_iterations, start, guided, coefficients, keep)
+    return in_units(*arrays, dx, contact_modulus)
+
+
+def in_units(found, pressures, displacements, dx, contact_modulus):
+    """Give what unit cells of unit modulus return its units, in place."""
+    found[:, FORCE] *= contact_modulus * dx
+    found[:, AREA] *= dx * dx
+    pressures *= contact_modulus / dx
+    return found, pressures, displacements
+
+
+def solutions(found, pressures, displacements):
+    """Return the `Solution` of each row."""
+    return [
+        Solution(p, u, force, area, int(status), int(iterations), residual)
+        for p, u, (force, area, status, iterations, residual) in zip(pressures, displacements, found.tolist())
+    ]
+
+
+def _nothing_predicted():
+    return Prediction(np.zeros((0, 0)), np.zeros((0, 0), np.bool_), np.zeros((0, 0), np.bool_))
+
+
+class _Trail(NamedTuple):
+    """The last two solutions of a sweep, the later one second: NaN where nothing is known."""
+
+    delta: np.ndarray  # (2,), nm
+    pressure: np.ndarray  # (2, nx, ny), scaled
+    displacement: np.ndarray  # nm
+
+
+@kernel
+def _sweep(separation, deltas, tolerance, max_iterations, start, guided, coefficients, keep):
+    """Return what is said of each solve, and scaled pressures and displacements where they are to be kept.
+
+    The first contact is found on coarse cells first, each contact after that from the ones before.
+    """
+    found, shape = np.zeros((deltas.size, 5)), (deltas.size if keep else 0, *separation.shape)
+    pressures, displacements = np.zeros(shape), np.full(shape, np.nan)
+    trail, known = _no_trail(separation.shape), no_transfers()
+    for k in range(deltas.size):
+        overlap = overlapping(separation, deltas[k])
+        if overlap.count == 0:
+            continue
+        box = overlap.rows, overlap.columns
+        depth = deltas[k] - separation[box]
+        cold = not guided and np.isnan(trail.delta[1])
+        levels = coarser(depth) if cold else [depth]
+        begin = half_deep(levels[-1], 0.0) if cold else _begin(depth, deltas[k], box, trail, start)
+        for n in range(len(levels) - 1, -1, -1):
+            part = 0.5 * (tolerance if n == 0 else COARSE_TOLERANCE)
+            most = max_iterations if n == 0 else COARSE_ITERATIONS
+            pressure, displacement, outcome = solve_in_box(levels[n], begin, part, most, 0.0, 0.0, coefficients, known)
+            begin = refined(pressure, displacement, levels[n - 1]) if n > 0 else begin
+        describe(found[k], pressure, outcome, overlap.largest)
+        if keep:
+            put(pressure, pressures[k], box)
+            put(displacement, displacements[k], box)
+        if found[k, FORCE] > 0.0:
+            _remember(trail, deltas[k], box, pressure, displacement)
+    return found, pressures, displacements
+
+
+@kernel
+def describe(row, pressure, outcome, largest):
+    """Write down what is said of a solve whose deepest overlap is ``largest``."""
+    row[FORCE], row[AREA] = pressure.sum(), np.count_nonzero(pressure)
+    row[STATUS], row[ITERATIONS], row[RESIDUAL] = outcome.status, outcome.iterations, outcome.violation / largest
+
+
+@kernel
+def _begin(depth, delta, box, trail, start):
+    """Return what the contact in a box may look like, by the solutions before or, for the first, as it is given."""
+    if np.isnan(trail.delta[1]):
+        return Prediction(start.pressure[box].copy(), start.touching[box].copy(), start.possible[box].copy())
+    step = delta - trail.delta[1]
+    ahead = step / (trail.delta[1] - trail.delta[0])
+    return extrapolated(depth, step, trail.pressure[:, box[0], box[1]], trail.displacement[:, box[0], box[1]], ahead)
+
+
+@kernel
+def _no_trail(shape):
+    return _Trail(np.full(2, np.nan), np.zeros((2, *shape)), np.full((2, *shape), np.nan))
+
+
+@kernel
+def _remember(trail, delta, box, pressure, displacement):
+    """Make a solution the last one."""
+    trail.delta[0], trail.delta[1] = trail.delta[1], delta
+    rows, columns = trail.pressure.shape[1:]
+    for i in range(rows):
+        for j in range(columns):
+            trail.pressure[0, i, j], trail.displacement[0, i, j] = trail.pressure[1, i, j], trail.displacement[1, i, j]
+            trail.pressure[1, i, j], trail.displacement[1, i, j] = 0.0, np.nan
+    put(pressure, trail.pressure[1], box)
+    put(displacement, trail.displacement[1], box)

@@ -1,0 +1,164 @@
+"""The contact under a prescribed load: the active set finds the displacement along with the contact.
+
+Only the cells to work on are chosen by a guess of δ, from the load before or from cells twice as large; where δ turns
+out to lie deeper, or far less deep, they are chosen again.
+
+Inside, unit cells and unit modulus: loads are in units of E* dx, hence in nm as pressures and all lengths.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..jit import kernel
+from .active_set import CONVERGED, ITERATION_LIMIT, Outcome
+from .displacement_control import FORCE, STATUS, describe, in_units, solutions
+from .products import coefficients_for, no_transfers
+from .warm_start import COARSE_ITERATIONS, COARSE_TOLERANCE, extrapolated, half_deep, halved, refined
+from .working_set import Prediction, overlapping, put, solve_in_box
+
+#: Cells are chosen up to this many times the guessed depth.
+_SLACK = 1.1
+
+#: d ln F / d ln depth of a sphere.
+_SPHERE_EXPONENT = 1.5
+
+#: Windows narrower than this are not halved to find a displacement.
+_SMALLEST_HALVED = 24
+
+#: Choices of cells at most.
+_MOST_CHOICES = 30
+
+
+def loaded(separation, loads, dx, contact_modulus, **limits):
+    """Return (delta, `Solution`) for each of ascending loads (nN > 0), each started from the one before.
+
+    Options as of `kalker.sweep`. Where there is nothing to press on, delta is NaN and the solution has not converged.
+    """
+    deltas, *arrays = loaded_arrays(separation, loads, dx, contact_modulus, keep=True, **limits)
+    return list(zip(deltas.tolist(), solutions(*arrays)))
+
+
+def loaded_arrays(separation, loads, dx, contact_modulus, *, tolerance=1e-6, max_iterations=5000, keep=False):
+    """Do as `loaded`, in arrays: displacements (load,), and what `kalker.sweep_arrays` returns."""
+    separation = np.ascontiguousarray(separation, dtype=float)
+    scaled = np.asarray(loads, dtype=float) / (contact_modulus * dx)
+    deltas, *arrays = _loaded(separation, scaled, tolerance, max_iterations, coefficients_for(separation.shape), keep)
+    return deltas, *in_units(*arrays, dx, contact_modulus)
+
+
+class _State(NamedTuple):
+    """A solved load on a window; the displacement is NaN beyond the cells that were looked at."""
+
+    delta: float
+    pressure: np.ndarray
+    displacement: np.ndarray
+    outcome: Outcome
+
+
+class _Guess(NamedTuple):
+    """A displacement near that of a load, and the contact there where it is known (of no cells where it is not)."""
+
+    delta: float
+    contact: Prediction
+
+
+@kernel
+def _loaded(separation, loads, tolerance, max_iterations, coefficients, keep):
+    """Return the displacements, what is said of each solve, and the fields where they are to be kept."""
+    deltas, found = np.full(loads.size, np.nan), np.zeros((loads.size, 5))
+    shape, known = (loads.size if keep else 0, *separation.shape), no_transfers()
+    pressures, displacements = np.zeros(shape), np.full(shape, np.nan)
+    touch = _lowest(separation)
+    found[:, STATUS] = ITERATION_LIMIT  # nothing to press on carries no load
+    if not np.isfinite(touch):
+        return deltas, found, pressures, displacements
+    guess = _coarse_guess(separation, loads[0], coefficients, known)
+    for k in range(loads.size):
+        state = _solve(separation, loads[k], guess, tolerance, max_iterations, coefficients, known)
+        deltas[k] = state.delta
+        describe(found[k], state.pressure, state.outcome, state.delta - touch)
+        if keep:
+            pressures[k], displacements[k] = state.pressure, state.displacement
+        if k + 1 < loads.size and found[k, FORCE] > 0.0:
+            deeper = (loads[k + 1] / found[k, FORCE]) ** (1.0 / _SPHERE_EXPONENT)
+            guess = _onward(separation, touch + (state.delta - touch) * deeper, state)
+    return deltas, found, pressures, displacements
+
+
+@kernel
+def _solve(separation, load, guess, tolerance, max_iterations, coefficients, known):
+    """Solve one load from a guess."""
+    touch, products = _lowest(separation), 0
+    for _ in range(_MOST_CHOICES):
+        delta = guess.delta
+        reach = touch + _SLACK * (delta - touch)
+        overlap = overlapping(separation, reach)
+        box, slack = (overlap.rows, overlap.columns), reach - delta
+        depth, left = delta - separation[box], max_iterations - products
+        begin = _cut(guess.contact, box) if guess.contact.pressure.size else half_deep(depth, slack)
+        pressure, displacement, outcome = solve_in_box(
+            depth, begin, 0.5 * tolerance, left, load, slack, coefficients, known
+        )
+        products += outcome.iterations
+        found = delta + outcome.shift
+        ending = Outcome(outcome.status, products, outcome.violation, outcome.shift)
+        state = _State(found, np.zeros(separation.shape), np.full(separation.shape, np.nan), ending)
+        put(pressure, state.pressure, box)
+        put(displacement, state.displacement, box)
+        shallow = found - touch < 0.5 * (delta - touch)  # then the goal, a part of the guessed depth, was too loose
+        if outcome.status != CONVERGED or (found <= reach and not shallow):
+            break
+        guess = _onward(separation, found, state)
+    return state
+
+
+@kernel
+def _cut(prediction, box):
+    return Prediction(prediction.pressure[box].copy(), prediction.touching[box].copy(), prediction.possible[box].copy())
+
+
+@kernel
+def _onward(separation, delta, state):
+    """Guess from one solution: that of the load before, or of the same load on too few cells."""
+    shape = (1, *separation.shape)
+    pressure, displacement = state.pressure.reshape(shape), state.displacement.reshape(shape)
+    return _Guess(delta, extrapolated(delta - separation, delta - state.delta, pressure, displacement, np.nan))
+
+
+@kernel
+def _coarse_guess(separation, load, coefficients, known):
+    """Guess from the same load on cells twice as large, found in the same way; on few cells by a paraboloid's law."""
+    levels = [separation]
+    while min(levels[-1].shape) >= _SMALLEST_HALVED:
+        levels.append(halved(levels[-1]))
+    last = len(levels) - 1
+    nothing = Prediction(np.zeros((0, 0)), np.zeros((0, 0), np.bool_), np.zeros((0, 0), np.bool_))
+    guess = _Guess(_lowest(levels[last]) + _depth_estimate(levels[last], load / 2.0**last), nothing)
+    for k in range(last, 0, -1):  # with the cells' side E* dx doubles, and E*/dx halves
+        state = _solve(levels[k], load / 2.0**k, guess, COARSE_TOLERANCE, COARSE_ITERATIONS, coefficients, known)
+        finer = levels[k - 1]
+        touch = _lowest(finer)
+        delta = max(state.delta, touch + 0.1 * (state.delta - _lowest(levels[k])))
+        guess = _Guess(delta, refined(state.pressure, state.displacement, delta - finer))
+    return guess
+
+
+@kernel
+def _depth_estimate(separation, load):
+    """Return the depth at which F = (4/3) E* depth √(overlap area/2π), as for a paraboloid, reaches the load."""
+    heights = separation.ravel()
+    depths = np.sort(heights[np.isfinite(heights)]) - _lowest(separation)
+    for k in range(depths.size):
+        depth = 0.75 * load / np.sqrt((k + 1) / (2.0 * np.pi))
+        if k + 1 == depths.size or depth <= depths[k + 1]:  # reached before the next cell overlaps
+            return depth
+    return np.nan
+
+
+@kernel
+def _lowest(separation):
+    lowest = np.inf
+    for value in separation.flat:
+        lowest = min(lowest, value) if value == value else lowest
+    return lowest

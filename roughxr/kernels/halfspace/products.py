@@ -1,0 +1,199 @@
+"""Displacement of a half space under pressures on square cells: two engines for one product u = A p.
+
+Both work on compact vectors, the values of the cells of interest wherever they lie in a box, followed by one entry that
+stays zero. Cells have unit side and the half space unit modulus: the caller scales. Few cells are summed with the
+matrix of Love's coefficients between them; many are convolved in their box (``products.transforms``).
+
+Two precisions: whole boxes are convolved in double precision, which is what solutions are held against; the product
+of the cells by transforms is right to some 1e-6 of its largest value, which is enough for search directions, in two
+thirds of the time.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.fft
+
+from ..jit import kernel, reducing_kernel
+from .love import love_coefficients
+from .transforms import Convolution, Transfer, convolution, convolve, even_length, transfer_of
+
+#: Up to this many cells the dense matrix (half a megabyte) beats transforms of the cells' box.
+DENSE_LIMIT = 250
+
+#: From this many cells on, an inverse by transforms preconditions better than a few neighbours do.
+LONG_RANGE = 1000
+
+#: Padded boxes of up to so many cells have their transformed coefficients kept for the next ones alike.
+_KEPT = 256**2
+
+
+class Operator(NamedTuple):
+    """A for one list of cells: a matrix, or a convolution (the other is empty)."""
+
+    rows: np.ndarray  # of the cells, from the first that holds any
+    columns: np.ndarray
+    matrix: np.ndarray  # (count, count), or (0, 0)
+    convolution: Convolution  # in single precision
+    inverse: Convolution  # nearly A's inverse, for many cells; else of no rows
+
+
+def coefficients_for(shape):
+    """Return Love's coefficients for all boxes within ``shape``, padded, in one of few sizes."""
+    size = scipy.fft.next_fast_len(max(shape), real=True) + 1
+    size = 1 << (max(size, 32) - 1).bit_length() if size <= 512 else -(-size // 256) * 256
+    return love_coefficients(size, size)
+
+
+@kernel
+def no_transfers():
+    """Return the list in which `known_transfer` keeps what it has computed."""
+    return [Transfer(0, 0, np.zeros((1, 1)), np.zeros((1, 1), np.float32))]
+
+
+@kernel
+def known_transfer(rows, columns, coefficients, known):
+    """Return the transformed coefficients of the padded box, from the list or computed."""
+    for transfer in known:
+        if transfer.rows == rows and transfer.columns == columns:
+            return transfer
+    transfer = transfer_of(rows, columns, coefficients)
+    if rows * columns <= _KEPT:
+        known.append(transfer)
+    return transfer
+
+
+@kernel
+def whole_box(shape, coefficients, known):
+    """Return the convolution of a whole box in double precision."""
+    rows, columns = even_length(2 * shape[0] - 1), even_length(2 * shape[1] - 1)
+    transfer = known_transfer(rows, columns, coefficients, known)
+    return convolution(shape[0], columns, transfer.double, np.complex128(0))
+
+
+@kernel
+def displace(pressure, whole, out):
+    """Write into ``out`` the displacement of every cell of a whole box under the pressures in it."""
+    rows, columns = pressure.shape
+    for i in range(rows):
+        for j in range(whole.box.shape[1]):
+            whole.box[i, j] = pressure[i, j] if j < columns else 0.0
+    convolve(whole)
+    for i in range(rows):
+        for j in range(columns):
+            out[i, j] = whole.box[i, j]
+
+
+@kernel
+def operator(rows, columns, coefficients, known, dense):
+    """Return the operator of the cells at (rows, columns), whole numbers, by a matrix where ``dense``."""
+    rows, columns = _from_first(rows), _from_first(columns)
+    nothing = convolution(0, 2, np.zeros((2, 2), np.float32), np.complex64(0))
+    if dense:
+        return Operator(rows, columns, _between(rows, columns, coefficients), nothing, nothing)
+    shape = largest(rows) + 1, largest(columns) + 1
+    high, wide = even_length(2 * shape[0] - 1), even_length(2 * shape[1] - 1)
+    transfer = known_transfer(high, wide, coefficients, known)
+    box = convolution(shape[0], wide, transfer.single, np.complex64(0))
+    inverse = nothing
+    if rows.size > LONG_RANGE:
+        high, wide = even_length(shape[0]), even_length(shape[1])
+        periodic = known_transfer(high, wide, coefficients, known)
+        inverse = convolution(shape[0], wide, _inverse(periodic), np.complex64(0))
+    return Operator(rows, columns, np.zeros((0, 0)), box, inverse)
+
+
+@kernel
+def _from_first(places):
+    first, out = np.int64(2**62), np.empty(places.size, np.int64)
+    for k in range(places.size):
+        first = min(first, places[k])
+    for k in range(places.size):
+        out[k] = places[k] - first
+    return out
+
+
+@kernel
+def largest(places):
+    last = 0
+    for k in range(places.size):
+        last = max(last, places[k])
+    return last
+
+
+@kernel
+def _inverse(periodic):
+    """Return the inverse of transformed coefficients; like these it is divided by the number of cells."""
+    out, count = np.empty(periodic.single.shape, np.float32), periodic.rows * periodic.columns
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[i, j] = 1.0 / (count * count * periodic.double[i, j])
+    return out
+
+
+@kernel
+def multiply(operator, pressure, out):
+    """Write the displacement of the cells under ``pressure`` (compact) into ``out`` (compact)."""
+    if operator.matrix.size:
+        _multiply(operator.matrix, pressure, out)
+    else:
+        _multiply_in_box(operator, operator.convolution, pressure, out)
+
+
+@kernel
+def divide(operator, displacement, out):
+    """Write into ``out`` (compact) nearly the pressures that cause a displacement of the cells (compact)."""
+    _multiply_in_box(operator, operator.inverse, displacement, out)
+
+
+@kernel
+def _multiply_in_box(operator, convolution, values, out):
+    box = convolution.box
+    for i in range(box.shape[0]):
+        for j in range(box.shape[1]):
+            box[i, j] = 0.0
+    for k in range(operator.rows.size):
+        box[operator.rows[k], operator.columns[k]] = values[k]
+    convolve(convolution)
+    for k in range(operator.rows.size):
+        out[k] = box[operator.rows[k], operator.columns[k]]
+
+
+def surface_displacement(pressure, dx, contact_modulus):
+    """Return the displacement (nm) of whole windows (…, nx, ny) under pressures (GPa) on their dx × dx cells."""
+    shape = pressure.shape
+    windows = np.ascontiguousarray(pressure, dtype=float).reshape(-1, *shape[-2:])
+    return _displacements(windows, coefficients_for(shape[-2:])).reshape(shape) * (dx / contact_modulus)
+
+
+@kernel
+def _displacements(windows, coefficients):
+    out = np.empty_like(windows)
+    whole = whole_box(windows.shape[1:], coefficients, no_transfers())
+    for k in range(windows.shape[0]):
+        displace(windows[k], whole, out[k])
+    return out
+
+
+@kernel
+def _between(rows, columns, coefficients):
+    count = rows.size
+    matrix = np.empty((count, count))
+    for k in range(count):
+        for m in range(k + 1):
+            matrix[k, m] = coefficients[abs(rows[k] - rows[m]), abs(columns[k] - columns[m])]
+            matrix[m, k] = matrix[k, m]
+    return matrix
+
+
+@reducing_kernel
+def _multiply(matrix, pressure, out):
+    """Sum the matrix rows of loaded cells only: an active set leaves about half of the cells free."""
+    count = matrix.shape[0]
+    for k in range(out.size):
+        out[k] = 0.0
+    for k in range(count):
+        p = pressure[k]
+        if p != 0.0:
+            for m in range(count):
+                out[m] += p * matrix[k, m]

@@ -1,0 +1,138 @@
+"""Convolution with an even kernel in a box, by transforms in room that is set aside beforehand.
+
+The box is padded with zeros until nothing wraps around: exact, not periodic. Only the rows that hold values are
+transformed along y, both ways, which saves a quarter of the work. The kernel is even along both axes, so that its
+transform is real, symmetric, and a cosine transform of one quadrant: an eighth of the work of a product. Where the
+spectrum is larger than the cache its columns are transformed, multiplied and transformed back strip by strip: 0.6 of
+the time at 2048².
+
+SciPy's transforms run inside compiled code by way of rocket-fft: no Python in the loop and no lock held, so that
+threads scale. Without compilation (NUMBA_DISABLE_JIT) SciPy itself stands in.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.fft
+from numba.extending import overload
+from rocket_fft import lowlevel
+
+from ..jit import kernel
+
+#: Spectra of up to so many values are transformed in one piece, larger ones in strips of so many columns.
+_IN_ONE_PIECE, _STRIP = 2**17, 32
+
+_ALONG_ROWS, _ALONG_COLUMNS = np.array([1]), np.array([0])
+
+
+class Transfer(NamedTuple):
+    """The transformed kernel of one padded box: one quadrant, divided by the number of the box's cells."""
+
+    rows: int  # of the padded box, even
+    columns: int
+    double: np.ndarray  # (rows // 2 + 1, columns // 2 + 1)
+    single: np.ndarray
+
+
+class Convolution(NamedTuple):
+    """The product with the kernel in one box, in the precision of its arrays; all but ``transfer`` is room."""
+
+    transfer: np.ndarray
+    box: np.ndarray  # (rows, padded columns): what is to be convolved, then its convolution
+    spectrum: np.ndarray  # (rows, padded columns // 2 + 1)
+    strip: np.ndarray  # (padded rows, some or all columns of the spectrum)
+
+
+@kernel
+def even_length(size):
+    """Return an even length of quick transforms, at least ``size``."""
+    return 2 * scipy.fft.next_fast_len((size + 1) // 2, True)
+
+
+@kernel
+def transfer_of(rows, columns, quadrant):
+    """Return the `Transfer` of a padded box (even lengths) from the kernel at offsets (i, j) ≥ 0."""
+    values = quadrant[: rows // 2 + 1, : columns // 2 + 1] / (rows * columns)
+    double = scipy.fft.dctn(values, 1)
+    return Transfer(rows, columns, double, double.astype(np.float32))
+
+
+@kernel
+def convolution(rows, columns, transfer, zero):
+    """Return the `Convolution` of ``rows`` rows padded to ``columns`` columns, ``zero`` the complex number's type."""
+    high, wide = 2 * (transfer.shape[0] - 1), transfer.shape[1]
+    width = wide if high * wide <= _IN_ONE_PIECE else _STRIP
+    box = np.full((rows, columns), zero.real)
+    return Convolution(transfer, box, np.full((rows, wide), zero), np.full((high, width), zero))
+
+
+@kernel
+def convolve(c):
+    """Replace what stands in ``c.box`` by its convolution; columns beyond the box's own end up as padding."""
+    wide, width = c.spectrum.shape[1], c.strip.shape[1]
+    _forward_rows(c.box, c.spectrum)
+    if width == wide:
+        _through(c.spectrum, c.strip, c.transfer, 0)
+        _backward_rows(c.strip[: c.box.shape[0]], c.box)
+        return
+    for first in range(0, wide, width):
+        part = c.spectrum[:, first : first + width]
+        strip = c.strip[:, : part.shape[1]]
+        _through(part, strip, c.transfer, first)
+        for i in range(part.shape[0]):  # faster to compile than slices, as elsewhere in these kernels
+            for j in range(part.shape[1]):
+                part[i, j] = strip[i, j]
+    _backward_rows(c.spectrum, c.box)
+
+
+@kernel
+def _through(spectrum, strip, transfer, first):
+    """Transform some columns, multiply them, and transform them back into ``strip``."""
+    high = strip.shape[0]
+    _forward_columns(spectrum, strip)
+    for i in range(high):
+        row = transfer[min(i, high - i)]
+        for j in range(strip.shape[1]):
+            z, factor = strip[i, j], row[first + j]
+            strip[i, j] = complex(z.real * factor, z.imag * factor)
+    _backward_columns(strip)
+
+
+def _forward_rows(box, spectrum):
+    """Write the transforms of the rows of ``box`` into ``spectrum``."""
+    spectrum[:] = scipy.fft.rfft(box, axis=1)
+
+
+@overload(_forward_rows)
+def _(box, spectrum):
+    return lambda box, spectrum: lowlevel.r2c(box, spectrum, _ALONG_ROWS, True, 1.0, 1)
+
+
+def _backward_rows(spectrum, box):
+    """Write the rows that belong to ``spectrum``, times their length, into ``box``."""
+    box[:] = scipy.fft.irfft(spectrum, box.shape[1], axis=1, norm="forward")
+
+
+@overload(_backward_rows)
+def _(spectrum, box):
+    return lambda spectrum, box: lowlevel.c2r(spectrum, box, _ALONG_ROWS, False, 1.0, 1)
+
+
+def _forward_columns(spectrum, strip):
+    """Write the transforms of the columns, continued by zeros to the length of ``strip``, into it."""
+    strip[:] = scipy.fft.fft(spectrum, strip.shape[0], axis=0)
+
+
+@overload(_forward_columns)
+def _(spectrum, strip):
+    return lambda spectrum, strip: lowlevel.c2c(spectrum, strip, _ALONG_COLUMNS, True, 1.0, 1)
+
+
+def _backward_columns(strip):
+    """Transform the columns back in place, times their length."""
+    strip[:] = scipy.fft.ifft(strip, axis=0, norm="forward")
+
+
+@overload(_backward_columns)
+def _(strip):
+    return lambda strip: lowlevel.c2c(strip, strip, _ALONG_COLUMNS, False, 1.0, 1)

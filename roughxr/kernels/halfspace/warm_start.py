@@ -1,0 +1,106 @@
+"""What a contact will look like, before it is solved: it decides how long the solve takes, not what it finds.
+
+In a sweep it is extrapolated from the two solutions before; otherwise the same problem is solved on cells twice as
+large first, and that on larger ones yet.
+
+Unit cells and unit modulus: pressures are in units of E*/dx, hence in nm as all lengths.
+"""
+
+import numpy as np
+
+from ..jit import kernel
+from .products import DENSE_LIMIT
+from .working_set import Prediction, overlap_of
+
+#: In a sweep, cells that penetrate by this part of the step when extrapolated are taken to touch.
+_JOINING = 0.1
+
+#: After a coarse solve, cells whose predicted gap exceeds this part of the deepest overlap are left out.
+_MARGIN = 0.05
+
+#: Tolerance and iterations of the solve on cells twice as large, which only makes a start.
+COARSE_TOLERANCE, COARSE_ITERATIONS = 1e-3, np.int64(1000)
+
+
+@kernel
+def extrapolated(depth, step, pressure, displacement, ahead):
+    """Predict the contact in a box on the straight line through two solutions, or from one (``ahead`` is NaN then).
+
+    Pressure and displacement are (1 or 2, …), the later solution last; ``step`` is the way from it, and ``ahead`` that
+    way over the one between the two.
+
+    As δ grows the contact only grows, and the displacement of a cell outside grows ever faster (the inverse of A has
+    positive entries on its diagonal only): on the line a cell that will touch penetrates already, and one that
+    penetrates by little seldom touches. A displacement known once only is taken to stay, for what is possible, and to
+    grow by half the step, for what touches; a cell whose displacement is not known at all is possible.
+    """
+    out = np.empty(depth.shape)
+    touching, possible = np.empty(depth.shape, np.bool_), np.empty(depth.shape, np.bool_)
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            p, u = pressure[-1, i, j], displacement[-1, i, j]
+            growth = ahead * (u - displacement[0, i, j])
+            out[i, j] = p if np.isnan(ahead) else max(p + ahead * (p - pressure[0, i, j]), 0.0)
+            doubt = 0.0
+            if np.isnan(growth):
+                growth, doubt = 0.0, 0.5 * step
+            gap = u + growth - depth[i, j]
+            touching[i, j] = p > 0.0 or gap + doubt < -_JOINING * step
+            possible[i, j] = touching[i, j] or not gap >= 0.0
+    return Prediction(out, touching, possible)
+
+
+@kernel
+def half_deep(depth, slack):
+    """Return a start for few cells: those that overlap by more than half the deepest, as of a paraboloid touch."""
+    _, largest = overlap_of(depth, 0.0)
+    touching, possible = np.empty(depth.shape, np.bool_), np.empty(depth.shape, np.bool_)
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            touching[i, j], possible[i, j] = depth[i, j] > 0.5 * largest, depth[i, j] > -slack
+    return Prediction(np.zeros(depth.shape), touching, possible)
+
+
+@kernel
+def coarser(depth):
+    """Return the depths on cells twice as large, on cells twice as large as those, and so on, while they are many."""
+    levels = [depth]
+    while overlap_of(levels[-1], 0.0)[0] > DENSE_LIMIT and min(levels[-1].shape) >= 4:
+        levels.append(halved(levels[-1]))
+    return levels
+
+
+@kernel
+def refined(pressure, displacement, depth):
+    """Return what a solution on cells twice as large says of a box of depths."""
+    out, margin = np.empty(depth.shape), _MARGIN * overlap_of(depth, 0.0)[1]
+    touching, possible = np.empty(depth.shape, np.bool_), np.empty(depth.shape, np.bool_)
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            out[i, j] = 0.5 * pressure[i // 2, j // 2]  # E*/dx is twice as large
+            gap = _between(displacement, i, j) - depth[i, j]
+            touching[i, j] = gap < 0.0 or (out[i, j] > 0.0 and out[i, j] > gap)
+            possible[i, j] = touching[i, j] or not gap >= margin
+    return Prediction(out, touching, possible)
+
+
+@kernel
+def _between(field, i, j):
+    """Return a coarse field, linear between its cells' centres, at the centre of a cell half as large."""
+    k, m = i // 2, j // 2
+    k_next = min(max(k + 2 * (i % 2) - 1, 0), field.shape[0] - 1)
+    m_next = min(max(m + 2 * (j % 2) - 1, 0), field.shape[1] - 1)
+    near = 0.75 * field[k, m] + 0.25 * field[k, m_next]
+    return 0.75 * near + 0.25 * (0.75 * field[k_next, m] + 0.25 * field[k_next, m_next])
+
+
+@kernel
+def halved(depth):
+    """Return the means of 2 × 2 cells; odd rims are continued."""
+    rows, columns = depth.shape
+    out = np.empty(((rows + 1) // 2, (columns + 1) // 2))
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            k, m = min(2 * i + 1, rows - 1), min(2 * j + 1, columns - 1)
+            out[i, j] = 0.25 * (depth[2 * i, 2 * j] + depth[2 * i, m] + depth[k, 2 * j] + depth[k, m])
+    return out

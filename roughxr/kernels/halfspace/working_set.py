@@ -1,0 +1,193 @@
+"""The contact in a box by way of the cells that may touch, and the proof that no other does.
+
+The active set works on the chosen cells, its search directions in single precision; the product over the whole box, in
+double, is what decides. Whatever violates a condition there is taken in, and the active set goes on.
+
+Unit cells and unit modulus, as in ``active_set``; depths are δ − S, whatever does not overlap is below zero.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..jit import inlined_kernel, kernel
+from .active_set import CONVERGED, PATIENCE, Outcome, gather_cells, solve
+from .products import DENSE_LIMIT, displace, multiply, operator, whole_box
+
+
+class Prediction(NamedTuple):
+    """What a contact may look like, on a window or a box."""
+
+    pressure: np.ndarray
+    touching: np.ndarray  # cells to start from
+    possible: np.ndarray  # cells that may touch, the others are left out until they prove to penetrate
+
+
+class Overlap(NamedTuple):
+    """The cells with S < δ: their bounding box, how many they are, and how deep the deepest (nm)."""
+
+    rows: slice
+    columns: slice
+    count: int
+    largest: float
+
+
+@kernel
+def overlapping(separation, delta):
+    """Return the `Overlap` of a window."""
+    rows, columns = separation.shape
+    first_row, last_row, first_column, last_column, count, least = rows, -1, columns, -1, 0, np.inf
+    for i in range(rows):
+        for j in range(columns):
+            if separation[i, j] < delta:
+                first_row, last_row = min(first_row, i), i
+                first_column, last_column = min(first_column, j), max(last_column, j)
+                least = min(least, separation[i, j])
+                count += 1
+    box = slice(first_row, last_row + 1), slice(first_column, last_column + 1)
+    return Overlap(box[0], box[1], count, delta - least)
+
+
+@kernel
+def put(part, window, box):
+    """Write a box's field into the window's."""
+    target = window[box]
+    for i in range(part.shape[0]):
+        for j in range(part.shape[1]):
+            target[i, j] = part[i, j]
+
+
+@kernel
+def overlap_of(depth, slack):
+    """Return how many cells of a box overlap, or miss it by less than ``slack``, and how deep the deepest."""
+    count, largest = 0, -np.inf
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            if depth[i, j] > -slack:
+                count, largest = count + 1, max(largest, depth[i, j])
+    return count, largest
+
+
+@inlined_kernel
+def solve_in_box(depth, start, part, max_iterations, load, slack, coefficients, known):
+    """Return pressures, displacements (NaN where not known) and `Outcome` in a box.
+
+    All conditions are met to ``part`` of the deepest overlap. With a ``load`` the depths shift, and cells within
+    ``slack`` of overlapping are taken along.
+    """
+    count, largest = overlap_of(depth, slack)
+    few, goal = count <= DENSE_LIMIT, part * largest  # of few all are chosen, and no other cell needs a proof
+    pressure, touching, chosen = _begin(depth, start, slack, load, few)
+    displacement, whole = np.full(depth.shape, np.nan), whole_box((0, 0) if few else depth.shape, coefficients, known)
+    products, shift = 0, 0.0
+    while True:
+        if products == 0 and _count(chosen) > DENSE_LIMIT:
+            displace(pressure, whole, displacement)
+            products = 1
+        left = max_iterations - products
+        outcome = _solve_cells(chosen, depth, pressure, touching, displacement, goal, left, load, coefficients, known)
+        products, shift = products + outcome.iterations, shift + outcome.shift
+        if few:
+            return pressure, displacement, Outcome(outcome.status, products, outcome.violation, shift)
+        displace(pressure, whole, displacement)
+        products += 1
+        worst = _violation(pressure, displacement, depth, goal, touching, chosen)
+        if outcome.status != CONVERGED or worst <= goal:
+            return pressure, displacement, Outcome(outcome.status, products, worst, shift)
+
+
+@kernel
+def _begin(depth, start, slack, load, all_chosen):
+    """Return the pressures to begin with, the cells that carry them, and the cells to work on."""
+    pressure = np.zeros(depth.shape)
+    touching, chosen = np.zeros(depth.shape, np.bool_), np.zeros(depth.shape, np.bool_)
+    carrying, loaded = 0, False
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            inside = depth[i, j] > -slack
+            touching[i, j] = inside and start.touching[i, j]
+            chosen[i, j] = inside and (all_chosen or start.possible[i, j] or start.touching[i, j])
+            pressure[i, j] = start.pressure[i, j] if touching[i, j] else 0.0
+            carrying, loaded = carrying + touching[i, j], loaded or pressure[i, j] > 0.0
+    if load > 0.0 and not loaded:
+        _spread(load / max(carrying, 1), carrying == 0, depth, pressure, touching, chosen)
+    return pressure, touching, chosen
+
+
+@kernel
+def _spread(share, on_deepest, depth, pressure, touching, chosen):
+    """Let the touching cells, or else the deepest, carry a load in equal parts."""
+    _, largest = overlap_of(depth, np.inf)
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            if touching[i, j] or (on_deepest and depth[i, j] == largest):
+                pressure[i, j], touching[i, j], chosen[i, j] = share, True, True
+
+
+@kernel
+def _count(chosen):
+    count = 0
+    for i in range(chosen.shape[0]):
+        for j in range(chosen.shape[1]):
+            count += chosen[i, j]
+    return count
+
+
+@inlined_kernel
+def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, coefficients, known):
+    """Solve on the chosen cells; pressures, displacements and, under a load, depths are written into the box.
+
+    The displacement is that of the pressure already, or NaN.
+    """
+    rows, columns = _places(chosen)
+    count, products = rows.size, 0
+    cells = gather_cells(operator(rows, columns, coefficients, known, count <= DENSE_LIMIT), count)
+    compact, gap, contact = np.zeros(count + 1), np.zeros(count + 1), np.zeros(count + 1, np.bool_)
+    for k in range(count):
+        i, j = rows[k], columns[k]
+        cells.depth[k], contact[k] = depth[i, j], touching[i, j]
+        compact[k], gap[k] = pressure[i, j], displacement[i, j]
+    if np.isnan(gap[0]):
+        multiply(cells.operator, compact, gap)
+        products = 1
+    for k in range(count):
+        gap[k] -= cells.depth[k]
+    outcome = solve(cells, compact, gap, contact, goal, max_iterations - products, load, np.int64(PATIENCE))
+    _shift(depth, outcome.shift)
+    for k in range(count):
+        i, j = rows[k], columns[k]
+        pressure[i, j], displacement[i, j] = compact[k], gap[k] + depth[i, j]
+    return Outcome(outcome.status, outcome.iterations + products, outcome.violation, outcome.shift)
+
+
+@kernel
+def _shift(depth, shift):
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            depth[i, j] += shift
+
+
+@kernel
+def _places(chosen):
+    """Return the rows and columns of the chosen cells."""
+    count = _count(chosen)
+    rows, columns, k = np.empty(count, np.int64), np.empty(count, np.int64), 0
+    for i in range(chosen.shape[0]):
+        for j in range(chosen.shape[1]):
+            if chosen[i, j]:
+                rows[k], columns[k], k = i, j, k + 1
+    return rows, columns
+
+
+@kernel
+def _violation(pressure, displacement, depth, goal, touching, chosen):
+    """Choose the cells that penetrate; return the largest |g| in contact or penetration outside."""
+    worst = 0.0
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            gap, loaded = displacement[i, j] - depth[i, j], pressure[i, j] > 0.0
+            touching[i, j] = loaded or (depth[i, j] > 0.0 and gap < -goal)
+            chosen[i, j] |= touching[i, j]
+            if loaded or depth[i, j] > 0.0:
+                worst = max(worst, abs(gap) if loaded else -gap)
+    return worst

@@ -1,0 +1,154 @@
+"""Where the surface has its summits: local maxima among eight neighbours, flat tops counted once.
+
+Cheng, Dunn & Brach take as asperity every point that is higher than its neighbours. A digitised scan has
+equal heights side by side, so the rule is applied to plateaus: a plateau is a set of pixels of one height,
+connected by sides or corners; it is a peak when every pixel around it is strictly lower. One pixel alone is
+the smallest plateau.
+
+What lies outside the scan, or under a missing (NaN) pixel, is unknown: a plateau that holds a pixel of the
+outermost ring, or that has a NaN neighbour, is not known to be a maximum and is not a peak.
+
+A scan may also be searched tile by tile. A tile knows nothing of the pixels beyond its seams; they are given as
+−inf, which is lower than all. A plateau beside such a pixel is open: a peak as far as this tile knows.
+
+Letters: z heights (nm) as z[ix, iy]; i, j a pixel; n a plateau's number of pixels.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..jit import kernel
+
+#: Marks of a pixel of the plateaus that were filled: of an open one, and of any other.
+_SEEN, _OPEN = 1, 2
+
+
+class Peaks(NamedTuple):
+    """Peaks in the order in which a walk along the rows z[0], z[1], … first meets them."""
+
+    ix: np.ndarray  # first index of the plateau's pixel nearest its centroid
+    iy: np.ndarray  # second index
+    size: np.ndarray  # number of pixels of the plateau
+
+
+class Search(NamedTuple):
+    """What a search finds: peaks, and what may be peaks if the pixels at −inf do not forbid it."""
+
+    peaks: Peaks
+    first_ix: np.ndarray  # the pixel of each peak's plateau that the walk meets first
+    first_iy: np.ndarray
+    is_open: np.ndarray  # bool map: pixels of open plateaus; of no size where there is none
+
+
+@kernel
+def _mark_unsurpassed(west, row, east, unsurpassed):
+    """Mark the inner pixels of ``row`` that no neighbour exceeds; comparing with NaN marks nothing.
+
+    Free of branches, so that it runs on vector registers at the speed of memory. The shifted views spare
+    the test for negative indices, which would forbid that.
+    """
+    middle, south, north = row[1:-1], row[:-2], row[2:]
+    west_south, west_middle, west_north = west[:-2], west[1:-1], west[2:]
+    east_south, east_middle, east_north = east[:-2], east[1:-1], east[2:]
+    for j in range(middle.size):
+        z = middle[j]
+        unsurpassed[j] = (
+            (z >= south[j])
+            & (z >= north[j])
+            & (z >= west_south[j])
+            & (z >= west_middle[j])
+            & (z >= west_north[j])
+            & (z >= east_south[j])
+            & (z >= east_middle[j])
+            & (z >= east_north[j])
+        )
+
+
+@kernel
+def _on_border(shape, i, j):
+    return i == 0 or j == 0 or i == shape[0] - 1 or j == shape[1] - 1
+
+
+@kernel
+def _flood(z, i, j, seen, plateau):
+    """Fill the plateau around an inner pixel; return its size, whether all around it is lower, and whether it is open.
+
+    The fill goes on after the plateau has failed: every pixel is then seen once, and the cost stays O(N).
+    It does not walk along the border, where a pixel has no eight neighbours.
+    """
+    top = z[i, j]
+    seen[i, j] = _SEEN
+    plateau[0, 0], plateau[0, 1] = i, j
+    done, n, is_peak, is_open = 0, 1, True, False
+    while done < n:
+        i, j = plateau[done, 0], plateau[done, 1]
+        done += 1
+        for p in range(i - 1, i + 2):
+            for q in range(j - 1, j + 2):
+                if z[p, q] < top:
+                    is_open |= z[p, q] == -np.inf
+                elif z[p, q] != top or _on_border(z.shape, p, q):  # higher, NaN, or open to the outside
+                    is_peak = False
+                elif not seen[p, q]:
+                    seen[p, q] = _SEEN
+                    plateau[n, 0], plateau[n, 1] = p, q
+                    n += 1
+    return n, is_peak, is_open
+
+
+@kernel
+def off_centroid(i, j, n, sum_i, sum_j):
+    """Return n² times the squared distance (pixels²) of pixel i, j from the centroid of n that sum up to these.
+
+    From whole numbers, so that equal distances compare equal.
+    """
+    return float(n * i - sum_i) ** 2 + float(n * j - sum_j) ** 2
+
+
+@kernel
+def _nearest_centroid(pixels):
+    """Return the plateau's pixel nearest its centroid, counted in pixels; of equals the first in the scan."""
+    n = len(pixels)
+    sum_i, sum_j = pixels[:, 0].sum(), pixels[:, 1].sum()
+    best_i, best_j, best = pixels[0, 0], pixels[0, 1], np.inf
+    for i, j in pixels:
+        distance = off_centroid(i, j, n, sum_i, sum_j)
+        if (distance, i, j) < (best, best_i, best_j):
+            best_i, best_j, best = i, j, distance
+    return best_i, best_j
+
+
+@kernel
+def search(z):
+    """Return the :class:`Search` of the heights ``z[ix, iy]``, where −inf stands for a pixel beyond a seam."""
+    nx, ny = z.shape
+    most = (max(nx - 1, 0) // 2) * (max(ny - 1, 0) // 2)  # peaks do not touch: one in two by two pixels
+    found = np.empty((5, most), np.int32)  # the system lends these pages, and the next, only as they are touched
+    plateau = np.empty((z.size, 2), np.int32)
+    unsurpassed = np.zeros(max(ny - 2, 0), np.bool_)
+    seen = np.zeros(z.shape, np.uint8)
+    count, any_open = 0, False
+    for i in range(1, nx - 1):
+        _mark_unsurpassed(z[i - 1], z[i], z[i + 1], unsurpassed)
+        for j in range(1, ny - 1):
+            if not unsurpassed[j - 1] or seen[i, j]:
+                continue
+            n, is_peak, is_open = _flood(z, i, j, seen, plateau)
+            if is_peak and is_open:
+                any_open = True
+                for p, q in plateau[:n]:
+                    seen[p, q] = _OPEN
+            elif is_peak:
+                ix, iy = _nearest_centroid(plateau[:n])
+                found[0, count], found[1, count], found[2, count] = ix, iy, n
+                found[3, count], found[4, count] = i, j
+                count += 1
+    kept = found[:, :count].astype(np.intp)
+    is_open = seen == _OPEN if any_open else np.zeros((0, 0), np.bool_)
+    return Search(Peaks(kept[0], kept[1], kept[2]), kept[3], kept[4], is_open)
+
+
+def find_peaks(z):
+    """Return the :class:`Peaks` of the heights ``z[ix, iy]``; a surface of one height has none."""
+    return search(z).peaks

@@ -1,0 +1,127 @@
+"""Runs over parameters: sphere radii, moduli and works of adhesion as further dimensions of one result.
+
+The scan fixes all lengths, so that the modulus is the only unit of stress: at the same displacement and the same
+w/E*, forces and pressures are proportional to E*, and shapes the same. What shares a radius and w/E* is solved once;
+without adhesion, what shares a radius.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+import xarray as xr
+
+from . import schema
+from .catalogue import asperities
+
+#: Units of what is proportional to E*.
+_STRESSES = ("nN", "GPa")
+
+#: Solves that sum over asperities: a scan's catalogue is made once for all of them.
+_OF_ASPERITIES = ("superpose", "pull_off_map")
+
+
+def vary(
+    ds: xr.Dataset,
+    solve: Callable[..., xr.Dataset],
+    *,
+    sphere_radius: Any = None,
+    contact_modulus: Any = None,
+    work_of_adhesion: Any = None,
+    **options: Any,
+) -> xr.Dataset:
+    """Solve for every combination of radii, moduli and works of adhesion.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan, or an asperity catalogue where ``solve`` takes one, with an assigned pair.
+    solve : callable
+        `direct`, `superpose`, `pull_off_map` or `adhesive`.
+    sphere_radius, contact_modulus, work_of_adhesion : array_like, optional
+        Values in nm, GPa and J/m², ascending; what is not given stays as assigned, and no dimension.
+    **options
+        For ``solve``.
+
+    Returns
+    -------
+    Dataset
+        What ``solve`` returns, with a dimension for each parameter that is given.
+
+    Raises
+    ------
+    ValueError
+        If no parameter is given, one is not ascending or not positive (w may be 0), no pair is assigned, or fields
+        are asked for at several radii.
+
+    References
+    ----------
+    Cheng, Dunn & Brach, eqs. 20–24 and 36–42, which depend on E* and w in this way.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.assign_pair(roughxr.open_sample("glass"),
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> found = vary(scan, roughxr.superpose, contact_modulus=[30, 60], work_of_adhesion=[0.5, 1], delta=[5.0])
+    >>> dict(found.force.sizes)
+    {'contact_modulus': 2, 'work_of_adhesion': 2, 'subregion': 1, 'delta': 1}
+    """
+    given = {"sphere_radius": sphere_radius, "contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion}
+    axes = _axes(ds, given)
+    if options.get("fields") and len(axes.get("sphere_radius", ())) > 1:
+        raise ValueError(
+            "fields: expected one sphere_radius, since each has windows of its own size, found "
+            f"{len(axes['sphere_radius'])}; vary the other parameters, or leave the fields out"
+        )
+    varied = [name for name, values in given.items() if values is not None]
+    if solve.__name__ in _OF_ASPERITIES and "asperity" not in ds.dims:
+        ds = asperities(ds)
+    solved: dict[tuple, xr.Dataset] = {}
+    parts = []
+    for values in itertools.product(*axes.values()):
+        pair = dict(zip(axes, values))
+        key = _shared(pair, solve, options)
+        if key not in solved:
+            solved[key] = solve(ds.assign_coords(pair), **options)
+        parts.append(_scaled(solved[key], pair).expand_dims(varied))
+    how = {"join": "exact", "combine_attrs": "drop_conflicts", "data_vars": "all", "coords": "minimal"}
+    out = xr.combine_by_coords(parts, compat="override", **how)
+    arguments = {name: given[name] for name in varied}
+    return schema.record(schema.label(out), "vary", parts[0], solve=solve.__name__, **arguments)
+
+
+def _axes(ds: xr.Dataset, given: dict[str, Any]) -> dict[str, list[float]]:
+    """Return the values of each parameter: those given, or the one that is assigned."""
+    if all(values is None for values in given.values()):
+        raise ValueError(f"expected values of {', '.join(given)} or several of them, found none")
+    axes = {}
+    for name, values in given.items():
+        if values is not None:
+            axes[name] = schema.ascending(values, schema.VARIABLES[name].units, name).tolist()
+            if axes[name][0] < 0 or (axes[name][0] == 0 and name != "work_of_adhesion"):
+                raise ValueError(f"{name}: expected positive values, found {axes[name][0]:g}")
+        elif name in ds.coords:
+            axes[name] = [float(ds[name])]
+    return axes
+
+
+def _shared(pair: dict[str, float], solve: Callable, options: dict[str, Any]) -> tuple:
+    """Return what the solution depends on, but for its scale."""
+    radius, modulus = pair.get("sphere_radius"), pair.get("contact_modulus")
+    if options.get("load") is not None or modulus is None:
+        return tuple(pair.values())
+    adhesionless = solve.__name__ == "direct" or options.get("law") == "hertz" or "work_of_adhesion" not in pair
+    return radius, None if adhesionless else float(f"{pair['work_of_adhesion'] / modulus:.13g}")
+
+
+def _scaled(solution: xr.Dataset, pair: dict[str, float]) -> xr.Dataset:
+    """Return a solution for another modulus at the same w/E*, from the one that was solved."""
+    factor = pair["contact_modulus"] / float(solution["contact_modulus"]) if "contact_modulus" in pair else 1.0
+    if factor == 1.0:
+        return solution.assign_coords(pair)
+    stresses = [name for name, array in solution.data_vars.items() if array.attrs.get("units") in _STRESSES]
+    scaled = {name: (solution[name] * factor).assign_attrs(solution[name].attrs) for name in stresses}
+    return solution.assign(scaled).assign_coords(pair)

@@ -1,0 +1,134 @@
+"""Debris by rule, not by eye: places whose highest peak stands far out of what the others show.
+
+Up to half of the places may hold debris without moving the rule, which knows medians only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from .sampling import sample_dimension
+
+#: Median absolute deviations above the median: four standard deviations of a normal law.
+THRESHOLD = 6.0
+
+
+def debris(
+    catalogue: xr.Dataset,
+    subregions: xr.Dataset | None = None,
+    *,
+    name: str = "height",
+    threshold: float = THRESHOLD,
+) -> xr.DataArray:
+    """Return which asperities, or which subregions, are debris: far higher than all others.
+
+    Parameters
+    ----------
+    catalogue : Dataset
+        Asperities; without ``subregions``, anything with ``name`` along ``asperity`` or ``subregion``.
+    subregions : Dataset, optional
+        Anything with the contact centres ``subregion_x`` and ``subregion_y``. The highest asperity of each tile
+        (those nearer to its centre than to any other) then stands for the tile.
+    name : str
+        What is compared.
+    threshold : float
+        Debris is what lies above the median by more than so many median absolute deviations. Without debris a
+        tile is taken for it once in about 10⁴ (normal heights) to 150 (Gumbel's law of largest heights).
+
+    Returns
+    -------
+    DataArray
+        True or False; False where there is nothing to compare. ``threshold_value`` and its ``threshold_units``
+        say what the rule came to, ``comment`` how.
+
+    Raises
+    ------
+    ValueError
+        If there is no such variable, or the threshold is not positive.
+
+    References
+    ----------
+    Leys et al., J. Exp. Soc. Psychol. 49 (2013) 764, for the median absolute deviation against outliers.
+
+    Examples
+    --------
+    >>> places = {name: ("subregion", [0.0, 1, 2, 3]) for name in ("subregion_x", "subregion_y")}
+    >>> at = {name: ("asperity", [0.0, 1, 2, 3]) for name in ("x", "y")}
+    >>> catalogue = xr.Dataset({"height": ("asperity", [14.0, 15.0, 16.0, 27.0], {"units": "nm"})}, coords=at)
+    >>> flags = debris(catalogue, xr.Dataset(coords=places))
+    >>> flags.values.tolist(), flags.threshold_value
+    ([False, False, False, True], 21.5)
+    """
+    if not threshold > 0:
+        raise ValueError(f"threshold: expected a positive number, found {threshold!r}")
+    dim = sample_dimension(catalogue, name)
+    values = np.asarray(catalogue[name].values, dtype=float) if subregions is None else highest(catalogue, subregions)
+    source, dim = (catalogue, dim) if subregions is None else (subregions, "subregion")
+    limit = _limit(values, threshold)
+    out = xr.DataArray(values > limit, dims=dim, name="debris")
+    out = out.assign_coords({key: source[key] for key in source.coords if source[key].dims == (dim,)})
+    what = "highest asperity of the tile" if subregions is not None else name
+    out.attrs = schema.attributes("debris") | {
+        "comment": f"{what} above median + {threshold:g} median absolute deviations",
+        "threshold_value": limit,
+        "threshold_units": catalogue[name].attrs.get("units", "1"),
+    }
+    return out
+
+
+def _limit(values: np.ndarray, threshold: float) -> float:
+    median = np.nanmedian(values)
+    return float(median + threshold * np.nanmedian(np.abs(values - median)))
+
+
+def highest(catalogue: xr.Dataset, subregions: xr.Dataset) -> np.ndarray:
+    """Return the height (nm) of each tile's highest asperity, NaN for an empty tile."""
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(np.c_[subregions["subregion_x"].values, subregions["subregion_y"].values])
+    tile = tree.query(np.c_[catalogue["x"].values, catalogue["y"].values])[1]
+    found = np.full(tree.n, -np.inf)
+    np.maximum.at(found, tile, catalogue["height"].values)
+    return np.where(np.isfinite(found), found, np.nan)
+
+
+def with_and_without(
+    ds: xr.Dataset, flags: xr.DataArray, statistic: Callable[..., xr.Dataset], *arguments: Any, **options: Any
+) -> xr.Dataset:
+    """Return a statistic of all samples, and of those that are no debris.
+
+    Parameters
+    ----------
+    ds : Dataset
+    flags : DataArray
+        From `debris`, along the same samples.
+    statistic : callable
+        Such as `summary`, `bootstrap` or `fit`; takes a Dataset first.
+    *arguments, **options
+        What it takes besides.
+
+    Returns
+    -------
+    Dataset
+        Its results along ``places``: "all", "no debris".
+
+    Examples
+    --------
+    >>> ds = xr.Dataset({"height": ("asperity", [1.0, 2.0, 30.0], {"units": "nm"})})
+    >>> flags = xr.DataArray([False, False, True], dims="asperity")
+    >>> from roughxr.statistics import summary
+    >>> with_and_without(ds, flags, summary).height.sel(statistic="max").values.tolist()
+    [30.0, 2.0]
+    """
+    (dim,) = flags.dims
+    if flags.sizes[dim] != ds.sizes.get(dim):
+        raise ValueError(f"flags: expected one for each of {ds.sizes.get(dim, 0)} along {dim!r}, found {flags.size}")
+    kept = ds.isel({dim: np.flatnonzero(~flags.values)})
+    both = [statistic(part, *arguments, **options) for part in (ds, kept)]
+    names = xr.DataArray(["all", "no debris"], dims="places", name="places")
+    return xr.concat(both, dim=names, combine_attrs="drop_conflicts")

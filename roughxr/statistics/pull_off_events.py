@@ -1,0 +1,177 @@
+"""Pull-off: the largest pull at each subregion, by any method, and what roughness leaves of the smooth sphere's."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from ..contact.adhesion import elastic_pull_off
+
+
+def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = 2.0) -> xr.Dataset:
+    """Return the pull-off of each subregion: the largest pull, and where it was.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A solution with ``force`` along ``delta``. Other dimensions are kept.
+    method : {"sweep", "cycle", "ciavarella"}, optional
+        "sweep": the largest pull among the displacements of the sweep. "cycle": that of a cycle of `adhesive`, from
+        all of its steps. "ciavarella": the estimate from a sweep without adhesion, see `elastic_pull_off`. By default
+        "cycle" for what `adhesive` returned, else "sweep".
+    smoothing : number or quantity
+        Of "ciavarella": half-width of its fits, nm.
+
+    Returns
+    -------
+    Dataset
+        ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_delta`` (nm); NaN where nothing pulls.
+        ``bracketed`` is False where the largest pull stands at an end of the sweep, which then was too short; of a
+        cycle, where it stands at its largest displacement or the cycle is not complete. A cycle's
+        ``pull_off_resolution`` comes along.
+
+    Raises
+    ------
+    ValueError
+        If ``ds`` is no solution, its sweep has fewer than two displacements, or it is not what the method needs: a
+        sweep of `direct`, or of law="hertz", never pulls.
+
+    See Also
+    --------
+    pull_off_map : the exact pull-off of superposed asperities, without a sweep.
+
+    Examples
+    --------
+    >>> sweep = xr.Dataset(
+    ...     {"force": (("subregion", "delta"), [[0.0, -3.0, 1.0]])},
+    ...     coords={"subregion": [0], "delta": [-1.0, 0.0, 1.0]},
+    ... )
+    >>> float(pull_off(sweep).pull_off_force[0]), float(pull_off(sweep).pull_off_delta[0])
+    (3.0, 0.0)
+    """
+    force = _force(ds)
+    if method is None:
+        method = "cycle" if "pull_off_force" in ds else "sweep"
+    schema.one_of(method, ("sweep", "cycle", "ciavarella"), "method")
+    if method == "ciavarella":
+        return elastic_pull_off(ds, smoothing=smoothing)
+    out = _of_cycle(ds) if method == "cycle" else _of_sweep(_with_adhesion(ds, force))
+    out.attrs = {key: value for key, value in ds.attrs.items() if key != "history"}
+    out.attrs["missing"] = f"NaN where no displacement of the {method} pulls"
+    return schema.record(schema.label(out), "pull_off", ds, method=method)
+
+
+def _force(ds: xr.Dataset) -> xr.DataArray:
+    if "force" not in ds or "delta" not in ds["force"].dims:
+        hint = "; it holds pull-off forces already" if "pull_off_force" in ds else ""
+        found = ", ".join(map(str, ds.data_vars))
+        raise ValueError(f"expected a solution with 'force' along 'delta', found variables: {found}{hint}")
+    return ds["force"]
+
+
+def _with_adhesion(ds: xr.Dataset, force: xr.DataArray) -> xr.DataArray:
+    """Return the force of a sweep that can pull, or say what else to do."""
+    if force.sizes["delta"] < 2:
+        raise ValueError("delta: expected a sweep of at least two displacements to find the pull-off in, found one")
+    elastic = ds.attrs.get("method") == "direct" or ds.attrs.get("law") == "hertz"
+    if elastic and (force.chunks is not None or not (force < 0).any()):
+        raise ValueError(
+            "expected a sweep with adhesion, found one without, which never pulls; take method='ciavarella' for its "
+            "estimate from such a sweep, or solve with adhesion: superpose(…, law='jkr') or adhesive(…)"
+        )
+    return force
+
+
+def _of_sweep(force: xr.DataArray) -> xr.Dataset:
+    """Return the largest pull among the displacements of a sweep."""
+    least = force.min("delta")
+    pulls = least < 0
+    where = force.fillna(np.inf).argmin("delta")
+    at = xr.apply_ufunc(
+        lambda k, delta: delta[k],
+        where,
+        kwargs={"delta": force["delta"].values},
+        dask="parallelized",
+        output_dtypes=[float],
+    )
+    return xr.Dataset(
+        {
+            "pull_off_force": (-least).where(pulls),
+            "pull_off_delta": at.where(pulls),
+            "bracketed": pulls & (where > 0) & (where < force.sizes["delta"] - 1),
+        }
+    )
+
+
+def _of_cycle(ds: xr.Dataset) -> xr.Dataset:
+    """Return the events that `adhesive` found on retraction."""
+    needed = ("pull_off_force", "pull_off_delta", "complete", "pull_off_resolution")
+    if not all(name in ds for name in needed):
+        found = ", ".join(map(str, ds.data_vars))
+        raise ValueError(f"method='cycle': expected what adhesive returns, found variables: {found}; take 'sweep'")
+    pulls = ds["pull_off_force"] > 0
+    out = ds[["pull_off_force", "pull_off_delta", "pull_off_resolution"]].where(pulls)
+    out["bracketed"] = pulls & ds["complete"] & (ds["pull_off_delta"] < ds["delta"].max())
+    return out
+
+
+def smooth_pull_off(ds: xr.Dataset) -> float:
+    """Return the pull-off force (nN) of the same sphere from a smooth flat, 3/2 π w R.
+
+    Parameters
+    ----------
+    ds : Dataset
+        With an assigned pair.
+
+    Returns
+    -------
+    float
+
+    References
+    ----------
+    Johnson, Kendall & Roberts (1971); all formulations agree on a sphere.
+
+    Examples
+    --------
+    >>> pair = xr.Dataset(coords={"sphere_radius": 3000.0, "work_of_adhesion": 1.349})
+    >>> round(smooth_pull_off(pair))
+    19071
+    """
+    radius, work = schema.pair(ds, "sphere_radius", "work_of_adhesion")
+    return 1.5 * np.pi * work * radius
+
+
+def reduction(ds: xr.Dataset) -> xr.Dataset:
+    """Return a pull-off with its part of the smooth sphere's beside it.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A pull-off with its pair, along any dimensions.
+
+    Returns
+    -------
+    Dataset
+        With ``pull_off_ratio``, pull-off force over that of the same sphere from a smooth flat, unit 1.
+
+    Raises
+    ------
+    ValueError
+        If ``ds`` is no pull-off, or has no pair with adhesion.
+
+    Examples
+    --------
+    >>> forces = {"pull_off_force": ("subregion", [9.0, 18.0]), "pull_off_delta": ("subregion", [0.0, 0.0])}
+    >>> pair = {"sphere_radius": 12 / np.pi, "work_of_adhesion": 2.0}
+    >>> reduction(xr.Dataset(forces, coords=pair)).pull_off_ratio.values.round(12).tolist()
+    [0.25, 0.5]
+    """
+    ds = ds if "pull_off_force" in ds else schema.validate(ds, "pull_off")
+    smooth = smooth_pull_off(ds)
+    if smooth <= 0:
+        raise ValueError("expected a pair with work_of_adhesion > 0, found 0; assign one with assign_pair")
+    out = schema.label(ds.assign(pull_off_ratio=ds["pull_off_force"] / smooth))
+    return schema.record(out, "reduction", ds)
