@@ -143,6 +143,14 @@ def whole_number(value: Any, name: str, *, least: int, most: int | None = None) 
     return int(value)
 
 
+def fraction(value: Any, name: str) -> float:
+    """Return ``value`` as a float, or say that it must lie between 0 and 1."""
+    number = magnitude(value, "1", name)
+    if not isinstance(number, float) or not 0 < number < 1:
+        raise ValueError(f"{name}: expected a number between 0 and 1, found {value!r}")
+    return number
+
+
 def converted(array: xr.DataArray, units: str, name: str) -> xr.DataArray:
     """Return ``array`` in ``units``, lazily where it is lazy; its ``units`` attribute must be there.
 
