@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import netCDF4
+import numpy as np
 import xarray as xr
 from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
@@ -112,6 +113,27 @@ def _below(group: netCDF4.Dataset) -> Iterator[netCDF4.Dataset]:
     for child in group.groups.values():
         yield child
         yield from _below(child)
+
+
+def as_characters(ds: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Return the encoding that stores text as characters of fixed width, which read back as the same text.
+
+    As strings of variable length, xarray's choice, they kill the interpreter that opens a file which it has open
+    already, such as in a data tree (Unidata/netcdf4-python issues 261 and 1444, HDFGroup/hdf5 issue 5359).
+
+    Examples
+    --------
+    >>> as_characters(xr.Dataset({"law": ("k", ["jkr", "hertz"]), "force": ("k", [1.0, 2.0])}))
+    {'law': {'dtype': 'S1'}}
+    """
+    texts = (name for name, variable in ds.variables.items() if _is_text(variable))
+    return {str(name): {"dtype": "S1"} for name in texts}
+
+
+def _is_text(variable: xr.Variable) -> bool:
+    if variable.dtype.kind != "O":
+        return variable.dtype.kind == "U"
+    return variable.size > 0 and all(isinstance(value, str) for value in np.ravel(variable.values))
 
 
 def leftovers(path: Path) -> list[Path]:
