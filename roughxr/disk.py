@@ -7,6 +7,8 @@ import glob
 import os
 import secrets
 import shutil
+import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,6 +21,9 @@ from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
 #: How netCDF4 begins its RuntimeErrors, which is all that it says of a full disk.
 _NETCDF = "NetCDF: "
+
+#: An interrupt came while none was let through.
+_interrupted = threading.Event()
 
 
 @contextmanager
@@ -70,6 +75,51 @@ def whole(path: str | os.PathLike) -> Iterator[Path]:
 
 
 @contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Let an interrupt (Ctrl-C) wait until the end of the block.
+
+    Within xarray it would leave the lock of the NetCDF library taken: whatever reads or closes a file then waits
+    for ever. Only the main thread is ever interrupted; in others this does nothing.
+
+    Examples
+    --------
+    >>> try:
+    ...     with uninterrupted():
+    ...         signal.raise_signal(signal.SIGINT)
+    ...         print("written")
+    ... except KeyboardInterrupt:
+    ...     print("interrupted")
+    written
+    interrupted
+    """
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before) or before is _wait:
+        yield
+        return
+    _interrupted.clear()
+    signal.signal(signal.SIGINT, _wait)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if _interrupted.is_set():
+            _interrupted.clear()
+            signal.raise_signal(signal.SIGINT)
+
+
+def _wait(*_: Any) -> None:
+    _interrupted.set()
+
+
+def unless_interrupted(block: Any) -> Any:
+    """Return ``block``, or end here if an interrupt waits: between two pieces of what takes long to write."""
+    if _interrupted.is_set():
+        _interrupted.clear()
+        raise KeyboardInterrupt
+    return block
+
+
+@contextmanager
 def opened(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]:
     """Open a NetCDF file while nothing else of this process is in the NetCDF library, and close it.
 
@@ -99,13 +149,13 @@ def opened(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]:
     ...     ds["a"].values.tolist()
     [1, 2]
     """
-    with NETCDF4_PYTHON_LOCK, xr.open_dataset(path, engine="netcdf4", lock=False, **options) as ds:
+    with uninterrupted(), NETCDF4_PYTHON_LOCK, xr.open_dataset(path, engine="netcdf4", lock=False, **options) as ds:
         yield ds
 
 
 def groups(path: str | os.PathLike) -> list[str]:
     """Return the names of the groups of a NetCDF file, but for those that only hold others."""
-    with NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path) as file:
+    with uninterrupted(), NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path) as file:
         return [group.path.strip("/") for group in _below(file) if group.variables or not group.groups]
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..disk import as_characters, whole
+from ..disk import as_characters, uninterrupted, whole
 from ..schema import pixel, validate
 from .channel import optional
 
@@ -52,7 +52,7 @@ def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
         for name in ("x", "y", "height")
     }
     encoding["height"]["_FillValue"] = np.nan
-    with whole(path) as temporary:
+    with whole(path) as temporary, uninterrupted():
         scan.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
     return Path(path)
 
