@@ -215,6 +215,11 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
             raise ValueError(f"expected a {kind} with variable {name!r}, found variables: {found}")
         if not set(dims) <= set(ds[name].dims):
             raise ValueError(f"{name}: expected dimensions {dims}, found {tuple(ds[name].dims)}")
+        if ds[name].dtype.kind not in "fiu":
+            raise ValueError(
+                f"{name}: expected real numbers, found values of type {ds[name].dtype}; "
+                f"if numbers are meant, convert them, for example ds[{name!r}].astype(float)"
+            )
     return _validated_scan(ds) if kind == "scan" else ds
 
 
@@ -232,8 +237,21 @@ def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
         out[axis] = converted(ds[axis], "nm", axis).variable
         spacing(out[axis])
     # as a bare variable: with its axes still in other units, xarray would align it to nothing
-    out["height"] = converted(ds["height"], "nm", "height").transpose("x", "y").variable
+    out["height"] = _plain_heights(converted(ds["height"], "nm", "height").transpose("x", "y").variable)
     return out
+
+
+def _plain_heights(height: xr.Variable) -> xr.Variable:
+    """Return heights whose squares do not overflow, NaN where a lazy array is masked, as xarray does in memory."""
+    if height.dtype.kind in "iu":
+        height = height.astype(float)
+    if not isinstance(getattr(height.data, "_meta", None), np.ma.MaskedArray):
+        return height
+    return height.copy(data=height.data.map_blocks(_filled, dtype=float, meta=np.empty((0, 0))))
+
+
+def _filled(block: np.ndarray) -> np.ndarray:
+    return np.ma.filled(block.astype(float), np.nan)
 
 
 def spacing(coordinate: xr.DataArray) -> float:
@@ -293,6 +311,23 @@ def finite(height: np.ndarray) -> np.ndarray:
     """Return a height map that holds no missing pixels, or say how many it has."""
     none_missing(int(np.count_nonzero(~np.isfinite(height))), height.size)
     return height
+
+
+def complete(ds: xr.Dataset) -> xr.Dataset:
+    """Return a scan that holds no missing pixels, or say how many it has; of a lazy one say so once it is computed.
+
+    Every chunk of a lazy scan refuses when it is computed and pixels are missing in it: what needs it fails.
+
+    Raises
+    ------
+    ValueError
+        If pixels are missing in a scan in memory.
+    """
+    height = ds["height"].variable
+    if not hasattr(height.data, "map_blocks"):
+        finite(height.values)
+        return ds
+    return ds.assign(height=height.copy(data=height.data.map_blocks(finite, meta=height.data._meta)))
 
 
 def none_missing(missing: int, size: int) -> None:

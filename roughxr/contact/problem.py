@@ -149,14 +149,8 @@ class Surface(NamedTuple):
 
 
 def surface_at(place: Place, problem: Problem) -> Surface:
-    """Return the surface at one place, or say that pixels are missing."""
-    height = schema.finite(np.ascontiguousarray(place.height, dtype=float))
-    datum = float(place.datum)
-    if not np.isfinite(datum):
-        raise ValueError(
-            "height: expected finite heights, found missing pixels elsewhere on the scan, which leave its highest "
-            "point unknown; fill them first (ds.contact.fill()) or crop them away (ds.contact.crop(x=…, y=…))"
-        )
+    """Return the surface at one place."""
+    height, datum = np.ascontiguousarray(place.height, dtype=float), float(place.datum)
     n, fine = problem.refine, refined(height, problem.refine)
     x, y = (
         first + problem.dx * (n * missing + 0.5 * (1 - n) + np.arange(size))

@@ -95,9 +95,7 @@ def solve(
     Dataset
         Lazy where the scan is; not yet computed otherwise where a run keeps it.
     """
-    lazy = parallel.is_lazy(ds)
-    if not lazy:
-        schema.finite(ds["height"].values)
+    ds, lazy = schema.complete(ds), parallel.is_lazy(ds)
     found, shape = places(ds, positions, reach)
     if fields:
         layout = layout._replace(window=tuple(problem.refine * n for n in shape))
