@@ -20,7 +20,10 @@ from .units import converted, magnitude
 
 
 class Variable(NamedTuple):
-    """What one name means: its units (UDUNITS), its words on an axis, and its sign or definition."""
+    """What one name means: its units (UDUNITS), its words on an axis, and its sign or definition.
+
+    Empty units are those of the variable that the name tells something of, such as a bootstrap's ``estimate``.
+    """
 
     units: str
     long_name: str
@@ -133,6 +136,33 @@ VARIABLES: dict[str, Variable] = {
     "overlap_fraction": Variable("1", "contacts that overlap a neighbour's", "of all contacts"),
     "pdf": Variable("1", "probability density"),
     "cdf": Variable("1", "cumulative probability"),
+    "statistic": Variable("1", "statistic"),
+    "resampling": Variable(
+        "1", "resampling", "block: whole blocks of neighbouring places; naive: each place by itself"
+    ),
+    "estimate": Variable("", "estimate"),
+    "low": Variable("", "lower end of the confidence interval"),
+    "high": Variable("", "upper end of the confidence interval"),
+    "law": Variable("1", "probability law"),
+    "location": Variable("", "location of the law"),
+    "scale": Variable("", "scale of the law"),
+    "shape": Variable("1", "shape of the law"),
+    "log_likelihood": Variable("1", "log-likelihood"),
+    "aic": Variable("1", "Akaike's information criterion"),
+    "aic_difference": Variable("1", "Akaike's criterion less that of the best law"),
+    "akaike_weight": Variable("1", "Akaike weight", "how likely the law is the best of those compared"),
+    "ks_distance": Variable("1", "Kolmogorov-Smirnov distance"),
+    "ks_p_value": Variable("1", "p-value of the Kolmogorov-Smirnov distance", "by simulation, the law fitted anew"),
+    # sensitivity
+    "factor": Variable("1", "what is changed"),
+    "setting": Variable("1", "how it is changed"),
+    "pull_off_mean": Variable("nN", "mean pull-off force"),
+    "pull_off_mean_low": Variable("nN", "mean pull-off force, lower end of its confidence interval"),
+    "pull_off_mean_high": Variable("nN", "mean pull-off force, upper end of its confidence interval"),
+    "pull_off_std": Variable("nN", "standard deviation of the pull-off force"),
+    "pull_off_median": Variable("nN", "median pull-off force"),
+    "asperities": Variable("1", "asperities found"),
+    "unbracketed": Variable("1", "places whose sweep was too short"),
     # one asperity
     "semi_axis_a": Variable("nm", "longer semi-axis of the contact ellipse"),
     "semi_axis_b": Variable("nm", "shorter semi-axis of the contact ellipse"),
@@ -164,7 +194,7 @@ def attributes(name: str) -> dict[str, str]:
     'nN'
     """
     known = VARIABLES[name]
-    attrs = {"units": known.units, "long_name": known.long_name}
+    attrs = {"long_name": known.long_name, **({"units": known.units} if known.units else {})}
     return {**attrs, "comment": known.comment} if known.comment else attrs
 
 
