@@ -16,8 +16,9 @@ from ._version import __version__
 from .accessor import ContactAccessor
 from .analysis import paper, run
 from .catalogue import asperities
-from .contact.adhesion import adhesive, elastic_pull_off, tabor
+from .contact.adhesion import adhesive
 from .contact.elastic import direct
+from .contact.estimates import elastic_pull_off, tabor
 from .contact.maps import pull_off_map
 from .contact.superposition import superpose
 from .exports import to_resuspension, to_table

@@ -12,8 +12,9 @@ import xarray as xr
 
 from . import exports, scans, statistics, tip
 from .catalogue import asperities
-from .contact.adhesion import adhesive, elastic_pull_off, tabor
+from .contact.adhesion import adhesive
 from .contact.elastic import direct
+from .contact.estimates import elastic_pull_off, tabor
 from .contact.maps import pull_off_map
 from .contact.superposition import superpose
 from .materials import assign_pair

@@ -7,17 +7,23 @@ import glob
 import os
 import secrets
 import shutil
+import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import netCDF4
+import numpy as np
 import xarray as xr
 from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
 #: How netCDF4 begins its RuntimeErrors, which is all that it says of a full disk.
 _NETCDF = "NetCDF: "
+
+#: An interrupt came while none was let through.
+_interrupted = threading.Event()
 
 
 @contextmanager
@@ -69,6 +75,51 @@ def whole(path: str | os.PathLike) -> Iterator[Path]:
 
 
 @contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Let an interrupt (Ctrl-C) wait until the end of the block.
+
+    Within xarray it would leave the lock of the NetCDF library taken: whatever reads or closes a file then waits
+    for ever. Only the main thread is ever interrupted; in others this does nothing.
+
+    Examples
+    --------
+    >>> try:
+    ...     with uninterrupted():
+    ...         signal.raise_signal(signal.SIGINT)
+    ...         print("written")
+    ... except KeyboardInterrupt:
+    ...     print("interrupted")
+    written
+    interrupted
+    """
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before) or before is _wait:
+        yield
+        return
+    _interrupted.clear()
+    signal.signal(signal.SIGINT, _wait)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if _interrupted.is_set():
+            _interrupted.clear()
+            signal.raise_signal(signal.SIGINT)
+
+
+def _wait(*_: Any) -> None:
+    _interrupted.set()
+
+
+def unless_interrupted(block: Any) -> Any:
+    """Return ``block``, or end here if an interrupt waits: between two pieces of what takes long to write."""
+    if _interrupted.is_set():
+        _interrupted.clear()
+        raise KeyboardInterrupt
+    return block
+
+
+@contextmanager
 def opened(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]:
     """Open a NetCDF file while nothing else of this process is in the NetCDF library, and close it.
 
@@ -98,13 +149,13 @@ def opened(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]:
     ...     ds["a"].values.tolist()
     [1, 2]
     """
-    with NETCDF4_PYTHON_LOCK, xr.open_dataset(path, engine="netcdf4", lock=False, **options) as ds:
+    with uninterrupted(), NETCDF4_PYTHON_LOCK, xr.open_dataset(path, engine="netcdf4", lock=False, **options) as ds:
         yield ds
 
 
 def groups(path: str | os.PathLike) -> list[str]:
     """Return the names of the groups of a NetCDF file, but for those that only hold others."""
-    with NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path) as file:
+    with uninterrupted(), NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path) as file:
         return [group.path.strip("/") for group in _below(file) if group.variables or not group.groups]
 
 
@@ -112,6 +163,27 @@ def _below(group: netCDF4.Dataset) -> Iterator[netCDF4.Dataset]:
     for child in group.groups.values():
         yield child
         yield from _below(child)
+
+
+def as_characters(ds: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Return the encoding that stores text as characters of fixed width, which read back as the same text.
+
+    As strings of variable length, xarray's choice, they kill the interpreter that opens a file which it has open
+    already, such as in a data tree (Unidata/netcdf4-python issues 261 and 1444, HDFGroup/hdf5 issue 5359).
+
+    Examples
+    --------
+    >>> as_characters(xr.Dataset({"law": ("k", ["jkr", "hertz"]), "force": ("k", [1.0, 2.0])}))
+    {'law': {'dtype': 'S1'}}
+    """
+    texts = (name for name, variable in ds.variables.items() if _is_text(variable))
+    return {str(name): {"dtype": "S1"} for name in texts}
+
+
+def _is_text(variable: xr.Variable) -> bool:
+    if variable.dtype.kind != "O":
+        return variable.dtype.kind == "U"
+    return variable.size > 0 and all(isinstance(value, str) for value in np.ravel(variable.values))
 
 
 def leftovers(path: Path) -> list[Path]:

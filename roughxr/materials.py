@@ -5,13 +5,43 @@ They travel as scalar coordinates through every result into every archive.
 
 from __future__ import annotations
 
-from typing import Any
+import sys
+import warnings
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from . import schema
+from . import schema, substances
 from .units import converted, magnitude, positive
+
+
+class ImplausiblePair(UserWarning):
+    """A pair of bodies was taken as it was given, but is hardly what was meant."""
+
+
+class _Range(NamedTuple):
+    """What a quantity can be: refused beyond the outer bounds, questioned beyond the inner ones."""
+
+    units: str
+    least: float
+    low: float
+    high: float
+    greatest: float
+    known: str
+
+
+_MODULUS = _Range("GPa", 1e-9, 1e-7, 1.5e3, 1e5, "gels have 1e-6 GPa, glass 75, diamond 1100")
+
+_RANGES = {
+    "sphere_radius": _Range("nm", 0.2, 5.0, 1e7, 1e10, "an atom has 0.1 nm, an AFM's tip 10, a colloidal probe 3000"),
+    "young_modulus": _MODULUS,
+    "contact_modulus": _MODULUS,
+    "work_of_adhesion": _Range("J m-2", 0.0, 1e-6, 6.0, 30.0, "dry glass has 0.06 J/m², cleaved diamond 11"),
+}
+
+#: A sphere of fewer pixels than these in radius is refused, and questioned.
+_FEWEST_PIXELS, _FEW_PIXELS = 1.0, 5.0
 
 
 def contact_modulus(young_modulus: Any, poisson_ratio: Any) -> float:
@@ -96,7 +126,8 @@ def assign_pair(
     ds: xr.Dataset,
     *,
     sphere_radius: Any = None,
-    indenter: xr.DataArray | None = None,
+    indenter: xr.DataArray | xr.Dataset | None = None,
+    materials: str | tuple[str, str] | None = None,
     young_modulus: Any = None,
     poisson_ratio: Any = None,
     contact_modulus: Any = None,
@@ -111,11 +142,16 @@ def assign_pair(
         A scan or an asperity catalogue.
     sphere_radius : number or quantity
         nm. Either this or ``indenter``.
-    indenter : DataArray
-        Heights (x, y) of the indenter, pointing out of it, nm or with ``units``; x, y (nm) are counted from
-        the contact centre along the scan's axes.
+    indenter : Dataset or DataArray
+        A scan of the indenter's face, such as of a colloidal probe: its highest point is put at the contact
+        centre, and it is turned over about the x axis to face the surface (its y runs against the surface's).
+        Or its heights (x, y), pointing out of it, nm or with ``units``, with x, y (nm) counted from the contact
+        centre along the surface's axes. It has to be larger than any contact with it.
+    materials : str or pair of str
+        Names, such as "glass/silicon" or "glass" for two bodies of it: moduli from handbooks, and, where none is
+        given, the work of adhesion of clean, dry bodies by van der Waals forces alone; see `substances`.
     young_modulus, poisson_ratio : number or pair
-        Of both bodies alike, or of each; GPa. Either these or ``contact_modulus``.
+        Of both bodies alike, or of each; GPa. Either these, ``materials`` or ``contact_modulus``.
     contact_modulus : number or quantity
         E*, GPa.
     surface_energy : number or quantity, optional
@@ -132,7 +168,13 @@ def assign_pair(
     Raises
     ------
     ValueError
-        If a quantity is given twice or not at all, or is not a positive number (w may be zero).
+        If a quantity is given twice or not at all, is not a positive number (w may be zero) or none that a body can
+        have, or an indenter's map does not have the contact centre in its middle.
+
+    Warns
+    -----
+    ImplausiblePair
+        If a quantity is hardly what was meant, such as a sphere of fewer than five pixels.
 
     Examples
     --------
@@ -141,13 +183,19 @@ def assign_pair(
     >>> pair = assign_pair(scan, sphere_radius="3 um", young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
     >>> float(pair.sphere_radius), round(float(pair.contact_modulus), 3), float(pair.work_of_adhesion)
     (3000.0, 39.407, 1.35)
+    >>> round(float(assign_pair(scan, sphere_radius="3 um", materials="glass").work_of_adhesion), 4)
+    0.0633
     """
-    _one_of("sphere_radius", sphere_radius, "indenter", indenter)
-    _one_of("contact_modulus", contact_modulus, "young_modulus and poisson_ratio", young_modulus)
+    _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
+    _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
+    adhesion = _work_of_adhesion(surface_energy, work_of_adhesion)
+    if materials is not None:
+        bodies = substances.pair_of(materials)
+        young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
+        adhesion = substances.van_der_waals_work(*bodies) if adhesion is None else adhesion
     values = {"contact_modulus": _contact_modulus(contact_modulus, young_modulus, poisson_ratio)}
     if sphere_radius is not None:
-        values["sphere_radius"] = positive(sphere_radius, "nm", "sphere_radius")
-    adhesion = _work_of_adhesion(surface_energy, work_of_adhesion)
+        values["sphere_radius"] = _radius(sphere_radius, ds)
     if adhesion is not None:
         values["work_of_adhesion"] = adhesion
     out = ds.drop_vars([*schema.PAIR, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
@@ -166,7 +214,7 @@ def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | 
 
 def _contact_modulus(given: Any, young_modulus: Any, poisson_ratio: Any) -> float:
     if given is not None:
-        return positive(given, "GPa", "contact_modulus")
+        return _believed(positive(given, "GPa", "contact_modulus"), "contact_modulus", given)
     if poisson_ratio is None:
         raise ValueError("poisson_ratio: expected one beside young_modulus, found none")
     return contact_modulus(young_modulus, poisson_ratio)
@@ -178,28 +226,88 @@ def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | Non
     if surface_energy is None and work_of_adhesion is None:
         return None
     given, times = (work_of_adhesion, 1.0) if surface_energy is None else (surface_energy, 2.0)
-    value = magnitude(given, "J m-2", "surface_energy" if times == 2.0 else "work_of_adhesion")
+    name = "surface_energy" if times == 2.0 else "work_of_adhesion"
+    value = magnitude(given, "J m-2", name)
     if not isinstance(value, float) or value < 0:
-        raise ValueError(f"surface energy: expected one number >= 0 in J m-2, found {given!r}")
+        raise ValueError(f"{name}: expected one number >= 0 in J m-2, found {given!r}")
+    if value > 0:
+        _believed(times * value, "work_of_adhesion", given, name if times == 2.0 else "")
     return times * value
 
 
-def _indenter(indenter: xr.DataArray) -> xr.DataArray:
-    """Return the indenter's map on its own dimensions, in nm."""
+def _radius(given: Any, ds: xr.Dataset) -> float:
+    """Return the sphere's radius (nm), which the scan's pixels have to resolve."""
+    radius = _believed(positive(given, "nm", "sphere_radius"), "sphere_radius", given)
+    if "height" not in ds or not {"x", "y"} <= set(ds["height"].dims) & set(ds.indexes):
+        return radius
+    pixel = max(schema.spacing(converted(ds[axis], "nm", axis)) for axis in ("x", "y"))
+    words = f"sphere_radius: {radius:g} nm is {radius / pixel:.2g} pixels of {pixel:g} nm"
+    if radius < _FEWEST_PIXELS * pixel:
+        raise ValueError(f"{words}: expected more than one; plain numbers are nm, else say '3 um'")
+    if radius < _FEW_PIXELS * pixel:
+        _question(f"{words}, too few to show where such a sphere touches; plain numbers are nm, else say '3 um'")
+    return radius
+
+
+def _believed(value: float, quantity: str, given: Any, name: str = "") -> float:
+    """Return a value that a body can have; question one that it hardly has."""
+    known = _RANGES[quantity]
+    words = f"{name or quantity}: {given!r} is {value:.4g} {known.units}" + (f" of {quantity}" if name else "")
+    advice = f"{known.known}; plain numbers are {known.units}, others say theirs, as in '3 um' or '70e9 Pa'"
+    if not known.least <= value <= known.greatest:
+        raise ValueError(f"{words}, which no body has ({advice})")
+    if not known.low <= value <= known.high:
+        _question(f"{words}: is it meant? ({advice})")
+    return value
+
+
+def _question(words: str) -> None:
+    """Warn where the user's own code called."""
+    frame, above = sys._getframe(), 1
+    while frame.f_back and frame.f_globals.get("__package__") == __package__:
+        frame, above = frame.f_back, above + 1
+    warnings.warn(words, ImplausiblePair, stacklevel=above)
+
+
+def _indenter(indenter: xr.DataArray | xr.Dataset) -> xr.DataArray:
+    """Return the indenter's map on its own dimensions, in nm, the contact centre at x = y = 0."""
+    if isinstance(indenter, xr.Dataset):
+        return _facing(schema.complete(schema.validate(indenter, "scan"))["height"].reset_coords(drop=True))
     if not isinstance(indenter, xr.DataArray) or set(indenter.dims) != {"x", "y"}:
-        raise ValueError("indenter: expected a DataArray of heights with dimensions ('x', 'y')")
+        raise ValueError("indenter: expected a scan, or a DataArray of heights with dimensions ('x', 'y')")
     if "units" in indenter.attrs:
         indenter = converted(indenter, "nm", "indenter")
     for axis in ("x", "y"):
         schema.spacing(indenter[axis])
+        _check_centred(indenter[axis])
     schema.finite(indenter.values)
     return indenter.transpose("x", "y").rename(x="indenter_x", y="indenter_y").reset_coords(drop=True)
 
 
-def _one_of(name: str, value: Any, other: str, other_value: Any) -> None:
-    if (value is None) == (other_value is None):
-        found = "neither" if value is None else "both"
-        raise ValueError(f"expected either {name} or {other}, found {found}")
+def _facing(height: xr.DataArray) -> xr.DataArray:
+    """Return a scan of the indenter's face turned over to face the surface, its highest point at the centre."""
+    top = height.isel(height.argmax(["x", "y"]))
+    turned = height.assign_coords(x=height["x"] - top["x"], y=top["y"] - height["y"]).isel(y=slice(None, None, -1))
+    axes = {f"indenter_{axis}": turned[axis].values for axis in "xy"}
+    return xr.DataArray(turned.values, axes, list(axes), attrs={"units": "nm"})
+
+
+def _check_centred(axis: xr.DataArray) -> None:
+    """Say that a map's axis runs from its corner, as an opened scan's does, if the contact centre is not within."""
+    first, last = float(axis[0]), float(axis[-1])
+    if abs(first + last) / 2 > (last - first) / 4:
+        raise ValueError(
+            f"indenter: expected x and y counted from the contact centre, found {axis.name} from {first:g} to {last:g} "
+            "nm; give the whole scan instead of its height, and its highest point becomes the centre, or shift the "
+            f"axes with .assign_coords({axis.name}=…)"
+        )
+
+
+def _exactly_one(**given: Any) -> None:
+    """Say which of several ways to state a thing was expected, if not exactly one was taken."""
+    found = [name for name, value in given.items() if value is not None]
+    if len(found) != 1:
+        raise ValueError(f"expected one of {', '.join(given)}, found {' and '.join(found) or 'none'}")
 
 
 def _two(value: Any, name: str) -> tuple[Any, Any]:
@@ -211,7 +319,9 @@ def _two(value: Any, name: str) -> tuple[Any, Any]:
 
 
 def _modulus(value: Any) -> float:
-    return np.inf if value == np.inf else positive(value, "GPa", "young_modulus")
+    if isinstance(value, (int, float)) and value == np.inf:
+        return np.inf
+    return _believed(positive(value, "GPa", "young_modulus"), "young_modulus", value)
 
 
 def _ratio(value: Any) -> float:

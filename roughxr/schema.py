@@ -20,7 +20,10 @@ from .units import converted, magnitude
 
 
 class Variable(NamedTuple):
-    """What one name means: its units (UDUNITS), its words on an axis, and its sign or definition."""
+    """What one name means: its units (UDUNITS), its words on an axis, and its sign or definition.
+
+    Empty units are those of the variable that the name tells something of, such as a bootstrap's ``estimate``.
+    """
 
     units: str
     long_name: str
@@ -98,9 +101,10 @@ VARIABLES: dict[str, Variable] = {
     "gap": Variable("nm", "gap", "between the deformed surfaces, zero in contact"),
     "converged": Variable("1", "the solve met its tolerance"),
     "iterations": Variable("1", "iterations of the solve"),
-    "residual": Variable("1", "largest violation of the contact conditions over delta"),
+    "residual": Variable("1", "largest violation of the contact conditions", "over the deepest overlap"),
     "truncated": Variable("1", "contact or overlap reaches the scan's edge"),
     "contacts": Variable("1", "asperities in contact"),
+    "contact_patches": Variable("1", "patches of contact", "connected cells that are more closed than open"),
     "contacts_beyond_patch": Variable("1", "contacts larger than their fitted patch"),
     "contacts_overlapping": Variable("1", "contacts that overlap a neighbour's"),
     "excluded_asperities": Variable("1", "asperities left out", "no peak under this sphere"),
@@ -134,6 +138,33 @@ VARIABLES: dict[str, Variable] = {
     "overlap_fraction": Variable("1", "contacts that overlap a neighbour's", "of all contacts"),
     "pdf": Variable("1", "probability density"),
     "cdf": Variable("1", "cumulative probability"),
+    "statistic": Variable("1", "statistic"),
+    "resampling": Variable(
+        "1", "resampling", "block: whole blocks of neighbouring places; naive: each place by itself"
+    ),
+    "estimate": Variable("", "estimate"),
+    "low": Variable("", "lower end of the confidence interval"),
+    "high": Variable("", "upper end of the confidence interval"),
+    "law": Variable("1", "probability law"),
+    "location": Variable("", "location of the law"),
+    "scale": Variable("", "scale of the law"),
+    "shape": Variable("1", "shape of the law"),
+    "log_likelihood": Variable("1", "log-likelihood"),
+    "aic": Variable("1", "Akaike's information criterion"),
+    "aic_difference": Variable("1", "Akaike's criterion less that of the best law"),
+    "akaike_weight": Variable("1", "Akaike weight", "how likely the law is the best of those compared"),
+    "ks_distance": Variable("1", "Kolmogorov-Smirnov distance"),
+    "ks_p_value": Variable("1", "p-value of the Kolmogorov-Smirnov distance", "by simulation, the law fitted anew"),
+    # sensitivity
+    "factor": Variable("1", "what is changed"),
+    "setting": Variable("1", "how it is changed"),
+    "pull_off_mean": Variable("nN", "mean pull-off force"),
+    "pull_off_mean_low": Variable("nN", "mean pull-off force, lower end of its confidence interval"),
+    "pull_off_mean_high": Variable("nN", "mean pull-off force, upper end of its confidence interval"),
+    "pull_off_std": Variable("nN", "standard deviation of the pull-off force"),
+    "pull_off_median": Variable("nN", "median pull-off force"),
+    "asperities": Variable("1", "asperities found"),
+    "unbracketed": Variable("1", "places whose sweep was too short"),
     # one asperity
     "semi_axis_a": Variable("nm", "longer semi-axis of the contact ellipse"),
     "semi_axis_b": Variable("nm", "shorter semi-axis of the contact ellipse"),
@@ -165,7 +196,7 @@ def attributes(name: str) -> dict[str, str]:
     'nN'
     """
     known = VARIABLES[name]
-    attrs = {"units": known.units, "long_name": known.long_name}
+    attrs = {"long_name": known.long_name, **({"units": known.units} if known.units else {})}
     return {**attrs, "comment": known.comment} if known.comment else attrs
 
 
@@ -216,6 +247,11 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
             raise ValueError(f"expected a {kind} with variable {name!r}, found variables: {found}")
         if not set(dims) <= set(ds[name].dims):
             raise ValueError(f"{name}: expected dimensions {dims}, found {tuple(ds[name].dims)}")
+        if ds[name].dtype.kind not in "fiu":
+            raise ValueError(
+                f"{name}: expected real numbers, found values of type {ds[name].dtype}; "
+                f"if numbers are meant, convert them, for example ds[{name!r}].astype(float)"
+            )
     return _validated_scan(ds) if kind == "scan" else ds
 
 
@@ -233,8 +269,21 @@ def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
         out[axis] = converted(ds[axis], "nm", axis).variable
         spacing(out[axis])
     # as a bare variable: with its axes still in other units, xarray would align it to nothing
-    out["height"] = converted(ds["height"], "nm", "height").transpose("x", "y").variable
+    out["height"] = _plain_heights(converted(ds["height"], "nm", "height").transpose("x", "y").variable)
     return out
+
+
+def _plain_heights(height: xr.Variable) -> xr.Variable:
+    """Return heights whose squares do not overflow, NaN where a lazy array is masked, as xarray does in memory."""
+    if height.dtype.kind in "iu":
+        height = height.astype(float)
+    if not isinstance(getattr(height.data, "_meta", None), np.ma.MaskedArray):
+        return height
+    return height.copy(data=height.data.map_blocks(_filled, dtype=float, meta=np.empty((0, 0))))
+
+
+def _filled(block: np.ndarray) -> np.ndarray:
+    return np.ma.filled(block.astype(float), np.nan)
 
 
 def spacing(coordinate: xr.DataArray) -> float:
@@ -294,6 +343,23 @@ def finite(height: np.ndarray) -> np.ndarray:
     """Return a height map that holds no missing pixels, or say how many it has."""
     none_missing(int(np.count_nonzero(~np.isfinite(height))), height.size)
     return height
+
+
+def complete(ds: xr.Dataset) -> xr.Dataset:
+    """Return a scan that holds no missing pixels, or say how many it has; of a lazy one say so once it is computed.
+
+    Every chunk of a lazy scan refuses when it is computed and pixels are missing in it: what needs it fails.
+
+    Raises
+    ------
+    ValueError
+        If pixels are missing in a scan in memory.
+    """
+    height = ds["height"].variable
+    if not hasattr(height.data, "map_blocks"):
+        finite(height.values)
+        return ds
+    return ds.assign(height=height.copy(data=height.data.map_blocks(finite, meta=height.data._meta)))
 
 
 def none_missing(missing: int, size: int) -> None:

@@ -103,11 +103,8 @@ def sensitivity(
     out = xr.concat(rows, dim="case").assign_coords(
         factor=("case", [case.factor for case in cases]), setting=("case", [case.words for case in cases])
     )
-    for name in out.data_vars:
-        words = str(name).replace("_", " ").replace("pull off", "pull-off force,")
-        out[name].attrs = {"units": "nN" if str(name).startswith("pull_off") else "1", "long_name": words}
     arguments = {"delta": deltas, "patch": patch, "formulation": formulation, "settings": settings}
-    return schema.record(out, "sensitivity", ds, subregions=subregions, **arguments)
+    return schema.record(schema.label(out), "sensitivity", ds, subregions=subregions, **arguments)
 
 
 def _sweep(ds: xr.Dataset) -> np.ndarray:

@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 
 from . import schema
-from .disk import whole
+from .disk import uninterrupted, whole
 from .units import is_whole, magnitude, positive, whole_number
 
 #: Raw numbers that PCG64 draws apart for heights and for particles, so that either may change alone.
@@ -243,7 +243,7 @@ def write_glass(path: str | os.PathLike) -> Path:
     path = Path(path)
     if not path.parent.is_dir():
         raise ValueError(f"path: expected a file in an existing folder, found no folder {path.parent}; make it first")
-    with whole(path) as temporary:
+    with whole(path) as temporary, uninterrupted():
         glass().to_netcdf(temporary, engine="netcdf4", encoding={"height": _COMPRESSED})
     return path
 

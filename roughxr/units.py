@@ -22,6 +22,10 @@ _UDUNITS_POWER = re.compile(r"(?<=[A-Za-zµμ])(?=[-+]?\d)")
 _WRITTEN = re.compile(r"[\w\s.*/^()°ÅµμΩ%+-]+")
 
 
+#: A quantity in words begins with its number: pint would read "um" as one micrometre.
+_NUMBER = re.compile(r"\s*[-+]?\.?\d")
+
+
 @lru_cache(maxsize=1)
 def _registry():
     import pint  # not at the top: it takes a third of the import time and plain numbers never need it
@@ -108,6 +112,8 @@ def _convert(value: Any, units: str, name: str) -> Any:
         return value
     try:
         if isinstance(value, str):
+            if not _NUMBER.match(value):
+                raise ValueError(f"expected a number with its units such as '3 {units}', found {value!r}")
             value = _registry().Quantity(value)
             if value.unitless and units != "1":
                 return value.magnitude
@@ -141,6 +147,14 @@ def whole_number(value: Any, name: str, *, least: int, most: int | None = None) 
         bounds = f"of at least {least}" if most is None else f"from {least} to {most}"
         raise ValueError(f"{name}: expected a whole number {bounds}, found {value!r}")
     return int(value)
+
+
+def fraction(value: Any, name: str) -> float:
+    """Return ``value`` as a float, or say that it must lie between 0 and 1."""
+    number = magnitude(value, "1", name)
+    if not isinstance(number, float) or not 0 < number < 1:
+        raise ValueError(f"{name}: expected a number between 0 and 1, found {value!r}")
+    return number
 
 
 def converted(array: xr.DataArray, units: str, name: str) -> xr.DataArray:

@@ -8,8 +8,9 @@ import xarray as xr
 
 import roughxr
 from roughxr.catalogue import asperities
-from roughxr.contact.adhesion import adhesive, elastic_pull_off, tabor
+from roughxr.contact.adhesion import adhesive
 from roughxr.contact.elastic import direct
+from roughxr.contact.estimates import elastic_pull_off, tabor
 from roughxr.kernels.adhesion import cohesive_laws as cohesion
 from roughxr.kernels.asperity import jkr, maugis
 from tests import surfaces

@@ -1,5 +1,9 @@
 """Archives: read back as written, whole or not there."""
 
+import subprocess
+import sys
+
+import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
@@ -7,6 +11,7 @@ import xarray as xr
 from roughxr.archive import save
 from roughxr.contact.elastic import direct
 from roughxr.contact.superposition import superpose
+from roughxr.scans import to_netcdf
 from roughxr.schema import history
 from roughxr.statistics import pull_off
 
@@ -61,3 +66,35 @@ def test_attributes_that_netcdf_cannot_hold_are_refused_in_words(groups, tmp_pat
     with pytest.raises(ValueError, match="scan: expected attributes of text, numbers or arrays, found pair="):
         save({"scan": groups["scan"].assign_attrs(pair={"E": 75})}, tmp_path / "run.nc")
     assert list(tmp_path.iterdir()) == []
+
+
+_OPENED_TWICE = """
+import sys, xarray as xr
+from roughxr import archive
+trees = [xr.open_datatree(sys.argv[1]) for _ in range(5)]
+read = archive.load(sys.argv[1])["log"]
+with xr.open_dataset(sys.argv[1], group="log") as again:
+    assert again.identical(read), (again, read)
+print(*(repr(str(message)) for message in read["message"].values))
+"""
+
+
+def test_an_archive_that_is_open_already_can_be_opened_again(tmp_path):
+    """Strings of variable length kill the interpreter here: hence another one."""
+    messages = ["started", "", "µm, not μm: 表面"]
+    log = xr.Dataset({"message": ("line", messages), "time": ("line", [1.0, 2.0, 3.0])}, {"branch": "retraction"})
+    path = save({"log": log, "statistics/none": log.isel(line=[])}, tmp_path / "run.nc")
+    command = [sys.executable, "-c", _OPENED_TWICE, str(path)]
+    found = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert found.returncode == 0, found.stderr
+    assert found.stdout.split("\n")[0] == " ".join(map(repr, messages))
+
+
+def test_text_is_stored_without_strings_of_variable_length(groups, tmp_path):
+    named = groups["scan"].assign_coords(place=("x", [f"row {k}" for k in range(48)]))
+    for path in (save({"scan": named}, tmp_path / "a.nc"), to_netcdf(named, tmp_path / "b.nc")):
+        with netCDF4.Dataset(path) as file:
+            holders = [file, *file.groups.values()]
+            kinds = {str(v.dtype) for group in holders for v in group.variables.values()}
+        assert "<class 'str'>" not in kinds
+        assert "|S1" in kinds

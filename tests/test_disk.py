@@ -3,16 +3,19 @@
 import gc
 import os
 import shutil
+import signal
 import stat
 import subprocess
 import sys
 
+import dask
+import dask.array as da
 import numpy as np
 import pytest
 import xarray as xr
 
 from roughxr import archive, figures
-from roughxr.disk import leftovers, whole
+from roughxr.disk import leftovers, uninterrupted, whole
 from roughxr.exports import to_table
 from roughxr.scans import to_gsf, to_netcdf, to_surfacetopography
 
@@ -136,3 +139,75 @@ for thread in threads:
     thread.join()
 assert not wrong
 """
+
+
+def test_an_interrupt_waits_until_the_file_is_whole(tmp_path):
+    path, done = tmp_path / "a.txt", []
+    with pytest.raises(KeyboardInterrupt), whole(path) as temporary, uninterrupted(), uninterrupted():
+        signal.raise_signal(signal.SIGINT)
+        temporary.write_text("all of it")
+        done.append(True)
+    assert done
+    assert list(tmp_path.iterdir()) == []
+    with uninterrupted():
+        pass  # nothing is left waiting
+
+
+def test_an_interrupt_that_waited_does_not_hide_that_there_was_an_error():
+    with pytest.raises(KeyboardInterrupt) as found, uninterrupted():
+        signal.raise_signal(signal.SIGINT)
+        raise ZeroDivisionError
+    assert isinstance(found.value.__context__, ZeroDivisionError)
+
+
+def test_a_long_write_is_broken_off_between_two_pieces(tmp_path):
+    read = []
+
+    def piece(block):
+        read.append(1)
+        if len(read) == 3:
+            signal.raise_signal(signal.SIGINT)
+        return block
+
+    lazy = da.zeros((1000, 4), chunks=(1, 4)).map_blocks(piece, meta=np.zeros((0, 0)))
+    groups = {"scan": xr.Dataset({"a": (("subregion", "x"), lazy)})}
+    with pytest.raises(KeyboardInterrupt), dask.config.set(scheduler="synchronous"):
+        archive.save(groups, tmp_path / "a.nc", streamed=True)
+    assert len(read) < 10
+    assert list(tmp_path.iterdir()) == []
+    archive.save(groups, tmp_path / "a.nc", streamed=True)
+    assert archive.load(tmp_path / "a.nc")["scan"].a.shape == (1000, 4)
+
+
+_INTERRUPTED = """
+import _thread, random, sys, threading, time
+import numpy as np, xarray as xr
+from roughxr import archive
+groups = {f"g{k}": xr.Dataset({f"v{i}": (("x", "y"), np.ones((9, 9))) for i in range(9)}) for k in range(4)}
+archive.save(groups, sys.argv[1])
+
+def interrupt():
+    while True:
+        time.sleep(0.2 + 0.3 * random.random())
+        _thread.interrupt_main()
+
+count, thread = 0, threading.Thread(target=interrupt, daemon=True)
+while count < 12:
+    try:
+        if count == 0 and not thread.is_alive():
+            thread.start()
+        archive.save(groups, sys.argv[1])
+        archive.load(sys.argv[1])
+    except KeyboardInterrupt:
+        count += 1
+print("all interrupted", flush=True)
+import os; os._exit(0)
+"""
+
+
+def test_interrupts_while_an_archive_is_written_or_read_never_hang(tmp_path):
+    """Within xarray they leave a lock taken, for which the file's own closing then waits for ever."""
+    command = [sys.executable, "-c", _INTERRUPTED, str(tmp_path / "run.nc")]
+    found = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    assert "all interrupted" in found.stdout, found.stderr
+    assert [file.name for file in tmp_path.iterdir()] == ["run.nc"]

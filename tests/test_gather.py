@@ -17,6 +17,9 @@ from roughxr.jobs.work import Work
 
 SCHEDULERS = ["synchronous", "threads", "processes"]
 
+#: One number.
+FLOATS = np.dtype((float, (1,)))
+
 
 def kept_in(found, sizes=None):
     """Return what puts each item's result, or its failure, in its place, and notes the sizes of batches."""
@@ -41,7 +44,7 @@ def test_results_come_as_they_finish_and_failures_as_words(scheduler):
     """Of a batch with one item that fails, only that item is lost."""
     found, sizes = {}, []
     with dask.config.set(scheduler=scheduler, num_workers=2):
-        each_finished(Work(double, [(k,) for k in range(60)], (1,), ([],)), range(60), kept_in(found, sizes))
+        each_finished(Work(double, [(k,) for k in range(60)], FLOATS, ([],)), range(60), kept_in(found, sizes))
     assert sorted(found) == list(range(60))
     assert found.pop(7).reason == "ZeroDivisionError: seven"
     assert all(found[k].item() == 2 * k for k in found)
@@ -58,7 +61,7 @@ def test_batches_take_half_a_second_and_less_near_the_end(seconds, items, larges
     found, sizes = {}, []
     with dask.config.set(scheduler="threads", num_workers=1):
         each_finished(
-            Work(wait, [(k,) for k in range(items)], (1,), (seconds, [])), range(items), kept_in(found, sizes)
+            Work(wait, [(k,) for k in range(items)], FLOATS, (seconds, [])), range(items), kept_in(found, sizes)
         )
     assert [found[k].item() for k in range(items)] == list(range(items))
     assert sizes[0] == 1
@@ -68,7 +71,7 @@ def test_batches_take_half_a_second_and_less_near_the_end(seconds, items, larges
 
 def test_large_results_come_in_small_batches():
     sizes = []
-    work = Work(zeros, [()] * 40, (2**18,), ([],))
+    work = Work(zeros, [()] * 40, np.dtype((float, (2**18,))), ([],))
     with dask.config.set(scheduler="synchronous"):
         each_finished(work, range(40), kept_in({}, sizes))
     assert max(sizes) == 8  # 16 MiB
@@ -85,14 +88,14 @@ def taken(queue):
 
 def test_a_large_cluster_gets_a_batch_for_each_core():
     """The main process cannot serve thousands of cores with batches of half a second."""
-    queue = _Queue(Work(wait, [], (8, 12), (), None), range(100_000), 1000, 0.02)
+    queue = _Queue(Work(wait, [], np.dtype((float, (8, 12))), (), None), range(100_000), 1000, 0.02)
     queue.seconds.append(0.1)
     assert list(taken(queue)) == [100] * 1000
 
 
 def test_the_dearest_are_begun_first_with_their_neighbours():
     begun, cost = [], np.random.default_rng(0).random(30)
-    work = Work(wait, [(k,) for k in range(30)], (1,), (0.0, []), lambda: cost)
+    work = Work(wait, [(k,) for k in range(30)], FLOATS, (0.0, []), lambda: cost)
     wanted = [k for k in range(30) if k % 5]
     with dask.config.set(scheduler="synchronous"):
         each_finished(work, wanted, lambda batch, result: begun.append(batch))
@@ -106,7 +109,7 @@ def test_the_dearest_are_begun_first_with_their_neighbours():
 
 def test_what_stops_this_thread_stops_the_rest():
     with dask.config.set(scheduler="synchronous"), pytest.raises(KeyboardInterrupt):
-        each_finished(Work(interrupted, [(), ()], (1,), ([],)), range(2), lambda batch, result: None)
+        each_finished(Work(interrupted, [(), ()], FLOATS, ([],)), range(2), lambda batch, result: None)
 
 
 def interrupted():
@@ -115,7 +118,7 @@ def interrupted():
 
 def test_an_interrupt_within_a_kernel_is_no_failure_of_an_item():
     """It comes out of Numba as a SystemError, which is an Exception."""
-    work = Work(interrupted_kernel, [(0.0,)], (1,), ([],))
+    work = Work(interrupted_kernel, [(0.0,)], FLOATS, ([],))
     with dask.config.set(scheduler="synchronous"), pytest.raises(KeyboardInterrupt):
         each_finished(work, range(1), lambda batch, result: None)
 
@@ -137,7 +140,7 @@ def dies(k):
 def test_an_item_that_kills_its_workers_is_given_up():
     found = {}
     with dask.config.set(scheduler="processes", num_workers=1):
-        each_finished(Work(dies, [(k,) for k in range(4)], (1,), ([],)), range(4), kept_in(found))
+        each_finished(Work(dies, [(k,) for k in range(4)], FLOATS, ([],)), range(4), kept_in(found))
     assert found[2].reason == "lost 4 workers"
     assert [found[k].item() for k in (0, 1, 3)] == [0, 1, 3]
 
@@ -154,7 +157,7 @@ def test_what_is_lost_with_an_item_that_kills_is_computed():
     """The others of its batch, and of those that were computed beside it."""
     found = {}
     with dask.config.set(scheduler="processes", num_workers=2):
-        each_finished(Work(one_dies, [(k,) for k in range(500)], (1,), ([],)), range(500), kept_in(found))
+        each_finished(Work(one_dies, [(k,) for k in range(500)], FLOATS, ([],)), range(500), kept_in(found))
     assert found.pop(77).reason == "lost 4 workers"
     assert sorted(found) == [k for k in range(500) if k != 77]
     assert all(found[k].item() == k for k in found)
@@ -162,7 +165,7 @@ def test_what_is_lost_with_an_item_that_kills_is_computed():
 
 def waits_in_processes(folder):
     with dask.config.set(scheduler="processes", num_workers=2):
-        each_finished(Work(leaves_its_number, [(), ()], (1,), (folder, [])), range(2), kept_in({}))
+        each_finished(Work(leaves_its_number, [(), ()], FLOATS, (folder, [])), range(2), kept_in({}))
 
 
 def leaves_its_number(folder):
@@ -201,7 +204,7 @@ def dies_while_it_answers(part, marker):
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="Windows kills otherwise")
 def test_a_worker_that_dies_while_it_answers_is_noticed(tmp_path):
-    work = Work(dies_while_it_answers, [(np.full(1, k),) for k in range(4)], (1,), (tmp_path / "died", []))
+    work = Work(dies_while_it_answers, [(np.full(1, float(k)),) for k in range(4)], FLOATS, (tmp_path / "died", []))
     found = {}
     with dask.config.set(scheduler="processes", num_workers=2):
         each_finished(work, range(4), kept_in(found))

@@ -1,10 +1,12 @@
 """The pair of bodies, against the paper's numbers and limits."""
 
+import warnings
+
 import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.materials import assign_pair, contact_modulus, gilman_surface_energy
+from roughxr.materials import ImplausiblePair, assign_pair, contact_modulus, gilman_surface_energy, indenter_map
 from roughxr.units import factor, magnitude
 
 from .surfaces import scan
@@ -26,7 +28,7 @@ def test_a_rigid_body_adds_no_compliance():
 def test_surface_energy_is_half_the_work_of_adhesion():
     ds = scan(np.zeros((4, 4)))
     one, other = (
-        assign_pair(ds, sphere_radius=3, contact_modulus=40, **energy)
+        assign_pair(ds, sphere_radius=3000, contact_modulus=40, **energy)
         for energy in ({"surface_energy": 0.5}, {"work_of_adhesion": 1.0})
     )
     assert float(one.work_of_adhesion) == float(other.work_of_adhesion) == 1.0
@@ -44,7 +46,7 @@ def test_any_unit_of_the_right_kind_is_taken():
 
 
 def test_the_pair_survives_a_file(tmp_path):
-    pair = assign_pair(scan(np.zeros((4, 4))), sphere_radius=3, contact_modulus=40)
+    pair = assign_pair(scan(np.zeros((4, 4))), sphere_radius=3000, contact_modulus=40)
     pair.to_netcdf(tmp_path / "pair.nc")
     xr.testing.assert_identical(xr.load_dataset(tmp_path / "pair.nc"), pair)
 
@@ -52,21 +54,21 @@ def test_the_pair_survives_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({}, "sphere_radius or indenter, found neither"),
-        ({"sphere_radius": 3}, "found neither"),
+        ({}, "one of sphere_radius, indenter, found none"),
+        ({"sphere_radius": 3000}, "one of materials, contact_modulus, young_modulus, found none"),
         ({"sphere_radius": -3, "contact_modulus": 1}, "positive"),
         ({"sphere_radius": "3 GPa", "contact_modulus": 1}, "nm"),
         ({"sphere_radius": "three", "contact_modulus": 1}, "sphere_radius"),
         ({"sphere_radius": [1, 2], "contact_modulus": 1}, "one positive number"),
         ({"sphere_radius": np.nan, "contact_modulus": 1}, "finite"),
-        ({"sphere_radius": 3, "young_modulus": 75}, "poisson_ratio"),
-        ({"sphere_radius": 3, "young_modulus": 75, "poisson_ratio": 0.7}, "poisson_ratio"),
-        ({"sphere_radius": 3, "young_modulus": (1, 2, 3), "poisson_ratio": 0.2}, "pair"),
-        ({"sphere_radius": 3, "young_modulus": np.inf, "poisson_ratio": 0.2}, "elastic"),
-        ({"sphere_radius": 3, "contact_modulus": 1, "young_modulus": 2}, "found both"),
-        ({"sphere_radius": 3, "contact_modulus": 1, "surface_energy": -1}, ">= 0"),
+        ({"sphere_radius": 3000, "young_modulus": 75}, "poisson_ratio"),
+        ({"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.7}, "poisson_ratio"),
+        ({"sphere_radius": 3000, "young_modulus": (1, 2, 3), "poisson_ratio": 0.2}, "pair"),
+        ({"sphere_radius": 3000, "young_modulus": np.inf, "poisson_ratio": 0.2}, "elastic"),
+        ({"sphere_radius": 3000, "contact_modulus": 1, "young_modulus": 2}, "found contact_modulus and young_modulus"),
+        ({"sphere_radius": 3000, "contact_modulus": 1, "surface_energy": -1}, ">= 0"),
         (
-            {"sphere_radius": 3, "contact_modulus": 1, "surface_energy": 1, "work_of_adhesion": 1},
+            {"sphere_radius": 3000, "contact_modulus": 1, "surface_energy": 1, "work_of_adhesion": 1},
             "found both",
         ),
     ],
@@ -74,3 +76,118 @@ def test_the_pair_survives_a_file(tmp_path):
 def test_bad_pairs_are_refused_in_words(options, says):
     with pytest.raises(ValueError, match=says):
         assign_pair(scan(np.zeros((4, 4))), **options)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"sphere_radius": 3e-6}, "3e-06 is 3e-06 nm, which no body has"),
+        ({"sphere_radius": 3e12}, "which no body has"),
+        ({"sphere_radius": "um"}, "expected a number with its units such as '3 nm', found 'um'"),
+        ({"sphere_radius": 9}, r"9 nm is 0.92 pixels of 9.77 nm: expected more than one"),
+        ({"young_modulus": 70e9}, "young_modulus: 70000000000.0 is 7e.10 GPa, which no body has"),
+        ({"contact_modulus": 40e9}, "contact_modulus: .* which no body has"),
+        ({"work_of_adhesion": 100}, "work_of_adhesion: 100 is 100 J m-2, which no body has"),
+        ({"surface_energy": 50}, "surface_energy: 50 is 100 J m-2 of work_of_adhesion, which no body has"),
+        ({"materials": "glass/cheese"}, "one or two of glass, .* found 'glass/cheese'"),
+        ({"materials": "glass/glass/glass"}, "one or two of"),
+    ],
+)
+def test_what_no_body_has_is_refused(options, says):
+    with pytest.raises(ValueError, match=says):
+        _assigned(options)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"sphere_radius": 30},
+        {"sphere_radius": "3 cm"},
+        {"young_modulus": 2000},
+        {"contact_modulus": 1e-8},
+        {"work_of_adhesion": 10},
+        {"work_of_adhesion": 1e-7},
+    ],
+)
+def test_what_is_hardly_meant_is_questioned(options):
+    with pytest.warns(ImplausiblePair) as found:
+        _assigned(options)
+    assert found[0].filename == __file__
+    assert next(iter(options)) in str(found[0].message)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"sphere_radius": 500},
+        {"young_modulus": (np.inf, 1e-6)},
+        {"work_of_adhesion": 0},
+        {"work_of_adhesion": "50 mJ/m^2"},
+        {"materials": "silicon"},
+    ],
+)
+def test_what_is_plausible_is_taken_without_a_word(options):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        _assigned(options)
+
+
+def _assigned(options):
+    ways = {"young_modulus", "contact_modulus", "materials"} & set(options)
+    modulus = {} if ways else {"contact_modulus": 40}
+    poisson = {"poisson_ratio": 0.3} if "young_modulus" in options else {}
+    return assign_pair(scan(np.zeros((4, 4))), **{"sphere_radius": 3000, **modulus, **poisson, **options})
+
+
+def test_named_materials_are_those_of_their_sources():
+    flat = scan(np.zeros((4, 4)))
+    named = assign_pair(flat, sphere_radius=3000, materials=("Silicon", "polystyrene"), work_of_adhesion=0.1)
+    by_hand = assign_pair(
+        flat, sphere_radius=3000, young_modulus=(130, 2.8), poisson_ratio=(0.28, 0.33), work_of_adhesion=0.1
+    )
+    assert float(named.contact_modulus) == float(by_hand.contact_modulus)
+    assert float(named.work_of_adhesion) == 0.1
+    assert "work_of_adhesion" not in assign_pair(flat, sphere_radius=3000, materials="silicon/glass").coords
+
+
+@pytest.mark.parametrize(
+    ("names", "twice_the_surface_energy"),
+    [("polystyrene", 2 * 0.033), ("ptfe", 2 * 0.0183)],  # measured; Israelachvili, table 13.2
+)
+def test_van_der_waals_work_of_adhesion_is_near_twice_the_measured_surface_energy(names, twice_the_surface_energy):
+    pair = assign_pair(scan(np.zeros((4, 4))), sphere_radius=3000, materials=names)
+    assert float(pair.work_of_adhesion) == pytest.approx(twice_the_surface_energy, rel=0.05)
+
+
+def _probe():
+    """Return a scan of a probe's face as the microscope draws it, from its corner, lopsided."""
+    x, y = np.arange(61) * 10.0 + 5, np.arange(51) * 10.0 + 5
+    height = 40.0 - (x[:, None] - 205) ** 2 / 2000 - (y - 285) ** 2 / 1000
+    height[20, 28 + 10] += 3.0  # a bump 100 nm above the apex in the picture
+    axes = {"x": ("x", x, {"units": "nm"}), "y": ("y", y, {"units": "nm"})}
+    return xr.Dataset({"height": (("x", "y"), height, {"units": "nm"})}, axes)
+
+
+def test_a_scan_of_a_probe_faces_the_surface_with_its_top_at_the_contact_centre():
+    pair = assign_pair(scan(np.zeros((4, 4))), indenter=_probe(), contact_modulus=40)
+    x, y, height = indenter_map(pair)
+    assert height[np.ix_(x == 0, y == 0)].item() == height.max() == 40.0
+    assert np.all(np.diff(x) > 0) and np.all(np.diff(y) > 0)
+    across = height[x == 0].ravel()
+    excess = across - (40.0 - y**2 / 1000)
+    assert y[excess.argmax()] == -100.0  # turned over about the x axis
+    assert (x[0], x[-1]) == (-200.0, 400.0)
+
+
+def test_a_map_counted_from_its_corner_is_refused_with_what_to_do():
+    with pytest.raises(
+        ValueError, match=r"counted from the contact centre, found x from 5 to 605 nm; give the whole scan"
+    ):
+        assign_pair(scan(np.zeros((4, 4))), indenter=_probe().height, contact_modulus=40)
+
+
+def test_a_probe_with_missing_pixels_is_refused():
+    probe = _probe()
+    probe["height"][3, 3] = np.nan
+    with pytest.raises(ValueError, match="1 missing pixels"):
+        assign_pair(scan(np.zeros((4, 4))), indenter=probe, contact_modulus=40)

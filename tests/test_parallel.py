@@ -9,6 +9,8 @@ import xarray as xr
 
 from roughxr.contact.elastic import direct
 from roughxr.jobs import lazy as parallel
+from roughxr.jobs import run as loop
+from roughxr.jobs.checkpoint import Checkpoint
 from roughxr.jobs.progress import Progress
 
 from .surfaces import glass_pair, rough, scan
@@ -54,7 +56,7 @@ def test_the_dearest_windows_come_first(surface):
     class Noted:
         def array(self, work):
             self.work = work
-            return np.zeros((len(work.arguments), *work.shape))
+            return np.zeros(len(work.arguments), work.dtype)
 
         def finish(self, ds):
             return ds
@@ -92,3 +94,71 @@ def test_a_bar_on_a_terminal_and_lines_elsewhere(monkeypatch):
         "70/100 subregions, 2 /s, 14 s left, 2 failed",
     ]
     assert "\r" not in lines.getvalue()
+
+
+#: What the tests' task returns: numbers of several kinds, and an array.
+RECORD = np.dtype([("total", float), ("size", int), ("large", bool), ("part", float, (2, 3))])
+
+
+def record(part, factor):
+    return np.array((part.sum() * factor, part.size, part.size > 4, part[:2, :3] * factor), dtype=RECORD)
+
+
+def records_of(array, lazy=True):
+    return parallel.spread(record, [(array[k:],) for k in range(5)], RECORD, 2.0, lazy=lazy)
+
+
+def check_records(found, array):
+    expected = np.stack([record(array[k:], 2.0) for k in range(5)])
+    assert found.dtype == RECORD and found.shape == (5,)
+    for name in RECORD.names:
+        part = found[name]
+        assert part.dtype == RECORD[name].base
+        np.testing.assert_array_equal(part, expected[name])
+
+
+@pytest.mark.parametrize("scheduler", SCHEDULERS)
+@pytest.mark.parametrize("lazy", [True, False])
+def test_results_may_be_records(scheduler, lazy):
+    """Of numbers, flags and arrays; each field keeps its type, also where it is lazy."""
+    array = np.random.default_rng(0).standard_normal((8, 4))
+    with dask.config.set(scheduler=scheduler):
+        found = records_of(array, lazy)
+        assert bool(dask.is_dask_collection(found)) == lazy
+        check_records(found, array)
+        check_records(found.compute() if lazy else found, array)
+
+
+@pytest.mark.parametrize("in_memory", [0, 2**24])
+def test_records_are_kept_by_a_run(tmp_path, monkeypatch, in_memory):
+    """In memory, or read from the checkpoint."""
+    monkeypatch.setattr(loop, "_IN_MEMORY", in_memory)
+    array = np.random.default_rng(0).standard_normal((8, 4))
+    kept = Checkpoint(tmp_path / "run.nc")
+    for _ in range(2):
+        with parallel.kept_by(loop._Keeper(kept, progress=False)):
+            found = records_of(array)
+        assert bool(dask.is_dask_collection(found)) == (in_memory == 0)
+        with dask.config.set(scheduler="synchronous"):
+            check_records(found, array)
+    kept.close(remove=True)
+
+
+def test_a_lazy_result_may_be_an_array_of_records():
+    """As of a task that computes many at once."""
+    array = np.ones((8, 4))
+    arguments = [(array,), (array,)]
+    found = parallel.spread(many, arguments, np.dtype((RECORD, (3,))), 2.0).reshape(-1)
+    assert found["part"].shape == (6, 2, 3)
+    np.testing.assert_array_equal(found["total"].compute(), 64.0)
+
+
+def many(part, factor):
+    return np.array([record(part, factor)] * 3)
+
+
+@pytest.mark.parametrize("lazy", [True, False])
+def test_other_results_than_were_told_are_refused(lazy):
+    """Rather than stretched over the array."""
+    with pytest.raises(TypeError, match=r"expected a result of .*\(3,\).*, found one of .*\(1,\)"):
+        np.asarray(parallel.spread(total, [(np.ones((2, 2)),)], (3,), 2.0, lazy=lazy))

@@ -339,7 +339,7 @@ def test_a_failed_tile_is_named_by_its_subregions(tmp_path):
     from roughxr.jobs.run import _Keeper
 
     kept = checkpoint.Checkpoint(tmp_path / "run.nc")
-    work = Work(fails_at_the_second, [(0,), (1,)], (10, 1), ([],), each=10)
+    work = Work(fails_at_the_second, [(0,), (1,)], np.dtype((float, (10, 1))), ([],), each=10)
     with (
         dask.config.set(scheduler="synchronous"),
         pytest.raises(
@@ -385,7 +385,7 @@ def test_a_checkpoint_is_not_readable_by_chance(tmp_path):
     result[0, 0] = np.nan
     kept.put("stage", 5, result)
     assert kept.kept("stage") == [range(5, 7)]
-    np.testing.assert_array_equal(kept.get("stage", 5, (2, 3)), result)
+    np.testing.assert_array_equal(kept.get("stage", 5, np.dtype((float, (3,)))), result)
     kept.close(remove=True)
     assert not list(tmp_path.iterdir())
 
@@ -394,7 +394,9 @@ def test_a_solve_is_known_by_all_that_it_depends_on():
     array = np.arange(12.0).reshape(3, 4)
 
     def key(shift=0.0, flag=True, rows=slice(0, 3), shared=array, shape=(2,)):
-        return key_of(Work(_note, [(1.0, flag, rows), (2.0 + shift, None, "text")], shape, (shared, [array])))
+        return key_of(
+            Work(_note, [(1.0, flag, rows), (2.0 + shift, None, "text")], np.dtype((float, shape)), (shared, [array]))
+        )
 
     others = [{"shift": 1e-15}, {"flag": False}, {"rows": slice(0, 2)}, {"shape": (3,)}]
     others += [{"shared": array + np.eye(3, 4) * 1e-15}, {"shared": array.T}, {"shared": array.astype("f4")}]

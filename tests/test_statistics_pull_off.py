@@ -7,8 +7,9 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.contact.adhesion import adhesive, elastic_pull_off
+from roughxr.contact.adhesion import adhesive
 from roughxr.contact.elastic import direct
+from roughxr.contact.estimates import elastic_pull_off
 from roughxr.contact.superposition import superpose
 from roughxr.statistics import bootstrap, fit, pdf, pull_off, reduction, summary
 

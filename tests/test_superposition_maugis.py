@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 from roughxr.catalogue import asperities
-from roughxr.contact.adhesion import tabor
+from roughxr.contact.estimates import tabor
 from roughxr.contact.maps import pull_off_map
 from roughxr.contact.superposition import superpose
 from roughxr.kernels.asperity import force_curves as branches

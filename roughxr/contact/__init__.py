@@ -1,1 +1,15 @@
-"""Contact of an indenter with a scan or its asperities: a labelled Dataset in, a labelled Dataset out."""
+"""Contact of an indenter with a scan or its asperities: a labelled Dataset in, a labelled Dataset out.
+
+A Dataset is read once on the way down and made once on the way up; what differs between kinds of contact lies between.
+
+problem         scan, pair and options -> plain numbers, and the surface at each contact centre
+records         what a solver returns of one centre -> the labelled Dataset of all
+elastic         `direct`: the half space without adhesion, at displacements or loads
+adhesion        `adhesive`: the half space with adhesion, through loading and retraction
+superposition   `superpose`: the sum of single asperities
+maps            `pull_off_map`: the exact pull-off of that sum, up to every pixel
+estimates       `elastic_pull_off`, `tabor`: what costs next to nothing
+
+A new kind of contact is one new file: a layout of what it returns, a function ``(surface, problem, layout, options) ->
+record``, and a public verb that reads its options and calls `records.solve`.
+"""

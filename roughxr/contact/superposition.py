@@ -15,18 +15,20 @@ from .. import regions, schema
 from ..catalogue import asperities, later
 from ..jobs import lazy as parallel
 from ..kernels.asperity import superposition as sums
-from ..kernels.asperity.laws import LAWS as _LAWS
+from ..kernels.asperity.laws import LAWS as KERNEL_LAWS
 from ..kernels.asperity.laws import Law, asperities_scales
 from ..kernels.asperity.laws import law as read_law
 from ..kernels.halfspace.separation import PROFILES
 from ..units import positive
+from .problem import DATUMS
+from .records import Layout, labelled
 
 #: Laws that adhere, and all.
 ADHESIVE = ("jkr", "maugis")
 LAWS = (*ADHESIVE, "hertz")
 
 #: Formulations of adhesion on an elliptic asperity, of the law "jkr".
-FORMULATIONS = _LAWS[1:]
+FORMULATIONS = KERNEL_LAWS[1:]
 
 #: The formulation that is the default, and the one whose ellipses "maugis" has: what may be named beside it.
 _DEFAULT, _OF_MAUGIS = "energy", "self_similar"
@@ -34,8 +36,15 @@ _DEFAULT, _OF_MAUGIS = "energy", "self_similar"
 #: z₀ unless it is given, nm.
 _DISTANCE = 0.3
 
-_COUNTS = ("contacts", "contacts_beyond_patch", "contacts_overlapping")
-_VARIABLES = ("force", "contact_area", *_COUNTS, "truncated")
+_STATES = {
+    "force": float,
+    "contact_area": float,
+    "contacts": int,
+    "contacts_beyond_patch": int,
+    "contacts_overlapping": int,
+    "truncated": bool,
+}
+_EVENTS = {"excluded_asperities": int}
 
 
 class Options(NamedTuple):
@@ -139,10 +148,12 @@ def superpose(
     lazy = parallel.is_lazy(ds)
     later_on = lazy and kind == "scan"
     field = dask.delayed(catalogue_field)(later(ds), options) if later_on else catalogue_field(ds, options)
-    centres = zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist())
-    shape, when = (len(_VARIABLES) + 1, options.deltas.size), {"lazy": lazy, "progress": progress}
-    packed = parallel.spread(_superpose, list(centres), shape, field, options, **when)
-    out = _labelled(packed, ds, positions, options)
+    layout = Layout({"delta": options.deltas}, _STATES, _EVENTS)
+    centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
+    when = {"lazy": lazy, "progress": progress}
+    records = parallel.spread(_superpose, centres, layout.dtype, field, options, layout, **when)
+    out = labelled(records, layout, ds, positions)
+    out["excluded_asperities"] = out["excluded_asperities"].variable[0]
     named = law_of(law, formulation, options)
     out.attrs = {"datum": datum, "method": "superpose", **named}
     arguments = {"subregions": subregions, **named, "datum": datum, "profile": profile}
@@ -153,7 +164,7 @@ def superpose(
 def options_of(ds, delta, law, formulation, equilibrium_distance, datum, profile) -> Options:
     """Return what every task needs to know, or say what is wrong with it."""
     distance = _checked(law, formulation, equilibrium_distance)
-    schema.one_of(datum, ("highest_peak", "first_contact"), "datum")
+    schema.one_of(datum, DATUMS, "datum")
     schema.one_of(profile, PROFILES, "profile")
     if "indenter_height" in ds:
         raise ValueError("expected a sphere (assign_pair with sphere_radius), found an indenter's map; use direct")
@@ -226,21 +237,14 @@ def _spacing(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return cKDTree(points, **quickly_made).query(points, k=[2])[0][:, 0]
 
 
-def _superpose(x: float, y: float, prepared: tuple, options: Options) -> np.ndarray:
-    """Sum one subregion's sweep; return (variables and the number of excluded asperities, delta)."""
+def _superpose(x: float, y: float, prepared: tuple, options: Options, layout: Layout) -> np.ndarray:
+    """Sum one subregion's sweep."""
     field, patch_radius, excluded = prepared
     offset = sums.offsets(field, x, y, options.radius, options.profile)
     zero = offset.min() if options.first_contact and offset.size else 0.0
-    branch = options.kernel_law().branch
-    summed = sums.superpose(options.deltas + zero, field, offset, patch_radius, branch)
-    return np.vstack([summed, np.full(options.deltas.size, float(excluded))])
-
-
-def _labelled(packed, ds: xr.Dataset, positions: xr.Dataset, options: Options) -> xr.Dataset:
-    found = {name: packed[:, k] for k, name in enumerate(_VARIABLES)}
-    found |= {name: found[name].astype(int) for name in _COUNTS}
-    found["truncated"] = found["truncated"] > 0
-    out = {name: (("subregion", "delta"), values) for name, values in found.items()}
-    out["excluded_asperities"] = (), packed[0, -1, 0].astype(int)
-    pair = {name: ds[name] for name in schema.PAIR if name in ds.coords}
-    return schema.label(xr.Dataset(out, {**positions.coords, **pair, "delta": options.deltas}))
+    summed = sums.superpose(options.deltas + zero, field, offset, patch_radius, options.kernel_law().branch)
+    record = layout.blank()
+    for name, values in zip(_STATES, summed):
+        record[name] = values
+    record["excluded_asperities"] = excluded
+    return record

@@ -84,15 +84,16 @@ class Checkpoint:
 
     def put(self, stage: str, first: int, result: np.ndarray) -> None:
         """Keep the results of one batch of items, ``first`` and those behind it: once this returns, they are safe."""
-        data = zlib.compress(np.ascontiguousarray(result, dtype="<f8"), _LEVEL)
+        plain = np.ascontiguousarray(result, dtype=result.dtype.newbyteorder("<"))
+        data = zlib.compress(plain.view(np.uint8), _LEVEL)
         row = (stage, first, len(result), _hash(data), data)
         self._write("INSERT OR REPLACE INTO batches VALUES (?, ?, ?, ?, ?)", row)
 
-    def get(self, stage: str, first: int, shape: tuple[int, ...]) -> np.ndarray:
-        """Return the results of one batch."""
+    def get(self, stage: str, first: int, dtype: np.dtype) -> np.ndarray:
+        """Return the results of one batch, each of one type."""
         query = "SELECT data FROM batches WHERE stage = ? AND first = ?"
         (data,) = self._connection.execute(query, (stage, first)).fetchone()
-        return np.frombuffer(zlib.decompress(data), dtype="<f8").reshape(shape).astype(float)
+        return np.frombuffer(zlib.decompress(data), dtype.newbyteorder("<")).astype(dtype.base)
 
     def kept(self, stage: str) -> list[range]:
         """Return the batches whose results are there and whole, in order; damaged ones are thrown away."""

@@ -89,7 +89,7 @@ class _Queue:
     def __init__(self, work: Work, items: Sequence[int], cores: int, serving: float):
         self.order = deque(_dearest_first(items, work.cost))
         self.waiting, self.losses, self.turn = set(items), {}, cores * serving
-        self.most, self.cores, self.total = max(_BYTES // (8 * max(int(np.prod(work.shape)), 1)), 1), cores, len(items)
+        self.most, self.cores, self.total = max(_BYTES // max(work.dtype.itemsize, 1), 1), cores, len(items)
         self.seconds: deque[float] = deque(maxlen=_TIMED)
         self.last: set[int] = set()  # items at their last try: nothing else is computed meanwhile
 
@@ -154,12 +154,12 @@ class _Outcome(NamedTuple):
     failure: Failure | None
 
 
-def _attempt(task: Callable, arguments: list[tuple], shape: tuple[int, ...], *shared: Any) -> _Outcome:
+def _attempt(task: Callable, arguments: list[tuple], dtype: np.dtype, *shared: Any) -> _Outcome:
     """Compute one item after the other until one fails."""
-    began, results, failure = time.perf_counter(), [np.empty((0, *shape))], None
+    began, results, failure = time.perf_counter(), [np.empty(0, dtype)], None
     try:
         for item in arguments:
-            results.append(run_batch(task, [item], *shared))
+            results.append(run_batch(task, [item], dtype, *shared))
     except Exception as error:
         if is_interrupt(error):
             raise KeyboardInterrupt from error
@@ -225,7 +225,7 @@ class _Here:
     def submit(self, arguments: list[tuple]) -> futures.Future:
         """Begin a batch and return its future."""
         try:
-            return self.executor.submit(_attempt, self.work.task, arguments, self.work.shape, *self.work.shared)
+            return self.executor.submit(_attempt, self.work.task, arguments, self.work.dtype, *self.work.shared)
         except BrokenProcessPool as error:
             broken = futures.Future()
             broken.set_exception(error)
@@ -286,7 +286,7 @@ class _Cluster:
         """Begin a batch and return its future."""
         self.begun += 1
         options = {"pure": False, "priority": -self.begun}
-        future = self.client.submit(_attempt, self.work.task, arguments, self.work.shape, *self.shared, **options)
+        future = self.client.submit(_attempt, self.work.task, arguments, self.work.dtype, *self.shared, **options)
         self.completed.add(future)
         return future
 

@@ -17,7 +17,7 @@ import xarray as xr
 
 from .executor import Failure, active_client, each_finished
 from .progress import Progress
-from .work import Work, in_memory, run_batch, without_views
+from .work import Work, in_memory, run_batch, stacked, without_views
 
 #: Batches that many tasks are bundled into at most: a scheduler spends about a millisecond on each.
 _MOST_BATCHES = 256
@@ -30,7 +30,7 @@ class Keeper(Protocol):
     """What may stand in for the lazy array: it computes the work its own way, such as with checkpoints."""
 
     def array(self, work: Work) -> Any:
-        """Return the stacked results, a NumPy or dask array of shape (items, *shape)."""
+        """Return the stacked results, a NumPy or dask array along items."""
 
     def finish(self, ds: xr.Dataset) -> xr.Dataset:
         """Return a labelled result ready for use."""
@@ -57,14 +57,14 @@ def is_lazy(ds: xr.Dataset) -> bool:
 def spread(
     task: Callable[..., np.ndarray],
     arguments: Sequence[tuple],
-    shape: tuple[int, ...],
+    dtype: Any,
     *shared: Any,
     cost: Callable[[], np.ndarray] | None = None,
     each: int = 1,
     lazy: bool = True,
     progress: bool = False,
 ) -> Any:
-    """Return the stack of ``task(*arguments[k], *shared)``, each of the given shape.
+    """Return the stack of ``task(*arguments[k], *shared)``, each of the given type.
 
     Parameters
     ----------
@@ -72,8 +72,9 @@ def spread(
         Defined at the top of a module, so that other processes can import it.
     arguments : sequence of tuple
         One per item; dask arrays among them are computed first. Views of one array travel as that array, once.
-    shape : tuple of int
-        Of what one task returns, float64.
+    dtype : dtype or tuple of int
+        Of what one task returns: a record of a structured dtype, an array such as ``np.dtype((record, (3, 4)))``, or
+        the shape of an array of float64.
     *shared
         What all tasks get, sent once.
     cost : callable, optional
@@ -89,18 +90,19 @@ def spread(
     Returns
     -------
     dask.array.Array or ndarray
-        (items, *shape), in chunks of one batch where it is lazy; what `kept_by` puts in its place, where that is in
-        force.
+        Results along items, in chunks of one batch where it is lazy; what `kept_by` puts in its place, where that is
+        in force.
     """
     arguments, shared = without_views(arguments, shared)
-    work = Work(task, arguments, shape, shared, cost, each)
+    dtype = dtype if isinstance(dtype, np.dtype) else np.dtype((float, dtype))
+    work = Work(task, arguments, dtype, shared, cost, each)
     if (keeper := _KEEPER.get()) is not None:
         return keeper.array(work)
     return _lazy(work) if lazy else _now(in_memory(work), progress)
 
 
 def _now(work: Work, progress: bool) -> np.ndarray:
-    results = np.empty((len(work.arguments), *work.shape))
+    results = np.empty(len(work.arguments), work.dtype)
     bar = Progress(len(work.arguments) * work.each, stream=sys.stderr if progress else None)
 
     def receive(batch: range, result: Any) -> None:
@@ -121,17 +123,16 @@ def _lazy(work: Work) -> da.Array:
     parts = []
     for items in work.batches(_MOST_BATCHES):
         name = f"{_KEY}-{dask.base.tokenize(object())}-{len(items) * work.each}"
-        part = _batch(work, items)(*shared, dask_key_name=name)
-        parts.append(da.from_delayed(part, (len(items), *work.shape), dtype=float))
-    return da.concatenate(parts)
+        parts.append((_batch(work, items)(*shared, dask_key_name=name), len(items)))
+    return stacked(parts, work.dtype)
 
 
 def _batch(work: Work, items: range) -> Any:
     """Return the delayed call of one batch, its arguments searched by dask only if there are dask arrays among them."""
     arguments = [work.arguments[k] for k in items]
     if any(dask.is_dask_collection(value) for item in arguments for value in item):
-        return partial(dask.delayed(run_batch, pure=False), work.task, arguments)
-    return dask.delayed(partial(run_batch, work.task, arguments), pure=False, traverse=False)
+        return partial(dask.delayed(run_batch, pure=False), work.task, arguments, work.dtype)
+    return dask.delayed(partial(run_batch, work.task, arguments, work.dtype), pure=False, traverse=False)
 
 
 def finish(ds: xr.Dataset, *, lazy: bool, progress: bool = False) -> xr.Dataset:

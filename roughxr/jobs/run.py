@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import dask
-import dask.array as da
 import numpy as np
 import xarray as xr
 
@@ -24,7 +23,7 @@ from .checkpoint import Checkpoint
 from .executor import Failure, each_finished
 from .fingerprint import identity, key_of, refuse_other
 from .progress import Progress
-from .work import Work, in_memory
+from .work import Work, in_memory, stacked
 
 #: Results beyond so many bytes stay on the disk until the archive is written.
 _IN_MEMORY = 2**24
@@ -165,12 +164,11 @@ class _Keeper:
             self._compute(work, stage, missing)
         elif self.stream is not None:
             print(f"{work.each * len(work.arguments)} subregions, all kept", file=self.stream, flush=True)
-        shapes = {batch.start: (len(batch), *work.shape) for batch in self.checkpoint.kept(stage)}
-        if 8 * len(work.arguments) * int(np.prod(work.shape)) <= _IN_MEMORY:
-            return np.concatenate([self.checkpoint.get(stage, first, shape) for first, shape in shapes.items()])
+        batches = self.checkpoint.kept(stage)
+        if len(work.arguments) * work.dtype.itemsize <= _IN_MEMORY:
+            return np.concatenate([self.checkpoint.get(stage, batch.start, work.dtype) for batch in batches])
         read = dask.delayed(self.checkpoint.get, pure=False)
-        parts = [da.from_delayed(read(stage, first, shape), shape, dtype=float) for first, shape in shapes.items()]
-        return da.concatenate(parts)
+        return stacked([(read(stage, batch.start, work.dtype), len(batch)) for batch in batches], work.dtype)
 
     def _compute(self, work: Work, stage: str, missing: list[int]) -> None:
         total, left = (work.each * n for n in (len(work.arguments), len(missing)))

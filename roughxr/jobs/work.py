@@ -9,15 +9,16 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import dask
+import dask.array as da
 import numpy as np
 
 
 class Work(NamedTuple):
-    """Many independent tasks ``task(*arguments[k], *shared)``, each returning a float64 array of one shape."""
+    """Many independent tasks ``task(*arguments[k], *shared)``, each returning an array of one type."""
 
     task: Callable[..., np.ndarray]  # at the top of a module, so that other processes can import it
     arguments: Sequence[tuple]  # one per item
-    shape: tuple[int, ...]  # of what one task returns
+    dtype: np.dtype  # of what one task returns: a record, or a subarray as in ``np.dtype((float, (3, 4)))``
     shared: tuple  # what all tasks get, sent once
     cost: Callable[[], np.ndarray] | None = None  # per item, in any unit: the dearest are begun first
     each: int = 1  # subregions in one item
@@ -53,7 +54,7 @@ def without_views(arguments: Sequence[tuple], shared: tuple) -> tuple[list[tuple
     return plain, (*shared, [owner for _, owner in owners.values()])
 
 
-def run_batch(task: Callable[..., np.ndarray], arguments: list[tuple], *shared: Any) -> np.ndarray:
+def run_batch(task: Callable[..., np.ndarray], arguments: list[tuple], dtype: np.dtype, *shared: Any) -> np.ndarray:
     """Return the stacked results of one batch."""
     *shared, owners = shared
 
@@ -62,7 +63,13 @@ def run_batch(task: Callable[..., np.ndarray], arguments: list[tuple], *shared: 
             return value
         return np.ndarray(value.shape, owners[value.n].dtype, _buffer(owners[value.n]), value.offset, value.strides)
 
-    return np.stack([task(*map(restored, items), *shared) for items in arguments])
+    out = np.empty(len(arguments), dtype)
+    for k, items in enumerate(arguments):
+        result = task(*map(restored, items), *shared)
+        if (result.dtype, result.shape) != (dtype.base, dtype.shape):
+            raise TypeError(f"expected a result of {dtype}, found one of {np.dtype((result.dtype, result.shape))}")
+        out[k] = result
+    return out
 
 
 def _buffer(owner: np.ndarray) -> np.ndarray:
@@ -76,3 +83,8 @@ def in_memory(work: Work) -> Work:
         return work
     arguments, shared = dask.compute(list(work.arguments), work.shared)
     return work._replace(arguments=arguments, shared=shared)
+
+
+def stacked(batches: Sequence[tuple[Any, int]], dtype: np.dtype) -> da.Array:
+    """Return what delayed batches of so many results give as one lazy array."""
+    return da.concatenate([da.from_delayed(batch, (count, *dtype.shape), dtype=dtype.base) for batch, count in batches])

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..disk import whole
+from ..disk import as_characters, uninterrupted, whole
 from ..schema import pixel, validate
 from .channel import optional
 
@@ -47,12 +47,12 @@ def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     """
     scan = validate(ds, "scan").drop_encoding()
     scan = scan.assign_attrs(Conventions="CF-1.11")
-    encoding = {
+    encoding = as_characters(scan) | {
         name: {"chunksizes": tuple(min(_CHUNK, n) for n in scan[name].shape), "fletcher32": True}
         for name in ("x", "y", "height")
     }
     encoding["height"]["_FillValue"] = np.nan
-    with whole(path) as temporary:
+    with whole(path) as temporary, uninterrupted():
         scan.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
     return Path(path)
 

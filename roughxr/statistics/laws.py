@@ -114,11 +114,11 @@ def fit(
 
 
 def _labelled(out: xr.Dataset, ds: xr.Dataset, name: str, size: int) -> xr.Dataset:
-    units = ds[name].attrs.get("units", "1")
-    for variable in out.data_vars:
-        own = variable in ("location", "scale")
-        out[variable].attrs = {"units": units if own else "1", "long_name": str(variable).replace("_", " ")}
-    return out.assign_attrs(variable=name, samples=size, missing="NaN where a law has no place for the samples")
+    for own in ("location", "scale"):
+        out[own].attrs["units"] = ds[name].attrs.get("units", "1")
+    return schema.label(out).assign_attrs(
+        variable=name, samples=size, missing="NaN where a law has no place for the samples"
+    )
 
 
 def law_density(fits: xr.Dataset, law: str, points: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from .. import schema
-from ..contact.adhesion import elastic_pull_off
+from ..contact.estimates import elastic_pull_off
 
 
 def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = 2.0) -> xr.Dataset:

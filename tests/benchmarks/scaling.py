@@ -91,7 +91,7 @@ class Bare:
     def array(self, work):
         """Return the results, one after the other."""
         began = time.perf_counter()
-        results = [run_batch(work.task, [items], *work.shared) for items in work.arguments]
+        results = [run_batch(work.task, [items], work.dtype, *work.shared) for items in work.arguments]
         self.seconds = time.perf_counter() - began
         return np.concatenate(results)
 
@@ -205,7 +205,7 @@ def dispatch(batches=2000):
     """Return the seconds that a batch of nothing takes to a local cluster and back, scheduler included."""
     from distributed import Client, LocalCluster
 
-    work = Work(_nothing, [], (8,), ([],))
+    work = Work(_nothing, [], np.dtype((float, (8,))), ([],))
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster):
         with gather._pool(work, batches) as pool:
             running = {pool.submit([(k,)]): k for k in range(50)}
@@ -222,7 +222,10 @@ def dispatch(batches=2000):
 def estimate(seconds_each, dispatched, kept, machines=100, cores=32, subregions=1e6):
     """Print what many subregions cost on many machines, in as many batches as a run would send."""
     queue = gather._Queue(
-        Work(_nothing, [], (8, HEAVY.size), ()), range(int(subregions)), machines * cores, gather._Cluster.serving
+        Work(_nothing, [], np.dtype((float, (8, HEAVY.size))), ()),
+        range(int(subregions)),
+        machines * cores,
+        gather._Cluster.serving,
     )
     queue.seconds.append(seconds_each)
     sizes = []

@@ -1,0 +1,163 @@
+"""Estimates that cost next to nothing: the pull-off that an elastic sweep implies, and the limit of adhesion."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from ..catalogue import asperities
+from ..kernels.asperity import maugis
+from ..units import positive
+
+#: P″ of a paraboloid is half of P′ over the depth. Where an elastic sweep curves by less than half of that (a flat
+#: top, or the mesh's noise) the estimate divides by next to nothing and is left out.
+_LEAST_CURVATURE = 0.25
+
+
+def elastic_pull_off(ds: xr.Dataset, *, smoothing: Any = 2.0) -> xr.Dataset:
+    """Estimate the pull-off from an adhesionless sweep alone.
+
+    Adhesion moves each state of force P, area A and displacement δ₁ to δ = δ₁ − √(2wA′/P″) and
+    P − P′ (δ₁ − δ), derivatives with respect to δ₁: the energy of adhesion wA against the
+    elastic energy of a rigid withdrawal. Exact for a sphere. Derivatives are those of cubics (P) and
+    parabolas (A) in the root of the depth, fitted to the sweep near each displacement.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A solution of `direct` along ``delta``, of at least eight displacements, with a work of adhesion.
+    smoothing : number or quantity
+        Half-width of the fits, nm; at least three displacements to either side are taken.
+
+    Returns
+    -------
+    Dataset
+        ``pull_off_force`` (nN) and ``pull_off_delta`` (nm) along subregion, NaN where nothing is in contact;
+        ``bracketed`` is False where the largest pull stands at an end of the sweep.
+
+    Raises
+    ------
+    ValueError
+        If ``ds`` is no such sweep, or has adhesion already, or no work of adhesion is assigned.
+
+    See Also
+    --------
+    pull_off : the same by method="ciavarella".
+
+    References
+    ----------
+    Ciavarella, arXiv 1712.05844.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> sweep = scan.contact.direct(delta=np.arange(0, 17, 0.25), subregions=([312.5], [937.5]))
+    >>> bool(elastic_pull_off(sweep).pull_off_force > 0)
+    True
+    """
+    if not all(name in ds and "delta" in ds[name].dims for name in ("force", "contact_area")):
+        found = ", ".join(map(str, ds.variables))
+        raise ValueError(f"expected a sweep with 'force' and 'contact_area' along 'delta', found variables: {found}")
+    (w,) = schema.pair(ds, "work_of_adhesion")
+    if ds.attrs.get("method") == "adhesive" or ds.attrs.get("law") in ("jkr", "maugis"):
+        raise ValueError("expected a sweep without adhesion (of direct, or law='hertz'), found one with; take pull_off")
+    if ds.sizes["delta"] < 8:
+        raise ValueError(f"delta: expected a sweep of at least eight displacements, found {ds.sizes['delta']}")
+    moved = xr.apply_ufunc(
+        _lowest_pull,
+        ds["force"],
+        ds["contact_area"],
+        input_core_dims=[["delta"], ["delta"]],
+        output_core_dims=[["event"]],
+        kwargs={"delta": ds["delta"].values, "w": w, "half": positive(smoothing, "nm", "smoothing")},
+        vectorize=True,
+        dask="parallelized",
+        output_dtypes=[float],
+        dask_gufunc_kwargs={"output_sizes": {"event": 3}, "allow_rechunk": True},
+    )
+    out = xr.Dataset({name: moved[..., k] for k, name in enumerate(("pull_off_force", "pull_off_delta", "bracketed"))})
+    out["bracketed"] = out["bracketed"] == 1
+    out.attrs = {"datum": ds.attrs.get("datum", ""), "method": "elastic_pull_off"}
+    return schema.record(schema.label(out), "elastic_pull_off", ds, smoothing=smoothing)
+
+
+def _lowest_pull(force, area, *, delta, w, half):
+    """Return (largest pull, its displacement, whether it lies inside the sweep)."""
+    touched = force > 0
+    if touched.sum() < 8:
+        return np.full(3, np.nan)
+    delta, force, area = delta[touched], force[touched], area[touched]
+    root = _roots(delta, force)
+    derivatives = np.array([_derivatives(root, force, area, k, half) for k in range(delta.size)])
+    growth, first, second = derivatives.T
+    possible = (growth > 0) & (second > _LEAST_CURVATURE * first / root**2)
+    if not possible.any():
+        return np.full(3, np.nan)
+    drop = np.sqrt(2 * w * growth[possible] / second[possible])
+    pull = first[possible] * drop - force[possible]
+    k = int(np.argmax(pull))
+    inside = 0 < k < pull.size - 1
+    return np.array([pull[k], delta[possible][k] - drop[k], inside]) if pull[k] > 0 else np.full(3, np.nan)
+
+
+def _derivatives(root, force, area, k, half):
+    """Return A′, P′ and P″ at the k-th displacement, by fits in the root of the depth: a sphere's P is its cube."""
+    depth, s = root**2, root[k]
+    offset = np.abs(depth - depth[k])
+    near = offset <= max(half, np.sort(offset)[min(6, root.size - 1)])
+    cubic = np.polynomial.polynomial.polyfit(root[near] - s, force[near], 3)
+    parabola = np.polynomial.polynomial.polyfit(root[near] - s, area[near], 2)
+    return parabola[1] / (2 * s), cubic[1] / (2 * s), (2 * cubic[2] - cubic[1] / s) / (4 * s * s)
+
+
+def _roots(delta, force):
+    """Return √(δ − first touch), the touch found from force^{2/3}, straight for a sphere, at the first two states."""
+    first, second = force[:2] ** (2 / 3)
+    before = np.clip(first / (second - first), 1e-3, 1.0) if second > first else 1e-3
+    return np.sqrt(delta - delta[0] + before * (delta[1] - delta[0]))
+
+
+def tabor(ds: xr.Dataset, *, equilibrium_distance: Any = 0.3) -> xr.Dataset:
+    """Return the catalogue with Tabor's parameter of each asperity under the assigned sphere.
+
+    Above about 5 the Griffith limit (JKR) holds, below about 0.1 the limit of long range (DMT).
+
+    Parameters
+    ----------
+    ds : Dataset
+        An asperity catalogue, or a scan (its asperities are then found with the default patch), with an assigned pair
+        and work of adhesion.
+    equilibrium_distance : number or quantity
+        z₀ of the interatomic potential, nm.
+
+    Returns
+    -------
+    Dataset
+        With ``tabor_parameter`` along asperity, (R w²/(E*² z₀³))^{1/3} with R of the asperity and the
+        sphere together; NaN for a saddle.
+
+    References
+    ----------
+    Tabor, J. Colloid Interface Sci. 58, 2 (1977).
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> tabor(scan.contact.asperities()).tabor_parameter.dims
+    ('asperity',)
+    """
+    ds = schema.validate(ds, "asperities") if "asperity" in ds.dims else asperities(ds)
+    radius, modulus, w = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion")
+    z0 = positive(equilibrium_distance, "nm", "equilibrium_distance")
+    A, B = (0.5 * (ds[name].values + 1 / radius) for name in ("curvature_min", "curvature_max"))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        parameter = np.where(A > 0, maugis.tabor(A, B, modulus, w, z0), np.nan)
+    out = ds.assign(tabor_parameter=("asperity", parameter))
+    return schema.record(schema.label(out), "tabor", ds, equilibrium_distance=z0)

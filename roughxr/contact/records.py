@@ -1,0 +1,162 @@
+"""On the way up: what a solver returns of each contact centre, and the labelled Dataset made of all of them.
+
+A solver fills one record of a structured dtype: states along the steps of the solve, events of the whole centre, and
+fields on the window around it. All records together are one array, computed or lazy, whose parts become variables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from .. import regions, schema
+from ..jobs import lazy as parallel
+from ..kernels.halfspace.products import surface_displacement
+from .problem import Place, Problem, Surface, places, surface_at
+
+#: What is kept on the window around a centre where fields are asked for.
+FIELDS = ("pressure", "displacement", "gap")
+
+
+class Layout(NamedTuple):
+    """What a record holds."""
+
+    axes: Mapping[str, Any]  # dimension -> its coordinate, of the states
+    states: Mapping[str, type]
+    events: Mapping[str, type] = {}
+    window: tuple[int, int] | None = None  # cells of the full window, where fields are kept
+
+    @property
+    def dtype(self) -> np.dtype:
+        """The structured dtype of a record."""
+        along = tuple(len(values) for values in self.axes.values())
+        parts = [(name, kind, along) for name, kind in self.states.items()]
+        parts += [(name, kind) for name, kind in self.events.items()]
+        parts += [(name, float, (*along, *self.window)) for name in FIELDS if self.window]
+        return np.dtype(parts)
+
+    def blank(self) -> np.ndarray:
+        """Return a record in which every number is missing, every count 0 and every flag False."""
+        record = np.zeros((), self.dtype)
+        for name in self.dtype.names:
+            if self.dtype[name].base.kind == "f":
+                record[name] = np.nan
+        return record
+
+    def dims(self, name: str) -> tuple[str, ...]:
+        """Return the dimensions of a part after ``subregion``."""
+        if name in self.events:
+            return ()
+        return (*self.axes, "x", "y") if name in FIELDS else tuple(self.axes)
+
+
+def solve(
+    solver: Any,
+    ds: xr.Dataset,
+    problem: Problem,
+    layout: Layout,
+    options: Any,
+    *,
+    positions: xr.Dataset,
+    reach: float,
+    fields: bool = False,
+    cost: Any = None,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Solve a problem at every contact centre and label what comes back.
+
+    Parameters
+    ----------
+    solver : callable
+        ``solver(surface, problem, layout, options)`` returns a filled `Layout.blank` record. At the top of a module,
+        so that other processes can import it.
+    ds : Dataset
+        A valid scan.
+    problem : Problem
+    layout : Layout
+    options : NamedTuple
+        What else the solver needs.
+    positions : Dataset
+        Of `regions.centres`.
+    reach : float
+        Half-width of the windows, nm.
+    fields : bool
+        Keep fields on the windows.
+    cost : callable, optional
+        ``cost(surface, problem)`` tells what a centre costs, in any unit.
+    progress : bool
+
+    Returns
+    -------
+    Dataset
+        Lazy where the scan is; not yet computed otherwise where a run keeps it.
+    """
+    ds, lazy = schema.complete(ds), parallel.is_lazy(ds)
+    found, shape = places(ds, positions, reach)
+    if fields:
+        layout = layout._replace(window=tuple(problem.refine * n for n in shape))
+    records = parallel.spread(
+        _solve_one,
+        found,
+        layout.dtype,
+        solver,
+        problem,
+        layout,
+        options,
+        cost=partial(_costs, found, problem, cost) if cost else None,
+        lazy=lazy,
+        progress=progress,
+    )
+    out = labelled(records, layout, ds, positions)
+    return out.assign_coords(window_axes([place.window for place in found], problem, layout)) if fields else out
+
+
+def _solve_one(height, datum, window, ends, solver, problem, layout, options) -> np.ndarray:
+    """Solve one place; what a task runs."""
+    return solver(surface_at(Place(height, datum, window, ends), problem), problem, layout, options)
+
+
+def _costs(found: list[Place], problem: Problem, cost: Any) -> np.ndarray:
+    return np.array([cost(surface_at(place, problem), problem) for place in found])
+
+
+def labelled(records: Any, layout: Layout, ds: xr.Dataset, positions: xr.Dataset) -> xr.Dataset:
+    """Return the Dataset of an array of records (subregion,), computed or lazy."""
+    out = xr.Dataset({name: (("subregion", *layout.dims(name)), records[name]) for name in layout.dtype.names})
+    pair = {name: ds[name] for name in schema.PAIR if name in ds.coords}
+    return schema.label(out.assign_coords({**layout.axes, **positions.coords, **pair}))
+
+
+def fields_of(pressure: np.ndarray, surface: Surface, deltas: np.ndarray, problem: Problem) -> dict[str, np.ndarray]:
+    """Return pressure (GPa), displacement and gap (nm) of the states at ``deltas`` (nm below the datum)."""
+    displacement = surface_displacement(pressure, problem.dx, problem.contact_modulus)
+    gap = displacement + surface.separation - deltas[..., None, None]
+    return {
+        "pressure": pressure,
+        "displacement": displacement,
+        "gap": np.where(np.isfinite(surface.separation), gap, np.nan),
+    }
+
+
+def put_fields(record: np.ndarray, surface: Surface, found: Mapping[str, np.ndarray]) -> None:
+    """Write fields of the solved cells into a record's full windows; what lies beyond the scan stays missing."""
+    (i, j), (rows, columns) = surface.corner, surface.separation.shape
+    for name, values in found.items():
+        record[name][..., i : i + rows, j : j + columns] = values
+
+
+def window_axes(windows: list[regions.Window], problem: Problem, layout: Layout) -> dict:
+    """Return x, y from the contact centre; where centres lie unequally within their pixels, how far each is off."""
+    half = 0.5 * (problem.pixel - problem.dx)  # from a pixel's centre to its first cell's
+    origins = np.array([window.origin for window in windows]) - half
+    alike = np.ptp(origins, axis=0).max() < 1e-6 * problem.dx
+    common = origins[0] if alike else np.round(origins[0] / problem.pixel) * problem.pixel - half
+    axes = {axis: common[k] + problem.dx * np.arange(layout.window[k]) for k, axis in enumerate("xy")}
+    if alike:
+        return axes
+    shifts = origins - common
+    return axes | {f"subpixel_{axis}": ("subregion", shifts[:, k]) for k, axis in enumerate("xy")}

@@ -1,0 +1,82 @@
+"""The way down and up that all kinds of contact share: problem, places, surfaces, records."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from roughxr import adhesive, assign_pair, direct, schema
+from roughxr.contact import problem as down
+from roughxr.contact import records as up
+
+PAIR = {"contact_modulus": 40.0, "work_of_adhesion": 0.5}
+
+
+def flat(size=41, dx=10.0):
+    axis = (np.arange(size) - size // 2) * dx
+    height = (("x", "y"), np.zeros((size, size)), {"units": "nm"})
+    return schema.label(xr.Dataset({"height": height}, coords={"x": axis, "y": axis}))
+
+
+def sphere_map(radius, half, dx=10.0):
+    axis = np.arange(-half, half + dx / 2, dx)
+    r2 = axis[:, None] ** 2 + axis**2
+    return xr.DataArray(np.sqrt(radius**2 - r2), dims=("x", "y"), coords={"x": axis, "y": axis}, attrs={"units": "nm"})
+
+
+@pytest.mark.parametrize("kind", ["direct", "adhesive"])
+def test_a_missing_pixel_anywhere_on_a_lazy_scan_stops_the_solve(kind):
+    scan = assign_pair(flat(), sphere_radius=1000.0, **PAIR)
+    scan["height"][0, 0] = np.nan
+    solve = {"direct": direct, "adhesive": adhesive}[kind]
+    for chunks in (10, 41):
+        lazy = solve(scan.chunk(chunks), delta=[2.0], datum="highest_peak", subregions=([0.0], [0.0]))
+        with pytest.raises(ValueError, match="missing pixels"):
+            lazy.compute()
+
+
+def test_contact_at_the_rim_of_a_map_is_truncated():
+    scan = flat()
+    pairs = {half: assign_pair(scan, indenter=sphere_map(1000.0, half), **PAIR) for half in (60, 150)}
+    solved = {half: direct(pair, delta=[1.0, 6.0]) for half, pair in pairs.items()}
+    assert solved[60].truncated.values.tolist() == [[False, True]]  # the map ends 1.8 nm above its lowest point
+    assert not solved[150].truncated.any()
+    np.testing.assert_allclose(solved[60].force[0, 0], solved[150].force[0, 0], rtol=1e-12)
+    assert solved[60].force[0, 1] < 0.99 * solved[150].force[0, 1]  # part of the contact is missing
+
+
+def test_a_map_of_a_sphere_presses_as_the_sphere_does():
+    scan = flat()
+    of_map = direct(assign_pair(scan, indenter=sphere_map(1000.0, 150), **PAIR), delta=[6.0])
+    of_sphere = direct(assign_pair(scan, sphere_radius=1000.0, **PAIR), delta=[6.0])
+    np.testing.assert_allclose(of_map.force, of_sphere.force, rtol=1e-9)
+
+
+@pytest.mark.parametrize("wrong", [2.7, -5, 0, True, "many"])
+@pytest.mark.parametrize("solve", [direct, adhesive])
+def test_iterations_are_whole_numbers(solve, wrong):
+    scan = assign_pair(flat(), sphere_radius=1000.0, **PAIR)
+    with pytest.raises(ValueError, match="max_iterations: expected a whole number of at least 1"):
+        solve(scan, delta=[2.0], max_iterations=wrong)
+
+
+def test_refined_cells_lie_within_their_pixels_and_keep_linear_heights():
+    pixels = np.add.outer(np.arange(6.0), 2 * np.arange(7.0))
+    fine = down.refined(pixels, 3)
+    assert fine.shape == (18, 21)
+    np.testing.assert_allclose(fine.reshape(6, 3, 7, 3).mean((1, 3))[1:-1, 1:-1], pixels[1:-1, 1:-1], atol=1e-12)
+
+
+def test_a_blank_record_says_nothing():
+    layout = up.Layout({"delta": [1.0, 2.0]}, {"force": float, "converged": bool}, {"complete": bool}, window=(3, 4))
+    record = layout.blank()
+    assert np.isnan(record["force"]).all() and np.isnan(record["gap"]).all() and record["gap"].shape == (2, 3, 4)
+    assert not record["converged"].any() and not record["complete"]
+    assert layout.dims("gap") == ("delta", "x", "y") and layout.dims("complete") == ()
+
+
+def test_reach_holds_all_that_lies_below_a_depth():
+    heights = sphere_map(1000.0, 150)
+    of_map = down.Indenter(np.nan, 0, (heights.x.values, heights.y.values, heights.values))
+    of_sphere = down.Indenter(1000.0, 0, None)
+    assert abs(of_map.reach(5.0) - of_sphere.reach(5.0)) <= 10.0
+    assert of_map.reach(np.inf) == 150.0 and of_map.reach(-1.0) == 0.0 and of_sphere.reach(-1.0) == 0.0

@@ -1,0 +1,65 @@
+"""The door: what is no map of heights is refused before anything is computed with it."""
+
+import dask.array as da
+import numpy as np
+import pytest
+import xarray as xr
+
+from roughxr import level, roughness, schema
+from roughxr.catalogue import asperities
+from roughxr.contact.elastic import direct
+from roughxr.contact.superposition import superpose
+
+from .surfaces import glass_pair, rough, scan
+
+N = 48
+
+
+@pytest.mark.parametrize("kind", [bool, complex, object, str, "timedelta64[ns]", "datetime64[ns]"])
+@pytest.mark.parametrize("lazy", [False, True])
+def test_heights_that_are_no_real_numbers_are_refused(kind, lazy):
+    surface = glass_pair(scan(rough(N, seed=2)))
+    values = surface["height"].values.astype(int).astype(kind)
+    wrong = surface.assign(height=(("x", "y"), values, {"units": "nm"}))
+    wrong = wrong.chunk(x=20) if lazy else wrong
+    calls = [level, roughness, asperities]
+    calls += [lambda ds: direct(ds, delta=[5.0]), lambda ds: superpose(ds, delta=[5.0])]
+    for call in calls:
+        with pytest.raises(ValueError, match="height: expected real numbers, found values of type"):
+            call(wrong)
+
+
+@pytest.mark.parametrize("kind", ["int16", "float32", "uint8", ">f4"])
+def test_heights_of_any_real_type_are_taken(kind):
+    whole = np.round(rough(N, rms=40.0, seed=2))
+    whole -= whole.min()  # squares are beyond what small integers hold
+    assert 180 < whole.max() < 256
+    surface = scan(whole)
+    typed = surface.assign(height=(("x", "y"), whole.astype(kind), {"units": "nm"}))
+    expected = roughness(surface, spectra=False)
+    xr.testing.assert_allclose(roughness(typed, spectra=False), expected, rtol=1e-5)
+
+
+def test_a_lazy_masked_array_means_what_one_in_memory_does():
+    height = rough(N, seed=2)
+    mask = np.zeros(height.shape, bool)
+    mask[20:23, 30:32] = True
+    masked = np.ma.masked_array(np.where(mask, -9999.0, height), mask)
+    here = scan(height).assign(height=(("x", "y"), masked, {"units": "nm"}))
+    later = here.assign(height=(("x", "y"), da.from_array(masked, chunks=16), {"units": "nm"}))
+    xr.testing.assert_allclose(roughness(later).compute(), roughness(here))
+    xr.testing.assert_allclose(level(later).compute(), level(here), atol=1e-9)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize("lazy", [False, True])
+def test_a_complete_scan_is_asked_for_in_memory_at_once_and_of_a_lazy_one_by_every_chunk(value, lazy):
+    height = rough(N, seed=2)
+    height[40, 40] = value
+    surface = scan(height).chunk(x=16, y=16) if lazy else scan(height)
+    with pytest.raises(ValueError, match="1 missing pixels of"):
+        schema.complete(surface)["height"].values  # noqa: B018
+    if lazy:
+        np.testing.assert_array_equal(schema.complete(surface)["height"][:16, :16].values, height[:16, :16])
+        with pytest.raises(ValueError, match="missing pixels"):
+            schema.complete(surface)["height"].max().compute()
