@@ -20,6 +20,7 @@ import numpy as np
 import xarray as xr
 
 from ..schema import pixel, validate
+from .parts import taker
 
 #: Part of the mean square curvature that shorter waves may hold.
 _REST = 0.05
@@ -60,7 +61,8 @@ def shortest_wavelength(ds: xr.Dataset) -> float:
 
 def later(height: da.Array, steps: tuple[float, float]) -> Any:
     """Return `shortest_wavelength` of lazy heights as a dask task that is still to be computed."""
-    spectra = [dask.delayed(spectrum, pure=False)(height[part]) for part in parts(height.shape)]
+    take, transform = taker(height, apart=True), dask.delayed(spectrum, pure=False)
+    spectra = [transform(take(part)) for part in parts(height.shape)]
     return dask.delayed(wavelength, pure=False)(spectra, steps)
 
 
