@@ -19,6 +19,7 @@ import xarray as xr
 from . import figures, regions, report, schema
 from .catalogue import asperities
 from .contact.elastic import direct
+from .contact.problem import default_deltas, indenter_of
 from .contact.superposition import superpose
 from .disk import whole
 from .jobs.run import checkpointed
@@ -204,29 +205,13 @@ def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None) -> Pl
     Plan
     """
     ds = schema.validate(scan, "scan")
-    deepest = _useful_depth(ds, regions.centres(ds, subregions))
-    deltas = np.round(np.linspace(deepest / 16, deepest, 16), 3)
+    deltas = default_deltas(ds, regions.centres(ds, subregions), indenter_of(ds), "highest_peak")
+    deepest = deltas[-1]
     if delta is not None:
         deltas = schema.ascending(delta, "nm", "delta")
         deepest = max(deepest, deltas[-1])
     sweep = np.round(np.linspace(-0.25 * deepest, deepest, 401), 4)
     return Plan(subregions, deltas, sweep, float(deltas[-1]), patch=5, vertex="fitted")
-
-
-def _useful_depth(ds: xr.Dataset, positions: xr.Dataset) -> float:
-    """Return twice the median depth (nm) at which the sphere first touches, over the centres."""
-    (radius,) = schema.pair(ds, "sphere_radius")
-    height = schema.finite(ds["height"].values)
-    found, _ = regions.windows(ds, positions, min(np.sqrt(2 * radius * np.ptp(height)), radius))
-    pixel = schema.pixel(ds)
-    touches = [_touch(height, window, pixel, radius) for window in found]
-    return max(2 * float(np.median(touches)), float(height.std()))
-
-
-def _touch(height: np.ndarray, window: regions.Window, pixel: tuple[float, float], radius: float) -> float:
-    part = height[window.rows, window.columns]
-    x, y = (o + d * (m + np.arange(n)) for o, d, m, n in zip(window.origin, pixel, window.missing, part.shape))
-    return float((height.max() - part + (x[:, None] ** 2 + y[None, :] ** 2) / (2 * radius)).min())
 
 
 def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str, xr.Dataset]:
