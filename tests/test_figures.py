@@ -18,7 +18,7 @@ from roughxr import figures, regions, schema
 from roughxr.asperities import asperities
 from roughxr.direct import direct
 from roughxr.figures.forces import hertz_error, jkr_sphere, mean_ratio
-from roughxr.figures.style import display_unit, superscripts
+from roughxr.figures.style import display_unit, styled, superscripts
 from roughxr.materials import assign_pair
 from roughxr.reconstruction import reconstruct
 from roughxr.statistics import bootstrap, compare, debris, pull_off
@@ -306,3 +306,18 @@ def test_titles_tell_what_this_run_shows(run):
     assert "one place" not in titles["figure-07"] and "9 places" in titles["figure-07"]
     assert "1 of 9" in titles["figure-11"].replace("\n", " ")
     assert "8 of 9" in titles["figure-14"].replace("\n", " ")
+
+
+def test_only_the_settings_of_the_figure_itself_are_taken_back():
+    """What choosing a backend sets while a figure is drawn has to stay."""
+
+    @styled
+    def drawn(ax=None):
+        matplotlib.rcParams["savefig.dpi"] = 123.0
+        matplotlib.rcParams["font.size"] = 99.0
+        return figures.scan_map(_surface(), ax=ax)
+
+    with matplotlib.rc_context():
+        size = matplotlib.rcParams["font.size"]
+        drawn()
+        assert (matplotlib.rcParams["savefig.dpi"], matplotlib.rcParams["font.size"]) == (123.0, size)
