@@ -18,7 +18,8 @@ from .adhesive import adhesive, elastic_pull_off, tabor
 from .analysis import paper, run
 from .asperities import asperities
 from .direct import direct
-from .exports import to_resuspension, to_table
+from .exports import table, to_resuspension, to_table
+from .figures import plot
 from .materials import assign_pair, contact_modulus, gilman_surface_energy
 from .parallel import compute
 from .pull_off_map import pull_off_map
@@ -72,6 +73,7 @@ __all__ = [
     "open_scan",
     "paper",
     "pdf",
+    "plot",
     "power_spectrum",
     "pull_off",
     "pull_off_map",
@@ -89,6 +91,7 @@ __all__ = [
     "summary",
     "superpose",
     "synthetic",
+    "table",
     "tabor",
     "tip_flags",
     "to_gsf",
