@@ -139,8 +139,8 @@ def table(ds: xr.Dataset) -> pd.DataFrame:
     Examples
     --------
     >>> import roughxr
-    >>> table(roughxr.roughness(roughxr.open_sample("glass"))).loc["s_q"].tolist()
-    [1.89..., 'nm', 'root mean square height S_q']
+    >>> table(roughxr.roughness(roughxr.open_sample("glass"))).loc["s_q", ["units", "meaning"]].tolist()
+    ['nm', 'root mean square height S_q']
     """
     scalars = {str(name): array for name, array in ds.data_vars.items() if array.ndim == 0}
     if not scalars:
