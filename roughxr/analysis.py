@@ -236,7 +236,7 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
         "scan": scan.assign_attrs(input_sha256=schema.height_hash(scan)),
         "asperities": catalogue,
         "reconstruction": reconstruct(scan, catalogue),
-        "statistics/roughness": roughness(scan),
+        "statistics/roughness": roughness(scan, spectra=True),
     }
     options = {"subregions": plan.subregions, "progress": progress}
     say(f"direct simulation, {plan.direct_deltas.size} displacements at {_count(scan, plan)} places")

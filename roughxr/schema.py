@@ -250,7 +250,22 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
                 f"{name}: expected real numbers, found values of type {ds[name].dtype}; "
                 f"if numbers are meant, convert them, for example ds[{name!r}].astype(float)"
             )
+    if kind == "asperities":
+        _refuse_twins(ds)
     return _validated_scan(ds) if kind == "scan" else ds
+
+
+def _refuse_twins(ds: xr.Dataset) -> None:
+    """Say how many asperities a catalogue holds twice: each would press twice."""
+    if not {"x", "y"} <= set(ds.coords) or ds.chunks:
+        return
+    places = np.column_stack([np.asarray(ds[name].values, dtype=float) for name in ("x", "y", "height")])
+    twins = len(places) - len(np.unique(places, axis=0))
+    if twins:
+        raise ValueError(
+            f"asperities: expected each once, found {twins} of {len(places)} at the place and height of another; "
+            "make the catalogue anew, or put parts of it together that do not overlap"
+        )
 
 
 def _validated_scan(ds: xr.Dataset) -> xr.Dataset:

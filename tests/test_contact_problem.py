@@ -85,12 +85,12 @@ def test_reach_holds_all_that_lies_below_a_depth():
 
 
 def test_default_displacements_suit_the_scan():
-    """Whatever the heights' scale, most places are touched by half of the default displacements and pressed by the last."""
+    """Whatever the heights' scale, half of the displacements touch half of the places, and the last touches all."""
     for rms in (0.5, 20.0):
         surface = glass_pair(scan(rough(96, rms=rms)))
         solved = direct(surface, subregions=(4, 4))
         touched = (solved.force > 0).mean("subregion")
-        assert solved.sizes["delta"] == 16 and float(touched[-1]) >= 0.9 and float(touched[8]) >= 0.5
+        assert solved.sizes["delta"] == 16 and float(touched[-1]) == 1.0 and float(touched[8]) >= 0.5
     with pytest.raises(ValueError, match="heights are not loaded"):
         direct(surface.chunk(48))
 
@@ -104,15 +104,15 @@ def test_a_superposition_knows_its_exact_pull_off_whatever_its_displacements():
         np.testing.assert_array_equal(pull_off(found).pull_off_delta, exact.pull_off_delta)
     sweep = superpose(surface, subregions=(4, 4))
     assert (sweep.delta[0] < exact.pull_off_delta).all() and (exact.pull_off_delta < sweep.delta[-1]).all()
-    by_steps = pull_off(sweep, method="sweep").pull_off_force
-    assert (by_steps <= exact.pull_off_force * (1 + 1e-12)).all() and float(
-        (by_steps / exact.pull_off_force).min()
-    ) > 0.9
+    part = pull_off(sweep, method="sweep").pull_off_force / exact.pull_off_force
+    assert float(part.max()) <= 1 + 1e-12 and float(part.min()) > 0.9
 
 
 def test_what_speaks_for_some_places_says_so():
     surface = glass_pair(scan(rough(96)))
-    short = superpose(surface, delta=[-1.0, 0.0, 1.0], subregions=(4, 4))
+    found = superpose(surface, subregions=(4, 4))
+    middle = float(found.pull_off_delta.median())
+    short = superpose(surface, delta=[middle - 2.0, middle - 1.0], subregions=(4, 4))
     with pytest.warns(UserWarning, match="too short for .* of 16 places"):
         by_steps = pull_off(short, method="sweep")
     with pytest.warns(UserWarning, match=r"statistics of \d+ of 16 samples, the others are missing"):

@@ -54,8 +54,8 @@ def direct(
     ds : Dataset
         A scan with square pixels and an assigned pair.
     delta : array_like, optional
-        Displacements, nm, ascending; by default 16 up to where a place of median height is pressed as deep as it
-        lies below the highest peak.
+        Displacements, nm, ascending; by default 16 up to where every place is touched, and one of median
+        height pressed as deep as it lies below the highest peak.
     load : array_like, optional
         Forces, nN, positive and ascending, in place of ``delta``; the displacement is then found.
     subregions : (int, int), (array, array) or Dataset, optional

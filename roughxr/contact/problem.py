@@ -103,21 +103,17 @@ def indenter_of(ds: xr.Dataset, profile: str = "sphere") -> Indenter:
     return Indenter(radius, PROFILES[profile], found)
 
 
-def default_deltas(
-    ds: xr.Dataset, positions: xr.Dataset, indenter: Indenter, datum: str, count: int = 16
-) -> np.ndarray:
-    """Return displacements, nm, that suit the scan: evenly up to where most centres are pressed well beyond touch.
+def default_deltas(ds: xr.Dataset, positions: xr.Dataset, indenter: Indenter, datum: str) -> np.ndarray:
+    """Return displacements, nm, that suit the scan: evenly up to where every centre is touched, most of them pressed.
 
-    From the highest peak, up to twice the median depth at which the indenter first touches; from first contact, as far
-    beyond it. Both at least by the heights' standard deviation.
+    From the highest peak, up to twice the median depth at which the indenter first touches, and to a fifth beyond the
+    deepest; from first contact, as far as the median lies below the peak. At least by the heights' standard deviation.
     """
     if is_lazy(ds):
-        raise ValueError(
-            "delta: expected displacements in nm, since the heights are not loaded; or load them (ds.load())"
-        )
-    spread = float(ds["height"].values.std())
-    touch = float(np.median(first_touches(ds, positions, indenter)))
-    last = max(2 * touch if datum == "highest_peak" else touch, spread)
+        raise ValueError(NOT_LOADED)
+    touches, spread = first_touches(ds, positions, indenter), float(ds["height"].values.std())
+    middle = float(np.median(touches))
+    last = max(2 * middle, 1.2 * float(touches.max()), spread) if datum == "highest_peak" else max(middle, spread)
     return np.round(np.linspace(last / _COUNT, last, _COUNT), 3) if last > 0 else np.linspace(1 / _COUNT, 1, _COUNT)
 
 

@@ -21,6 +21,7 @@ from .maps import (
 )
 from .overview_figure import overview
 from .paper import paper_figures
+from .plot import plot, plot_array
 from .rose import orientation_rose
 from .saving import save
 from .sensitivity_figure import tornado
@@ -44,6 +45,8 @@ __all__ = [
     "orientation_rose",
     "overview",
     "paper_figures",
+    "plot",
+    "plot_array",
     "pressure_on_topography",
     "save",
     "scan_map",
