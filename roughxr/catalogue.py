@@ -5,9 +5,10 @@ The catalogue remembers what superposition needs of its scan: the datum, the out
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable
 from itertools import accumulate
-from typing import Any
+from typing import Any, NamedTuple
 
 import dask
 import dask.array as da
@@ -17,10 +18,26 @@ import xarray as xr
 from . import regions, schema
 from .kernels.asperity.ellipse import shape
 from .kernels.jit import kernel
-from .kernels.topography.tile_stitching import Found, Frame, join_tiles, search_tile
+from .kernels.topography.tile_stitching import HALO, Found, Frame, Tile, join_tiles, search_finer, search_tile
+from .scans import wavelength
+from .units import is_whole, positive
 
 #: Pixels along a side of a tile at least: rims and tasks of smaller ones would cost more than their heights.
 _SIDE = 256
+
+#: Pixels along a side of the paper's patch.
+PAPER_PATCH = 5
+
+#: Widest patch that suits, as a part of the shortest wave: on half of it, a paraboloid takes a sine's curvature to be
+#: 9 % less than it is, and on the whole of it 40 % less.
+_OF_A_WAVE = 0.5
+
+#: Pixels along a side of a patch, at least and at most, and how many times finer they are made where the scan's are
+#: too coarse: by "auto", which leaves a scan alone that does not resolve its own waves, and at most.
+_FEWEST, _MOST, _FINEST, _LIMIT = 3, 31, 3, 16
+
+#: What a paraboloid may leave of the heights, as a part of the spread of all summits, before it is none.
+POOR_FIT = 0.2
 
 #: Variables of a catalogue that the fit gives by these very names.
 _FITTED = (
@@ -35,20 +52,44 @@ _FITTED = (
 )
 
 
-def asperities(ds: xr.Dataset, *, patch: int = 5, vertex: str = "fitted") -> xr.Dataset:
+class _Asked(NamedTuple):
+    """A scan's pixels, and what its asperities are to be fitted with."""
+
+    shape: tuple[int, int]
+    pixel: tuple[float, float]  # nm
+    patch: Any  # "auto", pixels (int) or nm (float)
+    vertex: str
+
+
+class _Setup(NamedTuple):
+    """What all tiles share."""
+
+    frame: Frame  # on the finer pixels
+    refine: int  # how many times finer than the scan's these are
+    shortest: float | None  # wavelength, nm
+
+
+def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -> xr.Dataset:
     """Return the catalogue of a scan's asperities.
 
     A peak is a pixel, or a plateau of equal pixels, higher than all its neighbours; a plateau is one peak.
-    Its paraboloid is the least-squares fit to the ``patch`` × ``patch`` pixels around it.
+    Its paraboloid is the least-squares fit to a square patch around it.
+
+    A paraboloid tells the summit's curvature only where the patch is no wider than half of the shortest wave that makes
+    the summit: on one of two waves it is several times too flat, and with it the asperity's pull too strong.
 
     Parameters
     ----------
     ds : Dataset
         A scan. A lazy one is read now, since only then the number of asperities is known: tile by tile, each chunk
-        once, with the same result to the last bit. Beside the catalogue, what is held at a time is a tile for each
-        of dask's threads, and the heights near the seams between tiles and around flat tops that reach across one.
-    patch : int
-        Pixels along a side of the fitted patch, odd, at least 3.
+        once, with the same result to the last bit; with ``patch="auto"`` parts of it once more, before. Beside the
+        catalogue, what is held at a time is a tile for each of dask's threads, and the heights near the seams between
+        tiles and around flat tops that reach across one.
+    patch : "auto", "paper", int or length
+        Side of the fitted patch. "auto" is half of the `shortest_wavelength`: so many pixels, odd, 3 to 31; where
+        that is less than three pixels, the heights are splined to two or three points in each, and peaks are sought
+        and fitted on these, 3 × 3. "paper" is 5 × 5 pixels; a whole number, odd, at least 3, so many; a length ("15 nm")
+        what comes nearest to it from below.
     vertex : {"fitted", "pixel"}
         Let the fit place the vertex, to a part of a pixel, or hold it at the peak's pixel, as the paper does.
         A free fit that is no summit, or strays beyond one pixel, is replaced by a held one (``vertex_fixed``).
@@ -59,12 +100,20 @@ def asperities(ds: xr.Dataset, *, patch: int = 5, vertex: str = "fitted") -> xr.
         Along ``asperity``: ``height`` of the vertex (nm), principal curvatures ``curvature_min`` ≤
         ``curvature_max`` (nm⁻¹, positive for a peak), ``orientation`` of the flattest direction (rad),
         ``axis_ratio`` λ = b/a of the Hertz ellipse (NaN for a saddle), ``fit_rms`` (nm), ``plateau_size``, the
-        flags ``saddle``, ``edge``, ``vertex_fixed``; coordinates ``x``, ``y`` of the vertex (nm).
+        flags ``saddle``, ``edge``, ``vertex_fixed``; coordinates ``x``, ``y`` of the vertex (nm). The scalar
+        coordinates ``patch_radius`` and, with "auto", ``shortest_wavelength`` (nm) say what the fit rests on; below two
+        pixels the latter means that the scan does not resolve its summits.
 
     Raises
     ------
     ValueError
-        If the scan is not one, has missing pixels, or the patch is even or larger than the scan.
+        If the scan is not one, has missing pixels, or the patch is even, larger than the scan, or a length of less than
+        a fifth of a pixel.
+
+    Warns
+    -----
+    UserWarning
+        If the paraboloid is none: in half of the patches or more it leaves over `POOR_FIT` of the scan's roughness.
 
     References
     ----------
@@ -78,14 +127,19 @@ def asperities(ds: xr.Dataset, *, patch: int = 5, vertex: str = "fitted") -> xr.
     >>> bool((catalogue.curvature_min <= catalogue.curvature_max).all())
     True
     """
-    ds, frame = _prepared(ds, patch, vertex)
-    if ds["height"].chunks:
-        return later(ds, patch=patch, vertex=vertex).compute()
-    found = join_tiles([[search_tile(ds["height"].values, (0, 0), frame)]], frame)
-    return _catalogue(found, _without_maps(ds), frame)
+    ds, asked = _prepared(ds, patch, vertex)
+    height = ds["height"]
+    if height.chunks:
+        out = _later(ds, asked).compute()
+    else:
+        setup = _setup(asked, wavelength.shortest_wavelength(ds) if asked.patch == "auto" else None)
+        out = _catalogue(_searched(height.values, setup), _without_maps(ds), setup)
+    if not (isinstance(patch, str) and patch == "paper"):
+        _warn(out)
+    return out
 
 
-def later(ds: xr.Dataset, *, patch: int = 5, vertex: str = "fitted") -> Any:
+def later(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -> Any:
     """Return `asperities` of a lazy scan as a dask task that is still to be computed.
 
     Parameters
@@ -99,15 +153,34 @@ def later(ds: xr.Dataset, *, patch: int = 5, vertex: str = "fitted") -> Any:
     -------
     dask.delayed.Delayed
     """
-    ds, frame = _prepared(ds, patch, vertex)
-    return dask.delayed(_catalogue)(_searched_later(da.asarray(ds["height"].data), frame), _without_maps(ds), frame)
+    return _later(*_prepared(ds, patch, vertex))
 
 
-def _prepared(ds: xr.Dataset, patch: int, vertex: str) -> tuple[xr.Dataset, Frame]:
+def _prepared(ds: xr.Dataset, patch: Any, vertex: str) -> tuple[xr.Dataset, _Asked]:
     ds = schema.validate(ds, "scan")
-    patch = _patch(ds, patch)
     schema.one_of(vertex, ("fitted", "pixel"), "vertex")
-    return ds, Frame(ds["height"].shape, schema.pixel(ds), patch, vertex)
+    return ds, _Asked(ds["height"].shape, schema.pixel(ds), _patch(ds, patch), vertex)
+
+
+def _setup(asked: _Asked, shortest: float | None) -> _Setup:
+    """Return what the search needs, once the shortest wavelength (nm) is known; None where it was not asked for."""
+    patch = asked.patch
+    if patch == "auto":
+        width = _OF_A_WAVE * shortest if shortest > 0 else _FEWEST * max(asked.pixel)
+        patch = max(width, _FEWEST * max(asked.pixel) / _FINEST)
+    count, refine = (patch, 1) if isinstance(patch, int) else _pixels(patch, asked)
+    shape = tuple(refine * (n - 1) + 1 for n in asked.shape) if refine > 1 else asked.shape
+    frame = Frame(shape, tuple(step / refine for step in asked.pixel), count, asked.vertex)
+    return _Setup(frame, refine, shortest)
+
+
+def _pixels(width: float, asked: _Asked) -> tuple[int, int]:
+    """Return a patch's pixels, and how many times finer these are than the scan's, for a width in nm."""
+    pixels = width / max(asked.pixel) * (1 + 1e-9)
+    if pixels < _FEWEST:
+        return _FEWEST, int(np.ceil(_FEWEST / pixels))
+    most = min(_MOST, *asked.shape)
+    return min(int(pixels) - (int(pixels) + 1) % 2, most - (most + 1) % 2), 1
 
 
 def _without_maps(ds: xr.Dataset) -> xr.Dataset:
@@ -115,13 +188,74 @@ def _without_maps(ds: xr.Dataset) -> xr.Dataset:
     return ds.coords.to_dataset().assign_attrs(ds.attrs)
 
 
-def _searched_later(height: da.Array, frame: Frame) -> Any:
+def _later(ds: xr.Dataset, asked: _Asked) -> Any:
+    height = da.asarray(ds["height"].data)
+    if asked.patch == "auto":
+        setup = dask.delayed(_setup, pure=False)(asked, wavelength.later(height, asked.pixel))
+        return dask.delayed(_catalogue)(_searched_finer_later(height, setup), _without_maps(ds), setup)
+    setup = _setup(asked, None)
+    search = _searched_later if setup.refine == 1 else _searched_finer_later
+    return dask.delayed(_catalogue)(search(height, setup), _without_maps(ds), setup)
+
+
+def _searched_later(height: da.Array, setup: _Setup) -> Any:
     """Return what is found on lazy heights, as one task after those of the tiles."""
+    frame = setup.frame
     sizes = [_joined_sizes(chunks, max(_SIDE, frame.patch)) for chunks in height.chunks]
     x, y = ([0, *accumulate(n)] for n in sizes)
     blocks = height.rechunk(tuple(sizes), method="tasks").to_delayed()
     search, join = (dask.delayed(function, pure=False) for function in (search_tile, join_tiles))
     return join([[search(block, (i, j), frame) for block, j in zip(row, y)] for row, i in zip(blocks, x)], frame)
+
+
+def _searched(height: np.ndarray, setup: _Setup) -> Found:
+    """Return what is found on the heights of a scan."""
+    if setup.refine > 1:
+        return _searched_finer(height, setup)
+    return join_tiles([[search_tile(height, (0, 0), setup.frame)]], setup.frame)
+
+
+def _searched_finer(height: np.ndarray, setup: _Setup) -> Found:
+    """Return what is found on finer pixels, tile by tile: all of them at once would fill the memory."""
+    tiles = [
+        [search_finer(height[part], corner, halo, setup.refine, setup.frame) for part, corner, halo in row]
+        for row in _tiles(height.shape)
+    ]
+    return join_tiles(tiles, setup.frame)
+
+
+def _searched_finer_later(height: da.Array, setup: Any) -> Any:
+    """Return the same of lazy heights, as one task; of ``setup``, too, that is still to be computed."""
+    search, join = (dask.delayed(function, pure=False) for function in (_search_finer, _join))
+    return join(
+        [[search(height[part], corner, halo, setup) for part, corner, halo in row] for row in _tiles(height.shape)],
+        setup,
+    )
+
+
+def _search_finer(height: np.ndarray, corner: tuple, halo: tuple, setup: _Setup) -> Tile:
+    return search_finer(height, corner, halo, setup.refine, setup.frame)
+
+
+def _join(tiles: list[list[Tile]], setup: _Setup) -> Found:
+    return join_tiles(tiles, setup.frame)
+
+
+def _tiles(shape: tuple[int, int]) -> list[list[tuple]]:
+    """Return rows of tiles, the same however a scan is chunked: pixels with their halo, first pixel, and halo."""
+    side = max(_SIDE, _MOST)
+    x, y = ([(i, min(i + side, n) if n - i >= 2 * side else n) for i in _starts(n, side)] for n in shape)
+    return [[_with_halo(shape, (i, j), (ends_x, ends_y)) for j, ends_y in y] for i, ends_x in x]
+
+
+def _starts(n: int, side: int) -> range:
+    return range(0, max(n - side, 0) + 1, side)
+
+
+def _with_halo(shape: tuple[int, int], start: tuple[int, int], stop: tuple[int, int]) -> tuple:
+    halo = tuple((min(HALO, i), min(HALO, n - j)) for i, j, n in zip(start, stop, shape))
+    part = tuple(slice(i - low, j + high) for i, j, (low, high) in zip(start, stop, halo))
+    return part, start, halo
 
 
 def _joined_sizes(chunks: Iterable[int], least: int) -> tuple[int, ...]:
@@ -136,30 +270,82 @@ def _joined_sizes(chunks: Iterable[int], least: int) -> tuple[int, ...]:
     return tuple(out)
 
 
-def _catalogue(found: Found, ds: xr.Dataset, frame: Frame) -> xr.Dataset:
+def _catalogue(found: Found, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
     """Return with labels what is found on a scan; of ``ds``, its heights are not needed."""
-    schema.none_missing(found.missing, frame.shape[0] * frame.shape[1])
+    frame = setup.frame
+    schema.none_missing(found.missing, ds.sizes["x"] * ds.sizes["y"])
     peaks, fit = found.peaks, found.fit
     out = xr.Dataset({name: ("asperity", getattr(fit, name)) for name in _FITTED})
     out["plateau_size"] = "asperity", peaks.size
     out["axis_ratio"] = "asperity", _axis_ratios(fit.curvature_min, fit.curvature_max)
+    places = (
+        ds[axis].values[at // setup.refine] + at % setup.refine * step
+        for axis, at, step in zip("xy", (peaks.ix, peaks.iy), frame.pixel)
+    )
+    x, y = (place + off for place, off in zip(places, (fit.vertex_x, fit.vertex_y)))
     out = out.assign_coords(
         asperity=np.arange(peaks.ix.size),
-        x=("asperity", ds["x"].values[peaks.ix] + fit.vertex_x),
-        y=("asperity", ds["y"].values[peaks.iy] + fit.vertex_y),
+        x=("asperity", x),
+        y=("asperity", y),
         datum_height=found.highest,
         patch_radius=0.5 * frame.patch * max(frame.pixel),
         **dict(zip(regions.EDGES, regions.extent(ds))),
         **{name: ds[name] for name in (*schema.PAIR, "subregion_x", "subregion_y") if name in ds.coords},
     )
-    return schema.record(schema.label(out), "asperities", ds, patch=frame.patch, vertex=frame.vertex)
+    if setup.shortest is not None:
+        out = out.assign_coords(shortest_wavelength=setup.shortest, pixel=max(schema.pixel(ds)))
+    done = {"patch": frame.patch, "refine": setup.refine, "vertex": frame.vertex}
+    return schema.record(schema.label(out), "asperities", ds, **done)
 
 
-def _patch(ds: xr.Dataset, patch: int) -> int:
+def _patch(ds: xr.Dataset, patch: Any) -> Any:
+    """Return "auto", pixels as an int, or nm as a float."""
+    if isinstance(patch, str) and patch in ("auto", "paper"):
+        return "auto" if patch == "auto" else _patch(ds, PAPER_PATCH)
     most = min(ds.sizes["x"], ds.sizes["y"])
-    if not isinstance(patch, (int, np.integer)) or patch % 2 != 1 or not 3 <= patch <= most:
-        raise ValueError(f"patch: expected an odd number of pixels from 3 to {most}, found {patch!r}")
+    if isinstance(patch, str) or hasattr(patch, "units"):
+        finest = _FEWEST * max(schema.pixel(ds)) / _LIMIT
+        if (width := positive(patch, "nm", "patch")) < finest:
+            raise ValueError(
+                f"patch: expected a length of at least {finest:.3g} nm, {_FEWEST}/{_LIMIT} of a pixel, found {patch!r}"
+            )
+        return width
+    if not is_whole(patch) or patch % 2 != 1 or not 3 <= patch <= most:
+        raise ValueError(
+            f"patch: expected 'auto', 'paper', a length such as '15 nm', or an odd number of pixels from 3 to {most}, "
+            f"found {patch!r}"
+        )
     return int(patch)
+
+
+def poorly_fitted(catalogue: xr.Dataset) -> float:
+    """Return the share of asperities whose paraboloid leaves more than `POOR_FIT` of the spread of all their heights.
+
+    Parameters
+    ----------
+    catalogue : Dataset
+        Asperities.
+
+    Returns
+    -------
+    float
+        0 for a catalogue of fewer than ten.
+    """
+    if catalogue.sizes["asperity"] < 10:
+        return 0.0
+    low, high = np.quantile(catalogue["height"].values, (0.16, 0.84))
+    return float((catalogue["fit_rms"].values > POOR_FIT * 0.5 * (high - low)).mean())
+
+
+def _warn(out: xr.Dataset) -> None:
+    share = poorly_fitted(out)
+    if share >= 0.5:
+        warnings.warn(
+            f"patch: {100 * share:.0f} % of the asperities are no paraboloids on a patch of "
+            f"{2 * float(out['patch_radius']):.3g} nm: the fit leaves over {POOR_FIT:g} of the spread of their heights; "
+            "take patch='auto'",
+            stacklevel=3,
+        )
 
 
 @kernel

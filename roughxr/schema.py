@@ -76,6 +76,8 @@ VARIABLES: dict[str, Variable] = {
     "scan_y_min": Variable("nm", "outer edge of the scan", "smallest y"),
     "scan_y_max": Variable("nm", "outer edge of the scan", "largest y"),
     "patch_radius": Variable("nm", "half-width of the fitted patch"),
+    "shortest_wavelength": Variable("nm", "shortest wavelength", "all but 5 % of the mean square curvature is longer"),
+    "pixel": Variable("nm", "pixel size", "the larger of the two"),
     "plateau_size": Variable("1", "pixels of equal height at the peak"),
     "saddle": Variable("1", "the fit is no peak (curvature_min <= 0)"),
     "edge": Variable("1", "the fitted patch is clipped by the scan's edge"),

@@ -1,0 +1,104 @@
+"""The shortest wavelength of a scan: what its pixels, and the patches fitted to its summits, must resolve.
+
+A summit's curvature sums the waves that cross it, each by q² times its amplitude. So it is the mean square curvature,
+
+    ∫ q⁴ C(q) d²q                                     C(q) the power spectrum, as in `spectra`
+
+that tells which waves make the summits: the shortest wavelength is where all but 5 % of it have been summed. A spectrum
+that ends at a cutoff has its shortest wavelength there, within 3 % for Hurst exponents from 0 to 0.9. A scan that
+waves, or is noisy, down to its pixels has a shortest wavelength of about two of them: it does not resolve its summits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import dask
+import dask.array as da
+import numpy as np
+import xarray as xr
+
+from ..schema import pixel, validate
+
+#: Part of the mean square curvature that shorter waves may hold.
+_REST = 0.05
+
+#: Pixels along a side of the parts that are looked at, and how many along each axis at most.
+_SIDE, _PARTS = 256, 4
+
+#: Root mean square of a part's curvature in pixels over its largest height that rounding alone may leave.
+_ROUNDING = 1e-11
+
+
+def shortest_wavelength(ds: xr.Dataset) -> float:
+    """Return the wavelength at which all but 5 % of a scan's mean square curvature have been summed.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan. At most 16 parts of 256 × 256 pixels, spread over it, are looked at; of a lazy one no others are read.
+
+    Returns
+    -------
+    float
+        nm; inf where nothing is curved, NaN where every part has missing pixels.
+
+    Examples
+    --------
+    >>> from roughxr.synthetic import self_affine
+    >>> scan = self_affine((256, 256), 10, rms=1.5, hurst=0.8, rolloff=300, cutoff=60, seed=1)
+    >>> 58 < shortest_wavelength(scan) < 63
+    True
+    """
+    scan = validate(ds, "scan")
+    if scan["height"].chunks:
+        return later(scan["height"].data, pixel(scan)).compute()
+    heights = scan["height"].values
+    return wavelength([spectrum(heights[part]) for part in parts(heights.shape)], pixel(scan))
+
+
+def later(height: da.Array, steps: tuple[float, float]) -> Any:
+    """Return `shortest_wavelength` of lazy heights as a dask task that is still to be computed."""
+    spectra = [dask.delayed(spectrum, pure=False)(height[part]) for part in parts(height.shape)]
+    return dask.delayed(wavelength, pure=False)(spectra, steps)
+
+
+def parts(shape: tuple[int, int]) -> list[tuple[slice, slice]]:
+    """Return the parts of a scan of this shape that are looked at, whatever its chunks are."""
+    sides = [min(_SIDE, n) for n in shape]
+    starts = [
+        np.unique(np.linspace(0, n - side, min(_PARTS, -(-n // side))).astype(int)).tolist()
+        for n, side in zip(shape, sides)
+    ]
+    return [(slice(i, i + sides[0]), slice(j, j + sides[1])) for i in starts[0] for j in starts[1]]
+
+
+def spectrum(height: np.ndarray) -> np.ndarray | None:
+    """Return |h(q)|² (nm²) of a part, its plane taken off, under a Hann window; None where heights are missing."""
+    height = np.asarray(height, dtype=float)
+    if not np.isfinite(height).all():
+        return None
+    largest = np.abs(height).max()
+    x, y = (np.arange(n) - 0.5 * (n - 1) for n in height.shape)
+    height = height - height.mean()
+    tilt_x, tilt_y = (x @ height).sum() / (x @ x * y.size), (height @ y).sum() / (y @ y * x.size)
+    height -= tilt_x * x[:, None] + tilt_y * y[None, :]
+    if np.abs(height).max() <= _ROUNDING * largest:
+        height[:] = 0.0
+    windows = (0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(n) + 0.5) / n) for n in height.shape)
+    return np.abs(np.fft.fft2(height * np.multiply.outer(*windows))) ** 2
+
+
+def wavelength(spectra: Sequence[np.ndarray | None], steps: tuple[float, float]) -> float:
+    """Return the shortest wavelength (nm) that the spectra of a scan's parts show together."""
+    known = [one for one in spectra if one is not None]
+    if not known:
+        return np.nan
+    curved = sum(known)
+    wavenumber = np.hypot(*np.meshgrid(*map(np.fft.fftfreq, curved.shape, steps), indexing="ij"))
+    order = np.argsort(wavenumber, axis=None, kind="stable")
+    summed = np.cumsum((wavenumber**4 * curved).ravel()[order])
+    if not summed[-1] > 0:
+        return np.inf
+    return float(1 / wavenumber.ravel()[order][np.searchsorted(summed, (1 - _REST) * summed[-1])])
