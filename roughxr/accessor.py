@@ -94,7 +94,7 @@ class ContactAccessor:
 
 def _assigned(ds: xr.Dataset) -> list[str]:
     """Return which of the pair's scalars are on a Dataset."""
-    return [name for name in schema.PAIR if name in ds.coords and ds[name].ndim == 0]
+    return [name for name in schema.TRAVELLING if name in ds.coords and ds[name].ndim == 0]
 
 
 def _verbs(accessor: type) -> dict[str, str]:

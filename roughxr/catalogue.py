@@ -290,7 +290,7 @@ def _catalogue(found: Found, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
         datum_height=found.highest,
         patch_radius=0.5 * frame.patch * max(frame.pixel),
         **dict(zip(regions.EDGES, regions.extent(ds))),
-        **{name: ds[name] for name in (*schema.PAIR, "subregion_x", "subregion_y") if name in ds.coords},
+        **{name: ds[name] for name in (*schema.TRAVELLING, "subregion_x", "subregion_y") if name in ds.coords},
     )
     if setup.shortest is not None:
         out = out.assign_coords(shortest_wavelength=setup.shortest, pixel=max(schema.pixel(ds)))
@@ -342,7 +342,7 @@ def _warn(out: xr.Dataset) -> None:
     if share >= 0.5:
         warnings.warn(
             f"patch: {100 * share:.0f} % of the asperities are no paraboloids on a patch of "
-            f"{2 * float(out['patch_radius']):.3g} nm: the fit leaves over {POOR_FIT:g} of the spread of their heights; "
+            f"{2 * float(out['patch_radius']):.3g} nm: it leaves over {POOR_FIT:g} of the spread of their heights; "
             "take patch='auto'",
             stacklevel=3,
         )

@@ -67,7 +67,7 @@ def to_resuspension(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     head = [
         f"adhesion forces, roughxr {__version__}",
         f"smooth sphere's pull-off force: {smooth:.6g} nN",
-        *(f"{schema.axis_label(name)}: {float(ds[name]):.6g}" for name in schema.PAIR if name in ds.coords),
+        *(f"{schema.axis_label(name)}: {float(ds[name]):.6g}" for name in schema.TRAVELLING if name in ds.coords),
         f"places: {steps.attrs['samples']}; where nothing pulls: {steps.attrs['missing']}",
         f"history: {json.dumps([step.get('operation') for step in schema.history(ds)])}",
     ]

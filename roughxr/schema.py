@@ -39,6 +39,7 @@ VARIABLES: dict[str, Variable] = {
     "sphere_radius": Variable("nm", "sphere radius"),
     "contact_modulus": Variable("GPa", "contact modulus E*", "1/E* = (1-nu1^2)/E1 + (1-nu2^2)/E2"),
     "work_of_adhesion": Variable("J m-2", "work of adhesion w", "w = 2 gamma for equal bodies"),
+    "adhesion_range": Variable("nm", "range of adhesion", "length over which the pull falls by e: strength = w/range"),
     "indenter_height": Variable("nm", "indenter height", "points out of the indenter; its maximum touches first"),
     "indenter_x": Variable("nm", "x from the contact centre"),
     "indenter_y": Variable("nm", "y from the contact centre"),
@@ -185,6 +186,9 @@ KINDS: dict[str, dict[str, tuple[str, ...]]] = {
 
 #: Scalar coordinates of a scan once a pair is assigned; they travel into every result and archive.
 PAIR = ("sphere_radius", "contact_modulus", "work_of_adhesion")
+
+#: The same, with what may be assigned beside it.
+TRAVELLING = (*PAIR, "adhesion_range")
 
 
 def attributes(name: str) -> dict[str, str]:

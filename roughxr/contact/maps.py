@@ -131,7 +131,7 @@ def _tile(x: np.ndarray, y: np.ndarray, grid: Any, options: Options, size: int) 
 
 def _labelled(records: Any, ds: xr.Dataset) -> xr.Dataset:
     out = xr.Dataset({name: ("subregion", records[name]) for name in PULL_OFF.names})
-    return out.assign_coords({name: ds[name] for name in schema.PAIR if name in ds.coords})
+    return out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
 
 
 def _on_pixels(out: xr.Dataset, ds: xr.Dataset) -> xr.Dataset:

@@ -123,7 +123,7 @@ def _facts(run: Mapping[str, xr.Dataset]) -> list[tuple[str, str]]:
         ("channel", scan.attrs.get("channel", "")),
         ("size", f"{(x_high - x_low) / 1e3:.4g} × {(y_high - y_low) / 1e3:.4g} µm, {pixels} pixels"),
         ("heights", f"{float(scan['height'].min()):.4g} … {float(scan['height'].max()):.4g} nm".replace("-", "−")),
-        *[_coordinate(scan, name) for name in schema.PAIR if name in scan.coords],
+        *[_coordinate(scan, name) for name in schema.TRAVELLING if name in scan.coords],
         ("places", _places(run)),
         ("checksum of the heights", scan.attrs.get("input_sha256", "")[:16]),
     ]
