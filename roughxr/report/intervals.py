@@ -74,11 +74,11 @@ def _rows(words: str, ds: xr.Dataset, name: str, what: str, size: float, flags: 
         return {}
     rows = {(words, PLACES[0]): _row(ds, name, what, size)}
     if flags is not None and 0 < int(flags.sum()) < flags.size - 1 and flags.size == ds.sizes["subregion"]:
-        rows[words, PLACES[1]] = _row(ds.isel(subregion=np.flatnonzero(~flags.values)), name, what, size)
+        rows[words, PLACES[1]] = _row(ds.isel(subregion=np.flatnonzero(~flags.values)), name, what, size, within=ds)
     return rows
 
 
-def _row(ds: xr.Dataset, name: str, what: str, size: float) -> list[float]:
-    found = statistics.bootstrap(ds, name, statistics=[what]).isel(statistic=0)
+def _row(ds: xr.Dataset, name: str, what: str, size: float, within: xr.Dataset | None = None) -> list[float]:
+    found = statistics.bootstrap(ds, name, statistics=[what], within=within).isel(statistic=0)
     ends = [float(found[end].sel(resampling=way)) / size for way in ("block", "naive") for end in ("low", "high")]
     return [float(found["estimate"]) / size, *ends, float(found["independent_places"].sel(resampling="block"))]
