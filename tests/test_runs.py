@@ -102,7 +102,11 @@ def log(path):
     return archive.load(path)["log"].message.values.tolist()
 
 
-@pytest.mark.parametrize("seed", range(20))
+#: Every fourth kills a worker, every other the parent under threads, every fifth twice: six do each of it.
+KILLS = [*range(6), *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(6, 20))]
+
+
+@pytest.mark.parametrize("seed", KILLS)
 def test_a_run_killed_at_a_random_moment_goes_on(tmp_path, undisturbed, seed):
     """The parent under threads or processes, or one of its workers; some are killed twice."""
     expected, seconds = undisturbed
