@@ -24,7 +24,7 @@ from ..materials import indenter_map
 from ..units import magnitude, positive, whole_number
 
 #: Laws of adhesion.
-LAWS = ("griffith", *cohesion.COHESIVE)
+LAWS = ("griffith", *cohesion.FINITE_RANGE)
 
 BRANCHES = ("loading", "retraction")
 
@@ -281,13 +281,13 @@ def _reach(ds: xr.Dataset, options: _Options) -> float:
     return min(float(reach) + options.pixel, whole)
 
 
-def _law(options: _Options) -> cohesion.Law:
+def _law(options: _Options) -> cohesion.CohesiveLaw:
     """Return the law on unit cells of unit modulus."""
     dx = options.pixel / options.refine
     w = options.work_of_adhesion * dx / options.contact_modulus
     if options.law == "griffith" or w == 0:
         return cohesion.griffith(w)
-    return cohesion.cohesive(options.law, w, options.strength * dx / options.contact_modulus)
+    return cohesion.finite_range(options.law, w, options.strength * dx / options.contact_modulus)
 
 
 def _packed(ds: xr.Dataset, windows: list[regions.Window], options: _Options):
