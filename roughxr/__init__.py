@@ -21,7 +21,8 @@ from .contact.elastic import direct
 from .contact.estimates import elastic_pull_off, tabor
 from .contact.maps import pull_off_map
 from .contact.superposition import superpose
-from .exports import to_resuspension, to_table
+from .exports import table, to_resuspension, to_table
+from .figures import plot
 from .jobs.lazy import compute
 from .jobs.run import checkpointed
 from .materials import assign_pair, contact_modulus, gilman_surface_energy
@@ -74,6 +75,7 @@ __all__ = [
     "open_scan",
     "paper",
     "pdf",
+    "plot",
     "power_spectrum",
     "pull_off",
     "pull_off_map",
@@ -90,6 +92,7 @@ __all__ = [
     "summary",
     "superpose",
     "synthetic",
+    "table",
     "tabor",
     "tip_flags",
     "to_gsf",

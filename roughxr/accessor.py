@@ -1,4 +1,4 @@
-"""``ds.contact``: every verb of the library as a method, nothing more.
+"""``ds.contact``: every verb of the library as a method, nothing more; shown, it says which verbs there are.
 
 Each method is the plain function of the same name with the Dataset as its first argument.
 """
@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import xarray as xr
 
-from . import exports, scans, statistics, tip
+from . import exports, figures, scans, schema, statistics, tip
 from .catalogue import asperities
 from .contact.adhesion import adhesive
 from .contact.elastic import direct
@@ -18,6 +18,7 @@ from .contact.estimates import elastic_pull_off, tabor
 from .contact.maps import pull_off_map
 from .contact.superposition import superpose
 from .materials import assign_pair
+from .parameter_grid import vary
 from .reconstruction import reconstruct
 from .sensitivities import sensitivity
 
@@ -27,7 +28,7 @@ def _method(function: Callable) -> Callable:
 
     @functools.wraps(function)
     def method(self, *arguments, **options):
-        return function(self._ds, *arguments, **options)
+        return function(self._of, *arguments, **options)
 
     return method
 
@@ -37,7 +38,13 @@ class ContactAccessor:
     """Contact mechanics on scans, asperity catalogues and solutions."""
 
     def __init__(self, ds: xr.Dataset):
-        self._ds = ds
+        self._of = ds
+
+    def __repr__(self) -> str:
+        kind = schema.kind_of(self._of) or "Dataset of no kind that roughxr knows"
+        pair = [f"{name} {float(self._of[name]):g} {schema.VARIABLES[name].units}" for name in _assigned(self._of)]
+        lines = [f"<roughxr: {kind}; {', '.join(pair) or 'no pair of bodies assigned'}>"]
+        return "\n".join([*lines, *(f"  .{name:22s}{words}" for name, words in _verbs(type(self)).items())])
 
     # scans
     assign_pair = _method(assign_pair)
@@ -74,8 +81,36 @@ class ContactAccessor:
     reduction = _method(statistics.reduction)
     debris = _method(statistics.debris)
 
+    vary = _method(vary)
+    plot = _method(figures.plot)
+
     # files for others
+    table = _method(exports.table)
     to_gsf = _method(scans.to_gsf)
     to_surfacetopography = _method(scans.to_surfacetopography)
     to_resuspension = _method(exports.to_resuspension)
     to_table = _method(exports.to_table)
+
+
+def _assigned(ds: xr.Dataset) -> list[str]:
+    """Return which of the pair's scalars are on a Dataset."""
+    return [name for name in schema.TRAVELLING if name in ds.coords and ds[name].ndim == 0]
+
+
+def _verbs(accessor: type) -> dict[str, str]:
+    """Return the accessor's verbs with the first sentence of what they say of themselves."""
+    found = {name: value.__doc__ for name, value in vars(accessor).items() if callable(value) and name[0] != "_"}
+    return {name: (words or "").strip().split("\n")[0] for name, words in found.items()}
+
+
+@xr.register_dataarray_accessor("contact")
+class ContactArrayAccessor:
+    """Drawing of a single variable, such as a density."""
+
+    def __init__(self, array: xr.DataArray):
+        self._of = array
+
+    def __repr__(self) -> str:
+        return "\n".join(["<roughxr: a variable>", *(f"  .{k:22s}{v}" for k, v in _verbs(type(self)).items())])
+
+    plot = _method(figures.plot_array)

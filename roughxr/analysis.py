@@ -19,6 +19,7 @@ import xarray as xr
 from . import figures, regions, report, schema
 from .catalogue import asperities
 from .contact.elastic import direct
+from .contact.problem import default_deltas, indenter_of
 from .contact.superposition import superpose
 from .disk import whole
 from .jobs.run import checkpointed
@@ -53,7 +54,7 @@ PAPER_SCAN = {
     "R_a about zero, reconstructed [nm]": 12.880,
     "original - reconstructed, rms [nm]": 0.0034 * 512,
     "peak height, median [nm]": 15.0,
-    "λ, mean": 0.6,
+    "axis ratio b/a, mean": 0.6,
 }
 PAPER_CONTACT = {
     "pull-off, smooth sphere [µN]": 19.1,
@@ -117,7 +118,11 @@ def paper(output: str | Path, *, progress: bool = False) -> dict[str, xr.Dataset
     folder = Path(output)
     groups = _kept(scan, PAPER_PLAN, folder / "paper.nc", progress=progress)
     _show(
-        groups, (report.scan_table(groups, PAPER_SCAN), report.contact_table(groups, PAPER_CONTACT)), folder, progress
+        groups,
+        (report.scan_table(groups, PAPER_SCAN), report.contact_table(groups, PAPER_CONTACT)),
+        folder,
+        progress,
+        figures.paper_figures,
     )
     return groups
 
@@ -139,7 +144,8 @@ def run(
     scan : Dataset
         A scan with an assigned pair.
     output : path
-        A folder for archive, figures and tables, or a file ending in ``.nc`` for the archive alone.
+        A folder for the archive ``run.nc``, figures named by what they show, and tables,
+        or a file ending in ``.nc`` for the archive alone.
     subregions : (int, int), (array, array) or Dataset
         Contact centres, see `regions.centres`.
     delta : array_like, optional
@@ -204,29 +210,13 @@ def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None) -> Pl
     Plan
     """
     ds = schema.validate(scan, "scan")
-    deepest = _useful_depth(ds, regions.centres(ds, subregions))
-    deltas = np.round(np.linspace(deepest / 16, deepest, 16), 3)
+    deltas = default_deltas(ds, regions.centres(ds, subregions), indenter_of(ds), "highest_peak")
+    deepest = deltas[-1]
     if delta is not None:
         deltas = schema.ascending(delta, "nm", "delta")
         deepest = max(deepest, deltas[-1])
     sweep = np.round(np.linspace(-0.25 * deepest, deepest, 401), 4)
     return Plan(subregions, deltas, sweep, float(deltas[-1]), patch=5, vertex="fitted")
-
-
-def _useful_depth(ds: xr.Dataset, positions: xr.Dataset) -> float:
-    """Return twice the median depth (nm) at which the sphere first touches, over the centres."""
-    (radius,) = schema.pair(ds, "sphere_radius")
-    height = schema.finite(ds["height"].values)
-    found, _ = regions.windows(ds, positions, min(np.sqrt(2 * radius * np.ptp(height)), radius))
-    pixel = schema.pixel(ds)
-    touches = [_touch(height, window, pixel, radius) for window in found]
-    return max(2 * float(np.median(touches)), float(height.std()))
-
-
-def _touch(height: np.ndarray, window: regions.Window, pixel: tuple[float, float], radius: float) -> float:
-    part = height[window.rows, window.columns]
-    x, y = (o + d * (m + np.arange(n)) for o, d, m, n in zip(window.origin, pixel, window.missing, part.shape))
-    return float((height.max() - part + (x[:, None] ** 2 + y[None, :] ** 2) / (2 * radius)).min())
 
 
 def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str, xr.Dataset]:
@@ -251,7 +241,7 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
         "scan": scan.assign_attrs(input_sha256=schema.height_hash(scan)),
         "asperities": catalogue,
         "reconstruction": reconstruct(scan, catalogue),
-        "statistics/roughness": roughness(scan),
+        "statistics/roughness": roughness(scan, spectra=True),
     }
     options = {"subregions": plan.subregions, "progress": progress}
     say(f"direct simulation, {plan.direct_deltas.size} displacements at {_count(scan, plan)} places")
@@ -292,7 +282,13 @@ def _teller(progress: bool) -> Callable[[str], None]:
     return (lambda what: print(what, file=sys.stderr, flush=True)) if progress else (lambda what: None)
 
 
-def _show(groups: dict[str, xr.Dataset], tables: tuple, folder: Path | None, progress: bool) -> None:
+def _show(
+    groups: dict[str, xr.Dataset],
+    tables: tuple,
+    folder: Path | None,
+    progress: bool,
+    drawn: Callable = figures.run_figures,
+) -> None:
     """Print the tables, and put them and the figures into a folder."""
     printed = _print(tables)
     if folder is None:
@@ -304,7 +300,7 @@ def _show(groups: dict[str, xr.Dataset], tables: tuple, folder: Path | None, pro
         temporary.write_text(printed, encoding="utf-8")
     _teller(progress)("figures")
     figures.save(figures.overview(groups), folder / "overview.png", dpi=150)
-    for name, figure in figures.paper_figures(groups):
+    for name, figure in drawn(groups):
         figures.save(figure, folder / f"{name}.png")
 
 

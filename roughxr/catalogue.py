@@ -21,6 +21,7 @@ from .kernels.jit import kernel
 from .kernels.topography.tile_stitching import HALO, Found, Frame, Tile, join_tiles, search_finer, search_tile
 from .scans import wavelength
 from .scans.parts import taker
+from .scans.wavelength import Waves
 from .units import is_whole, positive
 
 #: Pixels along a side of a tile at least: rims and tasks of smaller ones would cost more than their heights.
@@ -69,7 +70,7 @@ class _Setup(NamedTuple):
 
     frame: Frame  # on the finer pixels
     refine: int  # how many times finer than the scan's these are
-    shortest: float | None  # wavelength, nm
+    waves: Waves | None
 
 
 def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -> xr.Dataset:
@@ -92,8 +93,8 @@ def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -
         Side of the fitted patch. "auto" is half of the `shortest_wavelength`: so many pixels, odd, 3 to 31; where
         that is less than three pixels, the heights are splined to two or three points in each, and peaks are sought
         and fitted on these, 3 × 3. A scan whose shortest wave is below two pixels does not tell what lies between them,
-        and is fitted on 3 × 3 of its own. "paper" is 5 × 5 pixels; a whole number, odd, at least 3, so many; a length ("15 nm")
-        what comes nearest to it from below.
+        and is fitted on 3 × 3 of its own. "paper" is 5 × 5 pixels. A whole number, odd, at least 3, is so many pixels; a
+        length such as "15 nm" the patch that comes nearest to it from below.
     vertex : {"fitted", "pixel"}
         Let the fit place the vertex, to a part of a pixel, or hold it at the peak's pixel, as the paper does.
         A free fit that is no summit, or strays beyond one pixel, is replaced by a held one (``vertex_fixed``).
@@ -105,7 +106,8 @@ def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -
         ``curvature_max`` (nm⁻¹, positive for a peak), ``orientation`` of the flattest direction (rad),
         ``axis_ratio`` λ = b/a of the Hertz ellipse (NaN for a saddle), ``fit_rms`` (nm), ``plateau_size``, the
         flags ``saddle``, ``edge``, ``vertex_fixed``; coordinates ``x``, ``y`` of the vertex (nm). The scalar
-        coordinates ``patch_radius`` and, with "auto", ``shortest_wavelength`` and ``pixel`` (nm) say what the fit rests on.
+        coordinates ``patch_radius`` and, with "auto", ``shortest_wavelength``, ``pixel`` (nm) and
+        ``rms_slope`` say what the fit rests on.
 
     Raises
     ------
@@ -131,7 +133,7 @@ def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -
     True
     """
     ds, asked = _prepared(ds, patch, vertex)
-    setup = _setup(asked, wavelength.shortest_wavelength(ds) if asked.patch == "auto" else None)
+    setup = _setup(asked, wavelength.waves(ds) if asked.patch == "auto" else None)
     if ds["height"].chunks:
         out = _set_up_later(ds, setup).compute()
     else:
@@ -174,15 +176,16 @@ def _prepared(ds: xr.Dataset, patch: Any, vertex: str) -> tuple[xr.Dataset, _Ask
     return ds, _Asked(ds["height"].shape, schema.pixel(ds), _patch(ds, patch), vertex)
 
 
-def _setup(asked: _Asked, shortest: float | None) -> _Setup:
-    """Return what the search needs, once the shortest wavelength (nm) is known; None where it was not asked for."""
+def _setup(asked: _Asked, waves: Waves | None) -> _Setup:
+    """Return what the search needs, once the scan's waves are known; None where they were not asked for."""
     patch = asked.patch
     if patch == "auto":
-        patch = _OF_A_WAVE * shortest if shortest >= RESOLVED * max(asked.pixel) else _FEWEST
+        resolved = waves.shortest >= RESOLVED * max(asked.pixel)
+        patch = _OF_A_WAVE * waves.shortest if resolved else _FEWEST
     count, refine = (patch, 1) if isinstance(patch, int) else _pixels(patch, asked)
     shape = tuple(refine * (n - 1) + 1 for n in asked.shape) if refine > 1 else asked.shape
     frame = Frame(shape, tuple(step / refine for step in asked.pixel), count, asked.vertex)
-    return _Setup(frame, refine, shortest)
+    return _Setup(frame, refine, waves)
 
 
 def _pixels(width: float, asked: _Asked) -> tuple[int, int]:
@@ -292,10 +295,11 @@ def _catalogue(found: Found, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
         datum_height=found.highest,
         patch_radius=0.5 * frame.patch * max(frame.pixel),
         **dict(zip(regions.EDGES, regions.extent(ds))),
-        **{name: ds[name] for name in (*schema.PAIR, "subregion_x", "subregion_y") if name in ds.coords},
+        **{name: ds[name] for name in (*schema.TRAVELLING, "subregion_x", "subregion_y") if name in ds.coords},
     )
-    if setup.shortest is not None:
-        out = out.assign_coords(shortest_wavelength=setup.shortest, pixel=max(schema.pixel(ds)))
+    if setup.waves is not None:
+        known = {"shortest_wavelength": setup.waves.shortest, "rms_slope": setup.waves.slope}
+        out = out.assign_coords(known, pixel=max(schema.pixel(ds)))
     done = {"patch": frame.patch, "refine": setup.refine, "vertex": frame.vertex}
     return schema.record(schema.label(out), "asperities", ds, **done)
 

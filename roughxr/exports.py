@@ -14,6 +14,9 @@ from . import schema, statistics
 from ._version import __version__
 from .disk import whole
 
+#: Cells that begin with one of these, a spreadsheet takes for a formula and would compute.
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+
 #: What a tidy table can be written as, by the file's ending.
 FORMATS = (".csv", ".parquet")
 
@@ -64,7 +67,7 @@ def to_resuspension(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     head = [
         f"adhesion forces, roughxr {__version__}",
         f"smooth sphere's pull-off force: {smooth:.6g} nN",
-        *(f"{schema.axis_label(name)}: {float(ds[name]):.6g}" for name in schema.PAIR if name in ds.coords),
+        *(f"{schema.axis_label(name)}: {float(ds[name]):.6g}" for name in schema.TRAVELLING if name in ds.coords),
         f"places: {steps.attrs['samples']}; where nothing pulls: {steps.attrs['missing']}",
         f"history: {json.dumps([step.get('operation') for step in schema.history(ds)])}",
     ]
@@ -83,7 +86,8 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike) -> Path:
         Such as asperities, a solution without fields, a pull-off, a summary or intervals. Computed if lazy.
     path : path
         Ending in ``.csv`` or ``.parquet``. Parquet keeps types, and units and history of each column in its
-        metadata; it needs pyarrow. In CSV the units stand in brackets behind the names.
+        metadata; it needs pyarrow. In CSV the units stand in brackets behind the names, and text that a
+        spreadsheet would take for a formula has an apostrophe before it. Of scalars alone it is that of `table`.
 
     Returns
     -------
@@ -108,10 +112,44 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     maps = [name for name in ds.data_vars if {"x", "y"} <= set(ds[name].dims)]
     if maps:
         raise ValueError(f"expected a table's variables, found maps of x and y: {', '.join(maps)}; drop them first")
-    frame = ds.to_dataframe().reset_index()
+    frame = (ds.to_dataframe() if ds.dims else table(ds)).reset_index()
     with whole(path) as temporary:
         write(frame, ds, temporary)
     return path
+
+
+def table(ds: xr.Dataset) -> pd.DataFrame:
+    """Return the scalars of a Dataset, such as a roughness, as a table to read: value, units, and what it is.
+
+    Parameters
+    ----------
+    ds : Dataset
+        What lies along dimensions is left out.
+
+    Returns
+    -------
+    DataFrame
+        One row for each scalar variable, by its name.
+
+    Raises
+    ------
+    ValueError
+        If no variable is a scalar.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> table(roughxr.roughness(roughxr.open_sample("glass"))).loc["s_q", ["units", "meaning"]].tolist()
+    ['nm', 'root mean square height S_q']
+    """
+    scalars = {str(name): array for name, array in ds.data_vars.items() if array.ndim == 0}
+    if not scalars:
+        raise ValueError(f"expected scalar variables, found all of them along {', '.join(map(str, ds.dims))}")
+    rows = [
+        (array.values.item(), array.attrs.get("units", "1"), array.attrs.get("long_name", ""))
+        for array in scalars.values()
+    ]
+    return pd.DataFrame(rows, index=pd.Index(scalars, name="quantity"), columns=["value", "units", "meaning"])
 
 
 def _writer(suffix: str) -> Callable[[pd.DataFrame, xr.Dataset, str], None]:
@@ -128,7 +166,13 @@ def _writer(suffix: str) -> Callable[[pd.DataFrame, xr.Dataset, str], None]:
 def _csv(frame: pd.DataFrame, ds: xr.Dataset, path: str):
     units = {name: ds[name].attrs.get("units", "1") if name in ds.variables else "1" for name in frame}
     named = frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit != "1"})
+    for column in named.select_dtypes(include=["object", "string"]):
+        named[column] = named[column].map(_no_formula)
     named.to_csv(path, index=False, lineterminator="\n")
+
+
+def _no_formula(value: object) -> object:
+    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
 
 
 def _parquet(frame: pd.DataFrame, ds: xr.Dataset, path: str):

@@ -37,6 +37,7 @@ _RANGES = {
     "sphere_radius": _Range("nm", 0.2, 5.0, 1e7, 1e10, "an atom has 0.1 nm, an AFM's tip 10, a colloidal probe 3000"),
     "young_modulus": _MODULUS,
     "contact_modulus": _MODULUS,
+    "adhesion_range": _Range("nm", 0.01, 0.1, 50.0, 1e4, "dry solids have 0.2 to 0.4 nm, capillary bridges some nm"),
     "work_of_adhesion": _Range("J m-2", 0.0, 1e-6, 6.0, 30.0, "dry glass has 0.06 J/m², cleaved diamond 11"),
 }
 
@@ -133,6 +134,8 @@ def assign_pair(
     contact_modulus: Any = None,
     surface_energy: Any = None,
     work_of_adhesion: Any = None,
+    adhesion_range: Any = None,
+    adhesion_strength: Any = None,
 ) -> xr.Dataset:
     """Return the scan or catalogue with the pair of bodies on it.
 
@@ -158,11 +161,17 @@ def assign_pair(
         γ of two equal bodies, J/m²; the work of adhesion is 2γ.
     work_of_adhesion : number or quantity, optional
         w, J/m².
+    adhesion_range : number or quantity, optional
+        ρ, nm: over which length the pull between the surfaces falls by e as they part; 0.2 to 0.4 nm for dry
+        solids, more where liquids or charges pull. `adhesive` takes 0.3 nm where none is assigned.
+    adhesion_strength : number or quantity, optional
+        The largest pull, GPa, in place of its range: ρ = w over it.
 
     Returns
     -------
     Dataset
-        With scalar coordinates ``sphere_radius``, ``contact_modulus``, ``work_of_adhesion``, as far as given,
+        With scalar coordinates ``sphere_radius``, ``contact_modulus``, ``work_of_adhesion``, ``adhesion_range``, as far
+        as given,
         and the indenter's map where there is one.
 
     Raises
@@ -186,6 +195,8 @@ def assign_pair(
     >>> round(float(assign_pair(scan, sphere_radius="3 um", materials="glass").work_of_adhesion), 4)
     0.0633
     """
+    given = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
+    given |= {"surface_energy": surface_energy}
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
     adhesion = _work_of_adhesion(surface_energy, work_of_adhesion)
@@ -198,11 +209,20 @@ def assign_pair(
         values["sphere_radius"] = _radius(sphere_radius, ds)
     if adhesion is not None:
         values["work_of_adhesion"] = adhesion
-    out = ds.drop_vars([*schema.PAIR, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
+    values |= _adhesion_range(adhesion_range, adhesion_strength, adhesion)
+    out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
     out = out.assign_coords(values)
     if indenter is not None:
         out = out.assign(indenter_height=_indenter(indenter))
-    return schema.record(schema.label(out), "assign_pair", **values)
+    told = {name: _told(value) for name, value in given.items() if value is not None}
+    return schema.record(schema.label(out), "assign_pair", **values, **told)
+
+
+def _told(value: Any) -> Any:
+    """Return what was given in a form that text holds: numbers, words, or a pair of them."""
+    if isinstance(value, (tuple, list)):
+        return [_told(one) for one in value]
+    return value if isinstance(value, (int, float, str)) else str(value)
 
 
 def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
@@ -233,6 +253,20 @@ def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | Non
     if value > 0:
         _believed(times * value, "work_of_adhesion", given, name if times == 2.0 else "")
     return times * value
+
+
+def _adhesion_range(given: Any, strength: Any, work: float | None) -> dict[str, float]:
+    """Return the range of adhesion (nm) as a coordinate, where it or the strength is given."""
+    if given is not None and strength is not None:
+        raise ValueError("expected adhesion_range or adhesion_strength (= work_of_adhesion/adhesion_range), found both")
+    if given is not None:
+        return {"adhesion_range": _believed(positive(given, "nm", "adhesion_range"), "adhesion_range", given)}
+    if strength is None:
+        return {}
+    if not work:
+        raise ValueError("adhesion_strength: expected a work of adhesion > 0 beside it, found none")
+    found = work / positive(strength, "GPa", "adhesion_strength")
+    return {"adhesion_range": _believed(found, "adhesion_range", strength, "adhesion_strength")}
 
 
 def _radius(given: Any, ds: xr.Dataset) -> float:

@@ -39,6 +39,7 @@ VARIABLES: dict[str, Variable] = {
     "sphere_radius": Variable("nm", "sphere radius"),
     "contact_modulus": Variable("GPa", "contact modulus E*", "1/E* = (1-nu1^2)/E1 + (1-nu2^2)/E2"),
     "work_of_adhesion": Variable("J m-2", "work of adhesion w", "w = 2 gamma for equal bodies"),
+    "adhesion_range": Variable("nm", "range of adhesion", "length over which the pull falls by e: strength = w/range"),
     "indenter_height": Variable("nm", "indenter height", "points out of the indenter; its maximum touches first"),
     "indenter_x": Variable("nm", "x from the contact centre"),
     "indenter_y": Variable("nm", "y from the contact centre"),
@@ -77,6 +78,7 @@ VARIABLES: dict[str, Variable] = {
     "scan_y_max": Variable("nm", "outer edge of the scan", "largest y"),
     "patch_radius": Variable("nm", "half-width of the fitted patch"),
     "shortest_wavelength": Variable("nm", "shortest wavelength", "all but 5 % of the mean square curvature is longer"),
+    "rms_slope": Variable("1", "slope of the scan, root mean square"),
     "pixel": Variable("nm", "pixel size", "the larger of the two"),
     "plateau_size": Variable("1", "pixels of equal height at the peak"),
     "saddle": Variable("1", "the fit is no peak (curvature_min <= 0)"),
@@ -186,6 +188,9 @@ KINDS: dict[str, dict[str, tuple[str, ...]]] = {
 #: Scalar coordinates of a scan once a pair is assigned; they travel into every result and archive.
 PAIR = ("sphere_radius", "contact_modulus", "work_of_adhesion")
 
+#: The same, with what may be assigned beside it.
+TRAVELLING = (*PAIR, "adhesion_range")
+
 
 def attributes(name: str) -> dict[str, str]:
     """Return the ``units``, ``long_name`` and ``comment`` of a name.
@@ -252,7 +257,22 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
                 f"{name}: expected real numbers, found values of type {ds[name].dtype}; "
                 f"if numbers are meant, convert them, for example ds[{name!r}].astype(float)"
             )
+    if kind == "asperities":
+        _refuse_twins(ds)
     return _validated_scan(ds) if kind == "scan" else ds
+
+
+def _refuse_twins(ds: xr.Dataset) -> None:
+    """Say how many asperities a catalogue holds twice: each would press twice."""
+    if not {"x", "y"} <= set(ds.coords) or ds.chunks:
+        return
+    places = np.column_stack([np.asarray(ds[name].values, dtype=float) for name in ("x", "y", "height")])
+    twins = len(places) - len(np.unique(places, axis=0))
+    if twins:
+        raise ValueError(
+            f"asperities: expected each once, found {twins} of {len(places)} at the place and height of another; "
+            "make the catalogue anew, or put parts of it together that do not overlap"
+        )
 
 
 def _validated_scan(ds: xr.Dataset) -> xr.Dataset:

@@ -88,3 +88,11 @@ assert not compiled, "compiled on import"
 assert "matplotlib" not in sys.modules and "distributed" not in sys.modules and "pint" not in sys.modules
 """
     subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def test_the_accessor_says_what_it_is_about_and_what_it_can_do(surface):
+    shown = repr(surface.contact)
+    assert shown.startswith("<roughxr: scan; sphere_radius 3000 nm, contact_modulus 39.4")
+    assert all(f"  .{verb} " in shown for verb in VERBS)
+    assert "no pair of bodies assigned" in repr(xr.Dataset().contact)
+    assert ".plot" in repr(surface.height.contact)

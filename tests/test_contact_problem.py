@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import adhesive, assign_pair, direct, schema
+from roughxr import adhesive, assign_pair, direct, pdf, pull_off, pull_off_map, schema, summary, superpose
 from roughxr.contact import problem as down
 from roughxr.contact import records as up
+
+from .surfaces import glass_pair, rough, scan
 
 PAIR = {"contact_modulus": 40.0, "work_of_adhesion": 0.5}
 
@@ -25,18 +27,18 @@ def sphere_map(radius, half, dx=10.0):
 
 @pytest.mark.parametrize("kind", ["direct", "adhesive"])
 def test_a_missing_pixel_anywhere_on_a_lazy_scan_stops_the_solve(kind):
-    scan = assign_pair(flat(), sphere_radius=1000.0, **PAIR)
-    scan["height"][0, 0] = np.nan
+    flat_scan = assign_pair(flat(), sphere_radius=1000.0, **PAIR)
+    flat_scan["height"][0, 0] = np.nan
     solve = {"direct": direct, "adhesive": adhesive}[kind]
     for chunks in (10, 41):
-        lazy = solve(scan.chunk(chunks), delta=[2.0], datum="highest_peak", subregions=([0.0], [0.0]))
+        lazy = solve(flat_scan.chunk(chunks), delta=[2.0], datum="highest_peak", subregions=([0.0], [0.0]))
         with pytest.raises(ValueError, match="missing pixels"):
             lazy.compute()
 
 
 def test_contact_at_the_rim_of_a_map_is_truncated():
-    scan = flat()
-    pairs = {half: assign_pair(scan, indenter=sphere_map(1000.0, half), **PAIR) for half in (60, 150)}
+    flat_scan = flat()
+    pairs = {half: assign_pair(flat_scan, indenter=sphere_map(1000.0, half), **PAIR) for half in (60, 150)}
     solved = {half: direct(pair, delta=[1.0, 6.0]) for half, pair in pairs.items()}
     assert solved[60].truncated.values.tolist() == [[False, True]]  # the map ends 1.8 nm above its lowest point
     assert not solved[150].truncated.any()
@@ -45,18 +47,18 @@ def test_contact_at_the_rim_of_a_map_is_truncated():
 
 
 def test_a_map_of_a_sphere_presses_as_the_sphere_does():
-    scan = flat()
-    of_map = direct(assign_pair(scan, indenter=sphere_map(1000.0, 150), **PAIR), delta=[6.0])
-    of_sphere = direct(assign_pair(scan, sphere_radius=1000.0, **PAIR), delta=[6.0])
+    flat_scan = flat()
+    of_map = direct(assign_pair(flat_scan, indenter=sphere_map(1000.0, 150), **PAIR), delta=[6.0])
+    of_sphere = direct(assign_pair(flat_scan, sphere_radius=1000.0, **PAIR), delta=[6.0])
     np.testing.assert_allclose(of_map.force, of_sphere.force, rtol=1e-9)
 
 
 @pytest.mark.parametrize("wrong", [2.7, -5, 0, True, "many"])
 @pytest.mark.parametrize("solve", [direct, adhesive])
 def test_iterations_are_whole_numbers(solve, wrong):
-    scan = assign_pair(flat(), sphere_radius=1000.0, **PAIR)
+    flat_scan = assign_pair(flat(), sphere_radius=1000.0, **PAIR)
     with pytest.raises(ValueError, match="max_iterations: expected a whole number of at least 1"):
-        solve(scan, delta=[2.0], max_iterations=wrong)
+        solve(flat_scan, delta=[2.0], max_iterations=wrong)
 
 
 def test_refined_cells_lie_within_their_pixels_and_keep_linear_heights():
@@ -80,3 +82,40 @@ def test_reach_holds_all_that_lies_below_a_depth():
     of_sphere = down.Indenter(1000.0, 0, None)
     assert abs(of_map.reach(5.0) - of_sphere.reach(5.0)) <= 10.0
     assert of_map.reach(np.inf) == 150.0 and of_map.reach(-1.0) == 0.0 and of_sphere.reach(-1.0) == 0.0
+
+
+def test_default_displacements_suit_the_scan():
+    """Whatever the heights' scale, half of the displacements touch half of the places, and the last touches all."""
+    for rms in (0.5, 20.0):
+        surface = glass_pair(scan(rough(96, rms=rms)))
+        solved = direct(surface, subregions=(4, 4))
+        touched = (solved.force > 0).mean("subregion")
+        assert solved.sizes["delta"] == 16 and float(touched[-1]) == 1.0 and float(touched[8]) >= 0.5
+    with pytest.raises(ValueError, match="heights are not loaded"):
+        direct(surface.chunk(48))
+
+
+def test_a_superposition_knows_its_exact_pull_off_whatever_its_displacements():
+    surface = glass_pair(scan(rough(96)))
+    exact = pull_off_map(surface, subregions=(4, 4))
+    for delta in (None, [0.0], np.linspace(-2, 3, 11)):
+        found = superpose(surface, delta=delta, subregions=(4, 4))
+        np.testing.assert_array_equal(found.pull_off_force, exact.pull_off_force)
+        np.testing.assert_array_equal(pull_off(found).pull_off_delta, exact.pull_off_delta)
+    sweep = superpose(surface, subregions=(4, 4))
+    assert (sweep.delta[0] < exact.pull_off_delta).all() and (exact.pull_off_delta < sweep.delta[-1]).all()
+    part = pull_off(sweep, method="sweep").pull_off_force / exact.pull_off_force
+    assert float(part.max()) <= 1 + 1e-12 and float(part.min()) > 0.9
+
+
+def test_what_speaks_for_some_places_says_so():
+    surface = glass_pair(scan(rough(96)))
+    found = superpose(surface, subregions=(4, 4))
+    middle = float(found.pull_off_delta.median())
+    short = superpose(surface, delta=[middle - 2.0, middle - 1.0], subregions=(4, 4))
+    with pytest.warns(UserWarning, match="too short for .* of 16 places"):
+        by_steps = pull_off(short, method="sweep")
+    with pytest.warns(UserWarning, match=r"statistics of \d+ of 16 samples, the others are missing"):
+        pdf(by_steps, "pull_off_force")
+    with pytest.warns(UserWarning, match=r"statistics of \d+ of 16 samples, the others are missing"):
+        summary(by_steps)

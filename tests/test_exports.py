@@ -6,8 +6,10 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import schema
-from roughxr.exports import to_resuspension, to_table
+from roughxr import roughness, schema
+from roughxr.exports import table, to_resuspension, to_table
+
+from .surfaces import rough, scan
 
 
 @pytest.fixture
@@ -23,10 +25,10 @@ def pull():
 
 def test_resuspension_table_is_the_distribution(pull, tmp_path):
     path = to_resuspension(pull, tmp_path / "adhesion.csv")
-    table = pd.read_csv(path, comment="#")
-    assert table.columns.tolist() == ["force_nN", "cdf", "force_over_smooth"]
-    assert table.force_nN.tolist() == [100, 200, 300] and table.cdf.tolist() == [0.25, 0.75, 1.0]
-    np.testing.assert_allclose(table.force_over_smooth, table.force_nN / (1.5 * np.pi * 0.1 * 1000))
+    forces = pd.read_csv(path, comment="#")
+    assert forces.columns.tolist() == ["force_nN", "cdf", "force_over_smooth"]
+    assert forces.force_nN.tolist() == [100, 200, 300] and forces.cdf.tolist() == [0.25, 0.75, 1.0]
+    np.testing.assert_allclose(forces.force_over_smooth, forces.force_nN / (1.5 * np.pi * 0.1 * 1000))
     head = path.read_text(encoding="utf-8")
     assert "places: 4; where nothing pulls: 1" in head and "sphere radius [nm]: 1000" in head
     assert "smooth sphere's pull-off force: 471.239 nN" in head
@@ -73,3 +75,22 @@ def test_without_pyarrow_it_is_said_what_to_install(pull, tmp_path, monkeypatch)
 def test_other_endings_are_refused(pull, tmp_path):
     with pytest.raises(ValueError, match=r"'\.csv', '\.parquet'"):
         to_table(pull, tmp_path / "pull.xlsx")
+
+
+def test_text_in_a_csv_is_no_formula(tmp_path):
+    names = ["=1+1", "+cmd", "-2", "@SUM(A1)", "quartz", "µ = 3"]
+    ds = xr.Dataset({"name": ("k", names), "force": ("k", [-1.0, 2, 3, 4, 5, 6], {"units": "nN"})})
+    read = pd.read_csv(to_table(ds, tmp_path / "a.csv"))
+    assert read["name"].tolist() == ["'=1+1", "'+cmd", "'-2", "'@SUM(A1)", "quartz", "µ = 3"]
+    assert read["force [nN]"].tolist()[0] == -1.0
+
+
+def test_scalars_are_a_table_too(tmp_path):
+    found = roughness(scan(rough(32)))
+    shown = table(found)
+    assert shown.loc["s_q", "value"] == float(found.s_q)
+    assert shown.loc["s_q", "units"] == "nm"
+    assert set(shown.index) == set(found.data_vars)
+    assert pd.read_csv(to_table(found, tmp_path / "a.csv"), index_col="quantity").value.s_q == shown.value.s_q
+    with pytest.raises(ValueError, match="scalar"):
+        table(xr.Dataset({"force": ("k", [1.0])}))

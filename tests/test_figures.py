@@ -19,7 +19,7 @@ from roughxr.catalogue import asperities
 from roughxr.contact.elastic import direct
 from roughxr.contact.superposition import superpose
 from roughxr.figures.forces import hertz_error, jkr_sphere, mean_ratio
-from roughxr.figures.style import display_unit, superscripts
+from roughxr.figures.style import display_unit, styled, superscripts
 from roughxr.materials import assign_pair
 from roughxr.reconstruction import reconstruct
 from roughxr.statistics import bootstrap, compare, debris, pull_off
@@ -306,3 +306,48 @@ def test_titles_tell_what_this_run_shows(run):
     assert "one place" not in titles["figure-07"] and "9 places" in titles["figure-07"]
     assert "1 of 9" in titles["figure-11"].replace("\n", " ")
     assert "8 of 9" in titles["figure-14"].replace("\n", " ")
+
+
+def test_only_the_settings_of_the_figure_itself_are_taken_back():
+    """What choosing a backend sets while a figure is drawn has to stay."""
+
+    @styled
+    def drawn(ax=None):
+        matplotlib.rcParams["savefig.dpi"] = 123.0
+        matplotlib.rcParams["font.size"] = 99.0
+        return figures.scan_map(_surface(), ax=ax)
+
+    with matplotlib.rc_context():
+        size = matplotlib.rcParams["font.size"]
+        drawn()
+        assert (matplotlib.rcParams["savefig.dpi"], matplotlib.rcParams["font.size"]) == (123.0, size)
+
+
+def test_any_result_draws_itself(run):
+    solution, pulls = run["solutions/energy"], run["statistics/energy"]
+    drawn = run["scan"].contact.plot()
+    assert (drawn.get_xlabel()[0], drawn.get_ylabel()[0]) == ("x", "y")
+    assert solution.contact.plot().get_ylabel().startswith("contact force")
+    assert pulls.contact.plot().get_xlabel().startswith("pull-off force")
+    assert pulls.contact.plot("pull_off_delta", on="map").get_ylabel().startswith("y of the contact centre")
+    assert len(run["asperities"].contact.plot()) == 4
+    assert run["solutions/contact"].contact.plot().get_aspect() == 1
+    with pytest.raises(ValueError, match=r"expected one of the variables .* found 'forse'"):
+        solution.contact.plot("forse")
+
+
+def test_a_map_alone_has_x_to_the_right(run):
+    """xarray's own plot sets the first dimension upright."""
+    ax = run["scan"].height.contact.plot(ax=Figure().subplots())
+    (mesh,) = ax.collections
+    np.testing.assert_array_equal(mesh.get_array(), run["scan"].height.values.T)
+    assert ax.get_xlabel().startswith("x")
+
+
+def test_a_density_is_drawn_between_its_edges(run):
+    density = run["statistics/energy"].contact.pdf("pull_off_force", bins=3)
+    (steps,) = density.contact.plot(ax=Figure().subplots()).patches
+    np.testing.assert_array_equal(steps.get_data().edges, density.attrs["bin_edges"])
+    np.testing.assert_array_equal(steps.get_data().values, density.values)
+    kde = run["statistics/energy"].contact.pdf("pull_off_force", method="kde")
+    assert len(kde.contact.plot(ax=Figure().subplots()).lines) == 1

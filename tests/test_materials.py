@@ -9,7 +9,7 @@ import xarray as xr
 from roughxr.materials import ImplausiblePair, assign_pair, contact_modulus, gilman_surface_energy, indenter_map
 from roughxr.units import factor, magnitude
 
-from .surfaces import scan
+from .surfaces import rough, scan
 
 
 def test_the_papers_pair():
@@ -191,3 +191,20 @@ def test_a_probe_with_missing_pixels_is_refused():
     probe["height"][3, 3] = np.nan
     with pytest.raises(ValueError, match="1 missing pixels"):
         assign_pair(scan(np.zeros((4, 4))), indenter=probe, contact_modulus=40)
+
+
+def test_the_range_of_adhesion_travels():
+    surface = scan(rough(48))
+    pair = {"sphere_radius": 1000.0, "contact_modulus": 40.0, "work_of_adhesion": 0.9}
+    by_range = assign_pair(surface, **pair, adhesion_range="3 angstrom")
+    by_strength = assign_pair(surface, **pair, adhesion_strength="3 GPa")
+    assert float(by_range.adhesion_range) == pytest.approx(0.3) == pytest.approx(float(by_strength.adhesion_range))
+    for result in (by_range.contact.asperities(), by_range.contact.superpose(), by_range.contact.direct(delta=[1.0])):
+        assert float(result.adhesion_range) == pytest.approx(0.3) and result.adhesion_range.units == "nm"
+    assert "adhesion_range" not in assign_pair(by_range, **pair).coords
+    with pytest.raises(ValueError, match="found both"):
+        assign_pair(surface, **pair, adhesion_range=0.3, adhesion_strength=3)
+    with pytest.raises(ValueError, match="expected a work of adhesion > 0"):
+        assign_pair(surface, sphere_radius=1000.0, contact_modulus=40.0, adhesion_strength=3)
+    with pytest.raises(ValueError, match="adhesion_range"):
+        assign_pair(surface, **pair, adhesion_range=0)

@@ -7,8 +7,9 @@ import xarray as xr
 
 import roughxr
 from roughxr.catalogue import asperities
-from roughxr.contact.maps import catalogue_field, options_of, pull_off_map
-from roughxr.contact.superposition import FORMULATIONS, superpose
+from roughxr.contact.asperity_sum import FORMULATIONS, catalogue_field, options_of
+from roughxr.contact.maps import pull_off_map
+from roughxr.contact.superposition import superpose
 from roughxr.kernels.asperity import force_curves as branches
 from roughxr.kernels.asperity import largest_pull as kernel
 from roughxr.kernels.asperity.elliptic_table import LARGEST_RATIO
@@ -203,7 +204,7 @@ def test_results_do_not_depend_on_the_company(surface, formulation):
 
 def test_few_loads_are_needed(glass):
     """The bounds do their work: a search of all intervals would need some hundred thousand loads per centre."""
-    options = options_of(glass, [0.0], "jkr", "energy", 0.3, "highest_peak", "sphere")
+    options = options_of(glass, "jkr", "energy", 0.3, "highest_peak", "sphere")
     forest = kernel.plant(catalogue_field(glass, options)[0], law("energy"), 3000.0, 0)
     rng = np.random.default_rng(3)
     x, y = rng.uniform(0, 5000, (2, 200))

@@ -65,7 +65,7 @@ def test_small_slopes_tie_the_area_to_them():
 def test_parseval_closes_for_pixels_square_or_not():
     ds = scan(rough(90)[:, :70], PIXEL)
     for scaled in (ds, ds.assign_coords(y=("y", ds["y"].values * 1.7, {"units": "nm"}))):
-        found = roughness(scaled)
+        found = roughness(scaled, spectra=True)
         area = float(found["size_x"] * found["size_y"])
         assert float((found["psd"] * found["psd_modes"]).sum()) / area == pytest.approx(
             float(found["s_q"]) ** 2, rel=1e-10
@@ -117,7 +117,7 @@ def test_missing_pixels_count_for_nothing_and_leave_the_spectra_missing():
     height = rough(64)
     ds = scan(height, PIXEL)
     ds["height"][10:12, 20] = np.nan
-    found, whole = roughness(ds), roughness(scan(height, PIXEL))
+    found, whole = (roughness(each, spectra=True) for each in (ds, scan(height, PIXEL)))
     assert float(found["s_q"]) == pytest.approx(float(whole["s_q"]), rel=0.01)
     assert float(found["s_dq"]) == pytest.approx(float(whole["s_dq"]), rel=0.01)
     assert found["psd"].isnull().all() and found["acf"].isnull().all()
@@ -144,8 +144,8 @@ def test_a_lazy_scan_gives_the_same_lazily():
 
     ds = scan(rough(64), PIXEL)
     with dask.config.set(scheduler=scheduler):
-        lazy = roughness(ds.chunk({"x": 20, "y": 30}))
-    xr.testing.assert_allclose(lazy.compute(), roughness(ds))
+        lazy = roughness(ds.chunk({"x": 20, "y": 30}), spectra=True)
+    xr.testing.assert_allclose(lazy.compute(), roughness(ds, spectra=True))
 
 
 def test_an_unknown_reference():

@@ -63,3 +63,12 @@ def test_a_complete_scan_is_asked_for_in_memory_at_once_and_of_a_lazy_one_by_eve
         np.testing.assert_array_equal(schema.complete(surface)["height"][:16, :16].values, height[:16, :16])
         with pytest.raises(ValueError, match="missing pixels"):
             schema.complete(surface)["height"].max().compute()
+
+
+def test_a_catalogue_that_holds_asperities_twice_is_refused():
+    catalogue = asperities(glass_pair(scan(rough(N, seed=2))))
+    once = superpose(catalogue, delta=[5.0])
+    xr.testing.assert_equal(superpose(catalogue.isel(asperity=slice(None, None, -1)), delta=[5.0]).force, once.force)
+    twice = xr.concat([catalogue, catalogue.isel(asperity=[0, 3])], "asperity", coords="different", compat="equals")
+    with pytest.raises(ValueError, match=rf"found 2 of {twice.sizes['asperity']} at the place and height of another"):
+        superpose(twice, delta=[5.0])

@@ -100,7 +100,7 @@ def test_methods_ask_for_what_they_need(ground, cycle):
         pull_off(cycle, method="ciavarella")
     with pytest.raises(ValueError, match="method='cycle': expected what adhesive returns"):
         pull_off(sticky, method="cycle")
-    with pytest.raises(ValueError, match="method: expected one of 'sweep', 'cycle', 'ciavarella', found 'jkr'"):
+    with pytest.raises(ValueError, match=r"method: expected one of 'exact', 'cycle', .*, found 'jkr'"):
         pull_off(sticky, method="jkr")
     with pytest.raises(ValueError, match="it holds pull-off forces already"):
         pull_off(pull_off(sticky))

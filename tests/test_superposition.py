@@ -6,8 +6,9 @@ import pytest
 import xarray as xr
 
 from roughxr.catalogue import asperities
+from roughxr.contact.asperity_sum import FORMULATIONS
 from roughxr.contact.elastic import direct
-from roughxr.contact.superposition import FORMULATIONS, superpose
+from roughxr.contact.superposition import superpose
 from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals
 from roughxr.materials import contact_modulus
 

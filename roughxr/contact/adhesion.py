@@ -161,7 +161,8 @@ def adhesive(
     """
     ds = schema.validate(ds, "scan")
     refine = whole_number(refine, "refine", least=1, most=16)
-    problem = read_problem(ds, delta=delta, datum=datum, profile=profile, refine=refine)
+    positions = regions.centres(ds, subregions)
+    problem = read_problem(ds, positions, delta=delta, datum=datum, profile=profile, refine=refine)
     options = _options(ds, law, strength, step, tolerance, max_iterations, max_cells)
     _need_resolved_zone(options, problem)
     if fields:
@@ -172,7 +173,7 @@ def adhesive(
         problem,
         Layout({"branch": list(BRANCHES), "delta": problem.steps}, _STATES, _EVENTS),
         options,
-        positions=regions.centres(ds, subregions),
+        positions=positions,
         reach=_reach(ds, problem, options),
         fields=fields,
         progress=progress,

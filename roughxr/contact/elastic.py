@@ -53,10 +53,11 @@ def direct(
     ----------
     ds : Dataset
         A scan with square pixels and an assigned pair.
-    delta : array_like
-        Displacements, nm, ascending. Either this or ``load``.
-    load : array_like
-        Forces, nN, positive and ascending; the displacement is then found.
+    delta : array_like, optional
+        Displacements, nm, ascending; by default 16 up to where every place is touched, and one of median
+        height pressed as deep as it lies below the highest peak.
+    load : array_like, optional
+        Forces, nN, positive and ascending, in place of ``delta``; the displacement is then found.
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
     datum : {"highest_peak", "first_contact"}
@@ -100,7 +101,8 @@ def direct(
     ({'subregion': 4, 'delta': 2}, 'nN')
     """
     ds = schema.validate(ds, "scan")
-    problem = read_problem(ds, delta=delta, load=load, datum=datum, profile=profile)
+    positions = regions.centres(ds, subregions)
+    problem = read_problem(ds, positions, delta=delta, load=load, datum=datum, profile=profile)
     limits = _Limits(fraction(tolerance, "tolerance"), whole_number(max_iterations, "max_iterations", least=1))
     if fields:
         need_heights(ds, problem)
@@ -112,7 +114,7 @@ def direct(
         problem,
         layout,
         limits,
-        positions=regions.centres(ds, subregions),
+        positions=positions,
         reach=problem.indenter.reach(deepest(ds, problem)),
         fields=fields,
         cost=_overlapping,

@@ -11,18 +11,12 @@ import xarray as xr
 from .. import regions, schema
 from ..catalogue import later
 from ..jobs import lazy as parallel
-from ..kernels.asperity import largest_pull
-from .superposition import ADHESIVE, Options, catalogue_field, law_of, options_of
+from .asperity_sum import ADHESIVE, PULL_OFF, Options, asperity_grid, fit_of, largest_pulls, law_of, options_of
 
 #: Centres in one task: some hundredths of a second.
 _TILE = 512
 
 EVERY_PIXEL = "every pixel"
-
-#: Of one contact centre.
-_RECORD = np.dtype(
-    [("pull_off_force", float), ("pull_off_delta", float), ("contacts", int), ("truncated", bool)],
-)
 
 
 def pull_off_map(
@@ -96,13 +90,13 @@ def pull_off_map(
     kind = "asperities" if "asperity" in ds.dims else "scan"
     ds = schema.validate(ds, kind)
     schema.one_of(law, ADHESIVE, "law")
-    options = options_of(ds, [0.0], law, formulation, equilibrium_distance, datum, profile)
+    options = options_of(ds, law, formulation, equilibrium_distance, datum, profile)
     pixels = isinstance(subregions, str)
     positions = _pixels(ds, subregions) if pixels else regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)
     later_on = lazy and kind == "scan"
-    forest = dask.delayed(_forest)(later(ds), options) if later_on else _forest(ds, options)
-    out = _labelled(_records(positions, forest, options), ds)
+    grid = dask.delayed(asperity_grid)(later(ds, **fit_of(options)), options) if later_on else asperity_grid(ds, options)
+    out = _labelled(_records(positions, grid, options), ds)
     out = _on_pixels(out, ds) if pixels else out.assign_coords(positions.coords)
     named = law_of(law, formulation, options)
     out.attrs = {"datum": datum, "method": "superpose", **named, "missing": "NaN where no displacement pulls"}
@@ -119,37 +113,25 @@ def _pixels(ds: xr.Dataset, subregions: str) -> xr.Dataset:
     return xr.Dataset(coords={"subregion_x": ("subregion", x.ravel()), "subregion_y": ("subregion", y.ravel())})
 
 
-def _forest(ds: xr.Dataset, options: Options) -> largest_pull.Forest:
-    """Return the asperities of a scan or a catalogue as the search needs them."""
-    return largest_pull.plant(catalogue_field(ds, options)[0], options.kernel_law(), options.radius, options.profile)
-
-
-def _records(positions: xr.Dataset, forest: Any, options: Options) -> Any:
+def _records(positions: xr.Dataset, grid: Any, options: Options) -> Any:
     """Return one record for each centre, computed or lazy."""
     x, y = (positions[name].values.astype(float) for name in ("subregion_x", "subregion_y"))
     tiles = [(x[k : k + _TILE], y[k : k + _TILE]) for k in range(0, x.size, _TILE)]
     each = min(_TILE, x.size)
-    records = parallel.spread(_tile, tiles, np.dtype((_RECORD, (each,))), forest, options, each, each=each)
+    records = parallel.spread(_tile, tiles, np.dtype((PULL_OFF, (each,))), grid, options, each, each=each)
     return records.reshape(-1)[: x.size]
 
 
-def _tile(x: np.ndarray, y: np.ndarray, forest: largest_pull.Forest, options: Options, size: int) -> np.ndarray:
+def _tile(x: np.ndarray, y: np.ndarray, grid: Any, options: Options, size: int) -> np.ndarray:
     """Return the records of one tile, filled up to its full size."""
-    found = largest_pull.pull_offs(x, y, forest, options.kernel_law().branch, options.radius, options.profile)
-    force, delta = -found[:, largest_pull.FORCE], found[:, largest_pull.DELTA]
-    if options.first_contact:
-        delta = delta - found[:, largest_pull.FIRST_TOUCH]
-    records, these = np.zeros(size, _RECORD), slice(0, x.size)
-    records["pull_off_force"][these] = np.where(force > 0, force, np.nan)
-    records["pull_off_delta"][these] = delta
-    records["contacts"][these] = found[:, largest_pull.CONTACTS]
-    records["truncated"][these] = found[:, largest_pull.AT_EDGE] > 0
+    records = np.zeros(size, PULL_OFF)
+    records[: x.size] = largest_pulls(x, y, grid, options)
     return records
 
 
 def _labelled(records: Any, ds: xr.Dataset) -> xr.Dataset:
-    out = xr.Dataset({name: ("subregion", records[name]) for name in _RECORD.names})
-    return out.assign_coords({name: ds[name] for name in schema.PAIR if name in ds.coords})
+    out = xr.Dataset({name: ("subregion", records[name]) for name in PULL_OFF.names})
+    return out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
 
 
 def _on_pixels(out: xr.Dataset, ds: xr.Dataset) -> xr.Dataset:

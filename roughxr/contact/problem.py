@@ -19,6 +19,10 @@ from ..materials import indenter_map
 #: Where delta = 0.
 DATUMS = ("highest_peak", "first_contact")
 
+#: What is said where displacements are to suit heights that are not in memory, and how many displacements suit.
+NOT_LOADED = "delta: expected displacements in nm, since the heights are not loaded; give them, or load the scan"
+_COUNT = 16
+
 
 class Indenter(NamedTuple):
     """What is pressed into the surface: a sphere or a height map."""
@@ -60,11 +64,20 @@ class Problem(NamedTuple):
 
 
 def read_problem(
-    ds: xr.Dataset, *, delta: Any = None, load: Any = None, datum: str, profile: str, refine: int = 1
+    ds: xr.Dataset,
+    positions: xr.Dataset,
+    *,
+    delta: Any = None,
+    load: Any = None,
+    datum: str,
+    profile: str,
+    refine: int = 1,
 ) -> Problem:
     """Return the problem of a scan with its pair, or say what is wrong with it."""
-    if (delta is None) == (load is None):
-        raise ValueError("expected either delta or load, found " + ("neither" if delta is None else "both"))
+    if delta is not None and load is not None:
+        raise ValueError("expected either delta or load, found both")
+    if delta is None and load is None:
+        delta = default_deltas(ds, positions, indenter_of(ds, profile), datum)
     by_load = delta is None
     steps = schema.ascending(load, "nN", "load") if by_load else schema.ascending(delta, "nm", "delta")
     if by_load and steps[0] <= 0:
@@ -78,15 +91,39 @@ def read_problem(
         pixel=schema.square_pixel(ds),
         refine=refine,
         contact_modulus=modulus,
-        indenter=_indenter(ds, profile),
+        indenter=indenter_of(ds, profile),
     )
 
 
-def _indenter(ds: xr.Dataset, profile: str) -> Indenter:
+def indenter_of(ds: xr.Dataset, profile: str = "sphere") -> Indenter:
+    """Return the indenter that is assigned to a scan."""
     schema.one_of(profile, PROFILES, "profile")
     found = indenter_map(ds)
     radius = np.nan if found else schema.pair(ds, "sphere_radius")[0]
     return Indenter(radius, PROFILES[profile], found)
+
+
+def default_deltas(ds: xr.Dataset, positions: xr.Dataset, indenter: Indenter, datum: str) -> np.ndarray:
+    """Return displacements, nm, that suit the scan: evenly up to where every centre is touched, most of them pressed.
+
+    From the highest peak, up to twice the median depth at which the indenter first touches, and to a fifth beyond the
+    deepest; from first contact, as far as the median lies below the peak. At least by the heights' standard deviation.
+    """
+    if is_lazy(ds):
+        raise ValueError(NOT_LOADED)
+    touches, spread = first_touches(ds, positions, indenter), float(ds["height"].values.std())
+    middle = float(np.median(touches))
+    last = max(2 * middle, 1.2 * float(touches.max()), spread) if datum == "highest_peak" else max(middle, spread)
+    return np.round(np.linspace(last / _COUNT, last, _COUNT), 3) if last > 0 else np.linspace(1 / _COUNT, 1, _COUNT)
+
+
+def first_touches(ds: xr.Dataset, positions: xr.Dataset, indenter: Indenter) -> np.ndarray:
+    """Return the depth (nm) below the highest point at which the indenter first touches, at each centre."""
+    reach = indenter.reach(float(np.ptp(schema.complete(ds)["height"].values)))
+    found, _ = places(ds, positions, reach)
+    pixel = schema.square_pixel(ds)
+    bare = Problem(np.zeros(1), False, False, pixel, 1, np.nan, indenter)
+    return np.array([surface_at(place, bare).separation.min() for place in found])
 
 
 def deepest(ds: xr.Dataset, problem: Problem) -> float:

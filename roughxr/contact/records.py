@@ -127,7 +127,7 @@ def _costs(found: list[Place], problem: Problem, cost: Any) -> np.ndarray:
 def labelled(records: Any, layout: Layout, ds: xr.Dataset, positions: xr.Dataset) -> xr.Dataset:
     """Return the Dataset of an array of records (subregion,), computed or lazy."""
     out = xr.Dataset({name: (("subregion", *layout.dims(name)), records[name]) for name in layout.dtype.names})
-    pair = {name: ds[name] for name in schema.PAIR if name in ds.coords}
+    pair = {name: ds[name] for name in schema.TRAVELLING if name in ds.coords}
     return schema.label(out.assign_coords({**layout.axes, **positions.coords, **pair}))
 
 

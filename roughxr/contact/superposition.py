@@ -5,36 +5,29 @@ The quick way from a scan to adhesion, and the paper's; `direct` tells where it 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import dask
 import numpy as np
 import xarray as xr
 
 from .. import regions, schema
-from ..catalogue import asperities, later
+from ..catalogue import later
 from ..jobs import lazy as parallel
 from ..kernels.asperity import superposition as sums
-from ..kernels.asperity.laws import LAWS as KERNEL_LAWS
-from ..kernels.asperity.laws import Law, asperities_scales
-from ..kernels.asperity.laws import law as read_law
-from ..kernels.halfspace.separation import PROFILES
-from ..units import positive
-from .problem import DATUMS
+from .asperity_sum import (
+    ADHESIVE,
+    DEFAULT,
+    DISTANCE,
+    Options,
+    catalogue_field,
+    fit_of,
+    grid_of,
+    largest_pulls,
+    law_of,
+    options_of,
+)
 from .records import Layout, labelled
-
-#: Laws that adhere, and all.
-ADHESIVE = ("jkr", "maugis")
-LAWS = (*ADHESIVE, "hertz")
-
-#: Formulations of adhesion on an elliptic asperity, of the law "jkr".
-FORMULATIONS = KERNEL_LAWS[1:]
-
-#: The formulation that is the default, and the one whose ellipses "maugis" has: what may be named beside it.
-_DEFAULT, _OF_MAUGIS = "energy", "self_similar"
-
-#: z₀ unless it is given, nm.
-_DISTANCE = 0.3
 
 _STATES = {
     "force": float,
@@ -46,33 +39,21 @@ _STATES = {
 }
 _EVENTS = {"excluded_asperities": int}
 
+#: Of laws that adhere, whatever displacements are asked for.
+_PULL_OFF = {"pull_off_force": float, "pull_off_delta": float}
 
-class Options(NamedTuple):
-    """What every task needs to know."""
-
-    deltas: np.ndarray
-    law: str  # the kernel's
-    equilibrium_distance: float  # nm, NaN for a law without range
-    composite: bool
-    profile: int
-    first_contact: bool
-    radius: float
-    contact_modulus: float
-    work_of_adhesion: float
-
-    def kernel_law(self) -> Law:
-        """Return the law as the kernels want it."""
-        return read_law(self.law, self.equilibrium_distance) if self.law == "maugis" else read_law(self.law)
+#: Displacements of a sweep unless they are given.
+_STEPS = 301
 
 
 def superpose(
     ds: xr.Dataset,
     *,
-    delta: Any,
+    delta: Any = None,
     subregions: Any = None,
     law: str = "jkr",
-    formulation: str = _DEFAULT,
-    equilibrium_distance: Any = _DISTANCE,
+    formulation: str = DEFAULT,
+    equilibrium_distance: Any = DISTANCE,
     datum: str = "highest_peak",
     profile: str = "sphere",
     progress: bool = False,
@@ -84,8 +65,9 @@ def superpose(
     ds : Dataset
         A scan (its asperities are then found with the default patch) or an asperity catalogue, with an
         assigned pair.
-    delta : array_like
-        Displacements, nm, ascending.
+    delta : array_like, optional
+        Displacements, nm, ascending; by default 301 from before the first touch of any place to where every place is
+        pressed as deep as the median place lies below the highest peak.
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
     law : {"jkr", "maugis", "hertz"}
@@ -116,9 +98,10 @@ def superpose(
     Dataset
         ``force`` (nN, negative pulls) and ``contact_area`` (nm²) along (subregion, delta); how many
         ``contacts`` there are, how many of them reach beyond the patch that their paraboloid was fitted to, and how
-        many overlap one of their eight nearest neighbours', where superposition loses its ground; ``truncated`` where an
-        asperity at the scan's edge is in contact. ``excluded_asperities`` counts the saddles left out. Lazy
-        where the scan is a dask array.
+        many overlap one of their eight nearest neighbours', where superposition loses its ground; ``truncated`` where
+        an asperity at the scan's edge is in contact. ``excluded_asperities`` counts the saddles left out. Laws that
+        adhere give the exact ``pull_off_force`` (nN, NaN where nothing pulls) and ``pull_off_delta`` (nm) along
+        subregion, whatever the displacements, as `pull_off_map` finds them. Lazy where the scan is a dask array.
 
     Raises
     ------
@@ -143,111 +126,59 @@ def superpose(
     """
     kind = "asperities" if "asperity" in ds.dims else "scan"
     ds = schema.validate(ds, kind)
-    options = options_of(ds, delta, law, formulation, equilibrium_distance, datum, profile)
+    options = options_of(ds, law, formulation, equilibrium_distance, datum, profile)
     positions = regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)
     later_on = lazy and kind == "scan"
-    field = dask.delayed(catalogue_field)(later(ds), options) if later_on else catalogue_field(ds, options)
-    layout = Layout({"delta": options.deltas}, _STATES, _EVENTS)
+    if delta is None and later_on:
+        raise ValueError(
+            "delta: expected displacements in nm, since the heights are not loaded; or load them (ds.load())"
+        )
+    prepared = dask.delayed(_prepared)(later(ds, **fit_of(options)), options) if later_on else _prepared(ds, options)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
+    deltas = _default_sweep(prepared[0], centres, options) if delta is None else schema.ascending(delta, "nm", "delta")
+    layout = Layout({"delta": deltas}, _STATES, _EVENTS | (_PULL_OFF if law in ADHESIVE else {}))
     when = {"lazy": lazy, "progress": progress}
-    records = parallel.spread(_superpose, centres, layout.dtype, field, options, layout, **when)
+    records = parallel.spread(_superpose, centres, layout.dtype, prepared, options, layout, **when)
     out = labelled(records, layout, ds, positions)
     out["excluded_asperities"] = out["excluded_asperities"].variable[0]
     named = law_of(law, formulation, options)
     out.attrs = {"datum": datum, "method": "superpose", **named}
     arguments = {"subregions": subregions, **named, "datum": datum, "profile": profile}
-    out = schema.record(out, "superpose", ds, delta=options.deltas, **arguments)
+    out = schema.record(out, "superpose", ds, delta=deltas, **arguments)
     return parallel.finish(out, lazy=lazy, progress=progress)
 
 
-def options_of(ds, delta, law, formulation, equilibrium_distance, datum, profile) -> Options:
-    """Return what every task needs to know, or say what is wrong with it."""
-    distance = _checked(law, formulation, equilibrium_distance)
-    schema.one_of(datum, DATUMS, "datum")
-    schema.one_of(profile, PROFILES, "profile")
-    if "indenter_height" in ds:
-        raise ValueError("expected a sphere (assign_pair with sphere_radius), found an indenter's map; use direct")
-    radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
-    return Options(
-        deltas=schema.ascending(delta, "nm", "delta"),
-        law=formulation if law == "jkr" else law,
-        equilibrium_distance=distance,
-        composite=formulation != "published",
-        profile=PROFILES[profile],
-        first_contact=datum == "first_contact",
-        radius=radius,
-        contact_modulus=modulus,
-        work_of_adhesion=0.0 if law == "hertz" else schema.pair(ds, "work_of_adhesion")[0],
-    )
+def _prepared(ds: xr.Dataset, options: Options) -> tuple:
+    """Return the asperities, and the same sorted into cells where they adhere."""
+    found = catalogue_field(ds, options)
+    return found, grid_of(found, options) if options.work_of_adhesion > 0 else None
 
 
-def _checked(law: str, formulation: str, equilibrium_distance: Any) -> float:
-    """Return z₀ in nm, NaN for a law without range, or say which of the three do not go together."""
-    if law in FORMULATIONS or formulation in LAWS:
-        raise ValueError(
-            f"law: expected one of {', '.join(map(repr, LAWS))}, and formulation one of "
-            f"{', '.join(map(repr, FORMULATIONS))}, found law={law!r}, formulation={formulation!r}"
-        )
-    schema.one_of(law, LAWS, "law")
-    schema.one_of(formulation, FORMULATIONS, "formulation")
-    distance = positive(equilibrium_distance, "nm", "equilibrium_distance")
-    if law != "maugis":
-        if distance != _DISTANCE:
-            raise ValueError(f"equilibrium_distance: expected for law='maugis' alone, found {distance:g} for {law!r}")
-        return np.nan
-    if formulation not in (_DEFAULT, _OF_MAUGIS):
-        raise ValueError(
-            f"formulation: expected none beside law='maugis', found {formulation!r}; take law='jkr' for it"
-        )
-    return distance
-
-
-def law_of(law: str, formulation: str, options: Options) -> dict[str, Any]:
-    """Return the law's name and what goes with it, as attributes of a result."""
-    if law == "maugis":
-        return {"law": law, "formulation": _OF_MAUGIS, "equilibrium_distance": options.equilibrium_distance}
-    return {"law": law, "formulation": formulation}
-
-
-def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
-    """Return the asperities that are peaks under this sphere, the patch's half-width and the number left out."""
-    catalogue = ds if "asperity" in ds.dims else asperities(ds)
-    sphere = 0.5 / options.radius if options.composite else 0.0
-    A, B = (0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
-    scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, options.kernel_law())
-    x, y = catalogue["x"].values, catalogue["y"].values
-    depth = float(catalogue["datum_height"]) - catalogue["height"].values
-    at_edge = catalogue["edge"].values.astype(float) if "edge" in catalogue else np.zeros(x.size)
-    peaks = np.isfinite(scales.P)
-    kept = [array[peaks] for array in (x, y, depth, catalogue["orientation"].values, at_edge)]
-    scales = type(scales)(*(array[peaks] for array in scales))
-    return sums.Field(*kept, _neighbours(*kept[:2]), scales), float(catalogue["patch_radius"]), int((~peaks).sum())
-
-
-def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the numbers of the points nearest to each, −1 where there are no more."""
-    from scipy.spatial import cKDTree
-
-    points, count = np.c_[x, y], min(sums.NEIGHBOURS, max(x.size - 1, 0))
-    out = np.full((x.size, sums.NEIGHBOURS), -1, np.intp)
-    if count:
-        quickly_made = {"balanced_tree": False, "compact_nodes": False}
-        nearest = cKDTree(points, **quickly_made).query(points, k=count + 1)[1]
-        itself = nearest == np.arange(x.size)[:, None]
-        itself[~itself.any(axis=1), -1] = True  # of points at one place, another may be named first
-        out[:, :count] = nearest[~itself].reshape(x.size, count)
-    return out
+def _default_sweep(prepared: tuple, centres: list[tuple[float, float]], options: Options) -> np.ndarray:
+    """Return displacements from before any place pulls to well beyond where all are touched."""
+    field = prepared[0]
+    if field.x.size == 0:
+        return np.linspace(-1, 1, _STEPS)
+    touches = np.array([sums.offsets(field, x, y, options.radius, options.profile).min() for x, y in centres])
+    reach = float(np.abs(field.scales.end * field.scales.delta).max())
+    zero = touches if options.first_contact else np.zeros(1)
+    first, last = (touches - zero).min() - 1.2 * reach, (touches - zero).max() + np.median(touches)
+    return np.round(np.linspace(first, max(last, first + 4 * reach), _STEPS), 4)
 
 
 def _superpose(x: float, y: float, prepared: tuple, options: Options, layout: Layout) -> np.ndarray:
     """Sum one subregion's sweep."""
-    field, patch_radius, excluded = prepared
+    (field, patch_radius, excluded), grid = prepared
     offset = sums.offsets(field, x, y, options.radius, options.profile)
     zero = offset.min() if options.first_contact and offset.size else 0.0
-    summed = sums.superpose(options.deltas + zero, field, offset, patch_radius, options.kernel_law().branch)
+    summed = sums.superpose(layout.axes["delta"] + zero, field, offset, patch_radius, options.kernel_law().branch)
     record = layout.blank()
     for name, values in zip(_STATES, summed):
         record[name] = values
     record["excluded_asperities"] = excluded
+    if grid is not None:
+        pull = largest_pulls(np.array([x]), np.array([y]), grid, options)[0]
+        for name in _PULL_OFF:
+            record[name] = pull[name]
     return record

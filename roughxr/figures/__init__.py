@@ -20,7 +20,8 @@ from .maps import (
     topography_map,
 )
 from .overview_figure import overview
-from .paper import paper_figures
+from .paper import paper_figures, run_figures
+from .plot import plot, plot_array
 from .rose import orientation_rose
 from .saving import save
 from .sensitivity_figure import tornado
@@ -44,7 +45,10 @@ __all__ = [
     "orientation_rose",
     "overview",
     "paper_figures",
+    "plot",
+    "plot_array",
     "pressure_on_topography",
+    "run_figures",
     "save",
     "scan_map",
     "subregion_map",

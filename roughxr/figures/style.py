@@ -9,7 +9,8 @@ from __future__ import annotations
 import functools
 import re
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -102,15 +103,30 @@ def styled(function: Callable) -> Callable:
 
     @functools.wraps(function)
     def inside(*arguments: Any, **options: Any):
-        import matplotlib
-
-        with matplotlib.rc_context(SETTINGS):
+        with _settings():
             drawn = function(*arguments, **options)
             if options.get("ax") is None:
                 settle(drawn)
             return drawn
 
     return inside
+
+
+@contextmanager
+def _settings() -> Iterator[None]:
+    """Put this module's settings over the user's within the block, and take off only these again.
+
+    matplotlib's own rc_context would also take back what choosing a backend sets within it: in a notebook that is
+    chosen with the first figure, and all after it would not appear.
+    """
+    from matplotlib import rcParams
+
+    before = {name: rcParams[name] for name in SETTINGS}
+    rcParams.update(SETTINGS)
+    try:
+        yield
+    finally:
+        rcParams.update(before)
 
 
 def settle(drawn: Any):

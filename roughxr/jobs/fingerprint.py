@@ -36,7 +36,7 @@ def identity(scan: xr.Dataset, arguments: Mapping[str, Any]) -> dict[str, Any]:
         Each value as JSON gives it back; long arrays by their ends, size and a hash.
     """
     known = {"scan": _name(scan), "scan_sha256": schema.height_hash(scan)}
-    known |= {name: float(scan[name]) for name in schema.PAIR if name in scan.coords}
+    known |= {name: float(scan[name]) for name in schema.TRAVELLING if name in scan.coords}
     if "indenter_height" in scan:
         known["indenter"] = dask.base.tokenize(*(scan[f"indenter_{part}"].values for part in ("x", "y", "height")))
     known |= {key: _plain(value) for key, value in arguments.items()}

@@ -21,7 +21,7 @@ from .spectra import autocorrelation, power_spectrum
 _REFERENCES = {"plane": 1, "mean": 0}
 
 
-def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = True) -> xr.Dataset:
+def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = False) -> xr.Dataset:
     """Return how rough a scan is.
 
     Parameters
@@ -31,7 +31,8 @@ def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = True)
     reference : {"plane", "mean"}
         Whether the ISO numbers and the spectra are about the least-squares plane or the mean height only.
     spectra : bool
-        Whether to add ``psd`` and ``acf``; they need the whole height map in memory at once.
+        Whether to add ``psd`` and ``acf``, thousands of numbers beside some dozen; they need the whole height map in
+        memory at once. `power_spectrum` and `autocorrelation` give them alone.
 
     Returns
     -------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,11 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = 2.0)
     ----------
     ds : Dataset
         A solution with ``force`` along ``delta``. Other dimensions are kept.
-    method : {"sweep", "cycle", "ciavarella"}, optional
-        "sweep": the largest pull among the displacements of the sweep. "cycle": that of a cycle of `adhesive`, from
-        all of its steps. "ciavarella": the estimate from a sweep without adhesion, see `elastic_pull_off`. By default
-        "cycle" for what `adhesive` returned, else "sweep".
+    method : {"exact", "cycle", "sweep", "ciavarella"}, optional
+        "exact": that which `superpose` found at any displacement. "cycle": that of a cycle of `adhesive`, from all of
+        its steps. "sweep": the largest pull among the displacements of the sweep, which is less where the sweep is
+        coarse or ends too soon. "ciavarella": the estimate from a sweep without adhesion, see `elastic_pull_off`. By
+        default what the solution holds: "exact" or "cycle", else "sweep".
     smoothing : number or quantity
         Of "ciavarella": half-width of its fits, nm.
 
@@ -53,15 +55,31 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = 2.0)
     (3.0, 0.0)
     """
     force = _force(ds)
+    found = "cycle" if "complete" in ds else "exact"
     if method is None:
-        method = "cycle" if "pull_off_force" in ds else "sweep"
-    schema.one_of(method, ("sweep", "cycle", "ciavarella"), "method")
+        method = found if "pull_off_force" in ds else "sweep"
+    schema.one_of(method, ("exact", "cycle", "sweep", "ciavarella"), "method")
     if method == "ciavarella":
         return elastic_pull_off(ds, smoothing=smoothing)
-    out = _of_cycle(ds) if method == "cycle" else _of_sweep(_with_adhesion(ds, force))
+    out = _of_sweep(_with_adhesion(ds, force)) if method == "sweep" else _of_events(ds, method, found)
     out.attrs = {key: value for key, value in ds.attrs.items() if key != "history"}
     out.attrs["missing"] = f"NaN where no displacement of the {method} pulls"
+    if method == "sweep" and not force.chunks:
+        _warn_of_ends(out, ds["delta"].values)
     return schema.record(schema.label(out), "pull_off", ds, method=method)
+
+
+def _warn_of_ends(out: xr.Dataset, delta: np.ndarray) -> None:
+    """Say at how many places the sweep ends before the pull-off, and what to do."""
+    pulls = out["pull_off_force"].notnull()
+    short, never = int((pulls & ~out["bracketed"]).sum()), int((~pulls).sum())
+    if short or never:
+        warnings.warn(
+            f"the sweep from {delta[0]:g} to {delta[-1]:g} nm is too short for {short + never} of {pulls.size} places: "
+            f"at {short} the largest pull stands at its end, at {never} nothing pulls; take a longer one, or leave "
+            "delta out",
+            stacklevel=3,
+        )
 
 
 def _force(ds: xr.Dataset) -> xr.DataArray:
@@ -106,16 +124,16 @@ def _of_sweep(force: xr.DataArray) -> xr.Dataset:
     )
 
 
-def _of_cycle(ds: xr.Dataset) -> xr.Dataset:
-    """Return the events that `adhesive` found on retraction."""
-    needed = ("pull_off_force", "pull_off_delta", "complete", "pull_off_resolution")
-    if not all(name in ds for name in needed):
-        found = ", ".join(map(str, ds.data_vars))
-        raise ValueError(f"method='cycle': expected what adhesive returns, found variables: {found}; take 'sweep'")
+def _of_events(ds: xr.Dataset, method: str, found: str) -> xr.Dataset:
+    """Return the pull-off that a solver found by itself, whatever displacements were asked for."""
+    if "pull_off_force" not in ds or method != found:
+        words = ", ".join(map(str, ds.data_vars))
+        source = "adhesive returns" if method == "cycle" else "superpose returns of a law that adheres"
+        raise ValueError(f"method={method!r}: expected what {source}, found variables: {words}; take 'sweep'")
     pulls = ds["pull_off_force"] > 0
-    out = ds[["pull_off_force", "pull_off_delta", "pull_off_resolution"]].where(pulls)
-    out["bracketed"] = pulls & ds["complete"] & (ds["pull_off_delta"] < ds["delta"].max())
-    return out
+    kept = ["pull_off_force", "pull_off_delta", *(name for name in ("pull_off_resolution",) if name in ds)]
+    bracketed = pulls & ds["complete"] & (ds["pull_off_delta"] < ds["delta"].max()) if method == "cycle" else pulls
+    return ds[kept].where(pulls).assign(bracketed=bracketed)
 
 
 def smooth_pull_off(ds: xr.Dataset) -> float:

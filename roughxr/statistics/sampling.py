@@ -5,6 +5,7 @@ NaN stands for a place where there was nothing to measure; it is left out, and c
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -58,10 +59,20 @@ def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     finite = np.isfinite(values)
     if finite.sum() < 2:
         raise ValueError(f"{name}: expected at least two finite samples, found {finite.sum()} of {values.size}")
+    speak_for_some(name, int((~finite).sum()), values.size, ds.attrs.get("missing"))
     places = None
     if all(axis in ds.coords for axis in PLACES[dim]):
         places = np.c_[tuple(ds[axis].values[finite] for axis in PLACES[dim])].astype(float)
     return Samples(values[finite], None if weight is None else weight[finite], places, int((~finite).sum()))
+
+
+def speak_for_some(name: str, missing: int, total: int, why: str | None = None) -> None:
+    """Warn that statistics do not speak for all samples where some are missing."""
+    if missing:
+        reason = f" ({why})" if why else ""
+        warnings.warn(
+            f"{name}: statistics of {total - missing} of {total} samples, the others are missing{reason}", stacklevel=4
+        )
 
 
 def of_a_map(ds: xr.Dataset, *names: str) -> xr.Dataset:

@@ -8,7 +8,7 @@ from typing import Any
 import xarray as xr
 
 from .. import schema
-from .sampling import SAMPLES, of_a_map
+from .sampling import SAMPLES, of_a_map, speak_for_some
 
 
 def summary(
@@ -52,6 +52,10 @@ def summary(
     weight = ds[weights] if isinstance(weights, str) else weights
     names = [name for name in ds.data_vars if dim in ds[name].dims and ds[name].dtype.kind in "fiu"]
     names = [name for name in names if name != weights] if isinstance(weights, str) else names
+    for name in names:
+        if not ds[name].chunks:
+            missing = int(ds[name].isnull().any([d for d in ds[name].dims if d != dim]).sum())
+            speak_for_some(str(name), missing, ds.sizes[dim], ds.attrs.get("missing"))
     out = xr.Dataset({name: _summarised(ds[name], dim, list(quantiles), weight) for name in names})
     for name in names:
         out[name].attrs.update(ds[name].attrs)

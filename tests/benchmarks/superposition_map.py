@@ -15,8 +15,8 @@ import dask
 import numpy as np
 
 import roughxr
+from roughxr.contact.asperity_sum import FORMULATIONS, LAWS, catalogue_field, options_of
 from roughxr.contact.maps import pull_off_map
-from roughxr.contact.superposition import FORMULATIONS, LAWS, catalogue_field, options_of
 from roughxr.kernels.asperity import superposition as kernel
 
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
@@ -126,7 +126,7 @@ def sweep(scan):
 def parts(catalogue, deltas, options):
     """Return the processor time of what a sweep consists of, s."""
     named = {"law": "jkr", "formulation": "energy"} | options
-    options = options_of(catalogue, deltas, named["law"], named["formulation"], 0.3, "highest_peak", "sphere")
+    options = options_of(catalogue, named["law"], named["formulation"], 0.3, "highest_peak", "sphere")
     positions = roughxr.regions.centres(catalogue, (8, 8))
     places = list(zip(positions.subregion_x.values, positions.subregion_y.values))
     field, patch, _ = catalogue_field(catalogue, options)

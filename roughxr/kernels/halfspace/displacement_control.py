@@ -173,12 +173,12 @@ def _begin(depth, delta, box, trail, start):
     return extrapolated(depth, step, trail.pressure[:, box[0], box[1]], trail.displacement[:, box[0], box[1]], ahead)
 
 
-@kernel
+@kernel(inner=True)
 def _no_trail(shape):
     return _Trail(np.full(2, np.nan), np.zeros((2, *shape)), np.full((2, *shape), np.nan))
 
 
-@kernel
+@kernel(inner=True)
 def _remember(trail, delta, box, pressure, displacement):
     """Make a solution the last one."""
     trail.delta[0], trail.delta[1] = trail.delta[1], delta

@@ -113,12 +113,12 @@ def _solve(separation, load, guess, tolerance, max_iterations, coefficients, kno
     return state
 
 
-@kernel
+@kernel(inner=True)
 def _cut(prediction, box):
     return Prediction(prediction.pressure[box].copy(), prediction.touching[box].copy(), prediction.possible[box].copy())
 
 
-@kernel
+@kernel(inner=True)
 def _onward(separation, delta, state):
     """Guess from one solution: that of the load before, or of the same load on too few cells."""
     shape = (1, *separation.shape)
@@ -126,7 +126,7 @@ def _onward(separation, delta, state):
     return _Guess(delta, extrapolated(delta - separation, delta - state.delta, pressure, displacement, np.nan))
 
 
-@kernel
+@kernel(inner=True)
 def _coarse_guess(separation, load, coefficients, known):
     """Guess from the same load on cells twice as large, found in the same way; on few cells by a paraboloid's law."""
     levels = [separation]
@@ -144,7 +144,7 @@ def _coarse_guess(separation, load, coefficients, known):
     return guess
 
 
-@kernel
+@kernel(inner=True)
 def _depth_estimate(separation, load):
     """Return the depth at which F = (4/3) E* depth √(overlap area/2π), as for a paraboloid, reaches the load."""
     heights = separation.ravel()
@@ -156,7 +156,7 @@ def _depth_estimate(separation, load):
     return np.nan
 
 
-@kernel
+@kernel(inner=True)
 def _lowest(separation):
     lowest = np.inf
     for value in separation.flat:

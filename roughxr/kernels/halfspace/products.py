@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.fft
 
-from ..jit import kernel, reducing_kernel
+from ..jit import kernel
 from .love import love_coefficients
 from .transforms import Convolution, Transfer, convolution, convolve, even_length, transfer_of
 
@@ -51,7 +51,7 @@ def no_transfers():
     return [Transfer(0, 0, np.zeros((1, 1)), np.zeros((1, 1), np.float32))]
 
 
-@kernel
+@kernel(inner=True)
 def known_transfer(rows, columns, coefficients, known):
     """Return the transformed coefficients of the padded box, from the list or computed."""
     for transfer in known:
@@ -63,7 +63,7 @@ def known_transfer(rows, columns, coefficients, known):
     return transfer
 
 
-@kernel
+@kernel(inner=True)
 def whole_box(shape, coefficients, known):
     """Return the convolution of a whole box in double precision."""
     rows, columns = even_length(2 * shape[0] - 1), even_length(2 * shape[1] - 1)
@@ -71,7 +71,7 @@ def whole_box(shape, coefficients, known):
     return convolution(shape[0], columns, transfer.double, np.complex128(0))
 
 
-@kernel
+@kernel(inner=True)
 def displace(pressure, whole, out):
     """Write into ``out`` the displacement of every cell of a whole box under the pressures in it."""
     rows, columns = pressure.shape
@@ -103,7 +103,7 @@ def operator(rows, columns, coefficients, known, dense):
     return Operator(rows, columns, np.zeros((0, 0)), box, inverse)
 
 
-@kernel
+@kernel(inner=True)
 def _from_first(places):
     first, out = np.int64(2**62), np.empty(places.size, np.int64)
     for k in range(places.size):
@@ -121,7 +121,7 @@ def largest(places):
     return last
 
 
-@kernel
+@kernel(inner=True)
 def _inverse(periodic):
     """Return the inverse of transformed coefficients; like these it is divided by the number of cells."""
     out, count = np.empty(periodic.single.shape, np.float32), periodic.rows * periodic.columns
@@ -146,7 +146,7 @@ def divide(operator, displacement, out):
     _multiply_in_box(operator, operator.inverse, displacement, out)
 
 
-@kernel
+@kernel(inner=True)
 def _multiply_in_box(operator, convolution, values, out):
     box = convolution.box
     for i in range(box.shape[0]):
@@ -186,7 +186,7 @@ def _between(rows, columns, coefficients):
     return matrix
 
 
-@reducing_kernel
+@kernel(inner=True, reorder=True)
 def _multiply(matrix, pressure, out):
     """Sum the matrix rows of loaded cells only: an active set leaves about half of the cells free."""
     count = matrix.shape[0]

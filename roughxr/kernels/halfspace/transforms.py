@@ -43,13 +43,13 @@ class Convolution(NamedTuple):
     strip: np.ndarray  # (padded rows, some or all columns of the spectrum)
 
 
-@kernel
+@kernel(inner=True)
 def even_length(size):
     """Return an even length of quick transforms, at least ``size``."""
     return 2 * scipy.fft.next_fast_len((size + 1) // 2, True)
 
 
-@kernel
+@kernel(inner=True)
 def transfer_of(rows, columns, quadrant):
     """Return the `Transfer` of a padded box (even lengths) from the kernel at offsets (i, j) ≥ 0."""
     values = quadrant[: rows // 2 + 1, : columns // 2 + 1] / (rows * columns)
@@ -66,7 +66,7 @@ def convolution(rows, columns, transfer, zero):
     return Convolution(transfer, box, np.full((rows, wide), zero), np.full((high, width), zero))
 
 
-@kernel
+@kernel(inner=True)
 def convolve(c):
     """Replace what stands in ``c.box`` by its convolution; columns beyond the box's own end up as padding."""
     wide, width = c.spectrum.shape[1], c.strip.shape[1]
@@ -85,7 +85,7 @@ def convolve(c):
     _backward_rows(c.spectrum, c.box)
 
 
-@kernel
+@kernel(inner=True)
 def _through(spectrum, strip, transfer, first):
     """Transform some columns, multiply them, and transform them back into ``strip``."""
     high = strip.shape[0]

@@ -22,7 +22,7 @@ _MARGIN = 0.05
 COARSE_TOLERANCE, COARSE_ITERATIONS = 1e-3, np.int64(1000)
 
 
-@kernel
+@kernel(inner=True)
 def extrapolated(depth, step, pressure, displacement, ahead):
     """Predict the contact in a box on the straight line through two solutions, or from one (``ahead`` is NaN then).
 
@@ -50,7 +50,7 @@ def extrapolated(depth, step, pressure, displacement, ahead):
     return Prediction(out, touching, possible)
 
 
-@kernel
+@kernel(inner=True)
 def half_deep(depth, slack):
     """Return a start for few cells: those that overlap by more than half the deepest, as of a paraboloid touch."""
     _, largest = overlap_of(depth, 0.0)
@@ -61,7 +61,7 @@ def half_deep(depth, slack):
     return Prediction(np.zeros(depth.shape), touching, possible)
 
 
-@kernel
+@kernel(inner=True)
 def coarser(depth):
     """Return the depths on cells twice as large, on cells twice as large as those, and so on, while they are many."""
     levels = [depth]
@@ -70,7 +70,7 @@ def coarser(depth):
     return levels
 
 
-@kernel
+@kernel(inner=True)
 def refined(pressure, displacement, depth):
     """Return what a solution on cells twice as large says of a box of depths."""
     out, margin = np.empty(depth.shape), _MARGIN * overlap_of(depth, 0.0)[1]
@@ -94,7 +94,7 @@ def _between(field, i, j):
     return 0.75 * near + 0.25 * (0.75 * field[k_next, m] + 0.25 * field[k_next, m_next])
 
 
-@kernel
+@kernel(inner=True)
 def halved(depth):
     """Return the means of 2 × 2 cells; odd rims are continued."""
     rows, columns = depth.shape

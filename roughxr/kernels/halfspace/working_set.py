@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..jit import inlined_kernel, kernel
+from ..jit import kernel
 from .active_set import CONVERGED, PATIENCE, Outcome, gather_cells, solve
 from .products import DENSE_LIMIT, displace, multiply, operator, whole_box
 
@@ -32,7 +32,7 @@ class Overlap(NamedTuple):
     largest: float
 
 
-@kernel
+@kernel(inner=True)
 def overlapping(separation, delta):
     """Return the `Overlap` of a window."""
     rows, columns = separation.shape
@@ -57,7 +57,7 @@ def put(part, window, box):
             target[i, j] = part[i, j]
 
 
-@kernel
+@kernel(inner=True)
 def overlap_of(depth, slack):
     """Return how many cells of a box overlap, or miss it by less than ``slack``, and how deep the deepest."""
     count, largest = 0, -np.inf
@@ -68,7 +68,7 @@ def overlap_of(depth, slack):
     return count, largest
 
 
-@inlined_kernel
+@kernel(inline=True)
 def solve_in_box(depth, start, part, max_iterations, load, slack, coefficients, known):
     """Return pressures, displacements (NaN where not known) and `Outcome` in a box.
 
@@ -114,7 +114,7 @@ def _begin(depth, start, slack, load, all_chosen):
     return pressure, touching, chosen
 
 
-@kernel
+@kernel(inner=True)
 def _spread(share, on_deepest, depth, pressure, touching, chosen):
     """Let the touching cells, or else the deepest, carry a load in equal parts."""
     _, largest = overlap_of(depth, np.inf)
@@ -133,7 +133,7 @@ def _count(chosen):
     return count
 
 
-@inlined_kernel
+@kernel(inline=True)
 def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, coefficients, known):
     """Solve on the chosen cells; pressures, displacements and, under a load, depths are written into the box.
 
@@ -160,7 +160,7 @@ def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iter
     return Outcome(outcome.status, outcome.iterations + products, outcome.violation, outcome.shift)
 
 
-@kernel
+@kernel(inner=True)
 def _shift(depth, shift):
     for i in range(depth.shape[0]):
         for j in range(depth.shape[1]):
@@ -179,7 +179,7 @@ def _places(chosen):
     return rows, columns
 
 
-@kernel
+@kernel(inner=True)
 def _violation(pressure, displacement, depth, goal, touching, chosen):
     """Choose the cells that penetrate; return the largest |g| in contact or penetration outside."""
     worst = 0.0

@@ -1,0 +1,157 @@
+"""What the sums over asperities share: the options of a law, the asperities as kernels want them, the largest pull."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from ..catalogue import asperities
+from ..kernels.asperity import largest_pull
+from ..kernels.asperity import superposition as sums
+from ..kernels.asperity.laws import LAWS as KERNEL_LAWS
+from ..kernels.asperity.laws import Law, asperities_scales
+from ..kernels.asperity.laws import law as read_law
+from ..kernels.halfspace.separation import PROFILES
+from ..units import positive
+from .problem import DATUMS
+
+#: Laws that adhere, and all.
+ADHESIVE = ("jkr", "maugis")
+LAWS = (*ADHESIVE, "hertz")
+
+#: Formulations of adhesion on an elliptic asperity, of the law "jkr".
+FORMULATIONS = KERNEL_LAWS[1:]
+
+#: The formulation that is the default, and the one whose ellipses "maugis" has: what may be named beside it.
+DEFAULT, _OF_MAUGIS = "energy", "self_similar"
+
+#: z₀ unless it is given, nm.
+DISTANCE = 0.3
+
+#: What is found of the largest pull at one contact centre.
+PULL_OFF = np.dtype([("pull_off_force", float), ("pull_off_delta", float), ("contacts", int), ("truncated", bool)])
+
+
+class Options(NamedTuple):
+    """How asperities adhere, and what presses on them."""
+
+    law: str  # the kernel's
+    equilibrium_distance: float  # nm, NaN for a law without range
+    composite: bool
+    profile: int
+    first_contact: bool
+    radius: float
+    contact_modulus: float
+    work_of_adhesion: float
+
+    def kernel_law(self) -> Law:
+        """Return the law as the kernels want it."""
+        return read_law(self.law, self.equilibrium_distance) if self.law == "maugis" else read_law(self.law)
+
+
+def options_of(ds, law, formulation, equilibrium_distance, datum, profile) -> Options:
+    """Return the options of a sum over asperities, or say what is wrong with them."""
+    distance = _checked(law, formulation, equilibrium_distance)
+    schema.one_of(datum, DATUMS, "datum")
+    schema.one_of(profile, PROFILES, "profile")
+    if "indenter_height" in ds:
+        raise ValueError("expected a sphere (assign_pair with sphere_radius), found an indenter's map; use direct")
+    radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
+    return Options(
+        law=formulation if law == "jkr" else law,
+        equilibrium_distance=distance,
+        composite=formulation != "published",
+        profile=PROFILES[profile],
+        first_contact=datum == "first_contact",
+        radius=radius,
+        contact_modulus=modulus,
+        work_of_adhesion=0.0 if law == "hertz" else schema.pair(ds, "work_of_adhesion")[0],
+    )
+
+
+def _checked(law: str, formulation: str, equilibrium_distance: Any) -> float:
+    """Return z₀ in nm, NaN for a law without range, or say which of the three do not go together."""
+    if law in FORMULATIONS or formulation in LAWS:
+        raise ValueError(
+            f"law: expected one of {', '.join(map(repr, LAWS))}, and formulation one of "
+            f"{', '.join(map(repr, FORMULATIONS))}, found law={law!r}, formulation={formulation!r}"
+        )
+    schema.one_of(law, LAWS, "law")
+    schema.one_of(formulation, FORMULATIONS, "formulation")
+    distance = positive(equilibrium_distance, "nm", "equilibrium_distance")
+    if law != "maugis":
+        if distance != DISTANCE:
+            raise ValueError(f"equilibrium_distance: expected for law='maugis' alone, found {distance:g} for {law!r}")
+        return np.nan
+    if formulation not in (DEFAULT, _OF_MAUGIS):
+        raise ValueError(
+            f"formulation: expected none beside law='maugis', found {formulation!r}; take law='jkr' for it"
+        )
+    return distance
+
+
+def law_of(law: str, formulation: str, options: Options) -> dict[str, Any]:
+    """Return the law's name and what goes with it, as attributes of a result."""
+    if law == "maugis":
+        return {"law": law, "formulation": _OF_MAUGIS, "equilibrium_distance": options.equilibrium_distance}
+    return {"law": law, "formulation": formulation}
+
+
+def fit_of(options: Options) -> dict[str, str]:
+    """Return how a scan's asperities are found for this law: as the paper finds them for the paper's own."""
+    return {"patch": "paper", "vertex": "pixel"} if options.law == "published" else {}
+
+
+def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
+    """Return the asperities that are peaks under this sphere, the patch's half-width and the number left out."""
+    catalogue = ds if "asperity" in ds.dims else asperities(ds, **fit_of(options))
+    sphere = 0.5 / options.radius if options.composite else 0.0
+    A, B = (0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
+    scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, options.kernel_law())
+    x, y = catalogue["x"].values, catalogue["y"].values
+    depth = float(catalogue["datum_height"]) - catalogue["height"].values
+    at_edge = catalogue["edge"].values.astype(float) if "edge" in catalogue else np.zeros(x.size)
+    peaks = np.isfinite(scales.P)
+    kept = [array[peaks] for array in (x, y, depth, catalogue["orientation"].values, at_edge)]
+    scales = type(scales)(*(array[peaks] for array in scales))
+    return sums.Field(*kept, _neighbours(*kept[:2]), scales), float(catalogue["patch_radius"]), int((~peaks).sum())
+
+
+def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return the numbers of the points nearest to each, −1 where there are no more."""
+    from scipy.spatial import cKDTree
+
+    points, count = np.c_[x, y], min(sums.NEIGHBOURS, max(x.size - 1, 0))
+    out = np.full((x.size, sums.NEIGHBOURS), -1, np.intp)
+    if count:
+        quickly_made = {"balanced_tree": False, "compact_nodes": False}
+        nearest = cKDTree(points, **quickly_made).query(points, k=count + 1)[1]
+        itself = nearest == np.arange(x.size)[:, None]
+        itself[~itself.any(axis=1), -1] = True  # of points at one place, another may be named first
+        out[:, :count] = nearest[~itself].reshape(x.size, count)
+    return out
+
+
+def asperity_grid(ds: xr.Dataset, options: Options) -> largest_pull.Forest:
+    """Return the asperities of a scan or a catalogue, sorted into cells for the search of the largest pull."""
+    return grid_of(catalogue_field(ds, options), options)
+
+
+def grid_of(prepared: tuple, options: Options) -> largest_pull.Forest:
+    """Return the asperities of `catalogue_field`, sorted into cells."""
+    return largest_pull.plant(prepared[0], options.kernel_law(), options.radius, options.profile)
+
+
+def largest_pulls(x: np.ndarray, y: np.ndarray, grid: largest_pull.Forest, options: Options) -> np.ndarray:
+    """Return the exact pull-off at each centre, records of ``PULL_OFF``; NaN where nothing pulls."""
+    found = largest_pull.pull_offs(x, y, grid, options.kernel_law().branch, options.radius, options.profile)
+    force, delta = -found[:, largest_pull.FORCE], found[:, largest_pull.DELTA]
+    records = np.zeros(x.size, PULL_OFF)
+    records["pull_off_force"] = np.where(force > 0, force, np.nan)
+    records["pull_off_delta"] = delta - found[:, largest_pull.FIRST_TOUCH] if options.first_contact else delta
+    records["contacts"] = found[:, largest_pull.CONTACTS]
+    records["truncated"] = found[:, largest_pull.AT_EDGE] > 0
+    return records

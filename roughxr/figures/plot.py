@@ -1,0 +1,130 @@
+"""One verb for any result: the figure that shows it best."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from .distributions import asperity_statistics, distribution, label_density
+from .forces import force_fan
+from .maps import field_map, scan_map, subregion_map
+from .style import axes, label_axis, stroke, styled
+
+
+def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: Any):
+    """Draw a scan, an asperity catalogue, a solution, a pull-off or one of their variables.
+
+    xarray's own ``ds.height.plot()`` sets a map's first dimension, x, upright; here x runs to the right.
+
+    Parameters
+    ----------
+    ds : Dataset
+    name : str, optional
+        A variable: a map along x and y, or samples along ``subregion`` or ``asperity``. By default the heights of a
+        scan, the statistics of asperities, the forces of a solution over displacement, or the pull-off forces.
+    ax : Axes or sequence of them, optional
+        A new figure by default.
+    **options
+        Of the figure that is drawn: `figures.scan_map`, `asperity_statistics`, `force_fan`, `distribution`,
+        `field_map`, and of a variable along subregions on request ``on="map"`` for `subregion_map`.
+
+    Returns
+    -------
+    Axes or array of Axes
+
+    Raises
+    ------
+    ValueError
+        If there is no such variable, or no figure of it.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> from matplotlib.figure import Figure
+    >>> plot(roughxr.open_sample("glass"), ax=Figure().subplots()).get_xlabel()
+    'x [µm]'
+    """
+    if name is None and schema.kind_of(ds) == "asperities":
+        return asperity_statistics(ds, ax=ax, **options)
+    name = name or _main(ds)
+    if name not in ds:
+        raise ValueError(f"expected one of the variables {', '.join(map(str, ds.data_vars))}, found {name!r}")
+    dims = set(ds[name].dims)
+    if name == "height" and dims == {"x", "y"}:
+        return scan_map(ds, ax=ax, **options)
+    if {"subregion", "x", "y"} <= dims:
+        return field_map(ds, name, ax=ax, **options)
+    if name == "force" and dims == {"subregion", "delta"}:
+        return force_fan(ds, ax=ax, **options)
+    if dims in ({"subregion"}, {"asperity"}):
+        return _samples(ds, name, ax, **options)
+    return plot_array(ds[name], ax=ax, **options)
+
+
+def _main(ds: xr.Dataset) -> str:
+    """Return the variable that a Dataset is about."""
+    first = next(iter(map(str, ds.data_vars)), "")
+    return next((name for name in ("pull_off_force", "pressure", "force", "height") if name in ds.data_vars), first)
+
+
+def _samples(ds: xr.Dataset, name: str, ax: Any, on: str = "distribution", **options: Any):
+    schema.one_of(on, ("distribution", "map"), "on")
+    drawn = subregion_map if on == "map" else distribution
+    return drawn(ds, name, ax=ax, **options)
+
+
+@styled
+def plot_array(array: xr.DataArray, *, ax: Any = None, **options: Any):
+    """Draw a density as steps between its bins' edges, a map with x to the right, and all else as xarray does.
+
+    Parameters
+    ----------
+    array : DataArray
+    ax : Axes, optional
+    **options
+        For matplotlib's `stairs` or `plot`, or xarray's ``.plot()``.
+
+    Returns
+    -------
+    Axes
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> from matplotlib.figure import Figure
+    >>> ds = xr.Dataset({"force": ("subregion", [1.0, 2.0, 2.0, 3.0], {"units": "nN"})})
+    >>> ax = plot_array(roughxr.pdf(ds, "force", bins=2), ax=Figure().subplots())
+    >>> ax.get_xlabel(), len(ax.patches)
+    ('contact force [nN]', 1)
+    """
+    ax = axes(ax)
+    if array.name in ("pdf", "cdf") and array.ndim == 1:
+        return _density(array, ax, **options)
+    if set(array.dims) == {"x", "y"}:
+        options = {"x": "x", "y": "y", **options}
+    array.plot(ax=ax, **options)
+    ax.set_title("")  # xarray's lists the pair of bodies
+    return ax
+
+
+def _density(array: xr.DataArray, ax: Any, **options: Any):
+    """Draw a density or a cumulative probability as what it is: steps where it has bins or samples, else a line."""
+    (name,) = map(str, array.dims)
+    look = {**stroke(0), **options}
+    if "bin_edges" in array.attrs:
+        ax.stairs(array.values, np.asarray(array.attrs["bin_edges"]), **look)
+    elif array.name == "cdf":
+        ax.step(array[name], array.values, where="post", **look)
+    else:
+        ax.plot(array[name], array.values, **look)
+    if name not in schema.VARIABLES:
+        ax.set(xlabel=name, ylabel=array.attrs.get("long_name", array.name))
+        return ax
+    if array.name == "cdf":
+        label_axis(ax.xaxis, name)
+        ax.set_ylabel("cumulative probability")
+        return ax
+    return label_density(ax, name)
