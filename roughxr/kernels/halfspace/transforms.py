@@ -43,13 +43,13 @@ class Convolution(NamedTuple):
     strip: np.ndarray  # (padded rows, some or all columns of the spectrum)
 
 
-@kernel(inner=True)
+@kernel
 def even_length(size):
     """Return an even length of quick transforms, at least ``size``."""
     return 2 * scipy.fft.next_fast_len((size + 1) // 2, True)
 
 
-@kernel(inner=True)
+@kernel
 def transfer_of(rows, columns, quadrant):
     """Return the `Transfer` of a padded box (even lengths) from the kernel at offsets (i, j) ≥ 0."""
     values = quadrant[: rows // 2 + 1, : columns // 2 + 1] / (rows * columns)
