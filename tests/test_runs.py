@@ -68,7 +68,7 @@ def kill(process, number=signal.SIGKILL):
 
 def workers_of(process):
     try:
-        return psutil.Process(process.pid).children()
+        return [child for child in psutil.Process(process.pid).children() if "spawn_main" in " ".join(child.cmdline())]
     except psutil.NoSuchProcess:  # it was faster
         return []
 
