@@ -237,6 +237,11 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
     say = _teller(progress)
     say("asperities and reconstruction")
     catalogue = asperities(scan, patch=plan.patch, vertex=plan.vertex)
+    if not bool((catalogue["curvature_min"] > 0).any()):
+        raise ValueError(
+            f"scan: expected asperities, found no peak among {catalogue.sizes['asperity']} (is it flat?); the smooth "
+            "sphere on a flat is JKR's, and roughxr.direct and roughxr.adhesive need no asperities"
+        )
     groups = {
         "scan": scan.assign_attrs(input_sha256=schema.height_hash(scan)),
         "asperities": catalogue,
