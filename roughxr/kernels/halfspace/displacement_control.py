@@ -156,14 +156,19 @@ def _sweep(separation, deltas, tolerance, max_iterations, start, guided, coeffic
     return found, pressures, displacements
 
 
-@kernel
+@kernel(inner=True)
 def describe(row, pressure, outcome, largest):
     """Write down what is said of a solve whose deepest overlap is ``largest``."""
-    row[FORCE], row[AREA] = pressure.sum(), np.count_nonzero(pressure)
+    total, touching = 0.0, 0
+    for i in range(pressure.shape[0]):
+        for j in range(pressure.shape[1]):
+            total += pressure[i, j]
+            touching += pressure[i, j] != 0.0
+    row[FORCE], row[AREA] = total, touching
     row[STATUS], row[ITERATIONS], row[RESIDUAL] = outcome.status, outcome.iterations, outcome.violation / largest
 
 
-@kernel
+@kernel(inner=True)
 def _begin(depth, delta, box, trail, start):
     """Return what the contact in a box may look like, by the solutions before or, for the first, as it is given."""
     if np.isnan(trail.delta[1]):

@@ -86,7 +86,7 @@ def _loaded(separation, loads, tolerance, max_iterations, coefficients, keep):
     return deltas, found, pressures, displacements
 
 
-@kernel
+@kernel(inner=True)
 def _solve(separation, load, guess, tolerance, max_iterations, coefficients, known):
     """Solve one load from a guess."""
     touch, products = _lowest(separation), 0

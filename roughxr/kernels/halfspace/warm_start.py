@@ -84,7 +84,7 @@ def refined(pressure, displacement, depth):
     return Prediction(out, touching, possible)
 
 
-@kernel
+@kernel(inner=True)
 def _between(field, i, j):
     """Return a coarse field, linear between its cells' centres, at the centre of a cell half as large."""
     k, m = i // 2, j // 2

@@ -48,7 +48,7 @@ def overlapping(separation, delta):
     return Overlap(box[0], box[1], count, delta - least)
 
 
-@kernel
+@kernel(inner=True)
 def put(part, window, box):
     """Write a box's field into the window's."""
     target = window[box]
@@ -96,7 +96,7 @@ def solve_in_box(depth, start, part, max_iterations, load, slack, coefficients, 
             return pressure, displacement, Outcome(outcome.status, products, worst, shift)
 
 
-@kernel
+@kernel(inner=True)
 def _begin(depth, start, slack, load, all_chosen):
     """Return the pressures to begin with, the cells that carry them, and the cells to work on."""
     pressure = np.zeros(depth.shape)
@@ -124,7 +124,7 @@ def _spread(share, on_deepest, depth, pressure, touching, chosen):
                 pressure[i, j], touching[i, j], chosen[i, j] = share, True, True
 
 
-@kernel
+@kernel(inner=True)
 def _count(chosen):
     count = 0
     for i in range(chosen.shape[0]):
@@ -167,7 +167,7 @@ def _shift(depth, shift):
             depth[i, j] += shift
 
 
-@kernel
+@kernel(inner=True)
 def _places(chosen):
     """Return the rows and columns of the chosen cells."""
     count = _count(chosen)
