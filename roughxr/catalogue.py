@@ -17,7 +17,7 @@ import xarray as xr
 from . import regions, schema
 from .kernels.asperity.ellipse import shape
 from .kernels.jit import kernel
-from .kernels.topography.tile_stitching import Found, Frame, join_tiles, search_tile
+from .kernels.topography.tile_stitching import Frame, ScanPeaks, join_tiles, search_tile
 
 #: Pixels along a side of a tile at least: rims and tasks of smaller ones would cost more than their heights.
 _SIDE = 256
@@ -136,7 +136,7 @@ def _joined_sizes(chunks: Iterable[int], least: int) -> tuple[int, ...]:
     return tuple(out)
 
 
-def _catalogue(found: Found, ds: xr.Dataset, frame: Frame) -> xr.Dataset:
+def _catalogue(found: ScanPeaks, ds: xr.Dataset, frame: Frame) -> xr.Dataset:
     """Return with labels what is found on a scan; of ``ds``, its heights are not needed."""
     schema.none_missing(found.missing, frame.shape[0] * frame.shape[1])
     peaks, fit = found.peaks, found.fit

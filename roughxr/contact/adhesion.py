@@ -17,7 +17,6 @@ from ..jobs import lazy as parallel
 from ..kernels.adhesion import cohesive_laws as cohesion
 from ..kernels.adhesion import path as kernel
 from ..kernels.asperity import maugis
-from ..kernels.halfspace.love import love_coefficients
 from ..kernels.halfspace.products import surface_displacement
 from ..kernels.halfspace.separation import PROFILES, map_separation, sphere_separation
 from ..materials import indenter_map
@@ -317,7 +316,6 @@ def _cycle(height, datum, window, at_edge, options: _Options) -> np.ndarray:
         separation,
         options.deltas + zero,
         options.step,
-        love_coefficients(*_table(separation.shape)),
         _law(options),
         options.work_of_adhesion * dx / options.contact_modulus,
         tolerance=options.tolerance,
@@ -333,12 +331,6 @@ def _cycle(height, datum, window, at_edge, options: _Options) -> np.ndarray:
     if options.field_shape is None:
         return rows
     return np.hstack([rows, _fields(path, zero, separation, window, options)])
-
-
-def _table(shape: tuple[int, int]) -> tuple[int, int]:
-    """Return a power of two that holds the padded window, so that few coefficient tables are ever made."""
-    size = 1 << (max(*shape) + 1).bit_length()
-    return size, size
 
 
 def _fields(path, zero, separation, window, options) -> np.ndarray:

@@ -115,9 +115,9 @@ def _pixels(ds: xr.Dataset, subregions: str) -> xr.Dataset:
     return xr.Dataset(coords={"subregion_x": ("subregion", x.ravel()), "subregion_y": ("subregion", y.ravel())})
 
 
-def _forest(ds: xr.Dataset, options: Options) -> kernel.Forest:
+def _forest(ds: xr.Dataset, options: Options) -> kernel.AsperityGrid:
     """Return the asperities of a scan or a catalogue as the search needs them."""
-    return kernel.plant(catalogue_field(ds, options)[0], options.kernel_law(), options.radius, options.profile)
+    return kernel.build_grid(catalogue_field(ds, options)[0], options.kernel_law(), options.radius, options.profile)
 
 
 def _packed(positions: xr.Dataset, forest: Any, options: Options) -> Any:
@@ -129,9 +129,9 @@ def _packed(positions: xr.Dataset, forest: Any, options: Options) -> Any:
     return packed.reshape(-1, packed.shape[-1])[: x.size]
 
 
-def _tile(x: np.ndarray, y: np.ndarray, forest: kernel.Forest, options: Options, size: int) -> np.ndarray:
+def _tile(x: np.ndarray, y: np.ndarray, forest: kernel.AsperityGrid, options: Options, size: int) -> np.ndarray:
     """Return the results of one tile, filled up with NaN to its full size."""
-    table = options.kernel_law().branch
+    table = options.kernel_law().spline
     found = kernel.pull_offs(x, y, forest, table, options.radius, options.profile)
     return np.pad(found, ((0, size - x.size), (0, 0)), constant_values=np.nan)
 

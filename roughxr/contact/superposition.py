@@ -15,8 +15,7 @@ from .. import regions, schema
 from ..catalogue import asperities, later
 from ..jobs import lazy as parallel
 from ..kernels.asperity import superposition as sums
-from ..kernels.asperity.laws import LAWS as _LAWS
-from ..kernels.asperity.laws import Law, asperities_scales
+from ..kernels.asperity.laws import ASPERITY_LAWS, AsperityLaw, asperities_scales
 from ..kernels.asperity.laws import law as read_law
 from ..kernels.halfspace.separation import PROFILES
 from ..units import positive
@@ -26,7 +25,7 @@ ADHESIVE = ("jkr", "maugis")
 LAWS = (*ADHESIVE, "hertz")
 
 #: Formulations of adhesion on an elliptic asperity, of the law "jkr".
-FORMULATIONS = _LAWS[1:]
+FORMULATIONS = ASPERITY_LAWS[1:]
 
 #: The formulation that is the default, and the one whose ellipses "maugis" has: what may be named beside it.
 _DEFAULT, _OF_MAUGIS = "energy", "self_similar"
@@ -51,7 +50,7 @@ class Options(NamedTuple):
     contact_modulus: float
     work_of_adhesion: float
 
-    def kernel_law(self) -> Law:
+    def kernel_law(self) -> AsperityLaw:
         """Return the law as the kernels want it."""
         return read_law(self.law, self.equilibrium_distance) if self.law == "maugis" else read_law(self.law)
 
@@ -231,7 +230,7 @@ def _superpose(x: float, y: float, prepared: tuple, options: Options) -> np.ndar
     field, patch_radius, excluded = prepared
     offset = sums.offsets(field, x, y, options.radius, options.profile)
     zero = offset.min() if options.first_contact and offset.size else 0.0
-    branch = options.kernel_law().branch
+    branch = options.kernel_law().spline
     summed = sums.superpose(options.deltas + zero, field, offset, patch_radius, branch)
     return np.vstack([summed, np.full(options.deltas.size, float(excluded))])
 

@@ -1,7 +1,9 @@
-"""The contact in a box by way of the cells that may touch, and the proof that no other does.
+"""The contact in a box by a working set: the cells that may touch, and the proof that no other does.
 
-The active set works on the chosen cells, its search directions in single precision; the product over the whole box, in
-double, is what decides. Whatever violates a condition there is taken in, and the active set goes on.
+Given depths δ − S (nm) in a box, sought are pressures p ≥ 0 and displacements A p that meet the conditions of contact
+(``active_set``) on every cell of it. The active set solves on the chosen cells alone, its search directions in single
+precision; the product over the whole box, in double, decides. Cells that violate a condition there join the working
+set, and the active set goes on. Source: own.
 
 Unit cells and unit modulus, as in ``active_set``; depths are δ − S, whatever does not overlap is below zero.
 """
@@ -15,7 +17,7 @@ from .active_set import CONVERGED, PATIENCE, Outcome, gather_cells, solve
 from .products import DENSE_LIMIT, displace, multiply, operator, whole_box
 
 
-class Prediction(NamedTuple):
+class WarmStart(NamedTuple):
     """What a contact may look like, on a window or a box."""
 
     pressure: np.ndarray
