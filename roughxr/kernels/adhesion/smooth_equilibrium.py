@@ -87,44 +87,35 @@ class Outcome(NamedTuple):
     fine: bool
 
 
-@kernel
 def settle(body, delta, last, state):
     """Bring ``state`` into equilibrium at a displacement (nm), from what stands in it or, failing that, from ``last``."""
     out = _newton(body, delta, state)
     products, rounds, steps = out.products, out.rounds, _TANGENTS
-    if out.fine:
+    if out.fine or out.residual == np.inf:
         return out
-    anchor = State(last.pressure.copy(), last.gap.copy(), last.touching.copy())
+    anchor = State(*(values.copy() for values in last))
     while rounds < body.max_rounds:
         products += _relax(body, delta, anchor, steps)
         bound = energy(body.separation, body.law, delta, anchor)
-        copy_state(anchor, state)
+        for old, new in zip(anchor, state):
+            new[:] = old
         out = _newton(body, delta, state)
         products, rounds, steps = products + out.products, rounds + out.rounds + steps, 2 * steps
-        if out.fine and energy(body.separation, body.law, delta, state) <= bound + 1e-3 * abs(bound):
-            return Outcome(rounds, products, out.residual, True)
-    return Outcome(rounds, products, out.residual, False)
+        lower = energy(body.separation, body.law, delta, state) <= bound + 1e-3 * abs(bound)
+        if (out.fine and lower) or out.residual == np.inf:
+            break
+    return Outcome(rounds, products, out.residual, out.fine)
 
 
-@kernel
-def copy_state(one, other):
-    """Write one state over another."""
-    for i in range(one.gap.shape[0]):
-        for j in range(one.gap.shape[1]):
-            other.pressure[i, j], other.gap[i, j] = one.pressure[i, j], one.gap[i, j]
-            other.touching[i, j] = one.touching[i, j]
-
-
-@kernel
 def _newton(body, delta, state):
-    """Iterate until the residual is small enough, or has not fallen for some time."""
+    """Iterate until the residual is small enough, or has not fallen for some time.
+
+    The residual is infinite where a cell touches beyond the part of the box in which systems are solved.
+    """
     products, best, since, exact, worst = 0, np.inf, 0, False, np.inf
     for turn in range(_LONGEST_NEWTON):
         exact = exact or worst < _FINE
-        _gaps(body, delta, state, exact)
-        worst = _classify(body, state)
-        if _is_outside(body, state):
-            return Outcome(turn, products, np.inf, False)
+        worst = (_exact_residual if exact else _quick_residual)(body, delta, state)
         if exact and worst <= body.tolerance:
             return Outcome(turn, products, worst, True)
         best, since = (worst, 0) if worst < 0.7 * best else (best, since + 1)
@@ -134,19 +125,27 @@ def _newton(body, delta, state):
     return Outcome(_LONGEST_NEWTON, products, worst, False)
 
 
-@kernel
 def _relax(body, delta, state, steps):
     """Follow the energy's tangents downhill for some steps; return the products that they cost."""
-    products, held = 0, np.zeros(state.gap.shape)
+    held = np.zeros(state.gap.shape)
     _hold(body, state, held)
-    _gaps(body, delta, state, False)
-    for _ in range(steps):
-        _hold(body, state, held)
-        _gaps(body, delta, state, False)
-        rows, columns = _places(body, state)
-        if rows.size > 0:
-            products += 1 + _press(body, state, held, rows, columns)
-    return products
+    _quick_gaps(body, delta, state)
+    return sum(_press(body, delta, state, held) for _ in range(steps))
+
+
+@kernel
+def _exact_residual(body, delta, state):
+    """Find the gaps in double precision, and which cells touch; return the largest residual over the strength."""
+    displace(state.pressure, body.exact, state.gap)
+    _less_approach(body, delta, state)
+    return _classify(body, state)
+
+
+@kernel
+def _quick_residual(body, delta, state):
+    """Do so in single precision."""
+    _quick_gaps(body, delta, state)
+    return _classify(body, state)
 
 
 @kernel
@@ -161,9 +160,14 @@ def _hold(body, state, held):
 
 
 @kernel
-def _press(body, state, held, rows, columns):
-    """Find where the cells touch and how they press under the attraction that is held; return the products."""
+def _press(body, delta, state, held):
+    """Find where cells touch and how they press under the attraction of their gaps, held; return the products."""
+    _hold(body, state, held)
+    _quick_gaps(body, delta, state)
+    rows, columns = _places(body, state)
     count = rows.size
+    if count == 0:
+        return 1
     cells = gather_cells(_near(body, rows, columns), count)
     pressure, gap, contact = np.zeros(count + 1), np.zeros(count + 1), np.zeros(count + 1, np.bool_)
     for k in range(count):
@@ -176,55 +180,57 @@ def _press(body, state, held, rows, columns):
         i, j = rows[k], columns[k]
         state.pressure[i, j], state.gap[i, j] = pressure[k] - held[i, j], gap[k]
         state.touching[i, j] = contact[k]
-    return out.iterations
+    return 1 + out.iterations
 
 
 @kernel
-def _gaps(body, delta, state, exact):
-    """Write the gaps that follow from the pressures."""
-    gap, separation = state.gap, body.separation
-    if exact:
-        displace(state.pressure, body.exact, gap)
-    else:
-        _displace_quickly(state.pressure, body.quick, gap)
-    for i in range(gap.shape[0]):
-        for j in range(gap.shape[1]):
-            gap[i, j] += separation[i, j] - delta
-
-
-@kernel
-def _displace_quickly(pressure, quick, out):
-    box = quick.box
+def _quick_gaps(body, delta, state):
+    """Write the gaps that follow from the pressures, in single precision."""
+    pressure, box = state.pressure, body.quick.box
     for i in range(box.shape[0]):
         for j in range(box.shape[1]):
             box[i, j] = pressure[i, j] if j < pressure.shape[1] else 0.0
-    convolve(quick)
-    for i in range(out.shape[0]):
-        for j in range(out.shape[1]):
-            out[i, j] = box[i, j]
+    convolve(body.quick)
+    for i in range(pressure.shape[0]):
+        for j in range(pressure.shape[1]):
+            state.gap[i, j] = box[i, j]
+    _less_approach(body, delta, state)
+
+
+@kernel
+def _less_approach(body, delta, state):
+    for i in range(state.gap.shape[0]):
+        for j in range(state.gap.shape[1]):
+            state.gap[i, j] += body.separation[i, j] - delta
 
 
 @kernel
 def _classify(body, state):
-    """Say which cells touch; let those far off follow; return the largest residual over the largest traction."""
+    """Say which cells touch; let those far off follow; return the largest residual over the largest traction.
+
+    Infinite where a cell touches beyond the part of the box in which systems are solved.
+    """
     law, worst = body.law, 0.0
     for i in range(state.gap.shape[0]):
         for j in range(state.gap.shape[1]):
             gap, pressure = state.gap[i, j], state.pressure[i, j]
-            if gap >= law.range:
-                worst = max(worst, abs(pressure))
-                state.touching[i, j], state.pressure[i, j] = False, 0.0
-                continue
             t, tau = traction(max(gap, 0.0), law)
-            touching = pressure + t > _WEIGHT * gap
+            touching = gap < law.range and pressure + t > _WEIGHT * gap
             state.touching[i, j] = touching
             if touching:
-                worst = max(worst, abs(gap))
+                worst = max(worst, abs(gap)) if _is_inside(i, j, body) else np.inf
                 continue
             worst = max(worst, abs(pressure + t))
             if tau < _NEAR:
                 state.pressure[i, j] = -t
     return worst / law.strength
+
+
+@kernel
+def _is_inside(i, j, body):
+    i -= body.first[0]
+    j -= body.first[1]
+    return 0 <= i < body.inverse.box.shape[0] and 0 <= j < body.inverse.box.shape[1]
 
 
 @kernel
@@ -287,18 +293,6 @@ def _places(body, state):
 
 
 @kernel
-def _is_outside(body, state):
-    """Say whether a cell touches beyond the part of the box that holds the linear systems."""
-    i0, j0 = body.first
-    i1, j1 = i0 + body.inverse.box.shape[0], j0 + body.inverse.box.shape[1]
-    for i in range(state.gap.shape[0]):
-        for j in range(state.gap.shape[1]):
-            if state.touching[i, j] and not (i0 <= i < i1 and j0 <= j < j1):
-                return True
-    return False
-
-
-@kernel
 def _system(body, state, rows, columns):
     """Return which cells touch, how fast the others' tractions fall, and what is to be mended."""
     count = rows.size
@@ -336,3 +330,13 @@ def energy(separation, law, delta, state):
                 gap = max(state.gap[i, j], 0.0)
                 total += 0.5 * state.pressure[i, j] * (delta - separation[i, j] + gap) - remaining_work(gap, law)
     return total
+
+
+@kernel
+def closed_parts(state, law):
+    """Return of each cell the part of the work of separation that is left to do."""
+    closed = np.empty(state.gap.shape)
+    for i in range(closed.shape[0]):
+        for j in range(closed.shape[1]):
+            closed[i, j] = remaining_work(max(state.gap[i, j], 0.0), law) / (law.work - law.cut)
+    return closed

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..halfspace.transforms import convolution, even_length, transfer_of
-from .smooth_equilibrium import Body, State, energy, settle
+from .smooth_equilibrium import Body, State, closed_parts, energy, settle
 from .smooth_patches import contacts_and_resolution
 from .smooth_prediction import ahead
 
@@ -177,6 +177,10 @@ class _Solver:
         force = float(state.pressure.sum())
         held = energy(separation, self.law, delta, state)
         return Known(delta, force, held, rows, columns, state, out.rounds, out.fine)
+
+    def contacts(self, state):
+        """Return how many contacts there are, and how well the mesh shows them."""
+        return contacts_and_resolution(state, closed_parts(state, self.law), self.law)
 
     def _box(self, delta):
         """Return the rows and columns of the box that holds all cells within range."""
@@ -355,7 +359,7 @@ class _Branch:
         row = np.zeros(10)
         row[DELTA], row[FORCE], row[ENERGY], row[DISSIPATED] = found.delta, found.force, found.energy, self.dissipated
         row[AREA], row[ITERATIONS], row[OK], row[ASKED] = found.state.touching.sum(), found.rounds, found.fine, asked
-        row[CONTACTS], row[RESOLUTION] = contacts_and_resolution(found.state, self.solver.law)
+        row[CONTACTS], row[RESOLUTION] = self.solver.contacts(found.state)
         return row
 
     def _vertex(self):
