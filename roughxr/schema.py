@@ -78,6 +78,7 @@ VARIABLES: dict[str, Variable] = {
     "scan_y_max": Variable("nm", "outer edge of the scan", "largest y"),
     "patch_radius": Variable("nm", "half-width of the fitted patch"),
     "shortest_wavelength": Variable("nm", "shortest wavelength", "all but 5 % of the mean square curvature is longer"),
+    "rms_slope": Variable("1", "slope of the scan, root mean square"),
     "pixel": Variable("nm", "pixel size", "the larger of the two"),
     "plateau_size": Variable("1", "pixels of equal height at the peak"),
     "saddle": Variable("1", "the fit is no peak (curvature_min <= 0)"),

@@ -99,31 +99,39 @@ def law_of(law: str, formulation: str, options: Options) -> dict[str, Any]:
     return {"law": law, "formulation": formulation}
 
 
+def fit_of(options: Options) -> dict[str, str]:
+    """Return how a scan's asperities are found for this law: as the paper finds them for the paper's own."""
+    return {"patch": "paper", "vertex": "pixel"} if options.law == "published" else {}
+
+
 def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
     """Return the asperities that are peaks under this sphere, the patch's half-width and the number left out."""
-    catalogue = ds if "asperity" in ds.dims else asperities(ds)
+    catalogue = ds if "asperity" in ds.dims else asperities(ds, **fit_of(options))
     sphere = 0.5 / options.radius if options.composite else 0.0
     A, B = (0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
     scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, options.kernel_law())
     x, y = catalogue["x"].values, catalogue["y"].values
-    spacing = _spacing(x, y)
     depth = float(catalogue["datum_height"]) - catalogue["height"].values
     at_edge = catalogue["edge"].values.astype(float) if "edge" in catalogue else np.zeros(x.size)
     peaks = np.isfinite(scales.P)
-    kept = [array[peaks] for array in (x, y, depth, spacing, at_edge)]
+    kept = [array[peaks] for array in (x, y, depth, catalogue["orientation"].values, at_edge)]
     scales = type(scales)(*(array[peaks] for array in scales))
-    return sums.Field(*kept, scales), float(catalogue["patch_radius"]), int((~peaks).sum())
+    return sums.Field(*kept, _neighbours(*kept[:2]), scales), float(catalogue["patch_radius"]), int((~peaks).sum())
 
 
-def _spacing(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the distance from each point to the next; inf where there is but one."""
+def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return the numbers of the points nearest to each, −1 where there are no more."""
     from scipy.spatial import cKDTree
 
-    if x.size < 2:
-        return np.full(x.size, np.inf)
-    points = np.c_[x, y]
-    quickly_made = {"balanced_tree": False, "compact_nodes": False}
-    return cKDTree(points, **quickly_made).query(points, k=[2])[0][:, 0]
+    points, count = np.c_[x, y], min(sums.NEIGHBOURS, max(x.size - 1, 0))
+    out = np.full((x.size, sums.NEIGHBOURS), -1, np.intp)
+    if count:
+        quickly_made = {"balanced_tree": False, "compact_nodes": False}
+        nearest = cKDTree(points, **quickly_made).query(points, k=count + 1)[1]
+        itself = nearest == np.arange(x.size)[:, None]
+        itself[~itself.any(axis=1), -1] = True  # of points at one place, another may be named first
+        out[:, :count] = nearest[~itself].reshape(x.size, count)
+    return out
 
 
 def asperity_grid(ds: xr.Dataset, options: Options) -> largest_pull.AsperityGrid:
