@@ -264,7 +264,7 @@ def sweep(
     ax.plot([], [], "v", color=GREY, markersize=4, label="pull-off")
     if force_limits is not None:
         ax.set_ylim(*force_limits)
-    return legend(label_axes(ax, "delta", "force"), loc="best")
+    return legend(label_axes(ax, "delta", "force"), loc="best", frameon=True, framealpha=0.85, edgecolor="none")
 
 
 @styled
