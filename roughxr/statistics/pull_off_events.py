@@ -11,7 +11,6 @@ import xarray as xr
 from .. import schema
 from ..contact.estimates import elastic_pull_off
 
-
 #: What a cycle tells of its pull-off besides.
 _OF_CYCLES = ("pull_off_resolution", "pull_off_error", "refinement")
 
