@@ -29,6 +29,7 @@ from .materials import assign_pair, contact_modulus, gilman_surface_energy
 from .parameter_grid import vary
 from .reconstruction import reconstruct
 from .scans import (
+    add_fine_roughness,
     autocorrelation,
     crop,
     fill,
@@ -39,6 +40,8 @@ from .scans import (
     resample,
     rotate90,
     roughness,
+    self_affine_fit,
+    smooth,
     to_gsf,
     to_surfacetopography,
 )
@@ -49,6 +52,7 @@ from .tip import dilate, erode, tip_flags
 __all__ = [
     "ContactAccessor",
     "__version__",
+    "add_fine_roughness",
     "adhesive",
     "archive",
     "asperities",
@@ -88,7 +92,9 @@ __all__ = [
     "roughness",
     "run",
     "schema",
+    "self_affine_fit",
     "sensitivity",
+    "smooth",
     "summary",
     "superpose",
     "synthetic",

@@ -55,9 +55,12 @@ class ContactAccessor:
     rotate90 = _method(scans.rotate90)
     dilate = _method(tip.dilate)
     erode = _method(tip.erode)
+    smooth = _method(scans.smooth)
+    add_fine_roughness = _method(scans.add_fine_roughness)
     roughness = _method(scans.roughness)
     power_spectrum = _method(scans.power_spectrum)
     autocorrelation = _method(scans.autocorrelation)
+    self_affine_fit = _method(scans.self_affine_fit)
 
     # contact
     asperities = _method(asperities)

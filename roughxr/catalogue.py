@@ -18,7 +18,7 @@ import xarray as xr
 from . import regions, schema
 from .kernels.asperity.ellipse import shape
 from .kernels.jit import kernel
-from .kernels.topography.tile_stitching import HALO, Found, Frame, Tile, join_tiles, search_finer, search_tile
+from .kernels.topography.tile_stitching import HALO, Frame, ScanPeaks, Tile, join_tiles, search_finer, search_tile
 from .scans import wavelength
 from .scans.parts import taker
 from .scans.wavelength import Waves
@@ -223,14 +223,14 @@ def _searched_later(height: da.Array, setup: _Setup) -> Any:
     return join([[search(block, (i, j), frame) for block, j in zip(row, y)] for row, i in zip(blocks, x)], frame)
 
 
-def _searched(height: np.ndarray, setup: _Setup) -> Found:
+def _searched(height: np.ndarray, setup: _Setup) -> ScanPeaks:
     """Return what is found on the heights of a scan."""
     if setup.refine > 1:
         return _searched_finer(height, setup)
     return join_tiles([[search_tile(height, (0, 0), setup.frame)]], setup.frame)
 
 
-def _searched_finer(height: np.ndarray, setup: _Setup) -> Found:
+def _searched_finer(height: np.ndarray, setup: _Setup) -> ScanPeaks:
     """Return what is found on finer pixels, tile by tile: all of them at once would fill the memory."""
     tiles = [
         [search_finer(height[part], corner, halo, setup.refine, setup.frame) for part, corner, halo in row]
@@ -253,7 +253,7 @@ def _search_finer(height: np.ndarray, corner: tuple, halo: tuple, setup: _Setup)
     return search_finer(height, corner, halo, setup.refine, setup.frame)
 
 
-def _join(tiles: list[list[Tile]], setup: _Setup) -> Found:
+def _join(tiles: list[list[Tile]], setup: _Setup) -> ScanPeaks:
     return join_tiles(tiles, setup.frame)
 
 
@@ -286,7 +286,7 @@ def _joined_sizes(chunks: Iterable[int], least: int) -> tuple[int, ...]:
     return tuple(out)
 
 
-def _catalogue(found: Found, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
+def _catalogue(found: ScanPeaks, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
     """Return with labels what is found on a scan; of ``ds``, its heights are not needed."""
     frame = setup.frame
     schema.none_missing(found.missing, ds.sizes["x"] * ds.sizes["y"])

@@ -1,7 +1,6 @@
 """Surfaces made from a seed: a self-affine scan, and the synthetic twin of a published glass scan.
 
-The random numbers come from the raw bits of PCG64 and the inverse normal distribution, not from a library's
-way of drawing normal numbers, which may change between versions: a seed means the same surface anywhere.
+A seed means the same surface anywhere, whatever the versions of libraries.
 
 The glass is a twin of the scan that Cheng, Dunn & Brach (Contact between a smooth microsphere and an
 anisotropic rough surface) worked on and never published. It is no measurement. ``datasets/calibrate_glass.py``
@@ -22,6 +21,7 @@ import xarray as xr
 
 from . import schema
 from .disk import uninterrupted, whole
+from .kernels.topography.random_surface import normal, uniform
 from .units import is_whole, magnitude, positive, whole_number
 
 #: Raw numbers that PCG64 draws apart for heights and for particles, so that either may change alone.
@@ -208,9 +208,9 @@ def particle_centres(*, seed: int = GLASS_SEED, model: GlassModel = GlassModel()
     (6, 2)
     """
     count = len(model.offsets)
-    uniform = _uniform(model.tiles**2 + count, seed, _PARTICLES)
-    tiles = np.argsort(uniform[: model.tiles**2], kind="stable")[:count]
-    angles = 2 * np.pi * uniform[model.tiles**2 :]
+    numbers = uniform(model.tiles**2 + count, seed, _PARTICLES)
+    tiles = np.argsort(numbers[: model.tiles**2], kind="stable")[:count]
+    angles = 2 * np.pi * numbers[model.tiles**2 :]
     side = model.pixels * model.pixel / model.tiles
     centres = (np.stack(np.divmod(tiles, model.tiles), axis=1) + 0.5) * side
     return centres + np.asarray(model.offsets)[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
@@ -248,18 +248,11 @@ def write_glass(path: str | os.PathLike) -> Path:
     return path
 
 
-def _uniform(count: int, seed: int, stream: int) -> np.ndarray:
-    """Return numbers inside (0, 1) from PCG64's raw bits, which no version of numpy changes."""
-    bits = np.random.PCG64([seed, stream]).random_raw(count)
-    return ((bits >> np.uint64(11)) + 0.5) * 2.0**-53
-
-
 def _unit_surface(shape, pixel, hurst, rolloff, cutoff, seed) -> np.ndarray:
     """Return filtered white noise of mean 0 and standard deviation 1."""
     from scipy.fft import irfft2, rfft2
-    from scipy.special import ndtri
 
-    noise = ndtri(_uniform(shape[0] * shape[1], seed, _HEIGHTS)).reshape(shape)
+    noise = normal(shape, seed, _HEIGHTS)
     per_nm = np.hypot(np.fft.fftfreq(shape[0], pixel)[:, None], np.fft.rfftfreq(shape[1], pixel))
     amplitude = (1 + (rolloff * per_nm) ** 2) ** (-(1 + hurst) / 2)
     amplitude[0, 0] = 0.0

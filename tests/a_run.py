@@ -50,7 +50,7 @@ def in_a_process(output, limit=None, told=None, alone=False, **options):
     if alone:
         executor._SECONDS = schedulers._Here.serving = schedulers._Cluster.serving = 0.0
     if options.get("scheduler") == "processes":
-        dask.config.set({"distributed.worker.multiprocessing-method": "forkserver", "num_workers": 2})
+        dask.config.set(num_workers=2)
     try:
         run(output, **options)
     except BaseException as error:

@@ -239,3 +239,34 @@ def test_what_nobody_can_guess_is_asked_for(options, says, tmp_path, capsys):
     )
     assert says in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["scan.nc"]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--subregions", "1", "1"],
+        ["--subregions", "2", "1", "--delta", "1e-6"],
+        ["--subregions", "2", "1", "--delta", "1e4"],
+        ["--subregions", "2", "1", "--work-of-adhesion", "0"],
+    ],
+    ids=["one place", "nothing touches", "far too deep", "no adhesion"],
+)
+def test_a_run_that_finds_nothing_ends_well_and_is_reported_as_what_it_is(options, tmp_path):
+    scan(rough(64, rms=1.0, seed=3), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
+    pair = ["--sphere-radius", "500", "--materials", "glass"]
+    assert main(["run", str(tmp_path / "scan.nc"), *pair, *options, "-q", "-o", str(tmp_path / "out")]) == 0
+    assert main(["report", str(tmp_path / "out")]) == 0
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "pull-off force, mean" in page
+    if "1e-6" in options:
+        assert "Nothing touches at any displacement" in page
+    if options[-2:] == ["1", "1"]:
+        assert "One place was computed" in page
+
+
+def test_a_flat_scan_is_told_before_anything_is_solved(tmp_path, capsys):
+    scan(np.zeros((64, 64)), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
+    pair = ["--sphere-radius", "500", "--materials", "glass"]
+    assert main(["run", str(tmp_path / "scan.nc"), *pair, "-o", str(tmp_path / "o.nc")]) == 1
+    told = capsys.readouterr().err
+    assert "is it flat?" in told and "direct simulation" not in told

@@ -11,8 +11,7 @@ from .. import schema
 from ..catalogue import asperities
 from ..kernels.asperity import largest_pull
 from ..kernels.asperity import superposition as sums
-from ..kernels.asperity.laws import LAWS as KERNEL_LAWS
-from ..kernels.asperity.laws import Law, asperities_scales
+from ..kernels.asperity.laws import ASPERITY_LAWS, AsperityLaw, asperities_scales
 from ..kernels.asperity.laws import law as read_law
 from ..kernels.halfspace.separation import PROFILES
 from ..units import positive
@@ -23,7 +22,7 @@ ADHESIVE = ("jkr", "maugis")
 LAWS = (*ADHESIVE, "hertz")
 
 #: Formulations of adhesion on an elliptic asperity, of the law "jkr".
-FORMULATIONS = KERNEL_LAWS[1:]
+FORMULATIONS = ASPERITY_LAWS[1:]
 
 #: The formulation that is the default, and the one whose ellipses "maugis" has: what may be named beside it.
 DEFAULT, _OF_MAUGIS = "energy", "self_similar"
@@ -47,7 +46,7 @@ class Options(NamedTuple):
     contact_modulus: float
     work_of_adhesion: float
 
-    def kernel_law(self) -> Law:
+    def kernel_law(self) -> AsperityLaw:
         """Return the law as the kernels want it."""
         return read_law(self.law, self.equilibrium_distance) if self.law == "maugis" else read_law(self.law)
 
@@ -140,19 +139,19 @@ def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return out
 
 
-def asperity_grid(ds: xr.Dataset, options: Options) -> largest_pull.Forest:
+def asperity_grid(ds: xr.Dataset, options: Options) -> largest_pull.AsperityGrid:
     """Return the asperities of a scan or a catalogue, sorted into cells for the search of the largest pull."""
     return grid_of(catalogue_field(ds, options), options)
 
 
-def grid_of(prepared: tuple, options: Options) -> largest_pull.Forest:
+def grid_of(prepared: tuple, options: Options) -> largest_pull.AsperityGrid:
     """Return the asperities of `catalogue_field`, sorted into cells."""
-    return largest_pull.plant(prepared[0], options.kernel_law(), options.radius, options.profile)
+    return largest_pull.build_grid(prepared[0], options.kernel_law(), options.radius, options.profile)
 
 
-def largest_pulls(x: np.ndarray, y: np.ndarray, grid: largest_pull.Forest, options: Options) -> np.ndarray:
+def largest_pulls(x: np.ndarray, y: np.ndarray, grid: largest_pull.AsperityGrid, options: Options) -> np.ndarray:
     """Return the exact pull-off at each centre, records of ``PULL_OFF``; NaN where nothing pulls."""
-    found = largest_pull.pull_offs(x, y, grid, options.kernel_law().branch, options.radius, options.profile)
+    found = largest_pull.pull_offs(x, y, grid, options.kernel_law().spline, options.radius, options.profile)
     force, delta = -found[:, largest_pull.FORCE], found[:, largest_pull.DELTA]
     records = np.zeros(x.size, PULL_OFF)
     records["pull_off_force"] = np.where(force > 0, force, np.nan)

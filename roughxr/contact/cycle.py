@@ -1,4 +1,4 @@
-"""One cycle of approach and retraction at one contact centre: which solver follows it, on how fine a mesh, what comes of it.
+"""One cycle of approach and retraction at one contact centre: which solver follows it, and on how fine a mesh.
 
 Smooth laws of finite range are followed by Newton's method (``kernels.adhesion.smooth_path``), the Griffith limit and
 Dugdale's law cell by cell (``kernels.adhesion.path``). A mesh is halved until two in a row agree on the pull-off.
@@ -14,9 +14,9 @@ from ..kernels.adhesion import cohesive_laws, path, smooth_laws, smooth_path
 from ..kernels.halfspace.products import coefficients_for
 from .problem import Place, Problem, Surface, surface_at
 
-#: Laws by the solver that follows them.
+#: Laws that Newton's method follows, and what the kernels call them.
 SMOOTH = ("exponential", "lennard_jones")
-BY_CELLS = ("griffith", "dugdale")
+_KERNEL_NAMES = {"exponential": "exponential", "lennard_jones": "van_der_waals"}
 
 #: Refinements that "auto" goes through; the first is the least that has cells of so many nm or less, or of so many of
 #: the law's lengths, whichever is more.
@@ -53,7 +53,7 @@ def reach_of_law(adhesion: Adhesion, problem: Problem) -> float:
     if adhesion.law == "griffith" or adhesion.work == 0:
         return 0.0
     if adhesion.law in SMOOTH:
-        return smooth_laws.smooth_law(adhesion.law, adhesion.work, adhesion.length).range
+        return smooth_laws.smooth_law(_KERNEL_NAMES[adhesion.law], adhesion.work, adhesion.length).range
     return law_by_cells(adhesion, problem).range
 
 
@@ -112,7 +112,7 @@ def _change(one: Cycles, other: Cycles) -> np.ndarray:
 
 
 def deltas_of(surface: Surface, problem: Problem, adhesion: Adhesion) -> np.ndarray:
-    """Return the displacements that are asked for, nm below the datum; up to a preload they count from first contact."""
+    """Return the displacements asked for, nm below the datum; those up to a preload count from first contact."""
     return problem.steps + (surface.separation.min() if adhesion.preloads.size else surface.zero)
 
 
@@ -153,7 +153,7 @@ def _follow_smooth(surface: Surface, problem: Problem, adhesion: Adhesion, field
         deltas_of(surface, problem, adhesion),
         adhesion.step,
         coefficients_for(surface.separation.shape),
-        smooth_laws.smooth_law(adhesion.law, adhesion.work * per_unit, adhesion.length),
+        smooth_laws.smooth_law(_KERNEL_NAMES[adhesion.law], adhesion.work * per_unit, adhesion.length),
         preloads=adhesion.preloads / (problem.contact_modulus * problem.dx),
         tolerance=adhesion.tolerance,
         max_rounds=adhesion.max_iterations,
@@ -215,7 +215,7 @@ def law_by_cells(adhesion: Adhesion, problem: Problem) -> cohesive_laws.Law:
     w = adhesion.work * per_unit
     if adhesion.law == "griffith" or w == 0:
         return cohesive_laws.griffith(w)
-    return cohesive_laws.cohesive(adhesion.law, w, w / adhesion.length)
+    return cohesive_laws.finite_range(adhesion.law, w, w / adhesion.length)
 
 
 def _in_units(followed: path.Path, surface: Surface, problem: Problem) -> path.Path:

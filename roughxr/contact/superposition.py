@@ -190,7 +190,7 @@ def _superpose(x: float, y: float, prepared: tuple, options: Options, layout: La
     (field, patch_radius, excluded), grid = prepared
     offset = sums.offsets(field, x, y, options.radius, options.profile)
     zero = offset.min() if options.first_contact and offset.size else 0.0
-    summed = sums.superpose(layout.axes["delta"] + zero, field, offset, patch_radius, options.kernel_law().branch)
+    summed = sums.superpose(layout.axes["delta"] + zero, field, offset, patch_radius, options.kernel_law().spline)
     record = layout.blank()
     for name, values in zip(_STATES, summed):
         record[name] = values

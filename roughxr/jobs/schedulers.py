@@ -226,8 +226,18 @@ def _client(address: str) -> Any:
 def _worker_processes() -> Iterator[Any]:
     """Give a client of worker processes on this machine, which end with this one, and begin again when they die."""
     distributed = _distributed("worker processes need")
-    with dask.config.set(_OF_PROCESSES):
-        cluster = distributed.LocalCluster(
+    with (
+        dask.config.set(_OF_PROCESSES),
+        _started(distributed.LocalCluster) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        yield client
+
+
+def _started(cluster: Any, tries: int = 3) -> Any:
+    """Start worker processes, and once more where one dies before it has begun, which its nanny does not survive."""
+    try:
+        return cluster(
             n_workers=_workers(),
             threads_per_worker=1,
             memory_limit=None,
@@ -235,8 +245,10 @@ def _worker_processes() -> Iterator[Any]:
             silence_logs=logging.CRITICAL,
             preload=[_DEAF_TO_INTERRUPTS],
         )
-        with cluster, distributed.Client(cluster) as client:
-            yield client
+    except RuntimeError:
+        if tries == 1:
+            raise
+        return _started(cluster, tries - 1)
 
 
 def _distributed(needed_by: str) -> Any:

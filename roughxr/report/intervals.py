@@ -26,15 +26,16 @@ PLACES = ("all places", "without debris")
 _COLUMNS = ("estimate", "low", "high", "naive low", "naive high", "independent places")
 
 
-def interval_table(run: Mapping[str, xr.Dataset], method: str = "energy") -> pd.DataFrame:
+def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> pd.DataFrame:
     """Return the main numbers with their 95 % intervals by block and by naive bootstrap.
 
     Parameters
     ----------
     run : mapping of str to Dataset
         The groups of a run.
-    method : str
-        Formulation of adhesion whose pull-off is told.
+    method : str, optional
+        Whose pull-off is told: "adhesive", the simulation with adhesion, where the run holds it, else the superposition
+        by least energy.
 
     Returns
     -------
@@ -44,8 +45,10 @@ def interval_table(run: Mapping[str, xr.Dataset], method: str = "energy") -> pd.
     """
     rows = {}
     flags = flagged(run)
-    pull = statistics.reduction(run[f"statistics/{method}"]) if f"statistics/{method}" in run else None
+    pull = _pull_off(run, method or ("adhesive" if "statistics/adhesive" in run else "energy"))
     for words, name, what in _PULL_OFF if pull is not None else ():
+        if name not in pull:
+            continue
         unit, size = _unit_of(pull, name)
         rows |= _rows(f"{words} [{unit}]" if unit else words, pull, name, what, size, flags)
     if "solutions/direct" in run:
@@ -57,6 +60,14 @@ def interval_table(run: Mapping[str, xr.Dataset], method: str = "energy") -> pd.
     table = pd.DataFrame.from_dict(rows, orient="index", columns=_COLUMNS)
     table.index = pd.MultiIndex.from_tuples(rows, names=["quantity", "places"])
     return table
+
+
+def _pull_off(run: Mapping[str, xr.Dataset], method: str) -> xr.Dataset | None:
+    """Return a run's pull-off, beside the smooth sphere's where the bodies adhere."""
+    pull = run.get(f"statistics/{method}")
+    if pull is None or float(pull.coords.get("work_of_adhesion", 0.0)) <= 0:
+        return pull
+    return statistics.reduction(pull)
 
 
 def force_unit(force: float) -> tuple[str, float]:
@@ -95,8 +106,10 @@ def marked(direct: xr.Dataset) -> list[float]:
 
 
 def _rows(words: str, ds: xr.Dataset, name: str, what: str, size: float, flags: xr.DataArray | None) -> dict:
-    if int(np.isfinite(ds[name].values).sum()) < 2:
-        return {}
+    values = ds[name].values[np.isfinite(ds[name].values)]
+    if values.size < 2:  # an estimate without an interval, or none: told all the same
+        alone = float(values[0]) / size if values.size and what != "std" else np.nan
+        return {(words, PLACES[0]): [alone, *[np.nan] * 4, float(values.size)]}
     rows = {(words, PLACES[0]): _row(ds, name, what, size)}
     if flags is not None and 0 < int(flags.sum()) < flags.size - 1 and flags.size == ds.sizes["subregion"]:
         rows[words, PLACES[1]] = _row(ds.isel(subregion=np.flatnonzero(~flags.values)), name, what, size, within=ds)

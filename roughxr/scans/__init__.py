@@ -5,6 +5,7 @@ from .channel import UnreadableScan
 from .description import describe
 from .editing import crop, fill, resample, rotate90
 from .export import to_gsf, to_netcdf, to_surfacetopography
+from .fine_scales import add_fine_roughness, self_affine_fit, smooth
 from .levelling import level
 from .plausibility import ImplausibleScan, doubts
 from .roughness_parameters import roughness
@@ -15,6 +16,7 @@ __all__ = [
     "ImplausibleScan",
     "RoughxrBackend",
     "UnreadableScan",
+    "add_fine_roughness",
     "autocorrelation",
     "crop",
     "describe",
@@ -27,6 +29,8 @@ __all__ = [
     "resample",
     "rotate90",
     "roughness",
+    "self_affine_fit",
+    "smooth",
     "to_gsf",
     "to_netcdf",
     "to_surfacetopography",

@@ -168,32 +168,35 @@ def mutant(path, source, k):
 
 
 class Times:
-    """What each test takes, and whether it passes."""
+    """What each test that passes takes, of processor time; one that takes long is stopped."""
 
-    def __init__(self):
+    def __init__(self, longest):
+        self.longest = longest
         self.passed = {}
 
-    def pytest_runtest_logreport(self, report):
-        """Note a test that passed."""
-        if report.when == "call" and report.passed:
-            self.passed[report.nodeid] = report.duration
-
-
-class Limit:
-    """An end to a test that takes long."""
-
-    def __init__(self, seconds):
-        self.seconds = seconds
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item):
+        """Note the time of a test with its fixtures."""
+        began = time.process_time()
+        found = yield
+        if item.nodeid in self.passed:
+            self.passed[item.nodeid] = time.process_time() - began
+        return found
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item):
         """Stop the test by a signal."""
-        signal.signal(signal.SIGALRM, _stop)
-        signal.setitimer(signal.ITIMER_REAL, self.seconds)
+        signal.signal(signal.SIGPROF, _stop)
+        signal.setitimer(signal.ITIMER_PROF, self.longest)
         try:
             return (yield)
         finally:
-            signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.setitimer(signal.ITIMER_PROF, 0)
+
+    def pytest_runtest_logreport(self, report):
+        """Note that a test passed."""
+        if report.when == "call" and report.passed:
+            self.passed[report.nodeid] = 0.0
 
 
 def _stop(*_):
@@ -229,8 +232,8 @@ def quick_tests(files, longest, compiled):
     read, write = os.pipe()
 
     def work():
-        times = Times()
-        run_tests(files, times, Limit(longest))
+        times = Times(longest)
+        run_tests(files, times)
         os.write(write, repr(times.passed).encode())
         return 0
 
@@ -242,8 +245,9 @@ def quick_tests(files, longest, compiled):
     return sorted(passed, key=passed.get), sum(passed.values())
 
 
-def survives(one, tests):
-    """Return, in a child, 0 if all tests pass on a mutant."""
+def survives(one, tests, limit):
+    """Return, in a child that has so much processor time, 0 if all tests pass on a mutant."""
+    import resource
     from importlib.machinery import SourceFileLoader
 
     ordinary = SourceFileLoader.get_code
@@ -252,6 +256,7 @@ def survives(one, tests):
         return one.code if Path(loader.path) == one.path else ordinary(loader, name)
 
     SourceFileLoader.get_code = get_code
+    resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))
     return int(run_tests(tests) != 0)
 
 
@@ -261,16 +266,9 @@ def outcomes(every, tests, limit, jobs, compiled):
     while waiting or running:
         while waiting and len(running) < jobs:
             one = waiting.pop(0)
-            running[forked(lambda one=one: survives(one, tests), compiled)] = one, time.monotonic()
-        for child, (one, began) in list(running.items()):
-            done, status = os.waitpid(child, os.WNOHANG)
-            if not done and time.monotonic() - began > limit:
-                os.killpg(child, signal.SIGKILL)
-                done, status = os.waitpid(child, 0)
-            if done:
-                del running[child]
-                yield one, status != 0
-        time.sleep(0.02)
+            running[forked(lambda one=one: survives(one, tests, limit), compiled)] = one
+        child, status = os.wait()
+        yield running.pop(child), status != 0
 
 
 def main():
@@ -280,7 +278,7 @@ def main():
     parser.add_argument("--sample", type=int, default=20, help="mutants of each file; default %(default)s")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    parser.add_argument("--longest", type=float, default=2.0, help="seconds of a test; default %(default)s")
+    parser.add_argument("--longest", type=float, default=2.0, help="processor seconds of a test; default %(default)s")
     parser.add_argument("--survivors", action="store_true", help="print the mutants that no test noticed")
     options = parser.parse_args()
     os.chdir(ROOT)
@@ -301,7 +299,7 @@ def group(name, files, tests, options):
     killed = drawn = 0
     for path in files:
         some, total = mutants(path, options.sample, options.seed)
-        found = list(outcomes(some, tests, 30 + 10 * seconds, options.jobs, compiled))
+        found = list(outcomes(some, tests, 30 + int(10 * seconds), options.jobs, compiled))
         dead = sum(was_killed for _, was_killed in found)
         killed, drawn = killed + dead, drawn + len(found)
         print(f"  {path.relative_to(ROOT)}: {dead} of {len(found)} killed, of {total} possible", flush=True)

@@ -85,7 +85,7 @@ def _spread(of, queue, head, tail, closed, least, cells):
     return tail
 
 
-@kernel
+@kernel(inner=True)
 def _axis_ratio(moments):
     """Return b/a of the ellipse with the moments of a patch."""
     total = moments[0]

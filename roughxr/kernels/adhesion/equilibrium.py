@@ -67,7 +67,7 @@ class Descent(NamedTuple):
     stable: bool  # whether the stiffness was positive definite all the way
 
 
-@kernel
+@kernel(inner=True)
 def settle(problem, delta, cells):
     """Balance the cells and take others in until none beside the contacts wants to join.
 
@@ -273,7 +273,7 @@ def _admissible(problem, cells, size):
     return part
 
 
-@kernel(reorder=True)
+@kernel(inner=True, reorder=True)
 def _solve(matrix, right, size):
     """Solve in place by Cholesky's factors of the lower triangle; False if it is not positive definite."""
     for a in range(size):

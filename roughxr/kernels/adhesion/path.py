@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..halfspace.products import coefficients_for
 from ..jit import kernel
 from . import tuning
 from .cohesive_laws import line_energy, remaining_work, toughness
@@ -46,7 +47,7 @@ class Path(NamedTuple):
     pressures: np.ndarray  # (2 deltas or 0, nx, ny) p dx/E*, nm, at the states asked for; NaN where not reached
 
 
-def follow(separation, deltas, step, coefficients, law, w, *, tolerance, max_iterations, max_cells, fields=False):
+def follow(separation, deltas, step, law, w, *, tolerance, max_iterations, max_cells, fields=False):
     """Follow the contact up to the last of ascending ``deltas`` (nm), back through them and on until it is lost.
 
     Parameters
@@ -57,8 +58,6 @@ def follow(separation, deltas, step, coefficients, law, w, *, tolerance, max_ite
         Displacements at which states are asked for, nm, ascending.
     step : float
         Longest step between two states, nm.
-    coefficients : (≥ nx, ≥ ny) array
-        Love's.
     law : CohesiveLaw
     w : float
         Work of adhesion, nm² (w dx/E*).
@@ -76,7 +75,7 @@ def follow(separation, deltas, step, coefficients, law, w, *, tolerance, max_ite
     room = min(max_cells, tuning.NEWTON_CELLS)
     problem = Problem(
         separation=padded,
-        coefficients=coefficients,
+        coefficients=coefficients_for(padded.shape),
         law=law,
         w=w,
         tolerance=tolerance,

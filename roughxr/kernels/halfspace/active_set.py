@@ -53,13 +53,13 @@ class Cells(NamedTuple):
     operator: Operator
 
 
-@kernel
+@kernel(inner=True)
 def gather_cells(operator, count):
     """Return the ``count`` `Cells` of an operator, their depths to be filled in."""
     return Cells(np.zeros(count), _neighbours(operator.rows, operator.columns), operator)
 
 
-@kernel
+@kernel(inner=True)
 def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
     """Solve from the given pressures, their gaps and a contact, each (count + 1,), which become the solution's.
 
@@ -229,7 +229,7 @@ def _advance(pressure, gap, contact, direction, image, slope, target):
     return not beyond
 
 
-@kernel
+@kernel(inner=True)
 def _count(pressure, gap, contact, goal):
     """Return how many cells pull or penetrate, and the largest violation."""
     violating, worst = 0, 0.0

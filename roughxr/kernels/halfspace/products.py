@@ -45,7 +45,7 @@ def coefficients_for(shape):
     return love_coefficients(size, size)
 
 
-@kernel
+@kernel(inner=True)
 def no_transfers():
     """Return the list in which `known_transfer` keeps what it has computed."""
     return [Transfer(0, 0, np.zeros((1, 1)), np.zeros((1, 1), np.float32))]
@@ -84,11 +84,17 @@ def displace(pressure, whole, out):
             out[i, j] = whole.box[i, j]
 
 
-@kernel
+@kernel(inner=True)
+def _no_convolution():
+    zero = np.int64(0)
+    return convolution(zero, zero + 2, np.empty((2, 2), np.float32), np.complex64(0))
+
+
+@kernel(inner=True)
 def operator(rows, columns, coefficients, known, dense):
     """Return the operator of the cells at (rows, columns), whole numbers, by a matrix where ``dense``."""
     rows, columns = _from_first(rows), _from_first(columns)
-    nothing = convolution(0, 2, np.zeros((2, 2), np.float32), np.complex64(0))
+    nothing = _no_convolution()
     if dense:
         return Operator(rows, columns, _between(rows, columns, coefficients), nothing, nothing)
     shape = largest(rows) + 1, largest(columns) + 1
@@ -100,7 +106,7 @@ def operator(rows, columns, coefficients, known, dense):
         high, wide = even_length(shape[0]), even_length(shape[1])
         periodic = known_transfer(high, wide, coefficients, known)
         inverse = convolution(shape[0], wide, _inverse(periodic), np.complex64(0))
-    return Operator(rows, columns, np.zeros((0, 0)), box, inverse)
+    return Operator(rows, columns, np.empty((0, 0)), box, inverse)
 
 
 @kernel(inner=True)
@@ -113,7 +119,7 @@ def _from_first(places):
     return out
 
 
-@kernel
+@kernel(inner=True)
 def largest(places):
     last = 0
     for k in range(places.size):
@@ -131,7 +137,7 @@ def _inverse(periodic):
     return out
 
 
-@kernel
+@kernel(inner=True)
 def multiply(operator, pressure, out):
     """Write the displacement of the cells under ``pressure`` (compact) into ``out`` (compact)."""
     if operator.matrix.size:
@@ -140,7 +146,7 @@ def multiply(operator, pressure, out):
         _multiply_in_box(operator, operator.convolution, pressure, out)
 
 
-@kernel
+@kernel(inner=True)
 def divide(operator, displacement, out):
     """Write into ``out`` (compact) nearly the pressures that cause a displacement of the cells (compact)."""
     _multiply_in_box(operator, operator.inverse, displacement, out)
@@ -175,7 +181,7 @@ def _displacements(windows, coefficients):
     return out
 
 
-@kernel
+@kernel(inner=True)
 def _between(rows, columns, coefficients):
     count = rows.size
     matrix = np.empty((count, count))

@@ -1,7 +1,9 @@
-"""The contact in a box by way of the cells that may touch, and the proof that no other does.
+"""The contact in a box by a working set: the cells that may touch, and the proof that no other does.
 
-The active set works on the chosen cells, its search directions in single precision; the product over the whole box, in
-double, is what decides. Whatever violates a condition there is taken in, and the active set goes on.
+Given depths δ − S (nm) in a box, sought are pressures p ≥ 0 and displacements A p that meet the conditions of contact
+(``active_set``) on every cell of it. The active set solves on the chosen cells alone, its search directions in single
+precision; the product over the whole box, in double, decides. Cells that violate a condition there join the working
+set, and the active set goes on. Source: own.
 
 Unit cells and unit modulus, as in ``active_set``; depths are δ − S, whatever does not overlap is below zero.
 """
@@ -15,7 +17,7 @@ from .active_set import CONVERGED, PATIENCE, Outcome, gather_cells, solve
 from .products import DENSE_LIMIT, displace, multiply, operator, whole_box
 
 
-class Prediction(NamedTuple):
+class WarmStart(NamedTuple):
     """What a contact may look like, on a window or a box."""
 
     pressure: np.ndarray
@@ -48,7 +50,7 @@ def overlapping(separation, delta):
     return Overlap(box[0], box[1], count, delta - least)
 
 
-@kernel
+@kernel(inner=True)
 def put(part, window, box):
     """Write a box's field into the window's."""
     target = window[box]
@@ -96,7 +98,7 @@ def solve_in_box(depth, start, part, max_iterations, load, slack, coefficients, 
             return pressure, displacement, Outcome(outcome.status, products, worst, shift)
 
 
-@kernel
+@kernel(inner=True)
 def _begin(depth, start, slack, load, all_chosen):
     """Return the pressures to begin with, the cells that carry them, and the cells to work on."""
     pressure = np.zeros(depth.shape)
@@ -124,7 +126,7 @@ def _spread(share, on_deepest, depth, pressure, touching, chosen):
                 pressure[i, j], touching[i, j], chosen[i, j] = share, True, True
 
 
-@kernel
+@kernel(inner=True)
 def _count(chosen):
     count = 0
     for i in range(chosen.shape[0]):
@@ -167,7 +169,7 @@ def _shift(depth, shift):
             depth[i, j] += shift
 
 
-@kernel
+@kernel(inner=True)
 def _places(chosen):
     """Return the rows and columns of the chosen cells."""
     count = _count(chosen)

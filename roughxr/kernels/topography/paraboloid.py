@@ -130,7 +130,7 @@ def _solve_clipped(terms, heights, first, c):
             c[first:] = solution
 
 
-@kernel
+@kernel(inner=True)
 def _solve(design, heights, known, fixed, c):
     if known.all():
         _solve_whole(design.inverses[int(fixed)], heights, c)

@@ -1,0 +1,131 @@
+"""What a scan does not show, added from a seed; and what it shows, cut off."""
+
+import dask.array as da
+import numpy as np
+import pytest
+import xarray as xr
+
+import roughxr
+from roughxr.synthetic import self_affine
+
+from .surfaces import glass_pair, scan
+
+PIXEL = 5000 / 512
+
+
+@pytest.fixture(scope="module")
+def shown():
+    """A self-affine surface of which the scan shows all waves longer than 24 nm."""
+    return glass_pair(self_affine((128, 128), PIXEL, rms=1.8, hurst=0.5, rolloff=200, cutoff=24, seed=3))
+
+
+@pytest.fixture(scope="module")
+def finer(shown):
+    return roughxr.add_fine_roughness(shown, shortest=10, seed=1, hurst=0.5)
+
+
+def density(ds):
+    return roughxr.power_spectrum(ds)
+
+
+@pytest.mark.parametrize(("hurst", "rolloff", "seed"), [(0.2, 100, 1), (0.5, 200, 2), (0.8, 300, 3), (0.8, 2000, 4)])
+@pytest.mark.parametrize("cutoff", [24, None])
+def test_the_hurst_exponent_is_found_again(hurst, rolloff, seed, cutoff):
+    surface = self_affine((512, 512), PIXEL, rms=1.8, hurst=hurst, rolloff=rolloff, cutoff=cutoff, seed=seed)
+    found = roughxr.self_affine_fit(surface)
+    assert float(found.hurst_exponent) == pytest.approx(hurst, abs=0.08)
+    assert found.rolloff_wavelength.units == "nm"
+
+
+def test_added_waves_go_on_where_the_scan_ends_with_the_power_that_the_surface_has():
+    """The truth is a surface on fine pixels; the scan sees it smoothed, every fourth pixel."""
+    truth = self_affine((768, 768), 2.5, rms=2, hurst=0.6, rolloff=200, cutoff=10, seed=5)
+    coarse = truth.contact.smooth(shortest=30).isel(x=slice(1, None, 4), y=slice(1, None, 4))
+    again = coarse.contact.add_fine_roughness(shortest=10, seed=2, refine=4, hurst=0.6)
+    wanted, found = density(truth), density(again)
+    for low, high in ((10, 14), (14, 20), (20, 29)):
+        inside = (2 * np.pi / wanted.wavevector[1:] > low) & (2 * np.pi / wanted.wavevector[1:] < high)
+        power = [float((s.psd * s.psd_modes)[1:][inside.values].sum()) for s in (found, wanted)]
+        assert power[0] / power[1] == pytest.approx(1, abs=0.1)
+
+
+def test_long_waves_stay_as_they_were(shown, finer):
+    n = finer.sizes["x"] // shown.sizes["x"]
+    before = roughxr.add_fine_roughness(shown, shortest=30, seed=1, refine=n)  # nothing to add: interpolated alone
+    assert before.attrs["fine_rms"] == 0
+    added = (finer.height - before.height).values
+    rows = np.abs(np.fft.rfft2(added)) ** 2
+    per_nm = np.hypot(np.fft.fftfreq(added.shape[0], PIXEL / n)[:, None], np.fft.rfftfreq(added.shape[1], PIXEL / n))
+    longest = finer.attrs["fine_longest"]
+    outside = (per_nm * longest <= 0.999) | (per_nm * 10 > 1.001)
+    assert rows[outside].max() < 1e-12 * rows.max()
+
+
+def test_rms_is_that_of_the_continued_spectrum(shown, finer):
+    """The variance between two wavelengths is the integral of C(q) q dq/2π over them."""
+    model = shown.contact.self_affine_fit(hurst=0.5)
+    q = np.linspace(2 * np.pi / finer.attrs["fine_longest"], 2 * np.pi / 10, 20001)
+    psd = float(model.psd_plateau) * (1 + (float(model.rolloff_wavelength) * q / (2 * np.pi)) ** 2) ** -1.5
+    expected = np.sqrt(np.trapezoid(psd * q / (2 * np.pi), q))
+    assert finer.attrs["fine_rms"] == pytest.approx(expected, rel=0.03)
+
+
+def test_a_seed_is_one_surface_and_every_surface_keeps_the_pair(shown, finer):
+    again, other = (roughxr.add_fine_roughness(shown, shortest=10, seed=s, hurst=0.5) for s in (1, 2))
+    xr.testing.assert_identical(again, finer)
+    assert np.abs(other.height - finer.height).max() > 0.1
+    assert float(finer.sphere_radius) == 3000
+    assert float(finer.x[0] - 0.5 * (finer.x[1] - finer.x[0])) == pytest.approx(float(shown.x[0]) - PIXEL / 2)
+    assert roughxr.schema.history(finer)[-1]["operation"] == "add_fine_roughness"
+
+
+def test_a_lazy_scan_gives_the_same_later(shown, finer):
+    lazy = shown.chunk(x=50, y=64)
+    found = lazy.contact.add_fine_roughness(shortest=10, seed=1, hurst=0.5)
+    assert isinstance(found.height.data, da.Array)
+    np.testing.assert_array_equal(found.height.values, finer.height.values)
+    smoothed = lazy.contact.smooth(shortest=60)
+    assert isinstance(smoothed.height.data, da.Array)
+    np.testing.assert_array_equal(smoothed.height.values, shown.contact.smooth(shortest=60).height.values)
+    fits = lazy.contact.self_affine_fit(), shown.contact.self_affine_fit()
+    assert fits[0].equals(fits[1])
+
+
+def test_smoothing_is_a_projection_that_keeps_what_is_long(shown):
+    once = shown.contact.smooth(shortest=80)
+    np.testing.assert_allclose(once.contact.smooth(shortest=80).height, once.height, atol=1e-11)
+    np.testing.assert_allclose(once.height.mean(), shown.height.mean(), atol=1e-12)
+    np.testing.assert_allclose(shown.contact.smooth(shortest=PIXEL).height, shown.height, atol=1e-11)
+    n = 64
+    wave = np.cos(np.pi * 8 * (np.arange(n) + 0.5) / n)[:, None] * np.ones(n)  # 16 pixels long
+    kept, gone = (scan(wave, 10.0).contact.smooth(shortest=s).height.values for s in (159, 161))
+    np.testing.assert_allclose(kept, wave, atol=1e-12)
+    np.testing.assert_allclose(gone, 0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"shortest": -1}, "shortest"),
+        ({"shortest": 10, "seed": 1.5}, "seed"),
+        ({"shortest": 3, "refine": 2}, "refine: expected pixels of at most half"),
+        ({"shortest": 10, "hurst": 1.2}, "hurst: expected a number from 0 to 1"),
+        ({"shortest": 10, "shown": 12}, "at least two pixels"),
+    ],
+)
+def test_what_is_wrong_is_said(shown, options, words):
+    with pytest.raises(ValueError, match=words):
+        shown.contact.add_fine_roughness(**{"seed": 1, **options})
+
+
+def test_nothing_to_continue_is_said():
+    with pytest.raises(ValueError, match="flat"):
+        scan(np.zeros((32, 32))).contact.add_fine_roughness(shortest=10, seed=1)
+    with pytest.raises(ValueError, match="twice the scan"):
+        scan(np.zeros((32, 32))).contact.smooth(shortest="1 um")
+    holes = np.random.default_rng(1).standard_normal((32, 32))
+    holes[3, 3] = np.nan
+    with pytest.raises(ValueError, match="missing pixels"):
+        scan(holes).contact.add_fine_roughness(shortest=10, seed=1)
+    with pytest.raises(ValueError, match="missing pixels"):
+        scan(holes).contact.smooth(shortest=100)
