@@ -143,7 +143,7 @@ def test_the_correlation_with_missing_pixels_is_the_mean_over_known_pairs():
 def test_too_many_missing_pixels_leave_no_spectrum():
     height = rough(64)
     height[:10, :10] = np.nan
-    found = roughness(scan(height, PIXEL))
+    found = roughness(scan(height, PIXEL), spectra=True)
     assert found["psd"].isnull().all() and found["acf"].notnull().all()
 
 
