@@ -91,7 +91,7 @@ def key_of(work: Work) -> str:
     """Return a hash of everything that the results of ``work`` depend on.
 
     Plain numbers, of which each subregion has some, are hashed as text: dask's search of them all took a tenth of a
-    run of 2304 places on two threads.
+    run of 2304 subregions on two threads.
     """
     found = hashlib.blake2b(f"{work.task.__module__}.{work.task.__qualname__} {work.dtype}".encode(), digest_size=16)
     with dask.config.set({"tokenize.ensure-deterministic": True}):
