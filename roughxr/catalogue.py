@@ -93,8 +93,8 @@ def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -
         Side of the fitted patch. "auto" is half of the `shortest_wavelength`: so many pixels, odd, 3 to 31; where
         that is less than three pixels, the heights are splined to two or three points in each, and peaks are sought
         and fitted on these, 3 × 3. A scan whose shortest wave is below two pixels does not tell what lies between them,
-        and is fitted on 3 × 3 of its own. "paper" is 5 × 5 pixels. A whole number, odd, at least 3, is so many pixels; a
-        length such as "15 nm" the patch that comes nearest to it from below.
+        and is fitted on 3 × 3 of its own. "paper" is 5 × 5 pixels. A whole number, odd, at least 3, is so many pixels;
+        a length such as "15 nm" the patch that comes nearest to it from below.
     vertex : {"fitted", "pixel"}
         Let the fit place the vertex, to a part of a pixel, or hold it at the peak's pixel, as the paper does.
         A free fit that is no summit, or strays beyond one pixel, is replaced by a held one (``vertex_fixed``).

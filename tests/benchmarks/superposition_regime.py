@@ -1,8 +1,8 @@
 """When asperities may be summed: ``python tests/benchmarks/superposition_regime.py [--measure | --twin]``.
 
 Self-affine surfaces over Hurst exponent, roll-off, cutoff and rms height, two seeds each, under two spheres with two
-works of adhesion: the pull-off by superposition, with the patch that suits the scan and with those of 3, 5 and 7 pixels,
-over that of the adhesive simulation (Griffith's limit) at the same four places.
+works of adhesion: the pull-off by superposition, with the patch that suits the scan and with those of 3, 5 and 7
+pixels, over that of the adhesive simulation (Griffith's limit) at the same four places.
 
 ``--measure`` computes what ``datasets/superposition_family.csv`` lacks, a row for each surface and pair (about half an
 hour of processor time for all of it). Without it the rows are read, the rule that `superpose` carries is fitted
