@@ -79,7 +79,7 @@ def test_hertz_agrees_with_the_direct_simulation_of_one_asperity():
 
 
 def test_zero_adhesion_is_hertz(surface):
-    dry = surface.assign_coords(work_of_adhesion=0.0)
+    dry = asperities(surface.assign_coords(work_of_adhesion=0.0))
     for formulation in FORMULATIONS:
         options = {"delta": [5.0, 10.0], "formulation": formulation}
         np.testing.assert_allclose(superpose(dry, **options).force, superpose(dry, law="hertz", **options).force)
@@ -100,12 +100,12 @@ def test_scan_and_catalogue_give_the_same(surface):
 
 
 def test_large_contacts_are_counted():
-    found = superpose(one_asperity(1 / 400, 1 / 400), delta=[0.01, 1.0], law="hertz")
+    found = superpose(asperities(one_asperity(1 / 400, 1 / 400), patch=5), delta=[0.01, 1.0], law="hertz")
     assert found.contacts.values.tolist() == [[1, 1]]
     assert found.contacts_beyond_patch.values.tolist() == [[0, 1]]  # a = √(δR') = 2 and 19 nm; the patch has 12.5 nm
     two = scan(np.maximum(*(one_asperity(1 / 100, 1 / 100, at=(x, 0.0)).height.values for x in (-20, 20))), pixel=5.0)
-    found = superpose(glass_pair(two), delta=[5.0, 30.0], law="hertz")
-    assert found.contacts_overlapping.values.tolist() == [[0, 2]]  # a = 20 nm and 53 nm, 40 nm apart
+    found = superpose(asperities(glass_pair(two), patch=5), delta=[4.0, 4.5], law="hertz")
+    assert found.contacts_overlapping.values.tolist() == [[0, 2]]  # a = 19.5 and 20.7 nm, their centres 40 nm apart
 
 
 def test_saddles_are_left_out_and_counted(surface):
