@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -446,7 +446,8 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, **a
         What the function was called with.
     """
     steps = history(ds if source is None else source)
-    steps.append({"operation": operation, "arguments": _plain(arguments), "roughxr": __version__})
+    given = {key: value for key, value in arguments.items() if value is not None}
+    steps.append({"operation": operation, "arguments": as_json(given), "roughxr": __version__})
     return ds.assign_attrs(history=json.dumps(steps))
 
 
@@ -468,19 +469,23 @@ def height_hash(ds: xr.Dataset) -> str:
     return digest.hexdigest()
 
 
-def _plain(value: Any) -> Any:
-    """Return ``value`` as something JSON can hold; long arrays by length and ends only."""
+def _ends(values: np.ndarray) -> dict[str, Any]:
+    return {"first": values.flat[0].item(), "last": values.flat[-1].item(), "size": int(values.size)}
+
+
+def as_json(value: Any, long: Callable[[np.ndarray], Any] = _ends) -> Any:
+    """Return ``value`` as something JSON can hold; arrays of more than 64 values as ``long`` shortens them."""
+    if isinstance(value, xr.Dataset):
+        value = {name: value[name].values for name in value.variables}
     if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items() if item is not None}
+        return {str(key): as_json(item, long) for key, item in value.items()}
     if isinstance(value, (str, bool, int, float)) or value is None:
         return value
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, (np.ndarray, xr.DataArray)):
-        values = np.asarray(value).ravel()
-        if values.size <= 64:
-            return values.tolist()
-        return {"first": values[0].item(), "last": values[-1].item(), "size": int(values.size)}
+        values = np.asarray(value)
+        return values.tolist() if values.size <= 64 else long(values)
     if isinstance(value, Iterable):
-        return [_plain(item) for item in value]
+        return [as_json(item, long) for item in value]
     return str(value)

@@ -13,7 +13,7 @@ import xarray as xr
 from roughxr.catalogue import asperities
 from roughxr.contact.maps import pull_off_map
 from roughxr.contact.superposition import superpose
-from roughxr.jobs.schedulers import active_client
+from roughxr.jobs.schedulers import NO_DASHBOARD, active_client
 from roughxr.scans import level
 from roughxr.scans.wavelength import shortest_wavelength
 
@@ -165,7 +165,7 @@ def test_the_same_on_every_scheduler(small_tiles, scheduler):
 def test_the_same_on_a_cluster(small_tiles):
     distributed = pytest.importorskip("distributed")
     surface = scan(np.round(rough(60, smooth=2.0) * 2))
-    quiet = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "dashboard_address": None}
+    quiet = {"n_workers": 1, "threads_per_worker": 2, "processes": False, **NO_DASHBOARD}
     with distributed.LocalCluster(**quiet) as cluster, distributed.Client(cluster):
         assert active_client() is not None
         xr.testing.assert_identical(asperities(surface.chunk(x=20, y=33)), asperities(surface))

@@ -232,6 +232,7 @@ def adhesive(
         problem,
         _layout(problem, adhesion, preload),
         adhesion,
+        name="adhesive",
         positions=positions,
         reach=_reach(ds, problem, adhesion),
         fields=fields,

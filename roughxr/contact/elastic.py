@@ -115,6 +115,7 @@ def direct(
         problem,
         layout,
         limits,
+        name="direct",
         positions=positions,
         reach=problem.indenter.reach(deepest(ds, problem)),
         fields=fields,

@@ -135,7 +135,8 @@ def _records(positions: xr.Dataset, grid: Any, options: Options) -> Any:
     x, y = (positions[name].values.astype(float) for name in ("subregion_x", "subregion_y"))
     tiles = [(x[k : k + _TILE], y[k : k + _TILE]) for k in range(0, x.size, _TILE)]
     each = min(_TILE, x.size)
-    records = parallel.spread(_tile, tiles, np.dtype((PULL_OFF, (each,))), grid, options, each, each=each)
+    record = np.dtype((PULL_OFF, (each,)))
+    records = parallel.spread(_tile, tiles, record, grid, options, each, name="pull_off_map", each=each)
     return records.reshape(-1)[: x.size]
 
 
