@@ -13,7 +13,7 @@ from typing import Any
 
 import xarray as xr
 
-from . import schema
+from . import materials, schema
 from .catalogue import asperities
 
 #: Units of what is proportional to E*.
@@ -101,8 +101,8 @@ def _axes(ds: xr.Dataset, given: dict[str, Any]) -> dict[str, list[float]]:
     for name, values in given.items():
         if values is not None:
             axes[name] = schema.ascending(values, schema.VARIABLES[name].units, name).tolist()
-            if axes[name][0] < 0 or (axes[name][0] == 0 and name != "work_of_adhesion"):
-                raise ValueError(f"{name}: expected positive values, found {axes[name][0]:g}")
+            for value in axes[name]:
+                materials.believed(name, value, ds)
         elif name in ds.coords:
             axes[name] = [float(ds[name])]
     return axes
