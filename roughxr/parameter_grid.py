@@ -15,6 +15,7 @@ import xarray as xr
 
 from . import materials, schema
 from .catalogue import asperities
+from .contact.asperity_sum import fit_of
 
 #: Units of what is proportional to E*.
 _STRESSES = ("nN", "GPa")
@@ -78,7 +79,7 @@ def vary(
         )
     varied = [name for name, values in given.items() if values is not None]
     if solve.__name__ in _OF_ASPERITIES and "asperity" not in ds.dims:
-        ds = asperities(ds)
+        ds = asperities(ds, **fit_of(options.get("formulation")))
     solved: dict[tuple, xr.Dataset] = {}
     parts = []
     for values in itertools.product(*axes.values()):

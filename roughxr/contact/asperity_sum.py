@@ -99,14 +99,14 @@ def law_of(law: str, formulation: str, options: Options) -> dict[str, Any]:
     return {"law": law, "formulation": formulation}
 
 
-def fit_of(options: Options) -> dict[str, str]:
+def fit_of(law: str | None) -> dict[str, str]:
     """Return how a scan's asperities are found for this law: as the paper finds them for the paper's own."""
-    return {"patch": "paper", "vertex": "pixel"} if options.law == "published" else {}
+    return {"patch": "paper", "vertex": "pixel"} if law == "published" else {}
 
 
 def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
     """Return the asperities that are peaks under this sphere, the patch's half-width and the number left out."""
-    catalogue = ds if "asperity" in ds.dims else asperities(ds, **fit_of(options))
+    catalogue = ds if "asperity" in ds.dims else asperities(ds, **fit_of(options.law))
     sphere = 0.5 / options.radius if options.composite else 0.0
     A, B = (0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
     scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, options.kernel_law())
