@@ -295,6 +295,22 @@ def _believed(value: float, quantity: str, given: Any, name: str = "") -> float:
     return value
 
 
+def believed(name: str, value: float, ds: xr.Dataset) -> None:
+    """Refuse or question one of the pair's values (nm, GPa, J/m²) on a scan, as `assign_pair` does.
+
+    Raises
+    ------
+    ValueError
+        If no body has it.
+    """
+    if name == "sphere_radius":
+        _radius(value, ds)
+    elif name == "work_of_adhesion":
+        _work_of_adhesion(None, value)
+    else:
+        _believed(positive(value, "GPa", name), name, value)
+
+
 def _question(words: str) -> None:
     """Warn where the user's own code called."""
     frame, above = sys._getframe(), 1

@@ -402,7 +402,8 @@ def none_missing(missing: int, size: int) -> None:
     if missing:
         raise ValueError(
             f"height: expected finite heights, found {missing} missing pixels of {size}; "
-            "fill them first (ds.contact.fill()) or crop them away (ds.contact.crop(x=…, y=…))"
+            "fill them first (ds.contact.fill(), in a shell --fill linear) or crop them away "
+            "(ds.contact.crop(x=…, y=…))"
         )
 
 
