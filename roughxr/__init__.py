@@ -16,6 +16,7 @@ from ._version import __version__
 from .accessor import ContactAccessor
 from .analysis import paper, run
 from .catalogue import asperities
+from .contact import reference
 from .contact.adhesion import adhesive
 from .contact.elastic import direct
 from .contact.estimates import elastic_pull_off, tabor
@@ -85,6 +86,7 @@ __all__ = [
     "pull_off_map",
     "reconstruct",
     "reduction",
+    "reference",
     "regions",
     "report",
     "resample",

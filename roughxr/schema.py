@@ -169,7 +169,8 @@ VARIABLES: dict[str, Variable] = {
     "pull_off_median": Variable("nN", "median pull-off force"),
     "asperities": Variable("1", "asperities found"),
     "unbracketed": Variable("1", "places whose sweep was too short"),
-    # one asperity
+    # one asperity, one sphere
+    "distance": Variable("nm", "distance from the plane", "of the sphere's lowest point"),
     "semi_axis_a": Variable("nm", "longer semi-axis of the contact ellipse"),
     "semi_axis_b": Variable("nm", "shorter semi-axis of the contact ellipse"),
 }

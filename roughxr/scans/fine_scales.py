@@ -69,8 +69,8 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Any = 
     Notes
     -----
     C(q) = C₀ [1 + (ℓ₀q/2π)²]^−(1 + H), fitted in its logarithm over wavelengths from the shortest to eight times that.
-    On synthetic surfaces of 512² pixels it finds H to 0.08, on 192² to 0.12. An H of 1 or 0 lies at its bound: the scan is then smoother
-    or rougher at its short wavelengths than any self-affine surface.
+    On synthetic surfaces of 512² pixels it finds H to 0.08, on 192² to 0.12. An H of 1 or 0 lies at its bound: the scan
+    is then smoother or rougher at its short wavelengths than any self-affine surface.
 
     References
     ----------
