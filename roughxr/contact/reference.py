@@ -529,7 +529,7 @@ def rabinovich(
     >>> round(rabinovich(**arguments), 2)
     11.36
     >>> round(rabinovich(**arguments, long_rms=10, long_wavelength=1000), 2)
-    10.4
+    10.04
     """
     R, z = positive(radius, "nm", "radius"), positive(distance, "nm", "distance")
     rms, wavelength = positive(rms, "nm", "rms"), positive(wavelength, "nm", "wavelength")
