@@ -54,7 +54,7 @@ PAPER_SCAN = {
     "R_a about zero, reconstructed [nm]": 12.880,
     "original - reconstructed, rms [nm]": 0.0034 * 512,
     "peak height, median [nm]": 15.0,
-    "λ, mean": 0.6,
+    "axis ratio b/a, mean": 0.6,
 }
 PAPER_CONTACT = {
     "pull-off, smooth sphere [µN]": 19.1,
@@ -118,7 +118,11 @@ def paper(output: str | Path, *, progress: bool = False) -> dict[str, xr.Dataset
     folder = Path(output)
     groups = _kept(scan, PAPER_PLAN, folder / "paper.nc", progress=progress)
     _show(
-        groups, (report.scan_table(groups, PAPER_SCAN), report.contact_table(groups, PAPER_CONTACT)), folder, progress
+        groups,
+        (report.scan_table(groups, PAPER_SCAN), report.contact_table(groups, PAPER_CONTACT)),
+        folder,
+        progress,
+        figures.paper_figures,
     )
     return groups
 
@@ -140,7 +144,8 @@ def run(
     scan : Dataset
         A scan with an assigned pair.
     output : path
-        A folder for archive, figures and tables, or a file ending in ``.nc`` for the archive alone.
+        A folder for the archive ``run.nc``, figures named by what they show, and tables,
+        or a file ending in ``.nc`` for the archive alone.
     subregions : (int, int), (array, array) or Dataset
         Contact centres, see `regions.centres`.
     delta : array_like, optional
@@ -232,6 +237,11 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
     say = _teller(progress)
     say("asperities and reconstruction")
     catalogue = asperities(scan, patch=plan.patch, vertex=plan.vertex)
+    if not bool((catalogue["curvature_min"] > 0).any()):
+        raise ValueError(
+            f"scan: expected asperities, found no peak among {catalogue.sizes['asperity']} (is it flat?); the smooth "
+            "sphere on a flat is JKR's, and roughxr.direct and roughxr.adhesive need no asperities"
+        )
     groups = {
         "scan": scan.assign_attrs(input_sha256=schema.height_hash(scan)),
         "asperities": catalogue,
@@ -277,7 +287,13 @@ def _teller(progress: bool) -> Callable[[str], None]:
     return (lambda what: print(what, file=sys.stderr, flush=True)) if progress else (lambda what: None)
 
 
-def _show(groups: dict[str, xr.Dataset], tables: tuple, folder: Path | None, progress: bool) -> None:
+def _show(
+    groups: dict[str, xr.Dataset],
+    tables: tuple,
+    folder: Path | None,
+    progress: bool,
+    drawn: Callable = figures.run_figures,
+) -> None:
     """Print the tables, and put them and the figures into a folder."""
     printed = _print(tables)
     if folder is None:
@@ -289,7 +305,7 @@ def _show(groups: dict[str, xr.Dataset], tables: tuple, folder: Path | None, pro
         temporary.write_text(printed, encoding="utf-8")
     _teller(progress)("figures")
     figures.save(figures.overview(groups), folder / "overview.png", dpi=150)
-    for name, figure in figures.paper_figures(groups):
+    for name, figure in drawn(groups):
         figures.save(figure, folder / f"{name}.png")
 
 

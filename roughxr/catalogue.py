@@ -18,8 +18,10 @@ import xarray as xr
 from . import regions, schema
 from .kernels.asperity.ellipse import shape
 from .kernels.jit import kernel
-from .kernels.topography.tile_stitching import HALO, Found, Frame, Tile, join_tiles, search_finer, search_tile
+from .kernels.topography.tile_stitching import HALO, Frame, ScanPeaks, Tile, join_tiles, search_finer, search_tile
 from .scans import wavelength
+from .scans.parts import taker
+from .scans.wavelength import Waves
 from .units import is_whole, positive
 
 #: Pixels along a side of a tile at least: rims and tasks of smaller ones would cost more than their heights.
@@ -32,12 +34,14 @@ PAPER_PATCH = 5
 #: 9 % less than it is, and on the whole of it 40 % less.
 _OF_A_WAVE = 0.5
 
-#: Pixels along a side of a patch, at least and at most, and how many times finer they are made where the scan's are
-#: too coarse: by "auto", which leaves a scan alone that does not resolve its own waves, and at most.
-_FEWEST, _MOST, _FINEST, _LIMIT = 3, 31, 3, 16
+#: Pixels to the shortest wave from which on a scan resolves it: what lies between fewer no spline can tell.
+RESOLVED = 2.0
 
-#: What a paraboloid may leave of the heights, as a part of the spread of all summits, before it is none.
-POOR_FIT = 0.2
+#: Pixels along a side of a patch, at least and at most, and how many times finer they are made at most.
+_FEWEST, _MOST, _LIMIT = 3, 31, 16
+
+#: What a paraboloid may leave of the heights, as a part of its own fall across the patch, before it is none.
+POOR_FIT = 0.1
 
 #: Variables of a catalogue that the fit gives by these very names.
 _FITTED = (
@@ -66,7 +70,7 @@ class _Setup(NamedTuple):
 
     frame: Frame  # on the finer pixels
     refine: int  # how many times finer than the scan's these are
-    shortest: float | None  # wavelength, nm
+    waves: Waves | None
 
 
 def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -> xr.Dataset:
@@ -88,7 +92,8 @@ def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -
     patch : "auto", "paper", int or length
         Side of the fitted patch. "auto" is half of the `shortest_wavelength`: so many pixels, odd, 3 to 31; where
         that is less than three pixels, the heights are splined to two or three points in each, and peaks are sought
-        and fitted on these, 3 × 3. "paper" is 5 × 5 pixels. A whole number, odd, at least 3, is so many pixels; a
+        and fitted on these, 3 × 3. A scan whose shortest wave is below two pixels does not tell what lies between them,
+        and is fitted on 3 × 3 of its own. "paper" is 5 × 5 pixels. A whole number, odd, at least 3, is so many pixels; a
         length such as "15 nm" the patch that comes nearest to it from below.
     vertex : {"fitted", "pixel"}
         Let the fit place the vertex, to a part of a pixel, or hold it at the peak's pixel, as the paper does.
@@ -101,8 +106,8 @@ def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -
         ``curvature_max`` (nm⁻¹, positive for a peak), ``orientation`` of the flattest direction (rad),
         ``axis_ratio`` λ = b/a of the Hertz ellipse (NaN for a saddle), ``fit_rms`` (nm), ``plateau_size``, the
         flags ``saddle``, ``edge``, ``vertex_fixed``; coordinates ``x``, ``y`` of the vertex (nm). The scalar
-        coordinates ``patch_radius`` and, with "auto", ``shortest_wavelength`` (nm) say what the fit rests on; below two
-        pixels the latter means that the scan does not resolve its summits.
+        coordinates ``patch_radius`` and, with "auto", ``shortest_wavelength``, ``pixel`` (nm) and
+        ``rms_slope`` say what the fit rests on.
 
     Raises
     ------
@@ -113,7 +118,7 @@ def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -
     Warns
     -----
     UserWarning
-        If the paraboloid is none: in half of the patches or more it leaves over `POOR_FIT` of the scan's roughness.
+        If the paraboloid is none in half of the patches or more (`poorly_fitted`), unless the patch is "paper".
 
     References
     ----------
@@ -128,12 +133,11 @@ def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -
     True
     """
     ds, asked = _prepared(ds, patch, vertex)
-    height = ds["height"]
-    if height.chunks:
-        out = _later(ds, asked).compute()
+    setup = _setup(asked, wavelength.waves(ds) if asked.patch == "auto" else None)
+    if ds["height"].chunks:
+        out = _set_up_later(ds, setup).compute()
     else:
-        setup = _setup(asked, wavelength.shortest_wavelength(ds) if asked.patch == "auto" else None)
-        out = _catalogue(_searched(height.values, setup), _without_maps(ds), setup)
+        out = _catalogue(_searched(ds["height"].values, setup), _without_maps(ds), setup)
     if not (isinstance(patch, str) and patch == "paper"):
         _warn(out)
     return out
@@ -153,7 +157,17 @@ def later(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -> Any
     -------
     dask.delayed.Delayed
     """
-    return _later(*_prepared(ds, patch, vertex))
+    ds, asked = _prepared(ds, patch, vertex)
+    if asked.patch != "auto":
+        return _set_up_later(ds, _setup(asked, None))
+    height = da.asarray(ds["height"].data)
+    setup = dask.delayed(_setup, pure=False)(asked, wavelength.later(height, asked.pixel))
+    return dask.delayed(_catalogue)(_searched_finer_later(height, setup), _without_maps(ds), setup)
+
+
+def _set_up_later(ds: xr.Dataset, setup: _Setup) -> Any:
+    search = _searched_later if setup.refine == 1 else _searched_finer_later
+    return dask.delayed(_catalogue)(search(da.asarray(ds["height"].data), setup), _without_maps(ds), setup)
 
 
 def _prepared(ds: xr.Dataset, patch: Any, vertex: str) -> tuple[xr.Dataset, _Asked]:
@@ -162,16 +176,16 @@ def _prepared(ds: xr.Dataset, patch: Any, vertex: str) -> tuple[xr.Dataset, _Ask
     return ds, _Asked(ds["height"].shape, schema.pixel(ds), _patch(ds, patch), vertex)
 
 
-def _setup(asked: _Asked, shortest: float | None) -> _Setup:
-    """Return what the search needs, once the shortest wavelength (nm) is known; None where it was not asked for."""
+def _setup(asked: _Asked, waves: Waves | None) -> _Setup:
+    """Return what the search needs, once the scan's waves are known; None where they were not asked for."""
     patch = asked.patch
     if patch == "auto":
-        width = _OF_A_WAVE * shortest if shortest > 0 else _FEWEST * max(asked.pixel)
-        patch = max(width, _FEWEST * max(asked.pixel) / _FINEST)
+        resolved = waves.shortest >= RESOLVED * max(asked.pixel)
+        patch = _OF_A_WAVE * waves.shortest if resolved else _FEWEST
     count, refine = (patch, 1) if isinstance(patch, int) else _pixels(patch, asked)
     shape = tuple(refine * (n - 1) + 1 for n in asked.shape) if refine > 1 else asked.shape
     frame = Frame(shape, tuple(step / refine for step in asked.pixel), count, asked.vertex)
-    return _Setup(frame, refine, shortest)
+    return _Setup(frame, refine, waves)
 
 
 def _pixels(width: float, asked: _Asked) -> tuple[int, int]:
@@ -179,23 +193,13 @@ def _pixels(width: float, asked: _Asked) -> tuple[int, int]:
     pixels = width / max(asked.pixel) * (1 + 1e-9)
     if pixels < _FEWEST:
         return _FEWEST, int(np.ceil(_FEWEST / pixels))
-    most = min(_MOST, *asked.shape)
-    return min(int(pixels) - (int(pixels) + 1) % 2, most - (most + 1) % 2), 1
+    most = int(min(pixels, _MOST, *asked.shape))
+    return most - (most + 1) % 2, 1
 
 
 def _without_maps(ds: xr.Dataset) -> xr.Dataset:
     """Return the axes, scalars and attributes of a scan: what a task may carry along."""
     return ds.coords.to_dataset().assign_attrs(ds.attrs)
-
-
-def _later(ds: xr.Dataset, asked: _Asked) -> Any:
-    height = da.asarray(ds["height"].data)
-    if asked.patch == "auto":
-        setup = dask.delayed(_setup, pure=False)(asked, wavelength.later(height, asked.pixel))
-        return dask.delayed(_catalogue)(_searched_finer_later(height, setup), _without_maps(ds), setup)
-    setup = _setup(asked, None)
-    search = _searched_later if setup.refine == 1 else _searched_finer_later
-    return dask.delayed(_catalogue)(search(height, setup), _without_maps(ds), setup)
 
 
 def _searched_later(height: da.Array, setup: _Setup) -> Any:
@@ -208,14 +212,14 @@ def _searched_later(height: da.Array, setup: _Setup) -> Any:
     return join([[search(block, (i, j), frame) for block, j in zip(row, y)] for row, i in zip(blocks, x)], frame)
 
 
-def _searched(height: np.ndarray, setup: _Setup) -> Found:
+def _searched(height: np.ndarray, setup: _Setup) -> ScanPeaks:
     """Return what is found on the heights of a scan."""
     if setup.refine > 1:
         return _searched_finer(height, setup)
     return join_tiles([[search_tile(height, (0, 0), setup.frame)]], setup.frame)
 
 
-def _searched_finer(height: np.ndarray, setup: _Setup) -> Found:
+def _searched_finer(height: np.ndarray, setup: _Setup) -> ScanPeaks:
     """Return what is found on finer pixels, tile by tile: all of them at once would fill the memory."""
     tiles = [
         [search_finer(height[part], corner, halo, setup.refine, setup.frame) for part, corner, halo in row]
@@ -227,8 +231,9 @@ def _searched_finer(height: np.ndarray, setup: _Setup) -> Found:
 def _searched_finer_later(height: da.Array, setup: Any) -> Any:
     """Return the same of lazy heights, as one task; of ``setup``, too, that is still to be computed."""
     search, join = (dask.delayed(function, pure=False) for function in (_search_finer, _join))
+    take = taker(height)
     return join(
-        [[search(height[part], corner, halo, setup) for part, corner, halo in row] for row in _tiles(height.shape)],
+        [[search(take(part), corner, halo, setup) for part, corner, halo in row] for row in _tiles(height.shape)],
         setup,
     )
 
@@ -237,7 +242,7 @@ def _search_finer(height: np.ndarray, corner: tuple, halo: tuple, setup: _Setup)
     return search_finer(height, corner, halo, setup.refine, setup.frame)
 
 
-def _join(tiles: list[list[Tile]], setup: _Setup) -> Found:
+def _join(tiles: list[list[Tile]], setup: _Setup) -> ScanPeaks:
     return join_tiles(tiles, setup.frame)
 
 
@@ -270,7 +275,7 @@ def _joined_sizes(chunks: Iterable[int], least: int) -> tuple[int, ...]:
     return tuple(out)
 
 
-def _catalogue(found: Found, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
+def _catalogue(found: ScanPeaks, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
     """Return with labels what is found on a scan; of ``ds``, its heights are not needed."""
     frame = setup.frame
     schema.none_missing(found.missing, ds.sizes["x"] * ds.sizes["y"])
@@ -292,8 +297,9 @@ def _catalogue(found: Found, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
         **dict(zip(regions.EDGES, regions.extent(ds))),
         **{name: ds[name] for name in (*schema.TRAVELLING, "subregion_x", "subregion_y") if name in ds.coords},
     )
-    if setup.shortest is not None:
-        out = out.assign_coords(shortest_wavelength=setup.shortest, pixel=max(schema.pixel(ds)))
+    if setup.waves is not None:
+        known = {"shortest_wavelength": setup.waves.shortest, "rms_slope": setup.waves.slope}
+        out = out.assign_coords(known, pixel=max(schema.pixel(ds)))
     done = {"patch": frame.patch, "refine": setup.refine, "vertex": frame.vertex}
     return schema.record(schema.label(out), "asperities", ds, **done)
 
@@ -319,7 +325,10 @@ def _patch(ds: xr.Dataset, patch: Any) -> Any:
 
 
 def poorly_fitted(catalogue: xr.Dataset) -> float:
-    """Return the share of asperities whose paraboloid leaves more than `POOR_FIT` of the spread of all their heights.
+    """Return the share of asperities that are no paraboloids on their patch.
+
+    Of such a one the fit leaves, root mean square, over `POOR_FIT` of what the paraboloid falls from its vertex to the
+    middle of the patch's sides, as it does on a patch of more than three quarters of the shortest wave.
 
     Parameters
     ----------
@@ -329,21 +338,23 @@ def poorly_fitted(catalogue: xr.Dataset) -> float:
     Returns
     -------
     float
-        0 for a catalogue of fewer than ten.
+        NaN where there are none.
     """
-    if catalogue.sizes["asperity"] < 10:
-        return 0.0
-    low, high = np.quantile(catalogue["height"].values, (0.16, 0.84))
-    return float((catalogue["fit_rms"].values > POOR_FIT * 0.5 * (high - low)).mean())
+    if catalogue.sizes["asperity"] == 0:
+        return np.nan
+    mean_curvature = 0.5 * np.abs(catalogue["curvature_min"] + catalogue["curvature_max"])
+    fall = 0.5 * mean_curvature * float(catalogue["patch_radius"]) ** 2
+    return float((catalogue["fit_rms"] > POOR_FIT * fall).mean())
 
 
 def _warn(out: xr.Dataset) -> None:
     share = poorly_fitted(out)
     if share >= 0.5:
+        auto = "shortest_wavelength" in out.coords
+        remedy = "the scan does not resolve them" if auto else "take patch='auto', which follows the surface"
         warnings.warn(
             f"patch: {100 * share:.0f} % of the asperities are no paraboloids on a patch of "
-            f"{2 * float(out['patch_radius']):.3g} nm: it leaves over {POOR_FIT:g} of the spread of their heights; "
-            "take patch='auto'",
+            f"{2 * float(out['patch_radius']):.3g} nm, and their curvatures not those of the summits; {remedy}",
             stacklevel=3,
         )
 

@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Sequence
 
 from ._version import __version__
+from .substances import MATERIALS
 
 #: What went wrong with the input is said in a line; anything else is a fault of ours and shows its trace.
 _REFUSALS = (ValueError, TypeError, OSError, ImportError, RuntimeError)
@@ -75,13 +76,7 @@ def _add_run(commands) -> None:
     command.add_argument(
         "--level", default="plane", choices=("plane", "quadratic", "none"), help="default: %(default)s"
     )
-    pair = command.add_argument_group("the pair of bodies (plain numbers in nm, GPa, J/m², or text such as '3 um')")
-    pair.add_argument("--sphere-radius", required=True, metavar="R", help="radius of the sphere, nm")
-    pair.add_argument(
-        "--young-modulus", default="75", metavar="E", help="of both bodies, GPa; default: glass, %(default)s"
-    )
-    pair.add_argument("--poisson-ratio", default="0.22", metavar="NU", type=float, help="default: %(default)s")
-    pair.add_argument("--surface-energy", metavar="GAMMA", help="J/m²; default: Gilman's estimate from E and nu")
+    _add_pair(command)
     places = command.add_argument_group("where and how deep")
     places.add_argument("--subregions", nargs=2, type=int, default=(8, 8), metavar=("NX", "NY"), help="default: 8 8")
     places.add_argument(
@@ -100,10 +95,27 @@ def _add_run(commands) -> None:
     command.set_defaults(command=_run)
 
 
+def _add_pair(command) -> None:
+    group = command.add_argument_group("the pair of bodies (plain numbers in nm, GPa, J/m², or text such as '3 um')")
+    shape = group.add_mutually_exclusive_group(required=True)
+    shape.add_argument("--sphere-radius", metavar="R", help="radius of the sphere, nm")
+    shape.add_argument("--indenter", metavar="FILE", help="a scan of the indenter's face, in place of a sphere")
+    group.add_argument("--materials", metavar="A/B", help=f"one or two of {', '.join(MATERIALS)}, as in glass/silicon")
+    group.add_argument("--young-modulus", nargs="+", metavar="E", help="of both bodies alike or of each, GPa")
+    group.add_argument("--poisson-ratio", nargs="+", metavar="NU", help="of both bodies alike or of each")
+    group.add_argument("--contact-modulus", metavar="E*", help="in place of moduli and ratios, GPa")
+    group.add_argument("--surface-energy", metavar="GAMMA", help="of two equal bodies, J/m²: half the work of adhesion")
+    group.add_argument(
+        "--work-of-adhesion",
+        metavar="W",
+        help="J/m²; default: by --materials, of clean dry bodies by van der Waals forces alone",
+    )
+
+
 def _add_report(commands) -> None:
     command = commands.add_parser("report", help="one self-contained page about a finished run")
-    command.add_argument("run", metavar="RUN", help="the archive of a run, such as run.nc")
-    command.add_argument("-o", "--output", default="report.html", metavar="HTML", help="default: %(default)s")
+    command.add_argument("run", metavar="RUN", help="the archive of a run, such as run.nc, or its folder")
+    command.add_argument("-o", "--output", metavar="HTML", help="default: report.html beside the archive")
     command.set_defaults(command=_report)
 
 
@@ -149,22 +161,9 @@ def _paper(options) -> None:
 
 
 def _run(options) -> None:
-    from . import analysis, materials
-    from .units import positive
+    from . import analysis
 
-    modulus = positive(_number(options.young_modulus), "GPa", "young_modulus")
-    energy = options.surface_energy
-    scan = materials.assign_pair(
-        _opened(options.scan, options),
-        sphere_radius=_number(options.sphere_radius),
-        young_modulus=modulus,
-        poisson_ratio=options.poisson_ratio,
-        surface_energy=(
-            materials.gilman_surface_energy(modulus, poisson_ratio=options.poisson_ratio)
-            if energy is None
-            else _number(energy)
-        ),
-    )
+    scan = _paired(_opened(options.scan, options), options)
     analysis.run(
         scan,
         options.output,
@@ -175,6 +174,42 @@ def _run(options) -> None:
         progress=not options.quiet,
     )
     print(f"written to {options.output}")
+
+
+def _paired(scan, options):
+    """Return the scan with the bodies that the options name; ask for what nobody can guess."""
+    from . import materials, scans
+
+    pair = {
+        "sphere_radius": options.sphere_radius,
+        "indenter": options.indenter and scans.open_scan(options.indenter),
+        "materials": options.materials,
+        "young_modulus": options.young_modulus,
+        "poisson_ratio": options.poisson_ratio,
+        "contact_modulus": options.contact_modulus,
+        "surface_energy": options.surface_energy,
+        "work_of_adhesion": options.work_of_adhesion,
+    }
+    if not (options.materials or options.young_modulus or options.contact_modulus):
+        raise ValueError(
+            "expected what the bodies are, found nothing: give --materials A/B (one or two of "
+            f"{', '.join(MATERIALS)}), or --young-modulus and --poisson-ratio, or --contact-modulus"
+        )
+    scan = materials.assign_pair(scan, **{name: _numbers(value) for name, value in pair.items() if value is not None})
+    if "work_of_adhesion" not in scan.coords:
+        raise ValueError(
+            "expected how strongly the bodies adhere, found nothing: give --work-of-adhesion (or --surface-energy) in "
+            "J/m²; dry clean solids have some 0.05 to 0.1 by van der Waals forces alone, water films and bonds add"
+        )
+    return scan
+
+
+def _numbers(value):
+    """Return what a list of words says: a number, a quantity, or a pair of them."""
+    if not isinstance(value, (str, list)):
+        return value
+    found = [_number(one) for one in ([value] if isinstance(value, str) else value)]
+    return found[0] if len(found) == 1 else tuple(found)
 
 
 def _report(options) -> None:

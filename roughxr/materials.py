@@ -195,6 +195,8 @@ def assign_pair(
     >>> round(float(assign_pair(scan, sphere_radius="3 um", materials="glass").work_of_adhesion), 4)
     0.0633
     """
+    given = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
+    given |= {"surface_energy": surface_energy}
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
     adhesion = _work_of_adhesion(surface_energy, work_of_adhesion)
@@ -212,7 +214,15 @@ def assign_pair(
     out = out.assign_coords(values)
     if indenter is not None:
         out = out.assign(indenter_height=_indenter(indenter))
-    return schema.record(schema.label(out), "assign_pair", **values)
+    told = {name: _told(value) for name, value in given.items() if value is not None}
+    return schema.record(schema.label(out), "assign_pair", **values, **told)
+
+
+def _told(value: Any) -> Any:
+    """Return what was given in a form that text holds: numbers, words, or a pair of them."""
+    if isinstance(value, (tuple, list)):
+        return [_told(one) for one in value]
+    return value if isinstance(value, (int, float, str)) else str(value)
 
 
 def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:

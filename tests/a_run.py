@@ -11,13 +11,13 @@ from roughxr import checkpointed
 from roughxr.contact.elastic import direct
 from roughxr.contact.maps import pull_off_map
 from roughxr.contact.superposition import superpose
-from roughxr.jobs import executor as gather
+from roughxr.jobs import executor, schedulers
 from roughxr.statistics import pull_off
 
 from .surfaces import glass_pair, rough, scan
 
-PLACES = (6, 5)
-ARGUMENTS = {"subregions": PLACES, "delta": [1.0, 2.0, 3.0]}
+CENTRES = (6, 5)
+ARGUMENTS = {"subregions": CENTRES, "delta": [1.0, 2.0, 3.0]}
 
 
 @functools.cache
@@ -29,7 +29,7 @@ def solutions(ds):
     return {
         "solutions/direct": direct(ds, **ARGUMENTS),
         "solutions/contact": direct(ds, fields=True, **ARGUMENTS),
-        "solutions/energy": (summed := superpose(ds, delta=np.arange(-5, 5, 0.1), subregions=PLACES)),
+        "solutions/energy": (summed := superpose(ds, delta=np.arange(-5, 5, 0.1), subregions=CENTRES)),
         "statistics/energy": pull_off(summed),
         "statistics/map": pull_off_map(ds, subregions=(40, 40)),
     }
@@ -48,9 +48,9 @@ def in_a_process(output, limit=None, told=None, alone=False, **options):
 
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
     if alone:
-        gather._SECONDS = gather._Here.serving = 0.0
+        executor._SECONDS = schedulers._Here.serving = schedulers._Cluster.serving = 0.0
     if options.get("scheduler") == "processes":
-        dask.config.set({"multiprocessing.context": "fork", "num_workers": 2})
+        dask.config.set(num_workers=2)
     try:
         run(output, **options)
     except BaseException as error:

@@ -6,6 +6,16 @@ from pathlib import Path
 
 import pytest
 
+#: Files in the order in which they begin, the others after them: what takes longest does not come last, and of two
+#: that compile much each compiles another part, which the rest find compiled.
+_FIRST = ("test_adhesive", "test_direct", "test_runs", "test_cli", "test_figures")
+
+
+def pytest_collection_modifyitems(items):
+    """Let the longest files begin first, so that no worker is left alone with one."""
+    order = {name: k for k, name in enumerate(_FIRST)}
+    items.sort(key=lambda item: order.get(item.path.stem, len(order)))
+
 
 @pytest.fixture
 def shared_scans():

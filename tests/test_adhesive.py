@@ -1,6 +1,7 @@
 """Adhesive direct simulation: JKR, ellipses, Maugis, and the limits in between."""
 
 import warnings
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,6 +15,9 @@ from roughxr.contact.estimates import elastic_pull_off, tabor
 from roughxr.kernels.adhesion import cohesive_laws as cohesion
 from roughxr.kernels.asperity import jkr, maugis
 from tests import surfaces
+
+#: The limit without range on the pixels as they are.
+by_cells = partial(adhesive, law="griffith", refine=1)
 
 PIXEL = 9.77
 RADIUS, W = 3000.0, 2 * 0.6747
@@ -48,7 +52,7 @@ def cycle(request):
     ds, delta = flat(), np.arange(-2.0, 5.01, 0.25)
     centre = at(CENTRES[request.param], PIXEL)
     errors = ERRORS[CENTRES[request.param]]
-    return ds, adhesive(ds, delta=delta, subregions=centre, profile="parabola"), errors
+    return ds, by_cells(ds, delta=delta, subregions=centre, profile="parabola"), errors
 
 
 def test_sphere_pulls_off_as_jkr(cycle):
@@ -99,7 +103,7 @@ def test_a_cycle_loses_what_jumps_free(cycle):
 
 @pytest.mark.parametrize("centre", CENTRES.values(), ids=CENTRES)
 def test_a_whole_cycle_loses_its_loop(centre):
-    solution = adhesive(flat(), delta=[-3.0, 5.0], subregions=at(centre, PIXEL), profile="parabola")
+    solution = by_cells(flat(), delta=[-3.0, 5.0], subregions=at(centre, PIXEL), profile="parabola")
     lost = float(solution.dissipated.sel(branch="retraction", delta=-3.0)[0])
     assert lost == pytest.approx(float(solution.hysteresis[0]), rel=0.01)
     assert not solution.energy.sel(branch="retraction", delta=-3.0).any()
@@ -110,7 +114,7 @@ def test_error_falls_with_the_pixel():
     for pixel in (2 * PIXEL, PIXEL, PIXEL / 2):
         ds = flat(pixel, int(680 / pixel) | 1)
         pulls = [
-            float(adhesive(ds, delta=[0.1], subregions=at(centre, pixel), profile="parabola").pull_off_force[0])
+            float(by_cells(ds, delta=[0.1], subregions=at(centre, pixel), profile="parabola").pull_off_force[0])
             for centre in CENTRES.values()
         ]
         worst.append(np.abs(np.array(pulls) / PULL - 1).max())
@@ -130,7 +134,7 @@ def pulls_of_ellipse(ratio, n=121):
     for offset in OFFSETS:
         x, y = ((np.arange(n) - (n - 1) / 2 + part) * PIXEL for part in offset)
         ds = surfaces.glass_pair(surfaces.scan(-(A * x[:, None] ** 2 + B * y[None, :] ** 2), PIXEL), 1e9)
-        solution = adhesive(
+        solution = by_cells(
             ds.isel(x=slice(10, -10), y=slice(10, -10)), delta=[0.25], subregions=([0.0], [0.0]), profile="parabola"
         )
         pulls.append(float(solution.pull_off_force[0]))
@@ -153,7 +157,7 @@ def test_dugdale_pulls_off_as_maugis(parameter, refine):
     ds = flat(1.6 * PIXEL, 53)
     K = 4 / 3 * float(ds.contact_modulus)
     strength = parameter / 2 * (np.pi * W * K**2 / RADIUS) ** (1 / 3)
-    solution = adhesive(
+    solution = by_cells(
         ds,
         delta=[-1, 0.3],
         subregions=at((0.31, 0.17), PIXEL),
@@ -168,7 +172,7 @@ def test_dugdale_pulls_off_as_maugis(parameter, refine):
 
 def test_exponential_law_lies_between_the_limits():
     ds = flat(3 * PIXEL, 31)
-    solution = adhesive(ds, delta=[-1, 0.3], law="exponential", strength=0.8, profile="parabola", step=0.5)
+    solution = by_cells(ds, delta=[-1, 0.3], law="exponential", strength=0.8, profile="parabola", step=0.5)
     pull = float(solution.pull_off_force[0]) / (np.pi * W * RADIUS)
     assert 1.5 < pull < 2.0
 
@@ -191,7 +195,7 @@ def work_left(law, gap, ds):
 @pytest.mark.parametrize("law", ["exponential", "dugdale"])
 def test_energy_is_kept_but_in_jumps(law):
     ds, delta = flat(3 * PIXEL, 31), np.arange(-4, 4.01, 0.125)
-    solution = adhesive(
+    solution = by_cells(
         ds, delta=delta, law=law, strength=STRENGTH, profile="parabola", datum="first_contact", step=0.125, fields=True
     )
     back = solution.isel(subregion=0).sel(branch="retraction").sortby("delta", ascending=False)
@@ -210,7 +214,7 @@ def test_without_adhesion_it_is_the_elastic_contact(law):
     ds = surfaces.glass_pair(surfaces.scan(surfaces.rough(64, rms=2.0), PIXEL))
     ds["work_of_adhesion"] = 0.0
     delta = [3.0, 6.0, 9.0]
-    adhering = adhesive(ds, delta=delta, step=1.0, **law).force
+    adhering = by_cells(ds, delta=delta, step=1.0, **law).force
     elastic = direct(ds, delta=delta, tolerance=1e-9).force
     for branch in ("loading", "retraction"):
         np.testing.assert_allclose(adhering.sel(branch=branch), elastic, rtol=1e-6)
@@ -233,7 +237,7 @@ def ground():
 def quiet(*arguments, **options):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
-        return adhesive(*arguments, **options)
+        return by_cells(*arguments, **options)
 
 
 def test_rough_contact_keeps_its_order_of_events(ground):
@@ -272,7 +276,7 @@ def bump(shift=0, n=61, pixel=6.0, radius=500.0):
 def test_moving_the_heights_by_a_pixel_changes_little():
     # under the paraboloid that stays, the contact goes along by a part of a pixel only: 6/7 of it
     pulls = [
-        float(adhesive(bump(shift), delta=[0.5], profile="parabola", datum="first_contact").pull_off_force[0])
+        float(by_cells(bump(shift), delta=[0.5], profile="parabola", datum="first_contact").pull_off_force[0])
         for shift in (0, 1)
     ]
     assert pulls[1] == pytest.approx(pulls[0], rel=0.01)
@@ -313,7 +317,7 @@ def test_fields_hold_the_contact(refine):
 
 def test_fields_of_a_lazy_scan_need_its_heights(ground):
     with pytest.raises(ValueError, match="load the scan first"):
-        adhesive(ground.chunk(x=30), delta=[1.0], datum="first_contact", fields=True)
+        by_cells(ground.chunk(x=30), delta=[1.0], datum="first_contact", fields=True)
 
 
 def test_lazy_scans_give_the_same(ground):
@@ -341,12 +345,12 @@ def test_refining_finds_the_sphere_again():
 def test_poor_resolution_is_said():
     ds = surfaces.glass_pair(surfaces.scan(surfaces.rough(64, rms=3.0, smooth=1.0), PIXEL))
     with pytest.warns(UserWarning, match="refine"):
-        adhesive(ds, delta=[5.0], step=1.0)
+        by_cells(ds, delta=[5.0], step=1.0)
 
 
 def test_too_many_cells_are_said(ground):
     with pytest.warns(UserWarning, match="max_cells"):
-        solution = adhesive(ground, delta=[8.0], step=1.0, max_cells=50)
+        solution = by_cells(ground, delta=[8.0], step=1.0, max_cells=50)
     assert not bool(solution.complete[0])
     assert np.isnan(solution.pull_off_force[0])
     assert np.isnan(solution.force.sel(branch="retraction")).all()
@@ -376,12 +380,12 @@ def test_out_of_reach_nothing_happens(ground):
 )
 def test_what_is_refused(ground, options, message):
     with pytest.raises(ValueError, match=message):
-        adhesive(ground, delta=[1.0], **options)
+        by_cells(ground, delta=[1.0], **options)
 
 
 def test_work_of_adhesion_is_needed(ground):
     with pytest.raises(ValueError, match="work_of_adhesion"):
-        adhesive(ground.drop_vars("work_of_adhesion"), delta=[1.0])
+        by_cells(ground.drop_vars("work_of_adhesion"), delta=[1.0])
 
 
 def test_tabor_parameter_stands_in_the_catalogue(ground):

@@ -17,7 +17,8 @@ def pull_off_error(cells, places):
     pixel, size = radius / cells, 2 * int(2 * cells + 6) + 1
     ds = glass_pair(scan(np.zeros((size, size)), pixel), RADIUS)
     delta = 0.1 * radius**2 / RADIUS
-    cycle = roughxr.adhesive(ds, delta=[delta], subregions=tuple(pixel * places.T), profile="parabola")
+    at = {"delta": [delta], "subregions": tuple(pixel * places.T), "profile": "parabola"}
+    cycle = roughxr.adhesive(ds, law="griffith", refine=1, **at)
     assert cycle.complete.all() and not cycle.truncated.any()
     return cycle.pull_off_force.values / (1.5 * np.pi * W * RADIUS) - 1
 

@@ -1,12 +1,16 @@
 """Catalogue and reconstruction with labels: what a scan of known shape must give."""
 
+import warnings
+
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.special import ellipk  # SciPy takes the parameter e², the kernels the axis ratio
 
-from roughxr.catalogue import asperities
+from roughxr.catalogue import asperities, poorly_fitted
 from roughxr.kernels.asperity.ellipse import elliptic_integrals
 from roughxr.reconstruction import reconstruct
+from roughxr.synthetic import self_affine
 
 from .surfaces import glass_pair, rough, scan
 
@@ -24,7 +28,7 @@ def paraboloids(centres, n=81, pixel=5.0, flattest=0.4, curvatures=(0.002, 0.006
 
 def test_exact_paraboloids_are_recovered_to_rounding():
     centres = [(-91.3, -80.2), (83.1, 77.7), (-74.9, 92.4)]
-    found = asperities(paraboloids(centres)).sortby("x")
+    found = asperities(paraboloids(centres), patch=5).sortby("x")
     assert found.sizes["asperity"] == 3
     np.testing.assert_allclose(np.c_[found.x, found.y], sorted(centres), atol=1e-9)
     np.testing.assert_allclose(found.height, 10, atol=1e-10)
@@ -37,7 +41,7 @@ def test_exact_paraboloids_are_recovered_to_rounding():
 
 def test_axis_ratio_is_that_of_hertz():
     """λ solves B/A = [E − λ²K]/[λ²(K − E)] (eq. 7), here with SciPy's integrals."""
-    found = asperities(paraboloids([(1.0, 2.0)]))
+    found = asperities(paraboloids([(1.0, 2.0)]), patch=5)
     lam = found.axis_ratio.item()
     K, E = elliptic_integrals(lam)
     assert K == pytest.approx(ellipk(1 - lam**2), rel=1e-12)
@@ -45,7 +49,7 @@ def test_axis_ratio_is_that_of_hertz():
 
 
 def test_catalogue_is_labelled_and_remembers_its_scan():
-    found = asperities(glass_pair(scan(rough(40))))
+    found = asperities(glass_pair(scan(rough(40))), patch=5)
     for name in found.variables:
         assert found[name].attrs["units"], name
     assert float(found.datum_height) == float(scan(rough(40)).height.max())
@@ -85,7 +89,8 @@ def test_the_envelope_matches_peaks_and_its_residual_is_told():
 
 
 def test_a_reach_leaves_the_rest_missing():
-    envelope = reconstruct(paraboloids([(0.0, 0.0)]), reach="50 nm")
+    surface = paraboloids([(0.0, 0.0)])
+    envelope = reconstruct(surface, asperities(surface, patch=5), reach="50 nm")
     known = np.isfinite(envelope.height.values)
     r = np.hypot(*np.meshgrid(envelope.x, envelope.y, indexing="ij"))
     np.testing.assert_array_equal(known, r <= 50)
@@ -93,7 +98,16 @@ def test_a_reach_leaves_the_rest_missing():
 
 @pytest.mark.parametrize(
     ("options", "says"),
-    [({"patch": 4}, "odd"), ({"patch": 1}, "from 3"), ({"patch": 99}, "to 20"), ({"vertex": "top"}, "'fitted'")],
+    [
+        ({"patch": 4}, "odd"),
+        ({"patch": 1}, "from 3"),
+        ({"patch": 99}, "to 20"),
+        ({"patch": 15.0}, "a length such as '15 nm'"),
+        ({"patch": "wide"}, "patch: "),
+        ({"patch": "1 nm"}, "at least 1.83 nm"),
+        ({"patch": "3 GPa"}, "patch: "),
+        ({"vertex": "top"}, "'fitted'"),
+    ],
 )
 def test_bad_options_are_refused_in_words(options, says):
     with pytest.raises(ValueError, match=says):
@@ -105,3 +119,91 @@ def test_missing_pixels_are_refused_in_words():
     height[3, 4] = np.nan
     with pytest.raises(ValueError, match="1 missing pixels of 400"):
         asperities(scan(height))
+
+
+def wave(pixels, count=96, pixel=5.0, amplitude=1.0):
+    """Return an egg box of one wavelength (pixels), its summits between the pixels, and the summits' curvature."""
+    x = np.arange(count) + 0.37
+    length = pixels * pixel
+    height = 0.5 * amplitude * np.add.outer(np.cos(2 * np.pi * x / pixels), np.cos(2 * np.pi * (x + 0.21) / pixels))
+    return scan(height, pixel=pixel), 0.5 * amplitude * (2 * np.pi / length) ** 2
+
+
+@pytest.mark.parametrize("pixels", [2.7, 3.4, 4.6, 6.3, 10.7, 17.2])
+def test_the_patch_follows_the_wave_and_finds_its_summits(pixels):
+    """A fit over half of a cosine tells its curvature to a tenth; one over the paper's 5 pixels does not."""
+    surface, curvature = wave(pixels)
+    found = asperities(surface)
+    assert float(found.shortest_wavelength) == pytest.approx(5 * pixels, rel=0.25)
+    width = 2 * float(found.patch_radius)
+    assert 0.2 * 5 * pixels < width <= 0.55 * 5 * pixels
+    inner = found.isel(asperity=np.flatnonzero(~found.edge & (found.height > 0)))
+    blunted = 0.36 if pixels < 3 else 0.25 if pixels < 4 else 0.12  # by the spline, which knows no wave between these
+    for name in ("curvature_min", "curvature_max"):
+        assert (1 - blunted) * curvature < float(inner[name].median()) < 1.08 * curvature
+    np.testing.assert_allclose(inner.height.median(), 1.0, atol=0.04 if pixels > 3 else 0.12)
+    expected = (96 / pixels) ** 2
+    assert 0.75 * expected < inner.sizes["asperity"] < 1.1 * expected
+    if pixels < 5:
+        wide = asperities(surface, patch="paper")
+        assert float(wide.curvature_max.median()) < 0.6 * curvature
+
+
+def test_half_a_cosine_costs_a_paraboloid_a_tenth_of_its_curvature():
+    x = np.linspace(-0.25, 0.25, 2001)
+    fitted = -np.polynomial.polynomial.polyfit(x, np.cos(2 * np.pi * x), 2)[2] * 2 / (2 * np.pi) ** 2
+    assert fitted == pytest.approx(0.83, abs=0.1)
+
+
+def test_a_length_is_the_patch_and_splines_what_is_less_than_three_pixels():
+    surface = scan(rough(64), pixel=10.0)
+    assert float(asperities(surface, patch="57 nm").patch_radius) == 25.0
+    assert float(asperities(surface, patch="30 nm").patch_radius) == 15.0
+    assert float(asperities(surface, patch="16 nm").patch_radius) == 7.5
+    assert float(asperities(surface, patch="0.01 um").patch_radius) == 5.0
+
+
+def test_splined_summits_are_those_of_the_surface_in_finer_pixels():
+    """Of a wave of 2.6 pixels, every summit between the pixels; a scan four times finer is the oracle."""
+    fine = self_affine((512, 512), 2.5, rms=1.5, hurst=0.8, rolloff=200, cutoff=26, seed=4)
+    coarse = fine.isel(x=slice(None, None, 4), y=slice(None, None, 4))
+    found, oracle = asperities(coarse), asperities(fine)
+    assert float(found.pixel) == 10.0
+    assert found.sizes["asperity"] == pytest.approx(oracle.sizes["asperity"], rel=0.05)
+    for name in ("height", "curvature_min", "curvature_max", "axis_ratio"):
+        assert float(found[name].median()) == pytest.approx(float(oracle[name].median()), rel=0.15)
+    pixels = asperities(coarse, patch=3)
+    assert pixels.sizes["asperity"] < 0.85 * oracle.sizes["asperity"]
+
+
+def test_the_paper_by_name_is_five_pixels():
+    surface = scan(rough(40))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        named = asperities(surface, patch="paper")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        xr.testing.assert_identical(named, asperities(surface, patch=5))
+
+
+def test_a_paraboloid_that_is_none_is_told():
+    surface = self_affine((128, 128), 10, rms=1.5, hurst=0.4, rolloff=90, cutoff=25, seed=2)
+    with pytest.warns(UserWarning, match="no paraboloids on a patch of 50 nm.*take patch='auto'"):
+        asperities(surface, patch=5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert poorly_fitted(asperities(surface)) < 0.05
+
+
+def test_a_plane_and_a_level_scan_have_no_wave():
+    assert asperities(scan(np.full((40, 40), 3.7))).sizes["asperity"] == 0
+    tilted = asperities(scan(np.add.outer(np.arange(40.0), np.arange(40.0)) * 0.1 + 3.7))
+    assert float(tilted.shortest_wavelength) == np.inf and tilted.sizes["asperity"] == 0
+
+
+def test_flat_tops_stay_flat_between_the_pixels():
+    height = np.round(rough(64, rms=1.0, smooth=0.9) * 2) / 2
+    height[20:30, 20:30] = 9.0
+    found = asperities(scan(height), patch="10 nm")
+    assert found.sizes["asperity"] > 0 and bool(np.isfinite(found.height).all())
+    assert float(found.datum_height) == 9.0

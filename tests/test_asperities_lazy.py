@@ -13,8 +13,9 @@ import xarray as xr
 from roughxr.catalogue import asperities
 from roughxr.contact.maps import pull_off_map
 from roughxr.contact.superposition import superpose
-from roughxr.jobs import executor as gather
+from roughxr.jobs.schedulers import active_client
 from roughxr.scans import level
+from roughxr.scans.wavelength import shortest_wavelength
 
 from .surfaces import glass_pair, rough, scan
 
@@ -40,7 +41,7 @@ CHUNKINGS = [
 
 @pytest.mark.parametrize("chunks", CHUNKINGS, ids=str)
 @pytest.mark.parametrize("step", [0.0, 0.5, 2.0])
-@pytest.mark.parametrize("options", [{}, {"patch": 9}, {"patch": 3, "vertex": "pixel"}], ids=str)
+@pytest.mark.parametrize("options", [{}, {"patch": 9}, {"patch": 3, "vertex": "pixel"}, {"patch": "20 nm"}], ids=str)
 def test_the_same_for_every_chunking(small_tiles, chunks, step, options):
     height = rough(52, smooth=1.5)[:48]
     surface = glass_pair(scan(np.round(height / step) * step if step else height, title="a scan"))
@@ -114,11 +115,29 @@ def test_each_chunk_is_read_once_and_let_go(small_tiles, scheduler, workers, mos
     height = rough(256)
     lazy = Chunks(height, 32)
     with dask.config.set(scheduler=scheduler, num_workers=workers):
-        found = asperities(level(lazy.scan) if levelled else lazy.scan)
+        found = asperities(level(lazy.scan) if levelled else lazy.scan, patch=5)
     assert lazy.made == 64 * (1 + levelled)
     assert lazy.alive == 0 and lazy.most <= most
-    expected = asperities(level(lazy.scan).compute() if levelled else scan(height))
+    expected = asperities(level(lazy.scan).compute() if levelled else scan(height), patch=5)
     xr.testing.assert_identical(found, expected)
+
+
+@pytest.mark.parametrize("smooth", [0.8, 3.0], ids=["splined", "on its pixels"])
+def test_the_patch_that_suits_costs_a_second_look_and_no_more(small_tiles, smooth):
+    """The spectrum wants all of a scan of 128 × 128 pixels before its summits are sought."""
+    height = rough(128, smooth=smooth)
+    lazy = Chunks(height, 32)
+    with dask.config.set(scheduler="synchronous"):
+        found = asperities(lazy.scan)
+    assert lazy.made == 2 * 16 and lazy.alive == 0
+    xr.testing.assert_identical(found, asperities(scan(height)))
+
+
+def test_only_parts_of_a_large_scan_are_looked_at_twice():
+    lazy = Chunks(rough(2048, smooth=2.0), 256)
+    with dask.config.set(scheduler="synchronous"):
+        shortest = shortest_wavelength(lazy.scan)
+    assert lazy.made < 64 and shortest == shortest_wavelength(scan(rough(2048, smooth=2.0)))
 
 
 @pytest.mark.parametrize("solve", [pull_off_map, superpose])
@@ -129,7 +148,7 @@ def test_solves_of_a_lazy_scan_read_it_the_same_way(small_tiles, solve):
     assert lazy.made == 0
     with dask.config.set(scheduler="synchronous"):
         found = found.compute()
-    assert lazy.made == 16 and lazy.most <= 2
+    assert lazy.made == 2 * 16 and lazy.alive == 0
     xr.testing.assert_identical(found, solve(glass_pair(scan(rough(128))), **options))
 
 
@@ -145,7 +164,7 @@ def test_the_same_on_a_cluster(small_tiles):
     surface = scan(np.round(rough(60, smooth=2.0) * 2))
     quiet = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "dashboard_address": None}
     with distributed.LocalCluster(**quiet) as cluster, distributed.Client(cluster):
-        assert gather.active_client() is not None
+        assert active_client() is not None
         xr.testing.assert_identical(asperities(surface.chunk(x=20, y=33)), asperities(surface))
 
 

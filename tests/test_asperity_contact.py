@@ -11,7 +11,7 @@ from scipy import integrate, optimize, special
 from roughxr.kernels.asperity import elliptic_jkr, elliptic_table, jkr
 from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals, hertz
 from roughxr.kernels.asperity.laws import (
-    LAWS,
+    ASPERITY_LAWS,
     Events,
     asperities_contact,
     asperities_events,
@@ -25,8 +25,8 @@ from roughxr.kernels.asperity.laws import (
 )
 
 E_STAR, W = 39.407, 1.349  # GPa, J/m²
-ADHESIVE = LAWS[1:]
-FREE_SHAPE = LAWS[3:]
+ADHESIVE = ASPERITY_LAWS[1:]
+FREE_SHAPE = ASPERITY_LAWS[3:]
 ROW = {name: column for column, name in enumerate(ADHESIVE)}
 
 # Pull-off relative to 3/2 π w Re, Re = 1/(2√(AB)), in the order of ADHESIVE.
@@ -46,7 +46,7 @@ def asperity(ratio, Re=1000.0):
 
 def contact(name, delta, ratio, w=W, Re=1000.0):
     one = asperity_scales(*asperity(ratio, Re), E_STAR, w, law(name))
-    return asperity_contact(delta, one, law(name).branch)
+    return asperity_contact(delta, one, law(name).spline)
 
 
 def events(name, ratio):
@@ -273,7 +273,7 @@ def test_table_against_direct_solution(name, tolerance):
         pull_off = elliptic_jkr.branch(name, ratio, elliptic_jkr.largest_tension(name, ratio))
         assert elliptic_table.mark(table.marks, row, 1) == pytest.approx(pull_off.P, abs=tolerance)
         for q in 10 ** rng.uniform(-3, 2, 4):
-            P, a, b = elliptic_table.lookup(table.branch, row, q**2)
+            P, a, b = elliptic_table.lookup(table.spline, row, q**2)
             state = elliptic_jkr.stable_state(name, ratio, end.delta + q**2, s_end)
             assert pytest.approx(state.P, abs=tolerance * (1 + q) ** 3) == P
             assert a == pytest.approx(state.a, abs=tolerance * (1 + q))
@@ -287,7 +287,7 @@ def test_table_is_what_the_code_computes():
     samples, marks = elliptic_table._elliptic_row("energy", ratio, z)
     table, row = elliptic_table.table("energy"), elliptic_table.row_of(ratio)
     for (P, a, b), size in zip(samples, 1 / z**2):
-        stored = np.array(elliptic_table.lookup(table.branch, row, (size - 1) ** 2))
+        stored = np.array(elliptic_table.lookup(table.spline, row, (size - 1) ** 2))
         np.testing.assert_allclose(stored / [size**3, size, size], [P, a, b], atol=1e-6)
     np.testing.assert_allclose([elliptic_table.mark(table.marks, row, i) for i in range(5)], marks, atol=2e-6)
     assert elliptic_table.FILE.stat().st_size < 100_000
@@ -316,7 +316,7 @@ def test_plain_sphere_limit(name, delta):
     np.testing.assert_allclose(contact(name, delta, 1 + 1e-7), sphere, rtol=2e-5)
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", ASPERITY_LAWS)
 @pytest.mark.parametrize("delta", [-1.0, 0.0, 0.3, 20.0])
 def test_plain_no_adhesion_is_exactly_hertz(name, delta):
     P, a, b = contact(name, delta, 3.0, w=0.0)
@@ -351,28 +351,28 @@ def test_branch_is_continuous_and_stable(name, ratio):
     q = np.linspace(0, 6, 3001)
     delta = (one.end + q**2) * one.delta
     delta[0] += 1e-12 * one.delta
-    P, a, b = (np.array(x) for x in zip(*(asperity_contact(d, one, law(name).branch) for d in delta)))
+    P, a, b = (np.array(x) for x in zip(*(asperity_contact(d, one, law(name).spline) for d in delta)))
     assert np.all(np.diff(a) > 0)
     assert np.all(np.diff(b) > 0)
     assert np.max(np.abs(np.diff(P, 2)) / one.P) < 2e-3
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", ASPERITY_LAWS)
 def test_plain_no_peak_gives_nan(name):
     no_peak = asperity_scales(-0.01, 0.02, E_STAR, W, law(name))
     assert np.isnan(no_peak).all()
-    assert np.isnan(asperity_contact(1.0, no_peak, law(name).branch)).all()
+    assert np.isnan(asperity_contact(1.0, no_peak, law(name).spline)).all()
     assert np.isnan(asperity_events(no_peak, law(name))).all()
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", ASPERITY_LAWS)
 def test_many_asperities_are_each_one(name):
     rng = np.random.default_rng(4)
     A = rng.uniform(-2e-4, 5e-3, 12)
     B = A + rng.exponential(5e-3, 12)
     delta = rng.uniform(-3, 10, (12, 5))
     many = asperities_scales(A, B, E_STAR, W, law(name))
-    contacts = asperities_contact(delta, many, law(name).branch)
+    contacts = asperities_contact(delta, many, law(name).spline)
     happenings = asperities_events(many, law(name))
     assert happenings.shape == (3, 4, 12)
     for i in range(12):
@@ -380,14 +380,14 @@ def test_many_asperities_are_each_one(name):
         np.testing.assert_array_equal(pick(many, i), one)
         np.testing.assert_array_equal(happenings[:, :, i], np.array(asperity_events(one, law(name))))
         for j in range(5):
-            expected = asperity_contact(delta[i, j], one, law(name).branch)
+            expected = asperity_contact(delta[i, j], one, law(name).spline)
             np.testing.assert_array_equal([x[i, j] for x in contacts], expected)
 
 
 # --- figures 2-4 ---
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", ASPERITY_LAWS)
 @pytest.mark.parametrize("ratio", [1.0, 5.0])
 def test_curves_of_the_figures(name, ratio):
     a = np.linspace(0.1, 2.5, 9)
@@ -396,7 +396,7 @@ def test_curves_of_the_figures(name, ratio):
     one = asperity_scales(*asperity(ratio), E_STAR, W, law(name))
     for P, a_star, b, delta, stable in zip(*branch):
         if stable:
-            there = asperity_contact(delta * one.delta, one, law(name).branch)
+            there = asperity_contact(delta * one.delta, one, law(name).spline)
             starred = there.P / one.P, there.a / one.a, there.b / one.a
             np.testing.assert_allclose(starred, (P, a_star, b), rtol=1e-5, atol=1e-5)
     assert branch.stable.all() == (name == "hertz")
@@ -418,7 +418,7 @@ def test_greenwood_williamson_integrals(h, expected):
     one = asperity_scales(0.01, 0.01, E_STAR, 0.0, law("hertz"))
 
     def force(x):
-        return asperities_contact(x[None] * one.delta, many(one), law("hertz").branch).P[0] / one.P
+        return asperities_contact(x[None] * one.delta, many(one), law("hertz").spline).P[0] / one.P
 
     assert gaussian_mean(force, h, 0.0) == pytest.approx(expected, rel=2e-6)
 
@@ -434,7 +434,7 @@ def test_fuller_tabor(name, sigma, h, pull):
     one = asperity_scales(0.01, 0.01, E_STAR, W, law(name))
 
     def force(x):
-        return asperities_contact(x[None] * sigma * one.delta, many(one), law(name).branch).P[0] / one.P
+        return asperities_contact(x[None] * sigma * one.delta, many(one), law(name).spline).P[0] / one.P
 
     def net_pull(separation):
         return -gaussian_mean(force, separation, one.end / sigma)

@@ -48,13 +48,17 @@ def test_the_archive_opens_as_a_tree(paper_run):
 def test_run_does_the_same_for_any_scan(tmp_path, capsys):
     scan(rough(64, seed=3), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
     arguments = ["run", str(tmp_path / "scan.nc"), "--sphere-radius", "1 um", "--subregions", "2", "2", "-q"]
+    arguments += ["--young-modulus", "75", "130", "--poisson-ratio", "0.22", "0.28", "--work-of-adhesion", "1.3"]
     assert main([*arguments, "-o", str(tmp_path / "run.nc")]) == 0
     assert "pull-off, mean" in capsys.readouterr().out
     with xr.open_datatree(tmp_path / "run.nc") as tree:
         assert float(tree["scan/sphere_radius"]) == 1000
+        assert float(tree["scan/work_of_adhesion"]) == 1.3
         assert np.isfinite(tree["statistics/energy/pull_off_force"]).any()
     assert main([*arguments, "-o", str(tmp_path / "out"), "--delta", "1", "2", "4"]) == 0
-    assert (tmp_path / "out" / "figure-16.png").exists()
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert {"run.nc", "overview.png", "table.txt", "scan.png", "places.png", "pull-off.png"} <= names
+    assert not any(name.startswith("figure-") for name in names)
     assert "force at 4 nm" in (tmp_path / "out" / "table.txt").read_text(encoding="utf-8")
 
 
@@ -62,8 +66,8 @@ def test_run_does_the_same_for_any_scan(tmp_path, capsys):
     ("arguments", "says"),
     [
         (["info", "no-such-file.spm"], "no-such-file.spm"),
-        (["run", "no-such-file.spm", "--sphere-radius", "3000"], "no-such-file.spm"),
-        (["run", __file__, "--sphere-radius", "3000"], "test_cli.py"),
+        (["run", "no-such-file.spm", "--sphere-radius", "3000", "--materials", "glass"], "no-such-file.spm"),
+        (["run", __file__, "--sphere-radius", "3000", "--materials", "glass"], "test_cli.py"),
     ],
 )
 def test_bad_input_is_one_line_and_status_1(arguments, says, capsys, tmp_path):
@@ -76,7 +80,8 @@ def test_bad_input_is_one_line_and_status_1(arguments, says, capsys, tmp_path):
 
 def test_a_radius_in_the_wrong_unit_is_refused(tmp_path, capsys):
     scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
-    assert main(["run", str(tmp_path / "scan.nc"), "--sphere-radius", "3 GPa", "-o", str(tmp_path / "o.nc")]) == 1
+    wrong = ["--sphere-radius", "3 GPa", "--materials", "glass"]
+    assert main(["run", str(tmp_path / "scan.nc"), *wrong, "-o", str(tmp_path / "o.nc")]) == 1
     assert "sphere_radius" in capsys.readouterr().err
 
 
@@ -196,6 +201,7 @@ def test_a_report_is_one_page(paper_run, tmp_path):
 def test_a_finished_run_is_recognised_and_another_refused(tmp_path, capsys):
     scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
     arguments = ["run", str(tmp_path / "scan.nc"), "--subregions", "1", "2", "-q", "-o", str(tmp_path / "run.nc")]
+    arguments += ["--materials", "glass", "--surface-energy", "0.675"]
     assert main([*arguments, "--sphere-radius", "500"]) == 0
     first = (tmp_path / "run.nc").read_bytes()
     assert main([*arguments, "--sphere-radius", "500"]) == 0
@@ -208,3 +214,59 @@ def test_help_names_every_command():
     shown = subprocess.run([sys.executable, "-m", "roughxr.cli", "--help"], check=True, capture_output=True, text=True)
     for command in ("paper", "run", "report", "info", "convert"):
         assert command in shown.stdout
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ([], "expected what the bodies are, found nothing: give --materials A/B"),
+        (
+            ["--young-modulus", "75", "--poisson-ratio", "0.22"],
+            "expected how strongly the bodies adhere, found nothing",
+        ),
+        (["--materials", "glass/silicon"], "expected how strongly the bodies adhere"),
+        (["--materials", "glass/cheese"], "expected one or two of glass"),
+        (["--materials", "glass", "--work-of-adhesion", "-1"], "work_of_adhesion: expected one number >= 0"),
+        (["--materials", "glass", "--surface-energy", "-1"], "surface_energy: expected one number >= 0"),
+        (["--young-modulus", "75", "--work-of-adhesion", "0.1"], "poisson_ratio: expected one beside young_modulus"),
+        (["--young-modulus", "75", "70", "7", "--poisson-ratio", "0.2", "--work-of-adhesion", "0.1"], "a pair"),
+    ],
+)
+def test_what_nobody_can_guess_is_asked_for(options, says, tmp_path, capsys):
+    scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
+    assert (
+        main(["run", str(tmp_path / "scan.nc"), "--sphere-radius", "500", *options, "-o", str(tmp_path / "o.nc")]) == 1
+    )
+    assert says in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["scan.nc"]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--subregions", "1", "1"],
+        ["--subregions", "2", "1", "--delta", "1e-6"],
+        ["--subregions", "2", "1", "--delta", "1e4"],
+        ["--subregions", "2", "1", "--work-of-adhesion", "0"],
+    ],
+    ids=["one place", "nothing touches", "far too deep", "no adhesion"],
+)
+def test_a_run_that_finds_nothing_ends_well_and_is_reported_as_what_it_is(options, tmp_path):
+    scan(rough(64, rms=1.0, seed=3), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
+    pair = ["--sphere-radius", "500", "--materials", "glass"]
+    assert main(["run", str(tmp_path / "scan.nc"), *pair, *options, "-q", "-o", str(tmp_path / "out")]) == 0
+    assert main(["report", str(tmp_path / "out")]) == 0
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "pull-off force, mean" in page
+    if "1e-6" in options:
+        assert "Nothing touches at any displacement" in page
+    if options[-2:] == ["1", "1"]:
+        assert "One place was computed" in page
+
+
+def test_a_flat_scan_is_told_before_anything_is_solved(tmp_path, capsys):
+    scan(np.zeros((64, 64)), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
+    pair = ["--sphere-radius", "500", "--materials", "glass"]
+    assert main(["run", str(tmp_path / "scan.nc"), *pair, "-o", str(tmp_path / "o.nc")]) == 1
+    told = capsys.readouterr().err
+    assert "is it flat?" in told and "direct simulation" not in told

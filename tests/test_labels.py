@@ -16,7 +16,7 @@ def results():
     surface = glass_pair(scan(rough(48)))
     sweep = surface.contact.superpose(delta=np.linspace(-6, 6, 41), **PLACES)
     pull = sweep.contact.pull_off()
-    cycle = surface.contact.adhesive(delta=[1.0], step=1.0, subregions=(1, 1), fields=True)
+    cycle = surface.contact.adhesive(delta=[1.0], step=1.0, law="griffith", refine=1, fields=True)
     return {
         "scan": surface,
         "asperities": surface.contact.asperities(),

@@ -33,7 +33,7 @@ def test_the_table_holds_the_closed_form(parameter):
     assert tabulated_end == pytest.approx(delta[end], abs=2e-5)
     assert mark(table.marks, row, 1) == pytest.approx(P.min(), abs=1e-5)
     away = [k for k in range(end) if 1e-3 < delta[k] - tabulated_end < 50]  # the turn itself: square roots
-    read = np.array([lookup(table.branch, row, delta[k] - tabulated_end)[:2] for k in away])
+    read = np.array([lookup(table.spline, row, delta[k] - tabulated_end)[:2] for k in away])
     assert np.max(np.abs(read[:, 0] - P[away]) / np.maximum(1, abs(P[away]))) < 1e-3
     assert np.max(np.abs(read[:, 1] - a[away]) / np.maximum(1, a[away])) < 6e-3
 

@@ -35,7 +35,7 @@ def surface():
 
 @pytest.mark.parametrize("scheduler", SCHEDULERS)
 @pytest.mark.parametrize("order", ["C", "F"])
-def test_views_travel_as_places_in_one_array(scheduler, order):
+def test_views_travel_as_parts_of_one_array(scheduler, order):
     array = np.asarray(np.random.default_rng(0).standard_normal((20, 30)), order=order)
     with dask.config.set(scheduler=scheduler):
         found = parallel.spread(total, parts(array, 9), (1,), 2.0).compute()
@@ -50,7 +50,7 @@ def test_progress_counts_subregions(surface, scheduler, capsys):
     xr.testing.assert_identical(shown, direct(surface, delta=[1.0], subregions=(5, 3)))
 
 
-def test_the_dearest_windows_come_first(surface):
+def test_the_most_expensive_windows_come_first(surface):
     """`direct` says what its windows cost: where more cells overlap."""
 
     class Noted:
@@ -62,7 +62,7 @@ def test_the_dearest_windows_come_first(surface):
             return ds
 
     noted = Noted()
-    with parallel.kept_by(noted):
+    with parallel.computed_by(noted):
         direct(surface, delta=[1.0, 4.0], subregions=(4, 4))
     costs = noted.work.cost()
     areas = direct(surface, delta=[1.0, 4.0], subregions=(4, 4)).contact_area.isel(delta=-1)
@@ -130,13 +130,13 @@ def test_results_may_be_records(scheduler, lazy):
 
 
 @pytest.mark.parametrize("in_memory", [0, 2**24])
-def test_records_are_kept_by_a_run(tmp_path, monkeypatch, in_memory):
+def test_records_are_computed_by_a_run(tmp_path, monkeypatch, in_memory):
     """In memory, or read from the checkpoint."""
     monkeypatch.setattr(loop, "_IN_MEMORY", in_memory)
     array = np.random.default_rng(0).standard_normal((8, 4))
     kept = Checkpoint(tmp_path / "run.nc")
     for _ in range(2):
-        with parallel.kept_by(loop._Keeper(kept, progress=False)):
+        with parallel.computed_by(loop._WithCheckpoints(kept, progress=False)):
             found = records_of(array)
         assert bool(dask.is_dask_collection(found)) == (in_memory == 0)
         with dask.config.set(scheduler="synchronous"):

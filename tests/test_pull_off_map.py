@@ -45,7 +45,7 @@ def unit_scales(name, ratio):
 def a_line(name, ratio):
     scales = unit_scales(name, ratio)
     line = np.empty(branches.LENGTH)
-    branches.collapse(law(name).branch, scales.row, branches.P, line)
+    branches.collapse(law(name).spline, scales.row, branches.P, line)
     return scales, line
 
 
@@ -55,7 +55,7 @@ def test_a_collapsed_branch_is_the_table(name):
         scales, line = a_line(name, ratio)
         for above_end in (1e-9, 0.01, 0.4, 3.0, 300.0):
             force, _ = branches.line_force(line, above_end)
-            expected = asperity_contact(scales.end + above_end, scales, law(name).branch).P
+            expected = asperity_contact(scales.end + above_end, scales, law(name).spline).P
             assert force == pytest.approx(expected, rel=1e-12, abs=1e-9)
 
 
@@ -205,10 +205,10 @@ def test_results_do_not_depend_on_the_company(surface, formulation):
 def test_few_loads_are_needed(glass):
     """The bounds do their work: a search of all intervals would need some hundred thousand loads per centre."""
     options = options_of(glass, "jkr", "energy", 0.3, "highest_peak", "sphere")
-    forest = kernel.plant(catalogue_field(glass, options)[0], law("energy"), 3000.0, 0)
+    forest = kernel.build_grid(catalogue_field(glass, options)[0], law("energy"), 3000.0, 0)
     rng = np.random.default_rng(3)
     x, y = rng.uniform(0, 5000, (2, 200))
-    found = kernel.pull_offs(x, y, forest, law("energy").branch, 3000.0, 0)
+    found = kernel.pull_offs(x, y, forest, law("energy").spline, 3000.0, 0)
     assert found[:, kernel.EVALUATIONS].mean() < 3000
 
 

@@ -3,8 +3,10 @@
 import html.parser
 import json
 import re
+import shlex
 import shutil
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -70,8 +72,8 @@ def test_page_tells_what_was_analysed_and_found(written, run):
     for words in ("96 × 96 pixels", "500 nm", "40 GPa", "0.5 J/m²", "9 contact centres", "How to cite", "Cheng"):
         assert words in text
     table = report.interval_table(run)
-    mean = table.loc[("pull-off force, mean [µN]", "all places"), "estimate"]
-    assert mean == pytest.approx(float(run["statistics/energy"].pull_off_force.mean()) / 1e3)
+    mean = table.loc[("pull-off force, mean [nN]", "all places"), "estimate"]
+    assert mean == pytest.approx(float(run["statistics/energy"].pull_off_force.mean()))
     assert f"{mean:.3g}" in text
     assert "synthetic: made from a seed" in text and "1 of 9 places hold debris by rule" in text
 
@@ -131,18 +133,70 @@ def test_the_command_repeats_the_run(run, tmp_path):
     scan = run["scan"].assign_attrs(source_file="my scan.gsf", channel="Height")
     scan = scan.assign_attrs(history="[]")
     line = report.command({"scan": scan, "solutions/direct": run["solutions/direct"]})
-    assert line.startswith("roughxr run 'my scan.gsf' --channel Height --sphere-radius 500.0 ")
+    assert line.startswith("roughxr run 'my scan.gsf' --channel Height --sphere-radius 500 ")
     assert "--subregions 3 3 --delta 4 8 12 16" in line and "--level none" in line
-    options = dict(zip(line.split()[::1], line.split()[1::1]))
-    pair = {
-        "young_modulus": float(options["--young-modulus"]),
-        "poisson_ratio": float(options["--poisson-ratio"]),
-        "surface_energy": float(options["--surface-energy"]),
-    }
-    again = roughxr.assign_pair(scan.drop_vars(schema.PAIR), sphere_radius=500, **pair)
-    for name in schema.PAIR:
-        assert float(again[name]) == pytest.approx(float(run["scan"][name]), rel=1e-12)
+    assert "--contact-modulus 40.0 --work-of-adhesion 0.5" in line
     assert report.command({}) == ""
+
+
+@pytest.mark.parametrize(
+    ("pair", "words"),
+    [
+        (
+            {"young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.05},
+            "--young-modulus 75 --poisson-ratio 0.22 --surface-energy 0.05",
+        ),
+        (
+            {"young_modulus": (75, "130 GPa"), "poisson_ratio": (0.22, 0.28), "work_of_adhesion": "50 mJ/m^2"},
+            "--young-modulus 75 '130 GPa' --poisson-ratio 0.22 0.28 --work-of-adhesion 0.05",
+        ),
+        ({"materials": ("glass", "silica")}, "--materials glass/silica --work-of-adhesion 0.063"),
+    ],
+)
+def test_the_command_names_the_bodies_as_they_were_given(run, pair, words):
+    """Run by the command line, it makes the same pair."""
+    from roughxr import cli
+
+    scan = roughxr.assign_pair(run["scan"].drop_vars(schema.PAIR), sphere_radius="0.5 um", **pair)
+    scan = scan.assign_attrs(source_file="a.gsf")
+    line = report.command({"scan": scan})
+    assert words in line
+    options = cli._parser().parse_args(shlex.split(line)[1:])
+    again = cli._paired(run["scan"].drop_vars(schema.PAIR), options)
+    for name in schema.PAIR:
+        assert float(again[name]) == pytest.approx(float(scan[name]), rel=1e-12)
+
+
+def test_a_runs_folder_is_reported_into_itself(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "out").mkdir()
+    archive.save({"scan": run["scan"]}, tmp_path / "out" / "run.nc")
+    assert report.write_report("out") == Path("out/report.html")
+    assert sorted(file.name for file in tmp_path.rglob("*.*")) == ["report.html", "run.nc"]
+    with pytest.raises(ValueError, match="found archives: none; name the file"):
+        report.write_report(tmp_path)
+
+
+def test_doubts_about_the_scan_and_tilt_are_told(run):
+    tilted = run["scan"].assign(height=run["scan"].height + 1.5 * run["scan"].x)
+    tilted["height"].attrs["units"] = "nm"
+    assert any("About the scan: slope above 1" in words for words in report.cautions({"scan": tilted}))
+    assert "of which tilt is all but" in report.page({"scan": tilted})
+    assert "of which tilt" not in report.page({"scan": run["scan"]})
+
+
+@pytest.mark.parametrize(("times", "unit"), [(1.0, "µN"), (1e-3, "nN"), (1e-6, "pN")])
+def test_forces_stand_in_the_unit_that_suits_them(run, times, unit):
+    small = dict(run)
+    for name in ("published", "self_similar", "energy"):
+        pull = run[f"statistics/{name}"].copy()
+        pull["pull_off_force"] = (pull["pull_off_force"] * times * 2e3 / pull["pull_off_force"].mean()).assign_attrs(
+            pull["pull_off_force"].attrs
+        )
+        small[f"statistics/{name}"] = pull
+    mean = report.contact_table(small).loc[f"pull-off, mean [{unit}]", "energy"]
+    assert mean == pytest.approx(2.0)
+    assert report.interval_table(small).loc[(f"pull-off force, mean [{unit}]", "all places"), "estimate"] == mean
 
 
 def test_a_file_that_is_no_run_is_refused(tmp_path):
@@ -154,7 +208,7 @@ def test_a_file_that_is_no_run_is_refused(tmp_path):
 
 def test_text_table_has_numbers_and_dashes(run):
     told = report.text(report.contact_table(run), "Contact")
-    assert "pull-off, mean [µN]" in told and "–" in told and told.startswith("Contact\n=======")
+    assert "pull-off, mean [nN]" in told and "–" in told and told.startswith("Contact\n=======")
 
 
 def test_a_real_scan_makes_a_whole_report(shared_scans, tmp_path):
@@ -165,7 +219,7 @@ def test_a_real_scan_makes_a_whole_report(shared_scans, tmp_path):
     path = report.write_report(archive.save(run, tmp_path / "run.nc"), tmp_path / "report.html")
     text = path.read_text(encoding="utf-8")
     assert Page(text).tags.count("img") == 9 and "10 × 10 µm, 512 × 512 pixels" in text
-    assert "roughxr run bruker_10um_512_rough.di --channel Height --sphere-radius 5000.0" in text
+    assert "roughxr run bruker_10um_512_rough.di --channel Height --sphere-radius 5000 " in text
     assert "--level plane --subregions 2 2 --delta 30 60" in text
 
 

@@ -16,8 +16,8 @@ import pytest
 import xarray as xr
 
 from roughxr import archive, disk
-from roughxr.jobs import checkpoint
-from roughxr.jobs import executor as gather
+from roughxr.contact import elastic
+from roughxr.jobs import checkpoint, executor, schedulers
 from roughxr.jobs.fingerprint import key_of
 from roughxr.jobs.work import Work
 
@@ -68,7 +68,7 @@ def kill(process, number=signal.SIGKILL):
 
 def workers_of(process):
     try:
-        return psutil.Process(process.pid).children()
+        return [child for child in psutil.Process(process.pid).children() if "spawn_main" in " ".join(child.cmdline())]
     except psutil.NoSuchProcess:  # it was faster
         return []
 
@@ -103,7 +103,11 @@ def log(path):
     return archive.load(path)["log"].message.values.tolist()
 
 
-@pytest.mark.parametrize("seed", range(20))
+#: Every fourth kills a worker, every other the parent under threads, every fifth twice: six do each of it.
+KILLS = [*range(6), *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(6, 20))]
+
+
+@pytest.mark.parametrize("seed", KILLS)
 def test_a_run_killed_at_a_random_moment_goes_on(tmp_path, undisturbed, seed):
     """The parent under threads or processes, or one of its workers; some are killed twice."""
     expected, seconds = undisturbed
@@ -161,14 +165,14 @@ def test_an_interrupt_loses_nothing(tmp_path, undisturbed):
     ("size", "says", "resumes"),
     [
         (4096, "run.nc.checkpoint: the checkpoint could not be opened .*: make room", "nothing"),
-        (65536, "run.nc.checkpoint: the checkpoint could not be written .*: make room", "direct: [1-9]"),
+        (65536, "run.nc.checkpoint: the checkpoint could not be written .*: make room", "[a-z]+: [1-9]"),
         (1_900_000, "run.nc: could not be written .*: make room", "all computed"),
     ],
 )
 def test_a_full_disk_is_said_and_survived(small_disk, undisturbed, size, says, resumes, monkeypatch):
     """Too small for the checkpoint at all, for all results, for the archive beside them; trying again says so too."""
-    monkeypatch.setattr(gather, "_SECONDS", 0.0)  # batches of one subregion, so that the checkpoint's size is known
-    monkeypatch.setattr(gather._Here, "serving", 0.0)
+    monkeypatch.setattr(executor, "_SECONDS", 0.0)  # batches of one subregion, so that the checkpoint's size is known
+    monkeypatch.setattr(schedulers._Here, "serving", 0.0)
     path = small_disk(size) / "run.nc"
     for expected in (says, "run.nc.*could not be .*: make room"):
         with pytest.raises(OSError, match=expected):
@@ -237,11 +241,11 @@ def test_noise_in_place_of_a_checkpoint_is_set_aside(tmp_path, undisturbed):
 
 
 def test_two_runs_on_one_output(tmp_path, undisturbed):
-    """The second is refused and says who holds it; the first goes on undisturbed."""
+    """The second is refused; the first goes on undisturbed."""
     path = tmp_path / "run.nc"
     first = start(path, alone=True)
     wait_for(path, 5)
-    with pytest.raises(BlockingIOError, match=f"process {first.pid}"):
+    with pytest.raises(BlockingIOError, match="another run writes to this output"):
         a_run.run(path)
     first.join(SECONDS)
     assert first.exitcode == 0
@@ -262,7 +266,7 @@ def test_a_finished_run_is_not_repeated(tmp_path, undisturbed, monkeypatch):
     monkeypatch.setattr(a_run, "solutions", lambda ds: pytest.fail("computed again"))
     groups = a_run.run(expected)
     assert expected.stat().st_mtime_ns == before.st_mtime_ns
-    assert groups["solutions/contact"].pressure.dtype == np.float32
+    assert groups["solutions/contact"].pressure.dtype == float
     only(expected)
 
 
@@ -309,15 +313,11 @@ def test_a_run_holds_what_the_functions_return(undisturbed):
     with dask.config.set(scheduler="synchronous"):
         expected = a_run.solutions(a_run.surface())
     for name, ds in expected.items():
-        fields = [key for key in ds.data_vars if "x" in ds[key].dims]
-        found = groups[name]
-        xr.testing.assert_identical(found.drop_vars(fields), ds.drop_vars(fields))
-        for key in fields:
-            np.testing.assert_array_equal(found[key], ds[key].astype("float32"))
+        xr.testing.assert_identical(groups[name], ds)
 
 
 def test_failed_subregions_are_named_and_the_others_kept(tmp_path, monkeypatch):
-    path, good = tmp_path / "run.nc", a_run.direct.__globals__["_solve"]
+    path, good = tmp_path / "run.nc", elastic._solve
 
     def bad(height, datum, window, *rest):
         if window.rows.start == 0 and window.columns.start == 0:
@@ -326,17 +326,17 @@ def test_failed_subregions_are_named_and_the_others_kept(tmp_path, monkeypatch):
 
     bad.__module__, bad.__qualname__ = good.__module__, good.__qualname__
     with monkeypatch.context() as patch:
-        patch.setitem(a_run.direct.__globals__, "_solve", bad)
+        patch.setattr(elastic, "_solve", bad)
         with pytest.raises(RuntimeError, match="of 30 subregions failed, the first, subregion 0: ZeroDivisionError: a"):
             a_run.run(path)
     a_run.run(path)
-    assert "direct: 29 of 30 subregions kept" in log(path)
+    assert any(line.endswith(": 29 of 30 subregions kept") for line in log(path))
     assert any("subregion 0 failed" in line for line in log(path))
 
 
 def test_a_failed_tile_is_named_by_its_subregions(tmp_path):
     """An item of `pull_off_map` holds many."""
-    from roughxr.jobs.run import _Keeper
+    from roughxr.jobs.run import _WithCheckpoints
 
     kept = checkpoint.Checkpoint(tmp_path / "run.nc")
     work = Work(fails_at_the_second, [(0,), (1,)], np.dtype((float, (10, 1))), ([],), each=10)
@@ -346,7 +346,7 @@ def test_a_failed_tile_is_named_by_its_subregions(tmp_path):
             RuntimeError, match="10 of 20 subregions failed, the first, subregions 10 to 19: ZeroDivisionError: a fault"
         ),
     ):
-        _Keeper(kept, progress=False).array(work)
+        _WithCheckpoints(kept, progress=False).array(work)
     assert any("subregions 10 to 19 failed" in line for line in kept.log().message.values)
     kept.close(remove=True)
 

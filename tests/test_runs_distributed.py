@@ -6,6 +6,7 @@ import sys
 import threading
 import time
 
+import dask
 import numpy as np
 import psutil
 import pytest
@@ -15,7 +16,7 @@ from roughxr import archive, checkpointed
 from roughxr.contact.elastic import direct
 from roughxr.contact.maps import pull_off_map
 from roughxr.jobs import lazy as parallel
-from roughxr.jobs.run import on
+from roughxr.jobs.schedulers import on
 
 from .surfaces import glass_pair, rough, scan
 
@@ -91,7 +92,7 @@ def test_a_killed_worker_is_replaced_by_the_other(tmp_path, surface, cluster):
 
 
 def test_a_scan_is_sent_once(surface):
-    """A task carries the place of its window, not the window."""
+    """A task says which part of the scan its window is, and carries no heights."""
     import pickle
 
     class Sent:
@@ -103,7 +104,7 @@ def test_a_scan_is_sent_once(surface):
             return ds
 
     sent = Sent()
-    with parallel.kept_by(sent):
+    with parallel.computed_by(sent):
         direct(surface, **OPTIONS)
     heights = surface.height.size * 8
     assert len(pickle.dumps(sent.work.shared)) < 1.1 * heights
@@ -128,7 +129,8 @@ def test_a_cluster_without_workers_is_told(surface):
     cluster = distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=None, protocol="inproc://")
     with (
         cluster,
-        distributed.Client(cluster, timeout="500ms"),
+        distributed.Client(cluster),
+        dask.config.set({"distributed.comm.timeouts.connect": "500ms"}),
         pytest.raises(
             RuntimeError, match=r"nothing can be sent to its workers \(.*expected at least one 'dask worker'"
         ),

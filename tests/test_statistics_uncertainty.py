@@ -176,3 +176,46 @@ def test_histogram_bins_have_intervals_about_their_densities():
 def test_bad_options_are_refused_in_words(options, says):
     with pytest.raises(ValueError, match=says):
         bootstrap(on_grid(np.arange(16.0).reshape(4, 4)), "pull_off_force", **options)
+
+
+@pytest.mark.parametrize("law", [lambda z: z, np.exp], ids=["normal", "log-normal"])
+@pytest.mark.parametrize("length", [0.05, 1.0, 1.5, 2.5])
+def test_fewer_places_of_a_surface_are_worth_no_more_independent_ones(law, length):
+    """Every second place along x and y of the same fields, in the mean over fields as far as that is known."""
+    rng = np.random.default_rng(0)
+    places = np.argwhere(np.ones((16, 16))) * 100.0
+    some = (places % 200 == 0).all(axis=1)
+    found = []
+    for _ in range(30):
+        values = law(field(16, length, rng)).ravel()
+        found.append([independent_places(values, places), independent_places(values[some], places[some])])
+    more = np.diff(found, axis=1)
+    assert more.mean() < 2 * more.std() / np.sqrt(more.size)
+
+
+def test_part_of_the_places_takes_the_whole_surfaces_correlation():
+    ds = on_grid(field(16, 1.5, np.random.default_rng(8)) + 10)
+    part = ds.isel(subregion=np.flatnonzero(np.random.default_rng(0).random(256) < 0.1))
+    alone, within = (bootstrap(part, "pull_off_force", within=whole).independent_places[0] for whole in (None, ds))
+    assert float(within) == min(float(alone), float(bootstrap(ds, "pull_off_force").independent_places[0]))
+
+
+def test_one_place_far_out_hides_no_correlation():
+    values = field(16, 1.5, np.random.default_rng(8)).ravel()
+    places = np.argwhere(np.ones((16, 16))) * 100.0
+    outlier = np.where(np.arange(256) == 100, 1e4, values)
+    assert independent_places(outlier, places) == pytest.approx(independent_places(values, places), rel=0.1)
+
+
+def test_what_cannot_be_negative_has_no_interval_below_zero():
+    """Forces of which most are none at all, and spreads."""
+    for seed in range(20):
+        z = field(8, 1.5, np.random.default_rng(seed))
+        ds = on_grid(np.maximum(np.exp(3 * z) - 1, 0), name="force")
+        if int((ds.force > 0).sum()) < 3:
+            continue
+        found = bootstrap(ds, "force", statistics=["mean", "std"], resamples=199)
+        assert (found.low >= 0).all(), seed
+        assert ((found.low <= found.estimate) & (found.estimate <= found.high)).all()
+    below = bootstrap(on_grid(field(8, 1.5, np.random.default_rng(0))), "pull_off_force", statistics=["mean"])
+    assert float(below.low.min()) < 0

@@ -37,7 +37,7 @@ def distance_of(parameter):
 
 def a_line(parameter):
     line = np.empty(branches.LENGTH)
-    branches.collapse(maugis.table().branch, maugis.row_of(parameter), branches.P, line)
+    branches.collapse(maugis.table().spline, maugis.row_of(parameter), branches.P, line)
     return line
 
 

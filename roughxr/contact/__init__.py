@@ -11,6 +11,6 @@ maps            `pull_off_map`: the exact pull-off of that sum, up to every pixe
 estimates       `elastic_pull_off`, `tabor`: what costs next to nothing
 reference       closed forms of single contacts, and formulas for rough ones, to hold results against
 
-A new kind of contact is one new file: a layout of what it returns, a function ``(surface, problem, layout, options) ->
+A new kind of contact is one new file: a layout of what it returns, a function ``(place, problem, layout, options) ->
 record``, and a public verb that reads its options and calls `records.solve`.
 """

@@ -6,7 +6,7 @@ Every subregion is one task with its whole cycle inside: what holds on retractio
 from __future__ import annotations
 
 import warnings
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,15 +14,22 @@ import xarray as xr
 from .. import regions, schema
 from ..jobs import lazy as parallel
 from ..kernels.adhesion import cohesive_laws, path
-from ..kernels.halfspace.products import coefficients_for
 from ..units import fraction, positive, whole_number
-from .problem import Problem, Surface, deepest, need_heights, read_problem
+from .cycle import SMOOTH, Adhesion, cycles_at, deepest_of, events, reach_of_law, reached
+from .estimates import tabor
+from .problem import NOT_LOADED, Place, Problem, deepest, need_heights, read_problem
 from .records import Layout, fields_of, put_fields, solve
 
-#: Laws of adhesion.
-COHESIVE_LAWS = ("griffith", *cohesive_laws.COHESIVE)
+#: Laws of adhesion; "auto" chooses between the first two.
+LAWS_OF_ADHESION = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
 
 BRANCHES = ("loading", "retraction")
+
+#: Range of adhesion of dry solids, nm, where none is assigned: about their interatomic distance.
+DEFAULT_RANGE = 0.3
+
+#: Tabor's parameter up to which the range of adhesion counts: Griffith's limit is then off by some per cent or more.
+SHORT_RANGE = 5.0
 
 _STATES = {
     "force": float,
@@ -43,243 +50,14 @@ _EVENTS = {
     "work_of_separation": float,
     "hysteresis": float,
     "pull_off_resolution": float,
+    "pull_off_error": float,
+    "mesh_error": float,
+    "step_error": float,
+    "refinement": int,
     "truncated": bool,
     "complete": bool,
 }
-
-#: Contacts of fewer pixels in radius than this at pull-off bring a warning. JKR's sphere is off by up to 0.5 % at
-#: twenty pixels, 1.5 % at ten, 3 % at five, and by 3 to 40 % at one (``tests/benchmarks/adhesive_accuracy.py``).
-_RESOLVED = 2.0
-
-
-class _Options(NamedTuple):
-    """What a cycle needs beside the problem."""
-
-    step: float  # nm
-    work_of_adhesion: float  # J/m²
-    law: str
-    strength: float  # GPa, of a law of finite range
-    tolerance: float
-    max_iterations: int
-    max_cells: int
-
-
-def adhesive(
-    ds: xr.Dataset,
-    *,
-    delta: Any,
-    subregions: Any = None,
-    law: str = "griffith",
-    strength: Any = None,
-    refine: int = 1,
-    step: Any = 0.25,
-    datum: str = "highest_peak",
-    profile: str = "sphere",
-    fields: bool = False,
-    tolerance: float = 1e-7,
-    max_iterations: int = 1000,
-    max_cells: int = 8000,
-    progress: bool = False,
-) -> xr.Dataset:
-    """Follow the adhesive contact of the assigned indenter with the scan through approach and retraction.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A scan with square pixels and an assigned pair with a work of adhesion.
-    delta : array_like
-        Displacements, nm, ascending: reached one after the other on loading, and in reverse on retraction,
-        which goes on beyond the smallest until all contact is lost.
-    subregions : (int, int), (array, array) or Dataset, optional
-        Contact centres, see `regions.centres`.
-    law : {"griffith", "dugdale", "exponential"}
-        Adhesion without range (the limit of JKR), or of finite range with the same work of adhesion.
-    strength : number or quantity, optional
-        Largest traction, GPa, of a law of finite range.
-    refine : int
-        Solve on pixels so many times smaller, heights interpolated by bicubic splines.
-    step : number or quantity
-        Longest step of the displacement, nm. On retraction shorter ones are taken where a branch ends, and where a
-        larger pull may lie between two states: halving the step leaves the pull-off of nearly every place as it is.
-    datum : {"highest_peak", "first_contact"}
-        Where delta = 0, as in `direct`.
-    profile : {"sphere", "parabola"}
-        The exact sphere or Hertz's paraboloid.
-    fields : bool
-        Keep pressure, displacement and gap on the window around each centre, on the cells of the solve, on both
-        branches; NaN beyond the scan's edge.
-    tolerance : float
-        Residual traction over the largest.
-    max_iterations, max_cells : int
-        Rounds per step; pixels in or near contact (memory: 8 bytes times their square).
-    progress : bool
-        Show a bar while computing.
-
-    Returns
-    -------
-    Dataset
-        Along (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected patches of cells),
-        ``energy``, ``dissipated``, ``resolution`` (radius, in pixels of the solve, of the smallest contact that bears a
-        tenth of the tension), ``iterations``, ``converged``. Along subregion, from all steps of the cycle:
-        ``snap_in_force``, ``snap_in_delta``, ``pull_off_force``, ``pull_off_delta``, ``detachment_delta``,
-        ``work_of_separation``, ``hysteresis``, ``pull_off_resolution``, ``truncated`` (contact at the edge of the scan
-        or of the indenter's map) and ``complete``. A subregion that is never touched, or whose cycle could not be
-        completed, has NaN events. Fields along
-        (subregion, branch, delta, x, y) with x, y from the contact centre.
-
-    Raises
-    ------
-    ValueError
-        If no pair or work of adhesion is assigned, a law of finite range has no strength, its process zone spans
-        fewer than two pixels, or an option is not as described.
-
-    Warns
-    -----
-    UserWarning
-        If contacts at pull-off are poorly resolved (input in memory only).
-
-    Notes
-    -----
-    In the Griffith limit a front's cells let go over a zone a few cells wide, whose line tension is taken back from the
-    work of adhesion by the outline of each contact (`kernels.adhesion`). ``energy`` counts that
-    outline as an ellipse: on a smooth sphere ``dissipated`` closes the loop, ``hysteresis``, to 1 %; where rough
-    contacts split and merge it closes less well, and may fall a little on the way: there ``hysteresis``, the work of
-    the force, is the figure to take.
-
-    References
-    ----------
-    Griffith (1921); Johnson, Kendall & Roberts (1971); Pohrt & Popov (2015); Maugis (1992).
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
-    >>> cycle = adhesive(scan, delta=[5, 10, 15], subregions=([312.5], [937.5]), step=0.5)
-    >>> dict(cycle.force.sizes), bool(cycle.pull_off_force[0] > 0)
-    ({'subregion': 1, 'branch': 2, 'delta': 3}, True)
-    """
-    ds = schema.validate(ds, "scan")
-    refine = whole_number(refine, "refine", least=1, most=16)
-    positions = regions.centres(ds, subregions)
-    problem = read_problem(ds, positions, delta=delta, datum=datum, profile=profile, refine=refine)
-    options = _options(ds, law, strength, step, tolerance, max_iterations, max_cells)
-    _need_resolved_zone(options, problem)
-    if fields:
-        need_heights(ds, problem)
-    out = solve(
-        _cycle,
-        ds,
-        problem,
-        Layout({"branch": list(BRANCHES), "delta": problem.steps}, _STATES, _EVENTS),
-        options,
-        positions=positions,
-        reach=_reach(ds, problem, options),
-        fields=fields,
-        progress=progress,
-    )
-    spline = "bicubic spline" if refine > 1 else "none"
-    out.attrs = {"datum": datum, "method": "adhesive", "law": law, "refine": refine, "refinement": spline}
-    arguments = {"delta": problem.steps, "subregions": subregions, "law": law, "strength": strength, "refine": refine}
-    arguments |= {"step": options.step, "datum": datum, "profile": profile, "fields": fields, "tolerance": tolerance}
-    out = schema.record(out, "adhesive", ds, **arguments, max_iterations=max_iterations, max_cells=max_cells)
-    lazy = parallel.is_lazy(ds)
-    out = parallel.finish(out, lazy=lazy, progress=progress)
-    if not lazy:
-        _warn(out)
-    return out
-
-
-def _options(ds, law, strength, step, tolerance, max_iterations, max_cells) -> _Options:
-    schema.one_of(law, COHESIVE_LAWS, "law")
-    if (law == "griffith") != (strength is None):
-        found = "none" if strength is None else repr(strength)
-        raise ValueError(f"strength: expected for a law of finite range and for no other, found {found} for {law!r}")
-    return _Options(
-        step=positive(step, "nm", "step"),
-        work_of_adhesion=schema.pair(ds, "work_of_adhesion")[0],
-        law=law,
-        strength=np.nan if strength is None else positive(strength, "GPa", "strength"),
-        tolerance=fraction(tolerance, "tolerance"),
-        max_iterations=whole_number(max_iterations, "max_iterations", least=1),
-        max_cells=whole_number(max_cells, "max_cells", least=1),
-    )
-
-
-def _need_resolved_zone(options: _Options, problem: Problem) -> None:
-    """Refuse a law whose process zone the pixels cannot show."""
-    if options.law == "griffith" or options.work_of_adhesion == 0:
-        return
-    least = cohesive_laws.LEAST_ZONE
-    zone = cohesive_laws.process_zone(problem.contact_modulus, options.work_of_adhesion, options.strength)
-    if zone < least * problem.dx:
-        needed = int(np.ceil(least * problem.pixel / zone))
-        raise ValueError(
-            f"strength: expected a process zone of at least {least:g} pixels, found {zone:.3g} nm "
-            f"(π E* w/(4 σ₀²)) on pixels of {problem.dx:.3g} nm; take refine={needed}, or law='griffith'"
-        )
-
-
-def _reach(ds: xr.Dataset, problem: Problem, options: _Options) -> float:
-    """Return the half-width (nm) of the windows: the overlap, and as far as adhesion draws the surface up."""
-    if problem.indenter.map:
-        return problem.indenter.reach(np.inf)
-    depth = deepest(ds, problem)
-    if np.isinf(depth):
-        return np.inf
-    attraction = 0.0 if options.law == "griffith" else _law(options, problem).range
-    reach = problem.indenter.reach(depth)
-    for _ in range(20):  # JKR's contact of that radius draws the surface up by √(2πaw/E*)
-        uplift = np.sqrt(2 * np.pi * reach * options.work_of_adhesion / problem.contact_modulus)
-        reach = problem.indenter.reach(depth + uplift + attraction)
-    return reach + problem.pixel
-
-
-def _law(options: _Options, problem: Problem) -> cohesive_laws.Law:
-    """Return the law on unit cells of unit modulus."""
-    per_unit = problem.dx / problem.contact_modulus
-    w = options.work_of_adhesion * per_unit
-    if options.law == "griffith" or w == 0:
-        return cohesive_laws.griffith(w)
-    return cohesive_laws.cohesive(options.law, w, options.strength * per_unit)
-
-
-def _cycle(surface: Surface, problem: Problem, layout: Layout, options: _Options) -> np.ndarray:
-    """Follow one surface's cycle."""
-    followed = path.follow(
-        surface.separation,
-        problem.steps + surface.zero,
-        options.step,
-        coefficients_for([n + 2 for n in surface.separation.shape]),  # the path pads the window
-        _law(options, problem),
-        options.work_of_adhesion * problem.dx / problem.contact_modulus,
-        tolerance=options.tolerance,
-        max_iterations=options.max_iterations,
-        max_cells=options.max_cells,
-        fields=layout.window is not None,
-    )
-    followed = _in_units(followed, surface, problem)
-    record = layout.blank()
-    _put_states(record, followed)
-    for name, value in _events(followed).items():
-        record[name] = value
-    record["truncated"] = surface.unknown_from < problem.steps[-1] + surface.zero
-    record["complete"] = followed.status == path.CONVERGED
-    if layout.window is not None:
-        pressure = _of_branches(followed.pressures)
-        deltas = np.tile(problem.steps + surface.zero, (len(BRANCHES), 1))
-        put_fields(record, surface, fields_of(pressure, surface, deltas, problem))
-    return record
-
-
-def _in_units(followed: path.Path, surface: Surface, problem: Problem) -> path.Path:
-    """Return a path in nm, nN and GPa, its displacements counted from the datum of the result."""
-    states, stiffness = followed.states.copy(), problem.contact_modulus * problem.dx
-    states[:, [path.FORCE, path.ENERGY, path.DISSIPATED]] *= stiffness
-    states[:, path.AREA] *= problem.dx * problem.dx
-    states[:, path.DELTA] -= surface.zero
-    return followed._replace(states=states, pressures=followed.pressures * problem.contact_modulus / problem.dx)
-
+_AT_PRELOAD = {"preload_delta": float, "contact_area": float}
 
 #: The path's columns of what is kept along (branch, delta).
 _COLUMNS = {
@@ -292,6 +70,304 @@ _COLUMNS = {
     "iterations": path.ITERATIONS,
     "converged": path.OK,
 }
+
+#: Contacts of fewer pixels in radius than this at pull-off bring a warning. JKR's sphere is off by up to 0.5 % at
+#: twenty pixels, 1.5 % at ten, 3 % at five, and by 3 to 40 % at one (``tests/benchmarks/adhesive_accuracy.py``).
+_RESOLVED = 2.0
+
+#: Cells at most and tolerance unless they are given: of laws followed cell by cell, and of smooth ones.
+_MOST_CELLS, _TOLERANCES = (8000, 10**6), (1e-7, 1e-5)
+
+#: How far below first contact a body settles under a preload at most: so many standard deviations of the heights
+#: beyond what a smooth sphere sinks in.
+_ROUGH_DEPTH = 4.0
+
+
+def adhesive(
+    ds: xr.Dataset,
+    *,
+    preload: Any = None,
+    delta: Any = None,
+    subregions: Any = None,
+    law: str = "auto",
+    strength: Any = None,
+    refine: int | str = "auto",
+    accuracy: float = 0.05,
+    step: Any = 0.25,
+    datum: str | None = None,
+    profile: str = "sphere",
+    fields: bool = False,
+    tolerance: float | None = None,
+    max_iterations: int = 1000,
+    max_cells: int | None = None,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Follow the adhesive contact of the assigned indenter with the scan through approach and retraction.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan with square pixels and an assigned pair with a work of adhesion.
+    preload : number, quantity or array of them, optional
+        How hard the indenter is pressed on before it is drawn off, nN: it turns back where the force on loading first
+        reaches this. 0, the default: it settles under its own adhesion, as a particle that lands. Several, ascending,
+        share one loading path and lie along ``preload``.
+    delta : array_like, optional
+        Displacements, nm, ascending, in place of a preload: reached one after the other on loading, and in reverse on
+        retraction, which goes on beyond the smallest until all contact is lost.
+    subregions : (int, int), (array, array) or Dataset, optional
+        Contact centres, see `regions.centres`.
+    law : {"auto", "exponential", "griffith", "dugdale", "lennard_jones"}
+        How the surfaces pull on each other across a gap u, all with the same work of adhesion w: t = (w/ρ) exp(−u/ρ),
+        the limit without range (JKR's), a constant pull up to a gap, or the 9-3 potential of two half spaces beyond a
+        hard contact. "auto" is "exponential" where Tabor's parameter of half of the asperities is below 5, so that the
+        range counts, else "griffith".
+    strength : number or quantity, optional
+        Largest pull, GPa, of a law with a range; by default w over the pair's ``adhesion_range``, or over 0.3 nm.
+    refine : "auto" or int
+        Solve on pixels so many times smaller, heights interpolated by bicubic splines. "auto": each place by itself, on
+        finer meshes until the estimated error of its pull-off is below ``accuracy``.
+    accuracy : float
+        Relative error of the pull-off at which "auto" stops.
+    step : number or quantity
+        Longest step of the displacement, nm. On retraction shorter ones are taken where a branch ends, and where a
+        larger pull may lie between two states: halving the step leaves the pull-off of nearly every place as it is.
+    datum : {"highest_peak", "first_contact"}, optional
+        Where delta = 0, as in `direct`; by default the highest peak with ``delta``, first contact with a preload.
+    profile : {"sphere", "parabola"}
+        The exact sphere or Hertz's paraboloid.
+    fields : bool
+        Keep pressure, displacement and gap on the window around each centre, on the cells of the solve, on both
+        branches, at the displacements of ``delta``; NaN beyond the scan's edge. Needs a whole number for ``refine``.
+    tolerance : float, optional
+        Residual traction over the largest; by default 1e-5, of "griffith" and "dugdale" 1e-7.
+    max_iterations : int
+        Rounds per step.
+    max_cells : int, optional
+        Cells in or near contact at most; by default 10⁶, of "griffith" and "dugdale" 8000 (memory: 8 bytes times their
+        square).
+    progress : bool
+        Show a bar while computing.
+
+    Returns
+    -------
+    Dataset
+        Along subregion (and preload), from all steps of the cycle: ``snap_in_force``, ``snap_in_delta``,
+        ``pull_off_force``, ``pull_off_delta``, ``detachment_delta``, ``work_of_separation``, ``hysteresis``,
+        ``pull_off_resolution``, ``truncated`` (contact at the edge of the scan or of the indenter's map) and
+        ``complete``; ``refinement`` and, of refine="auto", ``pull_off_error``, the estimated relative error of the
+        pull-off, with its parts ``mesh_error`` and ``step_error``. A subregion that is never touched, whose cycle could
+        not be completed or whose preload was not reached has NaN events. With a preload also ``preload_delta``, the
+        displacement at which the indenter turned, and ``contact_area`` there. With ``delta``, along
+        (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected patches of cells),
+        ``energy``, ``dissipated``, ``resolution`` (radius, in pixels of the solve, of the smallest contact that bears a
+        tenth of the tension), ``iterations``, ``converged``; fields along (subregion, branch, delta, x, y) with x, y
+        from the contact centre.
+
+    Raises
+    ------
+    ValueError
+        If no pair or work of adhesion is assigned, both preload and delta are given, Dugdale's process zone spans fewer
+        than two pixels, or an option is not as described.
+
+    Warns
+    -----
+    UserWarning
+        If contacts at pull-off are poorly resolved, or places did not reach the accuracy (input in memory only).
+
+    Notes
+    -----
+    In the Griffith limit a front's cells let go over a zone a few cells wide, whose line tension is taken back from the
+    work of adhesion by the outline of each contact (`kernels.adhesion`). ``energy`` counts that outline as an ellipse:
+    on a smooth sphere ``dissipated`` closes the loop, ``hysteresis``, to 1 %; where rough contacts split and merge it
+    closes less well, and may fall a little on the way: there ``hysteresis``, the work of the force, is the figure to
+    take.
+
+    The errors tell of the mesh and of the step, not of what the scan does not show: roughness finer than its pixels.
+
+    References
+    ----------
+    Griffith (1921); Johnson, Kendall & Roberts (1971); Pohrt & Popov (2015); Maugis (1992); Greenwood, Proc. R. Soc. A
+    453 (1997) 1277.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> cycle = adhesive(scan, delta=[5, 10, 15], subregions=([312.5], [937.5]), step=0.5, law="griffith", refine=1)
+    >>> dict(cycle.force.sizes), bool(cycle.pull_off_force[0] > 0)
+    ({'subregion': 1, 'branch': 2, 'delta': 3}, True)
+    """
+    ds = schema.validate(ds, "scan")
+    if preload is not None and delta is not None:
+        raise ValueError("expected either preload or delta, found both")
+    by_preload = delta is None
+    datum = datum or ("first_contact" if by_preload else "highest_peak")
+    positions = regions.centres(ds, subregions)
+    adhesion = Adhesion(
+        work=schema.pair(ds, "work_of_adhesion")[0],
+        **_law(ds, law, strength),
+        preloads=_preloads(preload) if by_preload else np.zeros(0),
+        refine=0 if refine == "auto" else whole_number(refine, "refine", least=1, most=16),
+        accuracy=fraction(accuracy, "accuracy"),
+        step=positive(step, "nm", "step"),
+        tolerance=0.0 if tolerance is None else fraction(tolerance, "tolerance"),
+        max_iterations=whole_number(max_iterations, "max_iterations", least=1),
+        max_cells=0 if max_cells is None else whole_number(max_cells, "max_cells", least=1),
+    )
+    smooth = adhesion.law in SMOOTH
+    adhesion = adhesion._replace(
+        max_cells=adhesion.max_cells or _MOST_CELLS[smooth], tolerance=adhesion.tolerance or _TOLERANCES[smooth]
+    )
+    delta = [_settling_depth(ds, adhesion)] if by_preload else delta
+    problem = read_problem(ds, positions, delta=delta, datum=datum, profile=profile, refine=max(adhesion.refine, 1))
+    _need_resolved_zone(adhesion, problem)
+    if fields:
+        _need_one_mesh(ds, problem, adhesion, by_preload)
+    out = solve(
+        _solve,
+        ds,
+        problem,
+        _layout(problem, adhesion, preload),
+        adhesion,
+        positions=positions,
+        reach=_reach(ds, problem, adhesion),
+        fields=fields,
+        progress=progress,
+    )
+    out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
+    arguments = {"preload": preload, "delta": None if by_preload else problem.steps, "subregions": subregions}
+    arguments |= {"datum": datum, "profile": profile, "fields": fields, "refine": refine, "accuracy": accuracy}
+    arguments |= {name: getattr(adhesion, name) for name in ("step", "tolerance", "max_iterations", "max_cells")}
+    out = schema.record(out, "adhesive", ds, law=adhesion.law, strength=strength, **arguments)
+    lazy = parallel.is_lazy(ds)
+    out = parallel.finish(out, lazy=lazy, progress=progress)
+    if not lazy:
+        _warn(out, adhesion)
+    return out
+
+
+def _law(ds: xr.Dataset, law: str, strength: Any) -> dict[str, Any]:
+    """Return the law and its length, or say which do not go together."""
+    schema.one_of(law, LAWS_OF_ADHESION, "law")
+    if law == "griffith" and strength is not None:
+        raise ValueError(f"strength: expected for a law with a range, found {strength!r} for 'griffith'")
+    (work,) = schema.pair(ds, "work_of_adhesion")
+    length = float(ds["adhesion_range"]) if "adhesion_range" in ds.coords else DEFAULT_RANGE
+    if strength is not None:
+        length = work / positive(strength, "GPa", "strength")
+    if law == "auto":
+        law = "exponential" if work > 0 and _range_counts(ds, length) else "griffith"
+    return {"law": law, "length": np.nan if law == "griffith" else length}
+
+
+def _range_counts(ds: xr.Dataset, length: float) -> bool:
+    """Say whether the range of adhesion counts under the sphere, or under half of the asperities."""
+    if "indenter_height" in ds or parallel.is_lazy(ds):
+        return True
+    found = tabor(ds, equilibrium_distance=length)["tabor_parameter"].values
+    found = found[np.isfinite(found)]
+    return bool(np.median(found) < SHORT_RANGE) if found.size else True
+
+
+def _preloads(preload: Any) -> np.ndarray:
+    """Return preloads (nN), or say what is wrong with them."""
+    given = 0.0 if preload is None else preload
+    values = schema.ascending(given, "nN", "preload")
+    if values[0] < 0:
+        raise ValueError(f"preload: expected at least 0 nN (a particle that settles), found {values[0]:g} nN")
+    return values
+
+
+def _settling_depth(ds: xr.Dataset, adhesion: Adhesion) -> float:
+    """Return how far (nm) beyond first contact a body is followed to find its preload.
+
+    What the largest load and the adhesion sink a smooth sphere in, by Hertz's and JKR's formulas, and some standard
+    deviations of the heights: nearly all of the surface lies higher.
+    """
+    if parallel.is_lazy(ds):
+        raise ValueError(f"{NOT_LOADED}, so that it is known how deep a preload sinks in")
+    (modulus,) = schema.pair(ds, "contact_modulus")
+    radius = float(ds["sphere_radius"]) if "sphere_radius" in ds.coords else _radius_of_map(ds)
+    load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.work * radius
+    hertz = (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
+    return float(hertz + _ROUGH_DEPTH * ds["height"].values.std() + 12 * np.nan_to_num(adhesion.length))
+
+
+def _radius_of_map(ds: xr.Dataset) -> float:
+    """Return the radius (nm) of the paraboloid that lies as an indenter's map on average."""
+    height = ds["indenter_height"]
+    r2 = (height["indenter_x"] ** 2 + height["indenter_y"] ** 2).transpose(*height.dims)
+    depth = float((height.max() - height).mean())
+    return float(r2.mean()) / (2 * depth) if depth > 0 else float(np.sqrt(r2.max()))
+
+
+def _need_resolved_zone(adhesion: Adhesion, problem: Problem) -> None:
+    """Refuse Dugdale's law where the pixels cannot show its process zone."""
+    if adhesion.law != "dugdale" or adhesion.work == 0 or not adhesion.refine:
+        return
+    least = cohesive_laws.LEAST_ZONE
+    zone = cohesive_laws.process_zone(problem.contact_modulus, adhesion.work, adhesion.work / adhesion.length)
+    if zone < least * problem.dx:
+        needed = int(np.ceil(least * problem.pixel / zone))
+        raise ValueError(
+            f"strength: expected a process zone of at least {least:g} pixels, found {zone:.3g} nm "
+            f"(π E* w/(4 σ₀²)) on pixels of {problem.dx:.3g} nm; take refine={needed}, or law='exponential'"
+        )
+
+
+def _need_one_mesh(ds: xr.Dataset, problem: Problem, adhesion: Adhesion, by_preload: bool) -> None:
+    """Refuse fields where there are no displacements to show them at, or each place has cells of its own size."""
+    if by_preload or not adhesion.refine:
+        raise ValueError("fields: expected displacements (delta) and one refine for all places, such as refine=4")
+    need_heights(ds, problem)
+
+
+def _reach(ds: xr.Dataset, problem: Problem, adhesion: Adhesion) -> float:
+    """Return the half-width (nm) of the windows: the overlap, and as far as adhesion draws the surface up."""
+    if problem.indenter.map:
+        return problem.indenter.reach(np.inf)
+    depth = deepest(ds, problem._replace(first_contact=problem.first_contact or adhesion.preloads.size > 0))
+    if np.isinf(depth):
+        return np.inf
+    attraction = reach_of_law(adhesion, problem)
+    reach = problem.indenter.reach(depth)
+    for _ in range(20):  # JKR's contact of that radius draws the surface up by √(2πaw/E*)
+        uplift = np.sqrt(2 * np.pi * reach * adhesion.work / problem.contact_modulus)
+        reach = problem.indenter.reach(depth + uplift + attraction)
+    return reach + problem.pixel
+
+
+def _layout(problem: Problem, adhesion: Adhesion, preload: Any) -> Layout:
+    if adhesion.preloads.size == 0:
+        return Layout({"branch": list(BRANCHES), "delta": problem.steps}, _STATES, _EVENTS)
+    if preload is None or np.ndim(preload) == 0:
+        return Layout({}, {}, _EVENTS | _AT_PRELOAD)
+    return Layout({"preload": adhesion.preloads}, _EVENTS | _AT_PRELOAD)
+
+
+def _solve(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -> np.ndarray:
+    """Follow one place's cycles, one for each preload."""
+    found, errors = cycles_at(place, problem, adhesion, fields=layout.window is not None)
+    record = layout.blank()
+    for k, followed in enumerate(found.paths):
+        told = events(followed) if reached(followed, adhesion, k) else {}
+        told |= {"complete": bool(told), "truncated": found.surface.unknown_from < deepest_of(followed, found)}
+        told |= {name: np.broadcast_to(value, len(found.paths))[k] for name, value in errors.items()}
+        if adhesion.preloads.size and told["complete"]:
+            turn = followed.states[followed.turn - 1]
+            told |= {"preload_delta": turn[path.DELTA], "contact_area": turn[path.AREA]}
+        for name, value in told.items():
+            record[name][(k,) if record[name].ndim else ()] = value
+    if "branch" in layout.axes:
+        record["complete"] = found.paths[0].status == path.CONVERGED
+        _put_states(record, found.paths[0])
+    if layout.window is not None:
+        deltas = np.tile(problem.steps + found.surface.zero, (len(BRANCHES), 1))
+        pressure = _of_branches(found.paths[0].pressures)
+        put_fields(record, found.surface, fields_of(pressure, found.surface, deltas, problem))
+    return record
 
 
 def _put_states(record: np.ndarray, followed: path.Path) -> None:
@@ -309,40 +385,36 @@ def _of_branches(pressures: np.ndarray) -> np.ndarray:
     return np.stack([loading, retraction[::-1]])
 
 
-def _events(followed: path.Path) -> dict[str, float]:
-    """Return snap-in, pull-off, work of separation and so on; none of a path that broke off or never touched."""
-    states, back = followed.states, followed.states[followed.turn :]
-    touching = states[:, path.AREA] > 0
-    if followed.status != path.CONVERGED or not touching.any():
-        return {}
-    first, lowest = states[np.argmax(touching)], back[np.argmin(back[:, path.FORCE])]
-    delta, force = states[:, path.DELTA], states[:, path.FORCE]
-    return {
-        "snap_in_force": max(-first[path.FORCE], 0.0),
-        "snap_in_delta": first[path.DELTA],
-        "pull_off_force": max(-lowest[path.FORCE], 0.0),
-        "pull_off_delta": lowest[path.DELTA],
-        "detachment_delta": delta[touching].min() if touching[followed.turn :].any() else np.nan,
-        "work_of_separation": _work(np.minimum(back[:, path.FORCE], 0.0), back[:, path.DELTA]),
-        "hysteresis": _work(force, delta),
-        "pull_off_resolution": lowest[path.RESOLUTION],
-    }
+def _described(adhesion: Adhesion) -> dict[str, Any]:
+    """Return law and mesh as attributes of a result."""
+    mesh = {"refine": adhesion.refine or "auto"}
+    if not adhesion.refine:
+        mesh |= {"accuracy": adhesion.accuracy}
+    if adhesion.refine != 1:
+        mesh |= {"refinement_method": "bicubic spline"}
+    length = {} if np.isnan(adhesion.length) else {"adhesion_length_nm": adhesion.length}
+    missing = "NaN where nothing was touched, the preload was not reached or the cycle not completed"
+    return {"law": adhesion.law, **length, **mesh, "missing": missing}
 
 
-def _work(force: np.ndarray, delta: np.ndarray) -> float:
-    """Return the work of a force along a path, nN nm."""
-    return float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(delta)))
-
-
-def _warn(out: xr.Dataset) -> None:
-    resolution = out["pull_off_resolution"].values
-    poor = resolution < _RESOLVED
-    if poor.any():
+def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
+    """Say which places are not known as well as was asked."""
+    resolution, size = out["pull_off_resolution"].values, out["pull_off_resolution"].size
+    if adhesion.refine and (resolution < _RESOLVED).any():
         warnings.warn(
-            f"{int(poor.sum())} of {resolution.size} subregions have contacts of less than {_RESOLVED:g} pixels in "
-            f"radius at pull-off (smallest {np.nanmin(resolution):.2g}): compare with a larger refine",
+            f"{int((resolution < _RESOLVED).sum())} of {size} subregions have contacts of less than {_RESOLVED:g} "
+            f"pixels in radius at pull-off (smallest {np.nanmin(resolution):.2g}): compare with a larger refine, or "
+            "take refine='auto'",
+            stacklevel=3,
+        )
+    missed = int((out["pull_off_error"].values > adhesion.accuracy).sum())
+    if missed:
+        warnings.warn(
+            f"{missed} of {size} subregions did not reach accuracy={adhesion.accuracy:g} (largest error "
+            f"{np.nanmax(out['pull_off_error'].values):.2g}): their mesh does not decide them, see pull_off_error",
             stacklevel=3,
         )
     lost = int((~out["complete"].values).sum())
     if lost:
-        warnings.warn(f"{lost} subregions needed more than max_cells pixels; their events are NaN", stacklevel=3)
+        what = "did not reach their preload or " if adhesion.preloads.size else ""
+        warnings.warn(f"{lost} subregions {what}needed more than max_cells pixels; their events are NaN", stacklevel=3)

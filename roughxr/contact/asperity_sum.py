@@ -11,8 +11,7 @@ from .. import schema
 from ..catalogue import asperities
 from ..kernels.asperity import largest_pull
 from ..kernels.asperity import superposition as sums
-from ..kernels.asperity.laws import LAWS as KERNEL_LAWS
-from ..kernels.asperity.laws import Law, asperities_scales
+from ..kernels.asperity.laws import ASPERITY_LAWS, AsperityLaw, asperities_scales
 from ..kernels.asperity.laws import law as read_law
 from ..kernels.halfspace.separation import PROFILES
 from ..units import positive
@@ -23,7 +22,7 @@ ADHESIVE = ("jkr", "maugis")
 LAWS = (*ADHESIVE, "hertz")
 
 #: Formulations of adhesion on an elliptic asperity, of the law "jkr".
-FORMULATIONS = KERNEL_LAWS[1:]
+FORMULATIONS = ASPERITY_LAWS[1:]
 
 #: The formulation that is the default, and the one whose ellipses "maugis" has: what may be named beside it.
 DEFAULT, _OF_MAUGIS = "energy", "self_similar"
@@ -47,7 +46,7 @@ class Options(NamedTuple):
     contact_modulus: float
     work_of_adhesion: float
 
-    def kernel_law(self) -> Law:
+    def kernel_law(self) -> AsperityLaw:
         """Return the law as the kernels want it."""
         return read_law(self.law, self.equilibrium_distance) if self.law == "maugis" else read_law(self.law)
 
@@ -100,46 +99,54 @@ def law_of(law: str, formulation: str, options: Options) -> dict[str, Any]:
     return {"law": law, "formulation": formulation}
 
 
+def fit_of(options: Options) -> dict[str, str]:
+    """Return how a scan's asperities are found for this law: as the paper finds them for the paper's own."""
+    return {"patch": "paper", "vertex": "pixel"} if options.law == "published" else {}
+
+
 def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
     """Return the asperities that are peaks under this sphere, the patch's half-width and the number left out."""
-    catalogue = ds if "asperity" in ds.dims else asperities(ds)
+    catalogue = ds if "asperity" in ds.dims else asperities(ds, **fit_of(options))
     sphere = 0.5 / options.radius if options.composite else 0.0
     A, B = (0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
     scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, options.kernel_law())
     x, y = catalogue["x"].values, catalogue["y"].values
-    spacing = _spacing(x, y)
     depth = float(catalogue["datum_height"]) - catalogue["height"].values
     at_edge = catalogue["edge"].values.astype(float) if "edge" in catalogue else np.zeros(x.size)
     peaks = np.isfinite(scales.P)
-    kept = [array[peaks] for array in (x, y, depth, spacing, at_edge)]
+    kept = [array[peaks] for array in (x, y, depth, catalogue["orientation"].values, at_edge)]
     scales = type(scales)(*(array[peaks] for array in scales))
-    return sums.Field(*kept, scales), float(catalogue["patch_radius"]), int((~peaks).sum())
+    return sums.Field(*kept, _neighbours(*kept[:2]), scales), float(catalogue["patch_radius"]), int((~peaks).sum())
 
 
-def _spacing(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the distance from each point to the next; inf where there is but one."""
+def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return the numbers of the points nearest to each, −1 where there are no more."""
     from scipy.spatial import cKDTree
 
-    if x.size < 2:
-        return np.full(x.size, np.inf)
-    points = np.c_[x, y]
-    quickly_made = {"balanced_tree": False, "compact_nodes": False}
-    return cKDTree(points, **quickly_made).query(points, k=[2])[0][:, 0]
+    points, count = np.c_[x, y], min(sums.NEIGHBOURS, max(x.size - 1, 0))
+    out = np.full((x.size, sums.NEIGHBOURS), -1, np.intp)
+    if count:
+        quickly_made = {"balanced_tree": False, "compact_nodes": False}
+        nearest = cKDTree(points, **quickly_made).query(points, k=count + 1)[1]
+        itself = nearest == np.arange(x.size)[:, None]
+        itself[~itself.any(axis=1), -1] = True  # of points at one place, another may be named first
+        out[:, :count] = nearest[~itself].reshape(x.size, count)
+    return out
 
 
-def asperity_grid(ds: xr.Dataset, options: Options) -> largest_pull.Forest:
+def asperity_grid(ds: xr.Dataset, options: Options) -> largest_pull.AsperityGrid:
     """Return the asperities of a scan or a catalogue, sorted into cells for the search of the largest pull."""
     return grid_of(catalogue_field(ds, options), options)
 
 
-def grid_of(prepared: tuple, options: Options) -> largest_pull.Forest:
+def grid_of(prepared: tuple, options: Options) -> largest_pull.AsperityGrid:
     """Return the asperities of `catalogue_field`, sorted into cells."""
-    return largest_pull.plant(prepared[0], options.kernel_law(), options.radius, options.profile)
+    return largest_pull.build_grid(prepared[0], options.kernel_law(), options.radius, options.profile)
 
 
-def largest_pulls(x: np.ndarray, y: np.ndarray, grid: largest_pull.Forest, options: Options) -> np.ndarray:
+def largest_pulls(x: np.ndarray, y: np.ndarray, grid: largest_pull.AsperityGrid, options: Options) -> np.ndarray:
     """Return the exact pull-off at each centre, records of ``PULL_OFF``; NaN where nothing pulls."""
-    found = largest_pull.pull_offs(x, y, grid, options.kernel_law().branch, options.radius, options.profile)
+    found = largest_pull.pull_offs(x, y, grid, options.kernel_law().spline, options.radius, options.profile)
     force, delta = -found[:, largest_pull.FORCE], found[:, largest_pull.DELTA]
     records = np.zeros(x.size, PULL_OFF)
     records["pull_off_force"] = np.where(force > 0, force, np.nan)

@@ -14,7 +14,7 @@ from .. import regions, schema
 from ..jobs import lazy as parallel
 from ..kernels.halfspace import displacement_control, load_control
 from ..units import fraction, whole_number
-from .problem import Problem, Surface, deepest, need_heights, read_problem
+from .problem import Place, Problem, Surface, deepest, need_heights, read_problem, surface_at
 from .records import Layout, fields_of, put_fields, solve
 
 _STATES = {
@@ -133,8 +133,9 @@ def _overlapping(surface: Surface, problem: Problem) -> int:
     return np.count_nonzero(surface.separation < (problem.steps[-1] if known else np.inf))
 
 
-def _sweep(surface: Surface, problem: Problem, layout: Layout, limits: _Limits) -> np.ndarray:
-    """Solve one surface at every step."""
+def _sweep(place: Place, problem: Problem, layout: Layout, limits: _Limits) -> np.ndarray:
+    """Solve one place at every step."""
+    surface = surface_at(place, problem)
     deltas, found, pressure = _solutions(surface, problem, limits, keep=layout.window is not None)
     record = layout.blank()
     record["force"], record["contact_area"] = found[:, displacement_control.FORCE], found[:, displacement_control.AREA]

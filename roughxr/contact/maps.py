@@ -11,7 +11,7 @@ import xarray as xr
 from .. import regions, schema
 from ..catalogue import later
 from ..jobs import lazy as parallel
-from .asperity_sum import ADHESIVE, PULL_OFF, Options, asperity_grid, largest_pulls, law_of, options_of
+from .asperity_sum import ADHESIVE, PULL_OFF, Options, asperity_grid, fit_of, largest_pulls, law_of, options_of
 
 #: Centres in one task: some hundredths of a second.
 _TILE = 512
@@ -95,7 +95,7 @@ def pull_off_map(
     positions = _pixels(ds, subregions) if pixels else regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)
     later_on = lazy and kind == "scan"
-    grid = dask.delayed(asperity_grid)(later(ds), options) if later_on else asperity_grid(ds, options)
+    grid = dask.delayed(asperity_grid)(later(ds, **fit_of(options)), options) if later_on else asperity_grid(ds, options)
     out = _labelled(_records(positions, grid, options), ds)
     out = _on_pixels(out, ds) if pixels else out.assign_coords(positions.coords)
     named = law_of(law, formulation, options)

@@ -72,7 +72,7 @@ def solve(
     Parameters
     ----------
     solver : callable
-        ``solver(surface, problem, layout, options)`` returns a filled `Layout.blank` record. At the top of a module,
+        ``solver(place, problem, layout, options)`` returns a filled `Layout.blank` record. At the top of a module,
         so that other processes can import it.
     ds : Dataset
         A valid scan.
@@ -117,7 +117,7 @@ def solve(
 
 def _solve_one(height, datum, window, ends, solver, problem, layout, options) -> np.ndarray:
     """Solve one place; what a task runs."""
-    return solver(surface_at(Place(height, datum, window, ends), problem), problem, layout, options)
+    return solver(Place(height, datum, window, ends), problem, layout, options)
 
 
 def _costs(found: list[Place], problem: Problem, cost: Any) -> np.ndarray:

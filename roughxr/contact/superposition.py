@@ -21,6 +21,7 @@ from .asperity_sum import (
     DISTANCE,
     Options,
     catalogue_field,
+    fit_of,
     grid_of,
     largest_pulls,
     law_of,
@@ -96,9 +97,9 @@ def superpose(
     -------
     Dataset
         ``force`` (nN, negative pulls) and ``contact_area`` (nm²) along (subregion, delta); how many
-        ``contacts`` there are, how many of them reach beyond the patch that their paraboloid was fitted to, and
-        how many farther than the next asperity, where superposition loses its ground; ``truncated`` where an
-        asperity at the scan's edge is in contact. ``excluded_asperities`` counts the saddles left out. Laws that
+        ``contacts`` there are, how many of them reach beyond the patch that their paraboloid was fitted to, and how
+        many overlap one of their eight nearest neighbours', where superposition loses its ground; ``truncated`` where
+        an asperity at the scan's edge is in contact. ``excluded_asperities`` counts the saddles left out. Laws that
         adhere give the exact ``pull_off_force`` (nN, NaN where nothing pulls) and ``pull_off_delta`` (nm) along
         subregion, whatever the displacements, as `pull_off_map` finds them. Lazy where the scan is a dask array.
 
@@ -133,7 +134,7 @@ def superpose(
         raise ValueError(
             "delta: expected displacements in nm, since the heights are not loaded; or load them (ds.load())"
         )
-    prepared = dask.delayed(_prepared)(later(ds), options) if later_on else _prepared(ds, options)
+    prepared = dask.delayed(_prepared)(later(ds, **fit_of(options)), options) if later_on else _prepared(ds, options)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     deltas = _default_sweep(prepared[0], centres, options) if delta is None else schema.ascending(delta, "nm", "delta")
     layout = Layout({"delta": deltas}, _STATES, _EVENTS | (_PULL_OFF if law in ADHESIVE else {}))
@@ -171,7 +172,7 @@ def _superpose(x: float, y: float, prepared: tuple, options: Options, layout: La
     (field, patch_radius, excluded), grid = prepared
     offset = sums.offsets(field, x, y, options.radius, options.profile)
     zero = offset.min() if options.first_contact and offset.size else 0.0
-    summed = sums.superpose(layout.axes["delta"] + zero, field, offset, patch_radius, options.kernel_law().branch)
+    summed = sums.superpose(layout.axes["delta"] + zero, field, offset, patch_radius, options.kernel_law().spline)
     record = layout.blank()
     for name, values in zip(_STATES, summed):
         record[name] = values

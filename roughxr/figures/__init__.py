@@ -20,7 +20,7 @@ from .maps import (
     topography_map,
 )
 from .overview_figure import overview
-from .paper import paper_figures
+from .paper import paper_figures, run_figures
 from .plot import plot, plot_array
 from .rose import orientation_rose
 from .saving import save
@@ -48,6 +48,7 @@ __all__ = [
     "plot",
     "plot_array",
     "pressure_on_topography",
+    "run_figures",
     "save",
     "scan_map",
     "subregion_map",

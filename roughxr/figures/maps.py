@@ -261,9 +261,18 @@ def field_map(
     one = _contact(ds, subregion, delta)
     ax = axes(ax, aspect=0.85)
     values = one[name].where(one["pressure"] > 0) if name == "pressure" else one[name]
+    if not bool(values.notnull().any()):
+        return _nothing_touches(ax, one)
     _image(ax, values, regions.extent(one), name, cmap or COLOURS[name], location=location)
     _outline(ax, one)
     return _centred(ax, one)
+
+
+def _nothing_touches(ax, one: xr.Dataset):
+    """Say so on an empty map: a colour bar would show pressures that nothing has."""
+    _centred(ax, one)
+    ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
+    return ax
 
 
 @styled

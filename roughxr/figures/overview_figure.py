@@ -36,10 +36,22 @@ def overview(run: Mapping[str, xr.Dataset]):
     contact_grid(run["scan"], run["solutions/direct"], ax=where)
     contact = run["solutions/contact"]
     field_map(contact, "pressure", ax=pressure)
-    for name, label in _SHOWN.items():
-        distribution(run[f"statistics/{name}"], "pull_off_force", label=label, ax=pull, order=list(_SHOWN).index(name))
+    _pull_offs({label: run[f"statistics/{name}"] for name, label in _SHOWN.items()}, pull)
     delta = float(contact["delta"][0])
     titles = "Where the sphere lands", f"How hard it presses, at δ = {delta:g} nm", "How hard it sticks"
     for ax, title in zip((where, pressure, pull), titles):
         ax.set_title(title, fontsize=TITLE, fontweight="bold", pad=16)
     return figure
+
+
+def _pull_offs(found: Mapping[str, xr.Dataset], ax) -> None:
+    """Draw the distributions of those of which two places pull at least, or say how few do."""
+    counts = {label: int(ds["pull_off_force"].notnull().sum()) for label, ds in found.items()}
+    for order, (label, ds) in enumerate(found.items()):
+        if counts[label] > 1:
+            distribution(ds, "pull_off_force", label=label, ax=ax, order=order)
+    if max(counts.values()) > 1:
+        return
+    words = "one place pulls" if max(counts.values()) else "no place pulls"
+    ax.text(0.5, 0.5, words, ha="center", va="center", transform=ax.transAxes)
+    ax.set_axis_off()

@@ -1,10 +1,11 @@
-"""The figures of Cheng, Dunn & Brach (2–16) from one run, their printed numbers beside ours.
+"""The figures of Cheng, Dunn & Brach (2–16) from one run: theirs with the printed numbers, and for any other scan.
 
 A run is a mapping of group names, such as "solutions/direct", to Datasets.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
@@ -17,7 +18,7 @@ from .forces import against_hertz, force_ratio, hertz_error, jkr_sphere, mean_fo
 from .maps import contact_grid, contact_maps, scan_map
 from .saving import mean_and_spread, number, sheet
 from .single import asperity_curve
-from .style import GREY, label_axis, legend, stroke, styled
+from .style import GREY, display_unit, label_axis, legend, stroke, styled
 
 Run = Mapping[str, xr.Dataset]
 
@@ -66,6 +67,34 @@ def paper_figures(run: Run) -> Iterator[tuple[str, object]]:
         yield name, styled(_drawn)(name, draw, _Groups(run))
 
 
+def run_figures(run: Run) -> Iterator[tuple[str, object]]:
+    """Yield the same figures of a run on any scan, named by what they show, without the paper's numbers.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        As for `paper_figures`.
+
+    Yields
+    ------
+    (str, Figure)
+        "scan", "places", …: those of the paper that depend on the scan, the two of single displacements at the middle
+        and the last one that were solved.
+
+    Raises
+    ------
+    ValueError
+        If a group that the next figure needs is missing.
+
+    Examples
+    --------
+    >>> len(_NAMES), next(iter(_NAMES.values()))
+    (11, 'scan')
+    """
+    for name, words in _NAMES.items():
+        yield words, styled(_drawn)(words, _FIGURES[name], _Groups(run, paper=False))
+
+
 def _drawn(name: str, draw: Callable, run: _Groups):
     """Return the figure, or a sheet that says why the run's data do not make one (no contact, too few places)."""
     try:
@@ -85,8 +114,15 @@ class MissingGroup(ValueError):
 class _Groups:
     """A run that says what it lacks."""
 
-    def __init__(self, run: Run):
-        self._run = run
+    def __init__(self, run: Run, *, paper: bool = True):
+        self._run, self.paper = run, paper
+
+    def sheet(self, title: str, *, rows=(), note: str = "", **options):
+        """Return a sheet; the paper's number of the figure and its printed values only on the paper's own."""
+        if self.paper:
+            return sheet(title, rows=rows, note=note, **options)
+        title = re.sub(r"^Figure \d+\. ", "", title)
+        return sheet(title, rows=[row[:2] for row in rows], **options)
 
     def __getitem__(self, name: str) -> xr.Dataset:
         if name not in self._run:
@@ -101,21 +137,21 @@ class _Groups:
 
 def _figure_02(run):
     title = "Figure 2. Adhesion holds an asperity beyond touch, until its stable branch ends"
-    figure, (ax,) = sheet(title, aspect=0.8)
+    figure, (ax,) = run.sheet(title, aspect=0.8)
     asperity_curve("delta", "a", largest=1.75, ax=ax)
     return figure
 
 
 def _figure_03(run):
     title = "Figure 3. Under a prescribed load the contact lets go at the largest pull, at a finite radius"
-    figure, (ax,) = sheet(title, aspect=0.8)
+    figure, (ax,) = run.sheet(title, aspect=0.8)
     asperity_curve("P", "a", largest=1.95, ax=ax)
     return figure
 
 
 def _figure_04(run):
     title = "Figure 4. Load against displacement of any asperity, in its own units"
-    figure, (ax,) = sheet(title, aspect=0.8)
+    figure, (ax,) = run.sheet(title, aspect=0.8)
     asperity_curve("delta", "P", largest=1.75, ax=ax)
     return figure
 
@@ -125,7 +161,7 @@ def _figure_05(run):
     worst = 100 * np.nanmax(np.abs(hertz_error(smooth)))
     rows = [("largest difference from Hertz", number(worst, "%", 2), "< 1 %")]
     title = f"Figure 5. Direct simulation of a smooth sphere on a flat: within {worst:.2g} % of Hertz's law"
-    figure, axes = sheet(title, shape=(2, 1), aspect=0.95, rows=rows, height_ratios=[2.2, 1], sharex=True)
+    figure, axes = run.sheet(title, shape=(2, 1), aspect=0.95, rows=rows, height_ratios=[2.2, 1], sharex=True)
     against_hertz(smooth, ax=axes)
     return figure
 
@@ -139,7 +175,7 @@ def _figure_06(run):
     ]
     side = regions.extent(scan)
     size = f"{(side[1] - side[0]) / 1e3:.3g} × {(side[3] - side[2]) / 1e3:.3g} µm"
-    figure, (ax,) = sheet(f"Figure 6. The rough surface, {size}", aspect=0.84, rows=rows)
+    figure, (ax,) = run.sheet(f"Figure 6. The rough surface, {size}", aspect=0.84, rows=rows)
     scan_map(scan, ax=ax)
     return figure
 
@@ -152,7 +188,7 @@ def _figure_07(run):
         ("of which on debris (ringed)", str(int(flags.sum())), "6"),
     ]
     title = f"Figure 7. The {flags.size} places where the sphere lands, those on debris ringed"
-    figure, (ax,) = sheet(title, aspect=0.84, rows=rows)
+    figure, (ax,) = run.sheet(title, aspect=0.84, rows=rows)
     contact_grid(run["scan"], direct, highlight=flags, ax=ax)
     return figure
 
@@ -167,7 +203,7 @@ def _figure_08(run):
     ]
     note = "* printed as 0.0034 nm, which lacks the factor √(MN) = 512"
     title = "Figure 8. The surface that the asperities alone would make matches the peaks, not the valleys"
-    figure, (ax,) = sheet(title, aspect=0.84, rows=rows, note=note)
+    figure, (ax,) = run.sheet(title, aspect=0.84, rows=rows, note=note)
     scan_map(envelope, ax=ax, limits=(original.min(), original.max()))
     return figure
 
@@ -185,7 +221,7 @@ def _figure_09(run):
     ]
     found = "two groups of heights" if groups[1].size else "one group of heights"
     title = f"Figure 9. What the {height.size} asperities are like: {found}, and ellipses more than circles"
-    figure, axes = sheet(title, shape=(2, 2), aspect=0.98, rows=rows)
+    figure, axes = run.sheet(title, shape=(2, 2), aspect=0.98, rows=rows)
     asperity_statistics(catalogue, ax=axes)
     return figure
 
@@ -195,7 +231,7 @@ def _figure_10(run):
     delta = float(contact["delta"][-1])
     spots = _spots(contact["pressure"].isel(subregion=0, delta=-1).values)
     title = f"Figure 10. One contact at δ = {delta:g} nm: {spots} spots touch, and the surface between them sinks too"
-    figure, axes = sheet(title, shape=(2, 2), aspect=1.16)
+    figure, axes = run.sheet(title, shape=(2, 2), aspect=1.16)
     contact_maps(contact, run["scan"], subregion=int(contact["subregion"][0]), ax=axes)
     return figure
 
@@ -212,19 +248,21 @@ def _force_distribution(name: str) -> Callable:
 
     def draw(run):
         wanted, printed, second = _FORCE_AT[name]
+        if not run.paper:
+            deltas = run["solutions/direct"]["delta"].values
+            wanted = deltas[deltas.size // 2] if name == "figure-11" else deltas[-1]
         at = run["solutions/direct"].sel(delta=wanted, method="nearest")
         force, flags = at["force"].values, run.debris()
         rows = [
-            (f"force over {force.size} subregions", mean_and_spread(force, "µN", size=1e3), printed),
-            ("second peak: largest force", number(force.max() / 1e3, "µN"), second),
-            ("mean elsewhere", number(_mean(force[~flags]) / 1e3, "µN"), "–"),
+            (f"force over {force.size} subregions", _forces(force), printed),
+            ("largest force", _force(force.max()), second),
+            ("mean of places without debris", _force(_mean(force[~flags])), "–"),
         ]
         share = 100 * force[flags].sum() / force.sum() if force.sum() else 0.0
-        title = (
-            f"Figure {int(name[-2:])}. Contact force at δ = {float(at['delta']):g} nm: "
-            f"debris in {int(flags.sum())} of {flags.size} places carries {share:.0f} % of it"
-        )
-        figure, (ax,) = sheet(title, aspect=0.66, rows=rows)
+        whose = f"debris in {int(flags.sum())} of {flags.size} places carries {share:.0f} % of it"
+        whose = whose if flags.any() else "no place holds debris"
+        title = f"Figure {int(name[-2:])}. Contact force at δ = {float(at['delta']):g} nm: {whose}"
+        figure, (ax,) = run.sheet(title, aspect=0.66, rows=rows)
         distribution(at, "force", ax=ax, kde=False)
         return figure
 
@@ -234,9 +272,10 @@ def _force_distribution(name: str) -> Callable:
 def _figure_13(run):
     rough, smooth = run["solutions/direct"], run["solutions/smooth"]
     ratio = mean_ratio(rough, smooth)
-    low = float(ratio.where(ratio["delta"] < 10).max())
+    edge = 10.0 if run.paper else float(ratio["delta"][ratio.size // 2])
+    low = float(ratio.where(ratio["delta"] < edge).max())
     rows = [
-        ("rough / smooth, largest for δ < 10 nm", number(low, digits=2), "< 0.1"),
+        (f"rough / smooth, largest for δ < {edge:g} nm", number(low, digits=2), "< 0.1"),
         (
             f"rough / smooth at δ = {float(ratio['delta'][-1]):g} nm",
             number(float(ratio[-1]), digits=2),
@@ -245,7 +284,7 @@ def _figure_13(run):
     ]
     most, least = 100 * (1 - float(ratio.min())), 100 * (1 - float(ratio.max()))
     title = f"Figure 13. Roughness takes {least:.0f} to {most:.0f} % of the contact force away"
-    figure, (upper, lower) = _stacked(title, rows)
+    figure, (upper, lower) = _stacked(run, title, rows)
     mean_force({"rough, mean of all subregions": rough, "smooth flat at the datum": smooth}, ax=upper)
     force_ratio(rough, smooth, ax=lower, words="rough / smooth")
     lower.set_ylim(bottom=0)
@@ -257,12 +296,14 @@ def _figure_14(run):
     direct, superposed, clean = run["solutions/direct"], run["solutions/hertz"], ~run.debris()
     ratio = 1 / mean_ratio(direct, superposed, where=clean)
     printed = {10.0: "about 1", 12.0: "begin to part", 15.4: "> 1"}
+    if not run.paper:
+        printed = {float(delta): "" for delta in ratio["delta"].values[[ratio.size // 2, -1]]}
     rows = [
         (f"superposition / direct at δ = {delta:g} nm", number(_at(ratio, delta), digits=2), words)
         for delta, words in printed.items()
     ]
     title = f"Figure 14. {_parting(ratio)} ({int(clean.sum())} of {clean.size} places, no debris)"
-    figure, (upper, lower) = _stacked(title, rows)
+    figure, (upper, lower) = _stacked(run, title, rows)
     span = slice(0, float(direct["delta"].max()))
     mean_force(
         {"direct simulation": direct, "superposed asperities": superposed.sel(delta=span)},
@@ -296,9 +337,9 @@ def _figure_15(run):
     smooth = -float(jkr_sphere(published, np.linspace(-100, 0, 4001)).min())
     force = published["force"].sel(subregion=where)
     rows = [
-        ("pull-off, as published", number(pull["published"] / 1e3, "µN"), "8.6 µN"),
-        ("pull-off, least energy", number(pull["energy"] / 1e3, "µN"), "–"),
-        ("pull-off, smooth sphere", number(smooth / 1e3, "µN"), "19.1 µN"),
+        ("pull-off, as published", _force(pull["published"]), "8.6 µN"),
+        ("pull-off, least energy", _force(pull["energy"]), "–"),
+        ("pull-off, smooth sphere", _force(smooth), "19.1 µN"),
         (
             "pulls up to δ, as published",
             number(float(force["delta"].where(force < 0).max()), "nm"),
@@ -307,7 +348,7 @@ def _figure_15(run):
         ("exceeds the smooth sphere beyond δ", number(_crossing(force, published), "nm"), "18 nm"),
     ]
     title = f"Figure 15. The place without debris that sticks most as published (subregion {where}), by every law"
-    figure, (ax,) = sheet(title, aspect=0.85, rows=rows)
+    figure, (ax,) = run.sheet(title, aspect=0.85, rows=rows)
     solutions = {
         "Hertz, superposed": run["solutions/hertz"],
         "JKR, as published (λ²)": published,
@@ -332,20 +373,20 @@ def _figure_16(run):
     for key, words in _FORMULATIONS.items():
         printed = ("2.0 ± 1.37 µN", "9.7 ± 2.52 nm") if key == "published" else ("–", "–")
         force, delta = figures[key]["pull_off_force"].values, figures[key]["pull_off_delta"].values
-        rows.append((f"force, {words}", mean_and_spread(force, "µN", size=1e3), printed[0]))
+        rows.append((f"force, {words}", _forces(force), printed[0]))
         rows.append((f"displacement, {words}", mean_and_spread(delta, "nm"), printed[1]))
     rows.sort(key=lambda row: row[0].startswith("displacement"))
     title = "Figure 16. Pull-off forces over all places: what the sphere's landing and the slip in λ are worth"
-    figure, (ax,) = sheet(title, aspect=0.72, rows=rows)
+    figure, (ax,) = run.sheet(title, aspect=0.72, rows=rows)
     for order, (key, words) in enumerate(_FORMULATIONS.items()):
         distribution(figures[key], "pull_off_force", ax=ax, label=words, order=order)
     legend(ax, loc="upper right")
     return figure
 
 
-def _stacked(title: str, rows):
+def _stacked(run: _Groups, title: str, rows):
     """Return a sheet with forces above and their ratio below."""
-    return sheet(title, shape=(2, 1), aspect=0.98, rows=rows, height_ratios=[2.2, 1], sharex=True)
+    return run.sheet(title, shape=(2, 1), aspect=0.98, rows=rows, height_ratios=[2.2, 1], sharex=True)
 
 
 def _inverse_ratio(ax, ratio: xr.DataArray):
@@ -363,7 +404,21 @@ def _inverse_ratio(ax, ratio: xr.DataArray):
 
 
 def _at(ratio: xr.DataArray, delta: float) -> float:
-    return float(ratio.sel(delta=delta, method="nearest"))
+    """Return the ratio at a displacement that was solved, NaN at any other."""
+    near = ratio.sel(delta=delta, method="nearest")
+    return float(near) if np.isclose(near["delta"], delta) else np.nan
+
+
+def _force(value: float) -> str:
+    """Return a force (nN) in the unit that suits it."""
+    unit = display_unit("nN", abs(value))
+    return number(value / unit.size, unit.text)
+
+
+def _forces(values: np.ndarray) -> str:
+    """Return mean and spread of forces (nN) in the unit that suits the largest."""
+    unit = display_unit("nN", float(np.nanmax(np.abs(values), initial=0.0)))
+    return mean_and_spread(values, unit.text, size=unit.size)
 
 
 def _mean(values: np.ndarray) -> float:
@@ -386,4 +441,19 @@ _FIGURES: dict[str, Callable] = {
     "figure-14": _figure_14,
     "figure-15": _figure_15,
     "figure-16": _figure_16,
+}
+
+#: Which of them say something of any scan, and what.
+_NAMES = {
+    "figure-06": "scan",
+    "figure-07": "places",
+    "figure-08": "reconstruction",
+    "figure-09": "asperities",
+    "figure-10": "one-contact",
+    "figure-11": "force-distribution",
+    "figure-12": "force-distribution-deepest",
+    "figure-13": "rough-over-smooth",
+    "figure-14": "superposed-over-direct",
+    "figure-15": "place-that-sticks-most",
+    "figure-16": "pull-off",
 }

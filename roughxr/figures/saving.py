@@ -23,7 +23,7 @@ def sheet(
     *,
     shape: tuple[int, int] = (1, 1),
     aspect: float = 0.72,
-    rows: Sequence[tuple[str, str, str]] = (),
+    rows: Sequence[tuple[str, ...]] = (),
     note: str = "",
     **options,
 ):
@@ -37,8 +37,8 @@ def sheet(
         Rows and columns of panels.
     aspect : float
         Height of all panels together over the column's width.
-    rows : sequence of (quantity, here, paper)
-        What the table says; no table without rows.
+    rows : sequence of (quantity, here, paper) or (quantity, here)
+        What the table says, beside the paper's numbers where they are given; no table without rows.
     note : str
         Small print below the table.
     **options
@@ -71,7 +71,8 @@ def _table(figure, rows, notes: list[str], height: float):
     ax.axis("off")
     line = 0.7
     if rows:
-        _row(ax, line, "", "here", "paper", color="#555555", style="italic")
+        if len(rows[0]) > 2:
+            _row(ax, line, "", "here", "paper", color="#555555", style="italic")
         ax.axhline(line + 0.5, color=GREY, linewidth=0.5)
         for line, row in enumerate(rows, start=2):
             _row(ax, line - 0.2, *row)
@@ -80,10 +81,11 @@ def _table(figure, rows, notes: list[str], height: float):
         ax.text(0, line + 0.85 * k, text, fontsize=SMALL - 0.7, color="#555555", va="center")
 
 
-def _row(ax, line: float, quantity: str, here: str, paper: str, **style):
+def _row(ax, line: float, quantity: str, here: str, paper: str | None = None, **style):
     ax.text(0.0, line, quantity, ha="left", va="center", fontsize=SMALL, **style)
-    ax.text(0.74, line, here, ha="right", va="center", fontsize=SMALL, **style)
-    ax.text(1.0, line, paper, ha="right", va="center", fontsize=SMALL, **style)
+    ax.text(1.0 if paper is None else 0.74, line, here, ha="right", va="center", fontsize=SMALL, **style)
+    if paper is not None:
+        ax.text(1.0, line, paper, ha="right", va="center", fontsize=SMALL, **style)
 
 
 def save(figure, path, *, dpi: int = 300) -> Path:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import schema
-from ..kernels.asperity.laws import LAWS, Curve, curve
+from ..kernels.asperity.laws import ASPERITY_LAWS, Curve, curve
 from .style import BLACK, GREY, SMALL, axes, legend, stroke, styled
 
 #: What the laws are called in a legend.
@@ -60,7 +60,7 @@ def asperity_curve(
     ----------
     x, y : {"delta", "P", "a"}
     laws : sequence of str
-        Of ``kernels.asperity.laws.LAWS``; the last one's points of pull-off and jump-on are marked.
+        Of ``kernels.asperity.laws.ASPERITY_LAWS``; the last one's points of pull-off and jump-on are marked.
     ratio : float
         B/A of the paraboloid, which matters for "energy" and "johnson_greenwood" alone.
     largest : float
@@ -83,7 +83,7 @@ def asperity_curve(
     ax.axhline(0, color="#cccccc", linewidth=0.5, zorder=0)
     ax.axvline(0, color="#cccccc", linewidth=0.5, zorder=0)
     for order, law in enumerate(laws):
-        schema.one_of(law, LAWS, "laws")
+        schema.one_of(law, ASPERITY_LAWS, "laws")
         states = curve(law, np.linspace(1e-4, largest, 600), ratio)
         _branches(ax, states, _stable(states, x), x, y, NAMES[law], order, hertz=law == "hertz")
     if laws[-1] != "hertz":

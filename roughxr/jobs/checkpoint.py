@@ -28,9 +28,6 @@ _TABLES = """
     );
 """
 
-#: Where a database's header holds ``user_version``, in which the process that has it open leaves its number.
-_HOLDER = slice(60, 64)
-
 #: Zlib level 1: fields shrink to a fraction, and it is faster than the disk.
 _LEVEL = 1
 
@@ -132,7 +129,6 @@ def _connect(path: Path) -> sqlite3.Connection:
     connection = sqlite3.connect(path, timeout=0.0, isolation_level=None, check_same_thread=False)
     try:
         connection.execute("PRAGMA locking_mode = EXCLUSIVE")
-        connection.execute(f"PRAGMA user_version = {os.getpid() % 2**31}")
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = FULL")
         (verdict,) = connection.execute("PRAGMA quick_check(1)").fetchone()
@@ -147,10 +143,8 @@ def _connect(path: Path) -> sqlite3.Connection:
 
 def _refuse_unless_damaged(error: sqlite3.DatabaseError, path: Path) -> None:
     if "locked" in str(error):
-        holder = int.from_bytes(path.read_bytes()[_HOLDER], "big")
         raise BlockingIOError(
-            f"{path}: another run writes to this output, process {holder} of its machine; "
-            "wait for it, end it, or give the output another name"
+            f"{path}: another run writes to this output; wait for it, end it, or give the output another name"
         ) from error
     if isinstance(error, sqlite3.OperationalError) and "malformed" not in str(error):
         raise OSError(

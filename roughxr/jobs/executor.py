@@ -8,33 +8,21 @@ end: with batches of one item, two workers were hardly faster than one on items 
 from __future__ import annotations
 
 import statistics
-import sys
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from concurrent import futures
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from queue import SimpleQueue
+from typing import Any, NamedTuple, TextIO
 
-import dask
-import dask.local
-import dask.multiprocessing
-import dask.system
 import numpy as np
-from dask.local import SynchronousExecutor
 
-from . import processes as workers
+from .progress import Progress
+from .schedulers import Scheduler, scheduler_for
 from .work import Work, run_batch
 
 #: What a batch should take, s, and the most that its result may hold, bytes.
 _SECONDS, _BYTES = 0.5, 2**24
-
-#: In what time the main process serves a batch, s, here and on a cluster: batches last until each core had its turn.
-_SERVED_HERE, _SERVED_FAR = 0.002, 0.02
-
-#: Batches sent ahead for each thread or process: one to compute, one to go on with.
-_AHEAD = 2
 
 #: Items whose times tell what the next will take: few, since compiling makes a worker's first ones slow.
 _TIMED = 15
@@ -59,10 +47,13 @@ class LostError(RuntimeError):
     """An item whose workers died, each in its turn."""
 
 
-def each_finished(work: Work, items: Sequence[int], receive: Callable[[range, Any], None]) -> None:
-    """Compute items on the scheduler in force, the dearest first, and hand over each batch as it comes.
+def each_finished(
+    work: Work, items: Sequence[int], receive: Callable[[range, Any], None], *, stream: TextIO | None = None
+) -> Progress:
+    """Compute items on the scheduler in force, the most expensive first, and hand over each batch as it comes.
 
-    What was lost with its worker is computed again elsewhere.
+    What was lost with its worker is computed again elsewhere. At Ctrl-C threads finish the batches that they have
+    begun, and these too are handed over.
 
     Parameters
     ----------
@@ -72,29 +63,69 @@ def each_finished(work: Work, items: Sequence[int], receive: Callable[[range, An
     receive : callable
         Called in this process as ``receive(batch, result)`` with a range of items and their array, or one item and
         its `Failure`. Nothing else keeps the result.
+    stream : file, optional
+        Where to tell how far it is. The other items of the work count as done before.
+
+    Returns
+    -------
+    Progress
+        How far it came.
     """
-    with _pool(work, len(items)) as pool:
-        queue, running = _Queue(work, items, pool.cores, pool.serving), {}
-        while queue.waiting or running:
-            while queue.waiting and len(running) < (1 if queue.last else pool.ahead):
-                batch = queue.take()
-                running[pool.submit([work.arguments[k] for k in batch])] = batch
-            for done, outcome in pool.finished(running):
-                queue.settle(running.pop(done), outcome, receive)
+    total, left = (work.each * n for n in (len(work.arguments), len(items)))
+    progress = Progress(total, done=total - left, stream=stream)
+
+    def handed_over(batch: range, result: Any) -> None:
+        receive(batch, result)
+        progress.add(work.each * len(batch), failed=isinstance(result, Failure))
+
+    try:
+        with scheduler_for(work.shared, len(items)) as scheduler:
+            _until_interrupted(work, _Queue(work, items, scheduler.cores, scheduler.serving), scheduler, handed_over)
+    finally:
+        progress.close()
+    return progress
+
+
+def _until_interrupted(work: Work, queue: _Queue, scheduler: Scheduler, receive: Callable) -> None:
+    """Compute all, or what has begun at an interrupt: it is waited for in any case."""
+    running: dict[Future, range] = {}
+    try:
+        _compute(work, queue, scheduler, running, receive)
+    except KeyboardInterrupt:
+        scheduler.close()
+        for future, batch in running.items():
+            if future.done() and not future.cancelled() and not future.exception():
+                queue.settle(batch, future.result(), receive)
+        raise
+
+
+def _compute(work: Work, queue: _Queue, scheduler: Scheduler, running: dict[Future, range], receive: Callable) -> None:
+    """Keep the scheduler busy until all is done; ``running`` are the batches that were not yet handed over."""
+    finished: SimpleQueue[Future] = SimpleQueue()
+    while queue.waiting or running:
+        while queue.waiting and len(running) < (1 if queue.last else scheduler.ahead):
+            batch = queue.take()
+            future = scheduler.submit(_attempt, work.task, [work.arguments[k] for k in batch], work.dtype)
+            running[future] = batch
+            future.add_done_callback(finished.put)
+        future = finished.get()
+        queue.settle(running[future], scheduler.result(future), receive)
+        del running[future]
 
 
 class _Queue:
     """Items that wait, and what is known of how long one takes."""
 
     def __init__(self, work: Work, items: Sequence[int], cores: int, serving: float):
-        self.order = deque(_dearest_first(items, work.cost))
-        self.waiting, self.losses, self.turn = set(items), {}, cores * serving
-        self.most, self.cores, self.total = max(_BYTES // max(work.dtype.itemsize, 1), 1), cores, len(items)
+        self.order = deque(_expensive_first(items, work.cost))
+        self.waiting, self.losses, self.cores, self.total = set(items), {}, cores, len(items)
+        self.turn = cores * serving  # a batch lasts at least until each core had its turn
+        self.most = max(_BYTES // max(work.dtype.itemsize, 1), 1)
         self.seconds: deque[float] = deque(maxlen=_TIMED)
         self.last: set[int] = set()  # items at their last try: nothing else is computed meanwhile
 
     def take(self) -> range:
-        """Return the dearest that waits, and neighbours with it for about half a second."""
+        """Return the most expensive that waits, and neighbours with it for about half a second."""
         while (first := self.order.popleft()) not in self.waiting:
             pass
         stop, losses = first + 1, self.losses.get(first, 0)
@@ -139,7 +170,7 @@ class _Queue:
         self._again([k for k in batch if self.losses[k] <= _MOST_LOSSES])
 
 
-def _dearest_first(items: Sequence[int], cost: Callable[[], np.ndarray] | None) -> list[int]:
+def _expensive_first(items: Sequence[int], cost: Callable[[], np.ndarray] | None) -> list[int]:
     if cost is None or len(items) < 2:
         return list(items)
     costs = cost()
@@ -154,7 +185,7 @@ class _Outcome(NamedTuple):
     failure: Failure | None
 
 
-def _attempt(task: Callable, arguments: list[tuple], dtype: np.dtype, *shared: Any) -> _Outcome:
+def _attempt(task: Callable, arguments: list[tuple], dtype: np.dtype, shared: tuple) -> _Outcome:
     """Compute one item after the other until one fails."""
     began, results, failure = time.perf_counter(), [np.empty(0, dtype)], None
     try:
@@ -172,145 +203,3 @@ def is_interrupt(error: BaseException | None) -> bool:
     while isinstance(error, SystemError):
         error = error.__cause__
     return isinstance(error, KeyboardInterrupt)
-
-
-class _Pool(Protocol):
-    """Where batches are computed."""
-
-    cores: int
-    ahead: int
-    serving: float
-
-    def submit(self, arguments: list[tuple]) -> Any:
-        """Begin a batch and return its future."""
-
-    def finished(self, running: dict) -> list[tuple[Any, Any]]:
-        """Return at least one finished future with its outcome, None where its worker was lost."""
-
-
-@contextmanager
-def _pool(work: Work, items: int) -> Iterator[_Pool]:
-    """Give the pool of the scheduler in force."""
-    client = active_client()
-    pool = _Here(work, items) if client is None else _Cluster(client, work)
-    try:
-        yield pool
-    finally:
-        pool.close()
-
-
-class _Here:
-    """Threads, processes, or this thread alone, in the number that dask's local schedulers use.
-
-    A single item is computed in this thread: to start processes takes seconds.
-    """
-
-    serving = _SERVED_HERE
-
-    def __init__(self, work: Work, items: int):
-        self.work, self.get = work, dask.base.get_scheduler() if items > 1 else dask.local.get_sync
-        alone = self.get is dask.local.get_sync
-        self.cores = 1 if alone else dask.config.get("num_workers", None) or dask.system.CPU_COUNT
-        self.ahead = 1 if alone else _AHEAD * self.cores
-        self._open()
-
-    def _open(self) -> None:
-        if self.get is dask.local.get_sync:
-            self.executor = SynchronousExecutor()
-        elif self.get is dask.multiprocessing.get:
-            self.executor = workers.Pool(self.cores)
-        else:
-            self.executor = futures.ThreadPoolExecutor(self.cores)
-
-    def submit(self, arguments: list[tuple]) -> futures.Future:
-        """Begin a batch and return its future."""
-        try:
-            return self.executor.submit(_attempt, self.work.task, arguments, self.work.dtype, *self.work.shared)
-        except BrokenProcessPool as error:
-            broken = futures.Future()
-            broken.set_exception(error)
-            return broken
-
-    def finished(self, running: dict) -> list[tuple[futures.Future, Any]]:
-        """Wait for a batch; where a process died, begin with new ones once all that it took along are told."""
-        done = futures.wait(running, return_when=futures.FIRST_COMPLETED).done
-        if any(_is_lost(future) for future in done):
-            done = futures.wait(running).done
-            self.close()
-            self._open()
-        return [(future, None if _is_lost(future) else future.result()) for future in done]
-
-    def close(self) -> None:
-        """Let go of what has not begun, and wait for what has."""
-        self.executor.shutdown(cancel_futures=True)
-
-
-def _is_lost(future: futures.Future) -> bool:
-    return isinstance(future.exception(), BrokenProcessPool)
-
-
-class _Cluster:
-    """The workers of an active client; what all batches share is sent to them once."""
-
-    serving = _SERVED_FAR
-
-    def __init__(self, client: Any, work: Work):
-        from distributed import as_completed
-
-        self.client, self.work, self.begun, self.asked = client, work, 0, -np.inf
-        self.completed = as_completed(with_results=True, raise_errors=False)
-        self._share()
-
-    def _share(self) -> None:
-        try:
-            self.shared = self.client.scatter(list(self.work.shared), broadcast=True, hash=False)
-        except Exception as error:
-            raise RuntimeError(
-                f"{self.client.scheduler.address}: nothing can be sent to its workers ({error}): "
-                "expected at least one 'dask worker', where roughxr is installed as here"
-            ) from error
-
-    @property
-    def cores(self) -> int:
-        """Threads of all workers, which may come and go; asking takes as long as serving a batch."""
-        if time.monotonic() > self.asked + _SECONDS:
-            self.threads, self.asked = max(sum(self.client.nthreads().values()), 1), time.monotonic()
-        return self.threads
-
-    @property
-    def ahead(self) -> int:
-        """Batches to have sent."""
-        return _AHEAD * self.cores
-
-    def submit(self, arguments: list[tuple]) -> Any:
-        """Begin a batch and return its future."""
-        self.begun += 1
-        options = {"pure": False, "priority": -self.begun}
-        future = self.client.submit(_attempt, self.work.task, arguments, self.work.dtype, *self.shared, **options)
-        self.completed.add(future)
-        return future
-
-    def finished(self, running: dict) -> list[tuple[Any, Any]]:
-        """Wait for a batch; what was shared may have gone with a worker that was lost."""
-        future, outcome = next(self.completed)
-        if future.status != "finished":
-            self._share()
-            outcome = None
-        return [(future, outcome)]
-
-    def close(self) -> None:
-        """Let go of what has not finished."""
-        self.client.cancel([future for future in self.completed.futures])
-
-
-def active_client() -> Any:
-    """Return the active distributed client, or None; never imports distributed by itself."""
-    if "distributed" not in sys.modules or dask.config.get("scheduler", None) not in (
-        None,
-        "dask.distributed",
-    ):
-        return None
-    try:
-        return sys.modules["distributed"].get_client()
-    except ValueError:
-        return None

@@ -1,4 +1,4 @@
-"""Many independent tasks as one array, lazy or computed at once, on any dask scheduler."""
+"""The one call by which solves have their tasks computed: now, later as a dask array, or as a run says."""
 
 from __future__ import annotations
 
@@ -14,39 +14,41 @@ import dask.array as da
 import dask.callbacks
 import numpy as np
 import xarray as xr
+from dask.delayed import Delayed
 
-from .executor import Failure, active_client, each_finished
+from .executor import Failure, each_finished
 from .progress import Progress
+from .schedulers import active_client
 from .work import Work, in_memory, run_batch, stacked, without_views
 
 #: Batches that many tasks are bundled into at most: a scheduler spends about a millisecond on each.
 _MOST_BATCHES = 256
 
-#: Begins the keys of batches in a graph, whose third part says how many subregions they hold.
-_KEY = "subregions"
+#: What says in a graph how many subregions a batch holds.
+_SUBREGIONS = "subregions"
 
 
-class Keeper(Protocol):
-    """What may stand in for the lazy array: it computes the work its own way, such as with checkpoints."""
+class Executor(Protocol):
+    """What computes the tasks of all solves, and says where their results stay."""
 
     def array(self, work: Work) -> Any:
-        """Return the stacked results, a NumPy or dask array along items."""
+        """Return the results, a NumPy or dask array along items."""
 
     def finish(self, ds: xr.Dataset) -> xr.Dataset:
         """Return a labelled result ready for use."""
 
 
-_KEEPER: ContextVar[Keeper | None] = ContextVar("keeper", default=None)
+_EXECUTOR: ContextVar[Executor | None] = ContextVar("executor", default=None)
 
 
 @contextmanager
-def kept_by(keeper: Keeper) -> Iterator[None]:
-    """Let ``keeper`` compute the results of all solves within the block."""
-    token = _KEEPER.set(keeper)
+def computed_by(executor: Executor) -> Iterator[None]:
+    """Let ``executor`` compute the tasks of all solves within the block, such as with checkpoints."""
+    token = _EXECUTOR.set(executor)
     try:
         yield
     finally:
-        _KEEPER.reset(token)
+        _EXECUTOR.reset(token)
 
 
 def is_lazy(ds: xr.Dataset) -> bool:
@@ -78,7 +80,8 @@ def spread(
     *shared
         What all tasks get, sent once.
     cost : callable, optional
-        Returns what each item costs, in any unit: a run begins with the dearest, so that its tail is short.
+        Returns what each item costs, in any unit: the most expensive are begun first, so that none is waited for at the
+        end.
     each : int
         Subregions in one item, for the report of progress.
     lazy : bool
@@ -90,56 +93,51 @@ def spread(
     Returns
     -------
     dask.array.Array or ndarray
-        Results along items, in chunks of one batch where it is lazy; what `kept_by` puts in its place, where that is
-        in force.
+        Results along items, in chunks of one batch where it is lazy; what `computed_by` puts in its place, where
+        that is in force.
     """
     arguments, shared = without_views(arguments, shared)
     dtype = dtype if isinstance(dtype, np.dtype) else np.dtype((float, dtype))
     work = Work(task, arguments, dtype, shared, cost, each)
-    if (keeper := _KEEPER.get()) is not None:
-        return keeper.array(work)
+    if (executor := _EXECUTOR.get()) is not None:
+        return executor.array(work)
     return _lazy(work) if lazy else _now(in_memory(work), progress)
 
 
 def _now(work: Work, progress: bool) -> np.ndarray:
     results = np.empty(len(work.arguments), work.dtype)
-    bar = Progress(len(work.arguments) * work.each, stream=sys.stderr if progress else None)
 
     def receive(batch: range, result: Any) -> None:
         if isinstance(result, Failure):
             raise result.error
         results[batch.start : batch.stop] = result
-        bar.add(len(batch) * work.each)
 
-    try:
-        each_finished(work, range(len(work.arguments)), receive)
-    finally:
-        bar.close()
+    each_finished(work, range(len(work.arguments)), receive, stream=sys.stderr if progress else None)
     return results
 
 
 def _lazy(work: Work) -> da.Array:
     shared = [dask.delayed(value, pure=False, traverse=False) for value in work.shared]
-    parts = []
-    for items in work.batches(_MOST_BATCHES):
-        name = f"{_KEY}-{dask.base.tokenize(object())}-{len(items) * work.each}"
-        parts.append((_batch(work, items)(*shared, dask_key_name=name), len(items)))
-    return stacked(parts, work.dtype)
+    return stacked([(_batch(work, items, shared), len(items)) for items in work.batches(_MOST_BATCHES)], work.dtype)
 
 
-def _batch(work: Work, items: range) -> Any:
-    """Return the delayed call of one batch, its arguments searched by dask only if there are dask arrays among them."""
+def _batch(work: Work, items: range, shared: list) -> Delayed:
+    """Return the delayed results of one batch, which say in an annotation how many subregions they are."""
     arguments = [work.arguments[k] for k in items]
     if any(dask.is_dask_collection(value) for item in arguments for value in item):
-        return partial(dask.delayed(run_batch, pure=False), work.task, arguments, work.dtype)
-    return dask.delayed(partial(run_batch, work.task, arguments, work.dtype), pure=False, traverse=False)
+        batch = dask.delayed(run_batch, pure=False)(work.task, arguments, work.dtype, *shared)
+    else:  # dask would search the arguments for its own
+        bound = partial(run_batch, work.task, arguments, work.dtype)
+        batch = dask.delayed(bound, pure=False, traverse=False)(*shared)
+    layers = batch.__dask_graph__().layers
+    layers[batch.__dask_layers__()[0]].annotations = {_SUBREGIONS: len(items) * work.each}
+    return batch
 
 
 def finish(ds: xr.Dataset, *, lazy: bool, progress: bool = False) -> xr.Dataset:
     """Return ``ds`` as it is where its input was lazy, computed where it was not."""
-    keeper = _KEEPER.get()
-    if keeper is not None:
-        return keeper.finish(ds)
+    if (executor := _EXECUTOR.get()) is not None:
+        return executor.finish(ds)
     return ds if lazy else compute(ds, progress=progress)
 
 
@@ -159,32 +157,33 @@ def compute(ds: xr.Dataset, *, progress: bool = True) -> xr.Dataset:
     Dataset
         With NumPy arrays.
     """
-    sizes = {key: int(key.rsplit("-", 1)[1]) for key in _batch_keys(ds)}
-    if not progress or not sizes:
+    counts = _subregions_of(ds)
+    if not progress or not counts:
         return ds.compute()
-    bar = Progress(sum(sizes.values()), stream=sys.stderr)
+    bar = Progress(sum(counts.values()), stream=sys.stderr)
     try:
         if (client := active_client()) is None:
-            with dask.callbacks.Callback(posttask=lambda key, *_: bar.add(sizes.get(key, 0))):
-                return ds.compute(optimize_graph=False)  # fused batches would lose their names
-        return _computed_on(client, ds, sizes, bar)
+            with dask.callbacks.Callback(posttask=lambda key, *_: bar.add(counts.get(key, 0))):
+                return ds.compute(optimize_graph=False)  # fused batches would lose their keys
+        return _computed_on(client, ds, counts, bar)
     finally:
         bar.close()
 
 
-def _batch_keys(ds: xr.Dataset) -> list[str]:
-    graph = ds.__dask_graph__() or {}
-    return [key for key in graph if isinstance(key, str) and key.startswith(f"{_KEY}-")]
+def _subregions_of(ds: xr.Dataset) -> dict[str, int]:
+    """Return how many subregions each batch of a lazy Dataset holds, by the batch's key."""
+    layers = getattr(ds.__dask_graph__(), "layers", {}).values()
+    counted = ((key, layer.annotations) for layer in layers if layer.annotations for key in layer)
+    return {key: found[_SUBREGIONS] for key, found in counted if _SUBREGIONS in found}
 
 
-def _computed_on(client: Any, ds: xr.Dataset, sizes: dict[str, int], bar: Progress) -> xr.Dataset:
+def _computed_on(client: Any, ds: xr.Dataset, counts: dict[str, int], bar: Progress) -> xr.Dataset:
     """Compute on a cluster: first the batches, counted as they come, then what is made of them."""
-    from dask.delayed import Delayed
     from distributed import as_completed
 
     graph = ds.__dask_graph__()
-    batches = client.persist([Delayed(key, graph) for key in sizes], optimize_graph=False)
+    batches = client.persist([Delayed(key, graph) for key in counts], optimize_graph=False)
     futures = [future for batch in batches for future in client.futures_of(batch)]
     for future in as_completed(futures):
-        bar.add(sizes.get(future.key, 0), failed=future.status != "finished")
+        bar.add(counts.get(future.key, 0), failed=future.status != "finished")
     return ds.compute(optimize_graph=False)

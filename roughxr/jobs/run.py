@@ -8,8 +8,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,7 @@ from . import lazy as parallel
 from .checkpoint import Checkpoint
 from .executor import Failure, each_finished
 from .fingerprint import identity, key_of, refuse_other
-from .progress import Progress
+from .schedulers import on
 from .work import Work, in_memory, stacked
 
 #: Results beyond so many bytes stay on the disk until the archive is written.
@@ -33,8 +32,6 @@ _SLAB = 256
 
 #: Attribute of an archive's root that says which run it holds.
 _IDENTITY = "run"
-
-_LOCAL = ("threads", "processes", "synchronous")
 
 
 def checkpointed(
@@ -51,7 +48,7 @@ def checkpointed(
 
     Every solve within ``compute`` (`direct`, `superpose`, `pull_off_map`, …) is kept in ``OUTPUT.checkpoint`` by
     batches of subregions that take about half a second, as they finish. Called again after a crash, it goes on from
-    there; a finished run is read, not repeated.
+    there; a finished run is read, not repeated. The values are, bit by bit, those that the same calls return without.
 
     Parameters
     ----------
@@ -116,7 +113,7 @@ def checkpointed(
 
 
 def _compute(compute, checkpoint, output, asked, title, progress, scheduler) -> None:
-    with on(scheduler), parallel.kept_by(_Keeper(checkpoint, progress)):
+    with on(scheduler), parallel.computed_by(_WithCheckpoints(checkpoint, progress)):
         _begin(checkpoint, output, asked)
         groups = dict(compute())
     checkpoint.say("all computed")
@@ -148,14 +145,14 @@ def _begin(checkpoint: Checkpoint, output: Path, asked: dict[str, Any]) -> None:
             leftover.unlink(missing_ok=True)
 
 
-class _Keeper:
-    """Computes each solve of a run with the checkpoint between."""
+class _WithCheckpoints:
+    """Computes the tasks of a run's solves, but for those whose results are kept, and keeps each batch as it comes."""
 
     def __init__(self, checkpoint: Checkpoint, progress: bool):
         self.checkpoint, self.stream = checkpoint, sys.stderr if progress else None
 
     def array(self, work: Work) -> Any:
-        """Return the stacked results: those kept, and the others, computed now."""
+        """Return the results, in memory or, if they are large, where they are."""
         work = in_memory(work)
         stage = key_of(work)
         kept = {k for batch in self.checkpoint.kept(stage) for k in batch}
@@ -171,31 +168,30 @@ class _Keeper:
         return stacked([(read(stage, batch.start, work.dtype), len(batch)) for batch in batches], work.dtype)
 
     def _compute(self, work: Work, stage: str, missing: list[int]) -> None:
-        total, left = (work.each * n for n in (len(work.arguments), len(missing)))
-        progress, failures = Progress(total, done=total - left, stream=self.stream), []
+        solve, failures = work.task.__module__.rsplit(".", 1)[-1], []
+        total = work.each * len(work.arguments)
 
         def receive(batch: range, result: Any) -> None:
             if isinstance(result, Failure):
                 failures.append(f"{_subregions(work, batch[0])}: {result.reason}")
-                self.checkpoint.say(f"{_solve_of(work)}: {_subregions(work, batch[0])} failed: {result.reason}")
+                self.checkpoint.say(f"{solve}: {_subregions(work, batch[0])} failed: {result.reason}")
             else:
                 self.checkpoint.put(stage, batch[0], result)
-            progress.add(work.each * len(batch), failed=isinstance(result, Failure))
 
-        self.checkpoint.say(f"{_solve_of(work)}: {total - left} of {total} subregions kept")
-        try:
-            each_finished(work, missing, receive)
-        finally:
-            progress.close()
-        self.checkpoint.say(f"{_solve_of(work)}: {progress.text()}, {progress.seconds():.3g} s")
+        self.checkpoint.say(f"{solve}: {total - work.each * len(missing)} of {total} subregions kept")
+        progress = each_finished(work, missing, receive, stream=self.stream)
+        self.checkpoint.say(f"{solve}: {progress.text()}, {progress.seconds():.3g} s")
         if failures:
-            raise RuntimeError(_told(failures, progress))
+            raise RuntimeError(
+                f"{progress.failed} of {total} subregions failed, the first, {failures[0]}; "
+                "the others are kept: mend the cause and call again"
+            )
 
     def finish(self, ds: xr.Dataset) -> xr.Dataset:
-        """Return a result with its scalars in memory and its fields, in single precision, where they are."""
+        """Return a result with its scalars in memory, and its fields where they are."""
         fields = [name for name, array in ds.data_vars.items() if {"subregion", "x", "y"} <= set(array.dims)]
         scalars = _in_slabs(ds.drop_vars(fields)) if fields else ds.compute(scheduler="synchronous")
-        return scalars.assign({name: ds[name].astype("float32") for name in fields})
+        return scalars.assign({name: ds[name] for name in fields})
 
 
 def _in_slabs(ds: xr.Dataset) -> xr.Dataset:
@@ -209,57 +205,3 @@ def _subregions(work: Work, item: int) -> str:
     """Return the name of what an item holds."""
     first = item * work.each
     return f"subregion {first}" if work.each == 1 else f"subregions {first} to {first + work.each - 1}"
-
-
-def _told(failures: list[str], progress: Progress) -> str:
-    return (
-        f"{progress.failed} of {progress.total} subregions failed, the first, {failures[0]}; "
-        "the others are kept: mend the cause and call again"
-    )
-
-
-@contextmanager
-def on(scheduler: str | None) -> Iterator[None]:
-    """Compute on a scheduler by name or address within the block; None leaves what is in force.
-
-    Raises
-    ------
-    ValueError
-        If it is neither a name nor an address.
-    ImportError
-        If an address is given and ``distributed`` is not installed.
-    OSError
-        If no scheduler answers there.
-    """
-    if scheduler is None:
-        yield
-    elif scheduler in _LOCAL:
-        with dask.config.set(scheduler=scheduler):
-            yield
-    elif ":" in scheduler:
-        with _client(scheduler):
-            yield
-    else:
-        raise ValueError(
-            f"scheduler: expected {', '.join(map(repr, _LOCAL))} or an address such as 'tcp://node1:8786', "
-            f"found {scheduler!r}"
-        )
-
-
-def _client(address: str) -> Any:
-    try:
-        from distributed import Client
-    except ImportError:
-        raise ImportError("a scheduler's address needs dask.distributed: pip install 'roughxr[distributed]'") from None
-    try:
-        return Client(address)
-    except (OSError, ValueError) as error:
-        raise OSError(
-            f"scheduler {address!r}: could not be reached ({error}); "
-            "start 'dask scheduler' and give the address that it prints"
-        ) from error
-
-
-def _solve_of(work: Work) -> str:
-    """Return the name of the solve that a task belongs to, for the log."""
-    return work.task.__module__.rsplit(".", 1)[-1]

@@ -20,7 +20,7 @@ class Work(NamedTuple):
     arguments: Sequence[tuple]  # one per item
     dtype: np.dtype  # of what one task returns: a record, or a subarray as in ``np.dtype((float, (3, 4)))``
     shared: tuple  # what all tasks get, sent once
-    cost: Callable[[], np.ndarray] | None = None  # per item, in any unit: the dearest are begun first
+    cost: Callable[[], np.ndarray] | None = None  # per item, in any unit: the most expensive are begun first
     each: int = 1  # subregions in one item
 
     def batches(self, most: int) -> list[range]:

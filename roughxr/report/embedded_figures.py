@@ -44,14 +44,25 @@ def pictures(run: Run) -> Iterator[Picture]:
     Yields
     ------
     Picture
-        With the reason for a caption, and no source, where a group is missing.
+        With the reason for a caption, and no source, where a group is missing or its numbers make no figure.
     """
     for name, drawing in _DRAWINGS.items():
         missing = [group for group in drawing.needs if group not in run]
         if missing:
             yield Picture(name, f"Not drawn: the run holds no {', '.join(missing)}.", "")
         else:
-            yield Picture(name, drawing.caption, _embedded(drawing.draw(run)))
+            yield _drawn(name, drawing, run)
+
+
+def _drawn(name: str, drawing: _Drawing, run: Run) -> Picture:
+    """Return a figure, or the reason why the run's numbers make none: nothing touched, nothing pulled, one place."""
+    from matplotlib import pyplot
+
+    try:
+        return Picture(name, drawing.caption, _embedded(drawing.draw(run)))
+    except ValueError as reason:
+        pyplot.close()
+        return Picture(name, f"Not drawn: {reason}.", "")
 
 
 def _embedded(ax) -> str:
@@ -86,6 +97,8 @@ def _contact(run: Run):
 def _pulling(run: Run):
     sweep = run["solutions/energy"]
     deepest = -float(sweep["force"].min())
+    if deepest <= 0:
+        raise ValueError("no place pulls at any displacement that was computed")
     return figures.force_fan(sweep, force_limits=(-1.2 * deepest, 3 * deepest))
 
 

@@ -18,6 +18,7 @@ from .. import archive, schema
 from .._version import __version__
 from ..disk import whole
 from ..regions import extent
+from ..scans import level
 from .embedded_figures import pictures
 from .intervals import interval_table
 from .repeat import command
@@ -31,15 +32,15 @@ CITATION = (
 )
 
 
-def write_report(path: str | os.PathLike, output: str | os.PathLike) -> Path:
+def write_report(path: str | os.PathLike, output: str | os.PathLike | None = None) -> Path:
     """Write a run's archive as one self-contained HTML page.
 
     Parameters
     ----------
     path : path
-        The archive of a run, NetCDF-4.
-    output : path
-        The page; it appears under this name only once it is complete.
+        The archive of a run, NetCDF-4, or the folder that `roughxr run` or `paper` made.
+    output : path, optional
+        The page, by default ``report.html`` beside the archive; it appears under this name once it is complete.
 
     Returns
     -------
@@ -61,16 +62,28 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike) -> Path:
     >>> write_report(roughxr.archive.save(run, folder / "run.nc"), folder / "report.html").name
     'report.html'
     """
-    path = Path(path)
+    path = _archive(Path(path))
     run = {name: ds.load() for name, ds in archive.load(path).items() if ds.data_vars}
     if not set(run) & {"scan", "solutions/direct", "statistics/energy"}:
         found = ", ".join(run) or "none"
         raise ValueError(f"{path}: expected the archive of a run, found groups: {found}; make one with roughxr run")
     text = page(run, archive_name=path.name)
-    output = Path(output)
+    output = path.with_name("report.html") if output is None else Path(output)
     with whole(output) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return output
+
+
+def _archive(path: Path) -> Path:
+    """Return the archive in a run's folder, or the file that is named."""
+    if not path.is_dir():
+        return path
+    found = [path / name for name in ("run.nc", "paper.nc") if (path / name).is_file()]
+    found = found or sorted(path.glob("*.nc"))
+    if len(found) != 1:
+        listed = ", ".join(file.name for file in found) or "none"
+        raise ValueError(f"{path}: expected the folder of one run, found archives: {listed}; name the file")
+    return found[0]
 
 
 def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
@@ -122,12 +135,21 @@ def _facts(run: Mapping[str, xr.Dataset]) -> list[tuple[str, str]]:
         ("file", scan.attrs.get("source_file", "none: synthetic")),
         ("channel", scan.attrs.get("channel", "")),
         ("size", f"{(x_high - x_low) / 1e3:.4g} × {(y_high - y_low) / 1e3:.4g} µm, {pixels} pixels"),
-        ("heights", f"{float(scan['height'].min()):.4g} … {float(scan['height'].max()):.4g} nm".replace("-", "−")),
+        ("heights", _heights(scan)),
         *[_coordinate(scan, name) for name in schema.TRAVELLING if name in scan.coords],
         ("places", _places(run)),
         ("checksum of the heights", scan.attrs.get("input_sha256", "")[:16]),
     ]
     return [(name, str(value)) for name, value in facts if value]
+
+
+def _heights(scan: xr.Dataset) -> str:
+    """Return the range of heights, and of what is left of it about the mean plane where the scan is tilted."""
+    low, high = float(scan["height"].min()), float(scan["height"].max())
+    words = f"{low:.4g} … {high:.4g} nm".replace("-", "−")
+    flat = float(np.ptp(level(schema.label(scan))["height"].values))
+    tilted = f", of which tilt is all but {flat:.4g} nm: level the scan first"
+    return words + (tilted if flat < 0.8 * (high - low) else "")
 
 
 def _coordinate(scan: xr.Dataset, name: str) -> tuple[str, str]:

@@ -10,14 +10,17 @@ import xarray as xr
 
 from .. import statistics
 
-#: Pull-off's main numbers: words, variable, statistic, unit as printed, and how many of the schema's units it is.
+#: Pull-off's main numbers: words, variable, statistic.
 _PULL_OFF = (
-    ("pull-off force, mean", "pull_off_force", "mean", "µN", 1e3),
-    ("pull-off force, median", "pull_off_force", "q50", "µN", 1e3),
-    ("pull-off force, std", "pull_off_force", "std", "µN", 1e3),
-    ("pull-off force, rough / smooth", "pull_off_ratio", "mean", "", 1.0),
-    ("displacement at pull-off, mean", "pull_off_delta", "mean", "nm", 1.0),
+    ("pull-off force, mean", "pull_off_force", "mean"),
+    ("pull-off force, median", "pull_off_force", "q50"),
+    ("pull-off force, std", "pull_off_force", "std"),
+    ("pull-off force, rough / smooth", "pull_off_ratio", "mean"),
+    ("displacement at pull-off, mean", "pull_off_delta", "mean"),
 )
+
+#: Prefixes of newton by what they are in nN; the largest of which a force has at least one is printed.
+_PREFIXES = (("mN", 1e6), ("µN", 1e3), ("nN", 1.0), ("pN", 1e-3))
 
 PLACES = ("all places", "without debris")
 _COLUMNS = ("estimate", "low", "high", "naive low", "naive high", "independent places")
@@ -41,17 +44,49 @@ def interval_table(run: Mapping[str, xr.Dataset], method: str = "energy") -> pd.
     """
     rows = {}
     flags = flagged(run)
-    pull = statistics.reduction(run[f"statistics/{method}"]) if f"statistics/{method}" in run else None
-    for words, name, what, unit, size in _PULL_OFF if pull is not None else ():
+    pull = _pull_off(run, method)
+    for words, name, what in _PULL_OFF if pull is not None else ():
+        if name not in pull:
+            continue
+        unit, size = _unit_of(pull, name)
         rows |= _rows(f"{words} [{unit}]" if unit else words, pull, name, what, size, flags)
     if "solutions/direct" in run:
         direct = run["solutions/direct"]
         for delta in marked(direct):
             at = direct.sel(delta=delta, method="nearest")
-            rows |= _rows(f"elastic force at δ = {delta:g} nm, mean [µN]", at, "force", "mean", 1e3, flags)
+            unit, size = _unit_of(direct, "force")
+            rows |= _rows(f"elastic force at δ = {delta:g} nm, mean [{unit}]", at, "force", "mean", size, flags)
     table = pd.DataFrame.from_dict(rows, orient="index", columns=_COLUMNS)
     table.index = pd.MultiIndex.from_tuples(rows, names=["quantity", "places"])
     return table
+
+
+def _pull_off(run: Mapping[str, xr.Dataset], method: str) -> xr.Dataset | None:
+    """Return a run's pull-off, beside the smooth sphere's where the bodies adhere."""
+    pull = run.get(f"statistics/{method}")
+    if pull is None or float(pull.coords.get("work_of_adhesion", 0.0)) <= 0:
+        return pull
+    return statistics.reduction(pull)
+
+
+def force_unit(force: float) -> tuple[str, float]:
+    """Return the unit that suits a force (nN), and how many nN it is.
+
+    Examples
+    --------
+    >>> force_unit(6.011), force_unit(2000.0), force_unit(0.0)
+    (('nN', 1.0), ('µN', 1000.0), ('nN', 1.0))
+    """
+    return next(((unit, size) for unit, size in _PREFIXES if abs(force) >= size), ("nN", 1.0))
+
+
+def _unit_of(ds: xr.Dataset, name: str) -> tuple[str, float]:
+    """Return the unit to print a variable in, and how many of the schema's units it is."""
+    if name in ("force", "pull_off_force"):
+        values = ds[name].values
+        mean = np.nanmean(values.reshape(len(values), -1)[:, -1]) if np.isfinite(values).any() else 0.0
+        return force_unit(float(mean))
+    return ("" if ds[name].attrs.get("units", "1") == "1" else str(ds[name].attrs["units"])), 1.0
 
 
 def flagged(run: Mapping[str, xr.Dataset]) -> xr.DataArray | None:
@@ -70,15 +105,17 @@ def marked(direct: xr.Dataset) -> list[float]:
 
 
 def _rows(words: str, ds: xr.Dataset, name: str, what: str, size: float, flags: xr.DataArray | None) -> dict:
-    if int(np.isfinite(ds[name].values).sum()) < 2:
-        return {}
+    values = ds[name].values[np.isfinite(ds[name].values)]
+    if values.size < 2:  # an estimate without an interval, or none: told all the same
+        alone = float(values[0]) / size if values.size and what != "std" else np.nan
+        return {(words, PLACES[0]): [alone, *[np.nan] * 4, float(values.size)]}
     rows = {(words, PLACES[0]): _row(ds, name, what, size)}
     if flags is not None and 0 < int(flags.sum()) < flags.size - 1 and flags.size == ds.sizes["subregion"]:
-        rows[words, PLACES[1]] = _row(ds.isel(subregion=np.flatnonzero(~flags.values)), name, what, size)
+        rows[words, PLACES[1]] = _row(ds.isel(subregion=np.flatnonzero(~flags.values)), name, what, size, within=ds)
     return rows
 
 
-def _row(ds: xr.Dataset, name: str, what: str, size: float) -> list[float]:
-    found = statistics.bootstrap(ds, name, statistics=[what]).isel(statistic=0)
+def _row(ds: xr.Dataset, name: str, what: str, size: float, within: xr.Dataset | None = None) -> list[float]:
+    found = statistics.bootstrap(ds, name, statistics=[what], within=within).isel(statistic=0)
     ends = [float(found[end].sel(resampling=way)) / size for way in ("block", "naive") for end in ("low", "high")]
     return [float(found["estimate"]) / size, *ends, float(found["independent_places"].sel(resampling="block"))]

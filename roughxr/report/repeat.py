@@ -18,9 +18,7 @@ def command(run: Mapping[str, xr.Dataset]) -> str:
     ----------
     run : mapping of str to Dataset
         The groups of a run. Where its scan has the attribute ``command``, that is it; else the line is put
-        together from the steps that the run records. Moduli and energies of the two bodies are recorded only as
-        what acts on the contact, so that the line names two equal bodies of Poisson ratio 0 with the same
-        contact modulus and work of adhesion.
+        together from the steps that the run records, the bodies as they were given.
 
     Returns
     -------
@@ -40,7 +38,8 @@ def command(run: Mapping[str, xr.Dataset]) -> str:
         return "roughxr paper -o paper-run"
     if "source_file" not in scan.attrs or not all(name in scan.coords for name in schema.PAIR):
         return ""
-    parts = ["roughxr", "run", str(scan.attrs["source_file"]), *_channel(scan), *_pair(scan)]
+    parts = ["roughxr", "run", str(scan.attrs["source_file"]), *_channel(scan)]
+    parts += _pair(scan, _last(schema.history(scan), "assign_pair"))
     parts += ["--level", _first(steps, "level").get("method", "none"), *_places(_first(steps, "direct"))]
     return shlex.join(parts)
 
@@ -50,19 +49,34 @@ def _first(steps: list[dict[str, Any]], operation: str) -> dict[str, Any]:
     return next((step.get("arguments") or step for step in steps if step.get("operation") == operation), {})
 
 
+def _last(steps: list[dict[str, Any]], operation: str) -> dict[str, Any]:
+    """Return the arguments of the last step of this name."""
+    return _first(steps[::-1], operation)
+
+
 def _channel(scan: xr.Dataset) -> list[str]:
     return ["--channel", str(scan.attrs["channel"])] if scan.attrs.get("channel") else []
 
 
-def _pair(scan: xr.Dataset) -> list[str]:
+def _pair(scan: xr.Dataset, given: dict[str, Any]) -> list[str]:
+    """Return the pair of bodies, as it was given where the run records it."""
     radius, modulus, work = schema.pair(scan, *schema.PAIR)
-    values = {
-        "--sphere-radius": radius,
-        "--young-modulus": 2 * modulus,
-        "--poisson-ratio": 0.0,
-        "--surface-energy": work / 2,
-    }
-    return [part for option, value in values.items() for part in (option, repr(float(value)))]
+    parts = ["--sphere-radius", f"{radius:g}"]
+    if "materials" in given:
+        parts += ["--materials", "/".join(_listed(given["materials"]))]
+    elif {"young_modulus", "poisson_ratio"} <= set(given):
+        for name in ("young_modulus", "poisson_ratio"):
+            parts += [f"--{name.replace('_', '-')}", *_listed(given[name])]
+    else:
+        parts += ["--contact-modulus", repr(modulus)]
+    if "surface_energy" in given:
+        return [*parts, "--surface-energy", *_listed(given["surface_energy"])]
+    return [*parts, "--work-of-adhesion", repr(work)]
+
+
+def _listed(value: Any) -> list[str]:
+    values = value if isinstance(value, list) else [value]
+    return [one if isinstance(one, str) else repr(one) for one in values]
 
 
 def _places(direct: dict[str, Any]) -> list[str]:

@@ -10,12 +10,12 @@ import xarray as xr
 
 from ..regions import extent
 from ..statistics import compare, smooth_pull_off
-from .intervals import marked
+from .intervals import force_unit, marked
 
 #: Columns of the comparison, as far as a run holds them.
 METHODS = ("published", "self_similar", "energy", "direct")
 
-_MICRO = 1e-3  # µN per nN
+_MICRO = 1e-3  # µm per nm
 
 _PARTING = "superposed and direct part by 10 %, median place [nm]"
 
@@ -34,10 +34,12 @@ def contact_table(run: Mapping[str, xr.Dataset], paper: Mapping[str, float] | No
     Returns
     -------
     DataFrame
-        One row per quantity (forces in µN, displacements in nm), one column per method; NaN where a method
-        has no such number.
+        One row per quantity (forces in the unit that suits them, displacements in nm), one column per method; NaN
+        where a method has no such number.
     """
-    columns = {method: _column(run, method) for method in METHODS if f"solutions/{method}" in run}
+    pulls = [run[f"statistics/{method}"]["pull_off_force"] for method in METHODS if f"statistics/{method}" in run]
+    unit = force_unit(max((float(pull.mean()) for pull in pulls if pull.notnull().any()), default=0.0))
+    columns = {method: _column(run, method, *unit) for method in METHODS if f"solutions/{method}" in run}
     table = pd.DataFrame(columns)
     table.index.name = "quantity"
     if paper is not None:
@@ -45,23 +47,28 @@ def contact_table(run: Mapping[str, xr.Dataset], paper: Mapping[str, float] | No
     return table
 
 
-def _column(run: Mapping[str, xr.Dataset], method: str) -> dict[str, float]:
+def _column(run: Mapping[str, xr.Dataset], method: str, unit: str, size: float) -> dict[str, float]:
     if method == "direct":
         return _direct_column(run)
     pull = run[f"statistics/{method}"]
-    force, delta = pull["pull_off_force"] * _MICRO, pull["pull_off_delta"]
+    force, delta = pull["pull_off_force"] / size, pull["pull_off_delta"]
     sweep = run[f"solutions/{method}"]
     return {
-        "pull-off, smooth sphere [µN]": smooth_pull_off(sweep) * _MICRO,
-        "pull-off, mean [µN]": float(force.mean()),
-        "pull-off, std [µN]": float(force.std(ddof=1)),
-        "pull-off, largest [µN]": float(force.max()),
+        f"pull-off, smooth sphere [{unit}]": smooth_pull_off(sweep) / size,
+        f"pull-off, mean [{unit}]": float(force.mean()),
+        f"pull-off, std [{unit}]": _spread(force),
+        f"pull-off, largest [{unit}]": float(force.max()),
         "pull-off displacement, mean [nm]": float(delta.mean()),
-        "pull-off displacement, std [nm]": float(delta.std(ddof=1)),
+        "pull-off displacement, std [nm]": _spread(delta),
         "subregions that pull": float(force.notnull().sum()),
         "contacts beyond their patch at pull-off [%]": _share_at_pull_off(run, method, "contacts_beyond_patch"),
         "contacts overlapping at pull-off [%]": _share_at_pull_off(run, method, "contacts_overlapping"),
     }
+
+
+def _spread(values: xr.DataArray) -> float:
+    """Return the standard deviation (n − 1) of the finite values, NaN of fewer than two."""
+    return float(values.std(ddof=1)) if int(values.notnull().sum()) > 1 else np.nan
 
 
 def _share_at_pull_off(run: Mapping[str, xr.Dataset], method: str, name: str) -> float:
@@ -75,15 +82,16 @@ def _share_at_pull_off(run: Mapping[str, xr.Dataset], method: str, name: str) ->
 
 def _direct_column(run: Mapping[str, xr.Dataset]) -> dict[str, float]:
     direct = run["solutions/direct"]
-    force = direct["force"] * _MICRO
+    unit, size = force_unit(float(direct["force"].isel(delta=-1).mean()))
+    force = direct["force"] / size
     rows = {}
     for delta in marked(direct):
         here = force.sel(delta=delta, method="nearest")
-        rows[f"force at {delta:g} nm, mean [µN]"] = float(here.mean())
-        rows[f"force at {delta:g} nm, std [µN]"] = float(here.std(ddof=1))
-        rows[f"force at {delta:g} nm, largest [µN]"] = float(here.max())
+        rows[f"force at {delta:g} nm, mean [{unit}]"] = float(here.mean())
+        rows[f"force at {delta:g} nm, std [{unit}]"] = _spread(here)
+        rows[f"force at {delta:g} nm, largest [{unit}]"] = float(here.max())
     if "solutions/smooth" in run:
-        smooth = run["solutions/smooth"]["force"].isel(subregion=0, drop=True) * _MICRO
+        smooth = run["solutions/smooth"]["force"].isel(subregion=0, drop=True) / size
         for delta in _ratio_deltas(direct):
             ratio = force.mean("subregion").sel(delta=delta, method="nearest") / smooth.sel(
                 delta=delta, method="nearest"
@@ -138,10 +146,10 @@ def scan_table(run: Mapping[str, xr.Dataset], paper: Mapping[str, float] | None 
         "original - reconstructed, rms [nm]": envelope.attrs["residual_rms"],
         "asperities": float(catalogue.sizes["asperity"]),
         "peak height, median [nm]": float(catalogue["height"].median()),
-        "λ, mean": float(ratio.mean()),
-        "λ, std": float(ratio.std()),
-        "a < 10 b [%]": 100 * float((ratio > 0.1).sum() / ratio.notnull().sum()),
-        "saddles [%]": 100 * float(catalogue["saddle"].mean()),
+        "axis ratio b/a, mean": float(ratio.mean()),
+        "axis ratio b/a, std": float(ratio.std()),
+        "less than ten times as long as wide [%]": 100 * float((ratio > 0.1).sum() / ratio.notnull().sum()),
+        "peaks that fit no summit [%]": 100 * float(catalogue["saddle"].mean()),
     }
     table = pd.DataFrame({"scan": rows})
     table.index.name = "quantity"
@@ -152,5 +160,5 @@ def scan_table(run: Mapping[str, xr.Dataset], paper: Mapping[str, float] | None 
 
 def text(table: pd.DataFrame, title: str) -> str:
     """Return a table as lines of text, numbers to four digits, a dash where there is none."""
-    body = table.to_string(float_format=lambda v: f"{v:.4g}", na_rep="–", justify="right")
+    body = table.to_string(float_format=lambda v: f"{round(v, 9):.4g}", na_rep="–", justify="right")
     return f"{title}\n{'=' * len(title)}\n{body}\n"

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from .. import schema
+from ..scans import doubts
 from .intervals import flagged
 
 Run = Mapping[str, xr.Dataset]
@@ -25,7 +26,15 @@ def cautions(run: Run) -> list[str]:
     -------
     list of str
     """
-    found = [_synthetic(run), _debris(run), _unconverged(run), *_truncated(run), *_unbracketed(run)]
+    found = [
+        _synthetic(run),
+        *_doubts(run),
+        _debris(run),
+        *_few(run),
+        _unconverged(run),
+        *_truncated(run),
+        *_unbracketed(run),
+    ]
     return [
         sentence
         for sentence in (*found, _beyond_patch(run), _saddles(run), _lattice(run), _unresolved(run))
@@ -36,6 +45,23 @@ def cautions(run: Run) -> list[str]:
 def _synthetic(run: Run) -> str:
     made = "scan" in run and run["scan"].attrs.get("synthetic") == "yes"
     return "The scan is synthetic: made from a seed, not measured." if made else ""
+
+
+def _doubts(run: Run) -> list[str]:
+    """Return what is implausible about the scan itself, as it is said when the file is opened."""
+    return [f"About the scan: {doubt}." for doubt in doubts(run["scan"])] if "scan" in run else []
+
+
+def _few(run: Run) -> list[str]:
+    """Say where nothing touches, or one place stands for all."""
+    said = []
+    if "solutions/direct" in run:
+        force = run["solutions/direct"]["force"]
+        if force.sizes["subregion"] == 1:
+            said.append("One place was computed: it says nothing of how places differ.")
+        if not bool((force > 0).any()):
+            said.append("Nothing touches at any displacement of the direct simulation: go deeper (--delta).")
+    return said
 
 
 def _debris(run: Run) -> str:

@@ -1,4 +1,4 @@
-"""The shortest wavelength of a scan: what its pixels, and the patches fitted to its summits, must resolve.
+"""The shortest wavelength of a scan, and its slope: what its pixels, and the patches fitted to its summits, must resolve.
 
 A summit's curvature sums the waves that cross it, each by q² times its amplitude. So it is the mean square curvature,
 
@@ -12,7 +12,7 @@ waves, or is noisy, down to its pixels has a shortest wavelength of about two of
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import dask
 import dask.array as da
@@ -20,6 +20,7 @@ import numpy as np
 import xarray as xr
 
 from ..schema import pixel, validate
+from .parts import taker
 
 #: Part of the mean square curvature that shorter waves may hold.
 _REST = 0.05
@@ -51,17 +52,30 @@ def shortest_wavelength(ds: xr.Dataset) -> float:
     >>> 58 < shortest_wavelength(scan) < 63
     True
     """
+    return waves(ds).shortest
+
+
+class Waves(NamedTuple):
+    """What the spectrum says of a scan's summits."""
+
+    shortest: float  # wavelength, nm
+    slope: float  # root mean square, 1
+
+
+def waves(ds: xr.Dataset) -> Waves:
+    """Return shortest wavelength and slope of a scan, as `shortest_wavelength` looks at it; NaN where it finds none."""
     scan = validate(ds, "scan")
     if scan["height"].chunks:
         return later(scan["height"].data, pixel(scan)).compute()
     heights = scan["height"].values
-    return wavelength([spectrum(heights[part]) for part in parts(heights.shape)], pixel(scan))
+    return together([spectrum(heights[part]) for part in parts(heights.shape)], pixel(scan))
 
 
 def later(height: da.Array, steps: tuple[float, float]) -> Any:
-    """Return `shortest_wavelength` of lazy heights as a dask task that is still to be computed."""
-    spectra = [dask.delayed(spectrum, pure=False)(height[part]) for part in parts(height.shape)]
-    return dask.delayed(wavelength, pure=False)(spectra, steps)
+    """Return `waves` of lazy heights as a dask task that is still to be computed."""
+    take, transform = taker(height, apart=True), dask.delayed(spectrum, pure=False)
+    spectra = [transform(take(part)) for part in parts(height.shape)]
+    return dask.delayed(together, pure=False)(spectra, steps)
 
 
 def parts(shape: tuple[int, int]) -> list[tuple[slice, slice]]:
@@ -75,7 +89,10 @@ def parts(shape: tuple[int, int]) -> list[tuple[slice, slice]]:
 
 
 def spectrum(height: np.ndarray) -> np.ndarray | None:
-    """Return |h(q)|² (nm²) of a part, its plane taken off, under a Hann window; None where heights are missing."""
+    """Return |h(q)|² (nm²) of a part, its plane taken off, under a Hann window; None where heights are missing.
+
+    The window has a mean square of one, and the sum over q is the mean square height.
+    """
     height = np.asarray(height, dtype=float)
     if not np.isfinite(height).all():
         return None
@@ -87,18 +104,20 @@ def spectrum(height: np.ndarray) -> np.ndarray | None:
     if np.abs(height).max() <= _ROUNDING * largest:
         height[:] = 0.0
     windows = (0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(n) + 0.5) / n) for n in height.shape)
-    return np.abs(np.fft.fft2(height * np.multiply.outer(*windows))) ** 2
+    window = np.multiply.outer(*windows)
+    return np.abs(np.fft.fft2(height * window / np.sqrt(np.mean(window**2)))) ** 2 / height.size**2
 
 
-def wavelength(spectra: Sequence[np.ndarray | None], steps: tuple[float, float]) -> float:
-    """Return the shortest wavelength (nm) that the spectra of a scan's parts show together."""
+def together(spectra: Sequence[np.ndarray | None], steps: tuple[float, float]) -> Waves:
+    """Return what the spectra of a scan's parts say together."""
     known = [one for one in spectra if one is not None]
     if not known:
-        return np.nan
-    curved = sum(known)
-    wavenumber = np.hypot(*np.meshgrid(*map(np.fft.fftfreq, curved.shape, steps), indexing="ij"))
+        return Waves(np.nan, np.nan)
+    mean = sum(known) / len(known)
+    wavenumber = np.hypot(*np.meshgrid(*map(np.fft.fftfreq, mean.shape, steps), indexing="ij"))
+    slope = 2 * np.pi * float(np.sqrt((wavenumber**2 * mean).sum()))
     order = np.argsort(wavenumber, axis=None, kind="stable")
-    summed = np.cumsum((wavenumber**4 * curved).ravel()[order])
+    summed = np.cumsum((wavenumber**4 * mean).ravel()[order])
     if not summed[-1] > 0:
-        return np.inf
-    return float(1 / wavenumber.ravel()[order][np.searchsorted(summed, (1 - _REST) * summed[-1])])
+        return Waves(np.inf, slope)
+    return Waves(float(1 / wavenumber.ravel()[order][np.searchsorted(summed, (1 - _REST) * summed[-1])]), slope)

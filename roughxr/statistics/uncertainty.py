@@ -5,7 +5,8 @@ Politis & Romano 1992 for blocks that wrap around). Two things make its percenti
 both are put right here: blocks cut correlation at their edges and leave too little spread, so deviations are
 widened until resampled means spread as s/√n, n the number of independent places; and percentiles forget that
 this spread is itself learnt from few blocks, so their levels are taken farther out, as Student's t with one
-degree of freedom less than there are blocks asks (Hesterberg 2015, "expanded percentile").
+degree of freedom less than there are blocks asks (Hesterberg 2015, "expanded percentile"). Where no sample
+is negative, and for spreads, this is done to the logarithms, so that no interval reaches below zero.
 """
 
 from __future__ import annotations
@@ -43,6 +44,7 @@ def bootstrap(
     resamples: int = 999,
     block: Any = None,
     seed: int = 0,
+    within: xr.Dataset | None = None,
 ) -> xr.Dataset:
     """Return statistics of a variable with their intervals of confidence.
 
@@ -60,6 +62,8 @@ def bootstrap(
         Side of a block, nm; by default two independent places along each axis.
     seed : int
         The same seed gives the same intervals.
+    within : Dataset, optional
+        All places of the surface, where ``ds`` holds some of them: the fewer are worth no more independent ones.
 
     Returns
     -------
@@ -99,7 +103,10 @@ def bootstrap(
     if resamples < 1 / (1 - confidence):
         raise ValueError(f"resamples: expected at least {1 / (1 - confidence):.0f} of them, found {resamples}")
     functions = {label: statistic(label) for label in statistics}
-    ways = {"block": _resampling(found, block), "naive": Resampling(float(found.values.size), 0.0, None)}
+    ways = {
+        "block": _resampling(found, block, None if within is None else samples(within, name)),
+        "naive": Resampling(float(found.values.size), 0.0, None),
+    }
     ends = np.array([_intervals(found, way, functions, confidence, resamples, seed) for way in ways.values()])
     estimate = [function(found.values) for function in functions.values()]
     out = xr.Dataset(
@@ -234,10 +241,12 @@ def _drawn(members: list[np.ndarray], size: int, rng) -> np.ndarray:
     return np.concatenate(drawn)[:size]
 
 
-def _resampling(found: Samples, block: Any) -> Resampling:
+def _resampling(found: Samples, block: Any, within: Samples | None = None) -> Resampling:
     from ..units import positive
 
     effective = independent_places(found.values, found.places)
+    if within is not None:
+        effective = min(effective, independent_places(within.values, within.places))
     if found.places is None:
         return Resampling(effective, 0.0, None)
     side = block_side(found.values, found.places, effective) if block is None else positive(block, "nm", "block")
@@ -253,7 +262,16 @@ def _intervals(found: Samples, way: Resampling, functions, confidence, resamples
     means, *replicates = np.concatenate(drawn, axis=1)
     estimate = np.array([function(found.values) for function in functions.values()])
     ends = np.quantile(replicates, _levels(_whole_blocks(found, way), confidence), axis=1)
-    return estimate + (ends - estimate) * _widening(found.values, way, means)
+    positive = np.array([found.values.min() >= 0 or label == "std" for label in functions]) & (estimate > 0)
+    return _widened(estimate, ends, _widening(found.values, way, means), positive)
+
+
+def _widened(estimate: np.ndarray, ends: np.ndarray, times: float, positive: np.ndarray) -> np.ndarray:
+    """Return ends farther from their estimates by a factor, in their logarithms where neither can be negative."""
+    plain = estimate + (ends - estimate) * times
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scaled = estimate * (ends / estimate) ** times
+    return np.where(positive, scaled, plain)
 
 
 def _whole_blocks(found: Samples, way: Resampling) -> float:

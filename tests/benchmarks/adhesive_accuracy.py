@@ -9,7 +9,6 @@ import numpy as np
 from roughxr.kernels.adhesion import cohesive_laws as cohesion
 from roughxr.kernels.adhesion import path as adhesive_contact
 from roughxr.kernels.asperity.laws import asperity_events, asperity_scales, law
-from roughxr.kernels.halfspace.love import love_coefficients
 
 RADIUS = 1000.0
 PLACES = [(0.0, 0.0), (0.5, 0.5), (0.0, 0.5), (0.25, 0.25), *np.random.default_rng(1).uniform(0, 0.5, (12, 2))]
@@ -23,12 +22,10 @@ def pull_off(cells, place, ratio=1.0, angle=0.0):
     u, v = np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
     separation = (u**2 / np.sqrt(ratio) + v**2 * np.sqrt(ratio)) / (2 * RADIUS)
     depth = cells**2 / RADIUS
-    table = love_coefficients(*[1 << (2 * half + 3).bit_length()] * 2)
     path = adhesive_contact.follow(
         separation,
         np.array([separation.min() + 0.1 * depth]),
         0.07 * depth,
-        table,
         cohesion.griffith(w),
         w,
         tolerance=1e-7,

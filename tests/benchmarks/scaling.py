@@ -19,13 +19,14 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from queue import SimpleQueue
 
 import dask
 import numpy as np
 
 import roughxr
 from roughxr import checkpointed
-from roughxr.jobs import executor as gather
+from roughxr.jobs import executor, schedulers
 from roughxr.jobs import lazy as parallel
 from roughxr.jobs.work import Work, run_batch
 
@@ -103,11 +104,11 @@ class Bare:
 def overhead(scan, folder):
     """Compare a run on one thread with a bare loop, for tasks of about 0.1 s."""
     deltas, places, bare = np.arange(1.0, 30.0, 0.05), (7, 7), Bare()
-    with parallel.kept_by(bare):
+    with parallel.computed_by(bare):
         roughxr.direct(scan, delta=deltas, subregions=places)
     ratios = []
     for k in range(3):
-        with parallel.kept_by(bare):
+        with parallel.computed_by(bare):
             roughxr.direct(scan, delta=deltas, subregions=places)
         with dask.config.set(num_workers=1):
             ratios.append(a_run(scan, deltas, places, folder / f"overhead-{k}.nc") / bare.seconds)
@@ -207,13 +208,13 @@ def dispatch(batches=2000):
 
     work = Work(_nothing, [], np.dtype((float, (8,))), ([],))
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster):
-        with gather._pool(work, batches) as pool:
-            running = {pool.submit([(k,)]): k for k in range(50)}
-            began = time.perf_counter()
+        with schedulers.scheduler_for(work.shared, batches) as scheduler:
+            scheduler.submit(executor._attempt, work.task, [(0,)], work.dtype).result()
+            began, finished = time.perf_counter(), SimpleQueue()
             for k in range(batches):
-                running[pool.submit([(k,)])] = k
-                for done, _ in pool.finished(running):
-                    running.pop(done)
+                scheduler.submit(executor._attempt, work.task, [(k,)], work.dtype).add_done_callback(finished.put)
+                if k >= 50:
+                    scheduler.result(finished.get())
         seconds = (time.perf_counter() - began) / batches
     print(f"sending a batch to a cluster and back: {seconds * 1e3:.2f} ms, scheduler and worker on this machine")
     return seconds
@@ -221,11 +222,11 @@ def dispatch(batches=2000):
 
 def estimate(seconds_each, dispatched, kept, machines=100, cores=32, subregions=1e6):
     """Print what many subregions cost on many machines, in as many batches as a run would send."""
-    queue = gather._Queue(
+    queue = executor._Queue(
         Work(_nothing, [], np.dtype((float, (8, HEAVY.size))), ()),
         range(int(subregions)),
         machines * cores,
-        gather._Cluster.serving,
+        schedulers._Cluster.serving,
     )
     queue.seconds.append(seconds_each)
     sizes = []

@@ -134,7 +134,7 @@ def parts(catalogue, deltas, options):
     def offsets():
         return [kernel.offsets(field, x, y, options.radius, options.profile) for x, y in places]
 
-    above, branch = offsets(), options.kernel_law().branch
+    above, branch = offsets(), options.kernel_law().spline
     return {
         "scales and neighbours": spent(lambda: catalogue_field(catalogue, options)),
         "offsets": spent(offsets),

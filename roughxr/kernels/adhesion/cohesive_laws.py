@@ -7,19 +7,21 @@ griffith      d = 0, σ₀ = √(2c E*w/dx): no range but the mesh's
 dugdale       σ₀ given, h = w/σ₀ = d + σ₀/2c: Dugdale's step at h (Maugis 1992), spread as far as the mesh needs;
               with a strength that leaves no plateau it is the Griffith limit's law
 
-On a mesh a front moves from cell to cell, and is to do so evenly. All or nothing, at √(E*w/(0.473 dx)), the criterion
-of Pohrt & Popov (2015), holds on too long, by 11 % of a sphere's pull-off at ten cells. An edge row along the grid
-resists with 0.58, as the coefficients of strips give: with a traction that falls about as fast cells still let go one
-by one, and a sphere's pull-off hangs on where between the cells it stands. Half as fast they let go three abreast
-and the front glides; slower still, and the zone in which they do so is too wide for narrow contacts.
+On a mesh the edge of a contact moves from cell to cell, and is to do so evenly. All or nothing, at √(E*w/(0.473 dx)),
+the criterion of Pohrt & Popov (2015), holds on too long, by 11 % of a sphere's pull-off at ten cells. An edge row along
+the grid resists with 0.58 E*/dx, as the coefficients of strips give: with a traction that falls about as fast, cells
+still let go one by one, and a sphere's pull-off depends on its place on the grid. With half of that (``SOFTENING``)
+three rows let go together and the edge moves evenly; with less still, the zone in which they do so is too wide for
+narrow contacts.
 
-Such a zone costs more than w: in proportion to the front's length, as a line tension. A round contact's pull-off rises
-with it by ``LINE`` over its radius in cells, less where the zone is no longer small beside the contact (``NARROW``),
-as in Maugis's theory. ``toughness`` takes both back from w, and the path is that of a front without a width. The two
-numbers were found on JKR's spheres of 2.5 to 16 cells; ellipses, which they were not found on, bear them out
-(``python tests/benchmarks/adhesive_accuracy.py``).
+Such a zone costs more than w: in proportion to the length of the outline, as a line tension. A round contact's pull-off
+rises with it by ``LINE`` over its radius in cells, less where the zone is no longer small beside the contact
+(``NARROW``), as in Maugis's theory. ``toughness`` takes both back from w, so that the path is that of an edge without
+a width. How the numbers (``tuning``) were found, on what, and what they are worth on ellipses, on which they were not
+found, is shown by ``python tests/benchmarks/line_tension.py``.
 
-Unit cells and unit modulus: tractions in nm (t dx/E*), w in nm² (w dx/E*).
+Given: gap u and w. Sought: traction t(u) and the work W(u) = ∫ t du from u on. Unit cells and unit modulus: gaps and
+tractions in nm (t dx/E*), works in nm² (w dx/E*). Sources: Griffith (1921), Maugis (1992); the line tension is own.
 """
 
 from typing import NamedTuple
@@ -27,20 +29,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..jit import kernel
+from .tuning import LINE, NARROW, SOFTENING
 
 PLATEAU, EXPONENTIAL = range(2)
 
 #: Laws of finite range by name.
-COHESIVE = {"dugdale": PLATEAU, "exponential": EXPONENTIAL}
-
-#: How fast a traction falls with the gap on a mesh: about half as fast as an edge row resists.
-SOFTENING = 0.3
-
-#: What a front's zone costs per length, in w times a cell.
-LINE = 0.37
-
-#: Radius in cells that is added to a contact's before its outline is called curved.
-NARROW = 1.6
+FINITE_RANGE = {"dugdale": PLATEAU, "exponential": EXPONENTIAL}
 
 #: Range of the exponential law in its length.
 _CUT = 12.0
@@ -49,29 +43,29 @@ _CUT = 12.0
 LEAST_ZONE = 2.0
 
 
-class Law(NamedTuple):
+class CohesiveLaw(NamedTuple):
     """A law in units of the cells."""
 
     code: int
     strength: float  # σ₀, nm
     range: float  # gap at which nothing pulls any more, nm
     length: float  # ρ of the exponential, or the plateau's d, nm
-    anywhere: bool  # whether cells far from any contact attract, or a front's neighbours only
+    anywhere: bool  # whether cells far from any contact attract, or neighbours of constrained cells only
 
 
 def griffith(w):
     """Return the law of the Griffith limit for w (nm²)."""
     strength = float(np.sqrt(2.0 * SOFTENING * w))
-    return Law(PLATEAU, strength, strength / SOFTENING, 0.0, False)
+    return CohesiveLaw(PLATEAU, strength, strength / SOFTENING, 0.0, False)
 
 
-def cohesive(name, w, strength):
+def finite_range(name, w, strength):
     """Return a law of finite range for w (nm²) and its largest traction (nm)."""
     length = w / strength
     if name == "exponential":
-        return Law(EXPONENTIAL, strength, _CUT * length, length, True)
+        return CohesiveLaw(EXPONENTIAL, strength, _CUT * length, length, True)
     fall = strength / SOFTENING
-    return Law(PLATEAU, strength, length + 0.5 * fall, length - 0.5 * fall, True)
+    return CohesiveLaw(PLATEAU, strength, length + 0.5 * fall, length - 0.5 * fall, True)
 
 
 def process_zone(contact_modulus, w, strength):
@@ -137,7 +131,7 @@ def balance(pressure, u, stiffness, law, root):
     return max((stiffness * free - SOFTENING * end) / (stiffness - SOFTENING), 0.0)
 
 
-@kernel
+@kernel(inner=True)
 def _exponential_balance(pressure, u, stiffness, law, root):
     held = min(u, law.range * root)
     for _ in range(30):

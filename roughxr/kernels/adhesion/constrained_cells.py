@@ -6,17 +6,18 @@ On a set C of cells the surface takes the shape δ − S + u, u the gap that eac
 
 with Love's coefficients A (``love``). M is kept whole: a cell that joins borders A by one row, a cell that
 leaves takes one away, and either changes M by a matrix of rank one (Schur complement; Sherman & Morrison 1950).
-So a front that sweeps over n cells costs what one inversion does, and every energy is exact.
+So a contact's edge that sweeps over n cells costs what one inversion does, and every energy is exact.
 
-Cells have unit side and the half space unit modulus: pressures are in nm, p dx/E*. Arrays have room to spare;
-only the first ``count`` entries count.
+δ displacement, S separation, u gap, all in nm. Cells have unit side and the half space unit modulus: pressures are in
+nm, p dx/E*. Source: own, from Schur's complement; checked against the dense solution by tests. Arrays have room to
+spare, which is why the number of cells is kept beside them.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from ..jit import kernel, reducing_kernel
+from ..jit import kernel
 
 #: Cells that a new set has room for.
 _ROOM = 256
@@ -25,9 +26,10 @@ _ROOM = 256
 ABSENT = -1
 
 
-class Glued(NamedTuple):
-    """The set C: where its cells are and what holds them."""
+class ConstrainedCells(NamedTuple):
+    """The set C: where its cells are and what holds them. Changed in place, but for `with_room`."""
 
+    count: np.ndarray  # (1,) cells in the set: so many entries of the arrays below are in use
     row: np.ndarray  # (room,) place in the window
     column: np.ndarray
     place: np.ndarray  # (nx, ny) index into the set, or ABSENT
@@ -39,48 +41,53 @@ class Glued(NamedTuple):
 
 
 @kernel
-def nothing_glued(shape):
+def no_cells(shape):
     """Return the empty set on a window."""
-    room = _ROOM
+    return _empty(_ROOM, np.full(shape, ABSENT, np.int64))
+
+
+@kernel(inner=True)
+def _empty(room, place):
     row, column = np.zeros(room, np.int64), np.zeros(room, np.int64)
-    place = np.full(shape, ABSENT, np.int64)
-    inverse = np.zeros((room, room))
-    return Glued(row, column, place, inverse, np.zeros(room), np.zeros(room), np.zeros(room), np.zeros(room))
+    vectors = np.zeros((4, room))
+    count, inverse = np.zeros(1, np.int64), np.zeros((room, room))
+    return ConstrainedCells(count, row, column, place, inverse, vectors[0], vectors[1], vectors[2], vectors[3])
 
 
 @kernel
-def with_room(glued, count):
-    """Return the set with room for one more cell."""
-    room = glued.row.size
-    if count < room:
-        return glued
-    more = room + room // 2
-    inverse = np.zeros((more, more))
-    inverse[:room, :room] = glued.inverse
-    row, column = np.zeros(more, np.int64), np.zeros(more, np.int64)
-    row[:room], column[:room] = glued.row, glued.column
-    rate, shape, gap, pressure = np.zeros(more), np.zeros(more), np.zeros(more), np.zeros(more)
-    rate[:room], shape[:room] = glued.pressure_rate, glued.shape_pressure
-    gap[:room], pressure[:room] = glued.gap, glued.pressure
-    return Glued(row, column, glued.place, inverse, rate, shape, gap, pressure)
+def with_room(cells):
+    """Return the set with room for one more cell: itself, or a copy of half as much room again."""
+    room = cells.row.size
+    if cells.count[0] < room:
+        return cells
+    larger = _empty(room + room // 2, cells.place)
+    larger.count[0] = room
+    for k in range(room):
+        larger.row[k], larger.column[k] = cells.row[k], cells.column[k]
+        larger.pressure_rate[k], larger.shape_pressure[k] = cells.pressure_rate[k], cells.shape_pressure[k]
+        larger.gap[k], larger.pressure[k] = cells.gap[k], cells.pressure[k]
+        for m in range(room):
+            larger.inverse[k, m] = cells.inverse[k, m]
+    return larger
 
 
-@reducing_kernel
-def displacement_at(i, j, glued, count, coefficients):
+@kernel(inner=True, reorder=True)
+def displacement_at(i, j, cells, coefficients):
     """Return how far the surface sinks at a cell of the window, nm."""
     sunk = 0.0
-    for k in range(count):
-        sunk += coefficients[abs(glued.row[k] - i), abs(glued.column[k] - j)] * glued.pressure[k]
+    for k in range(cells.count[0]):
+        sunk += coefficients[abs(cells.row[k] - i), abs(cells.column[k] - j)] * cells.pressure[k]
     return sunk
 
 
-@reducing_kernel
-def glue(i, j, gap, separation, glued, count, coefficients):
-    """Take in the cell (i, j) at the gap it has: nothing else changes. Room is there already."""
-    inverse, q1, qs = glued.inverse, glued.pressure_rate, glued.shape_pressure
+@kernel(reorder=True)
+def constrain(i, j, gap, separation, cells, coefficients):
+    """Take in the cell (i, j) at the gap it has: nothing else changes. Room is there already (`with_room`)."""
+    count = cells.count[0]
+    inverse, q1, qs = cells.inverse, cells.pressure_rate, cells.shape_pressure
     by_new, image = np.empty(count), np.empty(count)
     for k in range(count):
-        by_new[k] = coefficients[abs(glued.row[k] - i), abs(glued.column[k] - j)]
+        by_new[k] = coefficients[abs(cells.row[k] - i), abs(cells.column[k] - j)]
     compliance, rate, shape = coefficients[0, 0], 1.0, separation
     for k in range(count):
         row, total = inverse[k], 0.0
@@ -99,17 +106,19 @@ def glue(i, j, gap, separation, glued, count, coefficients):
         q1[k] -= image[k] * rate
         qs[k] -= image[k] * shape
     inverse[count, count] = 1.0 / compliance
-    q1[count], qs[count], glued.gap[count], glued.pressure[count] = rate, shape, gap, 0.0
-    glued.row[count], glued.column[count], glued.place[i, j] = i, j, count
+    q1[count], qs[count], cells.gap[count], cells.pressure[count] = rate, shape, gap, 0.0
+    cells.row[count], cells.column[count], cells.place[i, j] = i, j, count
+    cells.count[0] = count + 1
 
 
-@reducing_kernel
-def unglue(k, glued, count):
+@kernel(reorder=True)
+def release(k, cells):
     """Let the k-th cell go; the last one takes its place."""
-    last = count - 1
-    _swap(k, last, glued, count)
-    inverse, q1, qs, p = glued.inverse, glued.pressure_rate, glued.shape_pressure, glued.pressure
-    glued.place[glued.row[last], glued.column[last]] = ABSENT
+    last = cells.count[0] - 1
+    _swap(k, last, cells)
+    inverse, q1, qs, p = cells.inverse, cells.pressure_rate, cells.shape_pressure, cells.pressure
+    cells.place[cells.row[last], cells.column[last]] = ABSENT
+    cells.count[0] = last
     gone = inverse[last]
     for m in range(last):
         row, factor = inverse[m], gone[m] / gone[last]
@@ -120,43 +129,68 @@ def unglue(k, glued, count):
         p[m] -= factor * p[last]
 
 
-@kernel
-def _swap(k, last, glued, count):
+@kernel(inner=True)
+def _swap(k, last, cells):
     if k == last:
         return
-    inverse = glued.inverse
+    count, inverse = cells.count[0], cells.inverse
     for m in range(count):
         inverse[k, m], inverse[last, m] = inverse[last, m], inverse[k, m]
     for m in range(count):
         inverse[m, k], inverse[m, last] = inverse[m, last], inverse[m, k]
-    for values in (glued.pressure_rate, glued.shape_pressure, glued.gap, glued.pressure):
+    for values in (cells.pressure_rate, cells.shape_pressure, cells.gap, cells.pressure):
         values[k], values[last] = values[last], values[k]
-    for values in (glued.row, glued.column):
+    for values in (cells.row, cells.column):
         values[k], values[last] = values[last], values[k]
-    glued.place[glued.row[k], glued.column[k]] = k
-    glued.place[glued.row[last], glued.column[last]] = last
+    cells.place[cells.row[k], cells.column[k]] = k
+    cells.place[cells.row[last], cells.column[last]] = last
 
 
-@reducing_kernel
-def open_cell(k, change, glued, count):
+@kernel(reorder=True)
+def open_cell(k, change, cells):
     """Let the gap of the k-th cell grow by ``change`` (nm)."""
-    row, pressure = glued.inverse[k], glued.pressure
-    glued.gap[k] += change
-    for m in range(count):
+    row, pressure = cells.inverse[k], cells.pressure
+    cells.gap[k] += change
+    for m in range(cells.count[0]):
         pressure[m] += change * row[m]
 
 
-@reducing_kernel
-def approach(change, glued, count):
+@kernel(reorder=True)
+def approach(change, cells):
     """Bring the bodies together by ``change`` (nm) at unchanged gaps."""
-    for k in range(count):
-        glued.pressure[k] += change * glued.pressure_rate[k]
+    for k in range(cells.count[0]):
+        cells.pressure[k] += change * cells.pressure_rate[k]
 
 
-@reducing_kernel
-def elastic_energy(separation, delta, glued, count):
+@kernel(reorder=True)
+def elastic_energy(separation, delta, cells):
     """Return ½ Σ p (δ − S + u), nm²."""
     total = 0.0
-    for k in range(count):
-        total += glued.pressure[k] * (delta - separation[glued.row[k], glued.column[k]] + glued.gap[k])
+    for k in range(cells.count[0]):
+        total += cells.pressure[k] * (delta - separation[cells.row[k], cells.column[k]] + cells.gap[k])
     return 0.5 * total
+
+
+@kernel(inner=True)
+def force(cells):
+    """Return the force, nm, positive where it presses."""
+    total = 0.0
+    for k in range(cells.count[0]):
+        total += cells.pressure[k]
+    return total
+
+
+@kernel(inner=True)
+def save(cells):
+    """Return a copy of gaps and pressures, (2, count): all that changes while no cell joins or is released."""
+    saved = np.empty((2, cells.count[0]))
+    for k in range(cells.count[0]):
+        saved[0, k], saved[1, k] = cells.gap[k], cells.pressure[k]
+    return saved
+
+
+@kernel(inner=True)
+def restore(saved, cells):
+    """Bring back what `save` has copied."""
+    for k in range(cells.count[0]):
+        cells.gap[k], cells.pressure[k] = saved[0, k], saved[1, k]

@@ -1,134 +1,169 @@
 """Equilibrium of an adhesive contact at a fixed displacement: a local minimum of its energy, found downhill.
 
-The cells of the set C (``glued``) are balanced one after the other, each on its own, which only ever lowers Π
-(``adhesive_contact``), and together by Newton's method on the cells that are open, as long as their stiffness is
-positive definite: where it is not, the state is past the end of its branch. Newton's whole step is taken where the
-energy falls with it, as many cells change their regime in it: to halt at each took half as long again. Then others
-are taken in that touch.
+Unknown are the gaps u of the constrained cells (``constrained_cells``), with M = A⁻¹ on them; sought is a minimum of
 
-Unit cells and unit modulus, as in ``glued``.
+    Π(u) = ½ Σ p (δ − S + u) − Σ W(u),    p = δ q₁ − q_S + M u,    u ≥ 0        (``path``)
+
+by two methods in turn. Nonlinear Gauss-Seidel: each cell is balanced on its own, one after the other, which only ever
+lowers Π. Newton's method on all open cells (u > 0) at once, with the matrix M + dt/du, as long as that is positive
+definite: where it is not, the state is past the end of its branch. Newton's whole step is taken where the energy falls
+with it, although cells may change their regime in it (closed, plateau, falling, beyond the range): to halt at the first
+that does takes half as long again. Then cells that interpenetrate, or that adhesion reaches, join the set.
+
+Source: own. Unit cells and unit modulus, as in ``constrained_cells``: δ, S, u, p and tractions in nm, Π in nm².
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from ..jit import kernel, reducing_kernel
-from .cohesive_laws import balance, remaining_work, toughness, traction
-from .constrained_cells import ABSENT, displacement_at, elastic_energy, glue, open_cell, unglue, with_room
-
-#: A cell leaves the set once its gap is this many times the law's range.
-_FORGET = 1.2
-
-#: Times that a state takes in others before it is given up.
-_ROUNDS = 60
+from ..jit import kernel
+from . import tuning
+from .cohesive_laws import CohesiveLaw, balance, remaining_work, toughness, traction
+from .constrained_cells import (
+    ABSENT,
+    constrain,
+    displacement_at,
+    elastic_energy,
+    open_cell,
+    release,
+    restore,
+    save,
+    with_room,
+)
 
 #: What became of Newton's step.
 _DONE, _PAST_END, _NO_ROOM = range(3)
 
 
 class Problem(NamedTuple):
-    """What is given, how tough the fronts have been found, and room to work in."""
+    """What is given, the factor on w at each cell, and room to work in."""
 
     separation: np.ndarray  # (nx, ny) S, nm, with an empty margin
     coefficients: np.ndarray
-    law: NamedTuple
+    law: CohesiveLaw
     w: float
     tolerance: float
     max_iterations: int
     max_cells: int
-    roots: np.ndarray  # (nx, ny) root of the factor on w of each cell (``cohesion.toughness``)
+    roots: np.ndarray  # (nx, ny) root of the factor on w of each cell (``cohesive_laws.toughness``)
     open: np.ndarray  # (size,) room for Newton's step
     matrix: np.ndarray  # (size, size)
     step: np.ndarray  # (size,)
 
 
-@kernel
-def root_of(k, problem, glued):
+@kernel(inner=True)
+def root_of(k, problem, cells):
     """Return the root of the factor on w of the k-th cell."""
-    return problem.roots[glued.row[k], glued.column[k]]
+    return problem.roots[cells.row[k], cells.column[k]]
 
 
-@kernel
-def settle(problem, delta, glued, count):
-    """Balance the cells and take others in until none beside the contacts wants to join; return what that freed."""
-    freed, rounds = 0.0, 0
-    for attempt in range(_ROUNDS):
-        fallen, done, fine, _ = descend(problem, delta, glued, count, np.inf)
-        freed, rounds = freed + fallen, rounds + done
-        before = count
-        everywhere = problem.law.anywhere or attempt == 0
-        glued, count, gained = _join(problem, delta, glued, count, everywhere)
-        freed += gained
-        if count == before:
-            return glued, count, freed, rounds, fine
-        if count >= problem.max_cells:
-            break
-    return glued, count, freed, rounds, False
+class Descent(NamedTuple):
+    """What became of a way downhill."""
+
+    freed: float  # energy, nm²
+    rounds: int
+    arrived: bool  # at a minimum
+    stable: bool  # whether the stiffness was positive definite all the way
 
 
-@kernel
-def descend(problem, delta, glued, count, patience):
-    """Go downhill to a local minimum of Π.
-
-    Parameters
-    ----------
-    patience : float
-        Energy, nm²: once more has been freed past the end of a branch, what is left of the way is not gone.
+@kernel(inner=True)
+def settle(problem, delta, cells):
+    """Balance the cells and take others in until none beside the contacts wants to join.
 
     Returns
     -------
-    freed, rounds, arrived, stable
-        Energy, nm²; whether the minimum was reached; and whether the stiffness was positive definite all the way.
+    ConstrainedCells, Descent
+        The set, which may have been moved to larger arrays; and what became of it, ``stable`` of the last descent.
     """
-    before = _energy(problem, delta, glued, count)
-    goal = problem.tolerance * max(np.abs(glued.pressure[:count]).max() if count > 0 else 0.0, problem.law.strength)
-    rounds, fine, stable = 0, False, True
+    freed, rounds, attempts, joining = 0.0, 0, 0, True
+    arrived = stable = False
+    while joining and attempts < tuning.MOST_JOININGS:
+        way = descend(problem, delta, cells, np.inf)
+        freed, rounds, stable = freed + way.freed, rounds + way.rounds, way.stable
+        before = cells.count[0]
+        cells, gained = _join(problem, delta, cells, problem.law.anywhere or attempts == 0)
+        freed, attempts = freed + gained, attempts + 1
+        joining = cells.count[0] > before
+        arrived = way.arrived and not joining
+        if cells.count[0] >= problem.max_cells:
+            break
+    return cells, Descent(freed, rounds, arrived, stable)
+
+
+@kernel(inner=True)
+def descend(problem, delta, cells, patience):
+    """Go downhill to a local minimum of Π; return the `Descent`.
+
+    ``patience`` is an energy, nm²: once more has been freed past the end of a branch, the rest of the way is not gone.
+    """
+    before = _energy(problem, delta, cells)
+    largest = problem.law.strength
+    for k in range(cells.count[0]):
+        largest = max(largest, abs(cells.pressure[k]))
+    rounds, arrived, stable = 0, False, True
     while rounds < problem.max_iterations:
         rounds += 1
-        if _sweep(problem, glued, count) <= goal:
-            fine = True
+        if _sweep(problem, cells) <= problem.tolerance * largest:
+            arrived = True
             break
-        outcome = _newton(problem, delta, glued, count)
+        outcome = _newton(problem, delta, cells)
         if outcome != _DONE:
             stable = stable and outcome == _NO_ROOM
-            for _ in range(10):
-                _sweep(problem, glued, count)
-            if before - _energy(problem, delta, glued, count) > patience:
+            for _ in range(tuning.SWEEPS_PAST_END):
+                _sweep(problem, cells)
+            if before - _energy(problem, delta, cells) > patience:
                 break
-    return before - _energy(problem, delta, glued, count), rounds, fine, stable
+    return Descent(before - _energy(problem, delta, cells), rounds, arrived, stable)
 
 
-@kernel
-def forget(problem, glued, count):
-    """Let go of the cells that are open beyond the law's range; return how many are left."""
-    k = 0
-    while k < count:
-        if glued.gap[k] > _FORGET * problem.law.range * root_of(k, problem, glued):
-            unglue(k, glued, count)
-            count -= 1
+@kernel(inner=True)
+def release_open(problem, cells):
+    """Release the cells that are open beyond the law's range."""
+    k = np.int64(0)  # not a literal, which would be compiled apart
+    while k < cells.count[0]:
+        if cells.gap[k] > tuning.RELEASE * problem.law.range * root_of(k, problem, cells):
+            release(k, cells)
         else:
             k += 1
-    return count
 
 
-@kernel
-def _energy(problem, delta, glued, count):
+@kernel(inner=True)
+def _energy(problem, delta, cells):
     """Return Π, nm²."""
-    total = elastic_energy(problem.separation, delta, glued, count)
-    for k in range(count):
-        total -= remaining_work(glued.gap[k], problem.law, root_of(k, problem, glued))
+    total = elastic_energy(problem.separation, delta, cells)
+    for k in range(cells.count[0]):
+        total -= remaining_work(cells.gap[k], problem.law, root_of(k, problem, cells))
     return total
 
 
-@kernel
-def _join(problem, delta, glued, count, everywhere):
-    """Glue the cells that interpenetrate, and those within the law's range that it acts on."""
-    separation, place, law = problem.separation, glued.place, problem.law
+@kernel(inner=True)
+def _join(problem, delta, cells, everywhere):
+    """Constrain the cells that interpenetrate, and those within the law's range that it acts on.
+
+    Returns the set and the energy, nm², that this freed.
+    """
+    joining, gaps = _joining(problem, delta, cells, everywhere)
+    gained = 0.0
+    for k in range(gaps.size):
+        if cells.count[0] < problem.max_cells:
+            i, j = joining[k, 0], joining[k, 1]
+            cells = with_room(cells)
+            root = _root_beside(i, j, problem, cells)
+            problem.roots[i, j] = root
+            constrain(i, j, gaps[k], problem.separation[i, j], cells, problem.coefficients)
+            gained += remaining_work(max(gaps[k], 0.0), problem.law, root)
+    return cells, gained
+
+
+@kernel(inner=True)
+def _joining(problem, delta, cells, everywhere):
+    """Return the cells (row, column) that are to join the set, and their gaps."""
+    separation, place, law = problem.separation, cells.place, problem.law
     reach = law.range if law.anywhere else 0.0
-    highest = _uplift(separation, delta, glued, count) + reach
+    highest = _uplift(separation, delta, cells) + reach
     nx, ny = separation.shape
-    cells, gaps, found = np.empty((nx * ny, 2), np.int64), np.empty(nx * ny), 0
+    joining, gaps, number = np.empty((nx * ny, 2), np.int64), np.empty(nx * ny), 0
     for i in range(1, nx - 1):
         for j in range(1, ny - 1):
             if place[i, j] != ABSENT or not separation[i, j] < np.inf:
@@ -137,107 +172,99 @@ def _join(problem, delta, glued, count, everywhere):
             beside = beside or place[i, j - 1] != ABSENT or place[i, j + 1] != ABSENT
             if not beside and not (everywhere and separation[i, j] - delta < highest):
                 continue
-            gap = separation[i, j] - delta + displacement_at(i, j, glued, count, problem.coefficients)
+            gap = separation[i, j] - delta + displacement_at(i, j, cells, problem.coefficients)
             if gap < (law.range if beside else reach):
-                cells[found], gaps[found], found = (i, j), gap, found + 1
-    gained = 0.0
-    for k in range(found):
-        if count < problem.max_cells:
-            i, j = cells[k]
-            glued = with_room(glued, count)
-            problem.roots[i, j] = _root_beside(i, j, problem, glued)
-            glue(i, j, gaps[k], separation[i, j], glued, count, problem.coefficients)
-            gained += remaining_work(max(gaps[k], 0.0), law, problem.roots[i, j])
-            count += 1
-    return glued, count, gained
+                joining[number, 0], joining[number, 1], gaps[number] = i, j, gap
+                number += 1
+    return joining[:number], gaps[:number]
 
 
-@kernel
-def _uplift(separation, delta, glued, count):
+@kernel(inner=True)
+def _uplift(separation, delta, cells):
     """Return the highest that the surface is drawn up, nm: nowhere higher than within the set."""
     highest = 0.0
-    for k in range(count):
-        highest = max(highest, separation[glued.row[k], glued.column[k]] - delta - glued.gap[k])
+    for k in range(cells.count[0]):
+        highest = max(highest, separation[cells.row[k], cells.column[k]] - delta - cells.gap[k])
     return highest
 
 
-@kernel
-def _root_beside(i, j, problem, glued):
-    """Return the root that a cell takes over from its neighbours, or that of a contact of one cell."""
+@kernel(inner=True)
+def _root_beside(i, j, problem, cells):
+    """Return the root of the factor on w that a cell takes over from its neighbours, or a lone cell's."""
     if problem.law.anywhere:
         return 1.0
     root = 0.0
     for a, b in ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)):
-        if glued.place[a, b] != ABSENT:
+        if cells.place[a, b] != ABSENT:
             root = max(root, problem.roots[a, b])
     return root if root > 0.0 else np.sqrt(toughness(np.sqrt(1.0 / np.pi)))
 
 
 @kernel
-def _sweep(problem, glued, count):
+def _sweep(problem, cells):
     """Balance every cell on its own in turn; return the largest traction that was out of balance, nm."""
     worst = 0.0
-    for k in range(count):
-        u, p, root = glued.gap[k], glued.pressure[k], root_of(k, problem, glued)
+    for k in range(cells.count[0]):
+        u, p, root = cells.gap[k], cells.pressure[k], root_of(k, problem, cells)
         if u != 0.0 or p < -root * problem.law.strength:
-            stiffness = glued.inverse[k, k]
+            stiffness = cells.inverse[k, k]
             change = balance(p, u, stiffness, problem.law, root) - u
             if change != 0.0:
                 worst = max(worst, abs(change) * stiffness)
-                open_cell(k, change, glued, count)
+                open_cell(k, change, cells)
     return worst
 
 
-@kernel
-def _newton(problem, delta, glued, count):
+@kernel(inner=True)
+def _newton(problem, delta, cells):
     """Balance all open cells together, if there is room for them and the state is not past its branch's end.
 
     The whole step where the energy falls with it, else up to the first cell that changes its regime, where it must.
     """
-    size = 0
-    for k in range(count):
-        if glued.gap[k] > 0.0:
+    size = np.int64(0)
+    for k in range(cells.count[0]):
+        if cells.gap[k] > 0.0:
             if size == problem.open.size:
                 return _NO_ROOM
             problem.open[size] = k
             size += 1
     for a in range(size):
         k = problem.open[a]
-        t, slope = traction(glued.gap[k], problem.law, root_of(k, problem, glued))
-        problem.step[a] = -(glued.pressure[k] + t)
+        t, slope = traction(cells.gap[k], problem.law, root_of(k, problem, cells))
+        problem.step[a] = -(cells.pressure[k] + t)
         for b in range(a + 1):
-            problem.matrix[a, b] = glued.inverse[k, problem.open[b]]
+            problem.matrix[a, b] = cells.inverse[k, problem.open[b]]
         problem.matrix[a, a] += slope
     if not _solve(problem.matrix, problem.step, size):
         return _PAST_END
-    part = _admissible(problem, glued, size)
+    part = _admissible(problem, cells, size)
     if part < 1.0:
-        gap, pressure = glued.gap[:count].copy(), glued.pressure[:count].copy()
-        before = _energy(problem, delta, glued, count)
-        _open_all(1.0, size, problem, glued, count)
-        if _energy(problem, delta, glued, count) < before:
+        saved = save(cells)
+        before = _energy(problem, delta, cells)
+        _open_all(1.0, size, problem, cells)
+        if _energy(problem, delta, cells) < before:
             return _DONE
-        glued.gap[:count], glued.pressure[:count] = gap, pressure
-    _open_all(part, size, problem, glued, count)
+        restore(saved, cells)
+    _open_all(part, size, problem, cells)
     return _DONE
 
 
-@kernel
-def _open_all(part, size, problem, glued, count):
+@kernel(inner=True)
+def _open_all(part, size, problem, cells):
     """Go a part of Newton's step; what would close beyond touching touches."""
     for a in range(size):
         k = problem.open[a]
         change = part * problem.step[a]
-        open_cell(k, -glued.gap[k] if glued.gap[k] + change < 1e-14 else change, glued, count)
+        open_cell(k, -cells.gap[k] if cells.gap[k] + change < 1e-14 else change, cells)
 
 
-@kernel
-def _admissible(problem, glued, size):
+@kernel(inner=True)
+def _admissible(problem, cells, size):
     """Return the part of Newton's step up to the first cell that closes or crosses the law's range."""
     part = 1.0
     for a in range(size):
         k, change = problem.open[a], problem.step[a]
-        u, root = glued.gap[k], root_of(k, problem, glued)
+        u, root = cells.gap[k], root_of(k, problem, cells)
         if u + change < 0.0:
             part = min(part, -u / change)
         for corner in (problem.law.range * root, problem.law.length * root):
@@ -246,7 +273,7 @@ def _admissible(problem, glued, size):
     return part
 
 
-@reducing_kernel
+@kernel(inner=True, reorder=True)
 def _solve(matrix, right, size):
     """Solve in place by Cholesky's factors of the lower triangle; False if it is not positive definite."""
     for a in range(size):

@@ -1,56 +1,41 @@
 """Adhesive contact of a rigid profile with a half space, followed through loading and retraction.
 
-On cells with undeformed separation S (nm), at a displacement δ, the state is a local minimum of the energy
+Given the undeformed separation S (nm) of cells and displacements δ (nm), sought are gaps u (nm) and pressures p. At
+each δ the state is a local minimum of the energy
 
     Π = ½ Σ p (δ − S + u) − Σ W(u),    p ≥ −t(0) where u = 0,   p = −t(u) where u > 0,   u ≥ 0,
 
-u the gap and W the work still needed to open it (``cohesion``). Displacement moves in small steps, and from each state
-the next is found downhill (``equilibrium``): so the path follows a branch to its end and then jumps, as a body held by
-a stiff device does. A step frees energy at fixed displacement; as far as that is more than the half ΔF Δδ by which a
-smooth branch curves away from its tangent, it is dissipated. Where the law is the Griffith limit's, the
-front's neighbours join when their gap closes to the law's (mesh-sized) range, any other cell only when it touches.
+W the work still needed to open a cell and t its traction (``cohesive_laws``). The displacement moves in small steps,
+and from each state the next is found downhill (``equilibrium``): so the path follows a branch of equilibria to its end
+and then jumps, as a body held by a stiff device does. A step frees energy at fixed displacement; what exceeds the
+½ ΔF Δδ by which a smooth branch curves away from its tangent is dissipated. In the Griffith limit the neighbours of
+constrained cells join when their gap closes to the law's (mesh-sized) range, any other cell only when it touches.
 
-What a path passes between two states must not matter. On retraction a step is halved where it ran past the end of a
-branch, so that each jump begins where it is due, and where it may have passed a larger pull than it shows: the pull
-grows no faster than with all gaps held, nor, on a branch whose cells open one after the other, than in the step before.
+On retraction a step is halved where it ran past the end of a branch, so that each jump begins where it is due, and
+where a larger pull may lie between two states. The bound: in a step back the pull grows no faster than with all gaps
+held, nor, on a branch whose cells open one after the other, than in the step before.
 
-Unit cells and unit modulus, as in ``glued``.
+Source: own; the criterion of Griffith (1921) on a mesh as in Pohrt & Popov (2015). Unit cells and unit modulus, as in
+``constrained_cells``: forces and pressures in nm, energies in nm².
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from ..halfspace.products import coefficients_for
 from ..jit import kernel
+from . import tuning
 from .cohesive_laws import line_energy, remaining_work, toughness
-from .constrained_cells import approach, elastic_energy, nothing_glued
-from .contact_patches import contacts
-from .equilibrium import Problem, descend, forget, root_of, settle
+from .constrained_cells import approach, elastic_energy, force, no_cells, restore, save
+from .contact_patches import contact_patches
+from .equilibrium import Descent, Problem, descend, release_open, root_of, settle
 
 #: How a path ended.
 CONVERGED, NOT_FINITE, CELL_LIMIT = range(3)
 
-#: What is kept of a state.
+#: Columns of what is kept of a state.
 DELTA, FORCE, AREA, ENERGY, DISSIPATED, CONTACTS, RESOLUTION, ITERATIONS, OK, ASKED = range(10)
-
-#: A step past the end of a branch that frees more than this many cells' w is halved.
-_JUMP = 0.02
-
-#: How much of the largest pull may be missed between two states, and by how much of it the pull may at most grow in the
-#: shortest step.
-_MISSED, _SHORTEST = 0.003, 0.002
-
-#: No step is halved that is shorter than this part of the longest.
-_LEAST_STEP = 1e-4
-
-#: A state is found again while the root of a cell's factor on w changes by more than this, at most so often.
-_ALIKE, _TURNS, _FREE = 1e-3, 60, 20
-
-#: Contacts with a smaller part of the whole tension than this do not count for the resolution.
-_SHARE = 0.1
-
-#: Cells that Newton's method balances together at most: their matrix takes 46 MB. More are balanced one by one.
-_NEWTON_CELLS = 2400
 
 
 class Path(NamedTuple):
@@ -59,12 +44,10 @@ class Path(NamedTuple):
     states: np.ndarray  # (state, DELTA … ASKED)
     turn: int  # first state of the retraction
     status: int
-    pressures: (
-        np.ndarray
-    )  # (2 deltas or 0, nx, ny) p dx/E*, nm, at the states asked for in order; NaN where not reached
+    pressures: np.ndarray  # (2 deltas or 0, nx, ny) p dx/E*, nm, at the states asked for; NaN where not reached
 
 
-def follow(separation, deltas, step, coefficients, law, w, *, tolerance, max_iterations, max_cells, fields=False):
+def follow(separation, deltas, step, law, w, *, tolerance, max_iterations, max_cells, fields=False):
     """Follow the contact up to the last of ascending ``deltas`` (nm), back through them and on until it is lost.
 
     Parameters
@@ -75,9 +58,7 @@ def follow(separation, deltas, step, coefficients, law, w, *, tolerance, max_ite
         Displacements at which states are asked for, nm, ascending.
     step : float
         Longest step between two states, nm.
-    coefficients : (≥ nx, ≥ ny) array
-        Love's.
-    law : cohesion.Law
+    law : CohesiveLaw
     w : float
         Work of adhesion, nm² (w dx/E*).
     tolerance, max_iterations, max_cells : float, int, int
@@ -91,10 +72,10 @@ def follow(separation, deltas, step, coefficients, law, w, *, tolerance, max_ite
     """
     padded = np.pad(np.where(np.isfinite(separation), separation, np.inf), 1, constant_values=np.inf)
     pressures = np.full((2 * len(deltas) if fields else 0, *padded.shape), np.nan)
-    room = min(max_cells, _NEWTON_CELLS)
+    room = min(max_cells, tuning.NEWTON_CELLS)
     problem = Problem(
         separation=padded,
-        coefficients=coefficients,
+        coefficients=coefficients_for(padded.shape),
         law=law,
         w=w,
         tolerance=tolerance,
@@ -105,202 +86,278 @@ def follow(separation, deltas, step, coefficients, law, w, *, tolerance, max_ite
         matrix=np.zeros((room, room)),
         step=np.zeros(room),
     )
-    states, turn, status = _follow(problem, deltas, step, pressures)
-    return Path(states, turn, status, pressures[:, 1:-1, 1:-1])
+    deltas = np.ascontiguousarray(deltas, dtype=float)
+    there, back = pressures[: len(pressures) // 2], pressures[len(pressures) // 2 :]
+    loading, cells = _load(problem, deltas, float(step), there)
+    retraction, status = _retract(problem, deltas, float(step), cells, loading[-1, DISSIPATED], back)
+    return Path(np.vstack([loading, retraction]), len(loading), status, pressures[:, 1:-1, 1:-1])
+
+
+class _State(NamedTuple):
+    """What is kept of a state, in the order of the columns."""
+
+    delta: float
+    force: float
+    area: float
+    energy: float
+    dissipated: float
+    contacts: int
+    resolution: float
+    iterations: int
+    ok: bool
+    asked: bool
+
+
+class _Trial(NamedTuple):
+    """A step back that was tried."""
+
+    accepted: bool
+    way: Descent
+    before: float  # force, nm, ahead of the step
+    held: float  # and after it with all gaps held
+    after: float
+
+
+@kernel(inner=True)
+def _table(states):
+    """Return states as rows."""
+    table = np.empty((len(states), ASKED + 1))
+    for k in range(len(states)):
+        s, row = states[k], table[k]
+        row[DELTA], row[FORCE], row[AREA], row[ENERGY], row[DISSIPATED] = (
+            s.delta,
+            s.force,
+            s.area,
+            s.energy,
+            s.dissipated,
+        )
+        row[CONTACTS], row[RESOLUTION], row[ITERATIONS] = s.contacts, s.resolution, s.iterations
+        row[OK], row[ASKED] = s.ok, s.asked
+    return table
+
+
+@kernel(inner=True)
+def _no_states():
+    """Return an empty list that knows what it is to hold."""
+    zero, no = np.int64(0), np.bool_(False)
+    states = [_State(0.0, 0.0, 0.0, 0.0, 0.0, zero, 0.0, zero, no, no)]
+    states.pop()
+    return states
+
+
+@kernel(inner=True)
+def _unmoved():
+    """Return the descent of a state from which nothing has moved."""
+    return Descent(0.0, np.int64(0), np.bool_(True), np.bool_(True))
 
 
 @kernel
-def _follow(problem, deltas, step, pressures):
-    """Return (states, the first of the retraction, status)."""
-    states, kept = np.zeros((1024, 10)), 0
-    glued, count, dissipated = nothing_glued(problem.separation.shape), 0, 0.0
+def _load(problem, deltas, step, pressures):
+    """Come together through ascending displacements, from the first at which anything can pull; (states, cells)."""
+    cells, states = no_cells(problem.separation.shape), _no_states()
     first = problem.separation.min() - problem.law.range
     delta = min(deltas[0], first)
     for target in deltas:
         if delta == target:
-            states, kept = _keep(states, kept, delta, dissipated, problem, glued, count, 0, True, True, pressures)
-        while delta < target and count < problem.max_cells:
-            change = min(max(step, first - delta) if count == 0 else step, target - delta)
+            _keep(states, delta, 0.0, problem, cells, _unmoved(), np.bool_(True), pressures)
+        while delta < target and cells.count[0] < problem.max_cells:
+            change = min(max(step, first - delta) if cells.count[0] == 0 else step, target - delta)
             delta = target if target - delta - change < 1e-9 * step else delta + change
-            approach(change, glued, count)
-            held = _force(glued, count)
-            glued, count, freed, rounds, fine = _rest(problem, delta, glued, count)
-            dissipated += freed - 0.5 * (held - _force(glued, count)) * change
-            states, kept = _keep(
-                states, kept, delta, dissipated, problem, glued, count, rounds, fine, delta == target, pressures
-            )
-    turn = kept
-    if count >= problem.max_cells:
-        return states[:kept], turn, CELL_LIMIT
-    states, kept = _keep(states, kept, delta, dissipated, problem, glued, count, 0, True, True, pressures)
-    states, kept, status = _retract(problem, deltas, step, glued, count, dissipated, states, kept, pressures)
-    return states[:kept], turn, status
+            approach(change, cells)
+            held = force(cells)
+            cells, way = _rest(problem, delta, cells)
+            dissipated = way.freed - 0.5 * (held - force(cells)) * change
+            _keep(states, delta, dissipated, problem, cells, way, delta == target, pressures)
+    return _table(states), cells
 
 
 @kernel
-def _retract(problem, deltas, step, glued, count, dissipated, states, kept, pressures):
-    """Go back through the displacements asked for, then on until nothing holds."""
-    delta, k, change, largest, slope = deltas[-1], deltas.size - 2, step, 0.0, np.inf
-    while k >= 0 or count > 0:
+def _retract(problem, deltas, step, cells, dissipated, pressures):
+    """Go back through the displacements asked for, then on until nothing holds; return states and how that ended."""
+    delta, k, length, largest, slope, states = deltas[-1], deltas.size - 2, step, 0.0, np.inf, _no_states()
+    if cells.count[0] < problem.max_cells:
+        _keep(states, delta, dissipated, problem, cells, _unmoved(), np.bool_(True), pressures)
+    while (k >= 0 or cells.count[0] > 0) and cells.count[0] < problem.max_cells:
         target = deltas[k] if k >= 0 else -np.inf
-        if count == 0:
+        if cells.count[0] == 0:
             delta, k = target, k - 1
-            states, kept = _keep(states, kept, delta, dissipated, problem, glued, count, 0, True, True, pressures)
+            _keep(states, delta, 0.0, problem, cells, _unmoved(), np.bool_(True), pressures)
             continue
-        gap, pressure = glued.gap[:count].copy(), glued.pressure[:count].copy()
-        before = _force(glued, count)
-        if not np.isfinite(before):
-            return states, kept, NOT_FINITE
-        largest = max(largest, -before)
-        back = min(change, delta - target)
-        approach(-back, glued, count)
-        held = _force(glued, count)
-        may_halve = back > _LEAST_STEP * step and before - held > _SHORTEST * max(largest, abs(before))
-        patience = _JUMP * problem.w if may_halve else np.inf
-        freed, rounds, fine, stable = descend(problem, delta - back, glued, count, patience)
-        jumped = freed > patience and not stable
-        bound = min((before - held) / back, slope) * back - before  # the largest pull that the step may pass
-        missed = bound > (1.0 + _MISSED) * max(largest, -_force(glued, count))
-        if jumped or (missed and may_halve):
-            glued.gap[:count], glued.pressure[:count] = gap, pressure
-            change = 0.5 * back
+        if not np.isfinite(force(cells)):
+            return _table(states), NOT_FINITE
+        back = min(length, delta - target)
+        largest = max(largest, -force(cells))
+        trial = _step_back(problem, delta, back, back > tuning.LEAST_STEP * step, largest, slope, cells)
+        if not trial.accepted:
+            length = 0.5 * back
             continue
-        if back == change or not stable:  # a step cut short by its target says little
-            slope = (before - _force(glued, count)) / back if stable else np.inf
+        if back == length or not trial.way.stable:  # a step cut short by its target says little
+            slope = (trial.before - trial.after) / back if trial.way.stable else np.inf
         delta = target if delta - back - target < 1e-9 * step else delta - back
-        glued, count, more, others, good = _rest(problem, delta, glued, count)
-        dissipated += freed + more + 0.5 * (held - _force(glued, count)) * back
-        asked = delta == target
-        states, kept = _keep(
-            states, kept, delta, dissipated, problem, glued, count, rounds + others, fine and good, asked, pressures
+        cells, rest = _rest(problem, delta, cells)
+        way = Descent(
+            trial.way.freed + rest.freed,
+            trial.way.rounds + rest.rounds,
+            trial.way.arrived and rest.arrived,
+            trial.way.stable,
         )
-        k, change = k - asked, min(step, 2.0 * back) if back == change else change
-        if count >= problem.max_cells:
-            return states, kept, CELL_LIMIT
-    return states, kept, CONVERGED
+        asked = delta == target
+        dissipated = way.freed + 0.5 * (trial.held - force(cells)) * back
+        _keep(states, delta, dissipated, problem, cells, way, asked, pressures)
+        k, length = k - asked, min(step, 2.0 * back) if back == length else length
+    return _table(states), CONVERGED if cells.count[0] < problem.max_cells else CELL_LIMIT
 
 
-@kernel
-def _rest(problem, delta, glued, count):
-    """Come to rest, and again while that changes how tough the fronts are; return as ``settle`` does.
+@kernel(inner=True)
+def _step_back(problem, delta, back, long_enough, largest, slope, cells):
+    """Try a step back and go downhill; where it went too far, undo it and say so.
 
-    Where contacts are about to merge, tough as one and tough as two may each lead to the other: after ``_FREE`` turns
-    toughness changes by less and less of what it should, and ends in between.
+    It went too far if it jumped from beyond the end of a branch, or if a pull larger than the ``largest`` so far may
+    lie within it; ``slope`` is that of the force in the step before.
     """
-    before = 0.0 if problem.law.anywhere else _whole_energy(problem, delta, glued, count)
-    glued, count, freed, rounds, fine = settle(problem, delta, glued, count)
-    count = forget(problem, glued, count)
-    for turn in range(_TURNS):
-        part = 1.0 / max(turn - _FREE, 1)
-        if count >= problem.max_cells or _toughen(problem, glued, count, part) < _ALIKE:
-            return glued, count, freed, rounds, fine
-        glued, count, _, done, fine = settle(problem, delta, glued, count)
-        count, rounds = forget(problem, glued, count), rounds + done
-        freed = before - _whole_energy(problem, delta, glued, count)  # fronts that grew tougher on the way freed more
-    return glued, count, freed, rounds, fine
+    saved, before = save(cells), force(cells)
+    approach(-back, cells)
+    held = force(cells)
+    may_halve = long_enough and before - held > tuning.LEAST_GROWTH * max(largest, abs(before))
+    patience = tuning.JUMP * problem.w if may_halve else np.inf
+    way = descend(problem, delta - back, cells, patience)
+    jumped = way.freed > patience and not way.stable
+    after = force(cells)
+    bound = min((before - held) / back, slope) * back - before  # the largest pull that the step may pass
+    missed = bound > (1.0 + tuning.MISSED) * max(largest, -after)
+    accepted = not (jumped or (missed and may_halve))
+    if not accepted:
+        restore(saved, cells)
+    return _Trial(accepted, way, before, held, after)
 
 
-@kernel
-def _force(glued, count):
-    """Return the force, nm, positive where it presses."""
-    total = 0.0
-    for k in range(count):
-        total += glued.pressure[k]
-    return total
+@kernel(inner=True)
+def _rest(problem, delta, cells):
+    """Come to rest, and again while that changes the toughness of the outlines; return as ``settle`` does.
+
+    Where two patches are about to merge, the toughness of one outline may lead to two patches and that of two to one:
+    after ``UNDAMPED_UPDATES`` it changes by less and less of what it should, and ends in between.
+    """
+    before = 0.0 if problem.law.anywhere else _whole_energy(problem, delta, cells)
+    cells, way = settle(problem, delta, cells)
+    release_open(problem, cells)
+    freed, rounds, updates = way.freed, way.rounds, 0
+    while updates < tuning.MOST_UPDATES and cells.count[0] < problem.max_cells:
+        part = 1.0 / max(updates - tuning.UNDAMPED_UPDATES, 1)
+        if _toughen(problem, cells, part) < tuning.SAME_ROOT:
+            break
+        cells, way = settle(problem, delta, cells)
+        release_open(problem, cells)
+        updates, rounds = updates + 1, rounds + way.rounds
+        freed = before - _whole_energy(problem, delta, cells)  # outlines that grew tougher on the way freed more
+    return cells, Descent(freed, rounds, way.arrived, way.stable)
 
 
-@kernel
-def _toughen(problem, glued, count, part):
-    """Bring each cell's factor on w a part of the way to what the curvature of its contact's outline makes it.
+@kernel(inner=True)
+def _toughen(problem, cells, part):
+    """Bring each cell's factor on w a part of the way to what the curvature of its patch's outline makes it.
 
-    Return by how much its root changed at most. Only fronts of the mesh's own making need it.
+    Return by how much its root changed at most. Laws of finite range need none of this.
     """
     most = 0.0
-    if not problem.law.anywhere and count > 0:
-        found = contacts(_closed(problem, glued, count), glued, count)
-        for k in range(count):
-            change = part * (np.sqrt(toughness(found.radius[found.of[k]])) - root_of(k, problem, glued))
+    if not problem.law.anywhere and cells.count[0] > 0:
+        patches = contact_patches(_closed(problem, cells), cells)
+        for k in range(cells.count[0]):
+            change = part * (np.sqrt(toughness(patches.radius[patches.of[k]])) - root_of(k, problem, cells))
             most = max(most, abs(change))
-            problem.roots[glued.row[k], glued.column[k]] += change
+            problem.roots[cells.row[k], cells.column[k]] += change
     return most
 
 
-@kernel
-def _closed(problem, glued, count):
+@kernel(inner=True)
+def _closed(problem, cells):
     """Return the part of each cell that is closed: of the work of opening it, what is still needed."""
-    closed = np.ones(count)
-    for k in range(count):
-        if glued.gap[k] > 0.0:
-            root = root_of(k, problem, glued)
-            left = remaining_work(glued.gap[k], problem.law, root) if problem.w > 0.0 else 0.0
+    closed = np.ones(cells.count[0])
+    for k in range(cells.count[0]):
+        if cells.gap[k] > 0.0:
+            root = root_of(k, problem, cells)
+            left = remaining_work(cells.gap[k], problem.law, root) if problem.w > 0.0 else 0.0
             closed[k] = left / (problem.w * root**2) if left > 0.0 else 0.0
     return closed
 
 
-@kernel
-def _keep(states, kept, delta, dissipated, problem, glued, count, rounds, fine, asked, pressures):
-    """Write one state down."""
-    if kept == states.shape[0]:
-        longer = np.zeros((2 * kept, states.shape[1]))
-        longer[:kept] = states
-        states = longer
-    closed = _closed(problem, glued, count)
-    found = contacts(closed, glued, count)
-    state = states[kept]
-    state[DELTA], state[DISSIPATED], state[ITERATIONS] = delta, dissipated, rounds
-    state[OK], state[ASKED] = fine, asked
-    state[FORCE] = _force(glued, count)
-    state[AREA] = _area(problem, glued, closed)
-    state[ENERGY] = elastic_energy(problem.separation, delta, glued, count) + _adhesion(problem, closed, found)
-    state[CONTACTS], state[RESOLUTION] = found.cores, _resolution(found, glued, count)
+@kernel(inner=True)
+def _keep(states, delta, dissipated, problem, cells, way, asked, pressures):
+    """Write one state down; ``dissipated`` is what the step to it has."""
+    closed = _closed(problem, cells)
+    patches = contact_patches(closed, cells)
+    before = states[-1].dissipated if len(states) > 0 else 0.0
+    energy = elastic_energy(problem.separation, delta, cells) + _adhesion(problem, closed, patches)
+    state = _State(
+        delta,
+        force(cells),
+        _area(problem, cells, closed),
+        energy,
+        before + dissipated,
+        patches.cores,
+        _resolution(patches, cells),
+        way.rounds,
+        way.arrived,
+        asked,
+    )
     if asked and pressures.shape[0] > 0:
-        _keep_pressure(pressures[int(states[:kept, ASKED].sum())], glued, count)
-    return states, kept + 1
+        _keep_pressure(pressures[_number_asked(states)], cells)
+    states.append(state)
 
 
-@kernel
-def _area(problem, glued, closed):
-    """Return the cells in contact; in the Griffith limit the front runs through cells."""
+@kernel(inner=True)
+def _number_asked(states):
+    number = 0
+    for k in range(len(states)):
+        number += 1 if states[k].asked else 0
+    return number
+
+
+@kernel(inner=True)
+def _area(problem, cells, closed):
+    """Return the cells in contact; in the Griffith limit the outline runs through cells."""
     area = 0.0
     for k in range(closed.size):
-        if glued.gap[k] <= 0.0 or not problem.law.anywhere:
+        if cells.gap[k] <= 0.0 or not problem.law.anywhere:
             area += closed[k]
     return area
 
 
-@kernel
-def _whole_energy(problem, delta, glued, count):
+@kernel(inner=True)
+def _whole_energy(problem, delta, cells):
     """Return the energy, nm²: elastic and of adhesion."""
-    closed = _closed(problem, glued, count)
-    adhesion = _adhesion(problem, closed, contacts(closed, glued, count))
-    return elastic_energy(problem.separation, delta, glued, count) + adhesion
+    closed = _closed(problem, cells)
+    adhesion = _adhesion(problem, closed, contact_patches(closed, cells))
+    return elastic_energy(problem.separation, delta, cells) + adhesion
 
 
-@kernel
-def _adhesion(problem, closed, found):
+@kernel(inner=True)
+def _adhesion(problem, closed, patches):
     """Return the energy of adhesion, nm²: of all cells, less what the lines around them take."""
     energy = -problem.w * np.sum(closed)
     if not problem.law.anywhere:
-        for c in range(found.cells.size):
-            energy += problem.w * line_energy(found.cells[c], found.radius[c])
+        for c in range(patches.area.size):
+            energy += problem.w * line_energy(patches.area[c], patches.radius[c])
     return energy
 
 
-@kernel
-def _resolution(found, glued, count):
+@kernel(inner=True)
+def _resolution(patches, cells):
     """Return the radius in cells of the smallest contact that bears enough of the tension to matter."""
-    pulls = np.zeros(found.cells.size)
-    for k in range(count):
-        pulls[found.of[k]] += max(-glued.pressure[k], 0.0)
-    smallest = np.inf
+    pulls = np.zeros(patches.area.size)
+    for k in range(cells.count[0]):
+        pulls[patches.of[k]] += max(-cells.pressure[k], 0.0)
+    smallest, whole = np.inf, pulls.sum()
     for c in range(pulls.size):
-        if pulls[c] >= _SHARE * pulls.sum():
-            smallest = min(smallest, np.sqrt(found.cells[c] / np.pi))
+        if pulls[c] >= tuning.BEARING_SHARE * whole:
+            smallest = min(smallest, np.sqrt(patches.area[c] / np.pi))
     return smallest if pulls.size > 0 else np.nan
 
 
-@kernel
-def _keep_pressure(pressure, glued, count):
-    pressure[:] = 0.0
-    for k in range(count):
-        pressure[glued.row[k], glued.column[k]] = glued.pressure[k]
+@kernel(inner=True)
+def _keep_pressure(pressure, cells):
+    for i in range(pressure.shape[0]):
+        for j in range(pressure.shape[1]):
+            pressure[i, j] = 0.0
+    for k in range(cells.count[0]):
+        pressure[cells.row[k], cells.column[k]] = cells.pressure[k]

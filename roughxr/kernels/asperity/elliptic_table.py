@@ -28,7 +28,7 @@ from roughxr.kernels.jit import kernel
 
 LARGEST_RATIO = 1e4
 FILE = Path(__file__).with_name("elliptic_table.npz")
-_CELLS_ACROSS, _CELLS_ALONG = 20, 48
+_CELLS_ACROSS, CELLS_ALONG = 20, 48
 _PER_LOG = _CELLS_ACROSS / log(LARGEST_RATIO)
 _SIXTH = 1.0 / 6.0  # a product is quicker than a quotient
 
@@ -36,7 +36,7 @@ _SIXTH = 1.0 / 6.0  # a product is quicker than a quotient
 class Table(NamedTuple):
     """Spline coefficients of one formulation."""
 
-    branch: np.ndarray  # (across, along, 3): P*/(1+q)³, a*/(1+q), b*/(λ(1+q))
+    spline: np.ndarray  # (across, along, 3): P*/(1+q)³, a*/(1+q), b*/(λ(1+q))
     marks: np.ndarray  # (across, 5): δ*_end; P*, a*, b*/λ, δ* at the largest tension
 
 
@@ -56,6 +56,12 @@ def spline_weights(t):
 
 
 @kernel
+def spline_value(w, c0, c1, c2, c3):
+    """The spline with coefficients c0 … c3 around a cell, at the place of the weights ``w``."""
+    return w[0] * c0 + w[1] * c1 + w[2] * c2 + w[3] * c3
+
+
+@kernel
 def row_of(ratio):
     """The place across the table of a paraboloid of B/A = ``ratio``, in cells."""
     return min(_PER_LOG * log(ratio), float(_CELLS_ACROSS))
@@ -65,26 +71,40 @@ def row_of(ratio):
 def mark(marks, row, column):
     """One column of ``marks`` at the place ``row``."""
     i = min(int(row), marks.shape[0] - 4)
-    w0, w1, w2, w3 = spline_weights(row - i)
-    near = marks[i : i + 4, column]
-    return w0 * near[0] + w1 * near[1] + w2 * near[2] + w3 * near[3]
+    w = spline_weights(row - i)
+    return spline_value(w, marks[i, column], marks[i + 1, column], marks[i + 2, column], marks[i + 3, column])
 
 
 @kernel
-def lookup(coefficients, row, above_end):
+def across(spline, row, j, column):
+    """One coefficient along the branch, for the asperity at the place ``row``."""
+    i = min(int(row), spline.shape[0] - 4)
+    w = spline_weights(row - i)
+    return spline_value(
+        w, spline[i, j, column], spline[i + 1, j, column], spline[i + 2, j, column], spline[i + 3, j, column]
+    )
+
+
+@kernel
+def lookup(spline, row, above_end):
     """(P*, a*, b*/λ) at the displacement δ* − δ*_end = ``above_end`` ≥ 0 of the stable branch."""
     size = 1.0 + sqrt(above_end)
-    along = _CELLS_ALONG / sqrt(size)
-    i, j = min(int(row), coefficients.shape[0] - 4), min(int(along), _CELLS_ALONG - 1)
-    across_weights, along_weights = spline_weights(row - i), spline_weights(along - j)
-    P = a = b = 0.0
-    for m in range(4):
-        for n in range(4):
-            weight = across_weights[m] * along_weights[n]
-            P += weight * coefficients[i + m, j + n, 0]
-            a += weight * coefficients[i + m, j + n, 1]
-            b += weight * coefficients[i + m, j + n, 2]
+    along = CELLS_ALONG / sqrt(size)
+    j = min(int(along), CELLS_ALONG - 1)
+    w = spline_weights(along - j)
+    P, a, b = _along(spline, row, j, 0, w), _along(spline, row, j, 1, w), _along(spline, row, j, 2, w)
     return P * size * size * size, a * size, b * size
+
+
+@kernel
+def _along(spline, row, j, column, w):
+    return spline_value(
+        w,
+        across(spline, row, j, column),
+        across(spline, row, j + 1, column),
+        across(spline, row, j + 2, column),
+        across(spline, row, j + 3, column),
+    )
 
 
 @cache
@@ -129,19 +149,20 @@ def _elliptic_row(formulation, ratio, z):
 
 def compute(formulation):
     """The table of a formulation, from direct solutions."""
-    z = _sites(_CELLS_ALONG)[1:] / _CELLS_ALONG
+    z = _sites(CELLS_ALONG)[1:] / CELLS_ALONG
     ratios = np.exp(_sites(_CELLS_ACROSS)[1:] / _PER_LOG)
     rows, marks = zip(_sphere_row(z), *(_elliptic_row(formulation, ratio, z) for ratio in ratios))
     samples = np.concatenate([np.ones((len(rows), 1, 3)), np.array(rows)], axis=1)  # Hertz at z = 0
     across = _fit(samples, _CELLS_ACROSS)
-    both = _fit(across.swapaxes(0, 1), _CELLS_ALONG).swapaxes(0, 1)
+    both = _fit(across.swapaxes(0, 1), CELLS_ALONG).swapaxes(0, 1)
     return Table(np.ascontiguousarray(both), _fit(np.array(marks), _CELLS_ACROSS))
 
 
 def write(file=FILE):
     """Compute all tables and store them."""
     tables = {name: compute(name) for name in FORMULATIONS}
-    arrays = {f"{name}_{field}": getattr(t, field) for name, t in tables.items() for field in Table._fields}
+    arrays = {f"{name}_branch": t.spline for name, t in tables.items()}
+    arrays |= {f"{name}_marks": t.marks for name, t in tables.items()}
     np.savez_compressed(file, **arrays)
 
 

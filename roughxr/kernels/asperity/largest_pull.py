@@ -16,10 +16,10 @@ since an asperity at the end of its branch pulls. So
 
   A and S being the loads and slopes at L of the branches that rise there, and −Cᵢ and 0 of those that still fall.
 
-The walk goes from one beginning to the next, searches where the minimum can lie below the least found so far, and
-skips what the line proves to lie above it. It ends when the line proves that for every larger displacement. Of the
-asperities too far away to have been looked at, the line subtracts all adhesion within the square that the sphere can
-reach, a sum known beforehand (``Cells.adhesion``); where that does not suffice, more of them are looked at.
+The search goes from one beginning to the next, searches where the minimum can lie below the least found so far, and
+skips intervals that the line proves to lie above it. It ends when the line proves that for every larger displacement.
+Of the asperities too far away to have been considered, the line subtracts all adhesion within the square that the
+sphere can reach, a sum known beforehand (``Cells.adhesion``); where that does not suffice, more are considered.
 
 oᵢ      ``offset``, how far the sphere must come down to reach vertex i, nm;  tᵢ  ``onset``, nm
 L, δ    displacements from the datum, nm
@@ -37,8 +37,8 @@ from .force_curves import LENGTH, P, closed_force, collapse, line_force
 from .superposition import Field
 
 #: Results per centre: the least force nN (0 where nothing pulls), its displacement nm (NaN there), the displacement
-#: nm of the first touch of a vertex, how many asperities hold on there, how many of them stand at the scan's edge,
-#: and how often one asperity's load was needed to find this.
+#: nm of the first touch of a vertex, how many asperities are in contact there, how many of them stand at the scan's
+#: edge, and how often one asperity's load was needed to find this.
 FORCE, DELTA, FIRST_TOUCH, CONTACTS, AT_EDGE, EVALUATIONS = range(6)
 
 #: The tables' own error: by such a part an asperity's least load may lie below its mark.
@@ -53,10 +53,10 @@ _MOST_STEPS = 100
 _SMALL_Q = 1e-5
 _FOLD = 0.01
 
-#: The disc that is looked at first holds about so many asperities; then ever more.
-_FIRST_LOOK = 200
+#: The disc that is considered first holds about so many asperities; then ever more.
+_FIRST_DISC = 200
 _GROWTH = 1.5
-_MOST_LOOKS = 60
+_MOST_DISCS = 60
 
 
 class Cells(NamedTuple):
@@ -69,14 +69,14 @@ class Cells(NamedTuple):
     adhesion: np.ndarray  # (nx + 1, ny + 1): ΣC over all cells before, along both axes, nN
 
 
-class Forest(NamedTuple):
+class AsperityGrid(NamedTuple):
     """The asperities of a scan in cells, each with its largest pull."""
 
     field: Field
     adhesion: np.ndarray  # (asperity,): Cᵢ, nN
     highest: float  # least of depth + end of branch, nm: the sphere touches nothing before S₀ gets below δ − this
     cells: Cells
-    first_reach: float  # displacement up to which asperities are looked at first, nm
+    first_reach: float  # displacement up to which asperities are considered first, nm
 
 
 class Near(NamedTuple):
@@ -105,20 +105,20 @@ class Least(NamedTuple):
     delta: float
 
 
-def plant(field, law, radius, profile):
-    """Return the asperities of ``field`` as a ``Forest``, for the sphere and the law that they are to meet."""
+def build_grid(field, law, radius, profile):
+    """Return the asperities of ``field`` as a ``AsperityGrid``, for the sphere and the law that they are to meet."""
     field = _selected(field, field.scales.end < 0)  # where nothing adheres, nothing pulls
-    least = np.full(field.x.size, -1.0) if law.branch.size == 0 else _marks(law.marks, field.scales.row)
+    least = np.full(field.x.size, -1.0) if law.spline.size == 0 else _marks(law.marks, field.scales.row)
     adhesion = -least * field.scales.P * (1 + _TABLE_ERROR)
     cells, order = _cells(field, adhesion)
     field = _selected(field, order)
     if field.x.size == 0:
-        return Forest(field, adhesion, 0.0, cells, 1.0)
+        return AsperityGrid(field, adhesion, 0.0, cells, 1.0)
     highest = (field.depth + field.scales.end * field.scales.delta).min()
     area = cells.first.shape[0] * (cells.first.shape[1] - 1) * cells.side**2
-    r2 = min(area * _FIRST_LOOK / (np.pi * field.x.size), 0.25 * radius * radius)
+    r2 = min(area * _FIRST_DISC / (np.pi * field.x.size), 0.25 * radius * radius)
     reach = max(profile_height(r2, radius, profile), np.median(field.scales.delta))
-    return Forest(field, adhesion[order], float(highest), cells, float(highest + reach))
+    return AsperityGrid(field, adhesion[order], float(highest), cells, float(highest + reach))
 
 
 def _selected(field, which):
@@ -153,51 +153,51 @@ def _cells(field, adhesion, per_cell=4.0):
 
 
 @kernel
-def pull_offs(x, y, forest, table, radius, profile):
+def pull_offs(x, y, grid, table, radius, profile):
     """Return (centre, 6), ``FORCE`` … ``EVALUATIONS``, for the axis of the sphere at each (x, y)."""
     out = np.empty((x.size, 6))
     for k in range(x.size):
-        least, near, evaluations = pull_off(x[k], y[k], forest, table, radius, profile)
+        least, near, evaluations = pull_off(x[k], y[k], grid, table, radius, profile)
         out[k, FORCE], out[k, DELTA] = least.F, least.delta
         out[k, FIRST_TOUCH] = near.offset.min() if near.offset.size else np.nan
-        out[k, CONTACTS], out[k, AT_EDGE] = _held(least.delta, near, forest)
+        out[k, CONTACTS], out[k, AT_EDGE] = _held(least.delta, near, grid)
         out[k, EVALUATIONS] = evaluations
     return out
 
 
 @kernel
-def pull_off(x, y, forest, table, radius, profile):
+def pull_off(x, y, grid, table, radius, profile):
     """Return the ``Least`` force at (x, y), the asperities ``Near`` it, and how many loads were needed."""
-    reach, least, evaluations = forest.first_reach, Least(0.0, np.nan), 0
-    near = look(x, y, reach, forest, table, radius, profile)
-    for _ in range(_MOST_LOOKS):
-        least, glance = walk(near, reach, least, 1, forest)  # a good guess saves most of the searches
-        least, count = walk(near, reach, least, _MOST_STEPS, forest)
-        total = total_force(reach, near.onset.size, near, forest)
-        evaluations += glance + count + near.onset.size
-        if _proved(x, y, reach, total, near, least, forest, radius, profile):
+    reach, least, evaluations = grid.first_reach, Least(0.0, np.nan), 0
+    near = nearby(x, y, reach, grid, table, radius, profile)
+    for _ in range(_MOST_DISCS):
+        least, rough = least_up_to(near, reach, least, 1, grid)  # a good guess saves most of the searches
+        least, count = least_up_to(near, reach, least, _MOST_STEPS, grid)
+        total = total_force(reach, near.onset.size, near, grid)
+        evaluations += rough + count + near.onset.size
+        if _proved(x, y, reach, total, near, least, grid, radius, profile):
             break
-        reach = forest.highest + _GROWTH * (reach - forest.highest)
-        near = look(x, y, reach, forest, table, radius, profile)
+        reach = grid.highest + _GROWTH * (reach - grid.highest)
+        near = nearby(x, y, reach, grid, table, radius, profile)
     return least, near, evaluations
 
 
-@kernel
-def _held(delta, near, forest):
-    """Return how many asperities hold on at δ, and how many of them stand at the scan's edge."""
+@kernel(inner=True)
+def _held(delta, near, grid):
+    """Return how many asperities are in contact at δ, and how many of them stand at the scan's edge."""
     held = at_edge = 0.0
     for k in range(near.onset.size):
         if near.onset[k] <= delta:
             held += 1.0
-            at_edge += forest.field.at_edge[near.index[k]]
+            at_edge += grid.field.at_edge[near.index[k]]
     return held, at_edge
 
 
 @kernel
-def look(x, y, reach, forest, table, radius, profile):
+def nearby(x, y, reach, grid, table, radius, profile):
     """Return the asperities whose branch begins at or below the displacement ``reach``, in that order."""
-    field, cells = forest.field, forest.cells
-    i0, i1, j0, j1 = _square(x, y, _radius(reach - forest.highest, radius, profile), cells)
+    field, cells = grid.field, grid.cells
+    i0, i1, j0, j1 = _square(x, y, _radius(reach - grid.highest, radius, profile), cells)
     most = 0
     for i in range(i0, i1):
         most += cells.first[i, j1] - cells.first[i, j0]
@@ -210,22 +210,22 @@ def look(x, y, reach, forest, table, radius, profile):
             if t <= reach:
                 onset[n], offset[n], index[n] = t, o, k
                 n += 1
-    return _in_order(onset[:n], offset[:n], index[:n], forest, table)
+    return _in_order(onset[:n], offset[:n], index[:n], grid, table)
 
 
-@kernel
-def _in_order(onset, offset, index, forest, table):
+@kernel(inner=True)
+def _in_order(onset, offset, index, grid, table):
     order = np.argsort(onset, kind="mergesort")
     index = index[order]
     adhesion, lines = np.zeros(order.size + 1), np.empty((order.size if table.size else 0, LENGTH))
     for k in range(order.size):
-        adhesion[k + 1] = adhesion[k] + forest.adhesion[index[k]]
+        adhesion[k + 1] = adhesion[k] + grid.adhesion[index[k]]
         if table.size:
-            collapse(table, forest.field.scales.row[index[k]], P, lines[k])
+            collapse(table, grid.field.scales.row[index[k]], P, lines[k])
     return Near(onset[order], offset[order], index, adhesion, lines)
 
 
-@kernel
+@kernel(inner=True)
 def _radius(height, radius, profile):
     """Return the distance from the axis (nm) at which the sphere's profile is so high (nm)."""
     if height <= 0.0:
@@ -235,7 +235,7 @@ def _radius(height, radius, profile):
     return radius if height >= radius else np.sqrt(height * (2.0 * radius - height))
 
 
-@kernel
+@kernel(inner=True)
 def _square(x, y, r, cells):
     """Return the ranges of cells that hold everything within r of (x, y)."""
     nx, ny = cells.first.shape[0], cells.first.shape[1] - 1
@@ -249,23 +249,23 @@ def _square(x, y, r, cells):
     )
 
 
-@kernel
-def walk(near, reach, least, steps, forest):
+@kernel(inner=True)
+def least_up_to(near, reach, least, steps, grid):
     """Return the least force up to the displacement ``reach``, or ``least``, and how many loads were needed."""
     work, k, n = 0, 0, near.onset.size
     while k < n:
         end = near.onset[k + 1] if k + 1 < n else reach
-        total = total_force(end, k + 1, near, forest)
+        total = total_force(end, k + 1, near, grid)
         work += k + 1
         width = end - near.onset[k]
         if total.slope > 0.0 and total.F - total.slope * width < least.F:
-            least, count = search(k, width, total, least, steps, near, forest)
+            least, count = search(k, width, total, least, steps, near, grid)
             work += count
         k = _skip(k + 1, end, total, least, near)
     return least, work
 
 
-@kernel
+@kernel(inner=True)
 def _skip(k, L, total, least, near):
     """Return the first beginning, from the k-th on, after which F may lie below the least."""
     before = near.adhesion[k]
@@ -277,23 +277,23 @@ def _skip(k, L, total, least, near):
 
 
 @kernel
-def search(k, width, end, least, steps, near, forest):
+def search(k, width, end, least, steps, near, grid):
     """Return the least of ``least`` and F on the ``width`` after the k-th beginning, at whose ``end`` F rises.
 
     In q = √(δ − t) the slope times q is regular where the branch begins, and nearly linear: regula falsi (Illinois)
     takes some five steps. A convex function lies above its tangents, which tell when to stop, or to give up.
     """
     start, work = near.onset[k], 0
-    low, g_low = _beginning(k, near, forest)
+    low, g_low = _beginning(k, near, grid)
     high, g_high = np.sqrt(width), end.slope * np.sqrt(width)
     if g_low == 0.0:  # F need not fall at first: the least may be the beginning itself
-        total, g_low = total_force(start + low * low, k + 1, near, forest), -g_high
+        total, g_low = total_force(start + low * low, k + 1, near, grid), -g_high
         work += k + 1
         if total.F < least.F:
             least = Least(total.F, start + low * low)
     for _ in range(steps):
         q = (low * g_high - high * g_low) / (g_high - g_low)
-        total = total_force(start + q * q, k + 1, near, forest)
+        total = total_force(start + q * q, k + 1, near, grid)
         work += k + 1
         if total.F < least.F:
             least = Least(total.F, start + q * q)
@@ -308,20 +308,20 @@ def search(k, width, end, least, steps, near, forest):
     return least, work
 
 
-@kernel
-def _beginning(k, near, forest):
+@kernel(inner=True)
+def _beginning(k, near, grid):
     """Return a small q after the k-th beginning, and its slope times q, to which the other branches add nothing yet.
 
     It is 0 where that branch ends not in a fold but in a contact that shrinks to a point (``maugis``).
     """
     i = near.index[k]
-    delta, load = forest.field.scales.delta[i], forest.field.scales.P[i]
-    _, slope = one_force(_SMALL_Q * _SMALL_Q, k, near, forest.field.scales.end[i])
+    delta, load = grid.field.scales.delta[i], grid.field.scales.P[i]
+    _, slope = one_force(_SMALL_Q * _SMALL_Q, k, near, grid.field.scales.end[i])
     g = slope * _SMALL_Q if slope * _SMALL_Q < -_FOLD else 0.0
     return _SMALL_Q * np.sqrt(delta), g * load / np.sqrt(delta)
 
 
-@kernel
+@kernel(inner=True)
 def one_force(above_end, k, near, end):
     """Return P* and its slope of the k-th asperity near by."""
     if near.lines.size:
@@ -329,10 +329,10 @@ def one_force(above_end, k, near, end):
     return closed_force(end + above_end)
 
 
-@kernel
-def total_force(delta, n, near, forest):
+@kernel(inner=True)
+def total_force(delta, n, near, grid):
     """Return the ``Total`` at δ of the first n asperities, all of whose branches have begun there."""
-    scales = forest.field.scales
+    scales = grid.field.scales
     F = slope = A = S = 0.0
     for k in range(n):
         i = near.index[k]
@@ -342,21 +342,21 @@ def total_force(delta, n, near, forest):
         dp *= scales.P[i] / scales.delta[i]
         F += p
         slope += dp
-        A += p if dp > 0.0 else -forest.adhesion[i]
+        A += p if dp > 0.0 else -grid.adhesion[i]
         S += max(dp, 0.0)
     return Total(F, slope, A, S)
 
 
-@kernel
-def _proved(x, y, reach, total, near, least, forest, radius, profile):
+@kernel(inner=True)
+def _proved(x, y, reach, total, near, least, grid, radius, profile):
     """Say whether F cannot fall below the least beyond ``reach``, whatever lies farther away."""
     if near.offset.size == 0 or near.offset.min() > reach:
-        return forest.adhesion.size == 0  # the first touch is not known yet
-    cells, known = forest.cells, near.adhesion[-1]
+        return grid.adhesion.size == 0  # the first touch is not known yet
+    cells, known = grid.cells, near.adhesion[-1]
     nx, ny = cells.first.shape[0], cells.first.shape[1] - 1
-    delta, step = reach, 0.05 * (reach - forest.highest)
+    delta, step = reach, 0.05 * (reach - grid.highest)
     while True:
-        r = _radius(delta + step - forest.highest, radius, profile)
+        r = _radius(delta + step - grid.highest, radius, profile)
         i0, i1, j0, j1 = _square(x, y, r, cells)
         a = cells.adhesion
         unknown = a[i1, j1] - a[i0, j1] - a[i1, j0] + a[i0, j0] - known

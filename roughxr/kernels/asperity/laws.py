@@ -29,18 +29,19 @@ from roughxr.kernels.asperity import elliptic_jkr, elliptic_table, jkr, maugis
 from roughxr.kernels.asperity.ellipse import shape, stiffness
 from roughxr.kernels.asperity.elliptic_jkr import State
 from roughxr.kernels.asperity.elliptic_table import EMPTY, lookup, mark, row_of
+from roughxr.kernels.asperity.force_curves import closed_contact
 from roughxr.kernels.jit import kernel
 
 #: Laws without range, and the one that has a range.
-LAWS = ("hertz", "published", "self_similar", "johnson_greenwood", "energy")
+ASPERITY_LAWS = ("hertz", "published", "self_similar", "johnson_greenwood", "energy")
 HERTZ, PUBLISHED, SELF_SIMILAR, JOHNSON_GREENWOOD, ENERGY, MAUGIS = range(6)
 
 
-class Law(NamedTuple):
+class AsperityLaw(NamedTuple):
     """A law's number, the table it is read from (empty where it has a closed form), and what gives it its range."""
 
     code: int
-    branch: np.ndarray
+    spline: np.ndarray  # coefficients of the branch (``elliptic_table.Table``)
     marks: np.ndarray
     equilibrium_distance: float  # z₀, nm, of maugis; NaN for the others
 
@@ -92,11 +93,11 @@ class Curve(NamedTuple):
 
 @cache
 def law(name, equilibrium_distance=np.nan):
-    """The law of that name, of ``LAWS`` or "maugis", ready for the kernels; reads its table on first use."""
+    """The law of that name, of ``ASPERITY_LAWS`` or "maugis", ready for the kernels; reads its table on first use."""
     if name == "maugis":
-        return Law(MAUGIS, *maugis.table(), float(equilibrium_distance))
-    code = LAWS.index(name)
-    return Law(code, *(elliptic_table.table(name) if code >= JOHNSON_GREENWOOD else EMPTY), np.nan)
+        return AsperityLaw(MAUGIS, *maugis.table(), float(equilibrium_distance))
+    code = ASPERITY_LAWS.index(name)
+    return AsperityLaw(code, *(elliptic_table.table(name) if code >= JOHNSON_GREENWOOD else EMPTY), np.nan)
 
 
 @kernel
@@ -119,24 +120,20 @@ def asperity_scales(A, B, E_star, w, law):
 
 
 @kernel
-def asperity_contact(delta, scales, branch):
-    """The stable ``Contact`` of one asperity at displacement ``delta``; ``branch`` is that of its law.
+def asperity_contact(delta, scales, spline):
+    """The stable ``Contact`` of one asperity at displacement ``delta``; ``spline`` is that of its law.
 
-    The innermost step of a superposition: one flat function, since Numba counts every array in and out at a
-    function's door, which costs as much as the closed form itself.
+    For events, figures and tests. Sums over asperities take the same formulas from ``force_curves`` in their loops,
+    where an array handed from function to function would cost as much as the closed form itself.
     """
     delta_star = delta / scales.delta
     if not delta_star >= scales.end:
         nothing = 0.0 if delta_star < scales.end else np.nan
         return Contact(nothing, nothing, nothing)
-    if scales.end == 0.0:
-        a = b = np.sqrt(delta_star)
-        P = delta_star * a
-    elif branch.size == 0:
-        a = b = jkr.stable_semi_axis(delta_star)
-        P = jkr.load(a)
+    if scales.end < 0.0 and spline.size > 0:
+        P, a, b = lookup(spline, scales.row, delta_star - scales.end)
     else:
-        P, a, b = lookup(branch, scales.row, delta_star - scales.end)
+        P, a, b = closed_contact(delta_star, scales.end < 0.0)
     return Contact(scales.P * P, scales.a * a, scales.a * scales.axis_ratio * b)
 
 
@@ -158,17 +155,17 @@ def asperities_scales(A, B, E_star, w, law):
 
 
 @kernel
-def asperities_contact(delta, scales, branch):
+def asperities_contact(delta, scales, spline):
     """The ``Contact`` of many asperities, each at its own displacements: all of shape (asperity, step)."""
     P, a, b = np.empty(delta.shape), np.empty(delta.shape), np.empty(delta.shape)
     for i in range(delta.shape[0]):
         one = pick(scales, i)
         for j in range(delta.shape[1]):
-            P[i, j], a[i, j], b[i, j] = asperity_contact(delta[i, j], one, branch)
+            P[i, j], a[i, j], b[i, j] = asperity_contact(delta[i, j], one, spline)
     return Contact(P, a, b)
 
 
-@kernel
+@kernel(inner=True)
 def _state(P, a, b, delta, scales):
     """A starred state (b* divided by λ) in nN and nm."""
     return State(scales.P * P, scales.a * a, scales.a * scales.axis_ratio * b, scales.delta * delta)
@@ -183,11 +180,11 @@ def asperity_events(scales, law):
     if law.code >= JOHNSON_GREENWOOD:
         P, a = mark(law.marks, scales.row, 1), mark(law.marks, scales.row, 2)
         b, delta = mark(law.marks, scales.row, 3), mark(law.marks, scales.row, 4)
-        P_end, a_end, b_end = lookup(law.branch, scales.row, 0.0)
+        P_end, a_end, b_end = lookup(law.spline, scales.row, 0.0)
     else:
         P, a, b, delta = -1.0, 1.0, 1.0, -1.0 / 3.0
         P_end, a_end, b_end = -5.0 / 9.0, jkr.END_A, jkr.END_A
-    touch = asperity_contact(0.0, scales, law.branch)
+    touch = asperity_contact(0.0, scales, law.spline)
     return Events(
         _state(P, a, b, delta, scales),
         _state(P_end, a_end, b_end, scales.end, scales),

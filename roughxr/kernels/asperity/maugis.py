@@ -28,7 +28,7 @@ from .elliptic_table import Table
 
 SMALLEST, LARGEST = 0.02, 50.0
 FILE = Path(__file__).with_name("maugis_table.npz")
-_ACROSS, _ALONG = 80, elliptic_table._CELLS_ALONG
+_ACROSS, _ALONG = 80, elliptic_table.CELLS_ALONG
 _PER_LOG = _ACROSS / log(LARGEST / SMALLEST)
 
 #: JKR's units in Maugis's.
@@ -119,7 +119,8 @@ def compute():
 
 def write(file=FILE):
     """Compute the table and store it."""
-    np.savez_compressed(file, **compute()._asdict())
+    table = compute()
+    np.savez_compressed(file, branch=table.spline, marks=table.marks)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,10 @@ is displaced by
 and pushes or pulls by its own law. At a fixed sphere each asperity is under displacement control: its branch goes on
 to its end, beyond the largest pull.
 
+Two contacts overlap where the radii of their ellipses along the line between their middles add up to more than its
+length: then both hold the same ground, and the sum counts it twice. Ellipses that overlap beside that line alone are
+not counted, so that the count is, if anything, too small.
+
 δ       ``deltas``, displacements of the sphere, ascending, nm;  Z_max ``datum``, nm
 S₀      height of the sphere's profile over its lowest point, nm (``kernels.halfspace.separation``)
 """
@@ -20,7 +24,7 @@ import numpy as np
 from ..halfspace.separation import profile_height
 from ..jit import kernel
 from .force_curves import LENGTH, A, B, P, closed_contact, collapse, line_contact
-from .laws import Scales, pick
+from .laws import Scales, asperity_contact, pick
 
 
 class Field(NamedTuple):
@@ -29,10 +33,14 @@ class Field(NamedTuple):
     x: np.ndarray  # vertex, nm
     y: np.ndarray
     depth: np.ndarray  # Z_max − Z, nm
-    spacing: np.ndarray  # distance to the next asperity, nm
+    orientation: np.ndarray  # of the longer semi-axis, from x towards y, rad
     at_edge: np.ndarray  # the fitted patch is clipped by the scan's edge
+    neighbour: np.ndarray  # (asperity, NEIGHBOURS) the nearest others; −1 where there are no more
     scales: Scales
 
+
+#: How many of the nearest asperities a contact is held against: a farther one lies behind these.
+NEIGHBOURS = 8
 
 #: What is summed per displacement.
 FORCE, AREA, CONTACTS, BEYOND_PATCH, OVERLAPPING, TRUNCATED = range(6)
@@ -55,13 +63,16 @@ def superpose(deltas, field, offset, patch_radius, branch):
     for i in range(offset.size):
         if deltas[-1] - offset[i] >= field.scales.end[i] * field.scales.delta[i]:
             _add(deltas, field, i, offset[i], patch_radius, branch, lines, out)
+            begins = _first_overlap(deltas, field, i, offset, branch)
+            if begins < deltas.size:
+                out[OVERLAPPING, begins] += 1.0
     for row in range(CONTACTS, TRUNCATED + 1):  # what began somewhere goes on from there
         for k in range(1, deltas.size):
             out[row, k] += out[row, k - 1]
     return out
 
 
-@kernel
+@kernel(inner=True)
 def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
     """Add one asperity's contact at every displacement that reaches it; ``lines`` is room for its branch.
 
@@ -77,7 +88,7 @@ def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
     if tabulated:
         for column in (P, A, B):
             collapse(branch, scales.row, column, lines[:, column])
-    beyond = overlapping = n
+    beyond = n
     per_nm, ellipse = 1.0 / scales.delta, pi * scales.axis_ratio * scales.a * scales.a
     for k in range(first, n):
         delta = max((deltas[k] - offset) * per_nm, scales.end)
@@ -86,13 +97,54 @@ def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
         area[k] += ellipse * a * b
         if beyond == n and scales.a * a > patch_radius:
             beyond = k
-        if overlapping == n and scales.a * a > field.spacing[i]:
-            overlapping = k
     for row, begins, what in (
         (CONTACTS, first, 1.0),
         (TRUNCATED, first, field.at_edge[i]),
         (BEYOND_PATCH, beyond, 1.0),
-        (OVERLAPPING, overlapping, 1.0),
     ):
         if begins < n:
             out[row, begins] += what
+
+
+@kernel
+def _reach(delta, field, i, x, y, branch):
+    """Return how far (nm) the contact of asperity i at displacement ``delta`` reaches along (x, y), a unit vector."""
+    contact = asperity_contact(delta, pick(field.scales, i), branch)
+    if not contact.b > 0.0:
+        return 0.0
+    c, s = np.cos(field.orientation[i]), np.sin(field.orientation[i])
+    along, across = c * x + s * y, c * y - s * x
+    return contact.a * contact.b / np.hypot(contact.b * along, contact.a * across)
+
+
+@kernel
+def _overlaps(delta, field, i, j, offset, branch):
+    """Whether the contacts of two asperities overlap with the sphere at ``delta``."""
+    x, y = field.x[j] - field.x[i], field.y[j] - field.y[i]
+    distance = np.hypot(x, y)
+    x, y = x / distance, y / distance
+    mine = _reach(delta - offset[i], field, i, x, y, branch)
+    other = _reach(delta - offset[j], field, j, x, y, branch)
+    return mine > 0.0 and other > 0.0 and mine + other > distance
+
+
+@kernel
+def _first_overlap(deltas, field, i, offset, branch):
+    """Return the number of the first displacement at which the contact of asperity i overlaps a neighbour's.
+
+    Contacts grow with the displacement: the first is found by halving, and the last tells whether there is one.
+    """
+    first = deltas.size
+    for j in field.neighbour[i]:
+        if j < 0 or not _overlaps(deltas[first - 1], field, i, j, offset, branch):
+            continue
+        low, first = -1, first - 1
+        while first - low > 1:
+            middle = (low + first) // 2
+            if _overlaps(deltas[middle], field, i, j, offset, branch):
+                first = middle
+            else:
+                low = middle
+        if first == 0:
+            break
+    return first

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..jit import kernel, reducing_kernel
+from ..jit import kernel
 from .products import Operator, divide, largest, multiply
 
 #: How a solve ended.
@@ -53,13 +53,13 @@ class Cells(NamedTuple):
     operator: Operator
 
 
-@kernel
+@kernel(inner=True)
 def gather_cells(operator, count):
     """Return the ``count`` `Cells` of an operator, their depths to be filled in."""
     return Cells(np.zeros(count), _neighbours(operator.rows, operator.columns), operator)
 
 
-@kernel
+@kernel(inner=True)
 def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
     """Solve from the given pressures, their gaps and a contact, each (count + 1,), which become the solution's.
 
@@ -102,7 +102,7 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
             return Outcome(ITERATION_LIMIT, iterations, _give_up(pressure, gap, contact), shift)
 
 
-@kernel
+@kernel(inner=True)
 def _neighbours(rows, columns):
     """Return for each cell the compact index of the four cells beside it and the four at its corners."""
     count = rows.size
@@ -119,7 +119,7 @@ def _neighbours(rows, columns):
     return neighbours
 
 
-@kernel
+@kernel(inner=True)
 def _violation(gap, contact):
     """Return the largest |g| in contact or penetration outside, and the largest |g| in contact."""
     inside, outside = 0.0, 0.0
@@ -131,7 +131,7 @@ def _violation(gap, contact):
     return max(inside, outside), inside
 
 
-@kernel
+@kernel(inner=True)
 def _carry(pressure, gap, contact, depth, shift, load):
     """Scale the pressures to the load, and shift the depths so that the gaps in contact balance; return the shift."""
     count, total = 0, 0.0
@@ -150,7 +150,7 @@ def _carry(pressure, gap, contact, depth, shift, load):
     return mean
 
 
-@kernel
+@kernel(inner=True)
 def _precondition_unit(cells, contact, unit, preconditioned):
     """Write what the preconditioner makes of a unit residual all over the contact, and zero outside."""
     for k in range(unit.size - 1):
@@ -160,7 +160,7 @@ def _precondition_unit(cells, contact, unit, preconditioned):
         preconditioned[k] *= unit[k]
 
 
-@kernel
+@kernel(inner=True)
 def _project(gap, contact, preconditioned, unit):
     """Take the load out of the preconditioned residual, and the shift that it stands for out of the gaps."""
     total, whole = 0.0, 0.0
@@ -175,14 +175,14 @@ def _project(gap, contact, preconditioned, unit):
     return -excess
 
 
-@kernel
+@kernel(inner=True)
 def _residual(gap, contact, residual):
     """Write the gaps that are to be closed: free of branches, as the loops below are, for half of their time."""
     for k in range(gap.size):
         residual[k] = -gap[k] if contact[k] else 0.0
 
 
-@reducing_kernel
+@kernel(inner=True, reorder=True)
 def _search(residual, contact, preconditioned, direction, slope):
     """Set the next conjugate direction on the contact; return the residual's preconditioned square.
 
@@ -197,7 +197,7 @@ def _search(residual, contact, preconditioned, direction, slope):
     return new
 
 
-@kernel
+@kernel(inner=True)
 def _precondition(cells, residual, preconditioned):
     """Write nearly the pressures that would close the residual, which is zero outside the contact."""
     if cells.operator.inverse.box.size:
@@ -206,7 +206,7 @@ def _precondition(cells, residual, preconditioned):
         _precondition_by_neighbours(cells.neighbours, residual, preconditioned)
 
 
-@kernel
+@kernel(inner=True)
 def _precondition_by_neighbours(neighbours, r, preconditioned):
     for k in range(neighbours.shape[0]):
         n = neighbours[k]
@@ -215,7 +215,7 @@ def _precondition_by_neighbours(neighbours, r, preconditioned):
         preconditioned[k] = STENCIL[0] * r[k] + STENCIL[1] * beside + STENCIL[2] * corner
 
 
-@reducing_kernel
+@kernel(inner=True, reorder=True)
 def _advance(pressure, gap, contact, direction, image, slope, target):
     """Go to the least energy along the direction; say whether all gaps in contact are within the target."""
     curvature = 0.0
@@ -229,7 +229,7 @@ def _advance(pressure, gap, contact, direction, image, slope, target):
     return not beyond
 
 
-@kernel
+@kernel(inner=True)
 def _count(pressure, gap, contact, goal):
     """Return how many cells pull or penetrate, and the largest violation."""
     violating, worst = 0, 0.0
@@ -243,7 +243,7 @@ def _count(pressure, gap, contact, goal):
     return violating, worst
 
 
-@kernel
+@kernel(inner=True)
 def _exchange(pressure, gap, contact, removed, goal, single):
     """Free the pulling cells and take in the penetrating ones, all or the first; say whether any was freed."""
     freed = False
@@ -264,7 +264,7 @@ def _exchange(pressure, gap, contact, removed, goal, single):
     return freed
 
 
-@kernel
+@kernel(inner=True)
 def _give_up(pressure, gap, contact):
     """Cut off what still pulls; return the largest violation."""
     for k in range(gap.size - 1):

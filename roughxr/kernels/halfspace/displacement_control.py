@@ -8,8 +8,8 @@ The active set (``active_set``) finds which cells touch. Here it is given as few
 start, none of which changes the solution:
 
 - Only cells with S < δ can carry load, since A p ≥ 0; everything else is cut away.
-- Of these, the cells that a prediction (``warm_start``) puts well apart are left out too, until one product
-  over the whole overlap proves them right or wrong (``working_set``).
+- Of these, the cells whose gap is well open in the warm start (``warm_start``) are left out too, until one product
+  over the whole overlap shows whether they touch (``working_set``).
 - Pressures scale with E*/dx, so cells of unit side on a half space of unit modulus are solved.
 
 A whole sweep is one compiled call that holds no lock: threads do not wait for each other.
@@ -23,7 +23,7 @@ from ..jit import kernel
 from .active_set import CONVERGED, ITERATION_LIMIT
 from .products import coefficients_for, no_transfers
 from .warm_start import COARSE_ITERATIONS, COARSE_TOLERANCE, coarser, extrapolated, half_deep, refined
-from .working_set import Prediction, overlapping, put, solve_in_box
+from .working_set import WarmStart, overlapping, put, solve_in_box
 
 #: Reasons, by status.
 REASONS = {CONVERGED: "converged", ITERATION_LIMIT: "iteration limit reached before the tolerance"}
@@ -66,7 +66,7 @@ def solve(separation, delta, dx, contact_modulus, *, tolerance=1e-6, start=None,
     tolerance : float
         Relative error of the force: the gap left in contact, and the penetration outside, stay below half of it times
         the deepest overlap (force grows about like depth^1.5, or as depth at first touch).
-    start : Prediction, optional
+    start : WarmStart, optional
         What the contact may look like, its pressure in GPa.
     max_iterations : int
         Products A p at most.
@@ -90,7 +90,7 @@ def sweep_arrays(
 ):
     """Do as `sweep`, in arrays: (delta, 5) of ``FORCE`` … ``RESIDUAL``, and the fields (delta, nx, ny) where kept."""
     separation, guided = np.ascontiguousarray(separation, dtype=float), start is not None
-    start = start._replace(pressure=start.pressure * (dx / contact_modulus)) if guided else _nothing_predicted()
+    start = start._replace(pressure=start.pressure * (dx / contact_modulus)) if guided else _no_start()
     coefficients, deltas = coefficients_for(separation.shape), np.asarray(deltas, dtype=float)
     arrays = _sweep(separation, deltas, tolerance, max_iterations, start, guided, coefficients, keep)
     return in_units(*arrays, dx, contact_modulus)
@@ -112,8 +112,8 @@ def solutions(found, pressures, displacements):
     ]
 
 
-def _nothing_predicted():
-    return Prediction(np.zeros((0, 0)), np.zeros((0, 0), np.bool_), np.zeros((0, 0), np.bool_))
+def _no_start():
+    return WarmStart(np.zeros((0, 0)), np.zeros((0, 0), np.bool_), np.zeros((0, 0), np.bool_))
 
 
 class _Trail(NamedTuple):
@@ -156,29 +156,34 @@ def _sweep(separation, deltas, tolerance, max_iterations, start, guided, coeffic
     return found, pressures, displacements
 
 
-@kernel
+@kernel(inner=True)
 def describe(row, pressure, outcome, largest):
     """Write down what is said of a solve whose deepest overlap is ``largest``."""
-    row[FORCE], row[AREA] = pressure.sum(), np.count_nonzero(pressure)
+    total, touching = 0.0, 0
+    for i in range(pressure.shape[0]):
+        for j in range(pressure.shape[1]):
+            total += pressure[i, j]
+            touching += pressure[i, j] != 0.0
+    row[FORCE], row[AREA] = total, touching
     row[STATUS], row[ITERATIONS], row[RESIDUAL] = outcome.status, outcome.iterations, outcome.violation / largest
 
 
-@kernel
+@kernel(inner=True)
 def _begin(depth, delta, box, trail, start):
     """Return what the contact in a box may look like, by the solutions before or, for the first, as it is given."""
     if np.isnan(trail.delta[1]):
-        return Prediction(start.pressure[box].copy(), start.touching[box].copy(), start.possible[box].copy())
+        return WarmStart(start.pressure[box].copy(), start.touching[box].copy(), start.possible[box].copy())
     step = delta - trail.delta[1]
     ahead = step / (trail.delta[1] - trail.delta[0])
     return extrapolated(depth, step, trail.pressure[:, box[0], box[1]], trail.displacement[:, box[0], box[1]], ahead)
 
 
-@kernel
+@kernel(inner=True)
 def _no_trail(shape):
     return _Trail(np.full(2, np.nan), np.zeros((2, *shape)), np.full((2, *shape), np.nan))
 
 
-@kernel
+@kernel(inner=True)
 def _remember(trail, delta, box, pressure, displacement):
     """Make a solution the last one."""
     trail.delta[0], trail.delta[1] = trail.delta[1], delta

@@ -15,7 +15,7 @@ from .active_set import CONVERGED, ITERATION_LIMIT, Outcome
 from .displacement_control import FORCE, STATUS, describe, in_units, solutions
 from .products import coefficients_for, no_transfers
 from .warm_start import COARSE_ITERATIONS, COARSE_TOLERANCE, extrapolated, half_deep, halved, refined
-from .working_set import Prediction, overlapping, put, solve_in_box
+from .working_set import WarmStart, overlapping, put, solve_in_box
 
 #: Cells are chosen up to this many times the guessed depth.
 _SLACK = 1.1
@@ -33,14 +33,15 @@ _MOST_CHOICES = 30
 def loaded(separation, loads, dx, contact_modulus, **limits):
     """Return (delta, `Solution`) for each of ascending loads (nN > 0), each started from the one before.
 
-    Options as of `kalker.sweep`. Where there is nothing to press on, delta is NaN and the solution has not converged.
+    Options as of `displacement_control.sweep`. Where there is nothing to press on, delta is NaN and the solution has
+    not converged.
     """
     deltas, *arrays = loaded_arrays(separation, loads, dx, contact_modulus, keep=True, **limits)
     return list(zip(deltas.tolist(), solutions(*arrays)))
 
 
 def loaded_arrays(separation, loads, dx, contact_modulus, *, tolerance=1e-6, max_iterations=5000, keep=False):
-    """Do as `loaded`, in arrays: displacements (load,), and what `kalker.sweep_arrays` returns."""
+    """Do as `loaded`, in arrays: displacements (load,), and what `displacement_control.sweep_arrays` returns."""
     separation = np.ascontiguousarray(separation, dtype=float)
     scaled = np.asarray(loads, dtype=float) / (contact_modulus * dx)
     deltas, *arrays = _loaded(separation, scaled, tolerance, max_iterations, coefficients_for(separation.shape), keep)
@@ -60,7 +61,7 @@ class _Guess(NamedTuple):
     """A displacement near that of a load, and the contact there where it is known (of no cells where it is not)."""
 
     delta: float
-    contact: Prediction
+    contact: WarmStart
 
 
 @kernel
@@ -86,7 +87,7 @@ def _loaded(separation, loads, tolerance, max_iterations, coefficients, keep):
     return deltas, found, pressures, displacements
 
 
-@kernel
+@kernel(inner=True)
 def _solve(separation, load, guess, tolerance, max_iterations, coefficients, known):
     """Solve one load from a guess."""
     touch, products = _lowest(separation), 0
@@ -113,12 +114,12 @@ def _solve(separation, load, guess, tolerance, max_iterations, coefficients, kno
     return state
 
 
-@kernel
-def _cut(prediction, box):
-    return Prediction(prediction.pressure[box].copy(), prediction.touching[box].copy(), prediction.possible[box].copy())
+@kernel(inner=True)
+def _cut(start, box):
+    return WarmStart(start.pressure[box].copy(), start.touching[box].copy(), start.possible[box].copy())
 
 
-@kernel
+@kernel(inner=True)
 def _onward(separation, delta, state):
     """Guess from one solution: that of the load before, or of the same load on too few cells."""
     shape = (1, *separation.shape)
@@ -126,14 +127,14 @@ def _onward(separation, delta, state):
     return _Guess(delta, extrapolated(delta - separation, delta - state.delta, pressure, displacement, np.nan))
 
 
-@kernel
+@kernel(inner=True)
 def _coarse_guess(separation, load, coefficients, known):
     """Guess from the same load on cells twice as large, found in the same way; on few cells by a paraboloid's law."""
     levels = [separation]
     while min(levels[-1].shape) >= _SMALLEST_HALVED:
         levels.append(halved(levels[-1]))
     last = len(levels) - 1
-    nothing = Prediction(np.zeros((0, 0)), np.zeros((0, 0), np.bool_), np.zeros((0, 0), np.bool_))
+    nothing = WarmStart(np.zeros((0, 0)), np.zeros((0, 0), np.bool_), np.zeros((0, 0), np.bool_))
     guess = _Guess(_lowest(levels[last]) + _depth_estimate(levels[last], load / 2.0**last), nothing)
     for k in range(last, 0, -1):  # with the cells' side E* dx doubles, and E*/dx halves
         state = _solve(levels[k], load / 2.0**k, guess, COARSE_TOLERANCE, COARSE_ITERATIONS, coefficients, known)
@@ -144,7 +145,7 @@ def _coarse_guess(separation, load, coefficients, known):
     return guess
 
 
-@kernel
+@kernel(inner=True)
 def _depth_estimate(separation, load):
     """Return the depth at which F = (4/3) E* depth √(overlap area/2π), as for a paraboloid, reaches the load."""
     heights = separation.ravel()
@@ -156,7 +157,7 @@ def _depth_estimate(separation, load):
     return np.nan
 
 
-@kernel
+@kernel(inner=True)
 def _lowest(separation):
     lowest = np.inf
     for value in separation.flat:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.fft
 
-from ..jit import kernel, reducing_kernel
+from ..jit import kernel
 from .love import love_coefficients
 from .transforms import Convolution, Transfer, convolution, convolve, even_length, transfer_of
 
@@ -45,13 +45,13 @@ def coefficients_for(shape):
     return love_coefficients(size, size)
 
 
-@kernel
+@kernel(inner=True)
 def no_transfers():
     """Return the list in which `known_transfer` keeps what it has computed."""
     return [Transfer(0, 0, np.zeros((1, 1)), np.zeros((1, 1), np.float32))]
 
 
-@kernel
+@kernel(inner=True)
 def known_transfer(rows, columns, coefficients, known):
     """Return the transformed coefficients of the padded box, from the list or computed."""
     for transfer in known:
@@ -63,7 +63,7 @@ def known_transfer(rows, columns, coefficients, known):
     return transfer
 
 
-@kernel
+@kernel(inner=True)
 def whole_box(shape, coefficients, known):
     """Return the convolution of a whole box in double precision."""
     rows, columns = even_length(2 * shape[0] - 1), even_length(2 * shape[1] - 1)
@@ -71,7 +71,7 @@ def whole_box(shape, coefficients, known):
     return convolution(shape[0], columns, transfer.double, np.complex128(0))
 
 
-@kernel
+@kernel(inner=True)
 def displace(pressure, whole, out):
     """Write into ``out`` the displacement of every cell of a whole box under the pressures in it."""
     rows, columns = pressure.shape
@@ -84,11 +84,17 @@ def displace(pressure, whole, out):
             out[i, j] = whole.box[i, j]
 
 
-@kernel
+@kernel(inner=True)
+def _no_convolution():
+    zero = np.int64(0)
+    return convolution(zero, zero + 2, np.empty((2, 2), np.float32), np.complex64(0))
+
+
+@kernel(inner=True)
 def operator(rows, columns, coefficients, known, dense):
     """Return the operator of the cells at (rows, columns), whole numbers, by a matrix where ``dense``."""
     rows, columns = _from_first(rows), _from_first(columns)
-    nothing = convolution(0, 2, np.zeros((2, 2), np.float32), np.complex64(0))
+    nothing = _no_convolution()
     if dense:
         return Operator(rows, columns, _between(rows, columns, coefficients), nothing, nothing)
     shape = largest(rows) + 1, largest(columns) + 1
@@ -100,10 +106,10 @@ def operator(rows, columns, coefficients, known, dense):
         high, wide = even_length(shape[0]), even_length(shape[1])
         periodic = known_transfer(high, wide, coefficients, known)
         inverse = convolution(shape[0], wide, _inverse(periodic), np.complex64(0))
-    return Operator(rows, columns, np.zeros((0, 0)), box, inverse)
+    return Operator(rows, columns, np.empty((0, 0)), box, inverse)
 
 
-@kernel
+@kernel(inner=True)
 def _from_first(places):
     first, out = np.int64(2**62), np.empty(places.size, np.int64)
     for k in range(places.size):
@@ -113,7 +119,7 @@ def _from_first(places):
     return out
 
 
-@kernel
+@kernel(inner=True)
 def largest(places):
     last = 0
     for k in range(places.size):
@@ -121,7 +127,7 @@ def largest(places):
     return last
 
 
-@kernel
+@kernel(inner=True)
 def _inverse(periodic):
     """Return the inverse of transformed coefficients; like these it is divided by the number of cells."""
     out, count = np.empty(periodic.single.shape, np.float32), periodic.rows * periodic.columns
@@ -131,7 +137,7 @@ def _inverse(periodic):
     return out
 
 
-@kernel
+@kernel(inner=True)
 def multiply(operator, pressure, out):
     """Write the displacement of the cells under ``pressure`` (compact) into ``out`` (compact)."""
     if operator.matrix.size:
@@ -140,13 +146,13 @@ def multiply(operator, pressure, out):
         _multiply_in_box(operator, operator.convolution, pressure, out)
 
 
-@kernel
+@kernel(inner=True)
 def divide(operator, displacement, out):
     """Write into ``out`` (compact) nearly the pressures that cause a displacement of the cells (compact)."""
     _multiply_in_box(operator, operator.inverse, displacement, out)
 
 
-@kernel
+@kernel(inner=True)
 def _multiply_in_box(operator, convolution, values, out):
     box = convolution.box
     for i in range(box.shape[0]):
@@ -175,7 +181,7 @@ def _displacements(windows, coefficients):
     return out
 
 
-@kernel
+@kernel(inner=True)
 def _between(rows, columns, coefficients):
     count = rows.size
     matrix = np.empty((count, count))
@@ -186,7 +192,7 @@ def _between(rows, columns, coefficients):
     return matrix
 
 
-@reducing_kernel
+@kernel(inner=True, reorder=True)
 def _multiply(matrix, pressure, out):
     """Sum the matrix rows of loaded cells only: an active set leaves about half of the cells free."""
     count = matrix.shape[0]

@@ -1,5 +1,8 @@
 """Convolution with an even kernel in a box, by transforms in room that is set aside beforehand.
 
+Given a kernel k at offsets (i, j) ≥ 0 and values f in a box, sought is g(m) = Σ k(m − n) f(n) on the box: by the
+convolution theorem (Hockney & Eastwood 1981 for the padding; Stanley & Kato 1997, Liu, Wang & Liu 2000 for contacts).
+
 The box is padded with zeros until nothing wraps around: exact, not periodic. Only the rows that hold values are
 transformed along y, both ways, which saves a quarter of the work. The kernel is even along both axes, so that its
 transform is real, symmetric, and a cosine transform of one quadrant: an eighth of the work of a product. Where the
@@ -57,45 +60,48 @@ def transfer_of(rows, columns, quadrant):
     return Transfer(rows, columns, double, double.astype(np.float32))
 
 
-@kernel
+@kernel(inner=True)
 def convolution(rows, columns, transfer, zero):
     """Return the `Convolution` of ``rows`` rows padded to ``columns`` columns, ``zero`` the complex number's type."""
     high, wide = 2 * (transfer.shape[0] - 1), transfer.shape[1]
     width = wide if high * wide <= _IN_ONE_PIECE else _STRIP
-    box = np.full((rows, columns), zero.real)
-    return Convolution(transfer, box, np.full((rows, wide), zero), np.full((high, width), zero))
+    box = np.empty((rows, columns), transfer.dtype)
+    spectrum, strip = _empty(rows, wide, zero), _empty(high, width, zero)
+    return Convolution(transfer, box, spectrum, strip)
 
 
-@kernel
+@kernel(inner=True)
+def _empty(rows, columns, zero):
+    return np.empty((rows, columns), type(zero))
+
+
+@kernel(inner=True)
 def convolve(c):
     """Replace what stands in ``c.box`` by its convolution; columns beyond the box's own end up as padding."""
-    wide, width = c.spectrum.shape[1], c.strip.shape[1]
     _forward_rows(c.box, c.spectrum)
-    if width == wide:
-        _through(c.spectrum, c.strip, c.transfer, 0)
-        _backward_rows(c.strip[: c.box.shape[0]], c.box)
-        return
-    for first in range(0, wide, width):
-        part = c.spectrum[:, first : first + width]
-        strip = c.strip[:, : part.shape[1]]
-        _through(part, strip, c.transfer, first)
-        for i in range(part.shape[0]):  # faster to compile than slices, as elsewhere in these kernels
-            for j in range(part.shape[1]):
-                part[i, j] = strip[i, j]
+    for first in range(0, c.spectrum.shape[1], c.strip.shape[1]):
+        _convolve_columns(c, first)
     _backward_rows(c.spectrum, c.box)
 
 
-@kernel
-def _through(spectrum, strip, transfer, first):
-    """Transform some columns, multiply them, and transform them back into ``strip``."""
-    high = strip.shape[0]
-    _forward_columns(spectrum, strip)
+@kernel(inner=True)
+def _convolve_columns(c, first):
+    """Transform as many columns of the spectrum as a strip holds, multiply them, and transform them back."""
+    (rows, wide), (high, width) = c.spectrum.shape, c.strip.shape
+    width = min(width, wide - first)
+    for i in range(high):  # faster to compile than slices, as elsewhere in these kernels
+        for j in range(width):
+            c.strip[i, j] = c.spectrum[i, first + j] if i < rows else 0.0
+    _forward_columns(c.strip)
     for i in range(high):
-        row = transfer[min(i, high - i)]
-        for j in range(strip.shape[1]):
-            z, factor = strip[i, j], row[first + j]
-            strip[i, j] = complex(z.real * factor, z.imag * factor)
-    _backward_columns(strip)
+        row = c.transfer[min(i, high - i)]
+        for j in range(width):
+            z, factor = c.strip[i, j], row[first + j]
+            c.strip[i, j] = complex(z.real * factor, z.imag * factor)
+    _backward_columns(c.strip)
+    for i in range(rows):
+        for j in range(width):
+            c.spectrum[i, first + j] = c.strip[i, j]
 
 
 def _forward_rows(box, spectrum):
@@ -118,14 +124,14 @@ def _(spectrum, box):
     return lambda spectrum, box: lowlevel.c2r(spectrum, box, _ALONG_ROWS, False, 1.0, 1)
 
 
-def _forward_columns(spectrum, strip):
-    """Write the transforms of the columns, continued by zeros to the length of ``strip``, into it."""
-    strip[:] = scipy.fft.fft(spectrum, strip.shape[0], axis=0)
+def _forward_columns(strip):
+    """Transform the columns in place."""
+    strip[:] = scipy.fft.fft(strip, axis=0)
 
 
 @overload(_forward_columns)
-def _(spectrum, strip):
-    return lambda spectrum, strip: lowlevel.c2c(spectrum, strip, _ALONG_COLUMNS, True, 1.0, 1)
+def _(strip):
+    return lambda strip: lowlevel.c2c(strip, strip, _ALONG_COLUMNS, True, 1.0, 1)
 
 
 def _backward_columns(strip):

@@ -1,7 +1,8 @@
-"""What a contact will look like, before it is solved: it decides how long the solve takes, not what it finds.
+"""Warm starts: what a contact may look like before it is solved. It decides how long the solve takes, not its result.
 
-In a sweep it is extrapolated from the two solutions before; otherwise the same problem is solved on cells twice as
-large first, and that on larger ones yet.
+Given solutions at smaller displacements, or none, sought are pressures p, the cells to start from as touching, and the
+cells that may touch at all. In a sweep they are extrapolated from the two solutions before; otherwise the same problem
+is solved on cells twice as large first, and that on larger ones yet (nested iteration). Source: own.
 
 Unit cells and unit modulus: pressures are in units of E*/dx, hence in nm as all lengths.
 """
@@ -10,7 +11,7 @@ import numpy as np
 
 from ..jit import kernel
 from .products import DENSE_LIMIT
-from .working_set import Prediction, overlap_of
+from .working_set import WarmStart, overlap_of
 
 #: In a sweep, cells that penetrate by this part of the step when extrapolated are taken to touch.
 _JOINING = 0.1
@@ -22,9 +23,9 @@ _MARGIN = 0.05
 COARSE_TOLERANCE, COARSE_ITERATIONS = 1e-3, np.int64(1000)
 
 
-@kernel
+@kernel(inner=True)
 def extrapolated(depth, step, pressure, displacement, ahead):
-    """Predict the contact in a box on the straight line through two solutions, or from one (``ahead`` is NaN then).
+    """Extrapolate the contact in a box along the line through two solutions, or from one (``ahead`` is NaN then).
 
     Pressure and displacement are (1 or 2, …), the later solution last; ``step`` is the way from it, and ``ahead`` that
     way over the one between the two.
@@ -47,10 +48,10 @@ def extrapolated(depth, step, pressure, displacement, ahead):
             gap = u + growth - depth[i, j]
             touching[i, j] = p > 0.0 or gap + doubt < -_JOINING * step
             possible[i, j] = touching[i, j] or not gap >= 0.0
-    return Prediction(out, touching, possible)
+    return WarmStart(out, touching, possible)
 
 
-@kernel
+@kernel(inner=True)
 def half_deep(depth, slack):
     """Return a start for few cells: those that overlap by more than half the deepest, as of a paraboloid touch."""
     _, largest = overlap_of(depth, 0.0)
@@ -58,10 +59,10 @@ def half_deep(depth, slack):
     for i in range(depth.shape[0]):
         for j in range(depth.shape[1]):
             touching[i, j], possible[i, j] = depth[i, j] > 0.5 * largest, depth[i, j] > -slack
-    return Prediction(np.zeros(depth.shape), touching, possible)
+    return WarmStart(np.zeros(depth.shape), touching, possible)
 
 
-@kernel
+@kernel(inner=True)
 def coarser(depth):
     """Return the depths on cells twice as large, on cells twice as large as those, and so on, while they are many."""
     levels = [depth]
@@ -70,7 +71,7 @@ def coarser(depth):
     return levels
 
 
-@kernel
+@kernel(inner=True)
 def refined(pressure, displacement, depth):
     """Return what a solution on cells twice as large says of a box of depths."""
     out, margin = np.empty(depth.shape), _MARGIN * overlap_of(depth, 0.0)[1]
@@ -81,10 +82,10 @@ def refined(pressure, displacement, depth):
             gap = _between(displacement, i, j) - depth[i, j]
             touching[i, j] = gap < 0.0 or (out[i, j] > 0.0 and out[i, j] > gap)
             possible[i, j] = touching[i, j] or not gap >= margin
-    return Prediction(out, touching, possible)
+    return WarmStart(out, touching, possible)
 
 
-@kernel
+@kernel(inner=True)
 def _between(field, i, j):
     """Return a coarse field, linear between its cells' centres, at the centre of a cell half as large."""
     k, m = i // 2, j // 2
@@ -94,7 +95,7 @@ def _between(field, i, j):
     return 0.75 * near + 0.25 * (0.75 * field[k_next, m] + 0.25 * field[k_next, m_next])
 
 
-@kernel
+@kernel(inner=True)
 def halved(depth):
     """Return the means of 2 × 2 cells; odd rims are continued."""
     rows, columns = depth.shape

@@ -1,7 +1,9 @@
-"""The contact in a box by way of the cells that may touch, and the proof that no other does.
+"""The contact in a box by a working set: the cells that may touch, and the proof that no other does.
 
-The active set works on the chosen cells, its search directions in single precision; the product over the whole box, in
-double, is what decides. Whatever violates a condition there is taken in, and the active set goes on.
+Given depths δ − S (nm) in a box, sought are pressures p ≥ 0 and displacements A p that meet the conditions of contact
+(``active_set``) on every cell of it. The active set solves on the chosen cells alone, its search directions in single
+precision; the product over the whole box, in double, decides. Cells that violate a condition there join the working
+set, and the active set goes on. Source: own.
 
 Unit cells and unit modulus, as in ``active_set``; depths are δ − S, whatever does not overlap is below zero.
 """
@@ -10,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..jit import inlined_kernel, kernel
+from ..jit import kernel
 from .active_set import CONVERGED, PATIENCE, Outcome, gather_cells, solve
 from .products import DENSE_LIMIT, displace, multiply, operator, whole_box
 
 
-class Prediction(NamedTuple):
+class WarmStart(NamedTuple):
     """What a contact may look like, on a window or a box."""
 
     pressure: np.ndarray
@@ -32,7 +34,7 @@ class Overlap(NamedTuple):
     largest: float
 
 
-@kernel
+@kernel(inner=True)
 def overlapping(separation, delta):
     """Return the `Overlap` of a window."""
     rows, columns = separation.shape
@@ -48,7 +50,7 @@ def overlapping(separation, delta):
     return Overlap(box[0], box[1], count, delta - least)
 
 
-@kernel
+@kernel(inner=True)
 def put(part, window, box):
     """Write a box's field into the window's."""
     target = window[box]
@@ -57,7 +59,7 @@ def put(part, window, box):
             target[i, j] = part[i, j]
 
 
-@kernel
+@kernel(inner=True)
 def overlap_of(depth, slack):
     """Return how many cells of a box overlap, or miss it by less than ``slack``, and how deep the deepest."""
     count, largest = 0, -np.inf
@@ -68,7 +70,7 @@ def overlap_of(depth, slack):
     return count, largest
 
 
-@inlined_kernel
+@kernel(inline=True)
 def solve_in_box(depth, start, part, max_iterations, load, slack, coefficients, known):
     """Return pressures, displacements (NaN where not known) and `Outcome` in a box.
 
@@ -96,7 +98,7 @@ def solve_in_box(depth, start, part, max_iterations, load, slack, coefficients, 
             return pressure, displacement, Outcome(outcome.status, products, worst, shift)
 
 
-@kernel
+@kernel(inner=True)
 def _begin(depth, start, slack, load, all_chosen):
     """Return the pressures to begin with, the cells that carry them, and the cells to work on."""
     pressure = np.zeros(depth.shape)
@@ -114,7 +116,7 @@ def _begin(depth, start, slack, load, all_chosen):
     return pressure, touching, chosen
 
 
-@kernel
+@kernel(inner=True)
 def _spread(share, on_deepest, depth, pressure, touching, chosen):
     """Let the touching cells, or else the deepest, carry a load in equal parts."""
     _, largest = overlap_of(depth, np.inf)
@@ -124,7 +126,7 @@ def _spread(share, on_deepest, depth, pressure, touching, chosen):
                 pressure[i, j], touching[i, j], chosen[i, j] = share, True, True
 
 
-@kernel
+@kernel(inner=True)
 def _count(chosen):
     count = 0
     for i in range(chosen.shape[0]):
@@ -133,7 +135,7 @@ def _count(chosen):
     return count
 
 
-@inlined_kernel
+@kernel(inline=True)
 def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, coefficients, known):
     """Solve on the chosen cells; pressures, displacements and, under a load, depths are written into the box.
 
@@ -160,14 +162,14 @@ def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iter
     return Outcome(outcome.status, outcome.iterations + products, outcome.violation, outcome.shift)
 
 
-@kernel
+@kernel(inner=True)
 def _shift(depth, shift):
     for i in range(depth.shape[0]):
         for j in range(depth.shape[1]):
             depth[i, j] += shift
 
 
-@kernel
+@kernel(inner=True)
 def _places(chosen):
     """Return the rows and columns of the chosen cells."""
     count = _count(chosen)
@@ -179,7 +181,7 @@ def _places(chosen):
     return rows, columns
 
 
-@kernel
+@kernel(inner=True)
 def _violation(pressure, displacement, depth, goal, touching, chosen):
     """Choose the cells that penetrate; return the largest |g| in contact or penetration outside."""
     worst = 0.0

@@ -1,16 +1,17 @@
-"""Peaks of a scan that is seen tile by tile, each tile once: what a tile leaves behind, and how tiles are joined.
+"""Tile stitching: the peaks of a scan that is read tile by tile, each tile once, exactly as of the scan in one piece.
 
-A tile finds the plateaus that end within it. At its seams it leaves three things, small beside its heights:
+Plateaus (``peaks``) that end within a tile are decided there. Seams are the borders between tiles. For what reaches
+one, a tile keeps three things, small beside its heights:
 
-rims      the k − 1 outermost lines at each seam. Side by side with the neighbour's they hold every patch of k by k
-          pixels whose middle is so near the seam that it reaches across.
-open      plateaus that reach a seam, and that nothing in the tile forbids to be peaks: which pixels (one bit each),
-          and sums that give the centroid. One that a neighbour's pixel surpasses, or that goes on in a plateau that
-          is no peak, is none; those of one height that touch across a seam are one.
-around    the heights within k // 2 pixels of open plateaus, where the patch of a joined plateau may come to lie.
+rims      the k − 1 outermost lines at each seam. Beside the neighbour's rim they hold every patch of k by k pixels
+          that reaches across the seam.
+open      plateaus that reach a seam and have no higher neighbour within the tile: their pixels (one bit each), and the
+          sums of coordinates that give the centroid.
+around    the heights within k // 2 pixels of open plateaus, where the patch of a stitched plateau may lie.
 
-So nothing is approximate, and a plateau may wind through any number of tiles. The result, and the order, is that of
-the scan in one piece, which is a single tile without seams.
+Across a seam, open plateaus of one height that touch are one plateau. A plateau is a peak unless a pixel beside it,
+in any tile, is higher, or belongs to a part of the same plateau that is no peak. It may extend over any number of
+tiles. The result and its order are those of the scan in one piece, a single tile without seams. Source: own.
 
 Where the surface waves from pixel to pixel, a tile is searched on finer pixels, its heights splined together with those
 of ``HALO`` pixels around it: what lies beyond counts for less than 0.27^HALO = 1e-9 of itself.
@@ -73,7 +74,7 @@ class Tile(NamedTuple):
     numbers: tuple  # of the open plateaus along the outermost line of each rim, 0 where there is none
 
 
-class Found(NamedTuple):
+class ScanPeaks(NamedTuple):
     """Peaks of a scan in the order in which a walk along its rows first meets their plateaus."""
 
     missing: int
@@ -201,7 +202,7 @@ class Seam(NamedTuple):
     numbers: np.ndarray  # of the open plateaus in the line before and the line after, (2, along)
 
 
-def join_tiles(grid: list[list[Tile]], frame: Frame) -> Found:
+def join_tiles(grid: list[list[Tile]], frame: Frame) -> ScanPeaks:
     """Return what is found on the scan that the tiles ``grid[along x][along y]`` make up.
 
     Between two seams lie at least k − 1 pixels.
@@ -209,7 +210,7 @@ def join_tiles(grid: list[list[Tile]], frame: Frame) -> Found:
     tiles = [tile for row in grid for tile in row]
     missing, highest = sum(tile.missing for tile in tiles), max(tile.highest for tile in tiles)
     if missing or len(tiles) == 1:
-        return Found(missing, highest, tiles[0].peaks, tiles[0].fit)
+        return ScanPeaks(missing, highest, tiles[0].peaks, tiles[0].fit)
     grid = _numbered(grid)
     joined, first = _joined(tiles, _seams(grid))
     peaks = _stacked([*(tile.peaks for tile in tiles), joined])
@@ -217,7 +218,7 @@ def join_tiles(grid: list[list[Tile]], frame: Frame) -> Found:
     for seam in _seams(grid):  # laid together anew: all of them at once would double the rims
         _fit_across(fit, peaks, seam, frame)
     order = np.argsort(np.concatenate([*(tile.first for tile in tiles), first]))
-    return Found(missing, highest, _taken(peaks, order), _taken(fit, order))
+    return ScanPeaks(missing, highest, _taken(peaks, order), _taken(fit, order))
 
 
 def _stacked(parts):

@@ -3,8 +3,8 @@
 import multiprocessing
 import os
 import signal
-import struct
 import sys
+import threading
 import time
 
 import dask
@@ -93,7 +93,7 @@ def test_a_large_cluster_gets_a_batch_for_each_core():
     assert list(taken(queue)) == [100] * 1000
 
 
-def test_the_dearest_are_begun_first_with_their_neighbours():
+def test_the_most_expensive_are_begun_first_with_their_neighbours():
     begun, cost = [], np.random.default_rng(0).random(30)
     work = Work(wait, [(k,) for k in range(30)], FLOATS, (0.0, []), lambda: cost)
     wanted = [k for k in range(30) if k % 5]
@@ -190,22 +190,31 @@ def test_workers_end_with_the_process_they_work_for(tmp_path):
     assert not left
 
 
-def dies_while_it_answers(part, marker):
-    """Die once, having sent half of a message: as a worker that is killed at the wrong moment."""
+def dies_while_it_answers(k, folder):
+    """Die once, so many milliseconds after the result is done, which takes longer to send."""
+    marker = folder / str(k)
     if not marker.exists():
         marker.touch()
-        frame = sys._getframe()
-        while "result_queue" not in frame.f_locals:
-            frame = frame.f_back
-        os.write(frame.f_locals["result_queue"]._writer.fileno(), struct.pack("!i", 1000) + b"half")
-        os.kill(os.getpid(), signal.SIGKILL)
-    return part
+        threading.Timer(k * 1e-3, os.kill, (os.getpid(), signal.SIGKILL)).start()
+    return np.full(2**22, float(k))
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="Windows kills otherwise")
 def test_a_worker_that_dies_while_it_answers_is_noticed(tmp_path):
-    work = Work(dies_while_it_answers, [(np.full(1, float(k)),) for k in range(4)], FLOATS, (tmp_path / "died", []))
+    """Half of a message must not be waited for."""
+    dtype, found = np.dtype((float, (2**22,))), {}
+    work = Work(dies_while_it_answers, [(k,) for k in (1, 4, 16)], dtype, (tmp_path, []))
+    with dask.config.set(scheduler="processes", num_workers=1):
+        each_finished(work, range(3), kept_in(found))
+    assert [float(found[k][-1]) for k in range(3)] == [1, 4, 16]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX's")
+def test_what_threads_have_begun_is_handed_over_at_an_interrupt():
+    """It is waited for in any case."""
     found = {}
-    with dask.config.set(scheduler="processes", num_workers=2):
-        each_finished(work, range(4), kept_in(found))
-    assert [found[k].item() for k in range(4)] == [0, 1, 2, 3]
+    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+    work = Work(wait, [(k,) for k in range(9)], FLOATS, (0.7, []))
+    with dask.config.set(scheduler="threads", num_workers=2), pytest.raises(KeyboardInterrupt):
+        each_finished(work, range(9), kept_in(found))
+    assert sorted(found) == [0, 1]

@@ -93,8 +93,8 @@ def test_elliptic_hertz():
 
 
 def guess(pressure):
-    """Return a prediction that leaves out every cell that does not touch yet: a bad one, to be found out."""
-    return kalker.Prediction(pressure, pressure > 0, pressure > 0)
+    """Return a bad warm start: it leaves out every cell that does not touch yet."""
+    return kalker.WarmStart(pressure, pressure > 0, pressure > 0)
 
 
 @pytest.mark.parametrize("delta", [1.0, 4.0, 12.0, 25.0])

@@ -1,4 +1,4 @@
-"""Glued cells, laws of cohesion and outlines of contacts: exact algebra, and the constants derived again."""
+"""Constrained cells, cohesive laws and outlines of contact patches: exact algebra, and the constants derived again."""
 
 import numpy as np
 import pytest
@@ -7,14 +7,14 @@ from scipy import special
 from roughxr.kernels.adhesion import cohesive_laws as cohesion
 from roughxr.kernels.adhesion.constrained_cells import (
     approach,
+    constrain,
     elastic_energy,
-    glue,
-    nothing_glued,
+    no_cells,
     open_cell,
-    unglue,
+    release,
     with_room,
 )
-from roughxr.kernels.adhesion.contact_patches import contacts, lengthening
+from roughxr.kernels.adhesion.contact_patches import contact_patches, lengthening
 from roughxr.kernels.asperity import elliptic_jkr
 from roughxr.kernels.halfspace.love import love_coefficients
 
@@ -35,43 +35,39 @@ def disc(radius, x=0.0, y=0.0):
 def test_cells_that_come_and_go_leave_the_dense_solution():
     rng = np.random.default_rng(1)
     separation = rng.random((40, 40))
-    glued, count, delta = nothing_glued(separation.shape), 0, 0.0
+    cells, delta = no_cells(separation.shape), 0.0
     for turn in range(500):
+        count = int(cells.count[0])
         if count > 20 and rng.random() < 0.4:
             k = int(rng.integers(count))
-            open_cell(k, -glued.pressure[k] / glued.inverse[k, k], glued, count)  # load-free, so it may go
-            unglue(k, glued, count)
-            count -= 1
+            open_cell(k, -cells.pressure[k] / cells.inverse[k, k], cells)  # load-free, so it may go
+            release(k, cells)
         else:
-            i, j = np.argwhere(glued.place < 0)[rng.integers((glued.place < 0).sum())]
-            at = glued.row[:count], glued.column[:count]
-            sunk = TABLE[abs(at[0] - i), abs(at[1] - j)] @ glued.pressure[:count]
-            glued = with_room(glued, count)
-            glue(i, j, separation[i, j] - delta + sunk, separation[i, j], glued, count, TABLE)
-            count += 1
+            i, j = np.argwhere(cells.place < 0)[rng.integers((cells.place < 0).sum())]
+            at = cells.row[:count], cells.column[:count]
+            sunk = TABLE[abs(at[0] - i), abs(at[1] - j)] @ cells.pressure[:count]
+            cells = with_room(cells)
+            constrain(i, j, separation[i, j] - delta + sunk, separation[i, j], cells, TABLE)
         if turn % 7 == 0:
-            approach(0.1, glued, count)
+            approach(0.1, cells)
             delta += 0.1
+    count = int(cells.count[0])
     assert count > 80
-    row, column = glued.row[:count], glued.column[:count]
+    row, column = cells.row[:count], cells.column[:count]
     matrix = coefficients(row, column)
-    shape = delta - separation[row, column] + glued.gap[:count]
+    shape = delta - separation[row, column] + cells.gap[:count]
     pressure = np.linalg.solve(matrix, shape)
-    np.testing.assert_allclose(glued.pressure[:count], pressure, atol=1e-10 * abs(pressure).max())
-    np.testing.assert_allclose(glued.inverse[:count, :count] @ matrix, np.eye(count), atol=1e-10)
-    assert elastic_energy(separation, delta, glued, count) == pytest.approx(0.5 * pressure @ shape)
+    np.testing.assert_allclose(cells.pressure[:count], pressure, atol=1e-10 * abs(pressure).max())
+    np.testing.assert_allclose(cells.inverse[:count, :count] @ matrix, np.eye(count), atol=1e-10)
+    assert elastic_energy(separation, delta, cells) == pytest.approx(0.5 * pressure @ shape)
 
 
 def test_room_grows_without_losing_anything():
-    separation = np.zeros((20, 20))
-    glued, count = nothing_glued(separation.shape), 0
-    for i in range(20):
-        for j in range(20):
-            glued = with_room(glued, count)
-            glue(i, j, 0.0, 0.0, glued, count, TABLE)
-            count += 1
-    row, column = glued.row[:count], glued.column[:count]
-    np.testing.assert_allclose(glued.inverse[:count, :count] @ coefficients(row, column), np.eye(count), atol=1e-10)
+    cells = held([(i, j) for i in range(20) for j in range(20)])
+    count = int(cells.count[0])
+    assert count == 400
+    row, column = cells.row[:count], cells.column[:count]
+    np.testing.assert_allclose(cells.inverse[:count, :count] @ coefficients(row, column), np.eye(count), atol=1e-10)
 
 
 def test_an_edge_row_along_the_grid_resists_with_0_58():
@@ -83,40 +79,40 @@ def test_an_edge_row_along_the_grid_resists_with_0_58():
     assert np.linalg.inv(matrix)[0, 0] == pytest.approx(0.5801, abs=2e-3)
 
 
-def held(cells):
-    """Return a set that holds the given cells of a window, and their number."""
-    glued = nothing_glued((64, 64))
-    for count, (i, j) in enumerate(cells):
-        glued = with_room(glued, count)
-        glue(i, j, 0.0, 0.0, glued, count, TABLE)
-    return glued, len(cells)
+def held(places):
+    """Return a set that holds the given cells of a window."""
+    cells = no_cells((64, 64))
+    for i, j in places:
+        cells = with_room(cells)
+        constrain(i, j, 0.0, 0.0, cells, TABLE)
+    return cells
 
 
-def found_in(cells, closed=None):
-    glued, count = held(cells)
-    return contacts(np.ones(count) if closed is None else np.asarray(closed, float), glued, count)
+def found_in(places, closed=None):
+    cells = held(places)
+    return contact_patches(np.ones(len(places)) if closed is None else np.asarray(closed, float), cells)
 
 
 @pytest.mark.parametrize("radius", [2.5, 4.5, 8.0, 14.0])
 def test_a_round_contact_has_the_radius_of_its_area(radius):
     row, column = disc(radius, 0.3, 0.1)
     found = found_in(list(zip(row + 30, column + 30)))
-    assert found.cells.size == 1
+    assert found.area.size == 1
     assert found.radius[0] == pytest.approx(np.sqrt(row.size / np.pi), rel=0.01)
 
 
 def test_contacts_are_told_apart_where_no_side_is_shared():
     square = [(i, j) for i in range(10, 13) for j in range(10, 13)]
     found = found_in([*square, (13, 13), (20, 20), (20, 21)])
-    assert sorted(found.cells) == [1, 2, 9]
+    assert sorted(found.area) == [1, 2, 9]
     assert len(set(found.of[:9])) == 1
 
 
 def test_cells_that_are_hardly_closed_join_no_two_contacts():
     row = [(10, j) for j in range(5, 14)]
-    assert found_in(row, [1, 1, 1, 1, 0.5, 1, 1, 1, 1]).cells.size == 1
+    assert found_in(row, [1, 1, 1, 1, 0.5, 1, 1, 1, 1]).area.size == 1
     found = found_in(row, [1, 1, 1, 1, 0.1, 1, 1, 1, 1])
-    assert sorted(found.cells) == pytest.approx([4.0, 4.1])
+    assert sorted(found.area) == pytest.approx([4.0, 4.1])
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, np.pi / 4])
@@ -152,8 +148,8 @@ def test_what_the_outline_takes_is_the_integral_of_lowered_work():
 
 LAWS = {
     "griffith": cohesion.griffith(0.3),
-    "dugdale": cohesion.cohesive("dugdale", 0.3, 0.2),
-    "exponential": cohesion.cohesive("exponential", 0.3, 0.2),
+    "dugdale": cohesion.finite_range("dugdale", 0.3, 0.2),
+    "exponential": cohesion.finite_range("exponential", 0.3, 0.2),
 }
 
 
@@ -182,6 +178,6 @@ def test_one_cell_in_balance_stays_there(law):
 
 def test_a_strength_without_plateau_is_the_griffith_limit():
     griffith = cohesion.griffith(0.3)
-    same = cohesion.cohesive("dugdale", 0.3, griffith.strength)
+    same = cohesion.finite_range("dugdale", 0.3, griffith.strength)
     assert same.length == pytest.approx(0, abs=1e-12)
     assert same.range == pytest.approx(griffith.range)

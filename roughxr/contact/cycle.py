@@ -1,0 +1,252 @@
+"""One cycle of approach and retraction at one contact centre: which solver follows it, and on how fine a mesh.
+
+Smooth laws of finite range are followed by Newton's method (``kernels.adhesion.smooth_path``), the Griffith limit and
+Dugdale's law cell by cell (``kernels.adhesion.path``). A mesh is halved until two in a row agree on the pull-off.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kernels.adhesion import cohesive_laws, path, smooth_laws, smooth_path
+from ..kernels.halfspace.products import coefficients_for
+from .problem import Place, Problem, Surface, surface_at
+
+#: Laws that Newton's method follows, and what the kernels call them.
+SMOOTH = ("exponential", "lennard_jones")
+_KERNEL_NAMES = {"exponential": "exponential", "lennard_jones": "van_der_waals"}
+
+#: Refinements that "auto" goes through; the first is the least that has cells of so many nm or less, or of so many of
+#: the law's lengths, whichever is more.
+REFINEMENTS = (1, 2, 4, 8, 16)
+_FIRST_CELL, _FIRST_LENGTHS = 5.0, 16.0
+
+#: Meshes at most that a place is solved on.
+_MESHES = 4
+
+#: A preload counts as reached within this part of it, or of the largest pull.
+_MET = 0.02
+
+#: Largest displacements that are tried for a preload, each so many times the one before.
+_DEEPER, _TRIES = 1.6, 24
+
+
+class Adhesion(NamedTuple):
+    """How the bodies adhere, how they are moved, and how well it is to be known."""
+
+    work: float  # J/m²
+    law: str
+    length: float  # nm: ρ of "exponential", z₀ of "lennard_jones", w over the strength of "dugdale"; NaN of "griffith"
+    preloads: np.ndarray  # nN, ascending; none where the displacements say where to turn
+    refine: int  # 0: until ``accuracy`` is met
+    accuracy: float
+    step: float  # nm
+    tolerance: float
+    max_iterations: int
+    max_cells: int
+
+
+def reach_of_law(adhesion: Adhesion, problem: Problem) -> float:
+    """Return the gap (nm) beyond which nothing pulls."""
+    if adhesion.law == "griffith" or adhesion.work == 0:
+        return 0.0
+    if adhesion.law in SMOOTH:
+        return smooth_laws.smooth_law(_KERNEL_NAMES[adhesion.law], adhesion.work, adhesion.length).range
+    return law_by_cells(adhesion, problem).range
+
+
+class Cycles(NamedTuple):
+    """The cycles of one surface, one for each turning point, in nm and nN, and how they were found."""
+
+    surface: Surface
+    problem: Problem
+    paths: list[path.Path]
+
+
+def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: bool) -> tuple[Cycles, dict]:
+    """Return the cycles at one place on the mesh that its accuracy asks for, and the errors of their pull-offs."""
+    if adhesion.refine:
+        return _cycles(place, problem, adhesion, adhesion.refine, fields=fields), {"refinement": adhesion.refine}
+    return _refined_until_accurate(place, problem, adhesion)
+
+
+def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) -> tuple[Cycles, dict]:
+    """Halve the cells until the largest pull changes by less than the accuracy, or there are too many of them.
+
+    The change from a mesh to the next is taken as the error of the finer one: an upper bound where meshes converge at
+    first order or better. The step's own error is the change that twice the step makes on the coarsest mesh.
+    """
+    meshes = [n for n in REFINEMENTS if n >= _first_refinement(problem, adhesion)][:_MESHES]
+    before = _cycles(place, problem, adhesion, meshes[0])
+    of_step = _change(_cycles(place, problem, adhesion._replace(step=2 * adhesion.step), meshes[0]), before)
+    found, n, of_mesh = before, meshes[0], np.full_like(of_step, np.nan)
+    for finer in meshes[1:]:
+        if _overlapping(before.surface, problem, adhesion) * (finer / n) ** 2 > adhesion.max_cells:
+            break
+        found = _cycles(place, problem, adhesion, finer)
+        of_mesh, n = _change(before, found), finer
+        if (np.hypot(of_mesh, of_step) < adhesion.accuracy)[np.isfinite(of_mesh)].all():
+            break
+        before = found
+    errors = {"mesh_error": of_mesh, "step_error": of_step, "pull_off_error": np.hypot(of_mesh, of_step)}
+    return found, {"refinement": n, **errors}
+
+
+def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
+    length = 0.0 if np.isnan(adhesion.length) else adhesion.length
+    cell = max(_FIRST_CELL, _FIRST_LENGTHS * length)
+    return next((n for n in REFINEMENTS if problem.pixel / n <= cell), REFINEMENTS[-2])
+
+
+def _overlapping(surface: Surface, problem: Problem, adhesion: Adhesion) -> int:
+    return int(np.count_nonzero(surface.separation < deltas_of(surface, problem, adhesion)[-1]))
+
+
+def _change(one: Cycles, other: Cycles) -> np.ndarray:
+    """Return by which part the pull-offs of one differ from those of the other; NaN where neither pulls."""
+    a, b = (np.array([largest_pull(followed) for followed in found.paths]) for found in (one, other))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(b > 0, np.abs(a - b) / b, np.nan)
+
+
+def deltas_of(surface: Surface, problem: Problem, adhesion: Adhesion) -> np.ndarray:
+    """Return the displacements asked for, nm below the datum; those up to a preload count from first contact."""
+    return problem.steps + (surface.separation.min() if adhesion.preloads.size else surface.zero)
+
+
+def deepest_of(followed: path.Path, found: Cycles) -> float:
+    """Return the largest displacement of a cycle, nm below the datum."""
+    return found.surface.zero + (followed.states[followed.turn - 1, path.DELTA] if followed.turn else -np.inf)
+
+
+def reached(followed: path.Path, adhesion: Adhesion, k: int) -> bool:
+    """Say whether a cycle turned at its preload, and not because it was not followed any deeper."""
+    if adhesion.preloads.size == 0:
+        return True
+    if not followed.turn:
+        return False
+    turn, largest = followed.states[followed.turn - 1], -followed.states[:, path.FORCE].min()
+    goal = adhesion.preloads[k]
+    return turn[path.AREA] > 0 and turn[path.FORCE] >= goal - _MET * max(goal, largest)
+
+
+def largest_pull(followed: path.Path) -> float:
+    """Return the pull-off force of a cycle, nN; NaN of one that broke off."""
+    back = followed.states[followed.turn :, path.FORCE]
+    return -float(back.min()) if followed.status == path.CONVERGED and back.size else np.nan
+
+
+def _cycles(place: Place, problem: Problem, adhesion: Adhesion, refine: int, *, fields: bool = False) -> Cycles:
+    problem = problem._replace(refine=refine)
+    surface = surface_at(place, problem)
+    follow = _follow_smooth if adhesion.law in SMOOTH and adhesion.work > 0 else _follow_by_cells
+    paths = [_in_units(found, surface, problem) for found in follow(surface, problem, adhesion, fields)]
+    return Cycles(surface, problem, paths)
+
+
+def _follow_smooth(surface: Surface, problem: Problem, adhesion: Adhesion, fields: bool) -> list[path.Path]:
+    per_unit = problem.dx / problem.contact_modulus
+    return smooth_path.follow_smooth(
+        surface.separation,
+        deltas_of(surface, problem, adhesion),
+        adhesion.step,
+        coefficients_for(surface.separation.shape),
+        smooth_laws.smooth_law(_KERNEL_NAMES[adhesion.law], adhesion.work * per_unit, adhesion.length),
+        preloads=adhesion.preloads / (problem.contact_modulus * problem.dx),
+        tolerance=adhesion.tolerance,
+        max_rounds=adhesion.max_iterations,
+        max_cells=adhesion.max_cells,
+        fields=fields,
+    )
+
+
+def _follow_by_cells(surface: Surface, problem: Problem, adhesion: Adhesion, fields: bool) -> list[path.Path]:
+    if adhesion.preloads.size == 0:
+        return [_by_cells(surface, deltas_of(surface, problem, adhesion), problem, adhesion, fields)]
+    return [_up_to(load, surface, problem, adhesion) for load in adhesion.preloads]
+
+
+def _up_to(load: float, surface: Surface, problem: Problem, adhesion: Adhesion) -> path.Path:
+    """Return the cycle that turns where the force reaches a load (nN) first, once anything touches."""
+    stiffness, depth, touch = problem.contact_modulus * problem.dx, 4 * adhesion.step, surface.separation.min()
+    for _ in range(_TRIES):
+        depth = min(depth, float(problem.steps[-1]))
+        found = _by_cells(surface, np.array([depth + touch]), problem, adhesion, False)
+        up = found.states[: found.turn]
+        met = (up[:, path.FORCE] * stiffness >= load) & (up[:, path.AREA] > 0)
+        if met.any() or found.status != path.CONVERGED or depth == problem.steps[-1]:
+            break
+        depth *= _DEEPER
+    if not met.any():
+        return found
+    k = int(np.argmax(met))
+    turn = _between(up[max(k - 1, 0)], up[k], load / stiffness)
+    return _by_cells(surface, np.array([turn]), problem, adhesion, False)
+
+
+def _between(before: np.ndarray, after: np.ndarray, force: float) -> float:
+    """Return the displacement at which a force is reached between two states."""
+    if before[path.AREA] == 0 or after[path.FORCE] <= before[path.FORCE]:
+        return float(after[path.DELTA])
+    part = (force - before[path.FORCE]) / (after[path.FORCE] - before[path.FORCE])
+    return float(before[path.DELTA] + min(max(part, 0.0), 1.0) * (after[path.DELTA] - before[path.DELTA]))
+
+
+def _by_cells(surface: Surface, deltas: np.ndarray, problem: Problem, adhesion: Adhesion, fields: bool) -> path.Path:
+    return path.follow(
+        surface.separation,
+        deltas,
+        adhesion.step,
+        coefficients_for([n + 2 for n in surface.separation.shape]),  # the path pads the window
+        law_by_cells(adhesion, problem),
+        adhesion.work * problem.dx / problem.contact_modulus,
+        tolerance=adhesion.tolerance,
+        max_iterations=adhesion.max_iterations,
+        max_cells=adhesion.max_cells,
+        fields=fields,
+    )
+
+
+def law_by_cells(adhesion: Adhesion, problem: Problem) -> cohesive_laws.Law:
+    """Return the law on unit cells of unit modulus."""
+    per_unit = problem.dx / problem.contact_modulus
+    w = adhesion.work * per_unit
+    if adhesion.law == "griffith" or w == 0:
+        return cohesive_laws.griffith(w)
+    return cohesive_laws.finite_range(adhesion.law, w, w / adhesion.length)
+
+
+def _in_units(followed: path.Path, surface: Surface, problem: Problem) -> path.Path:
+    """Return a path in nm, nN and GPa, its displacements counted from the datum of the result."""
+    states, stiffness = followed.states.copy(), problem.contact_modulus * problem.dx
+    states[:, [path.FORCE, path.ENERGY, path.DISSIPATED]] *= stiffness
+    states[:, path.AREA] *= problem.dx * problem.dx
+    states[:, path.DELTA] -= surface.zero
+    return followed._replace(states=states, pressures=followed.pressures * problem.contact_modulus / problem.dx)
+
+
+def events(followed: path.Path) -> dict[str, float]:
+    """Return snap-in, pull-off, work of separation and so on; none of a path that broke off or never touched."""
+    states, back = followed.states, followed.states[followed.turn :]
+    touching = states[:, path.AREA] > 0
+    if followed.status != path.CONVERGED or not touching.any():
+        return {}
+    first, lowest = states[np.argmax(touching)], back[np.argmin(back[:, path.FORCE])]
+    delta, force = states[:, path.DELTA], states[:, path.FORCE]
+    return {
+        "snap_in_force": max(-first[path.FORCE], 0.0),
+        "snap_in_delta": first[path.DELTA],
+        "pull_off_force": max(-lowest[path.FORCE], 0.0),
+        "pull_off_delta": lowest[path.DELTA],
+        "detachment_delta": delta[touching].min() if touching[followed.turn :].any() else np.nan,
+        "work_of_separation": _work(np.minimum(back[:, path.FORCE], 0.0), back[:, path.DELTA]),
+        "hysteresis": _work(force, delta),
+        "pull_off_resolution": lowest[path.RESOLUTION],
+    }
+
+
+def _work(force: np.ndarray, delta: np.ndarray) -> float:
+    """Return the work of a force along a path, nN nm."""
+    return float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(delta)))

@@ -1,0 +1,259 @@
+"""Where tasks are computed: this thread, threads, worker processes of this machine, or a cluster."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import time
+import warnings
+from collections.abc import Iterator
+from concurrent import futures
+from contextlib import contextmanager, nullcontext
+from typing import Any, Protocol
+from weakref import WeakSet
+
+import dask
+import dask.local
+import dask.multiprocessing
+import dask.system
+import numpy as np
+from dask.local import SynchronousExecutor
+
+_LOCAL = ("threads", "processes", "synchronous")
+
+#: Batches sent ahead for each thread or process: one to compute, one to go on with.
+_AHEAD = 2
+
+#: How often a cluster is asked for its workers, which may come and go, s: asking takes as long as serving a batch.
+_ASKED = 0.5
+
+#: Lets a worker process go on at Ctrl-C, which a terminal sends to all: the main process ends it in good order.
+_DEAF_TO_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+
+
+#: What was lost with a worker is told at once, not tried again as it was: it goes on in smaller batches. And a worker
+#: that dies is always begun again: by default the cluster gives up one that is away 15 s after an earlier death.
+_OF_PROCESSES = {
+    "distributed.scheduler.allowed-failures": 0,
+    "distributed.deploy.lost-worker-timeout": "1000 days",
+}
+
+
+class Scheduler(Protocol):
+    """What computes batches.
+
+    The executor of distributed's own client, `Client.get_executor`, is none: a future whose result is lost with its
+    worker after it was told to be finished, and then fails, never finishes there.
+    """
+
+    cores: int
+    ahead: int  # batches to have sent
+    serving: float  # seconds in which the main process hands out a batch and takes its result
+
+    def submit(self, function: Any, *arguments: Any) -> Any:
+        """Begin ``function(*arguments, shared)`` and return its future."""
+
+    def result(self, future: Any) -> Any:
+        """Return what a finished future holds, None where it was lost with its worker."""
+
+    def close(self) -> None:
+        """Let go of what has not begun."""
+
+
+@contextmanager
+def scheduler_for(shared: tuple, items: int) -> Iterator[Scheduler]:
+    """Give the scheduler in force, to which all that the tasks share is sent once.
+
+    A single item is computed in this thread: to start processes takes seconds.
+    """
+    client, get = active_client(), dask.base.get_scheduler() if items > 1 else dask.local.get_sync
+    if client is None and get is dask.multiprocessing.get:
+        with _worker_processes() as client, _closing(_Cluster(client, shared)) as cluster:
+            yield cluster
+    else:
+        here = _Here(shared, get is dask.local.get_sync) if client is None else _Cluster(client, shared)
+        with _closing(here):
+            yield here
+
+
+@contextmanager
+def _closing(scheduler: Any) -> Iterator[Scheduler]:
+    try:
+        yield scheduler
+    finally:
+        scheduler.close()
+
+
+class _Here:
+    """Threads, in the number that dask's own scheduler uses, or this thread alone."""
+
+    serving = 0.002
+
+    def __init__(self, shared: tuple, alone: bool):
+        self.shared, self.cores = shared, 1 if alone else _workers()
+        self.ahead = 1 if alone else _AHEAD * self.cores
+        self.executor = SynchronousExecutor() if alone else futures.ThreadPoolExecutor(self.cores)
+
+    def submit(self, function: Any, *arguments: Any) -> futures.Future:
+        return self.executor.submit(function, *arguments, self.shared)
+
+    def result(self, future: futures.Future) -> Any:
+        return future.result()
+
+    def close(self) -> None:
+        """Let go of what has not begun, and wait for what has."""
+        self.executor.shutdown(cancel_futures=True)
+
+
+class _Cluster:
+    """The workers of a client.
+
+    What all tasks share is sent to the workers of other machines once, and to those of this one with each batch: so
+    no worker that is lost takes anything along that others need.
+    """
+
+    serving = 0.02
+
+    def __init__(self, client: Any, shared: tuple):
+        self.client, self.shared, self.count, self.asked = client, shared, 0, -np.inf
+        self.near = isinstance(client.cluster, _distributed("a client needs").LocalCluster)
+        self.begun: WeakSet = WeakSet()
+        self._send = self._wait_for_a_worker if self.near else self._scatter
+        self._send()
+
+    def _wait_for_a_worker(self) -> None:
+        with self._in_words():
+            self.client.wait_for_workers(1, timeout=dask.config.get("distributed.comm.timeouts.connect"))
+
+    def _scatter(self) -> None:
+        with self._in_words():
+            self.sent = self.client.scatter(self.shared, broadcast=True, hash=False)
+
+    @contextmanager
+    def _in_words(self) -> Iterator[None]:
+        try:
+            yield
+        except Exception as error:
+            raise RuntimeError(
+                f"{self.client.scheduler.address}: nothing can be sent to its workers ({error}): "
+                "expected at least one 'dask worker', where roughxr is installed as here"
+            ) from error
+
+    @property
+    def cores(self) -> int:
+        """Threads of all workers."""
+        if time.monotonic() > self.asked + _ASKED:
+            self.threads, self.asked = max(sum(self.client.nthreads().values()), 1), time.monotonic()
+        return self.threads
+
+    @property
+    def ahead(self) -> int:
+        return _AHEAD * self.cores
+
+    def submit(self, function: Any, *arguments: Any) -> Any:
+        self.count += 1
+        options = {"pure": False, "priority": -self.count}
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
+            future = self.client.submit(function, *arguments, self.shared if self.near else self.sent, **options)
+        self.begun.add(future)
+        return future
+
+    def result(self, future: Any) -> Any:
+        """Return what a future holds, fetched only now: it may be lost after it was told to be finished."""
+        try:
+            return future.result()
+        except Exception:
+            self._send()  # what was sent may have gone with the worker
+            return None
+
+    def close(self) -> None:
+        self.client.cancel(list(self.begun))
+
+
+def _workers() -> int:
+    return dask.config.get("num_workers", None) or dask.system.CPU_COUNT
+
+
+def active_client() -> Any:
+    """Return the active distributed client, or None; never imports distributed by itself."""
+    if "distributed" not in sys.modules or dask.config.get("scheduler", None) not in (None, "dask.distributed"):
+        return None
+    try:
+        return sys.modules["distributed"].get_client()
+    except ValueError:
+        return None
+
+
+def on(scheduler: str | None) -> Any:
+    """Compute on a scheduler by name or address within a block; None leaves what is in force.
+
+    Raises
+    ------
+    ValueError
+        If it is neither a name nor an address.
+    ImportError
+        If it needs ``distributed``, which is not installed.
+    OSError
+        If no scheduler answers there.
+    """
+    if scheduler is None:
+        return nullcontext()
+    if scheduler == "processes":
+        return _worker_processes()
+    if scheduler in _LOCAL:
+        return dask.config.set(scheduler=scheduler)
+    if ":" in scheduler:
+        return _client(scheduler)
+    raise ValueError(
+        f"scheduler: expected {', '.join(map(repr, _LOCAL))} or an address such as 'tcp://node1:8786', "
+        f"found {scheduler!r}"
+    )
+
+
+def _client(address: str) -> Any:
+    distributed = _distributed("a scheduler's address needs")
+    try:
+        return distributed.Client(address)
+    except (OSError, ValueError) as error:
+        raise OSError(
+            f"scheduler {address!r}: could not be reached ({error}); "
+            "start 'dask scheduler' and give the address that it prints"
+        ) from error
+
+
+@contextmanager
+def _worker_processes() -> Iterator[Any]:
+    """Give a client of worker processes on this machine, which end with this one, and begin again when they die."""
+    distributed = _distributed("worker processes need")
+    with (
+        dask.config.set(_OF_PROCESSES),
+        _started(distributed.LocalCluster) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        yield client
+
+
+def _started(cluster: Any, tries: int = 3) -> Any:
+    """Start worker processes, and once more where one dies before it has begun, which its nanny does not survive."""
+    try:
+        return cluster(
+            n_workers=_workers(),
+            threads_per_worker=1,
+            memory_limit=None,
+            dashboard_address=None,
+            silence_logs=logging.CRITICAL,
+            preload=[_DEAF_TO_INTERRUPTS],
+        )
+    except RuntimeError:
+        if tries == 1:
+            raise
+        return _started(cluster, tries - 1)
+
+
+def _distributed(needed_by: str) -> Any:
+    try:
+        import distributed
+    except ImportError:
+        raise ImportError(f"{needed_by} dask.distributed: pip install 'roughxr[distributed]'") from None
+    return distributed

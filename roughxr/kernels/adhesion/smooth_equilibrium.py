@@ -1,0 +1,342 @@
+"""Equilibrium at one displacement: p + t(g) = 0 where surfaces attract, g = 0 and p + t(0) ≥ 0 where they touch.
+
+The gap of every cell follows from the pressures, g = S − δ + A p. Two steps lead on from a guess, by one linear system
+(``newton_system``):
+
+Newton's       linearises t as well; quadratic near the end, and taken where it goes downhill: Σ (p + t) Δg < 0.
+tangent        leaves t as it is (τ = 0). As the energy of adhesion −W(u) is concave, the energy with its tangent in its
+               place lies above it, so that the minimum of that is downhill from anywhere ("convex-concave procedure",
+               Yuille & Rangarajan 2003). It is what leads from the end of a branch to the next one.
+
+After either, the attracting cells take the traction of the gap that they have been given. Cells so far off that their
+traction hardly changes with the gap (``_NEAR``) only follow their gaps.
+
+Gaps come from transforms in single precision until the residual is small enough for it to matter.
+Unit cells and unit modulus.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..halfspace.active_set import PATIENCE, gather_cells
+from ..halfspace.active_set import solve as solve_contact
+from ..halfspace.products import displace
+from ..halfspace.transforms import Convolution, convolve
+from ..jit import kernel
+from .newton_system import near_cells, solve, workspace
+from .smooth_laws import SmoothLaw, remaining_work, traction
+
+#: Cells whose traction falls at most by this part of what a cell resists with are left out of the linear systems.
+_NEAR = 1e-3
+
+#: Residual over the largest traction above which only tangents are followed, and below which gaps are made exact.
+_ROUGH, _FINE = 1.0, 1e-3
+
+#: Newton's step is too long where it opens a gap by more than so many of the law's lengths.
+_LONGEST = 3.0
+
+#: Products that a linear system may take, and to what part it is solved.
+_PRODUCTS, _PART = 25, 0.03
+
+#: Part of the fall of the tractions that is linearised where all of it does not lead downhill.
+_TEMPERED = 0.85
+
+#: Rounds of Newton's method, rounds without much progress, and residual at which it is given up.
+_LONGEST_NEWTON, _PATIENCE, _LOST = 30, 4, 6.0
+
+#: Tangents that are followed at first where it is.
+_TANGENTS = 2
+
+#: Under an attraction that is held gaps are closed to this part of the largest traction, by so many products at most.
+_PRESSED, _PRODUCTS_TO_PRESS = 0.01, 200
+
+#: How many nm of gap weigh as much as a nm of pressure where both say whether a cell touches.
+_WEIGHT = 0.5
+
+
+class Body(NamedTuple):
+    """What is given of a box, and room to work in."""
+
+    separation: np.ndarray  # (nx, ny) S, nm, inf where there is nothing to touch
+    coefficients: np.ndarray
+    law: SmoothLaw
+    tolerance: float
+    max_rounds: int
+    exact: Convolution  # of the whole box
+    quick: Convolution
+    first: tuple[int, int]  # the part of the box that holds the cells of the linear systems: where it begins
+    product: Convolution  # with A in that part
+    inverse: Convolution  # with its inverse, periodic
+
+
+class State(NamedTuple):
+    """Where a body is."""
+
+    pressure: np.ndarray  # (nx, ny) nm
+    gap: np.ndarray  # nm
+    touching: np.ndarray
+
+
+class Outcome(NamedTuple):
+    """How an equilibrium was found."""
+
+    rounds: int
+    products: int
+    residual: float  # over the largest traction
+    fine: bool
+
+
+def settle(body, delta, last, state):
+    """Bring ``state`` into equilibrium at a displacement (nm), from what stands in it or, failing that, from ``last``."""
+    out = _newton(body, delta, state)
+    products, rounds, steps = out.products, out.rounds, _TANGENTS
+    if out.fine or out.residual == np.inf:
+        return out
+    anchor = State(*(values.copy() for values in last))
+    while rounds < body.max_rounds:
+        products += _relax(body, delta, anchor, steps)
+        bound = energy(body.separation, body.law, delta, anchor)
+        for old, new in zip(anchor, state):
+            new[:] = old
+        out = _newton(body, delta, state)
+        products, rounds, steps = products + out.products, rounds + out.rounds + steps, 2 * steps
+        lower = energy(body.separation, body.law, delta, state) <= bound + 1e-3 * abs(bound)
+        if (out.fine and lower) or out.residual == np.inf:
+            break
+    return Outcome(rounds, products, out.residual, out.fine)
+
+
+def _newton(body, delta, state):
+    """Iterate until the residual is small enough, or has not fallen for some time.
+
+    The residual is infinite where a cell touches beyond the part of the box in which systems are solved.
+    """
+    products, best, since, exact, worst = 0, np.inf, 0, False, np.inf
+    for turn in range(_LONGEST_NEWTON):
+        exact = exact or worst < _FINE
+        worst = (_exact_residual if exact else _quick_residual)(body, delta, state)
+        if exact and worst <= body.tolerance:
+            return Outcome(turn, products, worst, True)
+        best, since = (worst, 0) if worst < 0.7 * best else (best, since + 1)
+        if since > _PATIENCE or not worst < _LOST:
+            return Outcome(turn, products, worst, False)
+        products += 1 + _improve(body, state, worst)
+    return Outcome(_LONGEST_NEWTON, products, worst, False)
+
+
+def _relax(body, delta, state, steps):
+    """Follow the energy's tangents downhill for some steps; return the products that they cost."""
+    held = np.zeros(state.gap.shape)
+    _hold(body, state, held)
+    _quick_gaps(body, delta, state)
+    return sum(_press(body, delta, state, held) for _ in range(steps))
+
+
+@kernel
+def _exact_residual(body, delta, state):
+    """Find the gaps in double precision, and which cells touch; return the largest residual over the strength."""
+    displace(state.pressure, body.exact, state.gap)
+    _less_approach(body, delta, state)
+    return _classify(body, state)
+
+
+@kernel
+def _quick_residual(body, delta, state):
+    """Do so in single precision."""
+    _quick_gaps(body, delta, state)
+    return _classify(body, state)
+
+
+@kernel
+def _hold(body, state, held):
+    """Let every cell attract as its gap says, on top of what presses where it touches."""
+    for i in range(held.shape[0]):
+        for j in range(held.shape[1]):
+            t = traction(max(state.gap[i, j], 0.0), body.law)[0]
+            before = held[i, j] if held[i, j] > 0.0 else t
+            presses = max(state.pressure[i, j] + before, 0.0) if state.touching[i, j] else 0.0
+            held[i, j], state.pressure[i, j] = t, presses - t
+
+
+@kernel
+def _press(body, delta, state, held):
+    """Find where cells touch and how they press under the attraction of their gaps, held; return the products."""
+    _hold(body, state, held)
+    _quick_gaps(body, delta, state)
+    rows, columns = _places(body, state)
+    count = rows.size
+    if count == 0:
+        return 1
+    cells = gather_cells(_near(body, rows, columns), count)
+    pressure, gap, contact = np.zeros(count + 1), np.zeros(count + 1), np.zeros(count + 1, np.bool_)
+    for k in range(count):
+        i, j = rows[k], columns[k]
+        pressure[k], gap[k] = state.pressure[i, j] + held[i, j], state.gap[i, j]
+        contact[k] = state.touching[i, j] and pressure[k] > 0.0
+    goal = _PRESSED * body.law.strength
+    out = solve_contact(cells, pressure, gap, contact, goal, _PRODUCTS_TO_PRESS, 0.0, np.int64(PATIENCE))
+    for k in range(count):
+        i, j = rows[k], columns[k]
+        state.pressure[i, j], state.gap[i, j] = pressure[k] - held[i, j], gap[k]
+        state.touching[i, j] = contact[k]
+    return 1 + out.iterations
+
+
+@kernel
+def _quick_gaps(body, delta, state):
+    """Write the gaps that follow from the pressures, in single precision."""
+    pressure, box = state.pressure, body.quick.box
+    for i in range(box.shape[0]):
+        for j in range(box.shape[1]):
+            box[i, j] = pressure[i, j] if j < pressure.shape[1] else 0.0
+    convolve(body.quick)
+    for i in range(pressure.shape[0]):
+        for j in range(pressure.shape[1]):
+            state.gap[i, j] = box[i, j]
+    _less_approach(body, delta, state)
+
+
+@kernel
+def _less_approach(body, delta, state):
+    for i in range(state.gap.shape[0]):
+        for j in range(state.gap.shape[1]):
+            state.gap[i, j] += body.separation[i, j] - delta
+
+
+@kernel
+def _classify(body, state):
+    """Say which cells touch; let those far off follow; return the largest residual over the largest traction.
+
+    Infinite where a cell touches beyond the part of the box in which systems are solved.
+    """
+    law, worst = body.law, 0.0
+    for i in range(state.gap.shape[0]):
+        for j in range(state.gap.shape[1]):
+            gap, pressure = state.gap[i, j], state.pressure[i, j]
+            t, tau = traction(max(gap, 0.0), law)
+            touching = gap < law.range and pressure + t > _WEIGHT * gap
+            state.touching[i, j] = touching
+            if touching:
+                worst = max(worst, abs(gap)) if _is_inside(i, j, body) else np.inf
+                continue
+            worst = max(worst, abs(pressure + t))
+            if tau < _NEAR:
+                state.pressure[i, j] = -t
+    return worst / law.strength
+
+
+@kernel
+def _is_inside(i, j, body):
+    i -= body.first[0]
+    j -= body.first[1]
+    return 0 <= i < body.inverse.box.shape[0] and 0 <= j < body.inverse.box.shape[1]
+
+
+@kernel
+def _near(body, rows, columns):
+    """Return A on cells of the box."""
+    count = rows.size
+    i, j = np.empty(count, np.int64), np.empty(count, np.int64)
+    for k in range(count):
+        i[k], j[k] = rows[k] - body.first[0], columns[k] - body.first[1]
+    return near_cells(i, j, body.coefficients, body.product, body.inverse)
+
+
+@kernel
+def _improve(body, state, worst):
+    """Take one step; return the products that it cost."""
+    rows, columns = _places(body, state)
+    if rows.size == 0:
+        return 0
+    near = _near(body, rows, columns)
+    touching, tau, right = _system(body, state, rows, columns)
+    room = workspace(_PRODUCTS, rows.size)
+    x, image = np.empty(rows.size), np.empty(rows.size)
+    products, part = 0, 1.0 if worst < _ROUGH else 0.0
+    while True:
+        products += solve(near, touching, tau, right, _PART, room, x, image)
+        if part == 0.0 or _is_downhill(touching, right, image, _LONGEST * body.law.length):
+            break
+        part = _TEMPERED if part == 1.0 else 0.0
+        for k in range(tau.size):
+            tau[k] *= part
+    _go(body, state, rows, columns, touching, x, image)
+    return products
+
+
+@kernel
+def _go(body, state, rows, columns, touching, x, image):
+    """Let touching cells press as solved for, and attracting ones attract as the gaps say that were."""
+    most = traction(0.0, body.law)[0]
+    for k in range(rows.size):
+        i, j = rows[k], columns[k]
+        if touching[k]:
+            state.pressure[i, j] = max(state.pressure[i, j] + x[k], -most)
+        else:
+            state.pressure[i, j] = -traction(max(state.gap[i, j] + image[k], 0.0), body.law)[0]
+
+
+@kernel
+def _places(body, state):
+    """Return the rows and columns of the cells that touch or whose traction changes with their gap."""
+    i0, j0 = body.first
+    i1, j1 = i0 + body.inverse.box.shape[0], j0 + body.inverse.box.shape[1]
+    i1, j1 = min(i1, state.gap.shape[0]), min(j1, state.gap.shape[1])
+    rows, columns = np.empty((i1 - i0) * (j1 - j0), np.int64), np.empty((i1 - i0) * (j1 - j0), np.int64)
+    count = 0
+    for i in range(i0, i1):
+        for j in range(j0, j1):
+            if state.touching[i, j] or traction(max(state.gap[i, j], 0.0), body.law)[1] >= _NEAR:
+                rows[count], columns[count], count = i, j, count + 1
+    return rows[:count], columns[:count]
+
+
+@kernel
+def _system(body, state, rows, columns):
+    """Return which cells touch, how fast the others' tractions fall, and what is to be mended."""
+    count = rows.size
+    touching, tau, right = np.empty(count, np.bool_), np.zeros(count), np.empty(count)
+    for k in range(count):
+        i, j = rows[k], columns[k]
+        touching[k] = state.touching[i, j]
+        if touching[k]:
+            right[k] = -state.gap[i, j]
+        else:
+            t, tau[k] = traction(max(state.gap[i, j], 0.0), body.law)
+            right[k] = -t - state.pressure[i, j]
+    return touching, tau, right
+
+
+@kernel
+def _is_downhill(touching, right, image, longest):
+    """Say whether the energy falls along a step of the gaps that is not too long."""
+    fall = 0.0
+    for k in range(right.size):
+        if not touching[k]:
+            fall += right[k] * image[k]
+            if abs(image[k]) > longest:
+                return False
+    return fall >= 0.0
+
+
+@kernel
+def energy(separation, law, delta, state):
+    """Return ½ Σ p (δ − S + g) − Σ W(g), nm²."""
+    total = 0.0
+    for i in range(state.gap.shape[0]):
+        for j in range(state.gap.shape[1]):
+            if state.gap[i, j] < law.range:
+                gap = max(state.gap[i, j], 0.0)
+                total += 0.5 * state.pressure[i, j] * (delta - separation[i, j] + gap) - remaining_work(gap, law)
+    return total
+
+
+@kernel
+def closed_parts(state, law):
+    """Return of each cell the part of the work of separation that is left to do."""
+    closed = np.empty(state.gap.shape)
+    for i in range(closed.shape[0]):
+        for j in range(closed.shape[1]):
+            closed[i, j] = remaining_work(max(state.gap[i, j], 0.0), law) / (law.work - law.cut)
+    return closed

@@ -1,0 +1,382 @@
+"""Path of a body under a smooth law of adhesion: one loading, any number of turning points, a retraction from each.
+
+From each state the next is sought from where the last two point to: gaps where cells attract, pressures where they touch.
+So a path follows a branch to its end and goes downhill from there, as a body held by a stiff device does. Displacement moves
+in steps; what a path passes between two of them must not matter:
+
+- where a step ran past the end of a branch and the pull may have grown beyond the largest on the way, it is halved;
+- where the force passed a minimum, one more state is sought at the vertex of the parabola through three;
+- a preload is closed in upon by regula falsi.
+
+Only the bounding box of the cells within the law's range at a displacement is worked on. What a step frees at fixed
+displacement is dissipated: the work ½(F₀ + F₁)Δδ less what the energy rose by.
+
+Unit cells and unit modulus.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..halfspace.transforms import convolution, even_length, transfer_of
+from .smooth_equilibrium import Body, State, closed_parts, energy, settle
+from .smooth_patches import contacts_and_resolution
+from .smooth_prediction import ahead
+
+#: How a path ended.
+CONVERGED, NOT_FINITE, CELL_LIMIT = range(3)
+
+#: What is kept of a state.
+DELTA, FORCE, AREA, ENERGY, DISSIPATED, CONTACTS, RESOLUTION, ITERATIONS, OK, ASKED = range(10)
+
+#: Loading begins, and retraction ends, so many lengths of the law before first contact.
+_BEFORE = 8.0
+
+#: A retraction also ends where nothing touches and the pull has fallen to this part of the largest.
+_LOST = 1e-3
+
+#: A step jumped if it dissipated more than this part of |ΔF Δδ|: a smooth curved branch stays well below.
+_JUMP = 0.15
+
+#: How much of the largest pull may be missed between two states, and the part of the longest step that is not halved.
+_MISSED, _LEAST_STEP = 0.002, 1.0 / 64
+
+#: A preload is met to this part of it, or of the largest pull if that is more.
+_MET = 1e-3
+
+#: Boxes have lengths of so many cells or a multiple of it, so that few transformed coefficients are ever made.
+_ALIKE = 16
+
+#: Cells with gaps of up to so many lengths of the law belong to the linear systems, as far as these care.
+_NEAR_LENGTHS = 7.0
+
+#: Closer displacements than this part of a step are one.
+_SAME = 1e-9
+
+
+#: Cells that the linear systems' part of the box reaches beyond those that belong to them now.
+_MARGIN = 6
+
+
+class Path(NamedTuple):
+    """All states of one cycle in order, and how it ended."""
+
+    states: np.ndarray  # (state, DELTA … ASKED)
+    turn: int  # first state of the retraction
+    status: int
+    pressures: np.ndarray  # (asked or 0, nx, ny) p dx/E*, nm, at the states asked for, in their order
+
+
+class Known(NamedTuple):
+    """One state: on the box of the cells within range, at (rows, columns) of the window."""
+
+    delta: float
+    force: float
+    energy: float
+    rows: slice
+    columns: slice
+    state: State
+    rounds: int
+    fine: bool
+
+
+def follow_smooth(
+    separation,
+    deltas,
+    step,
+    coefficients,
+    law,
+    *,
+    preloads=(),
+    tolerance=1e-5,
+    max_rounds=200,
+    max_cells=10**7,
+    fields=False,
+):
+    """Follow the contact up to the largest of ``deltas``, or to each of ``preloads``, and back until it is lost.
+
+    Parameters
+    ----------
+    separation : (nx, ny) array
+        S, nm; NaN or inf where there is nothing to touch.
+    deltas : array
+        Displacements at which states are asked for, nm, ascending. The last is the largest that the body is pressed by.
+    step : float
+        Longest step between two states, nm.
+    coefficients : array
+        Love's, for all boxes within the window (``halfspace.coefficients_for``).
+    law : laws.SmoothLaw
+    preloads : array, optional
+        Forces, nm (F/(E* dx)), ascending: the body turns back where the force first reaches them on loading, once it
+        touches; at 0 it has settled under its own adhesion. All share one loading path. Without any it turns at the last
+        of ``deltas``.
+    tolerance : float
+        Residual traction over the largest.
+    max_rounds : int
+        Linear systems per state.
+    max_cells : int
+        Cells within range at most.
+    fields : bool
+        Whether to keep pressures.
+
+    Returns
+    -------
+    list of Path
+        One per turning point. A preload that was not reached turns at the last of ``deltas``.
+    """
+    separation = np.ascontiguousarray(np.where(np.isfinite(separation), separation, np.inf))
+    deltas, preloads = np.asarray(deltas, dtype=float), np.sort(np.asarray(preloads, dtype=float))
+    goals = preloads if preloads.size else [np.inf]
+    if np.count_nonzero(separation < deltas[-1] + law.range) > max_cells:
+        return [Path(np.zeros((0, 10)), 0, CELL_LIMIT, np.zeros((0, *separation.shape))) for _ in goals]
+    solver = _Solver(separation, coefficients, law, tolerance, max_rounds)
+    loading = _Branch(solver, step, deltas, fields)
+    return [_path(loading, loading.load(goal), fields) for goal in goals]
+
+
+def _path(loading, fine, fields):
+    """Return the `Path` that turns where the loading stands."""
+    back = loading.turned()
+    fine = fine and back.retract()
+    pressures = (
+        np.array(loading.pressures + back.pressures) if fields else np.zeros((0, *loading.solver.separation.shape))
+    )
+    return Path(np.array(loading.rows + back.rows), len(loading.rows), CONVERGED if fine else NOT_FINITE, pressures)
+
+
+class _Solver:
+    """Finds the states of one body."""
+
+    def __init__(self, separation, coefficients, law, tolerance, max_rounds):
+        self.separation, self.coefficients, self.law = separation, coefficients, law
+        self.tolerance, self.max_rounds = float(tolerance), int(max_rounds)
+        self.transfers = {}
+
+    def nothing(self, delta):
+        """Return the state without any traction."""
+        rows, columns = self._box(delta)
+        separation = self.separation[rows, columns]
+        state = State(np.zeros(separation.shape), separation - delta, np.zeros(separation.shape, bool))
+        return Known(delta, 0.0, 0.0, rows, columns, state, 0, True)
+
+    def seek(self, delta, before, last):
+        """Return the state at a displacement, from where two others point to."""
+        rows, columns = self._box(delta)
+        start = self._moved(last, rows, columns)
+        trial = State(*(values.copy() for values in start))
+        if before is not None and before.delta != last.delta:
+            ratio = max((delta - last.delta) / (last.delta - before.delta), -2.0)
+            ahead(trial, self._moved(before, rows, columns), min(ratio, 2.0), self.law)
+        shape, separation = trial.gap.shape, np.ascontiguousarray(self.separation[rows, columns])
+        for part in (self._part(trial), (slice(0, shape[0]), slice(0, shape[1]))):
+            body = self._body(separation, part)
+            state = State(*(values.copy() for values in trial))
+            out = settle(body, delta, start, state)
+            if out.residual < np.inf:
+                break
+        force = float(state.pressure.sum())
+        held = energy(separation, self.law, delta, state)
+        return Known(delta, force, held, rows, columns, state, out.rounds, out.fine)
+
+    def contacts(self, state):
+        """Return how many contacts there are, and how well the mesh shows them."""
+        return contacts_and_resolution(state, closed_parts(state, self.law), self.law)
+
+    def _box(self, delta):
+        """Return the rows and columns of the box that holds all cells within range."""
+        within = self.separation < delta + self.law.range
+        return tuple(_rounded(np.flatnonzero(within.any(axis)), within.shape[1 - axis], 0) for axis in (1, 0))
+
+    def _moved(self, known, rows, columns):
+        """Return a state on another box: nothing pulls where it was not known."""
+        shape = rows.stop - rows.start, columns.stop - columns.start
+        state = State(np.zeros(shape), np.full(shape, np.inf), np.zeros(shape, bool))
+        (a, b), (c, d) = _shared(known.rows, rows), _shared(known.columns, columns)
+        for old, new in zip(known.state, state):
+            new[b, d] = old[a, c]
+        return state
+
+    def _part(self, state):
+        """Return the rows and columns of a box that hold all cells of the linear systems, and some more."""
+        gap = np.maximum(state.gap, 0.0)
+        near = state.touching | (gap < self.law.length * _NEAR_LENGTHS)
+        return tuple(_rounded(np.flatnonzero(near.any(axis)), near.shape[1 - axis], _MARGIN) for axis in (1, 0))
+
+    def _body(self, separation, part):
+        whole, near = separation.shape, tuple(p.stop - p.start for p in part)
+        high, wide = even_length(2 * whole[0] - 1), even_length(2 * whole[1] - 1)
+        transfer = self._transfer(high, wide)
+        exact = convolution(whole[0], wide, transfer.double, np.complex128(0))
+        quick = convolution(whole[0], wide, transfer.single, np.complex64(0))
+        high, wide = even_length(near[0]), even_length(near[1])
+        product = convolution(near[0], 2 * wide, self._transfer(2 * high, 2 * wide).single, np.complex64(0))
+        inverse = convolution(near[0], wide, self._inverse(high, wide), np.complex64(0))
+        first = part[0].start, part[1].start
+        return Body(
+            separation,
+            self.coefficients,
+            self.law,
+            self.tolerance,
+            self.max_rounds,
+            exact,
+            quick,
+            first,
+            product,
+            inverse,
+        )
+
+    def _transfer(self, rows, columns):
+        if (rows, columns) not in self.transfers:
+            self.transfers[rows, columns] = transfer_of(rows, columns, self.coefficients)
+        return self.transfers[rows, columns]
+
+    def _inverse(self, rows, columns):
+        """Return one over transformed coefficients; like these it is divided by the number of cells."""
+        key = "inverse", rows, columns
+        if key not in self.transfers:
+            self.transfers[key] = (1.0 / ((rows * columns) ** 2 * self._transfer(rows, columns).double)).astype(
+                np.float32
+            )
+        return self.transfers[key]
+
+
+def _rounded(places, size, margin):
+    """Return a slice around some places, of one of few lengths."""
+    if places.size == 0:
+        return slice(0, min(_ALIKE, size))
+    first, end = places[0] - margin, places[-1] + 1 + margin
+    length = min(_ALIKE * -(-(end - first) // _ALIKE), size)
+    first = min(max(first, 0), size - length)
+    return slice(first, first + length)
+
+
+def _shared(old, new):
+    """Return where what two slices share lies in each of them."""
+    first, end = max(old.start, new.start), max(min(old.stop, new.stop), max(old.start, new.start))
+    return slice(first - old.start, end - old.start), slice(first - new.start, end - new.start)
+
+
+class _Branch:
+    """States kept along one branch, and where it stands."""
+
+    def __init__(self, solver, step, deltas, fields):
+        self.solver, self.step, self.deltas, self.fields = solver, step, deltas, fields
+        self.rows, self.pressures, self.largest, self.dissipated = [], [], 0.0, 0.0
+        self.before, self.next = None, 0
+        self.first = float(solver.separation.min()) - _BEFORE * solver.law.length
+        ahead = max(deltas[0] - self.first, 0.0)  # from there in whole steps: both branches pass the same displacements
+        self.last = solver.nothing(deltas[0] - step * np.ceil(ahead / step))
+
+    def turned(self):
+        """Return the branch that leads back from here; it begins with the same state."""
+        back = _Branch(self.solver, self.step, self.deltas, self.fields)
+        back.before, back.last, back.next = self.before, self.last, self.next
+        back.largest, back.dissipated = self.largest, self.dissipated
+        if self.rows:
+            back.rows.append(self.rows[-1].copy())
+            back.pressures += self.pressures[-1:] if self.rows[-1][ASKED] else []
+        return back
+
+    def load(self, goal):
+        """Go on until the force reaches ``goal`` or the last displacement is reached; say whether all went well."""
+        over = None  # a state beyond the goal
+        while self.next < self.deltas.size:
+            target, last = self.deltas[self.next], self.last
+            delta = min(target, last.delta + self.step)
+            if over is not None:
+                part = (goal - last.force) / (over.force - last.force)
+                delta = last.delta + min(max(part, 0.05), 0.95) * (over.delta - last.delta)
+            delta = float(target) if target - delta < _SAME * self.step else delta
+            found = self.solver.seek(delta, self.before, last)
+            if not np.isfinite(found.force):
+                return False
+            reached = found.force >= goal and found.state.touching.any()
+            met = found.force - goal <= _MET * max(abs(goal), self.largest)
+            if reached and not met and delta - last.delta > _LEAST_STEP * self.step:
+                over = found
+                continue
+            self._accept(found, delta == target)
+            self.next += delta == target
+            if reached:
+                break
+        return True
+
+    def retract(self):
+        """Go back through the displacements asked for below, then on until contact is lost."""
+        change = self.step
+        while self.next > 0 and self.deltas[self.next - 1] >= self.last.delta - _SAME * self.step:
+            self.next -= 1
+        while True:
+            last, target = self.last, self.deltas[self.next - 1] if self.next > 0 else -np.inf
+            if self._is_lost():
+                if self.next == 0:
+                    return True
+                change = last.delta - target  # nothing happens on the way
+            back = min(change, last.delta - target)
+            delta = float(target) if last.delta - back - target < _SAME * self.step else last.delta - back
+            found = self.solver.seek(delta, self.before, last)
+            if not np.isfinite(found.force):
+                return False
+            if back > _LEAST_STEP * self.step and self._passed_more(found):
+                change = 0.5 * back
+                continue
+            self._accept(found, delta == target)
+            self.next -= delta == target
+            change = min(self.step, 2.0 * back) if back == change else change
+            self._vertex()
+
+    def _is_lost(self):
+        """Say whether nothing touches, and next to nothing pulls."""
+        last = self.last
+        return not last.state.touching.any() and (last.delta <= self.first or -last.force < _LOST * self.largest)
+
+    def _passed_more(self, found):
+        """Say whether a step jumped, and may have passed a larger pull than it shows on the way."""
+        last, before = self.last, self.before
+        back = last.delta - found.delta
+        if self._freed(found) < _JUMP * abs(last.force - found.force) * back:
+            return False
+        slope = (last.force - before.force) / (last.delta - before.delta) if before.delta > last.delta else np.inf
+        return slope * back - last.force > (1.0 + _MISSED) * max(self.largest, -found.force)
+
+    def _freed(self, found):
+        """Return what the step to a state dissipates, nm²."""
+        last = self.last
+        return 0.5 * (found.force + last.force) * (found.delta - last.delta) - (found.energy - last.energy)
+
+    def _accept(self, found, asked):
+        """Make a state the last one, and write it down."""
+        self.dissipated += self._freed(found)
+        self.before, self.last = self.last, found
+        self.largest = max(self.largest, -found.force)
+        self.rows.append(self._row(found, asked))
+        if asked and self.fields:
+            pressure = np.zeros(self.solver.separation.shape)
+            pressure[found.rows, found.columns] = found.state.pressure
+            self.pressures.append(pressure)
+
+    def _row(self, found, asked):
+        row = np.zeros(10)
+        row[DELTA], row[FORCE], row[ENERGY], row[DISSIPATED] = found.delta, found.force, found.energy, self.dissipated
+        row[AREA], row[ITERATIONS], row[OK], row[ASKED] = found.state.touching.sum(), found.rounds, found.fine, asked
+        row[CONTACTS], row[RESOLUTION] = self.solver.contacts(found.state)
+        return row
+
+    def _vertex(self):
+        """Add the state at the vertex of a parabola through the last three forces, if it may pull more than they do."""
+        if len(self.rows) < 3:
+            return
+        (x0, x1, x2), (f0, f1, f2) = (np.array(self.rows[-3:])[:, k] for k in (DELTA, FORCE))
+        if not (x0 > x1 > x2 and f1 < f0 and f1 < f2 and -f1 >= self.largest):
+            return
+        first, second = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1)
+        curvature = (second - first) / (x2 - x0)
+        delta = 0.5 * (x0 + x1) - 0.5 * first / curvature
+        if f1 - curvature * (delta - x1) ** 2 > (1.0 + _MISSED) * f1:
+            return
+        found = self.solver.seek(delta, self.last, self.before)
+        if found.fine and found.force < f1:
+            row = self._row(found, False)
+            row[DISSIPATED] = self.rows[-2][DISSIPATED]
+            self.rows.insert(-1 if delta < x1 else -2, row)
+            self.largest = max(self.largest, -found.force)

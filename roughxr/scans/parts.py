@@ -1,0 +1,56 @@
+"""Rectangles of a lazy scan as dask tasks that share its chunks: each is made once, however many rectangles it lies in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import accumulate, pairwise
+from typing import Any
+
+import dask
+import dask.array as da
+import numpy as np
+from dask.graph_manipulation import clone
+
+
+def taker(height: da.Array, *, apart: bool = False) -> Callable[[tuple[slice, slice]], Any]:
+    """Return a function that gives the heights of a rectangle as a task.
+
+    Parameters
+    ----------
+    height : dask array
+        The scan's.
+    apart : bool
+        Make the chunks anew, apart from all other tasks on them: what is looked at before a search would else be held
+        until the search comes to it.
+
+    Returns
+    -------
+    callable
+        Takes a pair of slices, with a start and a stop each.
+    """
+    blocks = (clone(height) if apart else height).to_delayed()
+    bounds = [list(pairwise((0, *accumulate(sizes)))) for sizes in height.chunks]
+    join = dask.delayed(_joined, pure=False)
+
+    def take(part: tuple[slice, slice]) -> Any:
+        rows, columns = (
+            [(k, *_within(bound, wanted)) for k, bound in enumerate(each) if _meet(bound, wanted)]
+            for each, wanted in zip(bounds, part)
+        )
+        pieces = [[(blocks[i, j], a, b, c, d) for j, c, d in columns] for i, a, b in rows]
+        return join(pieces)
+
+    return take
+
+
+def _meet(bound: tuple[int, int], wanted: slice) -> bool:
+    return bound[0] < wanted.stop and wanted.start < bound[1]
+
+
+def _within(bound: tuple[int, int], wanted: slice) -> tuple[int, int]:
+    """Return where a chunk's wanted part begins and ends, counted from the chunk's own first pixel."""
+    return max(wanted.start - bound[0], 0), min(wanted.stop, bound[1]) - bound[0]
+
+
+def _joined(pieces: list[list[tuple]]) -> np.ndarray:
+    return np.block([[np.asarray(block)[a:b, c:d] for block, a, b, c, d in row] for row in pieces])

@@ -1,0 +1,31 @@
+"""The types that the public surface states."""
+
+import inspect
+import typing
+from importlib import resources
+
+import pytest
+
+import roughxr
+
+FUNCTIONS = [name for name in roughxr.__all__ if inspect.isfunction(getattr(roughxr, name))]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_public_functions_state_the_types_of_all_they_take_and_return(name):
+    function = getattr(roughxr, name)
+    assert typing.get_type_hints(function)  # every name in them is one that exists
+    signature = inspect.signature(function)
+    missing = [key for key, one in signature.parameters.items() if one.annotation is one.empty]
+    assert not missing and signature.return_annotation is not signature.empty
+
+
+def test_the_package_says_that_it_is_typed():
+    assert resources.files(roughxr).joinpath("py.typed").is_file()
+
+
+def test_a_typed_program_uses_every_public_function():
+    from . import typed_use
+
+    source = inspect.getsource(typed_use)
+    assert [name for name in FUNCTIONS if f"roughxr.{name}(" not in source] == []

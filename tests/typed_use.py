@@ -1,0 +1,78 @@
+"""A user's program, for a type checker to read and nothing to run: every public verb, with the type that it returns.
+
+`mypy` (configured in pyproject.toml, strict) sees the package as a user's checker does.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+import roughxr
+
+
+def scans(path: Path) -> xr.Dataset:
+    """Read, mend and describe a scan."""
+    scan: xr.Dataset = roughxr.open_scan(path, channel=0, size=("10 um", "10 um"), height_units="nm")
+    scan = roughxr.fill(roughxr.crop(scan, x=(0, 500), y=("0 nm", "1 um")), method="nearest")
+    scan = roughxr.level(roughxr.rotate90(roughxr.resample(scan, size="8 nm"), turns=2), method="polynomial", order=3)
+    scan = roughxr.erode(roughxr.dilate(scan, tip_radius=10), tip_radius="10 nm")
+    described: tuple[xr.Dataset, xr.Dataset, xr.Dataset] = (
+        roughxr.roughness(scan, spectra=False),
+        roughxr.power_spectrum(scan, window="hann"),
+        roughxr.autocorrelation(scan),
+    )
+    written: tuple[Path, Path] = roughxr.to_gsf(scan, path), roughxr.to_surfacetopography(scan, path)
+    return scan if written and described else roughxr.open_sample("glass")
+
+
+def pair(scan: xr.Dataset) -> xr.Dataset:
+    """Assign a pair of bodies."""
+    energy: float = roughxr.gilman_surface_energy(75, poisson_ratio=0.22)
+    modulus: float = roughxr.contact_modulus((75, 210), (0.22, 0.3))
+    return roughxr.assign_pair(scan, sphere_radius="3 um", contact_modulus=modulus, work_of_adhesion=2 * energy)
+
+
+def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
+    """Solve by every method."""
+    catalogue: xr.Dataset = roughxr.tip_flags(roughxr.asperities(scan, patch=5, vertex="pixel"), tip_radius=10)
+    places: xr.Dataset = roughxr.regions.centres(scan, (8, 8))
+    found: dict[str, xr.Dataset] = {
+        "reconstruction": roughxr.reconstruct(scan, catalogue, reach=50),
+        "direct": roughxr.direct(scan, delta=[1.0, 2.0], subregions=places, fields=True),
+        "load": roughxr.direct(scan, load=np.array([100.0]), subregions=(2, 2)),
+        "superposed": roughxr.superpose(catalogue, delta=np.arange(3.0), law="maugis", equilibrium_distance="0.3 nm"),
+        "map": roughxr.pull_off_map(catalogue, subregions=places, formulation="energy"),
+        "adhesive": roughxr.adhesive(scan, delta=[1.0], law="dugdale", strength=0.5, refine=2, step=0.5),
+        "tabor": roughxr.tabor(scan),
+        "varied": roughxr.vary(scan, roughxr.direct, sphere_radius=[500, 1000], delta=[1.0]),
+    }
+    found["estimate"] = roughxr.elastic_pull_off(found["direct"], smoothing=1.0)
+    return {name: roughxr.compute(ds, progress=False) for name, ds in found.items()}
+
+
+def statistics(solutions: dict[str, xr.Dataset]) -> xr.Dataset:
+    """Say what the samples say."""
+    pull: xr.Dataset = roughxr.reduction(roughxr.pull_off(solutions["superposed"], method="sweep"))
+    densities: tuple[xr.DataArray, xr.DataArray, xr.DataArray] = (
+        roughxr.pdf(pull, "pull_off_force", method="kde"),
+        roughxr.cdf(pull, "pull_off_force"),
+        roughxr.debris(solutions["reconstruction"], threshold=6.0),
+    )
+    tables: list[xr.Dataset] = [
+        roughxr.fit(pull, "pull_off_force", laws=["weibull"]),
+        roughxr.bootstrap(pull, "pull_off_force", statistics=("mean",), seed=1),
+        roughxr.compare(solutions["superposed"], solutions["direct"]),
+        roughxr.sensitivity(solutions["reconstruction"], settings={"modulus": [2.0]}),
+    ]
+    return roughxr.summary(pull) if densities else tables[0]
+
+
+def runs(scan: xr.Dataset, path: Path) -> dict[str, xr.Dataset]:
+    """Run, keep, and write for others."""
+    groups: dict[str, xr.Dataset] = roughxr.run(scan, path, subregions=(4, 4), scheduler="threads")
+    groups |= roughxr.paper(str(path), progress=True)
+    groups |= roughxr.checkpointed(lambda: {"solutions/direct": roughxr.direct(scan, delta=[1.0])}, path, scan=scan)
+    written: tuple[Path, Path] = roughxr.to_table(groups["asperities"], path), roughxr.to_resuspension(scan, path)
+    version: str = roughxr.__version__
+    return groups if written and version else {}
