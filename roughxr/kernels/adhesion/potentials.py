@@ -29,9 +29,6 @@ HAMAKER, RETARDED, LENNARD_JONES, EXPONENTIAL, DUGDALE = range(5)
 #: Laws by name; Hamaker's is retarded where a wavelength is given.
 POTENTIALS = {"hamaker": HAMAKER, "lennard_jones": LENNARD_JONES, "exponential": EXPONENTIAL, "dugdale": DUGDALE}
 
-#: Gap of the largest pull in ε, and of no traction.
-_LARGEST_AT, _NEUTRAL = 3.0 ** (1 / 6), 1.0
-
 #: Gregory's factor.
 _GREGORY = 5.32
 
@@ -52,7 +49,7 @@ class Potential(NamedTuple):
     @property
     def range(self):
         """The gap (nm) from which on nothing to speak of pulls; inf where that never is."""
-        return {EXPONENTIAL: 40.0 * self.length, DUGDALE: self.length}.get(self.code, np.inf)
+        return {EXPONENTIAL: 25.0 * self.length, DUGDALE: self.length}.get(self.code, np.inf)
 
 
 def potential(name, work, length, wavelength=np.inf):
@@ -76,7 +73,7 @@ def traction(g, law):
     return t if law.code == HAMAKER else t * _retardation(_GREGORY * g / law.wavelength)
 
 
-@kernel
+@kernel(inner=True)
 def _retardation(x):
     """Return f − x f′/2 of f = 1 − x ln(1 + 1/x): what retardation leaves of a traction."""
     return 1.0 - 0.5 * x * np.log1p(1.0 / x) - 0.5 * x / (x + 1.0)
