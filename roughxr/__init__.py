@@ -21,12 +21,13 @@ from .contact.adhesion import adhesive
 from .contact.elastic import direct
 from .contact.estimates import elastic_pull_off, tabor
 from .contact.maps import pull_off_map
+from .contact.rigid_bodies import rigid
 from .contact.superposition import superpose
 from .exports import table, to_resuspension, to_table
 from .figures import plot
 from .jobs.lazy import compute
 from .jobs.run import checkpointed
-from .materials import assign_pair, contact_modulus, gilman_surface_energy
+from .materials import assign_pair, contact_modulus, gilman_surface_energy, hamaker_constant
 from .parameter_grid import vary
 from .reconstruction import reconstruct
 from .scans import (
@@ -75,6 +76,7 @@ __all__ = [
     "fill",
     "fit",
     "gilman_surface_energy",
+    "hamaker_constant",
     "level",
     "open_sample",
     "open_scan",
@@ -90,6 +92,7 @@ __all__ = [
     "regions",
     "report",
     "resample",
+    "rigid",
     "rotate90",
     "roughness",
     "run",

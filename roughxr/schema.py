@@ -135,7 +135,7 @@ VARIABLES: dict[str, Variable] = {
     "tabor_parameter": Variable("1", "Tabor's parameter", "large: short range (JKR), small: long range (DMT)"),
     # rigid bodies
     "touch_delta": Variable("nm", "displacement of first touch", "counted from the datum"),
-    "pull_beyond_contact": Variable("1", "part of the pull from beyond contact", "from gaps over twice the law's length"),
+    "pull_beyond_contact": Variable("1", "part of the pull from beyond contact", "gaps over twice the length"),
     # statistics
     "pull_off_force": Variable("nN", "pull-off force", "positive magnitude of the largest pull"),
     "pull_off_delta": Variable("nm", "displacement at pull-off", "counted from the datum"),

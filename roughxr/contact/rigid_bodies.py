@@ -13,9 +13,9 @@ import xarray as xr
 
 from .. import regions, schema
 from ..jobs import lazy as parallel
-from ..kernels.adhesion import potentials, rigid as kernels
+from ..kernels.adhesion import potentials
+from ..kernels.adhesion import rigid as kernels
 from ..kernels.halfspace import displacement_control
-from ..kernels.halfspace.separation import PARABOLA
 from ..substances import CUT_OFF
 from ..units import positive
 from .asperity_sum import DISTANCE
@@ -122,9 +122,9 @@ def rigid(
     -------
     Dataset
         ``force`` (nN) along (subregion, delta), NaN where the bodies cannot come so near; along subregion
-        ``pull_off_force`` and ``pull_off_delta``, the largest pull wherever it is, ``touch_delta`` (nm, where they first
-        touch), ``pull_beyond_contact``, the part of that pull from cells more than twice the law's length apart, and
-        ``truncated``, where more than 1 % of it comes from beyond the scan. Of every pixel along (x, y), without
+        ``pull_off_force`` and ``pull_off_delta``, the largest pull wherever it is, ``touch_delta`` (nm, where they
+        first touch), ``pull_beyond_contact``, the part of that pull from cells more than twice the law's length apart,
+        and ``truncated``, where more than 1 % of it comes from beyond the scan. Of every pixel along (x, y), without
         ``pull_beyond_contact``. Lazy where the scan is a dask array.
 
     Raises
@@ -185,13 +185,22 @@ def _options(ds, law, length, retardation, limit, hardness, profile) -> _Options
     (w,) = schema.pair(ds, "work_of_adhesion")
     if not w > 0:
         raise ValueError(f"work_of_adhesion: expected a positive one, found {w:g} J/m2; nothing attracts")
+    found = potentials.potential(law, w, _length(ds, law, length, w), wavelength)
     return _Options(
-        law=potentials.potential(law, w, _length(ds, law, length, w), wavelength),
+        law=found,
         limit=limit,
-        hardness=np.nan if hardness is None else positive(hardness, "GPa", "hardness"),
+        hardness=np.nan if hardness is None else _hardness(hardness, found),
         area=schema.square_pixel(ds) ** 2,
         parabola=profile == "parabola",
     )
+
+
+def _hardness(given: Any, law: potentials.Potential) -> float:
+    """Return a hardness (GPa), which summits must have to keep the bodies apart."""
+    value, largest = positive(given, "GPa", "hardness"), potentials.traction(kernels.floor(law), law)
+    if value <= largest:
+        raise ValueError(f"hardness: expected more than the largest traction, {largest:.3g} GPa, found {value:g} GPa")
+    return value
 
 
 def _length(ds: xr.Dataset, law: str, given: Any, w: float) -> float:
@@ -217,7 +226,7 @@ def _default_deltas(ds: xr.Dataset) -> np.ndarray:
 def _refuse_on_pixels(options: _Options, problem: Problem, fields: bool) -> None:
     if options.limit != "cut_off" or fields or problem.indenter.map is not None:
         raise ValueError(
-            "subregions='every pixel': expected a sphere, limit='cut_off' and no fields; give a grid of places for others"
+            "subregions='every pixel': expected a sphere, limit='cut_off' and no fields; give a grid of places instead"
         )
 
 
@@ -351,7 +360,11 @@ def _flattened(here: _Setting) -> tuple[float, tuple[float, float]]:
 
 
 def _yielding(here: _Setting) -> tuple[float, tuple[float, float]]:
-    """Return closest approach and pull where summits yield elastically under the attraction of all the gaps."""
+    """Return closest approach and pull where summits yield elastically under the attraction of all the gaps.
+
+    What touches presses as Hertz says, what does not attracts: the largest of their differences over the displacement,
+    or the rigid bodies' pull, from which an elastic approach begins, where that is larger.
+    """
     law, problem = here.options.law, here.problem
     start, pulls = here.touch(), []
     deltas = start + _DEPTHS
@@ -362,7 +375,8 @@ def _yielding(here: _Setting) -> tuple[float, tuple[float, float]]:
             separation, np.array([delta]), *half_space, keep=True, **limits
         )[:2]
         gap = fields_of(pressure, here.surface, np.array([delta]), problem)["gap"] + kernels.floor(law)
-        attraction = here.options.area * potentials.tractions(np.minimum(gap, 1e12).ravel(), law).sum()
+        open_gap = gap[(np.asarray(pressure).reshape(gap.shape) == 0) & np.isfinite(gap)]
+        attraction = here.options.area * potentials.tractions(open_gap, law).sum()
         pulls.append(float(attraction + here.beyond(np.array([delta]))[0] - states[0, displacement_control.FORCE]))
         if pulls[-1] < 0.5 * max(pulls):
             break

@@ -77,30 +77,33 @@ def outside(gaps, law, radius, parabola, rectangle):
     rectangle : (float, float, float, float)
         Sides of the window from the axis: below and above along x, then along y, nm, all positive.
     """
-    nearest = min(rectangle)
-    start = nearest**2 / (2 * radius) if parabola else _rise(min(nearest, radius), radius)
-    end = 1e4 * radius if parabola else 2 * radius
+    below_x, above_x, below_y, above_y = rectangle
+    corners = [np.hypot(a, b) for a in (below_x, above_x) for b in (below_y, above_y)]
+    marks = np.clip([*rectangle, *corners], 0.0, radius)
+    heights = marks**2 / (2 * radius) if parabola else marks**2 / (radius + np.sqrt(radius**2 - marks**2))
+    edges = np.unique(np.append(heights, 2 * radius))
     found = np.zeros(gaps.size)
-    for k, gap in enumerate(np.maximum(gaps, floor(law) - start)):
-        S, weight = _nodes(start, end, gap)
-        r = np.sqrt(2 * radius * S) if parabola else np.sqrt(np.maximum(S * (2 * radius - S), 0))
-        rings = radius * np.ones(S.size) if parabola else radius - S
+    for k, gap in enumerate(np.maximum(gaps, floor(law) - edges[0])):
+        S, weight = _nodes(edges, gap)
+        r = np.sqrt(2 * radius * S if parabola else np.maximum(S * (2 * radius - S), 0))
+        rings = np.full(S.size, radius) if parabola else radius - S
         share = np.where(rings > 0, 1 - _inside(r, rectangle), 1.0)
         found[k] = 2 * np.pi * np.sum(weight * rings * share * tractions(gap + S, law))
     return found
 
 
-def _rise(r, radius):
-    return r * r / (radius + np.sqrt(radius * radius - r * r))
+def _nodes(edges, gap, pieces=8, each=12):
+    """Return Gauss's nodes and weights along S, even in the logarithm of gap + S between the edges.
 
-
-def _nodes(start, end, gap, pieces=40, each=12):
-    """Return Gauss's nodes and weights along S, even in the logarithm of gap + S."""
+    Within each interval they crowd at its ends as x²(3 − 2x), where the part of a circle inside a rectangle has roots.
+    """
     x, w = np.polynomial.legendre.leggauss(each)
-    edges = np.log(np.geomspace(gap + start, gap + end, pieces + 1))
-    half = 0.5 * np.diff(edges)[:, None]
-    u = np.exp(edges[:-1, None] + half * (1 + x)).ravel()
-    return u - gap, (half * w).ravel() * u
+    ends = np.log(gap + edges)
+    u = (np.arange(pieces)[:, None] + 0.5 * (1 + x)).ravel() / pieces
+    weight = np.tile(0.5 * w, pieces) / pieces * 6 * u * (1 - u)
+    length = np.diff(ends)[:, None]
+    along = np.exp(ends[:-1, None] + length * u * u * (3 - 2 * u))
+    return (along - gap).ravel(), (length * weight * along).ravel()
 
 
 def _inside(r, rectangle):
