@@ -18,6 +18,7 @@ import xarray as xr
 
 from . import figures, regions, report, schema
 from .catalogue import asperities
+from .contact.adhesion import adhesive
 from .contact.elastic import direct
 from .contact.problem import default_deltas, indenter_of
 from .contact.superposition import superpose
@@ -27,6 +28,7 @@ from .materials import assign_pair, gilman_surface_energy
 from .reconstruction import reconstruct
 from .scans import level, open_sample, roughness
 from .statistics import pull_off
+from .units import magnitude
 
 #: Formulations that a run compares.
 COMPARED = ("published", "self_similar", "energy")
@@ -83,8 +85,12 @@ class Plan(NamedTuple):
     direct_deltas: np.ndarray  # nm
     sweep: np.ndarray  # nm, of the superpositions
     contact_delta: float  # nm, of the one contact that keeps its fields
-    patch: int
+    patch: int | str
     vertex: str
+    preload: float = 0.0  # nN, of the adhesive simulation; 0: the sphere settles by itself
+    law: str = "auto"
+    refine: int | str = "auto"
+    accuracy: float = 0.05
 
 
 #: The paper's: 8 × 8 places, its two displacements among those solved, peaks held at their pixels.
@@ -133,6 +139,10 @@ def run(
     *,
     subregions: Any = (8, 8),
     delta: Any = None,
+    preload: Any = 0.0,
+    law: str = "auto",
+    refine: int | str = "auto",
+    accuracy: float = 0.05,
     levelling: str = "plane",
     scheduler: str | None = None,
     progress: bool = False,
@@ -151,6 +161,10 @@ def run(
     delta : array_like, optional
         Displacements of the direct simulation, nm; by default 16 up to where a place of median height is
         pressed as deep as it lies below the highest peak.
+    preload : number or quantity
+        How hard the sphere is pressed on before it is drawn off, nN; 0: it settles under its own adhesion.
+    law, refine, accuracy
+        Of the simulation with adhesion, see `adhesive`.
     levelling : {"plane", "quadratic", "none"}
         What is taken off the scan first.
     scheduler : str, optional
@@ -172,7 +186,8 @@ def run(
         If another process is computing it.
     """
     scan = scan if levelling == "none" else level(scan, method=levelling)
-    wanted, output = plan(scan, subregions=subregions, delta=delta), Path(output)
+    adhesion = {"preload": magnitude(preload, "nN", "preload"), "law": law, "refine": refine, "accuracy": accuracy}
+    wanted, output = plan(scan, subregions=subregions, delta=delta, **adhesion), Path(output)
     path = output if output.suffix == ".nc" else output / "run.nc"
     groups = _kept(scan, wanted, path, scheduler=scheduler, progress=progress)
     tables = report.scan_table(groups), report.contact_table(groups)
@@ -193,7 +208,7 @@ def _kept(scan: xr.Dataset, plan: Plan, path: Path, *, scheduler: str | None = N
     )
 
 
-def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None) -> Plan:
+def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None, **adhesion: Any) -> Plan:
     """Return a plan whose displacements suit the scan's own heights.
 
     Parameters
@@ -204,6 +219,8 @@ def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None) -> Pl
         Contact centres.
     delta : array_like, optional
         Displacements of the direct simulation, nm.
+    **adhesion
+        ``preload``, ``law``, ``refine`` and ``accuracy`` of `adhesive`.
 
     Returns
     -------
@@ -216,7 +233,7 @@ def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None) -> Pl
         deltas = schema.ascending(delta, "nm", "delta")
         deepest = max(deepest, deltas[-1])
     sweep = np.round(np.linspace(-0.25 * deepest, deepest, 401), 4)
-    return Plan(subregions, deltas, sweep, float(deltas[-1]), patch=5, vertex="fitted")
+    return Plan(subregions, deltas, sweep, float(deltas[-1]), patch="auto", vertex="fitted", **adhesion)
 
 
 def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str, xr.Dataset]:
@@ -249,6 +266,11 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
         "statistics/roughness": roughness(scan, spectra=True),
     }
     options = {"subregions": plan.subregions, "progress": progress}
+    if float(scan.coords.get("work_of_adhesion", 0.0)) > 0:
+        say(f"simulation with adhesion at {_count(scan, plan)} places")
+        adhesion = {name: getattr(plan, name) for name in ("preload", "law", "refine", "accuracy")}
+        groups["solutions/adhesive"] = adhesive(scan, **adhesion, **options)
+        groups["statistics/adhesive"] = pull_off(groups["solutions/adhesive"])
     say(f"direct simulation, {plan.direct_deltas.size} displacements at {_count(scan, plan)} places")
     groups["solutions/direct"] = direct(scan, delta=plan.direct_deltas, **options)
     groups["solutions/contact"] = _one_contact(scan, plan, groups["solutions/direct"])

@@ -299,7 +299,7 @@ def _catalogue(found: ScanPeaks, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
     )
     if setup.waves is not None:
         known = {"shortest_wavelength": setup.waves.shortest, "rms_slope": setup.waves.slope}
-        out = out.assign_coords(known, pixel=max(schema.pixel(ds)))
+        out = out.assign_coords(known | {"pixel": max(schema.pixel(ds))})
     done = {"patch": frame.patch, "refine": setup.refine, "vertex": frame.vertex}
     return schema.record(schema.label(out), "asperities", ds, **done)
 

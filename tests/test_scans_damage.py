@@ -7,10 +7,12 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from roughxr.scans import UnreadableScan, open_scan
+from roughxr.scans import UnreadableScan, doubts, open_scan
 
 from .afm_files import WRITERS, given, picture, size_of
+from .surfaces import rough
 
 SECONDS = 5
 FLIPS = 24
@@ -121,3 +123,23 @@ def test_real_files_cut_anywhere(shared_scans, tmp_path):
 def test_the_truncated_file_is_refused(shared_scans):
     with pytest.raises(UnreadableScan, match=r"NEGATIVE_truncated.di: .*not large enough"):
         open_scan(shared_scans / "NEGATIVE_truncated.di")
+
+
+def test_a_garbled_picture_is_doubted_and_real_ones_are_not():
+    rng = np.random.default_rng(0)
+    ordinary = rough(64)
+    places = {axis: (axis, np.arange(64) * 10.0, {"units": "nm"}) for axis in "xy"}
+    as_scan = lambda height: xr.Dataset({"height": (("x", "y"), height, {"units": "nm"})}, places)  # noqa: E731
+    garbled = rng.permutation(ordinary.ravel()).reshape(64, 64)
+    assert any("nothing in common" in doubt for doubt in doubts(as_scan(garbled)))
+    spiked = ordinary.copy()
+    spiked[5, 5] = 400.0
+    for height in (ordinary, spiked):
+        assert not any("nothing in common" in doubt for doubt in doubts(as_scan(height)))
+
+
+def test_no_real_scan_is_called_garbled(shared_scans):
+    for path in sorted(shared_scans.iterdir()):
+        if path.suffix != ".md" and not path.name.startswith("NEGATIVE"):
+            with warnings.catch_warnings(action="ignore"):
+                assert not any("nothing in common" in doubt for doubt in doubts(open_scan(path))), path.name

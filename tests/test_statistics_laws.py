@@ -70,3 +70,10 @@ def test_bad_input_is_refused_in_words():
         fit(sample("normal", 9), "pull_off_force", laws=["cauchy"])
     with pytest.raises(ValueError, match="at least three samples that differ"):
         fit(xr.Dataset({"height": ("asperity", [1.0, 1.0, 1.0])}), "height")
+
+
+def test_one_law_is_named_by_a_word():
+    ds = xr.Dataset({"height": ("asperity", np.random.default_rng(0).weibull(2.0, 200), {"units": "nm"})})
+    assert fit(ds, "height", laws="weibull", simulations=9).law.values.tolist() == ["weibull"]
+    with pytest.raises(ValueError, match="found 'weibul'"):
+        fit(ds, "height", laws="weibul")

@@ -207,7 +207,6 @@ def adhesive(
     positions = regions.centres(ds, subregions)
     adhesion = Adhesion(
         work=schema.pair(ds, "work_of_adhesion")[0],
-        **_law(ds, law, strength),
         preloads=_preloads(preload) if by_preload else np.zeros(0),
         refine=0 if refine == "auto" else whole_number(refine, "refine", least=1, most=16),
         accuracy=fraction(accuracy, "accuracy"),
@@ -215,6 +214,7 @@ def adhesive(
         tolerance=0.0 if tolerance is None else fraction(tolerance, "tolerance"),
         max_iterations=whole_number(max_iterations, "max_iterations", least=1),
         max_cells=0 if max_cells is None else whole_number(max_cells, "max_cells", least=1),
+        **_law(ds, law, strength),
     )
     smooth = adhesion.law in SMOOTH
     adhesion = adhesion._replace(

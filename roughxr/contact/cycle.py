@@ -199,7 +199,6 @@ def _by_cells(surface: Surface, deltas: np.ndarray, problem: Problem, adhesion: 
         surface.separation,
         deltas,
         adhesion.step,
-        coefficients_for([n + 2 for n in surface.separation.shape]),  # the path pads the window
         law_by_cells(adhesion, problem),
         adhesion.work * problem.dx / problem.contact_modulus,
         tolerance=adhesion.tolerance,

@@ -10,6 +10,7 @@ import xarray as xr
 from .. import schema, statistics
 from .style import (
     BLACK,
+    SMALL,
     Unit,
     axes,
     fold_labels,
@@ -102,6 +103,11 @@ def mean_interval(ax, ds: xr.Dataset, name: str, color: str, *, order: int = 0, 
     ax.plot([low, high], [row, row], linewidth=1.6, solid_capstyle="butt", **style)
     ax.plot([low, mean, high], [row] * 3, linestyle="none", marker="|", markersize=4, **style)
     ax.plot([mean], [row], marker="o", markersize=3, **style)
+    if order == 0:
+        words = f" mean, {100 * confidence:g} % interval"
+        right = high < np.mean(ax.get_xlim())
+        where = {"x": high if right else low, "ha": "left" if right else "right", "va": "center"}
+        ax.text(where.pop("x"), row, words if right else words.strip() + " ", **where, fontsize=SMALL - 0.7, **style)
 
 
 @styled

@@ -122,7 +122,8 @@ def mean_force(
         look = stroke(order)
         if band is not None and force.sizes["subregion"] > 1:
             spread = force.quantile([band, 1 - band], "subregion").values
-            ax.fill_between(ds["delta"], *spread, color=look["color"], alpha=0.18, linewidth=0)
+            words = f"{100 * (1 - 2 * band):.0f} % of places" if order == 0 else None
+            ax.fill_between(ds["delta"], *spread, color=look["color"], alpha=0.18, linewidth=0, label=words)
         points = {"marker": "os^D"[order % 4], "markevery": 1} if ds.sizes["delta"] <= 40 else {}
         ax.plot(ds["delta"], force.mean("subregion"), label=name, markersize=2.6, **points, **look)
         if interval is not None:
@@ -251,7 +252,7 @@ def sweep(
     ax.plot([], [], "v", color=GREY, markersize=4, label="pull-off")
     if force_limits is not None:
         ax.set_ylim(*force_limits)
-    return legend(label_axes(ax, "delta", "force"), loc="best")
+    return legend(label_axes(ax, "delta", "force"), loc="best", frameon=True, framealpha=0.85, edgecolor="none")
 
 
 @styled

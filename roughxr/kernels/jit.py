@@ -11,6 +11,7 @@ from multiprocessing import parent_process
 
 from numba import njit
 from numba.core import event
+from numba.core.registry import CPUDispatcher
 
 #: Ordinary kernels: IEEE arithmetic, division by zero gives inf or NaN as in NumPy. None is called from C.
 _OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
@@ -30,7 +31,7 @@ def kernel(function=None, *, inner=False, reorder=False, inline=False):
     Parameters
     ----------
     inner : bool
-        Called by kernels only, never from Python: a door for Python costs each some 0.1 s of compilation, more where
+        Called by kernels only, never from Python: an entry for Python costs each some 0.1 s of compilation, more where
         tuples of arrays pass through it.
     reorder : bool
         Let sums be reordered, so that loops over cells vectorise.
@@ -45,7 +46,17 @@ def kernel(function=None, *, inner=False, reorder=False, inline=False):
         options["fastmath"] = _REORDER
     if inline:
         options["inline"] = "always"
-    return _with_cache(njit(**options)(function))
+    compiled = _with_cache(njit(**options)(function))
+    if options["no_cpython_wrapper"] and isinstance(compiled, CPUDispatcher):
+        compiled.__class__ = _Inner
+    return compiled
+
+
+class _Inner(CPUDispatcher):
+    """A kernel without an entry for Python: to call it from there would end the interpreter."""
+
+    def __call__(self, *arguments, **options):
+        raise TypeError(f"{self.py_func.__name__}: called by kernels only (inner=True), found a call from Python")
 
 
 def _with_cache(compiled):

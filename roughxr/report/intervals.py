@@ -26,15 +26,16 @@ PLACES = ("all places", "without debris")
 _COLUMNS = ("estimate", "low", "high", "naive low", "naive high", "independent places")
 
 
-def interval_table(run: Mapping[str, xr.Dataset], method: str = "energy") -> pd.DataFrame:
+def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> pd.DataFrame:
     """Return the main numbers with their 95 % intervals by block and by naive bootstrap.
 
     Parameters
     ----------
     run : mapping of str to Dataset
         The groups of a run.
-    method : str
-        Formulation of adhesion whose pull-off is told.
+    method : str, optional
+        Whose pull-off is told: "adhesive", the simulation with adhesion, where the run holds it, else the superposition
+        by least energy.
 
     Returns
     -------
@@ -44,7 +45,7 @@ def interval_table(run: Mapping[str, xr.Dataset], method: str = "energy") -> pd.
     """
     rows = {}
     flags = flagged(run)
-    pull = _pull_off(run, method)
+    pull = _pull_off(run, method or ("adhesive" if "statistics/adhesive" in run else "energy"))
     for words, name, what in _PULL_OFF if pull is not None else ():
         if name not in pull:
             continue

@@ -13,7 +13,7 @@ from ..statistics import compare, smooth_pull_off
 from .intervals import force_unit, marked
 
 #: Columns of the comparison, as far as a run holds them.
-METHODS = ("published", "self_similar", "energy", "direct")
+METHODS = ("adhesive", "published", "self_similar", "energy", "direct")
 
 _MICRO = 1e-3  # µm per nm
 
@@ -50,19 +50,30 @@ def contact_table(run: Mapping[str, xr.Dataset], paper: Mapping[str, float] | No
 def _column(run: Mapping[str, xr.Dataset], method: str, unit: str, size: float) -> dict[str, float]:
     if method == "direct":
         return _direct_column(run)
+    rows = _pull_off_rows(run, method, unit, size)
+    if method == "adhesive":
+        errors = run["statistics/adhesive"].get("pull_off_error")
+        known = errors is not None and bool(errors.notnull().any())
+        return rows | ({"pull-off, error of mesh and step, median [%]": 100 * float(errors.median())} if known else {})
+    return rows | {
+        "contacts beyond their patch at pull-off [%]": _share_at_pull_off(run, method, "contacts_beyond_patch"),
+        "contacts overlapping at pull-off [%]": _share_at_pull_off(run, method, "contacts_overlapping"),
+    }
+
+
+def _pull_off_rows(run: Mapping[str, xr.Dataset], method: str, unit: str, size: float) -> dict[str, float]:
     pull = run[f"statistics/{method}"]
     force, delta = pull["pull_off_force"] / size, pull["pull_off_delta"]
-    sweep = run[f"solutions/{method}"]
+    smooth = smooth_pull_off(run[f"solutions/{method}"]) / size
     return {
-        f"pull-off, smooth sphere [{unit}]": smooth_pull_off(sweep) / size,
+        f"pull-off, smooth sphere [{unit}]": smooth,
         f"pull-off, mean [{unit}]": float(force.mean()),
         f"pull-off, std [{unit}]": _spread(force),
         f"pull-off, largest [{unit}]": float(force.max()),
+        "pull-off, rough / smooth": float(force.mean()) / smooth if smooth > 0 else np.nan,
         "pull-off displacement, mean [nm]": float(delta.mean()),
         "pull-off displacement, std [nm]": _spread(delta),
         "subregions that pull": float(force.notnull().sum()),
-        "contacts beyond their patch at pull-off [%]": _share_at_pull_off(run, method, "contacts_beyond_patch"),
-        "contacts overlapping at pull-off [%]": _share_at_pull_off(run, method, "contacts_overlapping"),
     }
 
 

@@ -94,7 +94,8 @@ def optional(module: str) -> ModuleType:
     except ImportError as error:
         package = module.partition(".")[0]
         raise ImportError(
-            f'this file needs {package}, found {error}; install it with: pip install "roughxr[afm]"'
+            f"this file needs {package}, found {error}; install it with: "
+            'pip install "roughxr[afm]", in a clone pip install ".[afm]"'
         ) from error
 
 

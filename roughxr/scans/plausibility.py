@@ -10,6 +10,9 @@ import xarray as xr
 from ..schema import pixel
 from .channel import UnreadableScan
 
+#: Neighbouring pixels of less correlation than this have nothing in common: garbled, or noise alone.
+_NOTHING_IN_COMMON = 0.1
+
 #: Heights ranging over more than this many scan sizes are no scan in any units: the file is damaged.
 ABSURD_RANGE = 1e3
 
@@ -79,7 +82,25 @@ def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
     coarse, rms = _height_step(height), float(np.nanstd(height))
     if coarse > rms:
         found.append(f"height steps of {coarse:.4g} nm are coarser than the roughness, {rms:.4g} nm rms")
+    alike = _likeness(height)
+    if max(alike) < _NOTHING_IN_COMMON:
+        found.append(
+            f"neighbouring heights have nothing in common (correlation {max(alike):.2g}): "
+            "garbled by a damaged header, or noise alone"
+        )
     return found
+
+
+def _likeness(height: np.ndarray) -> tuple[float, float]:
+    """Return the correlation of neighbouring heights along x and y, by ranks: a few spikes hide nothing."""
+    some = np.ascontiguousarray(height[: min(len(height), 512), :512])
+    order = np.where(np.isfinite(some), some, np.nanmedian(some)).ravel().argsort(kind="stable")
+    ranks = np.empty(some.size)
+    ranks[order] = np.linspace(-1, 1, some.size)
+    ranks = ranks.reshape(some.shape)
+    ranks -= ranks.mean()
+    variance = (ranks**2).mean()
+    return tuple(float((a * b).mean() / variance) for a, b in ((ranks[1:], ranks[:-1]), (ranks[:, 1:], ranks[:, :-1])))
 
 
 def _steep_share(height: np.ndarray, steps: tuple[float, float]) -> float:

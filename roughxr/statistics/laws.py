@@ -53,7 +53,7 @@ def fit(
     ds: xr.Dataset,
     name: str,
     *,
-    laws: Sequence[str] = tuple(LAWS),
+    laws: str | Sequence[str] = tuple(LAWS),
     simulations: int = 199,
     seed: int = 0,
 ) -> xr.Dataset:
@@ -100,6 +100,7 @@ def fit(
     >>> str(found.law[int(found.aic.argmin('law'))].values), found.scale.units
     ('log_normal', 'nN')
     """
+    laws = [laws] if isinstance(laws, str) else laws
     for law in laws:
         schema.one_of(law, LAWS, "laws")
     values = samples(ds, name).values

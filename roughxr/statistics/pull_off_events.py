@@ -11,6 +11,9 @@ import xarray as xr
 from .. import schema
 from ..contact.estimates import elastic_pull_off
 
+#: What a cycle tells of its pull-off besides.
+_OF_CYCLES = ("pull_off_resolution", "pull_off_error", "refinement")
+
 
 def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = 2.0) -> xr.Dataset:
     """Return the pull-off of each subregion: the largest pull, and where it was.
@@ -54,7 +57,7 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = 2.0)
     >>> float(pull_off(sweep).pull_off_force[0]), float(pull_off(sweep).pull_off_delta[0])
     (3.0, 0.0)
     """
-    force = _force(ds)
+    force = None if "complete" in ds and "force" not in ds else _force(ds)  # of a preload events alone are kept
     found = "cycle" if "complete" in ds else "exact"
     if method is None:
         method = found if "pull_off_force" in ds else "sweep"
@@ -64,7 +67,7 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = 2.0)
     out = _of_sweep(_with_adhesion(ds, force)) if method == "sweep" else _of_events(ds, method, found)
     out.attrs = {key: value for key, value in ds.attrs.items() if key != "history"}
     out.attrs["missing"] = f"NaN where no displacement of the {method} pulls"
-    if method == "sweep" and not force.chunks:
+    if method == "sweep" and force is not None and not force.chunks:
         _warn_of_ends(out, ds["delta"].values)
     return schema.record(schema.label(out), "pull_off", ds, method=method)
 
@@ -131,8 +134,10 @@ def _of_events(ds: xr.Dataset, method: str, found: str) -> xr.Dataset:
         source = "adhesive returns" if method == "cycle" else "superpose returns of a law that adheres"
         raise ValueError(f"method={method!r}: expected what {source}, found variables: {words}; take 'sweep'")
     pulls = ds["pull_off_force"] > 0
-    kept = ["pull_off_force", "pull_off_delta", *(name for name in ("pull_off_resolution",) if name in ds)]
-    bracketed = pulls & ds["complete"] & (ds["pull_off_delta"] < ds["delta"].max()) if method == "cycle" else pulls
+    kept = ["pull_off_force", "pull_off_delta", *(name for name in _OF_CYCLES if name in ds)]
+    bracketed = pulls & ds["complete"] if method == "cycle" else pulls
+    if method == "cycle" and "delta" in ds.dims:
+        bracketed = bracketed & (ds["pull_off_delta"] < ds["delta"].max())
     return ds[kept].where(pulls).assign(bracketed=bracketed)
 
 

@@ -25,8 +25,8 @@ import pandas as pd
 
 import roughxr
 from roughxr.contact.adhesion import adhesive
-from roughxr.contact.maps import pull_off_map
 from roughxr.contact.estimates import tabor
+from roughxr.contact.maps import pull_off_map
 from roughxr.contact.superposition import superpose
 from roughxr.statistics import smooth_pull_off
 from roughxr.synthetic import self_affine
@@ -89,7 +89,8 @@ def beforehand(scan, subregions):
     deltas = np.unique(found.pull_off_delta.values)
     sweep = superpose(catalogue, delta=deltas, subregions=subregions)
     each = [
-        sweep.isel(subregion=k).sel(delta=d, method="nearest") for k, d in enumerate(found.pull_off_delta.values.ravel())
+        sweep.isel(subregion=k).sel(delta=d, method="nearest")
+        for k, d in enumerate(found.pull_off_delta.values.ravel())
     ]
     contacts = max(sum(int(one.contacts) for one in each), 1)
     curvature = 0.5 * (catalogue.curvature_min + catalogue.curvature_max) + 1 / float(scan.sphere_radius)
@@ -117,7 +118,9 @@ def refinement(scan, a):
 
 def measure_missing(limit):
     """Append to the table the rows that it lacks, until so many seconds of processor time are spent."""
-    done = set() if not TABLE.exists() else {tuple(row) for row in pd.read_csv(TABLE)[list(KEYS)].itertuples(index=False)}
+    done = (
+        set() if not TABLE.exists() else {tuple(row) for row in pd.read_csv(TABLE)[list(KEYS)].itertuples(index=False)}
+    )
     began = time.process_time()
     for case in cases():
         if tuple(case) in done or time.process_time() - began > limit:

@@ -37,7 +37,7 @@ _ROUGH, _FINE = 1.0, 1e-3
 _LONGEST = 3.0
 
 #: Products that a linear system may take, and to what part it is solved.
-_PRODUCTS, _PART = 25, 0.03
+_PRODUCTS, _PART = 12, 0.1
 
 #: Part of the fall of the tractions that is linearised where all of it does not lead downhill.
 _TEMPERED = 0.85

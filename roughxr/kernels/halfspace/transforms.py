@@ -60,7 +60,7 @@ def transfer_of(rows, columns, quadrant):
     return Transfer(rows, columns, double, double.astype(np.float32))
 
 
-@kernel(inner=True)
+@kernel
 def convolution(rows, columns, transfer, zero):
     """Return the `Convolution` of ``rows`` rows padded to ``columns`` columns, ``zero`` the complex number's type."""
     high, wide = 2 * (transfer.shape[0] - 1), transfer.shape[1]

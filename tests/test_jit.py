@@ -1,0 +1,23 @@
+"""How kernels are compiled: what only kernels may call says so instead of ending the interpreter."""
+
+import pytest
+
+from roughxr.kernels.jit import kernel
+
+
+@kernel(inner=True)
+def doubled(x):
+    return 2 * x
+
+
+@kernel
+def quadrupled(x):
+    return doubled(doubled(x))
+
+
+def test_inner_kernels_are_called_by_kernels_only():
+    if not hasattr(quadrupled, "py_func"):
+        pytest.skip("compilation is switched off (NUMBA_DISABLE_JIT): every kernel is plain Python")
+    assert quadrupled(3) == 12
+    with pytest.raises(TypeError, match="doubled: called by kernels only"):
+        doubled(3)
