@@ -21,6 +21,7 @@ from .contact.adhesion import adhesive
 from .contact.elastic import direct
 from .contact.estimates import elastic_pull_off, tabor
 from .contact.maps import pull_off_map
+from .contact.regimes import formulas, regime, scale_dependence
 from .contact.rigid_bodies import rigid
 from .contact.superposition import superpose
 from .exports import table, to_resuspension, to_table
@@ -75,6 +76,7 @@ __all__ = [
     "figures",
     "fill",
     "fit",
+    "formulas",
     "gilman_surface_energy",
     "hamaker_constant",
     "level",
@@ -89,6 +91,7 @@ __all__ = [
     "reconstruct",
     "reduction",
     "reference",
+    "regime",
     "regions",
     "report",
     "resample",
@@ -96,6 +99,7 @@ __all__ = [
     "rotate90",
     "roughness",
     "run",
+    "scale_dependence",
     "schema",
     "self_affine_fit",
     "sensitivity",

@@ -136,6 +136,16 @@ VARIABLES: dict[str, Variable] = {
     # rigid bodies
     "touch_delta": Variable("nm", "displacement of first touch", "counted from the datum"),
     "pull_beyond_contact": Variable("1", "part of the pull from beyond contact", "gaps over twice the length"),
+    "formula": Variable("1", "formula for a sphere on a rough surface"),
+    "formula_ratio": Variable("1", "pull-off by formula / by the sum over the scan"),
+    "shortest_kept": Variable("nm", "shortest wavelength", "shorter waves are cut off, or were added"),
+    "seed": Variable("1", "seed of the added roughness"),
+    "sphere_tabor": Variable("1", "Tabor's parameter of the sphere"),
+    "asperity_tabor": Variable("1", "Tabor's parameter of the median asperity"),
+    "pixels_per_contact": Variable("1", "radius of the median asperity's contact in pixels", "JKR"),
+    "peak_pressure": Variable("GPa", "largest pressure under the median asperity", "Hertz's, under 2 pi w R"),
+    "yields": Variable("1", "the median asperity yields under its own adhesion"),
+    "recommended": Variable("1", "recommended model"),
     # statistics
     "pull_off_force": Variable("nN", "pull-off force", "positive magnitude of the largest pull"),
     "pull_off_delta": Variable("nm", "displacement at pull-off", "counted from the datum"),

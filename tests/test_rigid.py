@@ -251,3 +251,16 @@ def test_what_is_wrong_is_said(rough, options, words):
 def test_no_work_of_adhesion_is_said(rough):
     with pytest.raises(ValueError, match="work_of_adhesion"):
         pair(rough, work_of_adhesion=0).contact.rigid()
+
+
+def test_smaller_cells_converge_and_coarse_ones_warn(rough):
+    with pytest.warns(UserWarning, match="one cell at closest approach holds"):
+        rough.contact.rigid(delta=[-1.0])
+    pulls = [float(rough.contact.rigid(delta=[-1.0], refine=n).pull_off_force[0]) for n in (8, 16, 24)]
+    assert abs(pulls[2] / pulls[1] - 1) < 0.02 and abs(pulls[2] / pulls[0] - 1) < 0.1
+
+
+def test_rigid_meets_the_stiff_limit_of_its_own_elastic_approach(rough):
+    stiff = rough.contact.assign_pair(sphere_radius=RADIUS, contact_modulus=1e4, work_of_adhesion=0.1)
+    pulls = [float(stiff.contact.rigid(delta=[-1.0], limit=limit).pull_off_force[0]) for limit in ("cut_off", "elastic")]
+    assert pulls[1] == pytest.approx(pulls[0], rel=0.01)

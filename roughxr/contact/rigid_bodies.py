@@ -5,6 +5,7 @@ A place is one task, with all its displacements; of every pixel as a place, some
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, NamedTuple
 
 import dask
@@ -17,7 +18,7 @@ from ..kernels.adhesion import potentials
 from ..kernels.adhesion import rigid as kernels
 from ..kernels.halfspace import displacement_control
 from ..substances import CUT_OFF
-from ..units import positive
+from ..units import positive, whole_number
 from .asperity_sum import DISTANCE
 from .maps import EVERY_PIXEL
 from .problem import NOT_LOADED, Place, Problem, Surface, first_touches, indenter_of, places, read_problem, surface_at
@@ -44,6 +45,9 @@ _BEYOND_EDGE = 0.01
 #: followed, nm.
 _NEAREST = np.linspace(0.31, 1.35, 27)
 _DEPTHS = np.geomspace(0.003, 30.0, 41)
+
+#: Part of the pull in one cell from which on its size decides.
+_ONE_CELL = 0.2
 
 #: Rows of places in one task of a map.
 _ROWS = 16
@@ -77,6 +81,7 @@ def rigid(
     retardation: Any = None,
     limit: str = "cut_off",
     hardness: Any = None,
+    refine: int = 1,
     datum: str = "highest_peak",
     profile: str = "sphere",
     fields: bool = False,
@@ -108,7 +113,9 @@ def rigid(
         as in `direct` while the attraction is that across the gaps that are left (as in Derjaguin, Muller &
         Toporov's theory).
     hardness : number or quantity, optional
-        GPa, of limit="hardness".
+        GPa, of limit="hardness"; more than the largest traction.
+    refine : int
+        Sum over cells so many times smaller than pixels, heights interpolated by bicubic splines; not of every pixel.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, as in `direct`.
     profile : {"sphere", "parabola"}
@@ -132,12 +139,18 @@ def rigid(
     ValueError
         If no pair or no work of adhesion is assigned, pixels are not square or missing, or options do not go together.
 
+    Warns
+    -----
+    UserWarning
+        If a cell at closest approach holds more than a fifth of the pull at most centres (input in memory only): the
+        result is then that of the cells' size.
+
     Notes
     -----
     The pull on a place is the sum of tractions over the pixels' local gaps, on the indenter's front less its back, and
-    the ground beyond 300 nm of the indenter's rise (or ten times the range of heights) is its mean plane. A pixel is as
-    flat as its middle: where the closest gap is much less than the heights within a pixel, smaller pixels
-    (`add_fine_roughness`) change the result, as they do in nature.
+    the ground beyond 300 nm of the indenter's rise (or ten times the range of heights) is its mean plane. A cell is as
+    flat as its middle. Near a summit of radius r cells should be smaller than √(2 r z₀), some 3 nm; ``refine`` makes
+    them so, and `add_fine_roughness` adds what the scan does not show, which changes the result, as it does in nature.
 
     References
     ----------
@@ -155,21 +168,42 @@ def rigid(
     pixels = isinstance(subregions, str)
     if pixels:
         schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
+    refine = whole_number(refine, "refine", least=1, most=64)
     options = _options(ds, law, length, retardation, limit, hardness, profile)
+    options = options._replace(area=options.area / refine**2)
     positions = regions.centres(ds, None if pixels else subregions)
     given = [0.0] if pixels and delta is None else _default_deltas(ds) if delta is None else delta
-    problem = read_problem(ds, positions, delta=given, datum=datum, profile=profile)
+    problem = read_problem(ds, positions, delta=given, datum=datum, profile=profile, refine=refine)
     if pixels:
         _refuse_on_pixels(options, problem, fields)
         out = _every_pixel(ds, problem, options, kept=delta is not None, progress=progress)
     else:
         out = _at_places(ds, positions, problem, options, fields=fields, progress=progress)
-    named = {"law": law, "length": options.law.length, "limit": limit}
+    named = {"law": law, "length": options.law.length, "limit": limit, "refine": refine}
     out.attrs = {"datum": datum, "method": "rigid", **named, "missing": "NaN where the bodies cannot come so near"}
     arguments = {"delta": problem.steps, "subregions": subregions, "profile": profile, "fields": fields}
     arguments |= {"retardation": retardation, "hardness": hardness, "datum": datum, **named}
     out = schema.record(schema.label(out), "rigid", ds, **arguments)
-    return parallel.finish(out, lazy=parallel.is_lazy(ds), progress=progress)
+    out = parallel.finish(out, lazy=parallel.is_lazy(ds), progress=progress)
+    if not parallel.is_lazy(ds):
+        _warn(out, options)
+    return out
+
+
+def _warn(out: xr.Dataset, options: _Options) -> None:
+    """Say where the pull is that of a single cell at its closest approach."""
+    pull = out["pull_off_force"]
+    if pull.chunks:
+        return
+    law = options.law
+    largest = law.closest if law.closest is not None else potentials.LARGEST_AT * law.length
+    share = options.area * potentials.traction(max(largest, kernels.floor(law)), law) / float(pull.median())
+    if share > _ONE_CELL:
+        warnings.warn(
+            f"rigid: one cell at closest approach holds {min(share, 1):.0%} of the median pull: the result is "
+            "that of the cells' size; take refine, or a scan with add_fine_roughness",
+            stacklevel=3,
+        )
 
 
 def _options(ds, law, length, retardation, limit, hardness, profile) -> _Options:
@@ -224,9 +258,9 @@ def _default_deltas(ds: xr.Dataset) -> np.ndarray:
 
 
 def _refuse_on_pixels(options: _Options, problem: Problem, fields: bool) -> None:
-    if options.limit != "cut_off" or fields or problem.indenter.map is not None:
+    if options.limit != "cut_off" or fields or problem.indenter.map is not None or problem.refine > 1:
         raise ValueError(
-            "subregions='every pixel': expected a sphere, limit='cut_off' and no fields; give a grid of places instead"
+            "subregions='every pixel': expected a sphere, limit='cut_off', no fields, no refine; else give places"
         )
 
 
@@ -243,7 +277,8 @@ def _at_places(ds, positions, problem, options, *, fields, progress) -> xr.Datas
     """Return the curves and events at given places."""
     ds, lazy = schema.complete(ds), parallel.is_lazy(ds)
     found, shape = places(ds, positions, _reach(ds, problem))
-    layout = Layout({"delta": problem.steps}, {"force": float}, _EVENTS, shape if fields else None)
+    window = tuple(problem.refine * n for n in shape) if fields else None
+    layout = Layout({"delta": problem.steps}, {"force": float}, _EVENTS, window)
     mean = ds["height"].data.mean()
     arguments = [(*place, mean) for place in found]
     shared = problem, layout, options
@@ -283,7 +318,7 @@ def _place(height, datum, window, ends, mean, problem, layout, options) -> np.nd
     """Solve one place; what a task runs."""
     surface = surface_at(Place(height, datum, window, ends), problem)
     low = [-(first + problem.pixel * (lost - 0.5)) for first, lost in zip(window.origin, window.missing)]
-    sides = [(a, n * problem.pixel - a) for a, n in zip(low, surface.separation.shape)]
+    sides = [(a, n * problem.pixel - a) for a, n in zip(low, height.shape)]
     rectangle = tuple(max(side, 1e-6) for pair in sides for side in pair)
     here = _Setting(surface, float(datum) - float(mean), rectangle, problem, options)
     record, deltas = layout.blank(), problem.steps + surface.zero

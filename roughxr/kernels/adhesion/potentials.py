@@ -29,6 +29,9 @@ HAMAKER, RETARDED, LENNARD_JONES, EXPONENTIAL, DUGDALE = range(5)
 #: Laws by name; Hamaker's is retarded where a wavelength is given.
 POTENTIALS = {"hamaker": HAMAKER, "lennard_jones": LENNARD_JONES, "exponential": EXPONENTIAL, "dugdale": DUGDALE}
 
+#: Gap of Lennard-Jones's largest pull, in ε.
+LARGEST_AT = 3.0 ** (1 / 6)
+
 #: Gregory's factor.
 _GREGORY = 5.32
 
