@@ -65,4 +65,4 @@ def test_every_variable_has_units_and_words(results):
 
 def test_rows_say_what_they_mean():
     for name, row in schema.VARIABLES.items():
-        assert (row.long_name and row.long_name[0].islower()) or row.long_name[0] in "AEKRSTλ", name
+        assert (row.long_name and row.long_name[0].islower()) or row.long_name[0] in "AEHKRSTλ", name

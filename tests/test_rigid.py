@@ -262,5 +262,7 @@ def test_smaller_cells_converge_and_coarse_ones_warn(rough):
 
 def test_rigid_meets_the_stiff_limit_of_its_own_elastic_approach(rough):
     stiff = rough.contact.assign_pair(sphere_radius=RADIUS, contact_modulus=1e4, work_of_adhesion=0.1)
-    pulls = [float(stiff.contact.rigid(delta=[-1.0], limit=limit).pull_off_force[0]) for limit in ("cut_off", "elastic")]
+    pulls = [
+        float(stiff.contact.rigid(delta=[-1.0], limit=limit).pull_off_force[0]) for limit in ("cut_off", "elastic")
+    ]
     assert pulls[1] == pytest.approx(pulls[0], rel=0.01)

@@ -63,8 +63,8 @@ def regime(
     -------
     Dataset
         ``sphere_tabor``, ``asperity_tabor`` (of the median asperity), ``pull_beyond_contact`` (median over the
-        centres), ``pixels_per_contact``, ``peak_pressure`` (GPa) and ``yields`` where a hardness is given, ``recommended``
-        ("rigid", "adhesive" or "superpose"); a sentence in the attribute ``recommendation``.
+        centres), ``pixels_per_contact``, ``peak_pressure`` (GPa) and ``yields`` where a hardness is given,
+        ``recommended`` ("rigid", "adhesive" or "superpose"); a sentence in the attribute ``recommendation``.
 
     Raises
     ------
@@ -163,8 +163,8 @@ def formulas(
     Returns
     -------
     Dataset
-        ``pull_off_force`` (nN) and ``formula_ratio``, over the median of the sum, along ``formula``: "sum" (that median),
-        "bradley" (a smooth sphere), "rumpf" (one hemisphere of the summits' median radius), "rumpf_rms",
+        ``pull_off_force`` (nN) and ``formula_ratio``, over the median of the sum, along ``formula``: "sum" (that
+        median), "bradley" (a smooth sphere), "rumpf" (one hemisphere of the summits' median radius), "rumpf_rms",
         "rabinovich" and "rabinovich_two_scales", "gaussian_heights". Attributes hold the formulas' inputs from the
         scan: ``rms``, ``wavelength`` (the mean distance between summits), ``asperity_radius``, ``long_rms``,
         ``long_wavelength``, nm, and ``hamaker_constant``, nN nm.
