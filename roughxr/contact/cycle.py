@@ -21,9 +21,9 @@ _KERNEL_NAMES = {"exponential": "exponential", "lennard_jones": "van_der_waals"}
 #: Refinements that "auto" goes through.
 REFINEMENTS = (1, 2, 4, 8, 16)
 
-#: Where it begins. A law with a range holds on a mesh whose cells resist more than the law's pull falls by, w/ρ² < E*/dx
-#: times this: on coarser ones the edge of a contact jumps from cell to cell, which takes some times the pull (on the
-#: glass twin 4 to 7 times at w dx/(E* ρ²) = 3.7, 2 % at 0.9 and 0.5). Laws without range begin at cells of 5 nm or less.
+#: Where it begins. A law with a range holds on cells that resist more than its pull falls by, w/ρ² < E*/dx times this:
+#: on larger ones the edge of a contact jumps from cell to cell, which takes some times the pull (on the glass twin 4 to
+#: 7 times at w dx/(E* ρ²) = 3.7, some per cent at 0.9 and 0.5). Laws without range begin at cells of 5 nm or less.
 _SOFTENING, _FIRST_CELL = 1.0, 5.0
 
 #: Meshes at most that a place is solved on.
