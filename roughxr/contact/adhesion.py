@@ -128,8 +128,8 @@ def adhesive(
         Solve on pixels so many times smaller, heights interpolated by bicubic splines. "auto": each place by itself, on
         finer meshes until the estimated error of its pull-off is below ``accuracy``.
     accuracy : float or None
-        Relative error of the pull-off at which "auto" stops. None: the coarsest mesh that the law holds on, in a fifth of
-        the time or less, its error not estimated.
+        Relative error of the pull-off at which "auto" stops. None: the coarsest mesh that the law holds on, its error
+        not estimated, in a fifth of the time or less.
     step : number or quantity
         Longest step of the displacement, nm. On retraction shorter ones are taken where a branch ends, and where a
         larger pull may lie between two states: halving the step leaves the pull-off of nearly every place as it is.
