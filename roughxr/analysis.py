@@ -19,7 +19,7 @@ import xarray as xr
 
 from . import figures, regions, report, schema
 from .catalogue import asperities
-from .contact.adhesion import adhesive
+from .contact.adhesion import MOST_REFINED, adhesive
 from .contact.elastic import direct
 from .contact.problem import default_deltas, indenter_of
 from .contact.superposition import superpose
@@ -140,7 +140,7 @@ class Plan(NamedTuple):
     preload: float = 0.0  # nN, of the adhesive simulation; 0: the sphere settles by itself
     law: str = "auto"
     refine: int | str = "auto"
-    checked: int = 6  # places that are solved on finer meshes too
+    checked: int = 4  # places that are solved on a mesh twice as fine too
 
 
 #: The paper's: 8 × 8 places, its two displacements among those solved, peaks held at their pixels.
@@ -217,7 +217,7 @@ def run(
         How hard the sphere is pressed on before it is drawn off, nN; 0: it settles under its own adhesion.
     law, refine
         Of the simulation with adhesion, see `adhesive`. By default all places are solved on the coarsest mesh that the
-        law holds on, and six of them on finer ones, which tells the error of the mesh.
+        law holds on, and four of them on one twice as fine, which tells the error of the mesh.
     levelling : {"plane", "quadratic", "none"}
         What is taken off the scan first.
     scheduler : str, optional
@@ -337,17 +337,18 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
 
 
 def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
-    """Return the simulation with adhesion at all places, and at some of them on finer meshes, as far as it needs."""
+    """Return the simulation with adhesion at all places, and at some of them on a mesh twice as fine."""
     how = {"preload": plan.preload, "law": plan.law}
     say(f"simulation with adhesion at {_count(scan, plan)} places")
     solved = adhesive(scan, refine=plan.refine, accuracy=None, **how, **options)
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
-    if plan.refine == "auto":
+    finer = 2 * int(solved["refinement"].max())
+    if plan.refine == "auto" and finer <= MOST_REFINED:
         centres = regions.centres(scan, plan.subregions)
         some = np.unique(np.linspace(0, centres.sizes["subregion"] - 1, plan.checked).round().astype(int))
-        say(f"the same on finer meshes at {some.size} places")
+        say(f"the same on a mesh twice as fine at {some.size} places")
         checked = options | {"subregions": centres.isel(subregion=some)}
-        groups["solutions/finer"] = adhesive(scan, refine="auto", **how, **checked)
+        groups["solutions/finer"] = adhesive(scan, refine=finer, **how, **checked)
     return groups
 
 

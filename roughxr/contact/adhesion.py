@@ -28,6 +28,9 @@ BRANCHES = ("loading", "retraction")
 #: Range of adhesion of dry solids, nm, where none is assigned: about their interatomic distance.
 DEFAULT_RANGE = 0.3
 
+#: Cells along a side of a pixel at most.
+MOST_REFINED = 16
+
 #: Tabor's parameter up to which the range of adhesion counts: Griffith's limit is then off by some per cent or more.
 SHORT_RANGE = 5.0
 
@@ -209,7 +212,7 @@ def adhesive(
     adhesion = Adhesion(
         work=schema.pair(ds, "work_of_adhesion")[0],
         preloads=_preloads(preload) if by_preload else np.zeros(0),
-        refine=0 if refine == "auto" else whole_number(refine, "refine", least=1, most=16),
+        refine=0 if refine == "auto" else whole_number(refine, "refine", least=1, most=MOST_REFINED),
         accuracy=np.nan if accuracy is None else fraction(accuracy, "accuracy"),
         step=positive(step, "nm", "step"),
         tolerance=0.0 if tolerance is None else fraction(tolerance, "tolerance"),
