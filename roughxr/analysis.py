@@ -140,7 +140,8 @@ class Plan(NamedTuple):
     preload: float = 0.0  # nN, of the adhesive simulation; 0: the sphere settles by itself
     law: str = "auto"
     refine: int | str = "auto"
-    checked: int = 4  # places that are solved on a mesh twice as fine too
+    step: float = 0.4  # nm
+    checked: int = 4  # places that are solved on a mesh twice as fine in half the steps too
 
 
 #: The paper's: 8 × 8 places, its two displacements among those solved, peaks held at their pixels.
@@ -217,7 +218,7 @@ def run(
         How hard the sphere is pressed on before it is drawn off, nN; 0: it settles under its own adhesion.
     law, refine
         Of the simulation with adhesion, see `adhesive`. By default all places are solved on the coarsest mesh that the
-        law holds on, and four of them on one twice as fine, which tells the error of the mesh.
+        law holds on, and four of them on one twice as fine in half the steps, which tells the error of both.
     levelling : {"plane", "quadratic", "none"}
         What is taken off the scan first.
     scheduler : str, optional
@@ -337,10 +338,10 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
 
 
 def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
-    """Return the simulation with adhesion at all places, and at some of them on a mesh twice as fine."""
+    """Return the simulation with adhesion at all places, and at some of them on a mesh twice as fine in half the steps."""
     how = {"preload": plan.preload, "law": plan.law}
     say(f"simulation with adhesion at {_count(scan, plan)} places")
-    solved = adhesive(scan, refine=plan.refine, accuracy=None, **how, **options)
+    solved = adhesive(scan, refine=plan.refine, accuracy=None, step=plan.step, **how, **options)
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
     finer = 2 * int(solved["refinement"].max())
     if plan.refine == "auto" and finer <= MOST_REFINED:
@@ -348,7 +349,7 @@ def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: C
         some = np.unique(np.linspace(0, centres.sizes["subregion"] - 1, plan.checked).round().astype(int))
         say(f"the same on a mesh twice as fine at {some.size} places")
         checked = options | {"subregions": centres.isel(subregion=some)}
-        groups["solutions/finer"] = adhesive(scan, refine=finer, **how, **checked)
+        groups["solutions/finer"] = adhesive(scan, refine=finer, step=0.5 * plan.step, **how, **checked)
     return groups
 
 
