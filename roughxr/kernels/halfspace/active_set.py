@@ -54,13 +54,13 @@ class Cells(NamedTuple):
     operator: Operator
 
 
-@kernel(inner=True)
+@kernel(inline=True)
 def gather_cells(operator, count):
     """Return the ``count`` `Cells` of an operator, their depths to be filled in."""
     return Cells(line(count, 0.0), _neighbours(operator.rows, operator.columns), operator)
 
 
-@kernel(inner=True)
+@kernel(inline=True)
 def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
     """Solve from the given pressures, their gaps and a contact, each (count + 1,), which become the solution's.
 

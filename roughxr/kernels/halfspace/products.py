@@ -63,7 +63,7 @@ def known_transfer(rows, columns, coefficients, known):
     return transfer
 
 
-@kernel(inner=True)
+@kernel(inline=True)
 def whole_box(shape, coefficients, known):
     """Return the convolution of a whole box in double precision."""
     rows, columns = even_length(2 * shape[0] - 1), even_length(2 * shape[1] - 1)
@@ -84,13 +84,13 @@ def displace(pressure, whole, out):
             out[i, j] = whole.box[i, j]
 
 
-@kernel(inner=True)
+@kernel(inline=True)
 def _no_convolution():
     zero = np.int64(0)
     return convolution(zero, zero + 2, np.empty((2, 2), np.float32), np.complex64(0))
 
 
-@kernel(inner=True)
+@kernel(inline=True)
 def operator(rows, columns, coefficients, known, dense):
     """Return the operator of the cells at (rows, columns), whole numbers, by a matrix where ``dense``."""
     rows, columns = _from_first(rows), _from_first(columns)
