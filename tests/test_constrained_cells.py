@@ -129,7 +129,7 @@ def test_a_long_contact_shortens_faster_than_a_round_one(angle):
 @pytest.mark.parametrize("ratio", [1.5, 2, 5, 10])
 def test_outlines_of_adhesive_ellipses_shorten_by_a_power_of_their_length(ratio):
     s = np.linspace(0.2, 0.6, 2001)
-    branch = elliptic_jkr.branch("energy", ratio, s)
+    branch = elliptic_jkr.contact_at("energy", ratio, s)
     outline = 4 * branch.a * special.ellipe(1 - (branch.b / branch.a) ** 2)
     area = np.pi * branch.a * branch.b
     shortening = np.gradient(outline) / np.gradient(area) * np.sqrt(area / np.pi)

@@ -81,7 +81,7 @@ def lengthening_power():
 
     print("LENGTHENING_POWER: ln(dL/dA r) / ln(L/L₀) at the largest pull of JKR's ellipses")
     for ratio in (1.5, 2.0, 3.0, 5.0, 10.0):
-        state = elliptic_jkr.branch("energy", ratio, np.linspace(0.2, 0.6, 2001))
+        state = elliptic_jkr.contact_at("energy", ratio, np.linspace(0.2, 0.6, 2001))
         outline = 4 * state.a * ellipe(1 - (state.b / state.a) ** 2)
         area = np.pi * state.a * state.b
         shortening = np.gradient(outline) / np.gradient(area) * np.sqrt(area / np.pi)

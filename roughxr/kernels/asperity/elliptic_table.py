@@ -23,7 +23,7 @@ import numpy as np
 
 from roughxr.kernels.asperity import jkr
 from roughxr.kernels.asperity.ellipse import axis_ratio
-from roughxr.kernels.asperity.elliptic_jkr import FORMULATIONS, branch, end_of_branch, largest_tension, stable_state
+from roughxr.kernels.asperity.elliptic_jkr import FORMULATIONS, contact_at, end_of_branch, largest_tension, stable_state
 from roughxr.kernels.jit import kernel
 
 LARGEST_RATIO = 1e4
@@ -139,7 +139,7 @@ def _sphere_row(z):
 def _elliptic_row(formulation, ratio, z):
     """One row of samples of the branch, and its marks, by direct solution."""
     lam, s_end = axis_ratio(ratio), end_of_branch(formulation, ratio)
-    end, pull_off = (branch(formulation, ratio, s) for s in (s_end, largest_tension(formulation, ratio)))
+    end, pull_off = (contact_at(formulation, ratio, s) for s in (s_end, largest_tension(formulation, ratio)))
     row = []
     for q in 1 / z**2 - 1:
         state = stable_state(formulation, ratio, end.delta + q**2, s_end) if q > 0 else end
