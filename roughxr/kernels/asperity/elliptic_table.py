@@ -9,7 +9,9 @@ One plane holds each formulation whole, with no edge to fall off on the loaded s
 Tabulated are P*/(1+q)³, a*/(1+q) and b*/(λ(1+q)), in self-similar units: smooth on the plane, and 1 at z = 0
 (Hertz). Cubic B-splines, with continuous second derivatives, join them, fitted by least squares at twice as
 many points. Against the direct solution these values and the marks are off by less than 10⁻⁶ (``energy``) and
-5·10⁻⁶ (``johnson_greenwood``), relative to P_c and a_c, or to P and a where these are larger.
+5·10⁻⁶ (``johnson_greenwood``), relative to P_c and a_c, or to P and a where these are larger. Source: own.
+
+P*, a*, b*, δ*   load, semi-axes and displacement in the units of the ellipse of Hertz's shape (``jkr``); λ as in ``ellipse``
 
 ``python -m roughxr.kernels.asperity.elliptic_table`` computes the file again, in about half a minute.
 """

@@ -13,7 +13,8 @@ at a time by least index, which is finite (Júdice & Pires 1994).
 A is near to an inverse of |q| in Fourier space. Its own inverse is so short-ranged that 3 × 3 of its terms, within
 the contact, precondition well: half the iterations, at the cost of a few additions per cell.
 
-Vectors are compact, see ``products``; their last entry stays zero: the neighbour that is not there.
+Pressures (p dx/E*), gaps and overlaps are in nm. Vectors are compact, see ``products``; their last entry stays zero:
+the neighbour that is not there.
 """
 
 from typing import NamedTuple

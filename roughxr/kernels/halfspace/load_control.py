@@ -1,5 +1,10 @@
 """The contact under a prescribed load: the active set finds the displacement along with the contact.
 
+On cells with undeformed separation S, under a load P, find pressures p and the displacement δ with
+
+    p ≥ 0,     g = S + A p − δ ≥ 0,     p g = 0,     Σ p = P             (as ``displacement_control``, with P for δ)
+
+by ``active_set``. Source: own; conjugate gradients under a prescribed load go back to Polonsky & Keer (1999).
 Only the cells to work on are chosen by a guess of δ, from the load before or from cells twice as large; where δ turns
 out to lie deeper, or far less deep, they are chosen again.
 

@@ -1,12 +1,14 @@
 """Displacement of a half space under pressures on square cells: two engines for one product u = A p.
 
+    u(m) = Σ A(m − n) p(n),     A Love's coefficients (``love``), p pressure and u displacement of the cells, both in nm
+
 Both work on compact vectors, the values of the cells of interest wherever they lie in a box, followed by one entry that
 stays zero. Cells have unit side and the half space unit modulus: the caller scales. Few cells are summed with the
 matrix of Love's coefficients between them; many are convolved in their box (``products.transforms``).
 
 Two precisions: whole boxes are convolved in double precision, which is what solutions are held against; the product
 of the cells by transforms is right to some 1e-6 of its largest value, which is enough for search directions, in two
-thirds of the time.
+thirds of the time. Sources: Love (1929) for A, see ``transforms`` for the convolution.
 """
 
 from typing import NamedTuple
