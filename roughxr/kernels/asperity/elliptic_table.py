@@ -11,7 +11,7 @@ Tabulated are P*/(1+q)³, a*/(1+q) and b*/(λ(1+q)), in self-similar units: smoo
 many points. Against the direct solution these values and the marks are off by less than 10⁻⁶ (``energy``) and
 5·10⁻⁶ (``johnson_greenwood``), relative to P_c and a_c, or to P and a where these are larger. Source: own.
 
-P*, a*, b*, δ*   load, semi-axes and displacement in the units of the ellipse of Hertz's shape (``jkr``); λ as in ``ellipse``
+P*, a*, b*, δ*   load, semi-axes and displacement in the units of ``jkr``;  λ = b/a of Hertz's ellipse (``ellipse``)
 
 ``python -m roughxr.kernels.asperity.elliptic_table`` computes the file again, in about half a minute.
 """

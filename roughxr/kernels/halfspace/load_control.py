@@ -104,16 +104,16 @@ def _solve(separation, load, guess, tolerance, max_iterations, coefficients, kno
             depth, begin, 0.5 * tolerance, left, load, slack, coefficients, known
         )
         products += outcome.iterations
-        found = delta + outcome.shift
+        reached = delta + outcome.shift
         ending = Outcome(outcome.status, products, outcome.violation, outcome.shift)
         shape = (1, *separation.shape)
-        state = _State(found, np.zeros(shape), np.full(shape, np.nan), ending)
+        state = _State(reached, np.zeros(shape), np.full(shape, np.nan), ending)
         put(pressure, state.pressure, 0, box)
         put(displacement, state.displacement, 0, box)
-        shallow = found - touch < 0.5 * (delta - touch)  # then the goal, a part of the guessed depth, was too loose
-        if outcome.status != CONVERGED or (found <= reach and not shallow):
+        shallow = reached - touch < 0.5 * (delta - touch)  # then the goal, a part of the guessed depth, was too loose
+        if outcome.status != CONVERGED or (reached <= reach and not shallow):
             break
-        guess = _onward(separation, found, state)
+        guess = _onward(separation, reached, state)
     return state
 
 
