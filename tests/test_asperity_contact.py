@@ -216,7 +216,7 @@ def moments(c0, c1, c2):
 @pytest.mark.parametrize("ratio", [1.5, 2.0, 5.0, 10.0])
 def test_johnson_greenwood_holds_at_both_ends(ratio):
     """G = πc²/(2E*g) = w at the ends of both axes, where g = 1/a and 1/b."""
-    state = elliptic_jkr.branch("johnson_greenwood", ratio, 0.3)
+    state = elliptic_jkr.contact_at("johnson_greenwood", ratio, 0.3)
     unit = jkr.self_similar_units(1.0, ratio, 1.0, 1.0)
     a, b = state.a * unit.a, state.b * unit.a
     fit = elliptic_jkr.fit(b / a, ratio)
@@ -268,9 +268,9 @@ def test_table_against_direct_solution(name, tolerance):
     for ratio in elliptic_table.LARGEST_RATIO ** rng.uniform(0, 1, 40):
         lam, row = axis_ratio(ratio), elliptic_table.row_of(ratio)
         s_end = elliptic_jkr.end_of_branch(name, ratio)
-        end = elliptic_jkr.branch(name, ratio, s_end)
+        end = elliptic_jkr.contact_at(name, ratio, s_end)
         assert elliptic_table.mark(table.marks, row, 0) == pytest.approx(end.delta, abs=tolerance)
-        pull_off = elliptic_jkr.branch(name, ratio, elliptic_jkr.largest_tension(name, ratio))
+        pull_off = elliptic_jkr.contact_at(name, ratio, elliptic_jkr.largest_tension(name, ratio))
         assert elliptic_table.mark(table.marks, row, 1) == pytest.approx(pull_off.P, abs=tolerance)
         for q in 10 ** rng.uniform(-3, 2, 4):
             P, a, b = elliptic_table.lookup(table.spline, row, q**2)

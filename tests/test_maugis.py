@@ -13,7 +13,7 @@ def test_pull_off_between_the_limits(parameter, pull):
 
 
 def test_large_parameters_are_jkr():
-    P, a, delta = maugis.branch(50.0, 1 + np.geomspace(1e-5, 1e-2, 50))
+    P, a, delta = maugis.contact_at(50.0, 1 + np.geomspace(1e-5, 1e-2, 50))
     stable = a > 0.6
     assert stable.any()
     np.testing.assert_allclose(P[stable], jkr.load(a[stable]), rtol=1e-3, atol=5e-3)
@@ -27,7 +27,7 @@ def test_small_parameters_are_dmt():
 @pytest.mark.parametrize("parameter", [0.05, 0.13, 0.5, 0.85, 1.0, 1.3, 2.0, 6.0, 30.0])
 def test_the_table_holds_the_closed_form(parameter):
     table, row = maugis.table(), maugis.row_of(parameter)
-    P, a, delta = maugis.branch(parameter, 1 + np.geomspace(1e-6, 1e7, 20001))
+    P, a, delta = maugis.contact_at(parameter, 1 + np.geomspace(1e-6, 1e7, 20001))
     end = int(np.argmin(delta))
     tabulated_end = mark(table.marks, row, 0)
     assert tabulated_end == pytest.approx(delta[end], abs=2e-5)

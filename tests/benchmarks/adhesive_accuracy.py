@@ -14,8 +14,11 @@ RADIUS = 1000.0
 PLACES = [(0.0, 0.0), (0.5, 0.5), (0.0, 0.5), (0.25, 0.25), *np.random.default_rng(1).uniform(0, 0.5, (12, 2))]
 
 
-def pull_off(cells, place, ratio=1.0, angle=0.0):
-    """Return the pull-off over JKR's sphere's, at so many cells to the sphere's contact radius."""
+def pull_off(cells, place, ratio=1.0, angle=0.0, **tuned):
+    """Return the pull-off over JKR's sphere's, at so many cells to the sphere's contact radius.
+
+    ``tuned`` are numbers of `cohesive_laws.griffith` in place of the shipped ones.
+    """
     w = 8 * cells**3 / (9 * np.pi * RADIUS**2)
     half = int(1.9 * cells * ratio**0.35) + 5
     x, y = np.meshgrid(np.arange(-half, half + 1) + place[0], np.arange(-half, half + 1) + place[1], indexing="ij")
@@ -26,7 +29,7 @@ def pull_off(cells, place, ratio=1.0, angle=0.0):
         separation,
         np.array([separation.min() + 0.1 * depth]),
         0.07 * depth,
-        cohesion.griffith(w),
+        cohesion.griffith(w, **tuned),
         w,
         tolerance=1e-7,
         max_iterations=1000,

@@ -51,12 +51,15 @@ class CohesiveLaw(NamedTuple):
     range: float  # gap at which nothing pulls any more, nm
     length: float  # ρ of the exponential, or the plateau's d, nm
     anywhere: bool  # whether cells far from any contact attract, or neighbours of constrained cells only
+    softening: float = SOFTENING  # how fast the traction falls on the mesh, E*/dx (``tuning``)
+    line: float = LINE  # what the outline takes by it
+    narrow: float = NARROW  # cells
 
 
-def griffith(w):
+def griffith(w, softening=SOFTENING, line=LINE, narrow=NARROW):
     """Return the law of the Griffith limit for w (nm²)."""
-    strength = float(np.sqrt(2.0 * SOFTENING * w))
-    return CohesiveLaw(PLATEAU, strength, strength / SOFTENING, 0.0, False)
+    strength = float(np.sqrt(2.0 * softening * w))
+    return CohesiveLaw(PLATEAU, strength, strength / softening, 0.0, False, softening, line, narrow)
 
 
 def finite_range(name, w, strength):
@@ -74,20 +77,20 @@ def process_zone(contact_modulus, w, strength):
 
 
 @kernel
-def toughness(radius):
+def toughness(radius, law):
     """Return the factor on w at the edge of a contact of such a radius in cells."""
-    return 1.0 - LINE / (radius + NARROW)
+    return 1.0 - law.line / (radius + law.narrow)
 
 
 @kernel
-def line_energy(cells, radius):
+def line_energy(cells, radius, law):
     """Return what the outline of a contact of so many cells took from its adhesion as it grew in its shape, in w.
 
     With r = √(cells/π) and radius = g r this is the integral of 1 − toughness over the cells.
     """
     r = np.sqrt(cells / np.pi)
     g = radius / r
-    return 2.0 * np.pi * LINE / g**2 * (radius - NARROW * np.log(1.0 + radius / NARROW))
+    return 2.0 * np.pi * law.line / g**2 * (radius - law.narrow * np.log(1.0 + radius / law.narrow))
 
 
 @kernel
@@ -101,7 +104,7 @@ def traction(u, law, root):
         return root * t, -t / law.length
     if x <= law.length:
         return root * law.strength, 0.0
-    return root * SOFTENING * (law.range - x), -SOFTENING
+    return root * law.softening * (law.range - x), -law.softening
 
 
 @kernel
@@ -113,7 +116,7 @@ def remaining_work(u, law, root):
     if law.code == EXPONENTIAL:
         return root * root * law.strength * law.length * np.exp(-x / law.length)
     fall = law.range - max(x, law.length)
-    return root * root * (0.5 * SOFTENING * fall * fall + law.strength * max(law.length - x, 0.0))
+    return root * root * (0.5 * law.softening * fall * fall + law.strength * max(law.length - x, 0.0))
 
 
 @kernel
@@ -128,7 +131,7 @@ def balance(pressure, u, stiffness, law, root):
     flat = free - root * law.strength / stiffness
     if flat <= root * law.length:
         return max(flat, 0.0)
-    return max((stiffness * free - SOFTENING * end) / (stiffness - SOFTENING), 0.0)
+    return max((stiffness * free - law.softening * end) / (stiffness - law.softening), 0.0)
 
 
 @kernel(inner=True)

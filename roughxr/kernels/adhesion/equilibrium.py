@@ -197,7 +197,7 @@ def _root_beside(i, j, problem, cells):
     for a, b in ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)):
         if cells.place[a, b] != ABSENT:
             root = max(root, problem.roots[a, b])
-    return root if root > 0.0 else np.sqrt(toughness(np.sqrt(1.0 / np.pi)))
+    return root if root > 0.0 else np.sqrt(toughness(np.sqrt(1.0 / np.pi), problem.law))
 
 
 @kernel

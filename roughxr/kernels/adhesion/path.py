@@ -263,7 +263,8 @@ def _toughen(problem, cells, part):
     if not problem.law.anywhere and cells.count[0] > 0:
         patches = contact_patches(_closed(problem, cells), cells)
         for k in range(cells.count[0]):
-            change = part * (np.sqrt(toughness(patches.radius[patches.of[k]])) - root_of(k, problem, cells))
+            radius = patches.radius[patches.of[k]]
+            change = part * (np.sqrt(toughness(radius, problem.law)) - root_of(k, problem, cells))
             most = max(most, abs(change))
             problem.roots[cells.row[k], cells.column[k]] += change
     return most
@@ -337,7 +338,7 @@ def _adhesion(problem, closed, patches):
     energy = -problem.w * np.sum(closed)
     if not problem.law.anywhere:
         for c in range(patches.area.size):
-            energy += problem.w * line_energy(patches.area[c], patches.radius[c])
+            energy += problem.w * line_energy(patches.area[c], patches.radius[c], problem.law)
     return energy
 
 

@@ -121,7 +121,7 @@ def _energy(k, d):
 FORMULATIONS = {"johnson_greenwood": _johnson_greenwood, "energy": _energy}
 
 
-def branch(formulation, ratio, s):
+def contact_at(formulation, ratio, s):
     """States of contact at the points ``s`` in (0, 1) of the branch, for one B/A = ``ratio`` > 1.
 
     On the true ellipse intensities grow as a, loads as a³ and displacements as a² of those on a = 1.
@@ -139,13 +139,13 @@ def branch(formulation, ratio, s):
 def _least(formulation, ratio, quantity):
     """The point s at which ``quantity`` ("P" or "delta") is least."""
     coarse = np.linspace(0.02, 0.98, 97)
-    i = np.argmin(getattr(branch(formulation, ratio, coarse), quantity))
+    i = np.argmin(getattr(contact_at(formulation, ratio, coarse), quantity))
     from scipy.optimize import (
         minimize_scalar,  # not at the top: a quarter of the import time, for tables and tests only
     )
 
     found = minimize_scalar(
-        lambda s: getattr(branch(formulation, ratio, s), quantity),
+        lambda s: getattr(contact_at(formulation, ratio, s), quantity),
         bounds=(coarse[i - 1], coarse[i + 1]),
         method="bounded",
         options={"xatol": 1e-10},
@@ -167,18 +167,18 @@ def _state_where(formulation, ratio, quantity, value, s_end):
     """The state between Hertz and ``s_end`` at which ``quantity`` has the given value."""
 
     def excess(log_s):
-        return getattr(branch(formulation, ratio, np.exp(log_s)), quantity) - value
+        return getattr(contact_at(formulation, ratio, np.exp(log_s)), quantity) - value
 
     from scipy.optimize import brentq
 
     log_s = brentq(excess, np.log(_SMALLEST_S), np.log(s_end), xtol=1e-13)
-    return branch(formulation, ratio, np.exp(log_s))
+    return contact_at(formulation, ratio, np.exp(log_s))
 
 
 def stable_state(formulation, ratio, delta, s_end=None):
     """The stable contact at displacement δ*; NaN beyond the end of the branch (``s_end``, if known)."""
     s_end = end_of_branch(formulation, ratio) if s_end is None else s_end
-    if delta < branch(formulation, ratio, s_end).delta:
+    if delta < contact_at(formulation, ratio, s_end).delta:
         return State(np.nan, np.nan, np.nan, delta)
     return _state_where(formulation, ratio, "delta", delta, s_end)
 

@@ -9,7 +9,9 @@ One plane holds each formulation whole, with no edge to fall off on the loaded s
 Tabulated are P*/(1+q)³, a*/(1+q) and b*/(λ(1+q)), in self-similar units: smooth on the plane, and 1 at z = 0
 (Hertz). Cubic B-splines, with continuous second derivatives, join them, fitted by least squares at twice as
 many points. Against the direct solution these values and the marks are off by less than 10⁻⁶ (``energy``) and
-5·10⁻⁶ (``johnson_greenwood``), relative to P_c and a_c, or to P and a where these are larger.
+5·10⁻⁶ (``johnson_greenwood``), relative to P_c and a_c, or to P and a where these are larger. Source: own.
+
+P*, a*, b*, δ*   load, semi-axes and displacement in the units of ``jkr``;  λ = b/a of Hertz's ellipse (``ellipse``)
 
 ``python -m roughxr.kernels.asperity.elliptic_table`` computes the file again, in about half a minute.
 """
@@ -23,7 +25,7 @@ import numpy as np
 
 from roughxr.kernels.asperity import jkr
 from roughxr.kernels.asperity.ellipse import axis_ratio
-from roughxr.kernels.asperity.elliptic_jkr import FORMULATIONS, branch, end_of_branch, largest_tension, stable_state
+from roughxr.kernels.asperity.elliptic_jkr import FORMULATIONS, contact_at, end_of_branch, largest_tension, stable_state
 from roughxr.kernels.jit import kernel
 
 LARGEST_RATIO = 1e4
@@ -139,7 +141,7 @@ def _sphere_row(z):
 def _elliptic_row(formulation, ratio, z):
     """One row of samples of the branch, and its marks, by direct solution."""
     lam, s_end = axis_ratio(ratio), end_of_branch(formulation, ratio)
-    end, pull_off = (branch(formulation, ratio, s) for s in (s_end, largest_tension(formulation, ratio)))
+    end, pull_off = (contact_at(formulation, ratio, s) for s in (s_end, largest_tension(formulation, ratio)))
     row = []
     for q in 1 / z**2 - 1:
         state = stable_state(formulation, ratio, end.delta + q**2, s_end) if q > 0 else end

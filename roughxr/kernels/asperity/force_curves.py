@@ -6,6 +6,8 @@ can be summed across once and read along a line afterwards: 4 products in place 
 δ*      displacement in the asperity's own units (``laws.Scales``), counted from the end of its stable
         branch where it is called ``above_end``
 q       √above_end, in which a branch is smooth where it begins
+
+Loads, semi-axes and displacements are in the asperity's own units. Source: own, from the splines of ``elliptic_table``.
 """
 
 from math import sqrt

@@ -211,7 +211,7 @@ def curve(name, a, ratio=1.0):
     lam = shape(1.0, ratio)
     if name in elliptic_jkr.FORMULATIONS and ratio > 1.0:
         states = [elliptic_jkr.state_of_semi_axis(name, ratio, x) for x in a]
-        end = elliptic_jkr.branch(name, ratio, elliptic_jkr.end_of_branch(name, ratio))
+        end = elliptic_jkr.contact_at(name, ratio, elliptic_jkr.end_of_branch(name, ratio))
         return Curve(*np.array(states).T, a >= end.a)
     if name == "hertz":
         return Curve(a**3, a, lam * a, a**2, np.full(a.shape, True))

@@ -53,7 +53,7 @@ def row_of(parameter):
     return _PER_LOG * log(min(max(parameter, SMALLEST), LARGEST) / SMALLEST)
 
 
-def branch(parameter, m):
+def contact_at(parameter, m):
     """Return (P*, a*, δ*) in JKR's units at ratios m > 1 of the outer to the inner radius."""
     lam, s = parameter, np.sqrt((m - 1) * (m + 1))
     t = np.arctan(s)
@@ -72,7 +72,7 @@ def pull_off(parameter):
     >>> round(float(pull_off(1.0)), 4)
     1.6007
     """
-    return -_P * branch(parameter, _ratios())[0].min()
+    return -_P * contact_at(parameter, _ratios())[0].min()
 
 
 @cache
@@ -88,7 +88,7 @@ def _ratios():
 
 def _row(parameter, z):
     """Return samples (P*/(1+q)³, a*/(1+q), twice) along one row, and its marks."""
-    P, a, delta = branch(parameter, _ratios())
+    P, a, delta = contact_at(parameter, _ratios())
     end, weakest = int(np.argmin(delta)), int(np.argmin(P))
     q = np.sqrt(np.maximum(delta[: end + 1] - delta[end], 0.0))[::-1]
     keep = np.append(True, np.diff(np.maximum.accumulate(q)) > 0)

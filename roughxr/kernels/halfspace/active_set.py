@@ -13,7 +13,8 @@ at a time by least index, which is finite (Júdice & Pires 1994).
 A is near to an inverse of |q| in Fourier space. Its own inverse is so short-ranged that 3 × 3 of its terms, within
 the contact, precondition well: half the iterations, at the cost of a few additions per cell.
 
-Vectors are compact, see ``products``; their last entry stays zero: the neighbour that is not there.
+Pressures (p dx/E*), gaps and overlaps are in nm. Vectors are compact, see ``products``; their last entry stays zero:
+the neighbour that is not there.
 """
 
 from typing import NamedTuple
@@ -54,13 +55,13 @@ class Cells(NamedTuple):
     operator: Operator
 
 
-@kernel(inner=True)
+@kernel(inline=True)
 def gather_cells(operator, count):
     """Return the ``count`` `Cells` of an operator, their depths to be filled in."""
     return Cells(line(count, 0.0), _neighbours(operator.rows, operator.columns), operator)
 
 
-@kernel(inner=True)
+@kernel(inline=True)
 def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
     """Solve from the given pressures, their gaps and a contact, each (count + 1,), which become the solution's.
 

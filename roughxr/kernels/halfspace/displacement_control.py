@@ -175,7 +175,7 @@ def describe(row, pressure, outcome, largest):
     row[STATUS], row[ITERATIONS], row[RESIDUAL] = outcome.status, outcome.iterations, outcome.violation / largest
 
 
-@kernel(inner=True)
+@kernel(inline=True)
 def _begin(depth, delta, box, trail, start):
     """Return what the contact in a box may look like, by the solutions before or, for the first, as it is given."""
     if np.isnan(trail.delta[1]):

@@ -1,5 +1,10 @@
 """The contact under a prescribed load: the active set finds the displacement along with the contact.
 
+On cells with undeformed separation S, under a load P, find pressures p and the displacement δ with
+
+    p ≥ 0,     g = S + A p − δ ≥ 0,     p g = 0,     Σ p = P             (as ``displacement_control``, with P for δ)
+
+by ``active_set``. Source: own; conjugate gradients under a prescribed load go back to Polonsky & Keer (1999).
 Only the cells to work on are chosen by a guess of δ, from the load before or from cells twice as large; where δ turns
 out to lie deeper, or far less deep, they are chosen again.
 
@@ -99,16 +104,16 @@ def _solve(separation, load, guess, tolerance, max_iterations, coefficients, kno
             depth, begin, 0.5 * tolerance, left, load, slack, coefficients, known
         )
         products += outcome.iterations
-        found = delta + outcome.shift
+        reached = delta + outcome.shift
         ending = Outcome(outcome.status, products, outcome.violation, outcome.shift)
         shape = (1, *separation.shape)
-        state = _State(found, np.zeros(shape), np.full(shape, np.nan), ending)
+        state = _State(reached, np.zeros(shape), np.full(shape, np.nan), ending)
         put(pressure, state.pressure, 0, box)
         put(displacement, state.displacement, 0, box)
-        shallow = found - touch < 0.5 * (delta - touch)  # then the goal, a part of the guessed depth, was too loose
-        if outcome.status != CONVERGED or (found <= reach and not shallow):
+        shallow = reached - touch < 0.5 * (delta - touch)  # then the goal, a part of the guessed depth, was too loose
+        if outcome.status != CONVERGED or (reached <= reach and not shallow):
             break
-        guess = _onward(separation, found, state)
+        guess = _onward(separation, reached, state)
     return state
 
 

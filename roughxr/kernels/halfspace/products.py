@@ -1,12 +1,14 @@
 """Displacement of a half space under pressures on square cells: two engines for one product u = A p.
 
+    u(m) = Σ A(m − n) p(n),     A Love's coefficients (``love``), p pressure and u displacement of the cells, both in nm
+
 Both work on compact vectors, the values of the cells of interest wherever they lie in a box, followed by one entry that
 stays zero. Cells have unit side and the half space unit modulus: the caller scales. Few cells are summed with the
 matrix of Love's coefficients between them; many are convolved in their box (``products.transforms``).
 
 Two precisions: whole boxes are convolved in double precision, which is what solutions are held against; the product
 of the cells by transforms is right to some 1e-6 of its largest value, which is enough for search directions, in two
-thirds of the time.
+thirds of the time. Sources: Love (1929) for A, see ``transforms`` for the convolution.
 """
 
 from typing import NamedTuple
@@ -63,7 +65,7 @@ def known_transfer(rows, columns, coefficients, known):
     return transfer
 
 
-@kernel(inner=True)
+@kernel(inline=True)
 def whole_box(shape, coefficients, known):
     """Return the convolution of a whole box in double precision."""
     rows, columns = even_length(2 * shape[0] - 1), even_length(2 * shape[1] - 1)
@@ -84,13 +86,13 @@ def displace(pressure, whole, out):
             out[i, j] = whole.box[i, j]
 
 
-@kernel(inner=True)
+@kernel(inline=True)
 def _no_convolution():
     zero = np.int64(0)
     return convolution(zero, zero + 2, np.empty((2, 2), np.float32), np.complex64(0))
 
 
-@kernel(inner=True)
+@kernel(inline=True)
 def operator(rows, columns, coefficients, known, dense):
     """Return the operator of the cells at (rows, columns), whole numbers, by a matrix where ``dense``."""
     rows, columns = _from_first(rows), _from_first(columns)
