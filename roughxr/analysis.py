@@ -19,7 +19,7 @@ import xarray as xr
 
 from . import figures, regions, report, schema
 from .catalogue import asperities
-from .contact.adhesion import adhesive
+from .contact.adhesion import MOST_REFINED, adhesive
 from .contact.elastic import direct
 from .contact.problem import default_deltas, indenter_of
 from .contact.superposition import superpose
@@ -140,7 +140,7 @@ class Plan(NamedTuple):
     preload: float = 0.0  # nN, of the adhesive simulation; 0: the sphere settles by itself
     law: str = "auto"
     refine: int | str = "auto"
-    accuracy: float = 0.05
+    checked: int = 4  # places that are solved on a mesh twice as fine too
 
 
 #: The paper's: 8 × 8 places, its two displacements among those solved, peaks held at their pixels.
@@ -195,7 +195,6 @@ def run(
     preload: Any = 0.0,
     law: str = "auto",
     refine: int | str = "auto",
-    accuracy: float = 0.05,
     levelling: str = "plane",
     scheduler: str | None = None,
     progress: bool = False,
@@ -216,8 +215,9 @@ def run(
         pressed as deep as it lies below the highest peak.
     preload : number or quantity
         How hard the sphere is pressed on before it is drawn off, nN; 0: it settles under its own adhesion.
-    law, refine, accuracy
-        Of the simulation with adhesion, see `adhesive`.
+    law, refine
+        Of the simulation with adhesion, see `adhesive`. By default all places are solved on the coarsest mesh that the
+        law holds on, and four of them on one twice as fine, which tells the error of the mesh.
     levelling : {"plane", "quadratic", "none"}
         What is taken off the scan first.
     scheduler : str, optional
@@ -239,7 +239,7 @@ def run(
         If another process is computing it.
     """
     scan = scan if levelling == "none" else level(scan, method=levelling)
-    adhesion = {"preload": magnitude(preload, "nN", "preload"), "law": law, "refine": refine, "accuracy": accuracy}
+    adhesion = {"preload": magnitude(preload, "nN", "preload"), "law": law, "refine": refine}
     wanted, output = plan(scan, subregions=subregions, delta=delta, **adhesion), Path(output)
     path = output if output.suffix == ".nc" else output / "run.nc"
     groups = _kept(scan, wanted, path, scheduler=scheduler, progress=progress)
@@ -273,7 +273,7 @@ def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None, **adh
     delta : array_like, optional
         Displacements of the direct simulation, nm.
     **adhesion
-        ``preload``, ``law``, ``refine`` and ``accuracy`` of `adhesive`.
+        ``preload``, ``law`` and ``refine`` of `adhesive`.
 
     Returns
     -------
@@ -320,10 +320,7 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
     }
     options = {"subregions": plan.subregions, "progress": progress}
     if float(scan.coords.get("work_of_adhesion", 0.0)) > 0:
-        say(f"simulation with adhesion at {_count(scan, plan)} places")
-        adhesion = {name: getattr(plan, name) for name in ("preload", "law", "refine", "accuracy")}
-        groups["solutions/adhesive"] = adhesive(scan, **adhesion, **options)
-        groups["statistics/adhesive"] = pull_off(groups["solutions/adhesive"])
+        groups |= _with_adhesion(scan, plan, options, say)
     say(f"direct simulation, {plan.direct_deltas.size} displacements at {_count(scan, plan)} places")
     groups["solutions/direct"] = direct(scan, delta=plan.direct_deltas, **options)
     groups["solutions/contact"] = _one_contact(scan, plan, groups["solutions/direct"])
@@ -336,6 +333,22 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
         groups[f"solutions/{name}"] = superpose(summed, delta=plan.sweep, formulation=name, **options)
     for name in COMPARED:
         groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
+    return groups
+
+
+def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
+    """Return the simulation with adhesion at all places, and at some of them on a mesh twice as fine."""
+    how = {"preload": plan.preload, "law": plan.law}
+    say(f"simulation with adhesion at {_count(scan, plan)} places")
+    solved = adhesive(scan, refine=plan.refine, accuracy=None, **how, **options)
+    groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
+    finer = 2 * int(solved["refinement"].max())
+    if plan.refine == "auto" and finer <= MOST_REFINED:
+        centres = regions.centres(scan, plan.subregions)
+        some = np.unique(np.linspace(0, centres.sizes["subregion"] - 1, plan.checked).round().astype(int))
+        say(f"the same on a mesh twice as fine at {some.size} places")
+        checked = options | {"subregions": centres.isel(subregion=some)}
+        groups["solutions/finer"] = adhesive(scan, refine=finer, **how, **checked)
     return groups
 
 

@@ -83,7 +83,8 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     Parameters
     ----------
     ds : Dataset
-        Such as asperities, a solution without fields, a pull-off, a summary or intervals. Computed if lazy.
+        Such as asperities, a solution without fields, a pull-off, a summary, intervals, or a map, which has one row
+        for each pixel. Computed if lazy.
     path : path
         Ending in ``.csv`` or ``.parquet``. Parquet keeps types, and units and history of each column in its
         metadata; it needs pyarrow. In CSV the units stand in brackets behind the names, and text that a
@@ -96,7 +97,7 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     Raises
     ------
     ValueError
-        If the ending is neither, or ``ds`` holds maps of x and y, which are no table.
+        If the ending is neither, or ``ds`` holds fields of many places, which are no table.
     ImportError
         If Parquet is asked for and pyarrow is not installed.
 
@@ -109,9 +110,12 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     """
     path = Path(path)
     write = _writer(path.suffix)
-    maps = [name for name in ds.data_vars if {"x", "y"} <= set(ds[name].dims)]
-    if maps:
-        raise ValueError(f"expected a table's variables, found maps of x and y: {', '.join(maps)}; drop them first")
+    fields = [name for name in ds.data_vars if {"x", "y"} < set(ds[name].dims)]
+    if fields:
+        raise ValueError(
+            f"expected a table's variables or maps of x and y, found fields along more: {', '.join(fields)}; "
+            "select one place and displacement, or drop them"
+        )
     frame = (ds.to_dataframe() if ds.dims else table(ds)).reset_index()
     with whole(path) as temporary:
         write(frame, ds, temporary)

@@ -13,8 +13,9 @@ from typing import Any
 
 import xarray as xr
 
-from . import schema
+from . import materials, schema
 from .catalogue import asperities
+from .contact.asperity_sum import fit_of
 
 #: Units of what is proportional to E*.
 _STRESSES = ("nN", "GPa")
@@ -78,7 +79,7 @@ def vary(
         )
     varied = [name for name, values in given.items() if values is not None]
     if solve.__name__ in _OF_ASPERITIES and "asperity" not in ds.dims:
-        ds = asperities(ds)
+        ds = asperities(ds, **fit_of(options.get("formulation")))
     solved: dict[tuple, xr.Dataset] = {}
     parts = []
     for values in itertools.product(*axes.values()):
@@ -101,8 +102,8 @@ def _axes(ds: xr.Dataset, given: dict[str, Any]) -> dict[str, list[float]]:
     for name, values in given.items():
         if values is not None:
             axes[name] = schema.ascending(values, schema.VARIABLES[name].units, name).tolist()
-            if axes[name][0] < 0 or (axes[name][0] == 0 and name != "work_of_adhesion"):
-                raise ValueError(f"{name}: expected positive values, found {axes[name][0]:g}")
+            for value in axes[name]:
+                materials.believed(name, value, ds)
         elif name in ds.coords:
             axes[name] = [float(ds[name])]
     return axes

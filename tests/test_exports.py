@@ -55,8 +55,24 @@ def test_a_catalogue_and_a_sweep_are_tables_too(tmp_path):
     scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
     sweep = roughxr.direct(scan, delta=[1, 2], subregions=(2, 2))
     assert len(pd.read_csv(to_table(sweep, tmp_path / "direct.csv"))) == 8
-    with pytest.raises(ValueError, match="maps of x and y: height"):
-        to_table(scan, tmp_path / "scan.csv")
+    fields = roughxr.direct(scan, delta=[1, 2], subregions=(2, 2), fields=True)
+    with pytest.raises(ValueError, match="fields along more: pressure"):
+        to_table(fields, tmp_path / "fields.csv")
+
+
+def test_a_map_is_a_table_and_a_picture_for_gwyddion(tmp_path):
+    """Each pixel at its place; the picture's first row is the largest y, and its units are SI."""
+    gsffile = pytest.importorskip("gsffile", reason="GSF files need the extra roughxr[afm]")
+    values = np.arange(12.0).reshape(3, 4)
+    axes = {"x": ("x", [5.0, 15.0, 25.0], {"units": "nm"}), "y": ("y", [5.0, 15.0, 25.0, 35.0], {"units": "nm"})}
+    pull = xr.Dataset({"pull_off_force": (("x", "y"), values, {"units": "nN"})}, axes)
+    table = pd.read_csv(to_table(pull, tmp_path / "pull.csv")).set_index(["x [nm]", "y [nm]"])
+    assert table.loc[(15.0, 35.0), "pull_off_force [nN]"] == 7.0
+    rows, header = gsffile.read_gsf(pull.contact.to_gsf(tmp_path / "pull.gsf", name="pull_off_force"))
+    np.testing.assert_allclose(rows, 1e-9 * values.T[::-1], rtol=1e-6)
+    assert header["ZUnits"] == "N" and header["XReal"] == 3e-8
+    with pytest.raises(ValueError, match=r"pull_off_force.*found 'gap'"):
+        pull.contact.to_gsf(tmp_path / "pull.gsf", name="gap")
 
 
 def test_parquet_keeps_units(pull, tmp_path):

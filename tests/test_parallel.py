@@ -162,3 +162,18 @@ def test_other_results_than_were_told_are_refused(lazy):
     """Rather than stretched over the array."""
     with pytest.raises(TypeError, match=r"expected a result of .*\(3,\).*, found one of .*\(1,\)"):
         np.asarray(parallel.spread(total, [(np.ones((2, 2)),)], (3,), 2.0, lazy=lazy))
+
+
+def test_time_left_is_that_of_what_came_after_compiling(monkeypatch):
+    """A hundred items of a second each behind a minute of compilation: the estimate is within a tenth, or none."""
+    now = [0.0]
+    monkeypatch.setattr("roughxr.jobs.progress.time.monotonic", lambda: now[0])
+    progress = Progress(100)
+    now[0] = 60.0
+    progress.add(2)
+    assert "unknown time left" in progress.text()
+    for _ in range(97):
+        now[0] += 1.0
+        progress.add()
+        left = 100 - progress.done
+        assert f"{left // 60} min {left % 60} s left" in progress.text() or f" {left} s left" in progress.text()

@@ -77,3 +77,16 @@ def test_one_law_is_named_by_a_word():
     assert fit(ds, "height", laws="weibull", simulations=9).law.values.tolist() == ["weibull"]
     with pytest.raises(ValueError, match="found 'weibul'"):
         fit(ds, "height", laws="weibul")
+
+
+def test_of_a_map_some_pixels_tell_whether_the_fit_is_good():
+    """With a word; what the laws' parameters are is learnt from all of them."""
+    values = np.random.default_rng(5).gumbel(10.0, 2.0, (120, 120))
+    ds = xr.Dataset(
+        {"pull_off_force": (("x", "y"), values, {"units": "nN"})}, {axis: np.arange(120.0) for axis in "xy"}
+    )
+    with pytest.warns(UserWarning, match="14400 samples; ks_p_value is that of 2000"):
+        found = fit(ds, "pull_off_force", laws=["normal", "gumbel"], simulations=19)
+    assert float(found.ks_p_value.sel(law="gumbel")) > 0.05 >= float(found.ks_p_value.sel(law="normal"))
+    assert found.attrs["samples"] == 14400
+    assert abs(float(found.scale.sel(law="gumbel")) - 2.0) < 0.05

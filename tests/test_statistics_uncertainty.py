@@ -219,3 +219,14 @@ def test_what_cannot_be_negative_has_no_interval_below_zero():
         assert ((found.low <= found.estimate) & (found.estimate <= found.high)).all()
     below = bootstrap(on_grid(field(8, 1.5, np.random.default_rng(0))), "pull_off_force", statistics=["mean"])
     assert float(below.low.min()) < 0
+
+
+def test_each_entry_of_a_varied_parameter_has_its_own_intervals():
+    values = np.random.default_rng(3).normal(10.0, 1.0, (3, 2, 30))
+    dims = ("sphere_radius", "work_of_adhesion", "subregion")
+    ds = xr.Dataset({"pull_off_force": (dims, values, {"units": "nN"})}, {"sphere_radius": [1e3, 2e3, 3e3]})
+    found = bootstrap(ds, "pull_off_force", resamples=99)
+    one = bootstrap(ds.isel(sphere_radius=1, work_of_adhesion=0), "pull_off_force", resamples=99)
+    for end in ("low", "high", "estimate"):
+        np.testing.assert_array_equal(found[end].isel(sphere_radius=1, work_of_adhesion=0), one[end])
+    assert found.sizes["sphere_radius"] == 3 and found.estimate.attrs["units"] == "nN"

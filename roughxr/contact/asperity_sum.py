@@ -99,14 +99,14 @@ def law_of(law: str, formulation: str, options: Options) -> dict[str, Any]:
     return {"law": law, "formulation": formulation}
 
 
-def fit_of(options: Options) -> dict[str, str]:
+def fit_of(law: str | None) -> dict[str, str]:
     """Return how a scan's asperities are found for this law: as the paper finds them for the paper's own."""
-    return {"patch": "paper", "vertex": "pixel"} if options.law == "published" else {}
+    return {"patch": "paper", "vertex": "pixel"} if law == "published" else {}
 
 
 def catalogue_of(ds: xr.Dataset, options: Options) -> xr.Dataset:
     """Return the asperities of a scan, or those that are given."""
-    return ds if "asperity" in ds.dims else asperities(ds, **fit_of(options))
+    return ds if "asperity" in ds.dims else asperities(ds, **fit_of(options.law))
 
 
 def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:

@@ -106,7 +106,7 @@ def pull_off_map(
     positions = _pixels(ds, subregions) if pixels else regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)
     later_on = lazy and kind == "scan"
-    catalogue = later(ds, **fit_of(options)) if later_on else catalogue_of(ds, options)
+    catalogue = later(ds, **fit_of(options.law)) if later_on else catalogue_of(ds, options)
     grid = dask.delayed(asperity_grid)(catalogue, options) if later_on else asperity_grid(catalogue, options)
     out = _labelled(_records(positions, grid, options), ds)
     out = _on_pixels(out, ds) if pixels else out.assign_coords(positions.coords)

@@ -146,7 +146,7 @@ def superpose(
         raise ValueError(
             "delta: expected displacements in nm, since the heights are not loaded; or load them (ds.load())"
         )
-    catalogue = later(ds, **fit_of(options)) if later_on else catalogue_of(ds, options)
+    catalogue = later(ds, **fit_of(options.law)) if later_on else catalogue_of(ds, options)
     prepared = dask.delayed(_prepared)(catalogue, options) if later_on else _prepared(catalogue, options)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     deltas = _default_sweep(prepared[0], centres, options) if delta is None else schema.ascending(delta, "nm", "delta")

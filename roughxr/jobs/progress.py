@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from typing import TextIO
 
 #: Seconds between two reports: on a terminal, and as plain lines.
@@ -10,9 +11,15 @@ _ON_TERMINAL, _AS_LINES = 0.1, 10.0
 
 _BAR = 24
 
+#: Seconds after the first finished item from which on a rate is believed: those that finish with it say nothing yet.
+_SETTLED = 1.0
+
 
 class Progress:
     """Count of finished items with rate, time left and failures.
+
+    The first items wait for kernels to be compiled, a minute where nothing is cached. So the rate is that of the items
+    after the first that finished, and of those in the latter half of that time.
 
     Parameters
     ----------
@@ -38,6 +45,8 @@ class Progress:
         self.total, self.done, self.what, self.failed = total, done, what, 0
         self._kept, self._stream, self._start, self._said = done, stream, time.monotonic(), 0.0
         self._terminal = stream is not None and stream.isatty()
+        self._marks: deque[tuple[float, int]] = deque()  # when, and how many had finished by then
+        self._first = (0.0, 0)
 
     def add(self, count: int = 1, *, failed: bool = False) -> None:
         """Count items as finished, or as failed, and tell so if it is time to."""
@@ -46,6 +55,7 @@ class Progress:
         else:
             self.done += count
         now = time.monotonic()
+        self._mark(now)
         if self._stream is not None and now - max(self._said, self._start) >= (
             _ON_TERMINAL if self._terminal else _AS_LINES
         ):
@@ -63,10 +73,25 @@ class Progress:
 
     def text(self) -> str:
         """Return how far it is, in words."""
-        rate = (self.done - self._kept) / max(self.seconds(), 1e-9)
+        settled = self._settled_rate()
+        rate = settled or (self.done - self._kept) / max(self.seconds(), 1e-9)
         left = self.total - self.done - self.failed
-        remaining = _duration(left / rate) if rate > 0 else "unknown time" if left else "0 s"
+        remaining = _duration(left / settled) if settled and left else "unknown time" if left else "0 s"
         return f"{self.done}/{self.total} {self.what}, {rate:.3g} /s, {remaining} left, {self.failed} failed"
+
+    def _mark(self, now: float) -> None:
+        """Keep when how many had finished: the first, and what the latter half of the time since then needs."""
+        self._marks.append((now, self.done))
+        self._first = self._marks[0] if len(self._marks) == 1 else self._first
+        while len(self._marks) > 2 and self._marks[1][0] <= (self._first[0] + now) / 2:
+            self._marks.popleft()
+
+    def _settled_rate(self) -> float:
+        """Return items per second in the latter half of the time since the first finished, 0 if not yet known."""
+        if not self._marks or self._marks[-1][0] - self._first[0] < _SETTLED:
+            return 0.0
+        (begun, before), (last, count) = self._marks[0], self._marks[-1]
+        return (count - before) / (last - begun)
 
     def _tell(self, end: str) -> None:
         if not self._terminal:

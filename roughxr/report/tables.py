@@ -67,13 +67,44 @@ def _column(run: Mapping[str, xr.Dataset], method: str, unit: str, size: float) 
         return _direct_column(run)
     rows = _pull_off_rows(run, method, unit, size)
     if method == "adhesive":
-        errors = run["statistics/adhesive"].get("pull_off_error")
-        known = errors is not None and bool(errors.notnull().any())
-        return rows | ({"pull-off, error of mesh and step, median [%]": 100 * float(errors.median())} if known else {})
+        return rows | _mesh_rows(run)
     return rows | {
         "contacts beyond their patch at pull-off [%]": _share_at_pull_off(run, method, "contacts_beyond_patch"),
         "contacts overlapping at pull-off [%]": _share_at_pull_off(run, method, "contacts_overlapping"),
     }
+
+
+def _mesh_rows(run: Mapping[str, xr.Dataset]) -> dict[str, float]:
+    """Return by how much the pull-off changes on finer meshes, at the places that were solved on them too."""
+    if "solutions/finer" not in run:
+        return {}
+    change = mesh_change(run)
+    return {
+        "pull-off, error of the mesh, median [%]": 100 * float(np.abs(change).median()),
+        "places solved on finer meshes": float(change.notnull().sum()),
+    }
+
+
+def mesh_change(run: Mapping[str, xr.Dataset]) -> xr.DataArray:
+    """Return by which part the pull-off on the run's mesh differs from that on finer ones, where these were solved.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        With the groups ``statistics/adhesive`` and ``solutions/finer``.
+
+    Returns
+    -------
+    DataArray
+        Along the subregions of the latter.
+    """
+    finer, whole = run["solutions/finer"], run["statistics/adhesive"]
+    same = [
+        int(np.argmin(np.hypot(whole["subregion_x"] - x, whole["subregion_y"] - y).values))
+        for x, y in zip(finer["subregion_x"].values, finer["subregion_y"].values)
+    ]
+    coarse = whole["pull_off_force"].isel(subregion=same).values
+    return coarse / finer["pull_off_force"] - 1
 
 
 def _pull_off_rows(run: Mapping[str, xr.Dataset], method: str, unit: str, size: float) -> dict[str, float]:

@@ -21,6 +21,22 @@ from .channel import optional
 _CHUNK = 512
 
 
+#: Factor and name of the SI unit of each unit that maps have here.
+_SI = {"nm": (1e-9, "m"), "nN": (1e-9, "N"), "GPa": (1e9, "Pa"), "nm2": (1e-18, "m^2"), "J m-2": (1.0, "J/m^2")}
+_SI["1"] = (1.0, "")
+
+
+def _map(ds: xr.Dataset, name: str) -> xr.Dataset:
+    """Return a Dataset that holds a map, or say what is wrong."""
+    maps = [str(one) for one in ds.data_vars if set(ds[one].dims) == {"x", "y"}]
+    if name not in maps:
+        found = tuple(ds[name].dims) if name in ds else "no such variable"
+        raise ValueError(
+            f"name: expected a map along x and y ({', '.join(maps) or 'none here'}), found {name!r}: {found}"
+        )
+    return ds
+
+
 def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     """Write a scan as roughxr's own NetCDF-4: everything it holds, in chunks, each with a checksum.
 
@@ -89,15 +105,17 @@ def to_surfacetopography(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     return Path(path)
 
 
-def to_gsf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
-    """Write a scan as a Gwyddion Simple Field, which Gwyddion and many others open.
+def to_gsf(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") -> Path:
+    """Write a scan, or another map along x and y, as a Gwyddion Simple Field, which Gwyddion and many others open.
 
     Parameters
     ----------
     ds : Dataset
-        A scan.
+        A scan, or a Dataset with maps such as those of `pull_off_map`.
     path : str or path
         With the extension ``.gsf``.
+    name : str
+        The variable.
 
     Returns
     -------
@@ -105,21 +123,32 @@ def to_gsf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
 
     Notes
     -----
-    The format holds 32-bit numbers: heights keep seven digits. Missing pixels stay NaN.
+    The format holds 32-bit numbers: heights keep seven digits. Missing pixels stay NaN. Values are written in SI
+    units: m, N, Pa, J/m².
+
+    Examples
+    --------
+    >>> import tempfile, numpy as np, xarray as xr
+    >>> axes = {axis: (axis, np.arange(4.0) * 20, {"units": "nm"}) for axis in "xy"}
+    >>> pull = xr.Dataset({"pull_off_force": (("x", "y"), np.ones((4, 4)), {"units": "nN"})}, axes)
+    >>> to_gsf(pull, tempfile.mkdtemp() + "/pull.gsf", name="pull_off_force").name
+    'pull.gsf'
     """
-    scan = validate(ds, "scan")
+    scan = validate(ds, "scan") if name == "height" else _map(ds, name)
+    units = str(scan[name].attrs.get("units", "1"))
+    times, si = _SI.get(units, (1.0, units))
     if Path(path).suffix != ".gsf":
         raise ValueError(f"path: expected a name ending in .gsf, found {Path(path).name!r}")
-    rows = scan["height"].transpose("y", "x").values[::-1]
+    rows = scan[name].transpose("y", "x").values[::-1]
     dx, dy = pixel(scan)
-    title = str(scan.attrs.get("channel", "Topography")).replace("=", " ")
+    title = str(scan.attrs.get("channel", "Topography") if name == "height" else name).replace("=", " ")
     header = {
         "XReal": float(f"{dx * scan.sizes['x'] * 1e-9:.14g}"),  # not 1.2000000000000002e-07
         "YReal": float(f"{dy * scan.sizes['y'] * 1e-9:.14g}"),
         "XYUnits": "m",
-        "ZUnits": "m",
+        "ZUnits": si,
         "Title": title,
     }
     with whole(path) as temporary:
-        optional("gsffile").write_gsf(temporary, (rows * 1e-9).astype(np.float32), header)
+        optional("gsffile").write_gsf(temporary, (rows * times).astype(np.float32), header)
     return Path(path)

@@ -113,6 +113,21 @@ def sample_dimension(ds: xr.Dataset, name: str) -> str:
     return str(ds[name].dims[0])
 
 
+def other_dimensions(ds: xr.Dataset, name: str) -> list[str]:
+    """Return what a variable lies along beside its samples; nothing if it has no samples, or is a map of them.
+
+    Examples
+    --------
+    >>> other_dimensions(xr.Dataset({"force": (("sphere_radius", "subregion"), [[1.0, 2.0]])}), "force")
+    ['sphere_radius']
+    """
+    if name not in ds:
+        return []
+    dims = [str(dim) for dim in ds[name].dims]
+    own = ["x", "y"] if {"x", "y"} <= set(dims) else [dim for dim in dims if dim in SAMPLES]
+    return [dim for dim in dims if dim not in own] if own else []
+
+
 def _weights(ds: xr.Dataset, name: str, weights: Any) -> np.ndarray:
     if isinstance(weights, str) and weights not in ds:
         raise ValueError(f"weights: expected a variable of the dataset, found no {weights!r}")

@@ -19,7 +19,7 @@ import xarray as xr
 
 from .. import schema
 from .places import block_side, blocks, independent_places
-from .sampling import Samples, samples
+from .sampling import Samples, other_dimensions, samples
 
 RESAMPLINGS = ("block", "naive")
 
@@ -52,7 +52,8 @@ def bootstrap(
     ----------
     ds : Dataset
     name : str
-        A variable along ``subregion`` or ``asperity`` and no other dimension.
+        A variable along ``subregion`` or ``asperity``, or a map. Along other dimensions, such as those that `vary`
+        makes, each entry has its own intervals.
     statistics : sequence of str
         "mean", "std" (with n − 1), "min", "max", "q5" for the quantile of 5 per cent, and so on.
     confidence : float
@@ -98,6 +99,10 @@ def bootstrap(
     >>> bool(mean.low < 15 < mean.high), mean.estimate.units
     (True, 'nm')
     """
+    others = other_dimensions(ds, name)
+    if others:
+        given = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "block": block}
+        return bootstrap_sweep(ds, name, along=others[0], seed=seed, within=within, **given)
     found = samples(ds, name)
     _between(confidence, "confidence")
     if resamples < 1 / (1 - confidence):
@@ -144,7 +149,9 @@ def bootstrap_sweep(ds: xr.Dataset, name: str = "force", *, along: str = "delta"
     >>> bootstrap_sweep(ds, statistics=["mean"], resamples=99).estimate.values.tolist()
     [[5.0], [6.0]]
     """
-    parts = [bootstrap(ds.isel({along: k}), name, **options) for k in range(ds.sizes[along])]
+    within, n = options.pop("within", None), ds.sizes[along]
+    surfaces = [within if within is None or along not in within.dims else within.isel({along: k}) for k in range(n)]
+    parts = [bootstrap(ds.isel({along: k}), name, within=surfaces[k], **options) for k in range(n)]
     return xr.concat(parts, dim=ds[along], combine_attrs="drop_conflicts")
 
 
