@@ -64,8 +64,9 @@ def whole(path: str | os.PathLike) -> Iterator[Path]:
         os.replace(temporary, path)
         _to_disk(path.parent)
     except BaseException as error:
-        room = _room(path)
-        _discard(temporary)
+        with uninterrupted():  # a second one must not leave what the first was to remove
+            room = _room(path)
+            _discard(temporary)
         if isinstance(error, OSError) or (isinstance(error, RuntimeError) and str(error).startswith(_NETCDF)):
             raise OSError(
                 f"{path}: could not be written ({error}), nothing is left of it; its disk had room for {room}: "

@@ -317,16 +317,16 @@ def test_a_run_holds_what_the_functions_return(undisturbed):
 
 
 def test_failed_subregions_are_named_and_the_others_kept(tmp_path, monkeypatch):
-    path, good = tmp_path / "run.nc", elastic._solve
+    path, good = tmp_path / "run.nc", elastic._sweep
 
-    def bad(height, datum, window, *rest):
-        if window.rows.start == 0 and window.columns.start == 0:
+    def bad(place, *rest):
+        if place.window.rows.start == 0 and place.window.columns.start == 0:
             raise ZeroDivisionError("a fault")
-        return good(height, datum, window, *rest)
+        return good(place, *rest)
 
     bad.__module__, bad.__qualname__ = good.__module__, good.__qualname__
     with monkeypatch.context() as patch:
-        patch.setattr(elastic, "_solve", bad)
+        patch.setattr(elastic, "_sweep", bad)
         with pytest.raises(
             RuntimeError, match="direct: 1 of 30 subregions failed, the first, subregion 0: ZeroDivisionError: a"
         ):

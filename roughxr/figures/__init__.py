@@ -4,6 +4,7 @@ Each function takes Datasets and, as ``ax``, where to draw; it returns the Axes.
 when something is drawn.
 """
 
+from .any_result import plot, plot_array
 from .comparison import method_comparison
 from .distributions import asperity_statistics, distribution
 from .fits import fitted_distribution
@@ -21,7 +22,6 @@ from .maps import (
 )
 from .overview_figure import overview
 from .paper import paper_figures, run_figures
-from .plot import plot, plot_array
 from .rose import orientation_rose
 from .saving import save
 from .sensitivity_figure import tornado

@@ -51,39 +51,39 @@ class Spectrum(NamedTuple):
 def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Any = None) -> xr.Dataset:
     """Fit the self-affine spectrum with a roll-off to a scan's own.
 
-        Parameters
-        ----------
-        ds : Dataset
-            A scan. At most 16 parts of 256 × 256 pixels, spread over it, are looked at.
-        hurst : float, optional
-            Hurst exponent to hold, from 0 to 1; by default it is fitted.
-        shown : number or quantity, optional
-            The shortest wavelength that the scan shows truly, nm; by default that above which all but 5 % of its mean
-            square curvature lie, and no less than two pixels. An image by a blunt tip shows less: give it then.
+    Parameters
+    ----------
+    ds : Dataset
+        A scan. At most 16 parts of 256 × 256 pixels, spread over it, are looked at.
+    hurst : float, optional
+        Hurst exponent to hold, from 0 to 1; by default it is fitted.
+    shown : number or quantity, optional
+        The shortest wavelength that the scan shows truly, nm; by default that above which all but 5 % of its mean
+        square curvature lie, and no less than two pixels. An image by a blunt tip shows less: give it then.
 
-        Returns
-        -------
-        Dataset
-            ``hurst_exponent``, ``rolloff_wavelength`` (nm), ``psd_plateau`` (nm⁴) and ``shortest_wavelength`` (nm), the
-            last as it was taken. NaN where the scan is flat or pixels are missing in every part.
+    Returns
+    -------
+    Dataset
+        ``hurst_exponent``, ``rolloff_wavelength`` (nm), ``psd_plateau`` (nm⁴) and ``shortest_wavelength`` (nm), the
+        last as it was taken. NaN where the scan is flat or pixels are missing in every part.
 
-        Notes
-        -----
-        C(q) = C₀ [1 + (ℓ₀q/2π)²]^−(1 + H), fitted in its logarithm over wavelengths from the shortest to five times that,
-        which leaves debris and waviness out.
-        On synthetic surfaces of 512² pixels it finds H to 0.1, on 192² to 0.2. An H of 1 or 0 lies at its bound: the scan
-        is then smoother or rougher at its short wavelengths than any self-affine surface.
+    Notes
+    -----
+    C(q) = C₀ [1 + (ℓ₀q/2π)²]^−(1 + H), fitted in its logarithm over wavelengths from the shortest to five times that,
+    which leaves debris and waviness out.
+    On synthetic surfaces of 512² pixels it finds H to 0.1, on 192² to 0.2. An H of 1 or 0 lies at its bound: the scan
+    is then smoother or rougher at its short wavelengths than any self-affine surface.
 
-        References
-        ----------
-        Persson et al., J. Phys.: Condens. Matter 17 (2005) R1.
+    References
+    ----------
+    Persson et al., J. Phys.: Condens. Matter 17 (2005) R1.
 
-        Examples
-        --------
-        >>> from roughxr.synthetic import self_affine
-        >>> found = self_affine_fit(self_affine((256, 256), 10, rms=1.5, hurst=0.7, rolloff=300, seed=1))
-        >>> abs(float(found.hurst_exponent) - 0.7) < 0.1
-        True
+    Examples
+    --------
+    >>> from roughxr.synthetic import self_affine
+    >>> found = self_affine_fit(self_affine((256, 256), 10, rms=1.5, hurst=0.7, rolloff=300, seed=1))
+    >>> abs(float(found.hurst_exponent) - 0.7) < 0.1
+    True
     """
     scan = validate(ds, "scan")
     hurst, shown = _hurst(hurst), _shown(shown, scan)

@@ -66,6 +66,8 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
 
 def _main(ds: xr.Dataset) -> str:
     """Return the variable that a Dataset is about."""
+    if "force" in ds and set(ds["force"].dims) == {"subregion", "delta"}:
+        return "force"
     first = next(iter(map(str, ds.data_vars)), "")
     return next((name for name in ("pull_off_force", "pressure", "force", "height") if name in ds.data_vars), first)
 
