@@ -96,7 +96,9 @@ def pull_off_map(
     lazy = parallel.is_lazy(ds)
     later_on = lazy and kind == "scan"
     grid = (
-        dask.delayed(asperity_grid)(later(ds, **fit_of(options.law)), options) if later_on else asperity_grid(ds, options)
+        dask.delayed(asperity_grid)(later(ds, **fit_of(options.law)), options)
+        if later_on
+        else asperity_grid(ds, options)
     )
     out = _labelled(_records(positions, grid, options), ds)
     out = _on_pixels(out, ds) if pixels else out.assign_coords(positions.coords)

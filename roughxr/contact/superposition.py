@@ -134,7 +134,9 @@ def superpose(
         raise ValueError(
             "delta: expected displacements in nm, since the heights are not loaded; or load them (ds.load())"
         )
-    prepared = dask.delayed(_prepared)(later(ds, **fit_of(options.law)), options) if later_on else _prepared(ds, options)
+    prepared = (
+        dask.delayed(_prepared)(later(ds, **fit_of(options.law)), options) if later_on else _prepared(ds, options)
+    )
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     deltas = _default_sweep(prepared[0], centres, options) if delta is None else schema.ascending(delta, "nm", "delta")
     layout = Layout({"delta": deltas}, _STATES, _EVENTS | (_PULL_OFF if law in ADHESIVE else {}))
