@@ -350,7 +350,7 @@ def _sweep(ds: xr.Dataset) -> xr.Dataset:
     ds = schema.validate(ds, "solution")
     others = [str(dim) for dim in ds["force"].dims if dim not in ("subregion", "delta")]
     if others:
-        ways = [f"{dim}={ds[dim].values[-1].item()!r}" if dim in ds.coords else f"{dim}=…" for dim in others]
+        ways = [f"{dim}={ds[dim].values.tolist()[-1]!r}" if dim in ds.coords else f"{dim}=…" for dim in others]
         raise ValueError(
             f"force: expected one along ('subregion', 'delta'), found also {', '.join(others)}; select one first, for "
             f"example ds.sel({', '.join(ways)})"
