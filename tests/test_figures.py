@@ -18,6 +18,7 @@ from roughxr import figures, regions, schema
 from roughxr.catalogue import asperities
 from roughxr.contact.elastic import direct
 from roughxr.contact.superposition import superpose
+from roughxr.figures.distributions import bin_edges
 from roughxr.figures.forces import hertz_error, jkr_sphere, mean_ratio
 from roughxr.figures.style import display_unit, styled, superscripts
 from roughxr.materials import assign_pair
@@ -351,3 +352,31 @@ def test_a_density_is_drawn_between_its_edges(run):
     np.testing.assert_array_equal(steps.get_data().values, density.values)
     kde = run["statistics/energy"].contact.pdf("pull_off_force", method="kde")
     assert len(kde.contact.plot(ax=Figure().subplots()).lines) == 1
+
+
+def test_bins_of_quantised_values_hold_equally_many_levels():
+    """A rule's edges put now two and now three levels into a bin, which shows as a comb."""
+    values = np.round(np.random.default_rng(2).normal(15.0, 1.5, 5000), 1)
+    edges = bin_edges(values, "auto")
+    assert np.allclose(np.diff(edges) / 0.1, np.round(np.diff(edges) / 0.1)) and np.ptp(np.diff(edges)) < 1e-9
+    assert np.histogram(values, edges)[0].sum() == values.size
+    assert len(bin_edges(np.random.default_rng(2).normal(size=100), "auto")) < 30
+
+
+def test_an_asperitys_curves_leave_at_one_edge_and_no_radius_is_negative():
+    ax = figures.asperity_curve("delta", "a", ax=Figure().subplots())
+    assert ax.get_ylim()[0] == 0
+    right = ax.get_xlim()[1]
+    assert all(
+        line.get_xdata().max() >= right - 1e-9 for line in ax.lines if line.get_label() in ("Hertz", "JKR, stable")
+    )
+    assert any("(−0.333, 1)" in text.get_text() for text in ax.texts)
+
+
+def test_a_cycle_is_refused_with_what_to_select(run):
+    both = run["solutions/energy"].expand_dims(branch=["loading", "retraction"])
+    with pytest.raises(ValueError, match=r"also branch; select one first, for example ds.sel\(branch='retraction'\)"):
+        figures.force_fan(both)
+    events = run["statistics/energy"]
+    with pytest.raises(ValueError, match=r"events of cycles alone; solve with adhesive\(…, delta="):
+        figures.force_fan(events)

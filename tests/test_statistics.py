@@ -172,3 +172,11 @@ def test_a_map_is_a_sample_at_every_pixel():
         found, expected = (getattr(ds.contact, verb)("pull_off_force") for ds in (whole, listed))
         xr.testing.assert_equal(found, expected)
     xr.testing.assert_equal(whole.contact.summary(), listed.contact.summary())
+
+
+def test_no_kernel_estimate_of_an_axis_ratio_reaches_beyond_one():
+    values = np.random.default_rng(1).beta(5, 1, 400)
+    density = pdf(xr.Dataset({"axis_ratio": ("asperity", values, {"units": "1"})}), "axis_ratio", method="kde")
+    assert float(density.axis_ratio[-1]) == 1.0 and float(density.axis_ratio[0]) >= 0.0
+    assert abs(float(density.integrate("axis_ratio")) - 1) < 1e-3
+    assert abs(float(density.cdf[-1]) - 1) < 1e-6

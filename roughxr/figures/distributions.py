@@ -112,7 +112,7 @@ def mean_interval(ax, ds: xr.Dataset, name: str, color: str, *, order: int = 0, 
 
 @styled
 def asperity_statistics(catalogue: xr.Dataset, *, ax: Any = None) -> np.ndarray:
-    """Draw what a surface's asperities are like: heights, ln(B/A), axis ratio λ and orientation.
+    """Draw what a surface's asperities are like: heights, ln(B/A), axis ratio and orientation.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Any = None) -> np.ndarray:
     -------
     array of four Axes
         Heights on a logarithmic density, so that a few debris particles show beside thousands of peaks. B/A
-        (the ratio of the principal curvatures) and λ = b/a have unit 1.
+        (the ratio of the principal curvatures) and b/a have unit 1.
 
     Examples
     --------
@@ -138,7 +138,7 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Any = None) -> np.ndarray:
     ... })
     >>> made = asperity_statistics(catalogue, ax=Figure().subplots(2, 2))
     >>> [one.get_xlabel() for one in made][2]
-    'axis ratio λ = b/a'
+    'axis ratio b/a'
     """
     catalogue = schema.validate(catalogue, "asperities")
     made = panels(ax, 2, 2, aspect=0.95)
@@ -163,7 +163,7 @@ def _anisotropy(ax, peaks: xr.Dataset):
 
 
 def _axis_ratio(ax, peaks: xr.Dataset):
-    _plain_density(ax, peaks, "axis_ratio", "axis ratio λ = b/a")
+    _plain_density(ax, peaks, "axis_ratio", "axis ratio b/a")
     ax.axvline(float(peaks["axis_ratio"].mean()), color=BLACK, linewidth=0.8, linestyle=(0, (1, 1.2)))
     ax.set_xlim(0, 1)
 
@@ -194,7 +194,30 @@ def bin_edges(values: np.ndarray, bins: Any) -> Any:
     if not isinstance(bins, str):
         return bins
     edges = np.histogram_bin_edges(values, bins=bins)
-    return edges if edges.size <= _MOST_BINS + 1 else np.linspace(edges[0], edges[-1], _MOST_BINS + 1)
+    count = min(edges.size - 1, _MOST_BINS)
+    step = _step(values)
+    if step is None:
+        return edges if count == edges.size - 1 else np.linspace(edges[0], edges[-1], count + 1)
+    width = step * max(np.ceil((values.max() - values.min() + step) / step / count), 1.0)
+    low = values.min() - step / 2
+    return low + width * np.arange(np.ceil((values.max() - low) / width - 1e-9) + 1)
+
+
+def _step(values: np.ndarray) -> float | None:
+    """Return the step that quantised values are counted in, None where they are not.
+
+    Bins that hold now two levels and now three make a comb of a smooth distribution.
+
+    Examples
+    --------
+    >>> _step(np.array([1.0, 1.1, 1.1, 1.3, 1.1, 1.0, 1.3, 1.0])).__round__(6), _step(np.array([1.0, 1.1, 1.25]))
+    (0.1, None)
+    """
+    levels = np.unique(values)
+    if levels.size < 3 or levels.size > values.size / 2:
+        return None
+    steps = np.diff(levels) / np.diff(levels).min()
+    return float(np.diff(levels).min()) if np.allclose(steps, np.round(steps), atol=0.05) else None
 
 
 def _rug(ax, values: np.ndarray, color: str, order: int):

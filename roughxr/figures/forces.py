@@ -54,7 +54,7 @@ def force_fan(
     >>> force_fan(ds, ax=Figure().subplots()).get_ylabel()
     'contact force [nN]'
     """
-    ds = schema.validate(ds, "solution")
+    ds = _sweep(ds)
     ax = axes(ax)
     delta, force = ds["delta"].values, ds["force"].transpose("delta", "subregion")
     if lines:
@@ -74,7 +74,8 @@ def force_fan(
         if shown.size > 1:
             ax.set_xlim(shown[0] - 0.1 * np.ptp(shown), shown[-1])
     _zero(ax, force)
-    return legend(label_axes(ax, "delta", "force"), loc="upper left")
+    ground = {"frameon": True, "framealpha": 0.85, "edgecolor": "none"}  # curves of single places cross it
+    return legend(label_axes(ax, "delta", "force"), loc="upper left", **ground)
 
 
 @styled
@@ -118,7 +119,7 @@ def mean_force(
     named = {"mean": solutions} if isinstance(solutions, xr.Dataset) else solutions
     ax = axes(ax)
     for order, (name, ds) in enumerate(named.items()):
-        force = _chosen(schema.validate(ds, "solution"), where)["force"]
+        force = _chosen(_sweep(ds), where)["force"]
         look = stroke(order)
         if band is not None and force.sizes["subregion"] > 1:
             spread = force.quantile([band, 1 - band], "subregion").values
@@ -240,7 +241,7 @@ def sweep(
     """
     ax = axes(ax)
     for order, (name, ds) in enumerate(solutions.items()):
-        force = schema.validate(ds, "solution")["force"].sel(subregion=subregion)
+        force = _sweep(ds)["force"].sel(subregion=subregion)
         ax.plot(ds["delta"], force, label=name, **stroke(order))
         _mark_pull_off(ax, ds["delta"].values, force.values, stroke(order)["color"])
     with_pair = [ds for ds in solutions.values() if all(name in ds.coords for name in schema.PAIR)]
@@ -252,7 +253,18 @@ def sweep(
     ax.plot([], [], "v", color=GREY, markersize=4, label="pull-off")
     if force_limits is not None:
         ax.set_ylim(*force_limits)
-    return legend(label_axes(ax, "delta", "force"), loc="best", frameon=True, framealpha=0.85, edgecolor="none")
+        _within(ax, solutions, subregion, force_limits[1])
+    return legend(label_axes(ax, "delta", "force"), loc="lower left", bbox_to_anchor=(-0.02, 1.0), ncols=2)
+
+
+def _within(ax, solutions: Mapping[str, xr.Dataset], subregion: int, highest: float):
+    """End the displacements where every one of the curves has left the figure."""
+    ends = []
+    for ds in solutions.values():
+        force = ds["force"].sel(subregion=subregion)
+        shown = ds["delta"].values[(force <= highest).values]
+        ends.append(shown[-1] if shown.size else ds["delta"].values[-1])
+    ax.set_xlim(right=max(ends) + 0.03 * (max(ends) - ax.get_xlim()[0]))
 
 
 @styled
@@ -320,6 +332,30 @@ def jkr_sphere(ds: xr.Dataset, delta: np.ndarray) -> np.ndarray:
     out = np.zeros(np.shape(delta))
     out[held] = force
     return out
+
+
+def _sweep(ds: xr.Dataset) -> xr.Dataset:
+    """Return a solution whose forces lie along subregions and displacements alone, or say how to come to one.
+
+    Raises
+    ------
+    ValueError
+        If it is a cycle with both its branches, one that kept its events alone, or varied over parameters.
+    """
+    if isinstance(ds, xr.Dataset) and "force" not in ds and "pull_off_force" in ds:
+        raise ValueError(
+            "expected forces along delta, found the events of cycles alone; solve with adhesive(…, delta=[…]) to have "
+            "them, or draw the pull-off: ds.contact.plot('pull_off_force')"
+        )
+    ds = schema.validate(ds, "solution")
+    others = [str(dim) for dim in ds["force"].dims if dim not in ("subregion", "delta")]
+    if others:
+        ways = [f"{dim}={ds[dim].values.tolist()[-1]!r}" if dim in ds.coords else f"{dim}=…" for dim in others]
+        raise ValueError(
+            f"force: expected one along ('subregion', 'delta'), found also {', '.join(others)}; select one first, for "
+            f"example ds.sel({', '.join(ways)})"
+        )
+    return ds
 
 
 def _chosen(ds: xr.Dataset, where: Any) -> xr.Dataset:

@@ -91,7 +91,7 @@ def contact_grid(ds: xr.Dataset, subregions: Any = None, *, ax: Any = None, high
         Contact centres, see `regions.centres`.
     ax : Axes, optional
     highlight : array of bool, optional
-        One for each centre: those to be ringed.
+        One for each centre: those to be framed by their tile, or ringed where they lie on no grid.
     **options
         As for `scan_map`.
 
@@ -111,14 +111,7 @@ def contact_grid(ds: xr.Dataset, subregions: Any = None, *, ax: Any = None, high
     _tile_lines(ax, x, y, regions.extent(ds))
     ax.plot(x, y, "+", color="white", markersize=4, markeredgewidth=0.8)
     if highlight is not None:
-        ring = np.asarray(highlight, dtype=bool)
-        style = {
-            "markerfacecolor": "none",
-            "markeredgecolor": ORANGE,
-            "markersize": 11,
-            "markeredgewidth": 1.4,
-        }
-        ax.plot(x[ring], y[ring], "o", **style)
+        _frames(ax, x, y, np.asarray(highlight, dtype=bool))
     return ax
 
 
@@ -517,6 +510,20 @@ def _edges(middle: np.ndarray) -> np.ndarray:
     """Return the edges between equal tiles around their middles."""
     half = 0.5 * (np.diff(middle).min() if middle.size > 1 else 1.0)
     return np.append(middle - half, middle[-1] + half)
+
+
+def _frames(ax, x: np.ndarray, y: np.ndarray, chosen: np.ndarray):
+    """Frame the tiles of some centres, so that what lies on them is seen; ring centres that lie on no grid."""
+    from matplotlib.patches import Rectangle
+
+    grid = _grid(x, y)
+    if grid is None or min(axis.size for axis in grid) < 2:
+        style = {"markerfacecolor": "none", "markeredgecolor": ORANGE, "markersize": 14, "markeredgewidth": 1.2}
+        ax.plot(x[chosen], y[chosen], "o", **style)
+        return
+    width, height = (0.92 * float(np.diff(axis).min()) for axis in grid)
+    for at in zip(x[chosen] - width / 2, y[chosen] - height / 2):
+        ax.add_patch(Rectangle(at, width, height, fill=False, edgecolor=ORANGE, linewidth=1.4))
 
 
 def _tile_lines(ax, x, y, extent):

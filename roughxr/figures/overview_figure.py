@@ -40,7 +40,7 @@ def overview(run: Mapping[str, xr.Dataset]):
     delta = float(contact["delta"][0])
     titles = "Where the sphere lands", f"How hard it presses, at δ = {delta:g} nm", "How hard it sticks"
     for ax, title in zip((where, pressure, pull), titles):
-        ax.set_title(title, fontsize=TITLE, fontweight="bold", pad=16)
+        ax.set_title(title, fontsize=TITLE, fontweight="bold", pad=22)
     return figure
 
 

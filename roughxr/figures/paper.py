@@ -18,7 +18,7 @@ from .forces import against_hertz, force_ratio, hertz_error, jkr_sphere, mean_fo
 from .maps import contact_grid, contact_maps, scan_map
 from .saving import mean_and_spread, number, sheet
 from .single import asperity_curve
-from .style import GREY, display_unit, label_axis, legend, stroke, styled
+from .style import GREY, SMALL, display_unit, label_axis, stroke, styled
 
 Run = Mapping[str, xr.Dataset]
 
@@ -36,8 +36,8 @@ _TWIN = (
 
 #: Formulations of adhesion, as they stand in a legend.
 _FORMULATIONS = {
-    "published": "as published (λ²)",
-    "self_similar": "corrected (λ)",
+    "published": "as published",
+    "self_similar": "corrected",
     "energy": "least energy",
 }
 
@@ -123,13 +123,13 @@ class _Groups:
     def __init__(self, run: Run, *, paper: bool = True):
         self._run, self.paper = run, paper
 
-    def sheet(self, title: str, *, rows=(), note: str = "", **options):
+    def sheet(self, title: str, *, rows=(), note: str = "", explained: str = "", **options):
         """Return a sheet; the paper's number of the figure and its printed values only on the paper's own."""
         if self.paper:
-            note = " ".join([note, _TWIN]).strip() if rows else note
+            note = " ".join([explained, note, _TWIN if rows else ""]).strip()
             return sheet(title, rows=rows, note=note, **options)
         title = re.sub(r"^Figure \d+\. ", "", title)
-        return sheet(title, rows=[row[:2] for row in rows], **options)
+        return sheet(title, rows=[row[:2] for row in rows], note=explained, **options)
 
     def __getitem__(self, name: str) -> xr.Dataset:
         if name not in self._run:
@@ -192,9 +192,9 @@ def _figure_07(run):
     flags = run.debris()
     rows = [
         ("contact centres", str(flags.size), "64"),
-        ("of which on debris (ringed)", str(int(flags.sum())), "6"),
+        ("of which on debris (framed)", str(int(flags.sum())), "6"),
     ]
-    title = f"Figure 7. The {flags.size} places where the sphere lands, those on debris ringed"
+    title = f"Figure 7. The {flags.size} places where the sphere lands, those on debris framed"
     figure, (ax,) = run.sheet(title, aspect=0.84, rows=rows)
     contact_grid(run["scan"], direct, highlight=flags, ax=ax)
     return figure
@@ -208,9 +208,13 @@ def _figure_08(run):
         ("Rₐ of the reconstruction", roughness[1], "12.880 nm"),
         ("rms difference", number(float(envelope.attrs["residual_rms"]), "nm"), "1.74 nm *"),
     ]
-    note = "* printed as 0.0034 nm, which lacks the factor √(MN) = 512"
+    note = "* printed as 0.0034 nm, which lacks the factor √(MN) = 512" if run.paper else ""
+    words = (
+        "Colours as of the scan; a triangle at their end stands for heights beyond. Comets are single paraboloids, "
+        "each fitted to the summit of a particle."
+    )
     title = "Figure 8. The surface that the asperities alone would make matches the peaks, not the valleys"
-    figure, (ax,) = run.sheet(title, aspect=0.84, rows=rows, note=note)
+    figure, (ax,) = run.sheet(title, aspect=0.84, rows=rows, note=note, explained=words)
     scan_map(envelope, ax=ax, limits=(original.min(), original.max()))
     return figure
 
@@ -223,8 +227,8 @@ def _figure_09(run):
     rows = [
         ("mean height of the main group", mean_and_spread(groups[0], "nm", digits=1), "near 15 nm"),
         ("mean height of the debris", mean_and_spread(groups[1], "nm", digits=1), "near 27 nm"),
-        ("axis ratio λ = b/a", mean_and_spread(ratio, ""), "mean 0.6"),
-        ("ellipses with a < 10 b", number(100 * np.nanmean(ratio[np.isfinite(ratio)] > 0.1), "%"), "most"),
+        ("axis ratio b/a", mean_and_spread(ratio, ""), "mean 0.6"),
+        ("less than ten times as long as wide", number(100 * np.nanmean(ratio[np.isfinite(ratio)] > 0.1), "%"), "most"),
     ]
     found = "two groups of heights" if groups[1].size else "one group of heights"
     title = f"Figure 9. What the {height.size} asperities are like: {found}, and ellipses more than circles"
@@ -237,7 +241,12 @@ def _figure_10(run):
     contact = run["solutions/contact"]
     delta = float(contact["delta"][-1])
     spots = _spots(contact["pressure"].isel(subregion=0, delta=-1).values)
-    title = f"Figure 10. One contact at δ = {delta:g} nm: {spots} spots touch, and the surface between them sinks too"
+    count = f"{spots} spots touch, and the surface between them sinks too" if spots > 1 else "one spot touches"
+    if spots == 0:
+        count = "nothing touches"
+    x, y = (float(contact[f"subregion_{axis}"][0]) / 1e3 for axis in "xy")
+    place = f"the place at x = {x:.3g}, y = {y:.3g} µm" if {"subregion_x", "subregion_y"} <= set(contact.coords) else ""
+    title = f"Figure 10. {place.capitalize()}, δ = {delta:g} nm: {count}"
     figure, axes = run.sheet(title, shape=(2, 2), aspect=1.16)
     contact_maps(contact, run["scan"], subregion=int(contact["subregion"][0]), ax=axes)
     return figure
@@ -320,6 +329,9 @@ def _figure_14(run):
     )
     upper.set_yscale("log")
     upper.set_ylim(bottom=1e-5 * upper.get_ylim()[1])
+    begun = ratio["delta"].values[np.isfinite(ratio.values)]
+    if begun.size > 1:
+        upper.set_xlim(begun[0] - 0.1 * np.ptp(begun), begun[-1] + 0.03 * np.ptp(begun))
     label_axis(upper.yaxis, "force")
     _inverse_ratio(lower, ratio)
     upper.set_xlabel("")
@@ -359,7 +371,7 @@ def _figure_15(run):
     figure, (ax,) = run.sheet(title, aspect=0.85, rows=rows)
     solutions = {
         "Hertz, superposed": run["solutions/hertz"],
-        "JKR, as published (λ²)": published,
+        "JKR, as published": published,
         "JKR, least energy": run["solutions/energy"],
     }
     rough = np.nanmax(list(pull.values()))
@@ -385,12 +397,25 @@ def _figure_16(run):
         rows.append((f"force, {words}", _forces(force), printed[0]))
         rows.append((f"displacement, {words}", mean_and_spread(delta, "nm"), printed[1]))
     rows.sort(key=lambda row: row[0].startswith("displacement"))
-    title = "Figure 16. Pull-off forces over all places: what the sphere's landing and the slip in λ are worth"
-    figure, (ax,) = run.sheet(title, aspect=0.72, rows=rows)
-    for order, (key, words) in enumerate(_FORMULATIONS.items()):
-        distribution(figures[key], "pull_off_force", ax=ax, label=words, order=order)
-    legend(ax, loc="upper right")
+    title = "Figure 16. Pull-off forces over all places: what the place and the slip in the formula are worth"
+    figure, axes = run.sheet(title, shape=(3, 1), aspect=1.2, rows=rows, sharex=True)
+    largest = max(float(one["pull_off_force"].max()) for one in figures.values())
+    for order, (ax, (key, words)) in enumerate(zip(axes, _FORMULATIONS.items())):
+        ax.set_xlim(0, 1.05 * largest if np.isfinite(largest) and largest > 0 else 1)
+        _one_formulation(ax, figures[key], words, order, last=order == len(axes) - 1)
     return figure
+
+
+def _one_formulation(ax, pull: xr.Dataset, words: str, order: int, *, last: bool):
+    """Draw the pull-off forces of one formulation as a panel among others that share its forces."""
+    distribution(pull, "pull_off_force", ax=ax, order=order, kde=False, rug=False, interval=None)
+    mean = float(pull["pull_off_force"].mean())
+    ax.axvline(mean, **{**stroke(order), "linewidth": 1.0})
+    ax.text(0.98, 0.9, f"{words}\nmean {_force(mean)}", transform=ax.transAxes, ha="right", va="top", fontsize=SMALL)
+    if not last:
+        ax.set_xlabel("")
+    if order != 1:
+        ax.set_ylabel("")
 
 
 def _stacked(run: _Groups, title: str, rows):

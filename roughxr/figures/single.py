@@ -34,9 +34,9 @@ _AXES = {
 
 #: Where the words beside pull-off and end of branch stand, points from the mark, so that they meet no curve.
 _BESIDE = {
-    ("delta", "a"): ((-16, 10), (-14, 0)),
-    ("P", "a"): ((-14, 4), (-14, -4)),
-    ("delta", "P"): ((14, -6), (-12, 0)),
+    ("delta", "a"): ((-14, 10), (10, 2)),
+    ("P", "a"): ((10, 0), (10, -4)),
+    ("delta", "P"): ((44, -3), (10, 12)),
 }
 
 
@@ -84,12 +84,23 @@ def asperity_curve(
     ax.axvline(0, color="#cccccc", linewidth=0.5, zorder=0)
     for order, law in enumerate(laws):
         schema.one_of(law, ASPERITY_LAWS, "laws")
-        states = curve(law, np.linspace(1e-4, largest, 600), ratio)
+        states = curve(law, np.linspace(1e-4, 2 * largest, 16000), ratio)
         _branches(ax, states, _stable(states, x), x, y, NAMES[law], order, hertz=law == "hertz")
+    _cut(ax, states, x, y, largest)
     if laws[-1] != "hertz":
         _mark(ax, states, x, y)
     ax.set(xlabel=_words(x), ylabel=_words(y))
     return legend(ax, loc="upper left") if y == "P" else legend(ax, loc="lower right", bbox_to_anchor=(1, 0.11))
+
+
+def _cut(ax, states: Curve, x: str, y: str, largest: float):
+    """Let all curves leave the figure at one edge, where the last one's semi-axis is the largest; no radius < 0."""
+    shown = states.a <= largest
+    across, up = getattr(states, x)[shown], getattr(states, y)[shown]
+    left = min(float(across.min()), 0.0)
+    ax.set_xlim(left - 0.15 * (across.max() - left) * (left < 0), across.max())
+    low = 0.0 if y == "a" else float(up.min()) - 0.1 * float(np.ptp(up))
+    ax.set_ylim(low, up.max())
 
 
 def _words(axis: str) -> str:
@@ -126,13 +137,17 @@ def _mark(ax, states: Curve, x: str, y: str):
     pull = int(states.P.argmin())
     end = int(np.argmax(states.stable))
     beside = _BESIDE.get((x, y), ((12, 12), (12, -12)))
-    points = ((pull, "D", "pull-off"), (end, "s", "jump-on,\nlet-go"))
+    points = ((pull, "D", "pull-off"), (end, "s", "jump-on, let-go"))
     for (k, marker, words), offset in zip(points[: 1 if x == "P" else 2], beside):
         ax.plot(across[k], up[k], marker, color=BLACK, markersize=3.6, zorder=5)
         line = {"arrowstyle": "-", "linewidth": 0.5, "color": GREY, "shrinkA": 1, "shrinkB": 2.5}
         style = {"fontsize": SMALL, "ha": "right" if offset[0] < 0 else "left", "va": "center"}
-        ax.annotate(words, (across[k], up[k]), offset, textcoords="offset points", arrowprops=line, **style)
-    low, high = ax.get_xlim()
-    ax.set_xlim(low - 0.22 * (high - low), high)
-    low, high = ax.get_ylim()
-    ax.set_ylim(low - 0.05 * (high - low), high)
+        words = f"{words}\n({across[k]:.3g}, {up[k]:.3g})".replace("-", "−").replace("jump−on", "jump-on")
+        ax.annotate(
+            words.replace("let−go", "let-go").replace("pull−off", "pull-off"),
+            (across[k], up[k]),
+            offset,
+            textcoords="offset points",
+            arrowprops=line,
+            **style,
+        )

@@ -99,8 +99,8 @@ class _Notice(event.Listener):
         if self.told or self.spent + time.monotonic() - self.begun < _PATIENCE:
             return
         self.told = True
-        kept = "kept for later" if _cached else "NOT kept: set NUMBA_CACHE_DIR to a folder that can be written to"
-        print(f"roughxr: compiling once, {kept}", file=sys.stderr, flush=True)
+        lost = "NOT kept, every process does it anew: set NUMBA_CACHE_DIR to a folder that can be written to"
+        print(f"roughxr: compiling once, {'kept for later' if _cached else lost}; it takes up to a minute", file=sys.stderr, flush=True)
 
 
 event.register("numba:compile", _Notice())

@@ -102,6 +102,12 @@ def _pulling(run: Run):
     return figures.force_fan(sweep, force_limits=(-1.2 * deepest, 3 * deepest))
 
 
+def _pull_off(run: Run) -> xr.Dataset:
+    """Return the pull-off that the main numbers are about: of the first preload, where there are several."""
+    found = run.get("statistics/adhesive", run["statistics/energy"])
+    return found.isel(preload=0) if "preload" in found.dims else found
+
+
 def _compared(run: Run):
     found = statistics.compare(run["solutions/hertz"], run["solutions/direct"])
     parting = found["parting_delta"].dropna("subregion")
@@ -112,7 +118,7 @@ _DRAWINGS = {
     "The scan and where the sphere lands": _Drawing(
         ("scan", "asperities", "solutions/direct"),
         _grid,
-        "Heights, with the contact centres as crosses and places that hold debris ringed.",
+        "Heights, with the contact centres as crosses and the tiles that hold debris framed.",
     ),
     "Asperities": _Drawing(
         ("scan", "asperities"),
@@ -141,14 +147,14 @@ _DRAWINGS = {
     ),
     "Pull-off force": _Drawing(
         ("statistics/energy",),
-        lambda run: figures.fitted_distribution(run["statistics/energy"]),
-        "Least-energy formulation: histogram with a 95 % interval for each bar, the mean with its own on top, and "
-        "fitted laws, the best first; ΔAIC tells how much worse the others are.",
+        lambda run: figures.fitted_distribution(_pull_off(run)),
+        "By the method of the main numbers: histogram with a 95 % interval for each bar, the mean with its own on top, "
+        "and fitted laws, the best first; ΔAIC tells how much worse the others are.",
     ),
     "Where it sticks": _Drawing(
         ("statistics/energy",),
-        lambda run: figures.subregion_map(run["statistics/energy"]),
-        "Pull-off force of every place (least energy).",
+        lambda run: figures.subregion_map(_pull_off(run)),
+        "Pull-off force of every place, by the method of the main numbers; grey where nothing pulls.",
     ),
     "Superposition against direct simulation": _Drawing(
         ("solutions/hertz", "solutions/direct"),

@@ -110,6 +110,7 @@ def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
         facts=_facts(run),
         cautions=cautions(run),
         numbers=list(_numbers(run)),
+        adhesion=_adhesion(run),
         pictures=list(pictures(run)),
         tables=_tables(run),
         steps=_steps(run),
@@ -160,6 +161,13 @@ def _coordinate(scan: xr.Dataset, name: str) -> tuple[str, str]:
 def _places(run: Mapping[str, xr.Dataset]) -> str:
     counts = {ds.sizes["subregion"] for name, ds in run.items() if "subregion" in ds.sizes}
     return f"{max(counts)} contact centres" if counts else ""
+
+
+def _adhesion(run: Mapping[str, xr.Dataset]) -> str:
+    """Say which method the page's adhesion comes from."""
+    if "statistics/adhesive" in run:
+        return "Adhesion by direct simulation of approach and retraction."
+    return "Adhesion by superposed asperities (least energy)." if "statistics/energy" in run else ""
 
 
 def _numbers(run: Mapping[str, xr.Dataset]):

@@ -22,6 +22,9 @@ NOT_NEGATIVE = (
     "contacts",
 )
 
+#: Variables that cannot exceed one: nor may a kernel estimate of theirs.
+AT_MOST_ONE = ("axis_ratio",)
+
 
 def pdf(
     ds: xr.Dataset,
@@ -48,9 +51,9 @@ def pdf(
         As `scipy.stats.gaussian_kde` takes them (kde); Scott's rule by default.
     boundary : "auto", None or number
         Value below which there is nothing (kde): what the kernels lay there is reflected. By default 0 for
-        what cannot be negative, such as ``pull_off_force``, and none otherwise. Reflection keeps the estimate's
-        integral, not its mean: where samples reach down to the boundary this lies 3 to 6 % above theirs. Take means
-        from `summary`, not from a density.
+        what cannot be negative, such as ``pull_off_force``, and none otherwise; an axis ratio ends at 1 likewise.
+        Reflection keeps the estimate's integral, not its mean: where samples reach down to the boundary this lies 3 to
+        6 % above theirs. Take means from `summary`, not from a density.
     weights : str or DataArray, optional
         What each sample counts for: a variable of ``ds``, or an array along the same dimension.
 
@@ -83,7 +86,9 @@ def pdf(
     if method == "histogram":
         points, values, cumulative, extra = _histogram(found, bins)
     else:
-        points, values, cumulative, extra = _kernel_density(found, bandwidth, _boundary(boundary, name, found))
+        points, values, cumulative, extra = _kernel_density(
+            found, bandwidth, _boundary(boundary, name, found), 1.0 if name in AT_MOST_ONE else np.inf
+        )
     axis = (name, points, dict(ds[name].attrs))
     out = xr.DataArray(values, dims=name, coords={name: axis, "cdf": (name, cumulative)}, name="pdf")
     out["cdf"].attrs.update(schema.attributes("cdf"))
@@ -139,8 +144,8 @@ def _histogram(found: Samples, bins: Any) -> tuple:
     return (edges[:-1] + edges[1:]) / 2, density, cumulative, {"bin_rule": rule, "bin_edges": edges}
 
 
-def _kernel_density(found: Samples, bandwidth: Any, boundary: float, points: int = 512) -> tuple:
-    """Return the Gaussian estimate on a grid that holds all but 1e-9 of it, reflected at ``boundary``."""
+def _kernel_density(found: Samples, bandwidth: Any, boundary: float, end: float, points: int = 512) -> tuple:
+    """Return the Gaussian estimate on a grid that holds all but 1e-9 of it, reflected at ``boundary`` and ``end``."""
     from scipy.special import ndtr
     from scipy.stats import gaussian_kde
 
@@ -149,7 +154,7 @@ def _kernel_density(found: Samples, bandwidth: Any, boundary: float, points: int
         raise ValueError("expected samples that differ for a kernel estimate, found equal ones; use method='histogram'")
     estimate = gaussian_kde(values, bw_method=bandwidth, weights=found.weights)
     width = float(np.sqrt(estimate.covariance[0, 0]))
-    grid = np.linspace(max(values.min() - 6 * width, boundary), values.max() + 6 * width, points)
+    grid = np.linspace(max(values.min() - 6 * width, boundary), min(values.max() + 6 * width, end), points)
     below = lambda at: ndtr((at[:, None] - values) / width) @ estimate.weights  # noqa: E731
     density, cumulative = estimate(grid), below(grid)
     extra = {"bandwidth": width}
@@ -157,6 +162,9 @@ def _kernel_density(found: Samples, bandwidth: Any, boundary: float, points: int
         mirrored = 2 * boundary - grid
         density, cumulative = density + estimate(mirrored), cumulative - below(mirrored)
         extra["boundary"] = boundary
+    if np.isfinite(end):
+        mirrored = 2 * end - grid
+        density, cumulative = density + estimate(mirrored), cumulative + 1 - below(mirrored)
     return grid, density, cumulative, extra
 
 

@@ -1,0 +1,31 @@
+"""What is compared of a notebook's outputs, and that no notebook names a folder that a reader does not have."""
+
+import re
+
+import nbformat
+import pytest
+from nbformat.v4 import new_code_cell, new_notebook, new_output
+
+from .notebooks import FOLDER, agree, differences
+
+
+def cell(text, pictures=0):
+    outputs = [new_output("stream", name="stdout", text=text)]
+    outputs += [new_output("display_data", data={"image/png": "", "text/plain": "<Figure>"})] * pictures
+    return new_code_cell("show()", outputs=outputs)
+
+
+def test_words_numbers_and_pictures_are_compared():
+    stored = new_notebook(cells=[cell("mean 12.345 nN"), cell("done in 3 s"), cell("", pictures=1), cell("8 places")])
+    same = new_notebook(cells=[cell("mean 12.346 nN"), cell("done in 41 s"), cell("", pictures=1), cell("8 places")])
+    other = new_notebook(cells=[cell("mean 12.9 nN"), cell("done in 3 s"), cell("", pictures=2), cell("8 pixels")])
+    assert differences(stored, same) == []
+    found = " ".join(differences(stored, other))
+    assert re.findall(r"cell (\d)", found) == ["2", "0", "3"]
+    assert not agree("−1.5 nm", "1.5 nm")
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.ipynb")), ids=lambda path: path.stem)
+def test_notebooks_name_no_folder_that_others_lack(path):
+    code = "\n".join(one.source for one in nbformat.read(path, as_version=4).cells if one.cell_type == "code")
+    assert not re.findall(r"\.\./\.\.|shared/|[\"']/\w+/", code)
