@@ -3,8 +3,8 @@
     python tests/benchmarks/rigid_map.py [--large]
 
 Prints processor time and peak memory of the glass twin (512 × 512 pixels, 3 µm sphere): the pull-off alone, forces at
-60 heights, Lennard-Jones's law; and the ratio to sums place by place. With ``--large`` 2048 × 2048 pixels too. Each case
-runs in a process of its own, after a small one that compiles.
+60 heights, Lennard-Jones's law; and the ratio to sums place by place. With ``--large`` 2048 × 2048 pixels too. Each
+case runs in a process of its own, after a small one that compiles.
 """
 
 import argparse
