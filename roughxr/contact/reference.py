@@ -82,7 +82,7 @@ def jkr_sphere(delta: Any, *, radius: Any, contact_modulus: Any, work_of_adhesio
     -------
     Dataset
         ``force`` (nN), ``semi_axis_a`` (nm), ``contact_area`` (nm²) along ``delta``; NaN below the end of the branch,
-        at −3^{−1/3} δ_c.
+        at −3^{−1/3} δ_c, nm in the attribute ``end_of_branch``.
 
     References
     ----------
@@ -100,7 +100,8 @@ def jkr_sphere(delta: Any, *, radius: Any, contact_modulus: Any, work_of_adhesio
     a = np.array([jkr.stable_semi_axis(d) if d >= jkr.END_DELTA else np.nan for d in reduced])
     force = units.P * a**1.5 * (a**1.5 - 2)
     radius_of = units.a * a
-    return _along(delta, {"force": force, "semi_axis_a": radius_of, "contact_area": np.pi * radius_of**2})
+    out = _along(delta, {"force": force, "semi_axis_a": radius_of, "contact_area": np.pi * radius_of**2})
+    return out.assign_attrs(end_of_branch=jkr.END_DELTA * units.delta)
 
 
 def jkr_curve(

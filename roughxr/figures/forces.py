@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from .. import schema, statistics
-from ..kernels.asperity import jkr
+from ..contact import reference
 from .style import BLACK, BLUE, GREY, ORANGE, axes, label_axes, label_axis, legend, panels, stroke, styled
 
 
@@ -326,12 +326,8 @@ def jkr_sphere(ds: xr.Dataset, delta: np.ndarray) -> np.ndarray:
     radius, modulus, work = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion")
     if work == 0:
         return hertz_sphere(ds, delta)
-    unit = jkr.self_similar_units(0.5 / radius, 0.5 / radius, modulus, work)
-    held = np.asarray(delta) / unit.delta >= jkr.END_DELTA
-    force = [unit.P * jkr.load(jkr.stable_semi_axis(d / unit.delta)) for d in np.asarray(delta)[held]]
-    out = np.zeros(np.shape(delta))
-    out[held] = force
-    return out
+    sphere = reference.jkr_sphere(delta, radius=radius, contact_modulus=modulus, work_of_adhesion=work)
+    return sphere["force"].fillna(0).values
 
 
 def _sweep(ds: xr.Dataset) -> xr.Dataset:
@@ -377,7 +373,8 @@ def _wide_range(solutions: list[xr.Dataset]) -> tuple[np.ndarray, np.ndarray]:
     radius, modulus, work = schema.pair(first, *schema.PAIR)
     end = 0.0
     if work > 0:
-        end = jkr.END_DELTA * jkr.self_similar_units(0.5 / radius, 0.5 / radius, modulus, work).delta
+        sphere = {"radius": radius, "contact_modulus": modulus, "work_of_adhesion": work}
+        end = reference.jkr_sphere([0.0], **sphere).attrs["end_of_branch"]
     delta = np.linspace(end * (1 - 1e-9), highest, 400)
     return delta, jkr_sphere(first, delta)
 

@@ -2,9 +2,9 @@
 
     python tests/benchmarks/rigid_map.py [--large]
 
-Prints processor time and peak memory of the glass twin (512 × 512 pixels, 3 µm sphere): the pull-off alone, forces at 60
-heights, Lennard-Jones's law; and the ratio to sums place by place. With ``--large`` 2048 × 2048 pixels too. Each case runs
-in a process of its own, after a small one that compiles.
+Prints processor time and peak memory of the glass twin (512 × 512 pixels, 3 µm sphere): the pull-off alone, forces at
+60 heights, Lennard-Jones's law; and the ratio to sums place by place. With ``--large`` 2048 × 2048 pixels too. Each
+case runs in a process of its own, after a small one that compiles.
 """
 
 import argparse
@@ -52,9 +52,7 @@ def run(name):
     each = (time.process_time() - begun) / _PLACES
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     ratio = each * scan.height.size / every
-    print(
-        f"{name:14s} {every:7.1f} s of processor time, {peak:5.2f} GB at most, place by place {ratio:6.0f} times as long"
-    )
+    print(f"{name:14s} {every:7.1f} s of processor time, {peak:5.2f} GB at most, {ratio:5.0f} times as long by places")
 
 
 def main():
