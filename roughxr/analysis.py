@@ -338,7 +338,7 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
 
 
 def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
-    """Return the simulation with adhesion at all places, and at some of them on a mesh twice as fine in half the steps."""
+    """Return the simulation with adhesion at all places, and at some on a mesh twice as fine in half the steps."""
     how = {"preload": plan.preload, "law": plan.law}
     say(f"simulation with adhesion at {_count(scan, plan)} places")
     solved = adhesive(scan, refine=plan.refine, accuracy=None, step=plan.step, **how, **options)
