@@ -150,12 +150,16 @@ def test_the_distributed_scheduler_gives_the_same(surface):
         xr.testing.assert_equal(lazy.compute(), expected)
 
 
+@pytest.fixture(scope="module")
+def two_places(surface):
+    return direct(surface, delta=[4, 9], subregions=(2, 1))
+
+
 @settings(max_examples=10, deadline=None)
 @given(x=st.integers(1, 96), y=st.integers(1, 96))
-def test_chunking_does_not_matter(surface, x, y):
+def test_chunking_does_not_matter(surface, two_places, x, y):
     with dask.config.set(scheduler="synchronous"):
-        expected = direct(surface, delta=[4, 9], subregions=(2, 1))
-        xr.testing.assert_equal(direct(surface.chunk(x=x, y=y), delta=[4, 9], subregions=(2, 1)).compute(), expected)
+        xr.testing.assert_equal(direct(surface.chunk(x=x, y=y), delta=[4, 9], subregions=(2, 1)).compute(), two_places)
 
 
 def refuse(dsk, keys, **kwargs):

@@ -31,13 +31,13 @@ ROOT = Path(__file__).resolve().parents[2]
 
 #: The files of each group, and the tests that should notice.
 GROUPS = {
-    "halfspace": ("roughxr/kernels/halfspace/*.py", ["halfspace", "kalker", "without_jit_cases", "kernels_plain"]),
-    "adhesion": ("roughxr/kernels/adhesion/*.py", ["adhesive_kernels", "kernels_plain"]),
+    "halfspace": ("roughxr/kernels/halfspace/*.py", ["halfspace", "displacement_control", "without_jit_cases"]),
+    "adhesion": ("roughxr/kernels/adhesion/*.py", ["constrained_cells", "adhesion_smooth", "reference"]),
     "asperity": (
         "roughxr/kernels/asperity/*.py",
-        ["ellipse", "asperity_contact", "maugis", "superposition", "pull_off_map", "kernels_plain"],
+        ["ellipse", "asperity_contact", "maugis", "superposition", "pull_off_map"],
     ),
-    "topography": ("roughxr/kernels/topography/*.py", ["peaks", "paraboloid", "envelope", "seams"]),
+    "topography": ("roughxr/kernels/topography/*.py", ["peaks", "paraboloid", "envelope", "tile_stitching"]),
     "statistics": (
         "roughxr/statistics/*.py",
         [
