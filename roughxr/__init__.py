@@ -16,16 +16,19 @@ from ._version import __version__
 from .accessor import ContactAccessor
 from .analysis import paper, run
 from .catalogue import asperities
+from .contact import reference
 from .contact.adhesion import adhesive
 from .contact.elastic import direct
 from .contact.estimates import elastic_pull_off, tabor
 from .contact.maps import pull_off_map
+from .contact.regimes import formulas, regime, scale_dependence
+from .contact.rigid_bodies import rigid
 from .contact.superposition import superpose
 from .exports import table, to_resuspension, to_table
 from .figures import plot
 from .jobs.lazy import compute
 from .jobs.run import checkpointed
-from .materials import assign_pair, contact_modulus, gilman_surface_energy
+from .materials import assign_pair, contact_modulus, gilman_surface_energy, hamaker_constant
 from .parameter_grid import vary
 from .reconstruction import reconstruct
 from .scans import (
@@ -73,7 +76,9 @@ __all__ = [
     "figures",
     "fill",
     "fit",
+    "formulas",
     "gilman_surface_energy",
+    "hamaker_constant",
     "level",
     "open_sample",
     "open_scan",
@@ -85,12 +90,16 @@ __all__ = [
     "pull_off_map",
     "reconstruct",
     "reduction",
+    "reference",
+    "regime",
     "regions",
     "report",
     "resample",
+    "rigid",
     "rotate90",
     "roughness",
     "run",
+    "scale_dependence",
     "schema",
     "self_affine_fit",
     "sensitivity",

@@ -16,6 +16,8 @@ from .contact.adhesion import adhesive
 from .contact.elastic import direct
 from .contact.estimates import elastic_pull_off, tabor
 from .contact.maps import pull_off_map
+from .contact.regimes import formulas, regime, scale_dependence
+from .contact.rigid_bodies import rigid
 from .contact.superposition import superpose
 from .materials import assign_pair
 from .parameter_grid import vary
@@ -69,6 +71,10 @@ class ContactAccessor:
     direct = _method(direct)
     adhesive = _method(adhesive)
     pull_off_map = _method(pull_off_map)
+    rigid = _method(rigid)
+    regime = _method(regime)
+    formulas = _method(formulas)
+    scale_dependence = _method(scale_dependence)
     sensitivity = _method(sensitivity)
 
     # statistics

@@ -30,18 +30,21 @@ _SIDE = 256
 #: Pixels along a side of the paper's patch.
 PAPER_PATCH = 5
 
-#: Widest patch that suits, as a part of the shortest wave: on half of it, a paraboloid takes a sine's curvature to be
-#: 9 % less than it is, and on the whole of it 40 % less.
-_OF_A_WAVE = 0.5
+#: Widest patch that suits, as a part of the shortest wave. A narrower one tells the curvature of the very vertex, which
+#: a contact outgrows: sums over it fall short of the adhesive simulation, as those over whole waves exceed it.
+_OF_A_WAVE = 0.75
 
 #: Pixels to the shortest wave from which on a scan resolves it: what lies between fewer no spline can tell.
 RESOLVED = 2.0
 
-#: Pixels along a side of a patch, at least and at most, and how many times finer they are made at most.
-_FEWEST, _MOST, _LIMIT = 3, 31, 16
+#: Pixels along a side of a patch, at least, from which on they are never made finer, and at most.
+_FEWEST, _COARSE, _MOST = 3, 5, 31
+
+#: How many times finer pixels are made at most, and how near a patch must come to the width that it is to have.
+_LIMIT, _NEAR = 16, 0.8
 
 #: What a paraboloid may leave of the heights, as a part of its own fall across the patch, before it is none.
-POOR_FIT = 0.1
+POOR_FIT = 0.15
 
 #: Variables of a catalogue that the fit gives by these very names.
 _FITTED = (
@@ -79,8 +82,8 @@ def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -
     A peak is a pixel, or a plateau of equal pixels, higher than all its neighbours; a plateau is one peak.
     Its paraboloid is the least-squares fit to a square patch around it.
 
-    A paraboloid tells the summit's curvature only where the patch is no wider than half of the shortest wave that makes
-    the summit: on one of two waves it is several times too flat, and with it the asperity's pull too strong.
+    A paraboloid tells the summit's curvature only where the patch is narrower than the shortest wave that makes the
+    summit: on one of two waves it is several times too flat, and with it the asperity's pull too strong.
 
     Parameters
     ----------
@@ -90,11 +93,11 @@ def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -
         catalogue, what is held at a time is a tile for each of dask's threads, and the heights near the seams between
         tiles and around flat tops that reach across one.
     patch : "auto", "paper", int or length
-        Side of the fitted patch. "auto" is half of the `shortest_wavelength`: so many pixels, odd, 3 to 31; where
-        that is less than three pixels, the heights are splined to two or three points in each, and peaks are sought
-        and fitted on these, 3 × 3. A scan whose shortest wave is below two pixels does not tell what lies between them,
-        and is fitted on 3 × 3 of its own. "paper" is 5 × 5 pixels. A whole number, odd, at least 3, is so many pixels; a
-        length such as "15 nm" the patch that comes nearest to it from below.
+        Side of the fitted patch. "auto" is three quarters of the `shortest_wavelength` at most: so many pixels, odd,
+        3 to 31; where that is less than three pixels, or they would be far from it, the heights are splined to some
+        points in each, and peaks are sought and fitted on these. A scan whose shortest wave is below two pixels does
+        not tell what lies between them, and is fitted on 3 × 3 of its own. "paper" is 5 × 5 pixels. A whole number,
+        odd, at least 3, is so many pixels; a length such as "15 nm" the patch that comes nearest to it from below.
     vertex : {"fitted", "pixel"}
         Let the fit place the vertex, to a part of a pixel, or hold it at the peak's pixel, as the paper does.
         A free fit that is no summit, or strays beyond one pixel, is replaced by a held one (``vertex_fixed``).
@@ -189,12 +192,20 @@ def _setup(asked: _Asked, waves: Waves | None) -> _Setup:
 
 
 def _pixels(width: float, asked: _Asked) -> tuple[int, int]:
-    """Return a patch's pixels, and how many times finer these are than the scan's, for a width in nm."""
+    """Return a patch's pixels, odd, and how many times finer these are than the scan's, for a width in nm.
+
+    The first refinement on which a patch of three pixels or more comes as near as `_NEAR` to the width, from below.
+    """
     pixels = width / max(asked.pixel) * (1 + 1e-9)
-    if pixels < _FEWEST:
-        return _FEWEST, int(np.ceil(_FEWEST / pixels))
     most = int(min(pixels, _MOST, *asked.shape))
-    return most - (most + 1) % 2, 1
+    if most >= _COARSE:
+        return most - (most + 1) % 2, 1
+    for refine in range(1, _LIMIT + 1):
+        count = int(refine * pixels)
+        count -= (count + 1) % 2
+        if count >= _FEWEST and count >= _NEAR * refine * pixels:
+            return count, refine
+    return _FEWEST, _LIMIT
 
 
 def _without_maps(ds: xr.Dataset) -> xr.Dataset:
@@ -328,7 +339,7 @@ def poorly_fitted(catalogue: xr.Dataset) -> float:
     """Return the share of asperities that are no paraboloids on their patch.
 
     Of such a one the fit leaves, root mean square, over `POOR_FIT` of what the paraboloid falls from its vertex to the
-    middle of the patch's sides, as it does on a patch of more than three quarters of the shortest wave.
+    middle of the patch's sides, as it does on a patch of the shortest wave or more.
 
     Parameters
     ----------

@@ -20,6 +20,10 @@ class ImplausiblePair(UserWarning):
     """A pair of bodies was taken as it was given, but is hardly what was meant."""
 
 
+#: Closest approaches, nm, at which a Hamaker constant and a work of adhesion may go together.
+_CUT_OFFS = 0.08, 0.6
+
+
 class _Range(NamedTuple):
     """What a quantity can be: refused beyond the outer bounds, questioned beyond the inner ones."""
 
@@ -136,6 +140,8 @@ def assign_pair(
     work_of_adhesion: Any = None,
     adhesion_range: Any = None,
     adhesion_strength: Any = None,
+    hamaker_constant: Any = None,
+    medium: str = "vacuum",
 ) -> xr.Dataset:
     """Return the scan or catalogue with the pair of bodies on it.
 
@@ -166,13 +172,18 @@ def assign_pair(
         solids, more where liquids or charges pull. `adhesive` takes 0.3 nm where none is assigned.
     adhesion_strength : number or quantity, optional
         The largest pull, GPa, in place of its range: ρ = w over it.
+    hamaker_constant : number or quantity, optional
+        A of the bodies across what lies between them, nN nm (1e-18 J) or such as "6.5e-20 J"; see `hamaker_constant`.
+        Beside a work of adhesion it says how near the bodies come, z₀ = √(A/(12πw)); without one w = A/(12π z₀²), z₀ =
+        0.165 nm. Named materials bring theirs, unless a work of adhesion is given.
+    medium : {"vacuum", "air", "water", "ethanol", "hexadecane"}
+        What lies between named materials.
 
     Returns
     -------
     Dataset
-        With scalar coordinates ``sphere_radius``, ``contact_modulus``, ``work_of_adhesion``, ``adhesion_range``, as far
-        as given,
-        and the indenter's map where there is one.
+        With scalar coordinates ``sphere_radius``, ``contact_modulus``, ``work_of_adhesion``, ``adhesion_range``,
+        ``hamaker_constant``, as far as given, and the indenter's map where there is one.
 
     Raises
     ------
@@ -200,15 +211,23 @@ def assign_pair(
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
     adhesion = _work_of_adhesion(surface_energy, work_of_adhesion)
+    constant = None if hamaker_constant is None else positive(hamaker_constant, "nN nm", "hamaker_constant")
+    schema.one_of(medium, substances.MEDIA, "medium")
     if materials is not None:
         bodies = substances.pair_of(materials)
         young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
-        adhesion = substances.van_der_waals_work(*bodies) if adhesion is None else adhesion
+        if adhesion is None and constant is None:
+            constant = _attracting(substances.hamaker_of(*bodies, medium), medium)
+    if constant is not None:
+        adhesion = substances.work_of(constant) if adhesion is None else adhesion
+        _believed_cut_off(constant, adhesion)
     values = {"contact_modulus": _contact_modulus(contact_modulus, young_modulus, poisson_ratio)}
     if sphere_radius is not None:
         values["sphere_radius"] = _radius(sphere_radius, ds)
     if adhesion is not None:
         values["work_of_adhesion"] = adhesion
+    if constant is not None:
+        values["hamaker_constant"] = constant
     values |= _adhesion_range(adhesion_range, adhesion_strength, adhesion)
     out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
     out = out.assign_coords(values)
@@ -223,6 +242,78 @@ def _told(value: Any) -> Any:
     if isinstance(value, (tuple, list)):
         return [_told(one) for one in value]
     return value if isinstance(value, (int, float, str)) else str(value)
+
+
+def hamaker_constant(first: Any, second: Any = None, *, medium: Any = "vacuum") -> float:
+    """Return the Hamaker constant of two bodies across a medium, by combining rules.
+
+    Parameters
+    ----------
+    first, second : str, number or quantity
+        Names of materials, or Hamaker constants of each against itself across vacuum, nN nm (1e-18 J). One stands for
+        both.
+    medium : str, number or quantity
+        What lies between: "vacuum", "air", "water", "ethanol", "hexadecane", or its Hamaker constant.
+
+    Returns
+    -------
+    float
+        nN nm; negative where the bodies repel.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown, or of a material no constant is known.
+
+    Notes
+    -----
+    A₁₂ = √(A₁A₂) and A₁₃₂ = (√A₁ − √A₃)(√A₂ − √A₃). In media such as water, whose static response differs from all the
+    others', the rules are rough: the zero-frequency part of A is then to be computed by Lifshitz's theory.
+
+    References
+    ----------
+    Israelachvili, Intermolecular and Surface Forces, 3rd ed., §13.9.
+
+    Examples
+    --------
+    >>> round(hamaker_constant("silica", "alumina"), 4), round(hamaker_constant("silica", medium="water"), 5)
+    (0.0994, 0.00392)
+    """
+    bodies = [_own_constant(body, substances.MATERIALS) for body in (first, first if second is None else second)]
+    return substances.combined(*bodies, _own_constant(medium, substances.MEDIA))
+
+
+def _own_constant(given: Any, known: dict[str, Any]) -> float:
+    """Return the Hamaker constant (nN nm) of a name or a quantity."""
+    if isinstance(given, str) and not given[:1].isdigit():
+        found = known[schema.one_of(given.strip().lower(), known, "hamaker_constant")]
+        found = getattr(found, "hamaker", found)
+        if found is None:
+            raise ValueError(f"hamaker_constant: expected a material of which it is known, found {given!r}; give it")
+        return found
+    value = magnitude(given, "nN nm", "hamaker_constant")
+    if not isinstance(value, float) or value < 0:
+        raise ValueError(f"hamaker_constant: expected one number >= 0 in nN nm, found {given!r}")
+    return value
+
+
+def _attracting(constant: float | None, medium: str) -> float | None:
+    """Return a Hamaker constant, or say that bodies repel each other."""
+    if constant is not None and constant <= 0:
+        raise ValueError(
+            f"medium: expected one across which the bodies attract, found A = {constant:.3g} nN nm in {medium}"
+        )
+    return constant
+
+
+def _believed_cut_off(constant: float, work: float) -> None:
+    """Question a Hamaker constant and a work of adhesion that would bring the bodies too near, or not near."""
+    distance = np.sqrt(constant / (12 * np.pi * work)) if work > 0 else np.inf
+    if not _CUT_OFFS[0] <= distance <= _CUT_OFFS[1]:
+        _question(
+            f"hamaker_constant: {constant:.3g} nN nm and a work of adhesion of {work:.3g} J/m2 go together at a "
+            f"closest approach of {distance:.2g} nm: is it meant? (solids have 0.1 to 0.5; bonds stick harder)"
+        )
 
 
 def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:

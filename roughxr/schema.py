@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,6 +40,7 @@ VARIABLES: dict[str, Variable] = {
     "contact_modulus": Variable("GPa", "contact modulus E*", "1/E* = (1-nu1^2)/E1 + (1-nu2^2)/E2"),
     "work_of_adhesion": Variable("J m-2", "work of adhesion w", "w = 2 gamma for equal bodies"),
     "adhesion_range": Variable("nm", "range of adhesion", "length over which the pull falls by e: strength = w/range"),
+    "hamaker_constant": Variable("nN nm", "Hamaker constant A", "across what lies between; 1 nN nm = 1e-18 J"),
     "indenter_height": Variable("nm", "indenter height", "points out of the indenter; its maximum touches first"),
     "indenter_x": Variable("nm", "x from the contact centre"),
     "indenter_y": Variable("nm", "y from the contact centre"),
@@ -132,6 +133,19 @@ VARIABLES: dict[str, Variable] = {
     "work_of_separation": Variable("nN nm", "work of separation", "done against the pull on retraction"),
     "hysteresis": Variable("nN nm", "energy lost in one cycle of approach and retraction"),
     "tabor_parameter": Variable("1", "Tabor's parameter", "large: short range (JKR), small: long range (DMT)"),
+    # rigid bodies
+    "touch_delta": Variable("nm", "displacement of first touch", "counted from the datum"),
+    "pull_beyond_contact": Variable("1", "part of the pull from beyond contact", "gaps over twice the length"),
+    "formula": Variable("1", "formula for a sphere on a rough surface"),
+    "formula_ratio": Variable("1", "pull-off by formula / by the sum over the scan"),
+    "shortest_kept": Variable("nm", "shortest wavelength", "shorter waves are cut off, or were added"),
+    "seed": Variable("1", "seed of the added roughness"),
+    "sphere_tabor": Variable("1", "Tabor's parameter of the sphere"),
+    "asperity_tabor": Variable("1", "Tabor's parameter of the median asperity"),
+    "pixels_per_contact": Variable("1", "radius of the median asperity's contact in pixels", "JKR"),
+    "peak_pressure": Variable("GPa", "largest pressure under the median asperity", "Hertz's, under 2 pi w R"),
+    "yields": Variable("1", "the median asperity yields under its own adhesion"),
+    "recommended": Variable("1", "recommended model"),
     # statistics
     "pull_off_force": Variable("nN", "pull-off force", "positive magnitude of the largest pull"),
     "pull_off_delta": Variable("nm", "displacement at pull-off", "counted from the datum"),
@@ -176,7 +190,8 @@ VARIABLES: dict[str, Variable] = {
     "pull_off_median": Variable("nN", "median pull-off force"),
     "asperities": Variable("1", "asperities found"),
     "unbracketed": Variable("1", "places whose sweep was too short"),
-    # one asperity
+    # one asperity, one sphere
+    "distance": Variable("nm", "distance from the plane", "of the sphere's lowest point"),
     "semi_axis_a": Variable("nm", "longer semi-axis of the contact ellipse"),
     "semi_axis_b": Variable("nm", "shorter semi-axis of the contact ellipse"),
 }
@@ -198,7 +213,7 @@ KINDS: dict[str, dict[str, tuple[str, ...]]] = {
 PAIR = ("sphere_radius", "contact_modulus", "work_of_adhesion")
 
 #: The same, with what may be assigned beside it.
-TRAVELLING = (*PAIR, "adhesion_range")
+TRAVELLING = (*PAIR, "adhesion_range", "hamaker_constant")
 
 
 def attributes(name: str) -> dict[str, str]:
@@ -447,7 +462,8 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, **a
         What the function was called with.
     """
     steps = history(ds if source is None else source)
-    steps.append({"operation": operation, "arguments": _plain(arguments), "roughxr": __version__})
+    given = {key: value for key, value in arguments.items() if value is not None}
+    steps.append({"operation": operation, "arguments": as_json(given), "roughxr": __version__})
     return ds.assign_attrs(history=json.dumps(steps))
 
 
@@ -469,19 +485,23 @@ def height_hash(ds: xr.Dataset) -> str:
     return digest.hexdigest()
 
 
-def _plain(value: Any) -> Any:
-    """Return ``value`` as something JSON can hold; long arrays by length and ends only."""
+def _ends(values: np.ndarray) -> dict[str, Any]:
+    return {"first": values.flat[0].item(), "last": values.flat[-1].item(), "size": int(values.size)}
+
+
+def as_json(value: Any, long: Callable[[np.ndarray], Any] = _ends) -> Any:
+    """Return ``value`` as something JSON can hold; arrays of more than 64 values as ``long`` shortens them."""
+    if isinstance(value, xr.Dataset):
+        value = {name: value[name].values for name in value.variables}
     if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items() if item is not None}
+        return {str(key): as_json(item, long) for key, item in value.items()}
     if isinstance(value, (str, bool, int, float)) or value is None:
         return value
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, (np.ndarray, xr.DataArray)):
-        values = np.asarray(value).ravel()
-        if values.size <= 64:
-            return values.tolist()
-        return {"first": values[0].item(), "last": values[-1].item(), "size": int(values.size)}
+        values = np.asarray(value)
+        return values.tolist() if values.size <= 64 else long(values)
     if isinstance(value, Iterable):
-        return [_plain(item) for item in value]
+        return [as_json(item, long) for item in value]
     return str(value)

@@ -1,8 +1,9 @@
 """Named materials: elastic constants, and what van der Waals forces alone make them stick, each with its source.
 
 Of named materials the work of adhesion is that of clean, dry, smooth bodies without bonds or water between them,
-w = A/(12π D₀²) with Hamaker's constant A and the cut-off D₀ = 0.165 nm, √(A₁A₂) for two materials (Israelachvili,
-Intermolecular and Surface Forces, 3rd ed., eqs. 13.15 and 13.29). Films of water, contact for long, and cleaved
+w = A/(12π D₀²) with Hamaker's constant A and the cut-off D₀ = 0.165 nm, √(A₁A₂) for two materials, (√A₁ − √A₃)(√A₂ −
+√A₃) across a third (Israelachvili, Intermolecular and Surface Forces, 3rd ed., eqs. 13.15, 13.29 and 13.31; media from
+its table 13.2). Films of water, contact for long, and cleaved
 crystals stick harder: who has measured it gives ``work_of_adhesion``.
 """
 
@@ -44,6 +45,9 @@ MATERIALS = {
     "gold": Material(77.0, 0.42, _HANDBOOK),
 }
 
+#: Hamaker constants (nN nm) of what may lie between the bodies, against itself across vacuum.
+MEDIA = {"vacuum": 0.0, "air": 0.0, "water": 0.037, "ethanol": 0.042, "hexadecane": 0.052}
+
 
 def pair_of(names: str | tuple[str, str]) -> tuple[Material, Material]:
     """Return the two materials that are named as "glass/silicon" or ("glass", "silicon"); one name stands for both.
@@ -71,6 +75,28 @@ def van_der_waals_work(first: Material, second: Material) -> float | None:
     >>> round(van_der_waals_work(*pair_of("glass/glass")), 4)
     0.0633
     """
+    constant = hamaker_of(first, second)
+    return None if constant is None else work_of(constant)
+
+
+def hamaker_of(first: Material, second: Material, medium: str = "vacuum") -> float | None:
+    """Return the Hamaker constant (nN nm) of two bodies across a medium, or None where one is not known."""
     if first.hamaker is None or second.hamaker is None:
         return None
-    return math.sqrt(first.hamaker * second.hamaker) / (12 * math.pi * CUT_OFF**2)
+    return combined(first.hamaker, second.hamaker, MEDIA[medium])
+
+
+def combined(first: float, second: float, medium: float = 0.0) -> float:
+    """Return Hamaker's A₁₃₂ = (√A₁ − √A₃)(√A₂ − √A₃): √(A₁A₂) across vacuum, negative where they repel.
+
+    Examples
+    --------
+    >>> round(combined(0.065, 0.152), 4), round(combined(0.065, 0.065, 0.037), 5)
+    (0.0994, 0.00392)
+    """
+    return (math.sqrt(first) - math.sqrt(medium)) * (math.sqrt(second) - math.sqrt(medium))
+
+
+def work_of(hamaker: float) -> float:
+    """Return the work of adhesion A/(12π D₀²), J/m², of a Hamaker constant (nN nm)."""
+    return hamaker / (12 * math.pi * CUT_OFF**2)

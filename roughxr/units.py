@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-# UDUNITS writes "J m-2" where pint wants "J m**-2".
-_UDUNITS_POWER = re.compile(r"(?<=[A-Za-zµμ])(?=[-+]?\d)")
+# UDUNITS writes "J m-2" where pint wants "J m**-2"; the power of ten in "6.5e-20 J" is none of them.
+_UDUNITS_POWER = re.compile(r"(?<![\d.][eE])(?<=[A-Za-zµμ])(?=[-+]?\d)")
 
 
 #: Letters, powers, products and quotients; pint would read "~m" as m to the power of -1.
@@ -96,6 +96,8 @@ def magnitude(value: Any, units: str, name: str) -> Any:
     3000.0
     >>> magnitude(3000, "nm", "sphere_radius")
     3000.0
+    >>> round(magnitude("6.5e-20 J", "nN nm", "hamaker_constant"), 6)
+    0.065
     """
     number = _convert(value, units, name)
     try:

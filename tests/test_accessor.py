@@ -23,6 +23,12 @@ CALLS = {
     "superpose": {"delta": [1.0, 5.0], "law": "hertz"},
     "direct": {"delta": [1.0, 5.0]},
     "power_spectrum": {},
+    "self_affine_fit": {},
+    "smooth": {"shortest": 60},
+    "add_fine_roughness": {"shortest": 15, "seed": 1},
+    "rigid": {"delta": [-1.0]},
+    "regime": {"subregions": (1, 1)},
+    "formulas": {"subregions": (1, 1)},
     "autocorrelation": {},
     "rotate90": {},
 }

@@ -131,17 +131,17 @@ def wave(pixels, count=96, pixel=5.0, amplitude=1.0):
 
 @pytest.mark.parametrize("pixels", [2.7, 3.4, 4.6, 6.3, 10.7, 17.2])
 def test_the_patch_follows_the_wave_and_finds_its_summits(pixels):
-    """A fit over half of a cosine tells its curvature to a tenth; one over the paper's 5 pixels does not."""
+    """A fit over three quarters of a cosine tells its curvature to a third; one over two waves does not."""
     surface, curvature = wave(pixels)
     found = asperities(surface)
     assert float(found.shortest_wavelength) == pytest.approx(5 * pixels, rel=0.25)
     width = 2 * float(found.patch_radius)
-    assert 0.2 * 5 * pixels < width <= 0.55 * 5 * pixels
+    assert 0.4 * 5 * pixels < width <= 0.8 * 5 * pixels
     inner = found.isel(asperity=np.flatnonzero(~found.edge & (found.height > 0)))
-    blunted = 0.36 if pixels < 3 else 0.25 if pixels < 4 else 0.12  # by the spline, which knows no wave between these
+    blunted = 0.45 if pixels < 4 else 0.32  # more by the spline, which knows no wave between the pixels
     for name in ("curvature_min", "curvature_max"):
         assert (1 - blunted) * curvature < float(inner[name].median()) < 1.08 * curvature
-    np.testing.assert_allclose(inner.height.median(), 1.0, atol=0.04 if pixels > 3 else 0.12)
+    np.testing.assert_allclose(inner.height.median(), 1.0, atol=0.08 if pixels > 4 else 0.15)
     expected = (96 / pixels) ** 2
     assert 0.75 * expected < inner.sizes["asperity"] < 1.1 * expected
     if pixels < 5:
@@ -149,18 +149,10 @@ def test_the_patch_follows_the_wave_and_finds_its_summits(pixels):
         assert float(wide.curvature_max.median()) < 0.6 * curvature
 
 
-def test_half_a_cosine_costs_a_paraboloid_a_tenth_of_its_curvature():
-    x = np.linspace(-0.25, 0.25, 2001)
-    fitted = -np.polynomial.polynomial.polyfit(x, np.cos(2 * np.pi * x), 2)[2] * 2 / (2 * np.pi) ** 2
-    assert fitted == pytest.approx(0.83, abs=0.1)
-
-
 def test_a_length_is_the_patch_and_splines_what_is_less_than_three_pixels():
     surface = scan(rough(64), pixel=10.0)
-    assert float(asperities(surface, patch="57 nm").patch_radius) == 25.0
-    assert float(asperities(surface, patch="30 nm").patch_radius) == 15.0
-    assert float(asperities(surface, patch="16 nm").patch_radius) == 7.5
-    assert float(asperities(surface, patch="0.01 um").patch_radius) == 5.0
+    for asked, width in (("57 nm", 50.0), ("30 nm", 30.0), ("48 nm", 45.0), ("16 nm", 15.0), ("0.01 um", 10.0)):
+        assert 2 * float(asperities(surface, patch=asked).patch_radius) == pytest.approx(width)
 
 
 def test_splined_summits_are_those_of_the_surface_in_finer_pixels():
@@ -192,7 +184,7 @@ def test_a_paraboloid_that_is_none_is_told():
         asperities(surface, patch=5)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert poorly_fitted(asperities(surface)) < 0.05
+        assert poorly_fitted(asperities(surface)) < 0.2 < 0.8 < poorly_fitted(asperities(surface, patch="paper"))
 
 
 def test_a_plane_and_a_level_scan_have_no_wave():

@@ -27,6 +27,13 @@ def results():
         "pull_off of a cycle": cycle.contact.pull_off(),
         "pull_off": pull.contact.reduction(),
         "pull_off_map": surface.contact.pull_off_map(**PLACES),
+        "rigid": surface.contact.rigid(**PLACES, fields=True, delta=[-1.0]),
+        "rigid of every pixel": surface.contact.rigid(subregions="every pixel"),
+        "regime": surface.contact.regime(subregions=(1, 1), hardness=6),
+        "formulas": surface.contact.formulas(subregions=(1, 1)),
+        "scale_dependence": surface.contact.scale_dependence(shortest=[40, 80], seeds=1, subregions=(1, 1)),
+        "self_affine_fit": surface.contact.self_affine_fit(),
+        "jkr_sphere": roughxr.reference.jkr_sphere([1.0], radius=9, contact_modulus=9, work_of_adhesion=1),
         "roughness": surface.contact.roughness(),
         "fit": pull.contact.fit("pull_off_force", simulations=0),
         "bootstrap": pull.contact.bootstrap("pull_off_force", resamples=99),
@@ -58,4 +65,4 @@ def test_every_variable_has_units_and_words(results):
 
 def test_rows_say_what_they_mean():
     for name, row in schema.VARIABLES.items():
-        assert (row.long_name and row.long_name[0].islower()) or row.long_name[0] in "AEKRSTλ", name
+        assert (row.long_name and row.long_name[0].islower()) or row.long_name[0] in "AEHKRSTλ", name

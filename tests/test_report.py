@@ -73,7 +73,7 @@ def test_page_tells_what_was_analysed_and_found(written, run):
         assert words in text
     table = report.interval_table(run)
     mean = table.loc[("pull-off force, mean [nN]", "all places"), "estimate"]
-    assert mean == pytest.approx(float(run["statistics/energy"].pull_off_force.mean()))
+    assert mean == pytest.approx(float(run["statistics/adhesive"].pull_off_force.mean()))
     assert f"{mean:.3g}" in text
     assert "synthetic: made from a seed" in text and "1 of 9 places hold debris by rule" in text
 
@@ -188,7 +188,7 @@ def test_doubts_about_the_scan_and_tilt_are_told(run):
 @pytest.mark.parametrize(("times", "unit"), [(1.0, "µN"), (1e-3, "nN"), (1e-6, "pN")])
 def test_forces_stand_in_the_unit_that_suits_them(run, times, unit):
     small = dict(run)
-    for name in ("published", "self_similar", "energy"):
+    for name in ("adhesive", "published", "self_similar", "energy"):
         pull = run[f"statistics/{name}"].copy()
         pull["pull_off_force"] = (pull["pull_off_force"] * times * 2e3 / pull["pull_off_force"].mean()).assign_attrs(
             pull["pull_off_force"].attrs
@@ -196,7 +196,9 @@ def test_forces_stand_in_the_unit_that_suits_them(run, times, unit):
         small[f"statistics/{name}"] = pull
     mean = report.contact_table(small).loc[f"pull-off, mean [{unit}]", "energy"]
     assert mean == pytest.approx(2.0)
-    assert report.interval_table(small).loc[(f"pull-off force, mean [{unit}]", "all places"), "estimate"] == mean
+    for method in ("adhesive", "energy"):
+        table = report.interval_table(small, method)
+        assert table.loc[(f"pull-off force, mean [{unit}]", "all places"), "estimate"] == pytest.approx(mean)
 
 
 def test_a_file_that_is_no_run_is_refused(tmp_path):

@@ -327,11 +327,13 @@ def test_failed_subregions_are_named_and_the_others_kept(tmp_path, monkeypatch):
     bad.__module__, bad.__qualname__ = good.__module__, good.__qualname__
     with monkeypatch.context() as patch:
         patch.setattr(elastic, "_solve", bad)
-        with pytest.raises(RuntimeError, match="of 30 subregions failed, the first, subregion 0: ZeroDivisionError: a"):
+        with pytest.raises(
+            RuntimeError, match="direct: 1 of 30 subregions failed, the first, subregion 0: ZeroDivisionError: a"
+        ):
             a_run.run(path)
     a_run.run(path)
-    assert any(line.endswith(": 29 of 30 subregions kept") for line in log(path))
-    assert any("subregion 0 failed" in line for line in log(path))
+    assert any(line == "direct: 29 of 30 subregions kept" for line in log(path))
+    assert any("direct: subregion 0 failed" in line for line in log(path))
 
 
 def test_a_failed_tile_is_named_by_its_subregions(tmp_path):

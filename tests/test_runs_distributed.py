@@ -16,7 +16,7 @@ from roughxr import archive, checkpointed
 from roughxr.contact.elastic import direct
 from roughxr.contact.maps import pull_off_map
 from roughxr.jobs import lazy as parallel
-from roughxr.jobs.schedulers import on
+from roughxr.jobs.schedulers import NO_DASHBOARD, on
 
 from .surfaces import glass_pair, rough, scan
 
@@ -115,7 +115,7 @@ def test_a_scan_is_sent_once(surface):
 def test_an_active_client_is_used_and_counts_subregions(surface, lazy, capsys):
     expected = direct(surface, **OPTIONS)
     cluster = distributed.LocalCluster(
-        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None, protocol="inproc://"
+        n_workers=1, threads_per_worker=2, processes=False, protocol="inproc://", **NO_DASHBOARD
     )
     with cluster, distributed.Client(cluster):
         ds = surface.chunk() if lazy else surface
@@ -126,7 +126,7 @@ def test_an_active_client_is_used_and_counts_subregions(surface, lazy, capsys):
 
 
 def test_a_cluster_without_workers_is_told(surface):
-    cluster = distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=None, protocol="inproc://")
+    cluster = distributed.LocalCluster(n_workers=0, processes=False, protocol="inproc://", **NO_DASHBOARD)
     with (
         cluster,
         distributed.Client(cluster),

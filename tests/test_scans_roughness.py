@@ -113,14 +113,38 @@ def test_the_correlation_length_of_a_smooth_surface():
     np.testing.assert_allclose((found["acf"] / found["acf"][0])[close], expected[close], atol=0.08)
 
 
-def test_missing_pixels_count_for_nothing_and_leave_the_spectra_missing():
+def test_missing_pixels_count_for_nothing():
     height = rough(64)
     ds = scan(height, PIXEL)
     ds["height"][10:12, 20] = np.nan
     found, whole = (roughness(each, spectra=True) for each in (ds, scan(height, PIXEL)))
     assert float(found["s_q"]) == pytest.approx(float(whole["s_q"]), rel=0.01)
     assert float(found["s_dq"]) == pytest.approx(float(whole["s_dq"]), rel=0.01)
-    assert found["psd"].isnull().all() and found["acf"].isnull().all()
+    long = found["wavevector"] < 0.2 * float(found["wavevector"].max())
+    np.testing.assert_allclose(found["psd"][long][1:], whole["psd"][long][1:], rtol=0.15)
+    np.testing.assert_allclose(found["acf"], whole["acf"], atol=0.02 * float(whole["acf"][0]))
+
+
+def test_the_correlation_with_missing_pixels_is_the_mean_over_known_pairs():
+    height = np.random.default_rng(3).standard_normal((9, 7))
+    height[np.random.default_rng(4).random(height.shape) < 0.2] = np.nan
+    sums, pairs = np.zeros(4), np.zeros(4)
+    for i, j in np.ndindex(height.shape):
+        for k, m in np.ndindex(height.shape):
+            lag, product = np.hypot(k - i, m - j), height[i, j] * height[k, m]
+            if lag <= 3 and np.isfinite(product) and (k - i, m - j) >= (0, 0):
+                sums[int(np.rint(lag))] += product
+                pairs[int(np.rint(lag))] += 1
+    found = autocorrelation(scan(height, PIXEL))["acf"]
+    assert float(found[0]) == pytest.approx(sums[0] / pairs[0])
+    assert np.isfinite(found).all()
+
+
+def test_too_many_missing_pixels_leave_no_spectrum():
+    height = rough(64)
+    height[:10, :10] = np.nan
+    found = roughness(scan(height, PIXEL), spectra=True)
+    assert found["psd"].isnull().all() and found["acf"].notnull().all()
 
 
 def test_a_flat_scan_has_no_skewness():

@@ -8,6 +8,7 @@ import xarray as xr
 from roughxr.catalogue import asperities
 from roughxr.contact.asperity_sum import FORMULATIONS
 from roughxr.contact.elastic import direct
+from roughxr.contact.maps import pull_off_map
 from roughxr.contact.superposition import superpose
 from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals
 from roughxr.materials import contact_modulus
@@ -82,7 +83,8 @@ def test_zero_adhesion_is_hertz(surface):
     dry = surface.assign_coords(work_of_adhesion=0.0)
     for formulation in FORMULATIONS:
         options = {"delta": [5.0, 10.0], "formulation": formulation}
-        np.testing.assert_allclose(superpose(dry, **options).force, superpose(dry, law="hertz", **options).force)
+        found = asperities(dry)
+        np.testing.assert_allclose(superpose(found, **options).force, superpose(found, law="hertz", **options).force)
 
 
 def test_the_sum_is_over_all_asperities(surface):
@@ -100,12 +102,12 @@ def test_scan_and_catalogue_give_the_same(surface):
 
 
 def test_large_contacts_are_counted():
-    found = superpose(one_asperity(1 / 400, 1 / 400), delta=[0.01, 1.0], law="hertz")
+    found = superpose(asperities(one_asperity(1 / 400, 1 / 400), patch=5), delta=[0.01, 1.0], law="hertz")
     assert found.contacts.values.tolist() == [[1, 1]]
     assert found.contacts_beyond_patch.values.tolist() == [[0, 1]]  # a = √(δR') = 2 and 19 nm; the patch has 12.5 nm
     two = scan(np.maximum(*(one_asperity(1 / 100, 1 / 100, at=(x, 0.0)).height.values for x in (-20, 20))), pixel=5.0)
-    found = superpose(glass_pair(two), delta=[5.0, 30.0], law="hertz")
-    assert found.contacts_overlapping.values.tolist() == [[0, 2]]  # a = 20 nm and 53 nm, 40 nm apart
+    found = superpose(asperities(glass_pair(two), patch=5), delta=[3.0, 30.0], law="hertz")
+    assert found.contacts_overlapping.values.tolist() == [[0, 2]]  # a = 17 nm and 53 nm, 40 nm apart
 
 
 def test_saddles_are_left_out_and_counted(surface):
@@ -143,3 +145,92 @@ def test_bad_options_are_refused_in_words(surface, options, says):
 def test_adhesion_must_be_assigned(surface):
     with pytest.raises(ValueError, match="work_of_adhesion"):
         superpose(surface.drop_vars("work_of_adhesion"), delta=[1.0])
+
+
+def with_contacts(count, *, apart, curvatures=(0.004, 0.004), orientation=0.0, along=0.0):
+    """Return a catalogue of equal asperities of one height on a line, and its pair."""
+    x = np.arange(count) * apart
+    each = {
+        "height": 10.0,
+        "curvature_min": curvatures[0],
+        "curvature_max": curvatures[1],
+        "orientation": orientation,
+        "axis_ratio": 1.0,
+        "fit_rms": 0.0,
+    }
+    ds = xr.Dataset({name: ("asperity", np.full(count, value)) for name, value in each.items()})
+    edges = {f"scan_{axis}_{end}": sign * 1e4 for axis in "xy" for end, sign in (("min", -1), ("max", 1))}
+    places = {"x": ("asperity", x * np.cos(along)), "y": ("asperity", x * np.sin(along))}
+    ds = ds.assign_coords(datum_height=10.0, patch_radius=5.0, **places, **edges)
+    return glass_pair(ds, sphere_radius=1e6)
+
+
+@pytest.mark.parametrize("law", ["hertz", "jkr"])
+def test_contacts_overlap_where_their_radii_add_up_to_the_distance(law):
+    """Two of R = 250 nm, 40 nm apart: neither reaches the other's middle when they meet, at a = 20 nm."""
+    deltas = np.linspace(-1, 4, 501)
+    one, two = with_contacts(1, apart=40.0), with_contacts(2, apart=40.0)
+    middle = ([20.0], [0.0])
+    radius = np.sqrt(superpose(one, delta=deltas, subregions=middle, law=law, profile="parabola").contact_area / np.pi)
+    found = superpose(two, delta=deltas, subregions=middle, law=law, profile="parabola").contacts_overlapping[0]
+    expected = np.where(radius[0] > 20.0, 2, 0)
+    assert set(expected.tolist()) == {0, 2}
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_ellipses_overlap_by_the_radii_that_face_each_other():
+    """B/A = 9: end to end they meet long before side by side; any turn of all together changes nothing."""
+    deltas = np.linspace(0.01, 6, 300)
+
+    def begins(orientation, along):
+        two = with_contacts(2, apart=40.0, curvatures=(0.002, 0.018), orientation=orientation, along=along)
+        middle = ([20.0 * np.cos(along)], [20.0 * np.sin(along)])
+        found = superpose(two, delta=deltas, subregions=middle, law="hertz", profile="parabola")
+        overlapping = found.contacts_overlapping[0] > 0
+        return float(found.delta[int(overlapping.argmax())]) if overlapping.any() else np.inf
+
+    end_to_end, side_by_side = begins(0.0, 0.0), begins(np.pi / 2 - 1e-12, 0.0)
+    assert end_to_end < 0.2 * side_by_side
+    assert begins(0.7, 0.7) == pytest.approx(end_to_end, abs=0.03)
+
+
+def test_lone_and_far_contacts_never_overlap():
+    for catalogue in (with_contacts(1, apart=1.0), with_contacts(5, apart=500.0)):
+        assert not superpose(catalogue, delta=[1.0, 5.0], law="hertz").contacts_overlapping.any()
+
+
+def test_published_takes_the_papers_own_asperities(surface):
+    own = asperities(surface, patch="paper", vertex="pixel")
+    options = {"delta": [2.0, 8.0], "subregions": (2, 2), "formulation": "published"}
+    expected = superpose(own, **options).force
+    np.testing.assert_array_equal(superpose(surface, **options).force, expected)
+    np.testing.assert_array_equal(superpose(surface.chunk(x=30), **options).compute().force, expected)
+
+
+def test_what_is_expected_is_said(surface):
+    found = superpose(surface, delta=[2.0, 8.0]).attrs
+    assert found["expected_ratio_low"] < found["expected_ratio"] < found["expected_ratio_high"]
+    assert f"{found['expected_ratio_low']:g} … {found['expected_ratio_high']:g}" in found["expectation"]
+
+
+@pytest.mark.parametrize(
+    ("change", "options", "why"),
+    [
+        (lambda ds: asperities(ds, patch=5), {}, "take patch='auto'"),
+        (lambda ds: ds, {"law": "maugis"}, "not for 'maugis'"),
+        (lambda ds: ds, {"formulation": "published"}, "not for 'published'"),
+        (lambda ds: ds.isel(x=slice(None, None, 6), y=slice(None, None, 6)), {}, "does not resolve its summits"),
+    ],
+)
+def test_nothing_is_expected_where_nothing_was_measured(surface, change, options, why):
+    found = superpose(change(surface), delta=[2.0], **options).attrs
+    assert why in found["expectation"] and "expected_ratio" not in found
+
+
+def test_more_than_the_smooth_sphere_is_never_given_without_a_word():
+    ground = glass_pair(scan(rough(96, rms=0.8, smooth=1.2, seed=3)), sphere_radius=3000)
+    catalogue = asperities(ground, patch=9)
+    with pytest.warns(UserWarning, match="exceed what the sphere holds on a smooth flat.*take patch='auto'"):
+        superpose(catalogue, delta=np.arange(-2, 3, 0.1))
+    with pytest.warns(UserWarning, match="exceed what the sphere holds"):
+        pull_off_map(catalogue, subregions=(2, 2))

@@ -6,6 +6,7 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 import roughxr
@@ -17,7 +18,9 @@ def scans(path: Path) -> xr.Dataset:
     scan = roughxr.fill(roughxr.crop(scan, x=(0, 500), y=("0 nm", "1 um")), method="nearest")
     scan = roughxr.level(roughxr.rotate90(roughxr.resample(scan, size="8 nm"), turns=2), method="polynomial", order=3)
     scan = roughxr.erode(roughxr.dilate(scan, tip_radius=10), tip_radius="10 nm")
-    described: tuple[xr.Dataset, xr.Dataset, xr.Dataset] = (
+    scan = roughxr.add_fine_roughness(roughxr.smooth(scan, shortest="20 nm"), shortest=5, seed=1, hurst=0.8)
+    described: tuple[xr.Dataset, xr.Dataset, xr.Dataset, xr.Dataset] = (
+        roughxr.self_affine_fit(scan, shown="30 nm"),
         roughxr.roughness(scan, spectra=False),
         roughxr.power_spectrum(scan, window="hann"),
         roughxr.autocorrelation(scan),
@@ -43,7 +46,8 @@ def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
         "load": roughxr.direct(scan, load=np.array([100.0]), subregions=(2, 2)),
         "superposed": roughxr.superpose(catalogue, delta=np.arange(3.0), law="maugis", equilibrium_distance="0.3 nm"),
         "map": roughxr.pull_off_map(catalogue, subregions=places, formulation="energy"),
-        "adhesive": roughxr.adhesive(scan, delta=[1.0], law="dugdale", strength=0.5, refine=2, step=0.5),
+        "adhesive": roughxr.adhesive(scan, preload=[0.0, 100.0], refine="auto", accuracy=0.02),
+        "cycle": roughxr.adhesive(scan, delta=[1.0], law="dugdale", strength=0.5, refine=2, step=0.5),
         "tabor": roughxr.tabor(scan),
         "varied": roughxr.vary(scan, roughxr.direct, sphere_radius=[500, 1000], delta=[1.0]),
     }
@@ -66,6 +70,12 @@ def statistics(solutions: dict[str, xr.Dataset]) -> xr.Dataset:
         roughxr.sensitivity(solutions["reconstruction"], settings={"modulus": [2.0]}),
     ]
     return roughxr.summary(pull) if densities else tables[0]
+
+
+def shown(ds: xr.Dataset) -> pd.DataFrame:
+    """Look at a result."""
+    roughxr.plot(ds, "height", ax=None).set_title("as it is")
+    return roughxr.table(ds)
 
 
 def runs(scan: xr.Dataset, path: Path) -> dict[str, xr.Dataset]:

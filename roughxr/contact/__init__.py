@@ -8,7 +8,10 @@ elastic         `direct`: the half space without adhesion, at displacements or l
 adhesion        `adhesive`: the half space with adhesion, through loading and retraction
 superposition   `superpose`: the sum of single asperities
 maps            `pull_off_map`: the exact pull-off of that sum, up to every pixel
+rigid_bodies    `rigid`: bodies too stiff to bend, the pull of all that faces the indenter, up to every pixel
+regimes         `regime`, `formulas`, `scale_dependence`: which model suits, what formulas and finer scales make of it
 estimates       `elastic_pull_off`, `tabor`: what costs next to nothing
+reference       closed forms of single contacts, and formulas for rough ones, to hold results against
 
 A new kind of contact is one new file: a layout of what it returns, a function ``(place, problem, layout, options) ->
 record``, and a public verb that reads its options and calls `records.solve`.

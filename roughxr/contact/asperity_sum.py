@@ -104,9 +104,14 @@ def fit_of(law: str | None) -> dict[str, str]:
     return {"patch": "paper", "vertex": "pixel"} if law == "published" else {}
 
 
+def catalogue_of(ds: xr.Dataset, options: Options) -> xr.Dataset:
+    """Return the asperities of a scan, or those that are given."""
+    return ds if "asperity" in ds.dims else asperities(ds, **fit_of(options.law))
+
+
 def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
     """Return the asperities that are peaks under this sphere, the patch's half-width and the number left out."""
-    catalogue = ds if "asperity" in ds.dims else asperities(ds, **fit_of(options.law))
+    catalogue = catalogue_of(ds, options)
     sphere = 0.5 / options.radius if options.composite else 0.0
     A, B = (0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
     scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, options.kernel_law())

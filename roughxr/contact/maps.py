@@ -11,7 +11,18 @@ import xarray as xr
 from .. import regions, schema
 from ..catalogue import later
 from ..jobs import lazy as parallel
-from .asperity_sum import ADHESIVE, PULL_OFF, Options, asperity_grid, fit_of, largest_pulls, law_of, options_of
+from .asperity_sum import (
+    ADHESIVE,
+    PULL_OFF,
+    Options,
+    asperity_grid,
+    catalogue_of,
+    fit_of,
+    largest_pulls,
+    law_of,
+    options_of,
+)
+from .expectation import expectation, warn_above_smooth
 
 #: Centres in one task: some hundredths of a second.
 _TILE = 512
@@ -95,18 +106,20 @@ def pull_off_map(
     positions = _pixels(ds, subregions) if pixels else regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)
     later_on = lazy and kind == "scan"
-    grid = (
-        dask.delayed(asperity_grid)(later(ds, **fit_of(options.law)), options)
-        if later_on
-        else asperity_grid(ds, options)
-    )
+    catalogue = later(ds, **fit_of(options.law)) if later_on else catalogue_of(ds, options)
+    grid = dask.delayed(asperity_grid)(catalogue, options) if later_on else asperity_grid(catalogue, options)
     out = _labelled(_records(positions, grid, options), ds)
     out = _on_pixels(out, ds) if pixels else out.assign_coords(positions.coords)
     named = law_of(law, formulation, options)
     out.attrs = {"datum": datum, "method": "superpose", **named, "missing": "NaN where no displacement pulls"}
+    if not later_on:
+        out.attrs |= expectation(catalogue, options.law)
     arguments = {"subregions": subregions, **named, "datum": datum, "profile": profile}
     out = schema.record(schema.label(out), "pull_off_map", ds, **arguments)
-    return parallel.finish(out, lazy=lazy, progress=progress)
+    out = parallel.finish(out, lazy=lazy, progress=progress)
+    if not lazy:
+        warn_above_smooth(out["pull_off_force"].values, catalogue, law)
+    return out
 
 
 def _pixels(ds: xr.Dataset, subregions: str) -> xr.Dataset:
@@ -122,7 +135,8 @@ def _records(positions: xr.Dataset, grid: Any, options: Options) -> Any:
     x, y = (positions[name].values.astype(float) for name in ("subregion_x", "subregion_y"))
     tiles = [(x[k : k + _TILE], y[k : k + _TILE]) for k in range(0, x.size, _TILE)]
     each = min(_TILE, x.size)
-    records = parallel.spread(_tile, tiles, np.dtype((PULL_OFF, (each,))), grid, options, each, each=each)
+    record = np.dtype((PULL_OFF, (each,)))
+    records = parallel.spread(_tile, tiles, record, grid, options, each, name="pull_off_map", each=each)
     return records.reshape(-1)[: x.size]
 
 

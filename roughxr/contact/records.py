@@ -61,6 +61,7 @@ def solve(
     layout: Layout,
     options: Any,
     *,
+    name: str,
     positions: xr.Dataset,
     reach: float,
     fields: bool = False,
@@ -80,6 +81,8 @@ def solve(
     layout : Layout
     options : NamedTuple
         What else the solver needs.
+    name : str
+        Of the solve, for logs and messages.
     positions : Dataset
         Of `regions.centres`.
     reach : float
@@ -107,6 +110,7 @@ def solve(
         problem,
         layout,
         options,
+        name=name,
         cost=partial(_costs, found, problem, cost) if cost else None,
         lazy=lazy,
         progress=progress,

@@ -21,12 +21,14 @@ from .asperity_sum import (
     DISTANCE,
     Options,
     catalogue_field,
+    catalogue_of,
     fit_of,
     grid_of,
     largest_pulls,
     law_of,
     options_of,
 )
+from .expectation import expectation, warn_above_smooth
 from .records import Layout, labelled
 
 _STATES = {
@@ -63,8 +65,8 @@ def superpose(
     Parameters
     ----------
     ds : Dataset
-        A scan (its asperities are then found with the default patch) or an asperity catalogue, with an
-        assigned pair.
+        A scan (its asperities are then found with the default patch, those of formulation="published" as the paper
+        finds them: 5 × 5 pixels, vertices at pixels) or an asperity catalogue, taken as it is, with an assigned pair.
     delta : array_like, optional
         Displacements, nm, ascending; by default 301 from before the first touch of any place to where every place is
         pressed as deep as the median place lies below the highest peak.
@@ -103,12 +105,22 @@ def superpose(
         adhere give the exact ``pull_off_force`` (nN, NaN where nothing pulls) and ``pull_off_delta`` (nm) along
         subregion, whatever the displacements, as `pull_off_map` finds them. Lazy where the scan is a dask array.
 
+        Attributes say what to expect of the pull-off beside `adhesive`, but for a lazy scan: ``expectation`` in words,
+        and where it is known ``expected_ratio``, ``expected_ratio_low`` and ``expected_ratio_high`` of superposed over
+        direct.
+
     Raises
     ------
     ValueError
         If no pair is assigned, no work of adhesion for a law that adheres, the indenter is no sphere, the
         displacements are empty, not finite or not ascending, or a formulation is named beside law="maugis" that it
         does not have.
+
+    Warns
+    -----
+    UserWarning
+        If a pull-off exceeds that of the same sphere from a smooth flat, with what makes it do so (input in memory
+        only).
 
     References
     ----------
@@ -134,21 +146,25 @@ def superpose(
         raise ValueError(
             "delta: expected displacements in nm, since the heights are not loaded; or load them (ds.load())"
         )
-    prepared = (
-        dask.delayed(_prepared)(later(ds, **fit_of(options.law)), options) if later_on else _prepared(ds, options)
-    )
+    catalogue = later(ds, **fit_of(options.law)) if later_on else catalogue_of(ds, options)
+    prepared = dask.delayed(_prepared)(catalogue, options) if later_on else _prepared(catalogue, options)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     deltas = _default_sweep(prepared[0], centres, options) if delta is None else schema.ascending(delta, "nm", "delta")
     layout = Layout({"delta": deltas}, _STATES, _EVENTS | (_PULL_OFF if law in ADHESIVE else {}))
-    when = {"lazy": lazy, "progress": progress}
+    when = {"name": "superpose", "lazy": lazy, "progress": progress}
     records = parallel.spread(_superpose, centres, layout.dtype, prepared, options, layout, **when)
     out = labelled(records, layout, ds, positions)
     out["excluded_asperities"] = out["excluded_asperities"].variable[0]
     named = law_of(law, formulation, options)
     out.attrs = {"datum": datum, "method": "superpose", **named}
+    if law in ADHESIVE and not later_on:
+        out.attrs |= expectation(catalogue, options.law)
     arguments = {"subregions": subregions, **named, "datum": datum, "profile": profile}
     out = schema.record(out, "superpose", ds, delta=deltas, **arguments)
-    return parallel.finish(out, lazy=lazy, progress=progress)
+    out = parallel.finish(out, lazy=lazy, progress=progress)
+    if law in ADHESIVE and not lazy:
+        warn_above_smooth(out["pull_off_force"].values, catalogue, law)
+    return out
 
 
 def _prepared(ds: xr.Dataset, options: Options) -> tuple:

@@ -28,6 +28,12 @@ _FORCE_AT = {
     "figure-12": (15.4, "21 ± 11 µN", "near 80 µN"),
 }
 
+#: What the paper's own column can confirm.
+_TWIN = (
+    "The surface is a synthetic twin, its spectrum, debris and seed fitted to the paper's means and spreads of height, "
+    "force and pull-off: agreement with these confirms nothing."
+)
+
 #: Formulations of adhesion, as they stand in a legend.
 _FORMULATIONS = {
     "published": "as published",
@@ -120,7 +126,8 @@ class _Groups:
     def sheet(self, title: str, *, rows=(), note: str = "", explained: str = "", **options):
         """Return a sheet; the paper's number of the figure and its printed values only on the paper's own."""
         if self.paper:
-            return sheet(title, rows=rows, note=f"{explained} {note}".strip(), **options)
+            note = " ".join([explained, note, _TWIN if rows else ""]).strip()
+            return sheet(title, rows=rows, note=note, **options)
         title = re.sub(r"^Figure \d+\. ", "", title)
         return sheet(title, rows=[row[:2] for row in rows], note=explained, **options)
 
@@ -264,7 +271,8 @@ def _force_distribution(name: str) -> Callable:
         force, flags = at["force"].values, run.debris()
         rows = [
             (f"force over {force.size} subregions", _forces(force), printed),
-            ("largest force", _force(force.max()), second),
+            ("largest force", _force(force.max()), "–"),
+            ("mean of places on debris", _force(_mean(force[flags])), second),
             ("mean of places without debris", _force(_mean(force[~flags])), "–"),
         ]
         share = 100 * force[flags].sum() / force.sum() if force.sum() else 0.0

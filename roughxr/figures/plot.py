@@ -14,7 +14,7 @@ from .maps import field_map, scan_map, subregion_map
 from .style import axes, label_axis, stroke, styled
 
 
-def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: Any):
+def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: Any) -> Any:
     """Draw a scan, an asperity catalogue, a solution, a pull-off or one of their variables.
 
     xarray's own ``ds.height.plot()`` sets a map's first dimension, x, upright; here x runs to the right.
@@ -77,7 +77,7 @@ def _samples(ds: xr.Dataset, name: str, ax: Any, on: str = "distribution", **opt
 
 
 @styled
-def plot_array(array: xr.DataArray, *, ax: Any = None, **options: Any):
+def plot_array(array: xr.DataArray, *, ax: Any = None, **options: Any) -> Any:
     """Draw a density as steps between its bins' edges, a map with x to the right, and all else as xarray does.
 
     Parameters

@@ -63,6 +63,7 @@ def spread(
     *shared: Any,
     cost: Callable[[], np.ndarray] | None = None,
     each: int = 1,
+    name: str = "solve",
     lazy: bool = True,
     progress: bool = False,
 ) -> Any:
@@ -84,6 +85,8 @@ def spread(
         end.
     each : int
         Subregions in one item, for the report of progress.
+    name : str
+        Of the solve, such as "direct", in logs and messages.
     lazy : bool
         Leave it to be computed; else compute it now, so that labels and slices cost no tasks of their own: on
         small solves they would double the time.
@@ -98,7 +101,7 @@ def spread(
     """
     arguments, shared = without_views(arguments, shared)
     dtype = dtype if isinstance(dtype, np.dtype) else np.dtype((float, dtype))
-    work = Work(task, arguments, dtype, shared, cost, each)
+    work = Work(task, arguments, dtype, shared, cost, each, name)
     if (executor := _EXECUTOR.get()) is not None:
         return executor.array(work)
     return _lazy(work) if lazy else _now(in_memory(work), progress)

@@ -35,10 +35,10 @@ class Progress:
     Examples
     --------
     >>> import sys
-    >>> progress = Progress(4, what="places", stream=sys.stdout)
+    >>> progress = Progress(4, what="tiles", stream=sys.stdout)
     >>> progress.add(4)
     >>> progress.close()
-    4/4 places, ... /s, 0 s left, 0 failed
+    4/4 tiles, ... /s, 0 s left, 0 failed
     """
 
     def __init__(self, total: int, *, done: int = 0, what: str = "subregions", stream: TextIO | None = None):

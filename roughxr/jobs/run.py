@@ -160,7 +160,7 @@ class _WithCheckpoints:
         if missing:
             self._compute(work, stage, missing)
         elif self.stream is not None:
-            print(f"{work.each * len(work.arguments)} subregions, all kept", file=self.stream, flush=True)
+            print(f"{work.name}: {work.each * len(work.arguments)} subregions, all kept", file=self.stream, flush=True)
         batches = self.checkpoint.kept(stage)
         if len(work.arguments) * work.dtype.itemsize <= _IN_MEMORY:
             return np.concatenate([self.checkpoint.get(stage, batch.start, work.dtype) for batch in batches])
@@ -168,22 +168,21 @@ class _WithCheckpoints:
         return stacked([(read(stage, batch.start, work.dtype), len(batch)) for batch in batches], work.dtype)
 
     def _compute(self, work: Work, stage: str, missing: list[int]) -> None:
-        solve, failures = work.task.__module__.rsplit(".", 1)[-1], []
-        total = work.each * len(work.arguments)
+        failures, total = [], work.each * len(work.arguments)
 
         def receive(batch: range, result: Any) -> None:
             if isinstance(result, Failure):
                 failures.append(f"{_subregions(work, batch[0])}: {result.reason}")
-                self.checkpoint.say(f"{solve}: {_subregions(work, batch[0])} failed: {result.reason}")
+                self.checkpoint.say(f"{work.name}: {_subregions(work, batch[0])} failed: {result.reason}")
             else:
                 self.checkpoint.put(stage, batch[0], result)
 
-        self.checkpoint.say(f"{solve}: {total - work.each * len(missing)} of {total} subregions kept")
+        self.checkpoint.say(f"{work.name}: {total - work.each * len(missing)} of {total} subregions kept")
         progress = each_finished(work, missing, receive, stream=self.stream)
-        self.checkpoint.say(f"{solve}: {progress.text()}, {progress.seconds():.3g} s")
+        self.checkpoint.say(f"{work.name}: {progress.text()}, {progress.seconds():.3g} s")
         if failures:
             raise RuntimeError(
-                f"{progress.failed} of {total} subregions failed, the first, {failures[0]}; "
+                f"{work.name}: {progress.failed} of {total} subregions failed, the first, {failures[0]}; "
                 "the others are kept: mend the cause and call again"
             )
 

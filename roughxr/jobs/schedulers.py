@@ -38,6 +38,10 @@ _OF_PROCESSES = {
     "distributed.deploy.lost-worker-timeout": "1000 days",
 }
 
+#: For a cluster of this machine: without a dashboard the scheduler's HTTP server still asks for dask's usual port, and
+#: a second cluster warns that it is taken.
+NO_DASHBOARD = {"dashboard_address": None, "scheduler_kwargs": {"dashboard_address": "127.0.0.1:0"}}
+
 
 class Scheduler(Protocol):
     """What computes batches.
@@ -241,9 +245,9 @@ def _started(cluster: Any, tries: int = 3) -> Any:
             n_workers=_workers(),
             threads_per_worker=1,
             memory_limit=None,
-            dashboard_address=None,
             silence_logs=logging.CRITICAL,
             preload=[_DEAF_TO_INTERRUPTS],
+            **NO_DASHBOARD,
         )
     except RuntimeError:
         if tries == 1:

@@ -22,6 +22,7 @@ class Work(NamedTuple):
     shared: tuple  # what all tasks get, sent once
     cost: Callable[[], np.ndarray] | None = None  # per item, in any unit: the most expensive are begun first
     each: int = 1  # subregions in one item
+    name: str = "solve"  # in logs and messages
 
     def batches(self, most: int) -> list[range]:
         """Return the items in at most ``most`` batches of neighbours."""

@@ -4,7 +4,7 @@ from .html import page, write_report
 from .intervals import interval_table
 from .repeat import command
 from .tables import METHODS, contact_table, scan_table, text
-from .warnings_shown import cautions
+from .warnings_shown import cautions, superposed
 
 __all__ = [
     "METHODS",
@@ -14,6 +14,7 @@ __all__ = [
     "interval_table",
     "page",
     "scan_table",
+    "superposed",
     "text",
     "write_report",
 ]

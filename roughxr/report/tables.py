@@ -11,6 +11,7 @@ import xarray as xr
 from ..regions import extent
 from ..statistics import compare, smooth_pull_off
 from .intervals import force_unit, marked
+from .paper_rows import of_the_paper
 
 #: Columns of the comparison, as far as a run holds them.
 METHODS = ("adhesive", "published", "self_similar", "energy", "direct")
@@ -20,7 +21,11 @@ _MICRO = 1e-3  # µm per nm
 _PARTING = "superposed and direct part by 10 %, median place [nm]"
 
 
-def contact_table(run: Mapping[str, xr.Dataset], paper: Mapping[str, float] | None = None) -> pd.DataFrame:
+def contact_table(
+    run: Mapping[str, xr.Dataset],
+    paper: Mapping[str, float] | None = None,
+    notes: Mapping[str, str] | None = None,
+) -> pd.DataFrame:
     """Return the contact's main numbers by method.
 
     Parameters
@@ -29,7 +34,9 @@ def contact_table(run: Mapping[str, xr.Dataset], paper: Mapping[str, float] | No
         The groups of a run: ``solutions/<method>``, ``solutions/hertz``, ``solutions/smooth``,
         ``statistics/<method>`` as far as there are.
     paper : mapping of str to float, optional
-        Published values by row name, for a first column.
+        Published values by row name, for a first column; brings in rows that only the paper's comparison needs.
+    notes : mapping of str to str, optional
+        How the published values are to be read, by row name, for a column beside them.
 
     Returns
     -------
@@ -40,10 +47,18 @@ def contact_table(run: Mapping[str, xr.Dataset], paper: Mapping[str, float] | No
     pulls = [run[f"statistics/{method}"]["pull_off_force"] for method in METHODS if f"statistics/{method}" in run]
     unit = force_unit(max((float(pull.mean()) for pull in pulls if pull.notnull().any()), default=0.0))
     columns = {method: _column(run, method, *unit) for method in METHODS if f"solutions/{method}" in run}
-    table = pd.DataFrame(columns)
+    if paper is not None:
+        columns = {method: rows | of_the_paper(run, method) for method, rows in columns.items()}
+    return _beside_paper(pd.DataFrame(columns), paper, notes)
+
+
+def _beside_paper(table: pd.DataFrame, paper: Mapping | None, notes: Mapping | None) -> pd.DataFrame:
+    """Return a table with the published values in front, and how they are to be read."""
     table.index.name = "quantity"
     if paper is not None:
         table.insert(0, "paper", pd.Series(paper, dtype=float).reindex(table.index))
+    if notes is not None:
+        table.insert(1, "paper's is", pd.Series(notes, dtype=object).reindex(table.index).fillna(""))
     return table
 
 
@@ -52,13 +67,44 @@ def _column(run: Mapping[str, xr.Dataset], method: str, unit: str, size: float) 
         return _direct_column(run)
     rows = _pull_off_rows(run, method, unit, size)
     if method == "adhesive":
-        errors = run["statistics/adhesive"].get("pull_off_error")
-        known = errors is not None and bool(errors.notnull().any())
-        return rows | ({"pull-off, error of mesh and step, median [%]": 100 * float(errors.median())} if known else {})
+        return rows | _mesh_rows(run)
     return rows | {
         "contacts beyond their patch at pull-off [%]": _share_at_pull_off(run, method, "contacts_beyond_patch"),
         "contacts overlapping at pull-off [%]": _share_at_pull_off(run, method, "contacts_overlapping"),
     }
+
+
+def _mesh_rows(run: Mapping[str, xr.Dataset]) -> dict[str, float]:
+    """Return by how much the pull-off changes on finer meshes, at the places that were solved on them too."""
+    if "solutions/finer" not in run:
+        return {}
+    change = mesh_change(run)
+    return {
+        "pull-off, error of the mesh, median [%]": 100 * float(np.abs(change).median()),
+        "places solved on finer meshes": float(change.notnull().sum()),
+    }
+
+
+def mesh_change(run: Mapping[str, xr.Dataset]) -> xr.DataArray:
+    """Return by which part the pull-off on the run's mesh differs from that on finer ones, where these were solved.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        With the groups ``statistics/adhesive`` and ``solutions/finer``.
+
+    Returns
+    -------
+    DataArray
+        Along the subregions of the latter.
+    """
+    finer, whole = run["solutions/finer"], run["statistics/adhesive"]
+    same = [
+        int(np.argmin(np.hypot(whole["subregion_x"] - x, whole["subregion_y"] - y).values))
+        for x, y in zip(finer["subregion_x"].values, finer["subregion_y"].values)
+    ]
+    coarse = whole["pull_off_force"].isel(subregion=same).values
+    return coarse / finer["pull_off_force"] - 1
 
 
 def _pull_off_rows(run: Mapping[str, xr.Dataset], method: str, unit: str, size: float) -> dict[str, float]:
@@ -125,15 +171,19 @@ def _parting(superposed: xr.Dataset, direct: xr.Dataset) -> float:
     return float(parting.median())
 
 
-def scan_table(run: Mapping[str, xr.Dataset], paper: Mapping[str, float] | None = None) -> pd.DataFrame:
+def scan_table(
+    run: Mapping[str, xr.Dataset],
+    paper: Mapping[str, float] | None = None,
+    notes: Mapping[str, str] | None = None,
+) -> pd.DataFrame:
     """Return the main numbers of scan and asperities, the published ones beside them where given.
 
     Parameters
     ----------
     run : mapping of str to Dataset
         With the groups ``scan``, ``asperities`` and ``reconstruction``.
-    paper : mapping of str to float, optional
-        Published values by row name.
+    paper, notes : mapping, optional
+        As for `contact_table`.
 
     Returns
     -------
@@ -154,19 +204,29 @@ def scan_table(run: Mapping[str, xr.Dataset], paper: Mapping[str, float] | None 
         "R_q about zero, reconstructed [nm]": float(np.sqrt((envelope["height"] ** 2).mean())),
         "R_a about zero, original [nm]": float(np.abs(height).mean()),
         "R_a about zero, reconstructed [nm]": float(np.abs(envelope["height"]).mean()),
+        "R_a, reconstructed above original [%]": _above(np.abs(envelope["height"]), np.abs(height), 1),
+        "R_q, reconstructed above original [%]": _above(envelope["height"], height, 2),
         "original - reconstructed, rms [nm]": envelope.attrs["residual_rms"],
         "asperities": float(catalogue.sizes["asperity"]),
         "peak height, median [nm]": float(catalogue["height"].median()),
         "axis ratio b/a, mean": float(ratio.mean()),
         "axis ratio b/a, std": float(ratio.std()),
         "less than ten times as long as wide [%]": 100 * float((ratio > 0.1).sum() / ratio.notnull().sum()),
+        "directions, least / greatest of twelve bins": _evenness(catalogue["orientation"].values),
         "peaks that fit no summit [%]": 100 * float(catalogue["saddle"].mean()),
     }
-    table = pd.DataFrame({"scan": rows})
-    table.index.name = "quantity"
-    if paper is not None:
-        table.insert(0, "paper", pd.Series(paper, dtype=float).reindex(table.index))
-    return table
+    return _beside_paper(pd.DataFrame({"scan": rows}), paper, notes)
+
+
+def _above(values: xr.DataArray, others: xr.DataArray, power: int) -> float:
+    """Return by how much, in per cent, the mean power of some values exceeds that of others, as a length."""
+    return 100 * float(((values**power).mean() / (others**power).mean()) ** (1 / power) - 1)
+
+
+def _evenness(angles: np.ndarray) -> float:
+    """Return the least over the greatest of twelve bins of directions: 1 where all are equally frequent."""
+    counts = np.histogram(angles[np.isfinite(angles)], bins=12, range=(-np.pi / 2, np.pi / 2))[0]
+    return float(counts.min() / counts.max()) if counts.max() else np.nan
 
 
 def text(table: pd.DataFrame, title: str) -> str:

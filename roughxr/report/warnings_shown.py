@@ -37,9 +37,40 @@ def cautions(run: Run) -> list[str]:
     ]
     return [
         sentence
-        for sentence in (*found, _beyond_patch(run), _saddles(run), _lattice(run), _unresolved(run))
+        for sentence in (*found, *superposed(run), _beyond_patch(run), _saddles(run), _lattice(run), _unresolved(run))
         if sentence
     ]
+
+
+def superposed(run: Run) -> list[str]:
+    """Return what may be expected of a run's superposed pull-offs, and which of them no sphere could hold.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run.
+
+    Returns
+    -------
+    list of str
+    """
+    said = []
+    for name, ds in run.items():
+        if name.startswith("solutions/") and "expectation" in ds.attrs:
+            way = name.partition("/")[2].replace("_", " ")
+            said.append(f"Superposed ({way}): {ds.attrs['expectation']}.{_above_smooth(ds)}")
+    return said
+
+
+def _above_smooth(ds: xr.Dataset) -> str:
+    smooth = 1.5 * np.pi * float(ds["work_of_adhesion"]) * float(ds["sphere_radius"])
+    above = int((ds["pull_off_force"] > smooth).sum()) if "pull_off_force" in ds else 0
+    if not above:
+        return ""
+    return (
+        f" At {above} of {ds.sizes['subregion']} places the sum exceeds what the sphere holds on a smooth flat: there "
+        "it is wrong, its patch being too wide or its contacts counted twice where they overlap."
+    )
 
 
 def _synthetic(run: Run) -> str:

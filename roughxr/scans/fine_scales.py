@@ -21,14 +21,15 @@ from ..schema import label, pixel, record, square_pixel, validate
 from ..units import magnitude, positive, whole_number
 from . import wavelength
 
-#: The longest waves that the model is fitted to, over the shortest that the scan shows.
-_BAND = 8.0
+#: The longest waves that the model is fitted to, over the shortest that the scan shows: of more, particles on the scan
+#: spoil the fit; of fewer, chance does.
+_BAND = 5.0
+
+#: What `self_affine_fit` calls the parts of a ``Spectrum``.
+_NAMES = ("psd_plateau", "rolloff_wavelength", "hurst_exponent", "shortest_wavelength")
 
 #: Cells along the shortest added wave.
 _CELLS = 4
-
-#: Mean square of a Hann window, along one axis.
-_HANN = 0.375
 
 #: The random numbers of fine roughness are none of `synthetic`'s.
 _STREAM = 2
@@ -68,9 +69,10 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Any = 
 
     Notes
     -----
-    C(q) = C₀ [1 + (ℓ₀q/2π)²]^−(1 + H), fitted in its logarithm over wavelengths from the shortest to eight times that.
-    On synthetic surfaces of 512² pixels it finds H to 0.08, on 192² to 0.12. An H of 1 or 0 lies at its bound: the scan is then smoother
-    or rougher at its short wavelengths than any self-affine surface.
+    C(q) = C₀ [1 + (ℓ₀q/2π)²]^−(1 + H), fitted in its logarithm over wavelengths from the shortest to five times that,
+    which leaves debris and waviness out.
+    On synthetic surfaces of 512² pixels it finds H to 0.1, on 192² to 0.2. An H of 1 or 0 lies at its bound: the scan
+    is then smoother or rougher at its short wavelengths than any self-affine surface.
 
     References
     ----------
@@ -88,14 +90,13 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Any = 
     heights = scan["height"].data
     found = [dask.delayed(wavelength.spectrum, pure=False)(heights[part]) for part in wavelength.parts(heights.shape)]
     (model,) = dask.compute(dask.delayed(model_of, pure=False)(found, pixel(scan), hurst, shown))
-    names = ("psd_plateau", "rolloff_wavelength", "hurst_exponent", "shortest_wavelength")
-    out = xr.Dataset(dict(zip(names, model)))
+    out = xr.Dataset(dict(zip(_NAMES, model)))
     return record(label(out), "self_affine_fit", scan, hurst=hurst, shown=shown)
 
 
 def model_of(spectra: list, steps: tuple[float, float], hurst: float | None, shown: float | None) -> Spectrum:
     """Return the model of the spectra of a scan's parts; NaN where they show nothing."""
-    least = wavelength.wavelength(spectra, steps)
+    least = wavelength.together(spectra, steps).shortest
     shown = max(least, 2.0 * max(steps)) if shown is None else shown
     known = [one for one in spectra if one is not None]
     if not known or not np.isfinite(shown):
@@ -107,13 +108,13 @@ def model_of(spectra: list, steps: tuple[float, float], hurst: float | None, sho
 
 
 def _rings(squares: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Return wavevectors (nm⁻¹) and C(q), nm⁴, ring by ring, of |h(q)|² under a Hann window."""
+    """Return wavevectors (nm⁻¹) and C(q), nm⁴, ring by ring, of the mean squares of waves."""
     shape = squares.shape
     per_nm = np.hypot(np.fft.fftfreq(shape[0], steps[0])[:, None], np.fft.fftfreq(shape[1], steps[1]))
     width = 1 / min(n * step for n, step in zip(shape, steps))
     ring = np.rint(per_nm / width).astype(int).ravel()
     members = np.bincount(ring)
-    scale = steps[0] * steps[1] / (squares.size * _HANN**2)
+    scale = steps[0] * steps[1] * squares.size
     q, psd = (np.bincount(ring, weights=values.ravel()) / np.maximum(members, 1) for values in (per_nm, squares))
     there = members > 0
     there[0] = False
@@ -128,6 +129,7 @@ def add_fine_roughness(
     refine: int | None = None,
     hurst: float | None = None,
     shown: Any = None,
+    spectrum: xr.Dataset | None = None,
 ) -> xr.Dataset:
     """Return the scan on smaller pixels, with waves added that are too short for it to show.
 
@@ -145,6 +147,8 @@ def add_fine_roughness(
         Pixels in place of each, along a side; by default so many that the shortest wave spans four.
     hurst, shown : optional
         See `self_affine_fit`: by default found from the scan.
+    spectrum : Dataset, optional
+        Of `self_affine_fit`, in place of the last two: such as of the larger scan that this one was cropped from.
 
     Returns
     -------
@@ -184,6 +188,7 @@ def add_fine_roughness(
     if shortest < 2 * side / n * (1 - 1e-9):
         raise ValueError(f"refine: expected pixels of at most half of {shortest:g} nm, found {side / n:g} nm")
     options = {"side": side, "n": n, "shortest": shortest, "seed": seed, "hurst": _hurst(hurst)}
+    options["model"] = _known(spectrum, hurst, shown)
     height, made = _finer_later(scan, _shown(shown, scan), options)
     axes = {axis: _finer_axis(scan[axis], side, n) for axis in "xy"}
     out = scan.drop_dims(["x", "y"]).assign(height=(("x", "y"), height)).assign_coords(axes)
@@ -206,12 +211,22 @@ def _finer_later(scan: xr.Dataset, shown: float | None, options: dict) -> tuple[
     return da.from_delayed(later[0], shape, float, name=False), {}
 
 
-def _finer(height, shown, *, side, n, shortest, seed, hurst) -> tuple[np.ndarray, dict[str, float]]:
+def _known(spectrum: xr.Dataset | None, hurst: Any, shown: Any) -> Spectrum | None:
+    """Return the model of a fitted spectrum, or None where it is to be found."""
+    if spectrum is None:
+        return None
+    if hurst is not None or shown is not None:
+        raise ValueError("spectrum: expected alone, found hurst or shown beside it")
+    return Spectrum(*(float(spectrum[name]) for name in _NAMES))
+
+
+def _finer(height, shown, *, side, n, shortest, seed, hurst, model) -> tuple[np.ndarray, dict[str, float]]:
     """Return heights on n × n cells in place of each pixel, with fine waves, and what was added."""
     if not np.isfinite(height).all():
         raise ValueError("height: expected finite heights, found missing pixels; fill them first (ds.contact.fill())")
-    spectra = [wavelength.spectrum(height[part]) for part in wavelength.parts(height.shape)]
-    model = model_of(spectra, (side, side), hurst, shown)
+    if model is None:
+        spectra = [wavelength.spectrum(height[part]) for part in wavelength.parts(height.shape)]
+        model = model_of(spectra, (side, side), hurst, shown)
     if not np.isfinite(model.plateau):
         raise ValueError("height: expected a spectrum to continue, found none in a flat or nearly flat scan")
     fine = _interpolated(height, n)

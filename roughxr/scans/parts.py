@@ -1,4 +1,4 @@
-"""Rectangles of a lazy scan as dask tasks that share its chunks: each is made once, however many rectangles it lies in."""
+"""Rectangles of a lazy scan as dask tasks that share its chunks: each is made once, wherever it is wanted."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = False
     Parameters
     ----------
     ds : Dataset
-        A scan; missing pixels are left out of the numbers, and leave the spectra NaN.
+        A scan; missing pixels are left out of the numbers and of ``acf``; over one in a hundred leave ``psd`` NaN.
     reference : {"plane", "mean"}
         Whether the ISO numbers and the spectra are about the least-squares plane or the mean height only.
     spectra : bool

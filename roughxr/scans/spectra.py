@@ -17,6 +17,9 @@ import xarray as xr
 
 from ..schema import label, pixel, validate
 
+#: Share of the pixels that may be missing before a spectrum is.
+MOST_MISSING = 0.01
+
 
 def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     """Return the power spectrum of a scan's heights as they stand, averaged over rings of wavevectors.
@@ -24,7 +27,8 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     Parameters
     ----------
     ds : Dataset
-        A scan without missing pixels; level it first, a tilt leaks into all wavevectors.
+        A scan; level it first, a tilt leaks into all wavevectors. Missing pixels, up to `MOST_MISSING` of all, are
+        put at the mean of the others.
     window : str, optional
         Name of a window of :func:`scipy.signal.get_window`, such as ``"hann"``, by which the heights are
         multiplied; it is scaled to a mean square of one.
@@ -33,7 +37,7 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     -------
     Dataset
         ``psd`` nm⁴ and ``psd_modes`` over ``wavevector`` nm⁻¹ (2 pi over wavelength), the first being zero.
-        NaN where pixels are missing. A lazy scan stays lazy, but one task holds all of it, several times over: a
+        NaN where more pixels are missing. A lazy scan stays lazy, but one task holds all of it, several times over: a
         transform needs every height at once. For a scan too large for that, take the spectra of parts (`crop`).
     """
     scan = validate(ds, "scan")
@@ -52,12 +56,12 @@ def autocorrelation(ds: xr.Dataset) -> xr.Dataset:
     Parameters
     ----------
     ds : Dataset
-        A scan without missing pixels; level it first, the mean counts.
+        A scan; level it first, the mean counts. Missing pixels are nobody's partners.
 
     Returns
     -------
     Dataset
-        ``acf`` nm² over ``lag`` nm, up to half the shorter side. NaN where pixels are missing. A lazy scan
+        ``acf`` nm² over ``lag`` nm, up to half the shorter side. A lazy scan
         stays lazy, in one task that holds all of it, as for `power_spectrum`.
     """
     scan = validate(ds, "scan")
@@ -115,6 +119,11 @@ def _window(name: str, shape: tuple[int, int]) -> np.ndarray:
 
 def _spectrum(height: np.ndarray, scale: np.ndarray | float, steps: tuple[float, float]) -> np.ndarray:
     """Return C(q) = |dx dy FFT(h)|² / A of a height map, in nm⁴."""
+    known = np.isfinite(height)
+    if not known.all():
+        if known.mean() < 1 - MOST_MISSING:
+            return np.full(height.shape, np.nan)
+        height = np.where(known, height, height[known].mean())
     transformed = np.fft.fft2(height * scale)
     return np.abs(transformed) ** 2 * (steps[0] * steps[1] / height.size)
 
@@ -123,10 +132,18 @@ def _correlation(height: np.ndarray) -> np.ndarray:
     """Return the mean product of heights over lags 0 … nx/2 along x and -ny/2 … ny/2 along y, in nm²."""
     from scipy.fft import irfft2, next_fast_len, rfft2
 
-    shape = height.shape
+    shape, known = height.shape, np.isfinite(height)
     padded = [next_fast_len(n + n // 2, real=True) for n in shape]
-    sums = irfft2(np.abs(rfft2(height, padded)) ** 2, padded)
     half = [n // 2 for n in shape]
-    sums = np.roll(sums, half[1], axis=1)[: half[0] + 1, : 2 * half[1] + 1]
-    partners = np.multiply.outer(shape[0] - np.arange(half[0] + 1), shape[1] - abs(np.arange(-half[1], half[1] + 1)))
-    return sums / partners
+
+    def sums(values: np.ndarray) -> np.ndarray:
+        both = irfft2(np.abs(rfft2(values, padded)) ** 2, padded)
+        return np.roll(both, half[1], axis=1)[: half[0] + 1, : 2 * half[1] + 1]
+
+    if known.all():
+        lags = np.arange(half[0] + 1), abs(np.arange(-half[1], half[1] + 1))
+        return sums(height) / np.multiply.outer(shape[0] - lags[0], shape[1] - lags[1])
+    partners = np.rint(sums(known.astype(float)))
+    return np.divide(
+        sums(np.where(known, height, 0.0)), partners, out=np.full(partners.shape, np.nan), where=partners > 0
+    )

@@ -1,4 +1,4 @@
-"""The shortest wavelength of a scan, and its slope: what its pixels, and the patches fitted to its summits, must resolve.
+"""The shortest wavelength of a scan: what its pixels, and the patches fitted to its summits, must resolve.
 
 A summit's curvature sums the waves that cross it, each by q² times its amplitude. So it is the mean square curvature,
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -74,6 +75,8 @@ def _summarised(array: xr.DataArray, dim: str, quantiles: list[float], weights: 
         "min": array.min(dim),
         "max": array.max(dim),
     }
-    parts |= {f"q{100 * q:g}": counted.quantile(q, dim=dim).drop_vars("quantile") for q in quantiles}
+    with warnings.catch_warnings():  # where nothing is known, the table says so by its count
+        warnings.filterwarnings("ignore", "All-NaN slice encountered", RuntimeWarning)
+        parts |= {f"q{100 * q:g}": counted.quantile(q, dim=dim).drop_vars("quantile") for q in quantiles}
     names = xr.DataArray(list(parts), dims="statistic", name="statistic")
     return xr.concat(list(parts.values()), dim=names, coords="minimal", compat="override")

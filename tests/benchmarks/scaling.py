@@ -1,10 +1,10 @@
 """How runs scale: ``python tests/benchmarks/scaling.py``.
 
-1. Speed-up of two dask threads over one, on a direct job of 48 x 48 places x 18 displacements, without and with
+1. Speed-up of two dask threads over one, on a direct job of 48 x 48 subregions x 18 displacements, without and with
    checkpoints, medians of alternating runs; beside it the processor time, which tells on a busy machine whether the
    threads hinder each other.
 2. Overhead of a checkpointed run over a bare loop of kernels, for tasks of about 0.1 s.
-3. Speed-up of two dask.distributed workers over one, on 48 x 48 places.
+3. Speed-up of two dask.distributed workers over one, on 48 x 48 subregions.
 4. Wall and processor time, and peak memory, from 64 to 4096 subregions, each in a process of its own; a line
    through the processor times says whether the cost is linear.
 5. What keeping a batch and sending one to a cluster costs the main process; from it, what 10^6 subregions cost on
@@ -44,9 +44,9 @@ def glass():
     return roughxr.assign_pair(roughxr.open_sample("glass"), **PAIR)
 
 
-def a_run(scan, deltas, places, path, scheduler="threads", fields=False):
+def a_run(scan, deltas, subregions, path, scheduler="threads", fields=False):
     """Return the seconds of one run with checkpoints, from nothing to the archive."""
-    options = {"delta": deltas, "subregions": places, "fields": fields}
+    options = {"delta": deltas, "subregions": subregions, "fields": fields}
     began = time.perf_counter()
     checkpointed(
         lambda: {"solutions/direct": roughxr.direct(scan, **options)},
@@ -103,15 +103,15 @@ class Bare:
 
 def overhead(scan, folder):
     """Compare a run on one thread with a bare loop, for tasks of about 0.1 s."""
-    deltas, places, bare = np.arange(1.0, 30.0, 0.05), (7, 7), Bare()
+    deltas, subregions, bare = np.arange(1.0, 30.0, 0.05), (7, 7), Bare()
     with parallel.computed_by(bare):
-        roughxr.direct(scan, delta=deltas, subregions=places)
+        roughxr.direct(scan, delta=deltas, subregions=subregions)
     ratios = []
     for k in range(3):
         with parallel.computed_by(bare):
-            roughxr.direct(scan, delta=deltas, subregions=places)
+            roughxr.direct(scan, delta=deltas, subregions=subregions)
         with dask.config.set(num_workers=1):
-            ratios.append(a_run(scan, deltas, places, folder / f"overhead-{k}.nc") / bare.seconds)
+            ratios.append(a_run(scan, deltas, subregions, folder / f"overhead-{k}.nc") / bare.seconds)
     each = bare.seconds / 49
     print(f"run over bare loop, tasks of {each:.3f} s: {100 * (statistics.median(ratios) - 1):.1f} % more")
 
@@ -122,20 +122,20 @@ def peak_memory():
     return int(status.split("VmHWM:")[1].split()[0]) / 1024
 
 
-def growth(places, fields):
+def growth(subregions, fields):
     """Print seconds and peak memory of a run in this process."""
     scan = glass()
     roughxr.direct(scan, delta=[5.0], subregions=(2, 2))
     before, began = peak_memory(), time.process_time()
     deltas = HEAVY[-2:] if fields else HEAVY
     with tempfile.TemporaryDirectory() as folder:
-        seconds = a_run(scan, deltas, (places, places), Path(folder) / "run.nc", fields=fields)
+        seconds = a_run(scan, deltas, (subregions, subregions), Path(folder) / "run.nc", fields=fields)
         size = (Path(folder) / "run.nc").stat().st_size / 2**20
     peak = peak_memory()
     processor = time.process_time() - began
     print(
-        f"{places**2:5d} subregions{', fields' if fields else ''}: {seconds:.2f} s, processor {processor:.2f} s, "
-        f"{processor / places**2 * 1e3:.2f} ms each, "
+        f"{subregions**2:5d} subregions{', fields' if fields else ''}: {seconds:.2f} s, processor {processor:.2f} s, "
+        f"{processor / subregions**2 * 1e3:.2f} ms each, "
         f"peak {peak:.0f} MB ({peak - before:.0f} over its imports), archive {size:.0f} MB",
         flush=True,
     )
@@ -171,7 +171,7 @@ def two_workers(scan, folder):
     for k in range(3):
         for workers in times:
             with (
-                LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster,
+                LocalCluster(n_workers=workers, threads_per_worker=1, **schedulers.NO_DASHBOARD) as cluster,
                 Client(cluster, set_as_default=False),
             ):
                 address = cluster.scheduler_address
@@ -182,7 +182,7 @@ def two_workers(scan, folder):
 
 
 def keeping(folder, batches=100, size=312):
-    """Return the processor seconds that keeping one batch of ``size`` places costs, flushing included."""
+    """Return the processor seconds that keeping one batch of ``size`` subregions costs, flushing included."""
     from roughxr.jobs.checkpoint import Checkpoint
 
     kept = Checkpoint(folder / "kept.nc")
@@ -194,7 +194,7 @@ def keeping(folder, batches=100, size=312):
         (end - start) / batches for end, start in ((time.perf_counter(), began), (time.process_time(), processor))
     )
     kept.close(remove=True)
-    print(f"keeping a batch of {size} places: {seconds * 1e3:.2f} ms, processor {processor * 1e3:.2f} ms")
+    print(f"keeping a batch of {size} subregions: {seconds * 1e3:.2f} ms, processor {processor * 1e3:.2f} ms")
     return seconds
 
 
@@ -207,7 +207,7 @@ def dispatch(batches=2000):
     from distributed import Client, LocalCluster
 
     work = Work(_nothing, [], np.dtype((float, (8,))), ([],))
-    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster):
+    with LocalCluster(n_workers=1, threads_per_worker=1, **schedulers.NO_DASHBOARD) as cluster, Client(cluster):
         with schedulers.scheduler_for(work.shared, batches) as scheduler:
             scheduler.submit(executor._attempt, work.task, [(0,)], work.dtype).result()
             began, finished = time.perf_counter(), SimpleQueue()
@@ -233,11 +233,11 @@ def estimate(seconds_each, dispatched, kept, machines=100, cores=32, subregions=
     while queue.waiting:
         sizes.append(len(queue.take()))
     computed = subregions * seconds_each / (machines * cores)
-    gathered = len(sizes) * (dispatched + kept)
+    served = len(sizes) * (dispatched + kept)
     print(
         f"10^6 subregions of {seconds_each * 1e3:.0f} ms on {machines} machines of {cores} cores: {computed:.0f} s of "
-        f"computing, and {gathered:.0f} s of the main process for {len(sizes)} batches of up to {max(sizes)}; "
-        f"one behind the other {computed + gathered:.0f} s"
+        f"computing, and {served:.0f} s of the main process for {len(sizes)} batches of up to {max(sizes)}; "
+        f"one behind the other {computed + served:.0f} s"
     )
 
 

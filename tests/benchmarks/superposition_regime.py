@@ -1,13 +1,14 @@
-"""When asperities may be summed: ``python tests/benchmarks/superposition_regime.py [--measure | --twin]``.
+"""When asperities may be summed: ``python tests/benchmarks/superposition_regime.py [--measure SECONDS]``.
 
-Self-affine surfaces over Hurst exponent, roll-off, cutoff and rms height, two seeds each, under two spheres with two
-works of adhesion: the pull-off by superposition, with the patch that suits the scan and with those of 3, 5 and 7 pixels,
-over that of the adhesive simulation (Griffith's limit) at the same four places.
+Self-affine surfaces over Hurst exponent, roll-off, cutoff and rms height, under two spheres with two works of adhesion:
+the pull-off by superposition, with the patch that suits the scan and with those of 3, 5 and 7 pixels, over that of the
+adhesive simulation (Griffith's limit) at the same four places, each pressed 1 nm and the rms height beyond touch.
 
-``--measure`` computes what ``datasets/superposition_family.csv`` lacks, a row for each surface and pair (about half an
-hour of processor time for all of it). Without it the rows are read, the rule that `superpose` carries is fitted
-to the group "made", and its scatter is told on it and on the group "held", other spectra that the rule was not made
-from. ``--twin`` adds the glass twin, measured now.
+``--measure`` computes what ``datasets/superposition_family.csv`` lacks, a row for each surface and pair, for so many
+seconds of processor time. Then the sums are made anew on all rows, and printed: the rule that `superpose` carries
+(`roughxr.contact.expectation`), from the group "made", beside its scatter on the group "held", of other spectra; what
+numbers that are known beforehand would add to it; what wider patches do; and the glass twin, whose direct pull-off
+(pressed 4 nm, 64 places, half the pixel) is measured with ``--twin``, some minutes.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ import numpy as np
 import pandas as pd
 
 import roughxr
+from roughxr.contact import expectation
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.estimates import tabor
 from roughxr.contact.maps import pull_off_map
@@ -55,6 +57,7 @@ def cases():
     return [(*one[:-1], seed, *one[-1]) for seed in SEEDS for one in mixed]
 
 
+KNOWN = ("slope", "spacing / contact radius", "superposed / smooth", "Tabor", "pixels to a wave", "patch / wave")
 KEYS = ("group", "hurst", "rolloff", "cutoff", "rms", "seed", "radius", "work")
 
 
@@ -65,69 +68,71 @@ def surface_of(hurst, rolloff, cutoff, rms, seed, radius, work):
     return scan.contact.assign_pair(sphere_radius=radius, work_of_adhesion=work, **ELASTIC)
 
 
-def measure(scan, subregions=(2, 2), press=None):
-    """Return what is known of a scan and its pair beforehand, and both pull-offs at the same places."""
-    known, at = beforehand(scan, subregions)
+def measured(scan, subregions=(2, 2), press=None):
+    """Return the direct pull-off, the mean over the places, and how it was resolved."""
     press = press or float(scan.height.std()) + 1.0
-    began = time.process_time()
-    options = {"refine": refinement(scan, at), "step": 0.4, "max_cells": MOST_CELLS, "datum": "first_contact"}
-    cycle = adhesive(scan, delta=[press], subregions=subregions, **options)
-    known["refine"] = options["refine"]
-    known["direct"] = float(cycle.pull_off_force.mean(skipna=False))
-    known["resolution"] = float(cycle.pull_off_resolution.min())
-    known["seconds"] = time.process_time() - began
-    for patch in PATCHES:
-        catalogue = roughxr.asperities(scan, patch=patch)
-        known[f"superposed_{patch}"] = float(pull_off_map(catalogue, subregions=subregions).pull_off_force.mean())
-    return known
+    options = {"refine": refinement(scan), "step": 0.4, "max_cells": MOST_CELLS, "law": "griffith"}
+    cycle = adhesive(scan, delta=[press], subregions=subregions, datum="first_contact", **options)
+    return {
+        "refine": options["refine"],
+        "direct": float(cycle.pull_off_force.mean(skipna=False)),
+        "resolution": float(cycle.pull_off_resolution.min()),
+    }
 
 
-def beforehand(scan, subregions):
-    """Return numbers that need no simulation, and the radius (nm) of a typical asperity's contact at pull-off."""
+def summed(scan, subregions=(2, 2)):
+    """Return the superposed pull-off with each patch."""
+    found = {patch: pull_off_map(scan.contact.asperities(patch=patch), subregions=subregions) for patch in PATCHES}
+    return {f"superposed_{patch}": float(one.pull_off_force.mean()) for patch, one in found.items()}
+
+
+def beforehand(scan, subregions=(2, 2)):
+    """Return numbers that need no simulation."""
     catalogue = tabor(scan.contact.asperities())
     found = pull_off_map(catalogue, subregions=subregions)
-    deltas = np.unique(found.pull_off_delta.values)
-    sweep = superpose(catalogue, delta=deltas, subregions=subregions)
-    each = [
-        sweep.isel(subregion=k).sel(delta=d, method="nearest")
-        for k, d in enumerate(found.pull_off_delta.values.ravel())
-    ]
-    contacts = max(sum(int(one.contacts) for one in each), 1)
-    curvature = 0.5 * (catalogue.curvature_min + catalogue.curvature_max) + 1 / float(scan.sphere_radius)
-    R = 1 / float(curvature.where(catalogue.curvature_min > 0).median())
-    a = (9 * np.pi * float(scan.work_of_adhesion) * R**2 / (8 * float(scan.contact_modulus))) ** (1 / 3)
-    sides = PIXEL * np.array([scan.sizes["x"], scan.sizes["y"]])
+    at = found.pull_off_delta.values
+    sweep = superpose(catalogue, delta=np.unique(at), subregions=subregions)
+    each = [sweep.isel(subregion=k).sel(delta=delta) for k, delta in enumerate(at)]
+    contacts = sum(int(one.contacts) for one in each)
+    area = np.prod([end - begin for begin, end in zip(*[iter(roughxr.regions.extent(scan))] * 2)])
     return {
-        "pixels_per_wave": float(catalogue.shortest_wavelength / catalogue.pixel),
-        "patch_per_wave": float(2 * catalogue.patch_radius / catalogue.shortest_wavelength),
+        "pixels to a wave": float(catalogue.shortest_wavelength / catalogue.pixel),
+        "patch / wave": float(2 * catalogue.patch_radius / catalogue.shortest_wavelength),
         "overlap": sum(int(one.contacts_overlapping) for one in each) / contacts,
-        "contacts": contacts / len(each),
-        "spacing": float(np.sqrt(sides.prod() / catalogue.sizes["asperity"])) / a,
-        "slope": float(roughxr.roughness(scan, spectra=False).s_dq),
-        "tabor": float(catalogue.tabor_parameter.median()),
-        "smooth": smooth_pull_off(scan),
-    }, a
+        "spacing / contact radius": float(np.sqrt(area / catalogue.sizes["asperity"]))
+        / contact_radius(scan, catalogue),
+        "slope": float(catalogue.rms_slope),
+        "Tabor": float(catalogue.tabor_parameter.median()),
+        "superposed / smooth": float(found.pull_off_force.mean()) / smooth_pull_off(scan),
+    }
 
 
-def refinement(scan, a):
+def contact_radius(scan, catalogue):
+    """Return the radius (nm) of a typical asperity's contact at pull-off."""
+    curvature = 0.5 * (catalogue.curvature_min + catalogue.curvature_max) + 1 / float(scan.sphere_radius)
+    radius = 1 / float(curvature.where(catalogue.curvature_min > 0).median())
+    return (9 * np.pi * float(scan.work_of_adhesion) * radius**2 / (8 * float(scan.contact_modulus))) ** (1 / 3)
+
+
+def refinement(scan):
     """Return by how much the simulation is refined: five of its pixels to a wave, and one to a contact's radius."""
-    pixel = roughxr.schema.pixel(scan)[0]
-    wave = roughxr.scans.wavelength.shortest_wavelength(scan)
+    catalogue = scan.contact.asperities()
+    pixel, a = float(catalogue.pixel), contact_radius(scan, catalogue)
+    wave = float(catalogue.shortest_wavelength)
     return int(np.clip(np.ceil(max(4.8 * pixel / wave, pixel / a)), 1, 4 if a < 0.4 * pixel else 2))
 
 
 def measure_missing(limit):
     """Append to the table the rows that it lacks, until so many seconds of processor time are spent."""
-    done = (
-        set() if not TABLE.exists() else {tuple(row) for row in pd.read_csv(TABLE)[list(KEYS)].itertuples(index=False)}
-    )
+    rows = pd.read_csv(TABLE)[list(KEYS)].itertuples(index=False) if TABLE.exists() else ()
+    done = {tuple(row) for row in rows}
     began = time.process_time()
     for case in cases():
         if tuple(case) in done or time.process_time() - began > limit:
             continue
-        row = dict(zip(KEYS, case)) | measure(surface_of(*case[1:]))
-        ratio = row["superposed_auto"] / row["direct"]
-        print({k: v if isinstance(v, str) else float(f"{v:.4g}") for k, v in row.items()}, f"{ratio:.2f}", flush=True)
+        scan = surface_of(*case[1:])
+        row = dict(zip(KEYS, case)) | measured(scan)
+        print(row, f"superposed / direct {summed(scan)['superposed_auto'] / row['direct']:.2f}", flush=True)
         new = not TABLE.exists()
         with TABLE.open("a", newline="", encoding="utf-8") as file:
             writer = csv.DictWriter(file, row, lineterminator="\n")
@@ -136,11 +141,64 @@ def measure_missing(limit):
             writer.writerow({k: v if isinstance(v, (str, int)) else f"{v:.6g}" for k, v in row.items()})
 
 
+def with_sums(table):
+    """Return the rows that were measured with superposed over direct pull-off by each patch, and what is known."""
+    rows = []
+    for row in table.dropna(subset=["direct"]).to_dict("records"):
+        scan = surface_of(*(row[key] for key in KEYS[1:]))
+        ratios = {name: value / row["direct"] for name, value in summed(scan).items()}
+        rows.append(row | ratios | beforehand(scan))
+    return pd.DataFrame(rows)
+
+
+def tell(rows):
+    """Print the rule, its scatter and what would narrow it."""
+    print(f"the rule: {expectation.RATIO:g}, {expectation.LOW:g} … {expectation.HIGH:g}")
+    for group, part in rows.groupby("group"):
+        ratio = part.superposed_auto
+        low, middle, high = np.quantile(ratio, (0.05, 0.5, 0.95))
+        inside = 100 * np.mean((ratio >= expectation.LOW) & (ratio <= expectation.HIGH))
+        wide = 100 * np.mean((ratio >= 0.6) & (ratio <= 1.5))
+        print(
+            f"{group}: {len(part)} rows, superposed / direct {middle:.2f}, {low:.2f} … {high:.2f} "
+            f"(least {ratio.min():.2f}, greatest {ratio.max():.2f}); {inside:.0f} % within the rule, "
+            f"{wide:.0f} % within 0.6 … 1.5"
+        )
+    made = rows[rows.group == "made"]
+    y = np.log(made.superposed_auto)
+    print(f"scatter of its logarithm {y.std():.2f}; what a straight line in the logarithm of one number leaves of it:")
+    for name in KNOWN:
+        x = np.log(made[name])
+        print(f"  {name:26} {(y - np.polyval(np.polyfit(x, y, 1), x)).std(ddof=2):.2f}")
+    print(f"  {'overlap':26} {(y - np.polyval(np.polyfit(made.overlap, y, 1), made.overlap)).std(ddof=2):.2f}")
+    print("patches of so many waves, superposed / direct, 5 %, half and 95 % of the rows:")
+    each = [pd.DataFrame({"waves": k * PIXEL / rows.cutoff, "ratio": rows[f"superposed_{k}"]}) for k in PATCHES[1:]]
+    wide = pd.concat(each)
+    for low, high in itertools.pairwise((0.4, 0.8, 1.2, 1.6, 2.2, 3.5)):
+        part = wide[(wide.waves >= low) & (wide.waves < high)].ratio
+        if len(part):
+            a, b, c = np.quantile(part, (0.05, 0.5, 0.95))
+            print(f"  {low:g} … {high:g}: {a:.2f}, {b:.2f}, {c:.2f} ({len(part)} rows)")
+
+
+def tell_twin():
+    """Print the same of the glass twin, its direct pull-off measured now."""
+    scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, surface_energy=0.6747, **ELASTIC)
+    cycle = adhesive(scan, delta=[4.0], subregions=(8, 8), refine=2, law="griffith", datum="first_contact")
+    direct = float(cycle.pull_off_force.mean())
+    ratios = {name: round(value / direct, 2) for name, value in summed(scan, (8, 8)).items()}
+    print(f"glass twin: direct {direct:.0f} nN; superposed / direct {ratios}")
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--measure", type=float, nargs="?", const=3600.0, metavar="SECONDS")
+    parser.add_argument("--measure", type=float, metavar="SECONDS", default=0.0)
+    parser.add_argument("--twin", action="store_true")
     asked = parser.parse_args()
     warnings.simplefilter("ignore")
-    if asked.measure:
-        with dask.config.set(scheduler="threads", num_workers=2):
+    with dask.config.set(scheduler="threads", num_workers=2):
+        if asked.measure:
             measure_missing(asked.measure)
+        tell(with_sums(pd.read_csv(TABLE)))
+        if asked.twin:
+            tell_twin()

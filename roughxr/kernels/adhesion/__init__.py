@@ -5,4 +5,6 @@ constrained_cells   cells held at a prescribed gap, and the pressures that do it
 contact_patches     which cells form which contact, and how curved its outline is
 equilibrium         a local minimum of the energy at a fixed displacement
 path                loading and retraction, state by state
+potentials          attraction across a gap that bodies too stiff to bend keep
+rigid               the pull of a rigid body on a rough half space, at one place or at all
 """

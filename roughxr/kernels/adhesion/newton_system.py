@@ -1,13 +1,12 @@
 """Linear systems on the cells in or near contact: A for what touches, 1 − τA for what attracts.
 
-On the cells of a list a change x of the pressures changes the gaps by A x (Love's coefficients, ``kernels.love``). Newton's
-step asks for
+A change x of the pressures changes the gaps by A x (Love's coefficients, ``kernels.love``). Newton's step asks for
 
-    (A x)ᵢ = rᵢ   where cells touch,        xⱼ − τⱼ (A x)ⱼ = rⱼ   where they attract, with the traction's fall τ = −dt/du.
+    (A x)ᵢ = rᵢ   where cells touch,        xⱼ − τⱼ (A x)ⱼ = rⱼ   where they attract, τ = −dt/du the traction's fall.
 
-GMRES (Saad & Schultz 1986) solves it to a few percent, which is all that Newton's method needs, within some six products:
-the attracting part is close to one by itself, and the touching part is preconditioned by the inverse of A on a periodic
-box, restricted to the cells that touch (without it 2.5 times as many). Products are transforms of the list's bounding box in
+GMRES (Saad & Schultz 1986) solves it to a tenth, which is all that Newton's method needs, within some six products
+where the state is stable: the attracting part is close to one by itself, and the touching part is preconditioned by the
+inverse of A on a periodic box, restricted to the cells that touch. Products are transforms of a box around the cells in
 single precision; up to ``DENSE_LIMIT`` cells are summed by their matrix.
 """
 
@@ -29,7 +28,7 @@ class Workspace(NamedTuple):
 
 @kernel
 def near_cells(rows, columns, coefficients, product, inverse):
-    """Return A on the cells at (rows, columns) of the box of two convolutions: with A and with its inverse, periodic."""
+    """Return A on cells at (rows, columns) of the box of two convolutions: with A, and with its periodic inverse."""
     count = rows.size if rows.size <= DENSE_LIMIT else 0
     matrix = np.empty((count, count))
     for k in range(count):

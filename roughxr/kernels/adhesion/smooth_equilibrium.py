@@ -45,6 +45,9 @@ _TEMPERED = 0.85
 #: Rounds of Newton's method, rounds without much progress, and residual at which it is given up.
 _LONGEST_NEWTON, _PATIENCE, _LOST = 30, 4, 6.0
 
+#: A residual is held against this part of the largest pressure, where that is more than the largest attraction.
+_SOFT = 0.1
+
 #: Tangents that are followed at first where it is.
 _TANGENTS = 2
 
@@ -88,7 +91,7 @@ class Outcome(NamedTuple):
 
 
 def settle(body, delta, last, state):
-    """Bring ``state`` into equilibrium at a displacement (nm), from what stands in it or, failing that, from ``last``."""
+    """Bring ``state`` into equilibrium at a displacement (nm), from what stands in it or else from ``last``."""
     out = _newton(body, delta, state)
     products, rounds, steps = out.products, out.rounds, _TANGENTS
     if out.fine or out.residual == np.inf:
@@ -170,11 +173,13 @@ def _press(body, delta, state, held):
         return 1
     cells = gather_cells(_near(body, rows, columns), count)
     pressure, gap, contact = np.zeros(count + 1), np.zeros(count + 1), np.zeros(count + 1, np.bool_)
+    deepest = 0.0
     for k in range(count):
         i, j = rows[k], columns[k]
         pressure[k], gap[k] = state.pressure[i, j] + held[i, j], state.gap[i, j]
+        deepest = max(deepest, -gap[k])
         contact[k] = state.touching[i, j] and pressure[k] > 0.0
-    goal = _PRESSED * body.law.strength
+    goal = _PRESSED * max(body.law.strength, 0.1 * deepest)
     out = solve_contact(cells, pressure, gap, contact, goal, _PRODUCTS_TO_PRESS, 0.0, np.int64(PATIENCE))
     for k in range(count):
         i, j = rows[k], columns[k]
@@ -206,14 +211,16 @@ def _less_approach(body, delta, state):
 
 @kernel
 def _classify(body, state):
-    """Say which cells touch; let those far off follow; return the largest residual over the largest traction.
+    """Say which cells touch; let those far off follow; return the largest residual.
 
-    Infinite where a cell touches beyond the part of the box in which systems are solved.
+    It is over the largest attraction, or ``_SOFT`` of the largest pressure if that is more. Infinite where a cell
+    touches beyond the part of the box in which systems are solved.
     """
-    law, worst = body.law, 0.0
+    law, worst, most = body.law, 0.0, 0.0
     for i in range(state.gap.shape[0]):
         for j in range(state.gap.shape[1]):
             gap, pressure = state.gap[i, j], state.pressure[i, j]
+            most = max(most, pressure)
             t, tau = traction(max(gap, 0.0), law)
             touching = gap < law.range and pressure + t > _WEIGHT * gap
             state.touching[i, j] = touching
@@ -223,7 +230,7 @@ def _classify(body, state):
             worst = max(worst, abs(pressure + t))
             if tau < _NEAR:
                 state.pressure[i, j] = -t
-    return worst / law.strength
+    return worst / max(law.strength, _SOFT * most)
 
 
 @kernel
@@ -287,7 +294,8 @@ def _places(body, state):
     count = 0
     for i in range(i0, i1):
         for j in range(j0, j1):
-            if state.touching[i, j] or traction(max(state.gap[i, j], 0.0), body.law)[1] >= _NEAR:
+            gap = state.gap[i, j]
+            if state.touching[i, j] or gap < 0.0 or traction(gap, body.law)[1] >= _NEAR:
                 rows[count], columns[count], count = i, j, count + 1
     return rows[:count], columns[:count]
 

@@ -28,4 +28,5 @@ def contacts_and_resolution(state, closed, law):
     of = of[members] - 1
     tension = np.bincount(of, np.maximum(-state.pressure[members], 0.0), count)
     size = np.bincount(of, closed[members], count)
-    return found, float(np.sqrt(size[tension >= _SHARE * tension.sum()].min() / np.pi))
+    matters = tension >= min(_SHARE * tension.sum(), tension.max())
+    return found, float(np.sqrt(size[matters].min() / np.pi))

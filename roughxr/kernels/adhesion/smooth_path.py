@@ -1,8 +1,8 @@
 """Path of a body under a smooth law of adhesion: one loading, any number of turning points, a retraction from each.
 
-From each state the next is sought from where the last two point to: gaps where cells attract, pressures where they touch.
-So a path follows a branch to its end and goes downhill from there, as a body held by a stiff device does. Displacement moves
-in steps; what a path passes between two of them must not matter:
+From each state the next is sought from where the last two point to: gaps where cells attract, pressures where they
+touch. So a path follows a branch to its end and goes downhill from there, as a body held by a stiff device does.
+Displacement moves in steps; what a path passes between two of them must not matter:
 
 - where a step ran past the end of a branch and the pull may have grown beyond the largest on the way, it is halved;
 - where the force passed a minimum, one more state is sought at the vertex of the parabola through three;
@@ -40,6 +40,9 @@ _JUMP = 0.15
 
 #: How much of the largest pull may be missed between two states, and the part of the longest step that is not halved.
 _MISSED, _LEAST_STEP = 0.002, 1.0 / 64
+
+#: States that are added at most to close in on the largest pull.
+_VERTICES = 4
 
 #: A preload is met to this part of it, or of the largest pull if that is more.
 _MET = 1e-3
@@ -108,8 +111,8 @@ def follow_smooth(
     law : laws.SmoothLaw
     preloads : array, optional
         Forces, nm (F/(E* dx)), ascending: the body turns back where the force first reaches them on loading, once it
-        touches; at 0 it has settled under its own adhesion. All share one loading path. Without any it turns at the last
-        of ``deltas``.
+        touches; at 0 it has settled under its own adhesion. All share one loading path. Without any it turns at the
+        last of ``deltas``.
     tolerance : float
         Residual traction over the largest.
     max_rounds : int
@@ -128,7 +131,8 @@ def follow_smooth(
     deltas, preloads = np.asarray(deltas, dtype=float), np.sort(np.asarray(preloads, dtype=float))
     goals = preloads if preloads.size else [np.inf]
     if np.count_nonzero(separation < deltas[-1] + law.range) > max_cells:
-        return [Path(np.zeros((0, 10)), 0, CELL_LIMIT, np.zeros((0, *separation.shape))) for _ in goals]
+        nothing = Path(np.zeros((0, 10)), 0, CELL_LIMIT, np.zeros((0, *separation.shape)))
+        return [nothing for _ in goals]
     solver = _Solver(separation, coefficients, law, tolerance, max_rounds)
     loading = _Branch(solver, step, deltas, fields)
     return [_path(loading, loading.load(goal), fields) for goal in goals]
@@ -334,7 +338,7 @@ class _Branch:
         """Say whether a step jumped, and may have passed a larger pull than it shows on the way."""
         last, before = self.last, self.before
         back = last.delta - found.delta
-        if self._freed(found) < _JUMP * abs(last.force - found.force) * back:
+        if self._freed(found) <= _JUMP * abs(last.force - found.force) * back:
             return False
         slope = (last.force - before.force) / (last.delta - before.delta) if before.delta > last.delta else np.inf
         return slope * back - last.force > (1.0 + _MISSED) * max(self.largest, -found.force)
@@ -363,20 +367,24 @@ class _Branch:
         return row
 
     def _vertex(self):
-        """Add the state at the vertex of a parabola through the last three forces, if it may pull more than they do."""
-        if len(self.rows) < 3:
+        """Add states at vertices of parabolas through the largest pull and its neighbours, while they may pull more."""
+        if len(self.rows) < 3 or -self.rows[-2][FORCE] < self.largest:
             return
-        (x0, x1, x2), (f0, f1, f2) = (np.array(self.rows[-3:])[:, k] for k in (DELTA, FORCE))
-        if not (x0 > x1 > x2 and f1 < f0 and f1 < f2 and -f1 >= self.largest):
-            return
-        first, second = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1)
-        curvature = (second - first) / (x2 - x0)
-        delta = 0.5 * (x0 + x1) - 0.5 * first / curvature
-        if f1 - curvature * (delta - x1) ** 2 > (1.0 + _MISSED) * f1:
-            return
-        found = self.solver.seek(delta, self.last, self.before)
-        if found.fine and found.force < f1:
+        best = len(self.rows) - 2
+        for _ in range(_VERTICES):
+            (x0, x1, x2), (f0, f1, f2) = (np.array(self.rows[best - 1 : best + 2])[:, k] for k in (DELTA, FORCE))
+            if best < 1 or not (x0 > x1 > x2 and f1 < f0 and f1 < f2):
+                return
+            first, second = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1)
+            curvature = (second - first) / (x2 - x0)
+            delta = 0.5 * (x0 + x1) - 0.5 * first / curvature
+            if f1 - curvature * (delta - x1) ** 2 > (1.0 + _MISSED) * f1:
+                return
+            found = self.solver.seek(float(delta), self.last, self.before)
             row = self._row(found, False)
-            row[DISSIPATED] = self.rows[-2][DISSIPATED]
-            self.rows.insert(-1 if delta < x1 else -2, row)
+            row[DISSIPATED] = self.rows[best][DISSIPATED]
+            if not found.fine or found.force >= f1:
+                return
+            best += delta < x1
+            self.rows.insert(best, row)
             self.largest = max(self.largest, -found.force)

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arrays import line, table
 from ..jit import kernel
 from .products import Operator, divide, largest, multiply
 
@@ -56,7 +57,7 @@ class Cells(NamedTuple):
 @kernel(inner=True)
 def gather_cells(operator, count):
     """Return the ``count`` `Cells` of an operator, their depths to be filled in."""
-    return Cells(np.zeros(count), _neighbours(operator.rows, operator.columns), operator)
+    return Cells(line(count, 0.0), _neighbours(operator.rows, operator.columns), operator)
 
 
 @kernel(inner=True)
@@ -68,8 +69,8 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
     what that takes: the search directions are projected onto loads of zero sum, at no further product. Returns the
     `Outcome`.
     """
-    direction, image = np.zeros_like(pressure), np.zeros_like(pressure)
-    preconditioned, other = np.zeros_like(pressure), np.zeros_like(pressure)
+    size = pressure.size
+    direction, image, preconditioned, other = line(size, 0.0), line(size, 0.0), line(size, 0.0), line(size, 0.0)
     iterations, slope, shift, fewest, left = 0, 0.0, 0.0, np.inf, patience
     while True:
         if load > 0.0 and slope == 0.0:
@@ -97,7 +98,8 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
             if _exchange(pressure, gap, contact, other, goal, left <= 0):
                 multiply(cells.operator, other, image)
                 iterations += 1
-                gap += image
+                for k in range(size):
+                    gap[k] += image[k]
         if iterations >= max_iterations:
             return Outcome(ITERATION_LIMIT, iterations, _give_up(pressure, gap, contact), shift)
 
@@ -106,10 +108,10 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
 def _neighbours(rows, columns):
     """Return for each cell the compact index of the four cells beside it and the four at its corners."""
     count = rows.size
-    number = np.full((largest(rows) + 3, largest(columns) + 3), np.int32(count))
+    number = table(largest(rows) + 3, largest(columns) + 3, np.int32(count))
     for k in range(count):
         number[rows[k] + 1, columns[k] + 1] = k
-    neighbours = np.empty((count, 8), dtype=np.int32)
+    neighbours = table(count, 8, np.int32(count))
     for k in range(count):
         i, j = rows[k] + 1, columns[k] + 1
         neighbours[k, 0], neighbours[k, 1] = number[i - 1, j], number[i + 1, j]
@@ -150,7 +152,7 @@ def _carry(pressure, gap, contact, depth, shift, load):
     return mean
 
 
-@kernel(inner=True)
+@kernel(inline=True)
 def _precondition_unit(cells, contact, unit, preconditioned):
     """Write what the preconditioner makes of a unit residual all over the contact, and zero outside."""
     for k in range(unit.size - 1):
@@ -197,7 +199,7 @@ def _search(residual, contact, preconditioned, direction, slope):
     return new
 
 
-@kernel(inner=True)
+@kernel(inline=True)
 def _precondition(cells, residual, preconditioned):
     """Write nearly the pressures that would close the residual, which is zero outside the contact."""
     if cells.operator.inverse.box.size:

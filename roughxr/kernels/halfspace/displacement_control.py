@@ -23,7 +23,7 @@ from ..jit import kernel
 from .active_set import CONVERGED, ITERATION_LIMIT
 from .products import coefficients_for, no_transfers
 from .warm_start import COARSE_ITERATIONS, COARSE_TOLERANCE, coarser, extrapolated, half_deep, refined
-from .working_set import WarmStart, overlapping, put, solve_in_box
+from .working_set import WarmStart, depth_in, overlapping, put, solve_in_box
 
 #: Reasons, by status.
 REASONS = {CONVERGED: "converged", ITERATION_LIMIT: "iteration limit reached before the tolerance"}
@@ -92,8 +92,17 @@ def sweep_arrays(
     separation, guided = np.ascontiguousarray(separation, dtype=float), start is not None
     start = start._replace(pressure=start.pressure * (dx / contact_modulus)) if guided else _no_start()
     coefficients, deltas = coefficients_for(separation.shape), np.asarray(deltas, dtype=float)
-    arrays = _sweep(separation, deltas, tolerance, max_iterations, start, guided, coefficients, keep)
-    return in_units(*arrays, dx, contact_modulus)
+    found, pressures, displacements = records(deltas.size, separation.shape, keep)
+    trail = _Trail(np.full(2, np.nan), np.zeros((2, *separation.shape)), np.full((2, *separation.shape), np.nan))
+    given = separation, deltas, tolerance, max_iterations, start, guided, coefficients
+    _sweep(*given, trail, found, pressures, displacements)
+    return in_units(found, pressures, displacements, dx, contact_modulus)
+
+
+def records(count, shape, keep):
+    """Return room for what is said of each solve, and for pressures and displacements where they are kept."""
+    kept = (count if keep else 0, *shape)
+    return np.zeros((count, 5)), np.zeros(kept), np.full(kept, np.nan)
 
 
 def in_units(found, pressures, displacements, dx, contact_modulus):
@@ -113,7 +122,7 @@ def solutions(found, pressures, displacements):
 
 
 def _no_start():
-    return WarmStart(np.zeros((0, 0)), np.zeros((0, 0), np.bool_), np.zeros((0, 0), np.bool_))
+    return WarmStart(np.zeros((0, 0)), np.zeros((0, 0), np.bool_), np.zeros((0, 0), np.bool_), 0, 0)
 
 
 class _Trail(NamedTuple):
@@ -125,20 +134,19 @@ class _Trail(NamedTuple):
 
 
 @kernel
-def _sweep(separation, deltas, tolerance, max_iterations, start, guided, coefficients, keep):
-    """Return what is said of each solve, and scaled pressures and displacements where they are to be kept.
+def _sweep(
+    separation, deltas, tolerance, max_iterations, start, guided, coefficients, trail, found, pressures, displacements
+):
+    """Write down what is said of each solve, and scaled pressures and displacements where there is room for them.
 
     The first contact is found on coarse cells first, each contact after that from the ones before.
     """
-    found, shape = np.zeros((deltas.size, 5)), (deltas.size if keep else 0, *separation.shape)
-    pressures, displacements = np.zeros(shape), np.full(shape, np.nan)
-    trail, known = _no_trail(separation.shape), no_transfers()
+    known = no_transfers()
     for k in range(deltas.size):
-        overlap = overlapping(separation, deltas[k])
-        if overlap.count == 0:
+        box = overlapping(separation, deltas[k])
+        if box.count == 0:
             continue
-        box = overlap.rows, overlap.columns
-        depth = deltas[k] - separation[box]
+        depth = depth_in(separation, deltas[k], box)
         cold = not guided and np.isnan(trail.delta[1])
         levels = coarser(depth) if cold else [depth]
         begin = half_deep(levels[-1], 0.0) if cold else _begin(depth, deltas[k], box, trail, start)
@@ -147,13 +155,12 @@ def _sweep(separation, deltas, tolerance, max_iterations, start, guided, coeffic
             most = max_iterations if n == 0 else COARSE_ITERATIONS
             pressure, displacement, outcome = solve_in_box(levels[n], begin, part, most, 0.0, 0.0, coefficients, known)
             begin = refined(pressure, displacement, levels[n - 1]) if n > 0 else begin
-        describe(found[k], pressure, outcome, overlap.largest)
-        if keep:
-            put(pressure, pressures[k], box)
-            put(displacement, displacements[k], box)
+        describe(found[k], pressure, outcome, box.largest)
+        if pressures.shape[0]:
+            put(pressure, pressures, k, box)
+            put(displacement, displacements, k, box)
         if found[k, FORCE] > 0.0:
             _remember(trail, deltas[k], box, pressure, displacement)
-    return found, pressures, displacements
 
 
 @kernel(inner=True)
@@ -172,25 +179,20 @@ def describe(row, pressure, outcome, largest):
 def _begin(depth, delta, box, trail, start):
     """Return what the contact in a box may look like, by the solutions before or, for the first, as it is given."""
     if np.isnan(trail.delta[1]):
-        return WarmStart(start.pressure[box].copy(), start.touching[box].copy(), start.possible[box].copy())
+        return WarmStart(start.pressure, start.touching, start.possible, box.row, box.column)
     step = delta - trail.delta[1]
     ahead = step / (trail.delta[1] - trail.delta[0])
-    return extrapolated(depth, step, trail.pressure[:, box[0], box[1]], trail.displacement[:, box[0], box[1]], ahead)
-
-
-@kernel(inner=True)
-def _no_trail(shape):
-    return _Trail(np.full(2, np.nan), np.zeros((2, *shape)), np.full((2, *shape), np.nan))
+    return extrapolated(depth, step, trail.pressure, trail.displacement, ahead, box.row, box.column)
 
 
 @kernel(inner=True)
 def _remember(trail, delta, box, pressure, displacement):
     """Make a solution the last one."""
     trail.delta[0], trail.delta[1] = trail.delta[1], delta
-    rows, columns = trail.pressure.shape[1:]
+    _, rows, columns = trail.pressure.shape
     for i in range(rows):
         for j in range(columns):
             trail.pressure[0, i, j], trail.displacement[0, i, j] = trail.pressure[1, i, j], trail.displacement[1, i, j]
             trail.pressure[1, i, j], trail.displacement[1, i, j] = 0.0, np.nan
-    put(pressure, trail.pressure[1], box)
-    put(displacement, trail.displacement[1], box)
+    put(pressure, trail.pressure, 1, box)
+    put(displacement, trail.displacement, 1, box)

@@ -12,10 +12,10 @@ import numpy as np
 
 from ..jit import kernel
 from .active_set import CONVERGED, ITERATION_LIMIT, Outcome
-from .displacement_control import FORCE, STATUS, describe, in_units, solutions
+from .displacement_control import FORCE, STATUS, describe, in_units, records, solutions
 from .products import coefficients_for, no_transfers
 from .warm_start import COARSE_ITERATIONS, COARSE_TOLERANCE, extrapolated, half_deep, halved, refined
-from .working_set import WarmStart, overlapping, put, solve_in_box
+from .working_set import WarmStart, depth_in, overlapping, put, solve_in_box
 
 #: Cells are chosen up to this many times the guessed depth.
 _SLACK = 1.1
@@ -44,7 +44,8 @@ def loaded_arrays(separation, loads, dx, contact_modulus, *, tolerance=1e-6, max
     """Do as `loaded`, in arrays: displacements (load,), and what `displacement_control.sweep_arrays` returns."""
     separation = np.ascontiguousarray(separation, dtype=float)
     scaled = np.asarray(loads, dtype=float) / (contact_modulus * dx)
-    deltas, *arrays = _loaded(separation, scaled, tolerance, max_iterations, coefficients_for(separation.shape), keep)
+    deltas, arrays = np.full(scaled.size, np.nan), records(scaled.size, separation.shape, keep)
+    _loaded(separation, scaled, tolerance, max_iterations, coefficients_for(separation.shape), deltas, *arrays)
     return deltas, *in_units(*arrays, dx, contact_modulus)
 
 
@@ -52,7 +53,7 @@ class _State(NamedTuple):
     """A solved load on a window; the displacement is NaN beyond the cells that were looked at."""
 
     delta: float
-    pressure: np.ndarray
+    pressure: np.ndarray  # (1, nx, ny)
     displacement: np.ndarray
     outcome: Outcome
 
@@ -65,26 +66,23 @@ class _Guess(NamedTuple):
 
 
 @kernel
-def _loaded(separation, loads, tolerance, max_iterations, coefficients, keep):
-    """Return the displacements, what is said of each solve, and the fields where they are to be kept."""
-    deltas, found = np.full(loads.size, np.nan), np.zeros((loads.size, 5))
-    shape, known = (loads.size if keep else 0, *separation.shape), no_transfers()
-    pressures, displacements = np.zeros(shape), np.full(shape, np.nan)
-    touch = _lowest(separation)
-    found[:, STATUS] = ITERATION_LIMIT  # nothing to press on carries no load
+def _loaded(separation, loads, tolerance, max_iterations, coefficients, deltas, found, pressures, displacements):
+    """Write down the displacements, what is said of each solve, and the fields where there is room for them."""
+    known, touch = no_transfers(), _lowest(separation)
+    for k in range(loads.size):
+        found[k, STATUS] = ITERATION_LIMIT  # nothing to press on carries no load
     if not np.isfinite(touch):
-        return deltas, found, pressures, displacements
+        return
     guess = _coarse_guess(separation, loads[0], coefficients, known)
     for k in range(loads.size):
         state = _solve(separation, loads[k], guess, tolerance, max_iterations, coefficients, known)
         deltas[k] = state.delta
-        describe(found[k], state.pressure, state.outcome, state.delta - touch)
-        if keep:
-            pressures[k], displacements[k] = state.pressure, state.displacement
+        describe(found[k], state.pressure[0], state.outcome, state.delta - touch)
+        if pressures.shape[0]:
+            pressures[k], displacements[k] = state.pressure[0], state.displacement[0]
         if k + 1 < loads.size and found[k, FORCE] > 0.0:
             deeper = (loads[k + 1] / found[k, FORCE]) ** (1.0 / _SPHERE_EXPONENT)
             guess = _onward(separation, touch + (state.delta - touch) * deeper, state)
-    return deltas, found, pressures, displacements
 
 
 @kernel(inner=True)
@@ -94,9 +92,8 @@ def _solve(separation, load, guess, tolerance, max_iterations, coefficients, kno
     for _ in range(_MOST_CHOICES):
         delta = guess.delta
         reach = touch + _SLACK * (delta - touch)
-        overlap = overlapping(separation, reach)
-        box, slack = (overlap.rows, overlap.columns), reach - delta
-        depth, left = delta - separation[box], max_iterations - products
+        box, slack = overlapping(separation, reach), reach - delta
+        depth, left = depth_in(separation, delta, box), max_iterations - products
         begin = _cut(guess.contact, box) if guess.contact.pressure.size else half_deep(depth, slack)
         pressure, displacement, outcome = solve_in_box(
             depth, begin, 0.5 * tolerance, left, load, slack, coefficients, known
@@ -104,9 +101,10 @@ def _solve(separation, load, guess, tolerance, max_iterations, coefficients, kno
         products += outcome.iterations
         found = delta + outcome.shift
         ending = Outcome(outcome.status, products, outcome.violation, outcome.shift)
-        state = _State(found, np.zeros(separation.shape), np.full(separation.shape, np.nan), ending)
-        put(pressure, state.pressure, box)
-        put(displacement, state.displacement, box)
+        shape = (1, *separation.shape)
+        state = _State(found, np.zeros(shape), np.full(shape, np.nan), ending)
+        put(pressure, state.pressure, 0, box)
+        put(displacement, state.displacement, 0, box)
         shallow = found - touch < 0.5 * (delta - touch)  # then the goal, a part of the guessed depth, was too loose
         if outcome.status != CONVERGED or (found <= reach and not shallow):
             break
@@ -116,32 +114,31 @@ def _solve(separation, load, guess, tolerance, max_iterations, coefficients, kno
 
 @kernel(inner=True)
 def _cut(start, box):
-    return WarmStart(start.pressure[box].copy(), start.touching[box].copy(), start.possible[box].copy())
+    return WarmStart(start.pressure, start.touching, start.possible, box.row, box.column)
 
 
 @kernel(inner=True)
 def _onward(separation, delta, state):
     """Guess from one solution: that of the load before, or of the same load on too few cells."""
-    shape = (1, *separation.shape)
-    pressure, displacement = state.pressure.reshape(shape), state.displacement.reshape(shape)
-    return _Guess(delta, extrapolated(delta - separation, delta - state.delta, pressure, displacement, np.nan))
+    depth, step = delta - separation, delta - state.delta
+    return _Guess(delta, extrapolated(depth, step, state.pressure, state.displacement, np.nan, 0, 0))
 
 
 @kernel(inner=True)
 def _coarse_guess(separation, load, coefficients, known):
     """Guess from the same load on cells twice as large, found in the same way; on few cells by a paraboloid's law."""
     levels = [separation]
-    while min(levels[-1].shape) >= _SMALLEST_HALVED:
+    while min(levels[-1].shape[0], levels[-1].shape[1]) >= _SMALLEST_HALVED:
         levels.append(halved(levels[-1]))
     last = len(levels) - 1
-    nothing = WarmStart(np.zeros((0, 0)), np.zeros((0, 0), np.bool_), np.zeros((0, 0), np.bool_))
+    nothing = WarmStart(np.zeros((0, 0)), np.zeros((0, 0), np.bool_), np.zeros((0, 0), np.bool_), 0, 0)
     guess = _Guess(_lowest(levels[last]) + _depth_estimate(levels[last], load / 2.0**last), nothing)
     for k in range(last, 0, -1):  # with the cells' side E* dx doubles, and E*/dx halves
         state = _solve(levels[k], load / 2.0**k, guess, COARSE_TOLERANCE, COARSE_ITERATIONS, coefficients, known)
         finer = levels[k - 1]
         touch = _lowest(finer)
         delta = max(state.delta, touch + 0.1 * (state.delta - _lowest(levels[k])))
-        guess = _Guess(delta, refined(state.pressure, state.displacement, delta - finer))
+        guess = _Guess(delta, refined(state.pressure[0], state.displacement[0], delta - finer))
     return guess
 
 

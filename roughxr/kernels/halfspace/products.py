@@ -48,7 +48,7 @@ def coefficients_for(shape):
 @kernel(inner=True)
 def no_transfers():
     """Return the list in which `known_transfer` keeps what it has computed."""
-    return [Transfer(0, 0, np.zeros((1, 1)), np.zeros((1, 1), np.float32))]
+    return [Transfer(0, 0, np.empty((1, 1), np.float64), np.empty((1, 1), np.float32))]
 
 
 @kernel(inner=True)
@@ -106,7 +106,7 @@ def operator(rows, columns, coefficients, known, dense):
         high, wide = even_length(shape[0]), even_length(shape[1])
         periodic = known_transfer(high, wide, coefficients, known)
         inverse = convolution(shape[0], wide, _inverse(periodic), np.complex64(0))
-    return Operator(rows, columns, np.empty((0, 0)), box, inverse)
+    return Operator(rows, columns, np.empty((0, 0), np.float64), box, inverse)
 
 
 @kernel(inner=True)
@@ -130,14 +130,15 @@ def largest(places):
 @kernel(inner=True)
 def _inverse(periodic):
     """Return the inverse of transformed coefficients; like these it is divided by the number of cells."""
-    out, count = np.empty(periodic.single.shape, np.float32), periodic.rows * periodic.columns
-    for i in range(out.shape[0]):
-        for j in range(out.shape[1]):
+    (rows, columns), count = periodic.single.shape, periodic.rows * periodic.columns
+    out = np.empty((rows, columns), np.float32)
+    for i in range(rows):
+        for j in range(columns):
             out[i, j] = 1.0 / (count * count * periodic.double[i, j])
     return out
 
 
-@kernel(inner=True)
+@kernel(inline=True)
 def multiply(operator, pressure, out):
     """Write the displacement of the cells under ``pressure`` (compact) into ``out`` (compact)."""
     if operator.matrix.size:
@@ -146,7 +147,7 @@ def multiply(operator, pressure, out):
         _multiply_in_box(operator, operator.convolution, pressure, out)
 
 
-@kernel(inner=True)
+@kernel(inline=True)
 def divide(operator, displacement, out):
     """Write into ``out`` (compact) nearly the pressures that cause a displacement of the cells (compact)."""
     _multiply_in_box(operator, operator.inverse, displacement, out)
@@ -184,7 +185,7 @@ def _displacements(windows, coefficients):
 @kernel(inner=True)
 def _between(rows, columns, coefficients):
     count = rows.size
-    matrix = np.empty((count, count))
+    matrix = np.empty((count, count), np.float64)
     for k in range(count):
         for m in range(k + 1):
             matrix[k, m] = coefficients[abs(rows[k] - rows[m]), abs(columns[k] - columns[m])]

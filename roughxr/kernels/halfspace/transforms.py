@@ -65,7 +65,7 @@ def convolution(rows, columns, transfer, zero):
     """Return the `Convolution` of ``rows`` rows padded to ``columns`` columns, ``zero`` the complex number's type."""
     high, wide = 2 * (transfer.shape[0] - 1), transfer.shape[1]
     width = wide if high * wide <= _IN_ONE_PIECE else _STRIP
-    box = np.empty((rows, columns), transfer.dtype)
+    box = _empty(rows, columns, transfer[0, 0])
     spectrum, strip = _empty(rows, wide, zero), _empty(high, width, zero)
     return Convolution(transfer, box, spectrum, strip)
 
@@ -84,7 +84,7 @@ def convolve(c):
     _backward_rows(c.spectrum, c.box)
 
 
-@kernel(inner=True)
+@kernel(inline=True)
 def _convolve_columns(c, first):
     """Transform as many columns of the spectrum as a strip holds, multiply them, and transform them back."""
     (rows, wide), (high, width) = c.spectrum.shape, c.strip.shape
@@ -109,7 +109,7 @@ def _forward_rows(box, spectrum):
     spectrum[:] = scipy.fft.rfft(box, axis=1)
 
 
-@overload(_forward_rows)
+@overload(_forward_rows, inline="always")
 def _(box, spectrum):
     return lambda box, spectrum: lowlevel.r2c(box, spectrum, _ALONG_ROWS, True, 1.0, 1)
 
@@ -119,7 +119,7 @@ def _backward_rows(spectrum, box):
     box[:] = scipy.fft.irfft(spectrum, box.shape[1], axis=1, norm="forward")
 
 
-@overload(_backward_rows)
+@overload(_backward_rows, inline="always")
 def _(spectrum, box):
     return lambda spectrum, box: lowlevel.c2r(spectrum, box, _ALONG_ROWS, False, 1.0, 1)
 
@@ -129,7 +129,7 @@ def _forward_columns(strip):
     strip[:] = scipy.fft.fft(strip, axis=0)
 
 
-@overload(_forward_columns)
+@overload(_forward_columns, inline="always")
 def _(strip):
     return lambda strip: lowlevel.c2c(strip, strip, _ALONG_COLUMNS, True, 1.0, 1)
 
@@ -139,6 +139,6 @@ def _backward_columns(strip):
     strip[:] = scipy.fft.ifft(strip, axis=0, norm="forward")
 
 
-@overload(_backward_columns)
+@overload(_backward_columns, inline="always")
 def _(strip):
     return lambda strip: lowlevel.c2c(strip, strip, _ALONG_COLUMNS, False, 1.0, 1)

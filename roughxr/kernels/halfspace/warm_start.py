@@ -9,6 +9,7 @@ Unit cells and unit modulus: pressures are in units of E*/dx, hence in nm as all
 
 import numpy as np
 
+from ..arrays import table
 from ..jit import kernel
 from .products import DENSE_LIMIT
 from .working_set import WarmStart, overlap_of
@@ -24,49 +25,51 @@ COARSE_TOLERANCE, COARSE_ITERATIONS = 1e-3, np.int64(1000)
 
 
 @kernel(inner=True)
-def extrapolated(depth, step, pressure, displacement, ahead):
+def extrapolated(depth, step, pressure, displacement, ahead, row, column):
     """Extrapolate the contact in a box along the line through two solutions, or from one (``ahead`` is NaN then).
 
-    Pressure and displacement are (1 or 2, …), the later solution last; ``step`` is the way from it, and ``ahead`` that
-    way over the one between the two.
+    Pressure and displacement are (1 or 2, …), the later solution last, on a window in which the box begins at ``row``
+    and ``column``; ``step`` is the way from it, and ``ahead`` that way over the one between the two.
 
     As δ grows the contact only grows, and the displacement of a cell outside grows ever faster (the inverse of A has
     positive entries on its diagonal only): on the line a cell that will touch penetrates already, and one that
     penetrates by little seldom touches. A displacement known once only is taken to stay, for what is possible, and to
     grow by half the step, for what touches; a cell whose displacement is not known at all is possible.
     """
-    out = np.empty(depth.shape)
-    touching, possible = np.empty(depth.shape, np.bool_), np.empty(depth.shape, np.bool_)
-    for i in range(depth.shape[0]):
-        for j in range(depth.shape[1]):
-            p, u = pressure[-1, i, j], displacement[-1, i, j]
-            growth = ahead * (u - displacement[0, i, j])
-            out[i, j] = p if np.isnan(ahead) else max(p + ahead * (p - pressure[0, i, j]), 0.0)
+    (rows, columns), last = depth.shape, pressure.shape[0] - 1
+    out, touching, possible = table(rows, columns, 0.0), table(rows, columns, False), table(rows, columns, False)
+    for i in range(rows):
+        for j in range(columns):
+            k, m = row + i, column + j
+            p, u = pressure[last, k, m], displacement[last, k, m]
+            growth = ahead * (u - displacement[0, k, m])
+            out[i, j] = p if np.isnan(ahead) else max(p + ahead * (p - pressure[0, k, m]), 0.0)
             doubt = 0.0
             if np.isnan(growth):
                 growth, doubt = 0.0, 0.5 * step
             gap = u + growth - depth[i, j]
             touching[i, j] = p > 0.0 or gap + doubt < -_JOINING * step
             possible[i, j] = touching[i, j] or not gap >= 0.0
-    return WarmStart(out, touching, possible)
+    return WarmStart(out, touching, possible, 0, 0)
 
 
 @kernel(inner=True)
 def half_deep(depth, slack):
     """Return a start for few cells: those that overlap by more than half the deepest, as of a paraboloid touch."""
     _, largest = overlap_of(depth, 0.0)
-    touching, possible = np.empty(depth.shape, np.bool_), np.empty(depth.shape, np.bool_)
-    for i in range(depth.shape[0]):
-        for j in range(depth.shape[1]):
+    rows, columns = depth.shape
+    touching, possible = table(rows, columns, False), table(rows, columns, False)
+    for i in range(rows):
+        for j in range(columns):
             touching[i, j], possible[i, j] = depth[i, j] > 0.5 * largest, depth[i, j] > -slack
-    return WarmStart(np.zeros(depth.shape), touching, possible)
+    return WarmStart(table(rows, columns, 0.0), touching, possible, 0, 0)
 
 
 @kernel(inner=True)
 def coarser(depth):
     """Return the depths on cells twice as large, on cells twice as large as those, and so on, while they are many."""
     levels = [depth]
-    while overlap_of(levels[-1], 0.0)[0] > DENSE_LIMIT and min(levels[-1].shape) >= 4:
+    while overlap_of(levels[-1], 0.0)[0] > DENSE_LIMIT and min(levels[-1].shape[0], levels[-1].shape[1]) >= 4:
         levels.append(halved(levels[-1]))
     return levels
 
@@ -74,15 +77,15 @@ def coarser(depth):
 @kernel(inner=True)
 def refined(pressure, displacement, depth):
     """Return what a solution on cells twice as large says of a box of depths."""
-    out, margin = np.empty(depth.shape), _MARGIN * overlap_of(depth, 0.0)[1]
-    touching, possible = np.empty(depth.shape, np.bool_), np.empty(depth.shape, np.bool_)
-    for i in range(depth.shape[0]):
-        for j in range(depth.shape[1]):
+    (rows, columns), margin = depth.shape, _MARGIN * overlap_of(depth, 0.0)[1]
+    out, touching, possible = table(rows, columns, 0.0), table(rows, columns, False), table(rows, columns, False)
+    for i in range(rows):
+        for j in range(columns):
             out[i, j] = 0.5 * pressure[i // 2, j // 2]  # E*/dx is twice as large
             gap = _between(displacement, i, j) - depth[i, j]
             touching[i, j] = gap < 0.0 or (out[i, j] > 0.0 and out[i, j] > gap)
             possible[i, j] = touching[i, j] or not gap >= margin
-    return WarmStart(out, touching, possible)
+    return WarmStart(out, touching, possible, 0, 0)
 
 
 @kernel(inner=True)
@@ -99,7 +102,7 @@ def _between(field, i, j):
 def halved(depth):
     """Return the means of 2 × 2 cells; odd rims are continued."""
     rows, columns = depth.shape
-    out = np.empty(((rows + 1) // 2, (columns + 1) // 2))
+    out = np.empty(((rows + 1) // 2, (columns + 1) // 2), np.float64)
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
             k, m = min(2 * i + 1, rows - 1), min(2 * j + 1, columns - 1)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arrays import line, table
 from ..jit import kernel
 from .active_set import CONVERGED, PATIENCE, Outcome, gather_cells, solve
 from .products import DENSE_LIMIT, displace, multiply, operator, whole_box
@@ -23,13 +24,17 @@ class WarmStart(NamedTuple):
     pressure: np.ndarray
     touching: np.ndarray  # cells to start from
     possible: np.ndarray  # cells that may touch, the others are left out until they prove to penetrate
+    row: int = 0  # where the box's first cell stands in these arrays
+    column: int = 0
 
 
 class Overlap(NamedTuple):
     """The cells with S < δ: their bounding box, how many they are, and how deep the deepest (nm)."""
 
-    rows: slice
-    columns: slice
+    row: int  # the box's first
+    column: int
+    rows: int
+    columns: int
     count: int
     largest: float
 
@@ -46,17 +51,26 @@ def overlapping(separation, delta):
                 first_column, last_column = min(first_column, j), max(last_column, j)
                 least = min(least, separation[i, j])
                 count += 1
-    box = slice(first_row, last_row + 1), slice(first_column, last_column + 1)
-    return Overlap(box[0], box[1], count, delta - least)
+    high, wide = last_row - first_row + 1, last_column - first_column + 1
+    return Overlap(first_row, first_column, high, wide, count, delta - least)
 
 
 @kernel(inner=True)
-def put(part, window, box):
-    """Write a box's field into the window's."""
-    target = window[box]
+def depth_in(separation, delta, box):
+    """Return δ − S in the box of an `Overlap`."""
+    depth = np.empty((box.rows, box.columns), np.float64)
+    for i in range(box.rows):
+        for j in range(box.columns):
+            depth[i, j] = delta - separation[box.row + i, box.column + j]
+    return depth
+
+
+@kernel(inner=True)
+def put(part, windows, k, box):
+    """Write a box's field into the k-th window's."""
     for i in range(part.shape[0]):
         for j in range(part.shape[1]):
-            target[i, j] = part[i, j]
+            windows[k, box.row + i, box.column + j] = part[i, j]
 
 
 @kernel(inner=True)
@@ -80,7 +94,8 @@ def solve_in_box(depth, start, part, max_iterations, load, slack, coefficients, 
     count, largest = overlap_of(depth, slack)
     few, goal = count <= DENSE_LIMIT, part * largest  # of few all are chosen, and no other cell needs a proof
     pressure, touching, chosen = _begin(depth, start, slack, load, few)
-    displacement, whole = np.full(depth.shape, np.nan), whole_box((0, 0) if few else depth.shape, coefficients, known)
+    rows, columns = depth.shape
+    displacement, whole = table(rows, columns, np.nan), whole_box((0, 0) if few else depth.shape, coefficients, known)
     products, shift = 0, 0.0
     while True:
         if products == 0 and _count(chosen) > DENSE_LIMIT:
@@ -101,15 +116,15 @@ def solve_in_box(depth, start, part, max_iterations, load, slack, coefficients, 
 @kernel(inner=True)
 def _begin(depth, start, slack, load, all_chosen):
     """Return the pressures to begin with, the cells that carry them, and the cells to work on."""
-    pressure = np.zeros(depth.shape)
-    touching, chosen = np.zeros(depth.shape, np.bool_), np.zeros(depth.shape, np.bool_)
+    rows, columns = depth.shape
+    pressure, touching, chosen = table(rows, columns, 0.0), table(rows, columns, False), table(rows, columns, False)
     carrying, loaded = 0, False
-    for i in range(depth.shape[0]):
-        for j in range(depth.shape[1]):
-            inside = depth[i, j] > -slack
-            touching[i, j] = inside and start.touching[i, j]
-            chosen[i, j] = inside and (all_chosen or start.possible[i, j] or start.touching[i, j])
-            pressure[i, j] = start.pressure[i, j] if touching[i, j] else 0.0
+    for i in range(rows):
+        for j in range(columns):
+            inside, k, m = depth[i, j] > -slack, start.row + i, start.column + j
+            touching[i, j] = inside and start.touching[k, m]
+            chosen[i, j] = inside and (all_chosen or start.possible[k, m] or start.touching[k, m])
+            pressure[i, j] = start.pressure[k, m] if touching[i, j] else 0.0
             carrying, loaded = carrying + touching[i, j], loaded or pressure[i, j] > 0.0
     if load > 0.0 and not loaded:
         _spread(load / max(carrying, 1), carrying == 0, depth, pressure, touching, chosen)
@@ -144,7 +159,7 @@ def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iter
     rows, columns = _places(chosen)
     count, products = rows.size, 0
     cells = gather_cells(operator(rows, columns, coefficients, known, count <= DENSE_LIMIT), count)
-    compact, gap, contact = np.zeros(count + 1), np.zeros(count + 1), np.zeros(count + 1, np.bool_)
+    compact, gap, contact = line(count + 1, 0.0), line(count + 1, 0.0), line(count + 1, False)
     for k in range(count):
         i, j = rows[k], columns[k]
         cells.depth[k], contact[k] = depth[i, j], touching[i, j]

@@ -1,0 +1,660 @@
+"""Closed forms to hold results against: single smooth contacts, and the formulas that people use for rough ones.
+
+Lengths in nm, moduli in GPa, works of adhesion in J/m², Hamaker constants in nN nm (1e-18 J), or quantities such as
+"3 um" and "6.5e-20 J"; forces come in nN. ``radius`` is that of two spheres together, 1/R = 1/R₁ + 1/R₂, where both are
+round. A function of one state returns a float; one of a curve a labelled Dataset.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from ..kernels.adhesion import potentials
+from ..kernels.asperity import ellipse, elliptic_jkr, jkr, maugis
+from ..units import positive
+
+#: Formulations of an adhesive ellipse.
+FORMULATIONS = ("energy", "self_similar", "johnson_greenwood")
+
+#: Rabinovich's geometry: caps of height 1.82 rms and radius λ²/(58 rms); of hemispheres, radius 1.48 rms.
+_CAP_HEIGHT, _CAP_RADIUS, _HEMISPHERE = 1.82, 58.0, 1.48
+
+
+def hertz(
+    delta: Any, *, contact_modulus: Any, radius: Any = None, curvature_min: Any = None, curvature_max: Any = None
+) -> xr.Dataset:
+    """Return Hertz's contact of a paraboloid with a half space.
+
+    Parameters
+    ----------
+    delta : array_like or quantity
+        Displacements, nm, ascending; nothing touches at 0 and below.
+    contact_modulus : number or quantity
+        E*, GPa.
+    radius : number or quantity, optional
+        Of a sphere, nm. Either this or both curvatures.
+    curvature_min, curvature_max : number or quantity, optional
+        Principal curvatures of the paraboloid, nm⁻¹, the smaller first.
+
+    Returns
+    -------
+    Dataset
+        ``force`` (nN), ``contact_area`` (nm²), ``semi_axis_a`` and ``semi_axis_b`` (nm), ``pressure`` (GPa, the
+        largest) along ``delta``.
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive, or the paraboloid is given twice or not at all.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), §4.2.
+
+    Examples
+    --------
+    >>> round(float(hertz([5.08], radius="3 um", contact_modulus=39.407).force[0]), 0)
+    32951.0
+    """
+    delta = schema.ascending(delta, "nm", "delta")
+    A, B = _paraboloid(radius, curvature_min, curvature_max)
+    modulus = positive(contact_modulus, "GPa", "contact_modulus")
+    found = [ellipse.hertz(d, A, B, modulus) for d in delta]
+    names = {"P": "force", "a": "semi_axis_a", "b": "semi_axis_b", "area": "contact_area", "p0": "pressure"}
+    return _along(delta, {name: [getattr(state, key) for state in found] for key, name in names.items()})
+
+
+def jkr_sphere(delta: Any, *, radius: Any, contact_modulus: Any, work_of_adhesion: Any) -> xr.Dataset:
+    """Return JKR's sphere on its stable branch under displacement control.
+
+    Parameters
+    ----------
+    delta : array_like or quantity
+        Displacements, nm, ascending.
+    radius, contact_modulus, work_of_adhesion : number or quantity
+        nm, GPa, J/m².
+
+    Returns
+    -------
+    Dataset
+        ``force`` (nN), ``semi_axis_a`` (nm), ``contact_area`` (nm²) along ``delta``; NaN below the end of the branch,
+        at −3^{−1/3} δ_c.
+
+    References
+    ----------
+    Johnson, Kendall & Roberts, Proc. R. Soc. A 324 (1971) 301.
+
+    Examples
+    --------
+    >>> found = jkr_sphere([0.0], radius=3000, contact_modulus=39.407, work_of_adhesion=1.2842)
+    >>> round(float(found.force[0] / jkr_pull_off(radius=3000, work_of_adhesion=1.2842)), 4)
+    -0.8889
+    """
+    delta = schema.ascending(delta, "nm", "delta")
+    units = _jkr_units(radius, contact_modulus, work_of_adhesion)
+    reduced = delta / units.delta
+    a = np.array([jkr.stable_semi_axis(d) if d >= jkr.END_DELTA else np.nan for d in reduced])
+    force = units.P * a**1.5 * (a**1.5 - 2)
+    radius_of = units.a * a
+    return _along(delta, {"force": force, "semi_axis_a": radius_of, "contact_area": np.pi * radius_of**2})
+
+
+def jkr_curve(
+    *, radius: Any, contact_modulus: Any, work_of_adhesion: Any, largest: float = 2.0, points: int = 201
+) -> xr.Dataset:
+    """Return the whole curve of JKR's sphere, unstable branch included, along its contact radius.
+
+    Parameters
+    ----------
+    radius, contact_modulus, work_of_adhesion : number or quantity
+        nm, GPa, J/m².
+    largest : float
+        Contact radius at the end of the curve, over that at pull-off under load.
+    points : int
+
+    Returns
+    -------
+    Dataset
+        ``delta`` (nm) and ``force`` (nN) along ``semi_axis_a`` (nm).
+
+    Examples
+    --------
+    >>> curve = jkr_curve(radius=3000, contact_modulus=39.407, work_of_adhesion=1.2842)
+    >>> bool(curve.force.min() < 0 < curve.force[-1])
+    True
+    """
+    units = _jkr_units(radius, contact_modulus, work_of_adhesion)
+    a = np.linspace(0.0, largest, points)
+    found = {"delta": units.delta * (a**2 - 4 / 3 * np.sqrt(a)), "force": units.P * (a**3 - 2 * a**1.5)}
+    data = {name: ("semi_axis_a", values) for name, values in found.items()}
+    return schema.label(xr.Dataset(data, {"semi_axis_a": units.a * a}))
+
+
+def jkr_pull_off(
+    *,
+    work_of_adhesion: Any,
+    radius: Any = None,
+    curvature_min: Any = None,
+    curvature_max: Any = None,
+    formulation: str = "energy",
+) -> float:
+    """Return the pull-off force of JKR's sphere, 3/2 π w R, or of an adhesive ellipse.
+
+    Parameters
+    ----------
+    work_of_adhesion : number or quantity
+        J/m².
+    radius : number or quantity, optional
+        nm. Either this or both curvatures.
+    curvature_min, curvature_max : number or quantity, optional
+        nm⁻¹, the smaller first; up to a ratio of 1000.
+    formulation : {"energy", "self_similar", "johnson_greenwood"}
+        How adhesion acts on an ellipse, see `superpose`.
+
+    Returns
+    -------
+    float
+        nN, positive.
+
+    References
+    ----------
+    Johnson & Greenwood, J. Phys. D 38 (2005) 1042; Giudici, Vella & Griffiths, arXiv 2407.00378.
+
+    Examples
+    --------
+    >>> round(jkr_pull_off(radius=100, work_of_adhesion=0.1), 3)
+    47.124
+    >>> round(jkr_pull_off(curvature_min=0.01, curvature_max=0.05, work_of_adhesion=0.1) / 47.124 * 5**0.5, 4)
+    0.9813
+    """
+    schema.one_of(formulation, FORMULATIONS, "formulation")
+    A, B = _paraboloid(radius, curvature_min, curvature_max)
+    w = positive(work_of_adhesion, "J m-2", "work_of_adhesion")
+    sphere = 0.75 * np.pi * w / np.sqrt(A * B)
+    if B == A:
+        return float(sphere)
+    if formulation == "self_similar":
+        return float(jkr.self_similar_units(A, B, 1.0, w).P)
+    state = elliptic_jkr.branch(formulation, B / A, elliptic_jkr.largest_tension(formulation, B / A))
+    return float(-state.P * jkr.self_similar_units(A, B, 1.0, w).P)
+
+
+def dmt_pull_off(*, radius: Any, work_of_adhesion: Any) -> float:
+    """Return the pull-off force 2πwR of a sphere whose adhesion reaches far, or that is rigid, by any law.
+
+    Parameters
+    ----------
+    radius, work_of_adhesion : number or quantity
+        nm, J/m².
+
+    Returns
+    -------
+    float
+        nN, positive.
+
+    References
+    ----------
+    Bradley, Phil. Mag. 13 (1932) 853; Derjaguin, Muller & Toporov, J. Colloid Interface Sci. 53 (1975) 314.
+
+    Examples
+    --------
+    >>> round(dmt_pull_off(radius=100, work_of_adhesion=0.1), 3)
+    62.832
+    """
+    return 2 * np.pi * positive(work_of_adhesion, "J m-2", "work_of_adhesion") * positive(radius, "nm", "radius")
+
+
+def maugis_pull_off(
+    *, radius: Any, contact_modulus: Any, work_of_adhesion: Any, equilibrium_distance: Any = 0.3
+) -> float:
+    """Return the pull-off force of Maugis's sphere with Dugdale's law, between JKR's and DMT's.
+
+    Parameters
+    ----------
+    radius, contact_modulus, work_of_adhesion : number or quantity
+        nm, GPa, J/m².
+    equilibrium_distance : number or quantity
+        z₀ of the interatomic potential, nm.
+
+    Returns
+    -------
+    float
+        nN, positive.
+
+    References
+    ----------
+    Maugis, J. Colloid Interface Sci. 150 (1992) 243.
+
+    Examples
+    --------
+    >>> pull = maugis_pull_off(radius=100, contact_modulus=39.4, work_of_adhesion=1.35)
+    >>> round(pull / (3.14159 * 1.35 * 100), 2)
+    1.54
+    """
+    radius, w = positive(radius, "nm", "radius"), positive(work_of_adhesion, "J m-2", "work_of_adhesion")
+    mu = tabor_parameter(
+        radius=radius,
+        contact_modulus=contact_modulus,
+        work_of_adhesion=w,
+        equilibrium_distance=equilibrium_distance,
+    )
+    return float(np.pi * w * radius * maugis.pull_off(maugis.parameter(mu)))
+
+
+def maugis_sphere(
+    *, radius: Any, contact_modulus: Any, work_of_adhesion: Any, equilibrium_distance: Any = 0.3, points: int = 801
+) -> xr.Dataset:
+    """Return the curve of Maugis's sphere with Dugdale's law, along its contact radius.
+
+    Parameters
+    ----------
+    radius, contact_modulus, work_of_adhesion, equilibrium_distance : number or quantity
+        nm, GPa, J/m², nm.
+    points : int
+
+    Returns
+    -------
+    Dataset
+        ``delta`` (nm) and ``force`` (nN) along ``semi_axis_a`` (nm), ascending.
+
+    Examples
+    --------
+    >>> curve = maugis_sphere(radius=100, contact_modulus=39.4, work_of_adhesion=1.35)
+    >>> bool(curve.force.min() < 0 < curve.force[-1])
+    True
+    """
+    units = _jkr_units(radius, contact_modulus, work_of_adhesion)
+    mu = tabor_parameter(
+        radius=radius,
+        contact_modulus=contact_modulus,
+        work_of_adhesion=work_of_adhesion,
+        equilibrium_distance=equilibrium_distance,
+    )
+    P, a, delta = maugis.branch(maugis.parameter(mu), 1 + np.geomspace(1e-5, 1e7, points))
+    order = np.argsort(a)
+    data = {"delta": ("semi_axis_a", units.delta * delta[order]), "force": ("semi_axis_a", units.P * P[order])}
+    return schema.label(xr.Dataset(data, {"semi_axis_a": units.a * a[order]}))
+
+
+def tabor_parameter(
+    *, radius: Any, contact_modulus: Any, work_of_adhesion: Any, equilibrium_distance: Any = 0.3
+) -> float:
+    """Return Tabor's parameter (R w²/(E*² z₀³))^{1/3} of a sphere: large for JKR, small for DMT.
+
+    Parameters
+    ----------
+    radius, contact_modulus, work_of_adhesion, equilibrium_distance : number or quantity
+        nm, GPa, J/m², nm.
+
+    Returns
+    -------
+    float
+
+    References
+    ----------
+    Tabor, J. Colloid Interface Sci. 58 (1977) 2.
+
+    Examples
+    --------
+    >>> round(tabor_parameter(radius=3000, contact_modulus=39.407, work_of_adhesion=1.35), 1)
+    5.1
+    """
+    A = 0.5 / positive(radius, "nm", "radius")
+    modulus = positive(contact_modulus, "GPa", "contact_modulus")
+    w, z0 = _work_and_distance(work_of_adhesion, equilibrium_distance)
+    return float(maugis.tabor(A, A, modulus, w, z0))
+
+
+def rigid_sphere(
+    distance: Any,
+    *,
+    radius: Any,
+    work_of_adhesion: Any,
+    length: Any,
+    law: str = "hamaker",
+    retardation: Any = None,
+) -> xr.Dataset:
+    """Return the force of a rigid sphere across a gap to a flat half space, surface by surface on the true sphere.
+
+    Parameters
+    ----------
+    distance : array_like or quantity
+        Of the sphere's lowest point from the plane, nm, positive and ascending.
+    radius : number or quantity
+        nm.
+    work_of_adhesion : number or quantity
+        w, J/m²; of Hamaker's law the work that is left at the distance ``length``.
+    length : number or quantity
+        nm: the cut-off z₀ of law="hamaker", ε of "lennard_jones", ρ of "exponential", the range h of "dugdale".
+    law : {"hamaker", "lennard_jones", "exponential", "dugdale"}
+    retardation : number or quantity, optional
+        Wavelength λ, nm, of retarded van der Waals forces (law="hamaker"); about 100 nm. By default none.
+
+    Returns
+    -------
+    Dataset
+        ``force`` (nN, negative pulls) along ``distance`` (nm).
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive, or the law is unknown.
+
+    References
+    ----------
+    Hamaker, Physica 4 (1937) 1058; Bhattacharjee & Elimelech, J. Colloid Interface Sci. 193 (1997) 273; Gregory,
+    J. Colloid Interface Sci. 83 (1981) 138, for retardation.
+
+    Examples
+    --------
+    >>> w = work_from_hamaker(hamaker_constant="1e-19 J", distance=0.3)
+    >>> found = rigid_sphere([0.3], radius=1000, work_of_adhesion=w, length=0.3)
+    >>> round(float(found.force[0]), 4)
+    -185.1296
+    """
+    z = schema.ascending(distance, "nm", "distance")
+    if z[0] <= 0:
+        raise ValueError(f"distance: expected positive distances, found {z[0]:g} nm")
+    found = _potential(law, work_of_adhesion, length, retardation)
+    pull = potentials.sphere_pull(z, positive(radius, "nm", "radius"), found)
+    return schema.label(xr.Dataset({"force": ("distance", -pull)}, {"distance": z}))
+
+
+def hamaker_sphere(distance: Any, *, radius: Any, hamaker_constant: Any) -> float:
+    """Return Hamaker's pull of a sphere on a half space, 2A R³/(3D²(D + 2R)²).
+
+    Parameters
+    ----------
+    distance, radius : number or quantity
+        nm.
+    hamaker_constant : number or quantity
+        nN nm, that is 1e-18 J.
+
+    Returns
+    -------
+    float
+        nN, positive; Derjaguin's approximation is A R/(6D²).
+
+    Examples
+    --------
+    >>> round(hamaker_sphere(0.3, radius=1000, hamaker_constant="1e-19 J"), 4)
+    185.1296
+    """
+    D, R = positive(distance, "nm", "distance"), positive(radius, "nm", "radius")
+    return 2 * _hamaker(hamaker_constant) * R**3 / (3 * D**2 * (D + 2 * R) ** 2)
+
+
+def work_from_hamaker(*, hamaker_constant: Any, distance: Any = 0.165) -> float:
+    """Return the work of adhesion A/(12π z₀²) (J/m²) of a Hamaker constant and a cut-off z₀.
+
+    Parameters
+    ----------
+    hamaker_constant : number or quantity
+        nN nm, that is 1e-18 J.
+    distance : number or quantity
+        z₀, nm.
+
+    Returns
+    -------
+    float
+
+    References
+    ----------
+    Israelachvili, Intermolecular and Surface Forces, 3rd ed., eq. 13.15 and §13.13 for 0.165 nm.
+
+    Examples
+    --------
+    >>> round(work_from_hamaker(hamaker_constant="6.5e-20 J"), 4)
+    0.0633
+    """
+    return _hamaker(hamaker_constant) / (12 * np.pi * positive(distance, "nm", "distance") ** 2)
+
+
+def rumpf(*, radius: Any, asperity_radius: Any, hamaker_constant: Any, distance: Any = 0.165) -> float:
+    """Return Rumpf's pull of a sphere on one hemispherical asperity of a plane, and on the plane across it.
+
+    Parameters
+    ----------
+    radius : number or quantity
+        Of the sphere, nm.
+    asperity_radius : number or quantity
+        nm; its centre lies in the plane.
+    hamaker_constant : number or quantity
+        nN nm.
+    distance : number or quantity
+        z₀ between sphere and asperity, nm.
+
+    Returns
+    -------
+    float
+        nN, positive: (A/6z₀²) [rR/(r + R) + R/(1 + r/z₀)²].
+
+    References
+    ----------
+    Rumpf, Particle Technology (1990).
+
+    Examples
+    --------
+    >>> round(rumpf(radius=1000, asperity_radius=10, hamaker_constant="1e-19 J", distance=0.3), 3)
+    1.991
+    """
+    R, r = positive(radius, "nm", "radius"), positive(asperity_radius, "nm", "asperity_radius")
+    z = positive(distance, "nm", "distance")
+    return _hamaker(hamaker_constant) / (6 * z**2) * (r * R / (r + R) + R / (1 + r / z) ** 2)
+
+
+def rumpf_rms(*, radius: Any, rms: Any, hamaker_constant: Any, distance: Any = 0.165) -> float:
+    """Return Rumpf's pull with hemispheres of the radius 1.48 rms that give a surface its roughness.
+
+    Parameters
+    ----------
+    radius, rms : number or quantity
+        nm.
+    hamaker_constant : number or quantity
+        nN nm.
+    distance : number or quantity
+        nm.
+
+    Returns
+    -------
+    float
+        nN, positive: (AR/6z₀²) [1/(1 + R/(1.48 rms)) + 1/(1 + 1.48 rms/z₀)²].
+
+    References
+    ----------
+    Rabinovich, Adler, Ata, Singh & Moudgil, J. Colloid Interface Sci. 232 (2000) 10.
+
+    Examples
+    --------
+    >>> arguments = {"radius": 1000, "hamaker_constant": "1e-19 J", "distance": 0.3}
+    >>> rumpf_rms(rms=2, **arguments) == rumpf(asperity_radius=2.96, **arguments)
+    True
+    """
+    return rumpf(
+        radius=radius,
+        asperity_radius=_HEMISPHERE * positive(rms, "nm", "rms"),
+        hamaker_constant=hamaker_constant,
+        distance=distance,
+    )
+
+
+def rabinovich(
+    *,
+    radius: Any,
+    rms: Any,
+    wavelength: Any,
+    hamaker_constant: Any,
+    distance: Any = 0.165,
+    long_rms: Any = None,
+    long_wavelength: Any = None,
+) -> float:
+    """Return Rabinovich's pull of a sphere on a surface of spherical caps, of one or two scales.
+
+    Parameters
+    ----------
+    radius : number or quantity
+        Of the sphere, nm.
+    rms, wavelength : number or quantity
+        Root mean square roughness and peak-to-peak distance, nm, of the only or the shorter scale.
+    hamaker_constant : number or quantity
+        nN nm.
+    distance : number or quantity
+        z₀, nm.
+    long_rms, long_wavelength : number or quantity, optional
+        Of the longer scale, nm; both or none.
+
+    Returns
+    -------
+    float
+        nN, positive. Caps have the radius λ²/(58 rms) and the height 1.82 rms; of one scale
+        (AR/6z₀²) [1/(1 + 58 R rms/λ²) + 1/(1 + 1.82 rms/z₀)²]; of two the sphere touches small caps on large ones:
+        (AR/6z₀²) [1/(1 + 58 R rms₂/λ₂²) + 1/((1 + 58 R rms₁/λ₁²)(1 + 1.82 rms₂/z₀)²) + 1/(1 + 1.82(rms₁ + rms₂)/z₀)²].
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive, or one of the longer scale is missing.
+
+    References
+    ----------
+    Rabinovich, Adler, Ata, Singh & Moudgil, J. Colloid Interface Sci. 232 (2000) 10 and 17.
+
+    Examples
+    --------
+    >>> arguments = {"radius": 1000, "rms": 1, "wavelength": 50, "hamaker_constant": "1e-19 J", "distance": 0.3}
+    >>> round(rabinovich(**arguments), 2)
+    11.36
+    >>> round(rabinovich(**arguments, long_rms=10, long_wavelength=1000), 2)
+    10.04
+    """
+    R, z = positive(radius, "nm", "radius"), positive(distance, "nm", "distance")
+    rms, wavelength = positive(rms, "nm", "rms"), positive(wavelength, "nm", "wavelength")
+    flat = _hamaker(hamaker_constant) * R / (6 * z**2)
+    cap = 1 / (1 + _CAP_RADIUS * R * rms / wavelength**2)
+    if (long_rms is None) != (long_wavelength is None):
+        raise ValueError("expected long_rms and long_wavelength together, found one of them")
+    if long_rms is None:
+        return flat * (cap + 1 / (1 + _CAP_HEIGHT * rms / z) ** 2)
+    long_rms = positive(long_rms, "nm", "long_rms")
+    long_cap = 1 / (1 + _CAP_RADIUS * R * long_rms / positive(long_wavelength, "nm", "long_wavelength") ** 2)
+    across = long_cap / (1 + _CAP_HEIGHT * rms / z) ** 2
+    return flat * (cap + across + 1 / (1 + _CAP_HEIGHT * (rms + long_rms) / z) ** 2)
+
+
+def gaussian_work(
+    *, rms: Any, length: Any, work_of_adhesion: Any = 1.0, law: str = "lennard_jones", cut: float = 4.0
+) -> float:
+    """Return the work of adhesion that Gaussian heights leave to a rigid flat: the largest mean of the potential.
+
+    Parameters
+    ----------
+    rms : number or quantity
+        Standard deviation of the heights, nm.
+    length : number or quantity
+        Of the law, nm, see `rigid_sphere`.
+    work_of_adhesion : number or quantity
+        Of smooth surfaces, J/m².
+    law : {"hamaker", "lennard_jones", "exponential", "dugdale"}
+        Of laws that do not push, the highest summit comes no closer than it does on a smooth surface.
+    cut : float
+        Heights are cut off at so many standard deviations.
+
+    Returns
+    -------
+    float
+        J/m²; a large rigid sphere pulls with 2πR times it.
+
+    Examples
+    --------
+    >>> round(gaussian_work(rms=0.3, length=0.3), 4)
+    0.0795
+    """
+    from scipy.optimize import minimize_scalar
+    from scipy.special import erf
+
+    sigma = positive(rms, "nm", "rms")
+    found = _potential(law, work_of_adhesion, length, None)
+    nodes, weights = np.polynomial.legendre.leggauss(400)
+    u = cut * nodes
+    density = cut * weights * np.exp(-0.5 * u**2) / (np.sqrt(2 * np.pi) * erf(cut / np.sqrt(2)))
+
+    def mean(nearest):
+        return float(density @ potentials.energy(nearest + sigma * (cut - u), found))
+
+    if found.closest is not None:
+        return mean(found.closest)
+    nearest = np.geomspace(0.1, 2.0, 120) * found.length
+    best = nearest[np.argmax([mean(g) for g in nearest])]
+    bounds = 0.97 * best, 1.03 * best
+    return float(-minimize_scalar(lambda g: -mean(g), bounds=bounds, method="bounded", options={"xatol": 1e-9}).fun)
+
+
+def yield_load(*, radius: Any, contact_modulus: Any, hardness: Any) -> float:
+    """Return the load at which a sphere first yields, π³R²H³/(6E*²): there Hertz's largest pressure is H.
+
+    Parameters
+    ----------
+    radius, contact_modulus, hardness : number or quantity
+        nm, GPa, GPa.
+
+    Returns
+    -------
+    float
+        nN.
+
+    Examples
+    --------
+    >>> round(yield_load(radius=100, contact_modulus=39.4, hardness=6.0), 0)
+    7191.0
+    """
+    R, modulus = positive(radius, "nm", "radius"), positive(contact_modulus, "GPa", "contact_modulus")
+    return np.pi**3 * R**2 * positive(hardness, "GPa", "hardness") ** 3 / (6 * modulus**2)
+
+
+def _potential(law: str, work: Any, length: Any, retardation: Any) -> potentials.Potential:
+    schema.one_of(law, tuple(potentials.POTENTIALS), "law")
+    wavelength = np.inf if retardation is None else positive(retardation, "nm", "retardation")
+    if law != "hamaker" and np.isfinite(wavelength):
+        raise ValueError(f"retardation: expected for law='hamaker' alone, found it for {law!r}")
+    w = positive(work, "J m-2", "work_of_adhesion")
+    length = positive(length, "nm", "length")
+    found = potentials.potential(law, w, length, wavelength)
+    if found.code == potentials.RETARDED:  # w is what is left at z₀, retarded or not
+        return found._replace(work=w * w / float(potentials.energy(length, found)))
+    return found
+
+
+def _hamaker(value: Any) -> float:
+    return positive(value, "nN nm", "hamaker_constant")
+
+
+def _work_and_distance(work: Any, distance: Any) -> tuple[float, float]:
+    w = positive(work, "J m-2", "work_of_adhesion")
+    return w, positive(distance, "nm", "equilibrium_distance")
+
+
+def _paraboloid(radius: Any, curvature_min: Any, curvature_max: Any) -> tuple[float, float]:
+    """Return half the principal curvatures, nm⁻¹."""
+    if (radius is None) == (curvature_min is None) or (curvature_min is None) != (curvature_max is None):
+        raise ValueError("expected either radius, or curvature_min and curvature_max")
+    if radius is not None:
+        return (0.5 / positive(radius, "nm", "radius"),) * 2
+    flat, sharp = positive(curvature_min, "nm-1", "curvature_min"), positive(curvature_max, "nm-1", "curvature_max")
+    if flat > sharp:
+        raise ValueError(f"curvature_min: expected at most curvature_max = {sharp:g}, found {flat:g}")
+    return 0.5 * flat, 0.5 * sharp
+
+
+def _jkr_units(radius: Any, contact_modulus: Any, work_of_adhesion: Any) -> jkr.Units:
+    A = 0.5 / positive(radius, "nm", "radius")
+    modulus = positive(contact_modulus, "GPa", "contact_modulus")
+    return jkr.self_similar_units(A, A, modulus, positive(work_of_adhesion, "J m-2", "work_of_adhesion"))
+
+
+def _along(delta: np.ndarray, found: dict[str, Any]) -> xr.Dataset:
+    data = {name: ("delta", np.asarray(values, dtype=float)) for name, values in found.items()}
+    return schema.label(xr.Dataset(data, {"delta": delta}))

@@ -1,0 +1,352 @@
+"""Which model suits a scan and a pair of bodies, what the usual formulas are off by, and what finer scales would do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .. import regions, schema
+from ..catalogue import asperities
+from ..jobs import lazy as parallel
+from ..scans import add_fine_roughness, crop, level, self_affine_fit, smooth
+from ..units import positive, whole_number
+from . import reference
+from .rigid_bodies import rigid
+
+#: Tabor's parameter below which bodies are as good as rigid, and above which adhesion is as good as without range
+#: (Johnson & Greenwood, J. Colloid Interface Sci. 192 (1997) 326).
+_STIFF, _SHORT_RANGE = 0.1, 5.0
+
+#: Part of the pull from beyond contact from which on asperities that touch are not the whole story.
+_MUCH = 0.5
+
+#: Height (nm) to which the indenter rises within the part of a scan on which finer scales are added.
+_RISE = 30.0
+
+#: Largest cells (nm) on which finer scales are added and cut off.
+_CELL = 1.0
+
+#: Cells along the shortest added wave.
+_PER_WAVE = 8
+
+#: Where long waves end and short ones begin in Rabinovich's two scales, in mean distances between summits.
+_LONG = 4.0
+
+
+def regime(
+    ds: xr.Dataset,
+    *,
+    equilibrium_distance: Any = 0.3,
+    hardness: Any = None,
+    subregions: Any = (4, 4),
+    refine: int = 8,
+) -> xr.Dataset:
+    """Say which model suits a scan and its pair: rigid bodies, the adhesive simulation, or a sum over asperities.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan in memory with an assigned sphere and work of adhesion.
+    equilibrium_distance : number or quantity
+        z₀ of the interatomic potential, nm, of Tabor's parameter.
+    hardness : number or quantity, optional
+        GPa; without one nothing is said of yield.
+    subregions : (int, int), (array, array) or Dataset
+        Contact centres at which the attraction between rigid bodies is summed.
+    refine : int
+        See `rigid`.
+
+    Returns
+    -------
+    Dataset
+        ``sphere_tabor``, ``asperity_tabor`` (of the median asperity), ``pull_beyond_contact`` (median over the
+        centres), ``pixels_per_contact``, ``peak_pressure`` (GPa) and ``yields`` where a hardness is given,
+        ``recommended`` ("rigid", "adhesive" or "superpose"); a sentence in the attribute ``recommendation``.
+
+    Raises
+    ------
+    ValueError
+        If no sphere or no work of adhesion is assigned, or the scan is not in memory or has no asperities.
+
+    Notes
+    -----
+    Asperities whose Tabor parameter is below 0.1 hardly bend: rigid. Above 5, adhesion is as good as without range, and
+    a sum over asperities is fast where less than half of the pull comes from beyond contact. In between, and where much
+    pulls across the gap, the adhesive simulation with a law of finite range.
+
+    References
+    ----------
+    Tabor, J. Colloid Interface Sci. 58 (1977) 2; Johnson & Greenwood, J. Colloid Interface Sci. 192 (1997) 326.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    >>> found = regime(scan)
+    >>> found.recommended.item(), found.attrs["recommendation"][:24]
+    ('adhesive', 'Take ds.contact.adhesive')
+    """
+    ds = _in_memory(ds)
+    radius, modulus, w = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion")
+    z0 = positive(equilibrium_distance, "nm", "equilibrium_distance")
+    pair = {"contact_modulus": modulus, "work_of_adhesion": w}
+    tip = 1 / (1 / radius + 1 / _asperity_radius(asperities(ds)))
+    contact = (9 * np.pi * w * tip**2 / (8 * modulus)) ** (1 / 3)
+    found = {
+        "sphere_tabor": reference.tabor_parameter(radius=radius, equilibrium_distance=z0, **pair),
+        "asperity_tabor": reference.tabor_parameter(radius=tip, equilibrium_distance=z0, **pair),
+        "pull_beyond_contact": _beyond(ds, subregions, refine),
+        "pixels_per_contact": contact / schema.square_pixel(ds),
+        "peak_pressure": _peak_pressure(tip, modulus, w),
+    }
+    if hardness is not None:
+        found["yields"] = found["peak_pressure"] > positive(hardness, "GPa", "hardness")
+    found["recommended"] = _recommended(found["asperity_tabor"], found["pull_beyond_contact"])
+    out = xr.Dataset(found).assign_attrs(recommendation=_sentence(found))
+    arguments = {"equilibrium_distance": z0, "hardness": hardness, "subregions": subregions, "refine": refine}
+    return schema.record(schema.label(out), "regime", ds, **arguments)
+
+
+def _beyond(ds: xr.Dataset, subregions: Any, refine: int) -> float:
+    """Return the part of the pull from beyond contact, its median over places."""
+    return float(rigid(ds, subregions=subregions, delta=[0.0], refine=refine).pull_beyond_contact.median())
+
+
+def _recommended(tabor: float, beyond: float) -> str:
+    if tabor < _STIFF:
+        return "rigid"
+    return "superpose" if tabor > _SHORT_RANGE and beyond < _MUCH else "adhesive"
+
+
+def _sentence(found: dict[str, Any]) -> str:
+    """Return the recommendation in words."""
+    tabor, beyond = found["asperity_tabor"], found["pull_beyond_contact"]
+    call = {
+        "rigid": "ds.contact.rigid(): summits hardly bend",
+        "adhesive": "ds.contact.adhesive() with a law of finite range: summits bend, and adhesion reaches about as far",
+        "superpose": "ds.contact.superpose(): adhesion is as good as without range, and contacts pull by themselves",
+    }[found["recommended"]]
+    words = f"Take {call} (Tabor's parameter of the median asperity is {tabor:.2g}; between rigid bodies {beyond:.0%} "
+    words += "of the pull come from beyond contact)."
+    if found["pixels_per_contact"] < 1:
+        words += f" A contact's radius is {found['pixels_per_contact']:.2g} pixels: the scan does not resolve it."
+    if found.get("yields"):
+        words += (
+            f" Summits yield under their own adhesion ({found['peak_pressure']:.2g} GPa), which no model here knows."
+        )
+    return words
+
+
+def _peak_pressure(radius: float, modulus: float, w: float) -> float:
+    """Return Hertz's largest pressure (GPa) under the force 2πwR, with which adhesion pulls a stiff summit down."""
+    force = reference.dmt_pull_off(radius=radius, work_of_adhesion=w)
+    return (6 * force * modulus**2 / (np.pi**3 * radius**2)) ** (1 / 3)
+
+
+def formulas(
+    ds: xr.Dataset, *, subregions: Any = (4, 4), law: str = "hamaker", length: Any = None, refine: int = 8
+) -> xr.Dataset:
+    """Return what the usual formulas say of the pull-off on a scan, beside the sum over the scan itself.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan in memory with an assigned sphere and work of adhesion.
+    subregions : (int, int), (array, array) or Dataset
+        Contact centres of the sum.
+    law, length, refine
+        Of the sum, see `rigid`.
+
+    Returns
+    -------
+    Dataset
+        ``pull_off_force`` (nN) and ``formula_ratio``, over the median of the sum, along ``formula``: "sum" (that
+        median), "bradley" (a smooth sphere), "rumpf" (one hemisphere of the summits' median radius), "rumpf_rms",
+        "rabinovich" and "rabinovich_two_scales", "gaussian_heights". Attributes hold the formulas' inputs from the
+        scan: ``rms``, ``wavelength`` (the mean distance between summits), ``asperity_radius``, ``long_rms``,
+        ``long_wavelength``, nm, and ``hamaker_constant``, nN nm.
+
+    Raises
+    ------
+    ValueError
+        As `regime`.
+
+    Notes
+    -----
+    Waves longer than four mean distances between summits are the longer of two scales. All but the last row are
+    formulas for one asperity under the sphere's lowest point, at w = A/(12π z₀²).
+
+    References
+    ----------
+    Rumpf, Particle Technology (1990); Rabinovich et al., J. Colloid Interface Sci. 232 (2000) 10 and 17.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    >>> table = formulas(scan, subregions=(4, 4))
+    >>> float(table.formula_ratio.sel(formula="sum")), bool(table.formula_ratio.sel(formula="bradley") > 5)
+    (1.0, True)
+    """
+    ds = _in_memory(ds)
+    radius, w = schema.pair(ds, "sphere_radius", "work_of_adhesion")
+    summed = rigid(ds, subregions=subregions, delta=[0.0], law=law, length=length, refine=refine)
+    z0 = summed.attrs["length"] if law == "hamaker" else rigid_cut_off(ds, w)
+    given = _inputs(ds)
+    sphere = {"radius": radius, "hamaker_constant": 12 * np.pi * z0**2 * w, "distance": z0}
+    short = {"rms": given["short_rms"], "wavelength": given["wavelength"]}
+    long = {name: given[name] for name in ("long_rms", "long_wavelength")}
+    left = reference.gaussian_work(rms=given["rms"], length=z0, work_of_adhesion=w, law="hamaker")
+    found = {
+        "sum": float(summed.pull_off_force.median()),
+        "bradley": reference.dmt_pull_off(radius=radius, work_of_adhesion=w),
+        "rumpf": reference.rumpf(asperity_radius=given["asperity_radius"], **sphere),
+        "rumpf_rms": reference.rumpf_rms(rms=given["rms"], **sphere),
+        "rabinovich": reference.rabinovich(rms=given["rms"], wavelength=given["wavelength"], **sphere),
+        "rabinovich_two_scales": reference.rabinovich(**short, **long, **sphere),
+        "gaussian_heights": 2 * np.pi * radius * left,
+    }
+    force = np.array(list(found.values()))
+    columns = {"pull_off_force": ("formula", force), "formula_ratio": ("formula", force / force[0])}
+    inputs = given | {"hamaker_constant": sphere["hamaker_constant"], "cut_off": z0}
+    out = xr.Dataset(columns, {"formula": list(found)}, attrs=inputs)
+    return schema.record(
+        schema.label(out), "formulas", ds, subregions=subregions, law=law, length=length, refine=refine
+    )
+
+
+def rigid_cut_off(ds: xr.Dataset, w: float) -> float:
+    """Return the closest approach z₀ (nm) at which the pair's Hamaker constant and work of adhesion go together."""
+    from .rigid_bodies import _length
+
+    return _length(ds, "hamaker", None, w)
+
+
+def _inputs(ds: xr.Dataset) -> dict[str, float]:
+    """Return what the formulas take from a scan, nm."""
+    flat = level(ds, method="polynomial", order=1)
+    catalogue = asperities(flat)
+    distance = _mean_distance(flat, catalogue)
+    smoothed = smooth(flat, shortest=_LONG * distance)
+    fine = float((flat["height"] - smoothed["height"]).std())
+    return {
+        "rms": float(flat["height"].std()),
+        "wavelength": distance,
+        "asperity_radius": _asperity_radius(catalogue),
+        "short_rms": fine,
+        "long_rms": float(smoothed["height"].std()),
+        "long_wavelength": _mean_distance(smoothed, asperities(smoothed)),
+    }
+
+
+def _mean_distance(ds: xr.Dataset, catalogue: xr.Dataset) -> float:
+    """Return the mean distance (nm) between summits: the root of the area that each has."""
+    x_low, x_high, y_low, y_high = regions.extent(ds)
+    return float(np.sqrt((x_high - x_low) * (y_high - y_low) / max(catalogue.sizes["asperity"], 1)))
+
+
+def _asperity_radius(catalogue: xr.Dataset) -> float:
+    """Return the median radius (nm) of the summits, geometric of the two principal ones."""
+    both = catalogue["curvature_min"].values * catalogue["curvature_max"].values
+    peaks = catalogue["curvature_min"].values > 0
+    if not peaks.any():
+        raise ValueError("height: expected asperities, found none that is a peak")
+    return float(np.median(1 / np.sqrt(both[peaks])))
+
+
+def scale_dependence(
+    ds: xr.Dataset,
+    *,
+    shortest: Sequence[Any] | Any,
+    seeds: int = 4,
+    subregions: Any = (2, 2),
+    law: str = "hamaker",
+    length: Any = None,
+    hurst: float | None = None,
+) -> xr.Dataset:
+    """Return the pull-off between rigid bodies over the shortest wavelength that the surface has.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan in memory with an assigned sphere and work of adhesion.
+    shortest : array_like
+        Cut-off wavelengths, nm, ascending. Above the shortest that the scan shows, shorter waves are cut off
+        (`smooth`); below it, waves that continue its spectrum are added (`add_fine_roughness`).
+    seeds : int
+        Surfaces made of each added roughness.
+    subregions : (int, int), (array, array) or Dataset
+        Contact centres.
+    law, length
+        See `rigid`.
+    hurst : float, optional
+        Hurst exponent of what is added; by default the scan's own.
+
+    Returns
+    -------
+    Dataset
+        ``pull_off_force`` (nN) along (subregion, shortest_kept, seed); where waves are cut off all seeds are alike.
+        Over seeds it scatters by what the scan leaves open. Attributes hold the spectrum that was continued.
+
+    Raises
+    ------
+    ValueError
+        As `rigid` and `add_fine_roughness`.
+
+    Notes
+    -----
+    Fine waves are added around each centre as far as the sphere rises by 30 nm; the ground beyond is a plane.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
+    >>> found = scale_dependence(scan, shortest=[10, 100], seeds=2, subregions=(1, 1))
+    >>> dict(found.pull_off_force.sizes)
+    {'subregion': 1, 'shortest_kept': 2, 'seed': 2}
+    """
+    ds = _in_memory(ds)
+    waves, count = schema.ascending(shortest, "nm", "shortest"), whole_number(seeds, "seeds", least=1)
+    spectrum = self_affine_fit(ds, hurst=hurst)
+    (radius,) = schema.pair(ds, "sphere_radius")
+    centres = regions.centres(ds, subregions)
+    options = {"delta": [0.0], "law": law, "length": length}
+    forces = np.empty((centres.sizes["subregion"], waves.size, count))
+    for k, (x, y) in enumerate(zip(centres["subregion_x"].values, centres["subregion_y"].values)):
+        part = _around(ds, x, y, np.sqrt(2 * radius * _RISE))
+        for m, wave in enumerate(waves):
+            forces[k, m] = _over_seeds(part, (x, y), wave, count, spectrum, options)
+    out = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), forces)})
+    pair = {name: ds[name] for name in schema.TRAVELLING if name in ds.coords}
+    out = out.assign_coords({**centres.coords, "shortest_kept": waves, "seed": np.arange(count), **pair})
+    out.attrs = {"method": "rigid", "law": law} | {str(name): float(spectrum[name]) for name in spectrum.data_vars}
+    arguments = {"shortest": waves, "seeds": count, "subregions": subregions, "law": law, "length": length}
+    return schema.record(schema.label(out), "scale_dependence", ds, **arguments, hurst=hurst)
+
+
+def _around(ds: xr.Dataset, x: float, y: float, half: float) -> xr.Dataset:
+    """Return the part of a scan around a place."""
+    half = max(half, 8 * max(schema.pixel(ds)))
+    return crop(ds, x=(x - half, x + half), y=(y - half, y + half))
+
+
+def _over_seeds(part, centre, wave, count, spectrum, options) -> np.ndarray:
+    """Return the pull-off at a place for surfaces of one shortest wave, one for each seed."""
+    at = {"subregions": ([centre[0]], [centre[1]])}
+    n = int(np.ceil(schema.square_pixel(part) / _CELL))
+    if wave >= float(spectrum["shortest_wavelength"]):
+        return np.full(count, float(rigid(smooth(part, shortest=wave), refine=n, **at, **options).pull_off_force[0]))
+    n = max(n, int(np.ceil(_PER_WAVE * schema.square_pixel(part) / wave)))
+    finer = (add_fine_roughness(part, shortest=wave, seed=seed, refine=n, spectrum=spectrum) for seed in range(count))
+    return np.array([float(rigid(one, **at, **options).pull_off_force[0]) for one in finer])
+
+
+def _in_memory(ds: xr.Dataset) -> xr.Dataset:
+    ds = schema.complete(schema.validate(ds, "scan"))
+    if parallel.is_lazy(ds):
+        raise ValueError("height: expected heights in memory, found a lazy scan; load it first (ds.load())")
+    schema.pair(ds, "sphere_radius", "work_of_adhesion")
+    return ds

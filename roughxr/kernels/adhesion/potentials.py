@@ -1,0 +1,132 @@
+"""How two half spaces attract each other across a gap g: traction t, the work U that is left, the pull of a sphere.
+
+hamaker         t = A/(6πg³), U = A/(12πg²), not nearer than z₀: w = U(z₀), A = 12π z₀² w (Hamaker 1937; Israelachvili,
+                Intermolecular and Surface Forces, 3rd ed., eq. 13.15 and table 13.1)
+retarded        U = A/(12πg²) [1 − x ln(1 + 1/x)], x = 5.32 g/λ (Gregory, J. Colloid Interface Sci. 83 (1981) 138)
+lennard_jones   t = (8w/3ε) [(ε/g)³ − (ε/g)⁹], U(ε) = w: its attraction is Hamaker's of A = 16π ε² w
+exponential     t = (w/ρ) exp(−g/ρ)
+dugdale         t = w/h up to g = h
+
+A rigid body pulls on a half space as the sum of t over its front less its back (surface element integration,
+Bhattacharjee & Elimelech, J. Colloid Interface Sci. 193 (1997) 273). Over a plane, a sphere's rings of equal height S
+over its lowest point have the area 2π(R − S) dS, on its back of the opposite sign, so that with V = ∫U dg
+
+    F(z) = 2π ∫₀^2R (R − S) t(z + S) dS = 2π [R U(z) + R U(z + 2R) − V(z) + V(z + 2R)]
+
+which is Hamaker's sphere, 2A R³/(3z²(z + 2R)²), for his t, and 2πR U(z) (Derjaguin, Bradley) where its back is far.
+
+g, z, S, R, z₀, ε, ρ, h, λ   nm;   t GPa;   U, w J/m²;   V nN/nm;   A nN nm;   F nN
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..jit import kernel
+
+HAMAKER, RETARDED, LENNARD_JONES, EXPONENTIAL, DUGDALE = range(5)
+
+#: Laws by name; Hamaker's is retarded where a wavelength is given.
+POTENTIALS = {"hamaker": HAMAKER, "lennard_jones": LENNARD_JONES, "exponential": EXPONENTIAL, "dugdale": DUGDALE}
+
+#: Gap of Lennard-Jones's largest pull, in ε.
+LARGEST_AT = 3.0 ** (1 / 6)
+
+#: Gregory's factor.
+_GREGORY = 5.32
+
+
+class Potential(NamedTuple):
+    """A law; of Hamaker's, ``work`` is U at the closest approach ``length``."""
+
+    code: int
+    work: float  # J/m²
+    length: float  # z₀, ε, ρ or h, nm
+    wavelength: float  # of retardation, nm; inf for none
+
+    @property
+    def closest(self):
+        """The smallest gap, nm, that the law allows; None where it pushes by itself."""
+        return {LENNARD_JONES: None, EXPONENTIAL: 0.0, DUGDALE: 0.0}.get(self.code, self.length)
+
+    @property
+    def range(self):
+        """The gap (nm) from which on nothing to speak of pulls; inf where that never is."""
+        return {EXPONENTIAL: 25.0 * self.length, DUGDALE: self.length}.get(self.code, np.inf)
+
+
+def potential(name, work, length, wavelength=np.inf):
+    """Return the law of a name."""
+    code = POTENTIALS[name]
+    return Potential(RETARDED if code == HAMAKER and np.isfinite(wavelength) else code, work, length, wavelength)
+
+
+@kernel
+def traction(g, law):
+    """Return t(g), GPa, at g > 0; positive pulls."""
+    if law.code == EXPONENTIAL:
+        return law.work / law.length * np.exp(-g / law.length)
+    if law.code == DUGDALE:
+        return law.work / law.length if g < law.length else 0.0
+    x = law.length / g
+    cube = x * x * x
+    if law.code == LENNARD_JONES:
+        return 8.0 / 3.0 * law.work / law.length * cube * (1.0 - cube * cube)
+    t = 2.0 * law.work / law.length * cube
+    return t if law.code == HAMAKER else t * _retardation(_GREGORY * g / law.wavelength)
+
+
+@kernel(inner=True)
+def _retardation(x):
+    """Return f − x f′/2 of f = 1 − x ln(1 + 1/x): what retardation leaves of a traction."""
+    return 1.0 - 0.5 * x * np.log1p(1.0 / x) - 0.5 * x / (x + 1.0)
+
+
+@kernel
+def tractions(g, law):
+    """Return t(g) of an array."""
+    found = np.empty(g.size)
+    for k in range(g.size):
+        found[k] = traction(g[k], law)
+    return found
+
+
+def energy(g, law):
+    """Return U(g), J/m²: the work that is left to part two half spaces from the gap g."""
+    g = np.asarray(g, dtype=float)
+    x = law.length / np.maximum(g, 1e-300)
+    if law.code == EXPONENTIAL:
+        return law.work * np.exp(-g / law.length)
+    if law.code == DUGDALE:
+        return law.work * np.clip(1.0 - g / law.length, 0.0, None)
+    if law.code == LENNARD_JONES:
+        return law.work * (4.0 * x**2 - x**8) / 3.0
+    if law.code == HAMAKER:
+        return law.work * x**2
+    y = _GREGORY * g / law.wavelength
+    return law.work * x**2 * (1.0 - y * np.log1p(1.0 / y))
+
+
+def energy_beyond(g, law):
+    """Return V(g) = ∫U from g on, nN/nm."""
+    g = np.asarray(g, dtype=float)
+    x = law.length / np.maximum(g, 1e-300)
+    if law.code == EXPONENTIAL:
+        return law.work * law.length * np.exp(-g / law.length)
+    if law.code == DUGDALE:
+        return 0.5 * law.work / law.length * np.clip(law.length - g, 0.0, None) ** 2
+    if law.code == LENNARD_JONES:
+        return law.work * law.length * (4.0 * x - x**7 / 7.0) / 3.0
+    if law.code == HAMAKER:
+        return law.work * law.length * x
+    from scipy.special import spence
+
+    y = law.wavelength / (_GREGORY * g)
+    return law.work * law.length**2 * _GREGORY / law.wavelength * (y + spence(1.0 + y))
+
+
+def sphere_pull(z, radius, law):
+    """Return the pull F (nN) of a rigid sphere whose lowest point lies z above a plane."""
+    far = z + 2.0 * radius
+    beyond = energy_beyond(z, law) - energy_beyond(far, law)
+    return 2.0 * np.pi * (radius * (energy(z, law) + energy(far, law)) - beyond)

@@ -1,0 +1,223 @@
+"""The pull of a rigid body on a rough half space: tractions summed over the local gaps, at one place or at all.
+
+At one place, with S the undeformed separation (``halfspace.separation``) and δ the displacement,
+
+    F = a Σ t(g),   g = max(S − δ, g₀)
+
+over pixels of area a, g₀ the gap below which hard bodies do not come (flattened summits stay at it). Beyond the window
+the ground is its mean plane, over which the rest of the sphere, its back included, is an integral along S (`outside`).
+
+At all places at once, the sum over the pixels around each is split at a gap d. Beyond d the traction is a sum of
+exponentials (own; fitted to 10⁻⁶ of itself),
+
+    t(g) = Σ_j c_j exp(−s_j g),   Σ_k t(z + S_k − h_k) = Σ_j c_j exp(−s_j z) [exp(s_j h) ⋆ exp(−s_j S)]
+
+one correlation by FFT for each, good for every height z of the indenter. What t differs from that sum at gaps below d
+is added pixel by pixel; few are so near. Rounding in a correlation is that of its largest value, exp(s_j·range of
+heights) over the smallest: d is chosen so that this stays below 10⁻⁸.
+
+S, z, g, h, d   nm: z the height of the indenter's lowest point, h those of the surface;  a nm²;  t GPa;  F nN
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..jit import kernel
+from .potentials import traction, tractions
+
+#: Exponentials, the largest of their rates in 1/d, and what d is at least in ranges of heights: with these t is fitted
+#: to 5e-7 of itself, and the correlations are rounded by less than 1e-8 of theirs.
+_TERMS, _FASTEST, _PER_RANGE = 16, 12.0, 12.0 / 18.0
+
+#: The shortest d, nm, and how finely the sum of exponentials is tabulated below it.
+_LEAST_NEAR, _TABLE = 2.0, 4096
+
+#: Where nothing stops the bodies, what is nearer than this part of the law's length counts as at it.
+_CRUSHED = 0.25
+
+
+class Split(NamedTuple):
+    """A traction as a sum of exponentials beyond a gap, and what it differs from them below."""
+
+    near: float  # the gap d, nm
+    rates: np.ndarray  # s_j, nm⁻¹
+    weights: np.ndarray  # c_j, GPa
+    table: np.ndarray  # Σ_j c_j exp(−s_j g) at _TABLE + 1 even gaps from 0 to d
+
+
+@kernel
+def pulls(separation, deltas, law, closest, area):
+    """Return the pull (nN) at each displacement (nm) of a window of separations."""
+    found = np.zeros(deltas.size)
+    for k in range(deltas.size):
+        for s in separation.flat:
+            if s < np.inf:
+                found[k] += traction(max(s - deltas[k], closest), law)
+    return area * found
+
+
+def floor(law):
+    """Return the gap (nm) at which what is nearer counts: the closest approach, or as good as none."""
+    return _CRUSHED * law.length if law.closest is None else max(law.closest, 1e-12)
+
+
+def outside(gaps, law, radius, parabola, rectangle):
+    """Return the pull (nN) of a sphere on the mean plane beyond a rectangle around its axis, less that of its back.
+
+    Parameters
+    ----------
+    gaps : ndarray
+        Of its lowest point from the mean plane, nm.
+    law : Potential
+    radius : float
+        nm.
+    parabola : bool
+        Hertz's paraboloid in place of the sphere: it has no back.
+    rectangle : (float, float, float, float)
+        Sides of the window from the axis: below and above along x, then along y, nm, all positive.
+    """
+    below_x, above_x, below_y, above_y = rectangle
+    corners = [np.hypot(a, b) for a in (below_x, above_x) for b in (below_y, above_y)]
+    marks = np.clip([*rectangle, *corners], 0.0, radius)
+    heights = marks**2 / (2 * radius) if parabola else marks**2 / (radius + np.sqrt(radius**2 - marks**2))
+    edges = np.unique(np.append(heights, 2 * radius))
+    found = np.zeros(gaps.size)
+    for k, gap in enumerate(np.maximum(gaps, floor(law) - edges[0])):
+        S, weight = _nodes(edges, gap)
+        r = np.sqrt(2 * radius * S if parabola else np.maximum(S * (2 * radius - S), 0))
+        rings = np.full(S.size, radius) if parabola else radius - S
+        share = np.where(rings > 0, 1 - _inside(r, rectangle), 1.0)
+        found[k] = 2 * np.pi * np.sum(weight * rings * share * tractions(gap + S, law))
+    return found
+
+
+def _nodes(edges, gap, pieces=8, each=12):
+    """Return Gauss's nodes and weights along S, even in the logarithm of gap + S between the edges.
+
+    Within each interval they crowd at its ends as x²(3 − 2x), where the part of a circle inside a rectangle has roots.
+    """
+    x, w = np.polynomial.legendre.leggauss(each)
+    ends = np.log(gap + edges)
+    u = (np.arange(pieces)[:, None] + 0.5 * (1 + x)).ravel() / pieces
+    weight = np.tile(0.5 * w, pieces) / pieces * 6 * u * (1 - u)
+    length = np.diff(ends)[:, None]
+    along = np.exp(ends[:-1, None] + length * u * u * (3 - 2 * u))
+    return (along - gap).ravel(), (length * weight * along).ravel()
+
+
+def _inside(r, rectangle):
+    """Return which part of a circle of radius r lies inside the rectangle."""
+    found = np.zeros(r.size)
+    with np.errstate(divide="ignore"):
+        for a in rectangle[:2]:
+            for b in rectangle[2:]:
+                least = np.arccos(np.minimum(a / r, 1.0))
+                most = np.arcsin(np.minimum(b / r, 1.0))
+                found += np.maximum(most - least, 0.0) / (2 * np.pi)
+    return found
+
+
+def split(law, height_range, farthest):
+    """Return a law split for heights of a range (nm), good up to the farthest gap (nm)."""
+    if np.isfinite(law.range):
+        return Split(law.range, np.zeros(0), np.zeros(0), np.zeros(_TABLE + 1))
+    near = max(_PER_RANGE * height_range, _LEAST_NEAR, 4.0 * law.length)
+    farthest = max(farthest, 10.0 * near)
+    g = np.geomspace(near, farthest, 2000)
+    rates = np.geomspace(1.0 / farthest, _FASTEST / near, _TERMS)
+    matrix = np.exp(-np.outer(g, rates)) / tractions(g, law)[:, None]
+    scale = matrix.max(axis=0)
+    weights = np.linalg.lstsq(matrix / scale, np.ones(g.size), rcond=1e-15)[0] / scale
+    table = np.exp(-np.outer(np.linspace(0, near, _TABLE + 1), rates)) @ weights
+    return Split(near, rates, weights, table)
+
+
+@kernel
+def first_touches(height, rise, rows, out):
+    """Fill ``out`` with the height z (nm) of the indenter's lowest point as it touches, at places of some rows.
+
+    ``height`` is padded by the indenter's half-width on every side; ``rise`` is the indenter's height S over its
+    lowest point, inf where it is not.
+    """
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            highest = -np.inf
+            for k in range(rise.shape[0]):
+                touch = _highest(height[rows + i + k, j : j + rise.shape[1]], rise[k])
+                highest = max(highest, touch)
+            out[i, j] = highest
+
+
+@kernel(inner=True, reorder=True)
+def _highest(height, rise):
+    highest = -np.inf
+    for k in range(height.size):
+        z = height[k] - rise[k]
+        highest = z if z > highest else highest
+    return highest
+
+
+@kernel
+def near_pulls(height, rise, top, rows, z, law, split, closest):
+    """Return Σ (t − Σ_j c_j exp(−s_j g)) over the cells nearer than d, in GPa, at heights z (rows, columns, heights).
+
+    NaN where z is. Only rows and columns of the indenter that can be so near are looked at: ``top`` is the highest
+    point (nm) around each place.
+    """
+    found = np.zeros(z.shape)
+    middle, per_nm = rise.shape[0] // 2, (split.table.size - 1) / split.near
+    for i in range(z.shape[0]):
+        for j in range(z.shape[1]):
+            for n in range(z.shape[2]):
+                lowest = z[i, j, n]
+                if np.isnan(lowest):
+                    found[i, j, n] = np.nan
+                    continue
+                half = _half_width(rise, middle, split.near + top[rows + i, j] - lowest)
+                total = 0.0
+                for k in range(middle - half, middle + half + 1):
+                    for m in range(middle - half, middle + half + 1):
+                        g = lowest + rise[k, m] - height[rows + i + k, j + m]
+                        if g < split.near:
+                            total += _beyond_exponentials(max(g, closest), law, split.table, per_nm)
+                found[i, j, n] = total
+    return found
+
+
+@kernel(inner=True)
+def _half_width(rise, middle, depth):
+    """Return the pixels from the axis up to which the indenter rises less than a depth."""
+    half = 0
+    while half < middle and rise[middle + half + 1, middle] < depth:
+        half += 1
+    return half
+
+
+@kernel(inner=True)
+def _beyond_exponentials(g, law, table, per_nm):
+    x = g * per_nm
+    k = min(int(x), table.size - 2)
+    return traction(g, law) - (table[k] + (x - k) * (table[k + 1] - table[k]))
+
+
+def far_fields(height, rise, split, shape):
+    """Return exp(s_j (h − top)) ⋆ exp(−s_j S) for each term, (terms, rows, columns); top is the highest h."""
+    from scipy.fft import irfft2, next_fast_len, rfft2
+
+    padded = [next_fast_len(n, real=True) for n in height.shape]
+    top = height.max()
+    found = np.empty((split.rates.size, *shape))
+    for rate, field in zip(split.rates, found):
+        surface = rfft2(np.exp(rate * (height - top)), padded)
+        surface *= np.conj(rfft2(np.exp(-rate * rise), padded))
+        field[:] = irfft2(surface, padded)[: shape[0], : shape[1]]
+    return found
+
+
+def far_pulls(fields, top, z, split):
+    """Return Σ Σ_j c_j exp(−s_j g) over all cells, in GPa, at heights z (rows, columns, heights); NaN where z is."""
+    found = np.where(np.isnan(z), np.nan, 0.0)
+    for rate, weight, field in zip(split.rates, split.weights, fields):
+        found += weight * np.exp(rate * (top - z)) * field[..., None]
+    return found

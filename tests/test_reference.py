@@ -1,0 +1,170 @@
+"""Closed forms against numbers derived apart from them."""
+
+import inspect
+import itertools
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import roughxr
+from roughxr import reference
+from roughxr.kernels.adhesion import potentials
+
+W, R = 0.1, 100.0
+MAUGIS = [(0.1, 1.95059), (0.5, 1.71825), (1, 1.60073), (2, 1.53460), (5, 1.50635)]
+
+
+def test_hertz_ellipses_of_one_displacement():
+    """Relative to a sphere of Re = 1/(2√(AB)) under the same load: c, δ and p₀."""
+    known = {1.5: (0.997730, 0.997724, 1.004556), 5: (0.966886, 0.965815, 1.069669), 10: (0.937098, 0.933330, 1.138753)}
+    for ratio, (c, delta, p0) in known.items():
+        curvatures = {"curvature_min": 0.01, "curvature_max": 0.01 * ratio}
+        found = reference.hertz([1.0], contact_modulus=40, **curvatures).isel(delta=0)
+        radius = 1 / (0.01 * ratio**0.5)
+        depth = (0.75 * float(found.force) / (40 * radius**0.5)) ** (2 / 3)
+        sphere = reference.hertz([depth], contact_modulus=40, radius=radius).isel(delta=0)
+        assert float(sphere.force) == pytest.approx(float(found.force), rel=1e-12)
+        assert 1 / depth == pytest.approx(delta, rel=2e-6)
+        assert float(np.sqrt(found.semi_axis_a * found.semi_axis_b) / sphere.semi_axis_a) == pytest.approx(c, rel=2e-6)
+        assert float(found.pressure / sphere.pressure) == pytest.approx(p0, rel=2e-6)
+
+
+def test_paper_sphere():
+    found = reference.hertz([5.08, 15.4], radius="3 um", contact_modulus=39.407)
+    assert found.force.values / 1000 == pytest.approx([32.95, 173.9], rel=5e-4)
+    assert found.force.units == "nN"
+
+
+def test_jkr_sphere_at_the_points_of_its_curve():
+    given = {"radius": R, "contact_modulus": 40, "work_of_adhesion": W}
+    a_c = (9 * np.pi * W * R**2 / (8 * 40)) ** (1 / 3)
+    P_c, delta_c = 1.5 * np.pi * W * R, a_c**2 / R
+    delta = np.array([-(3 ** (-1 / 3)) * (1 - 1e-12), -1 / 3, 0.839947, 2.114382])
+    found = reference.jkr_sphere(delta * delta_c, **given)
+    assert found.force.values / P_c == pytest.approx([-5 / 9, -1, 0, 2.343146], abs=2e-6)
+    assert found.semi_axis_a.values / a_c == pytest.approx([3 ** (-2 / 3), 1, 4 ** (1 / 3), 2], rel=2e-6)
+    assert np.isnan(reference.jkr_sphere([-0.7 * delta_c], **given).force).all()
+    curve = reference.jkr_curve(**given, points=2001)
+    assert -float(curve.force.min()) == pytest.approx(reference.jkr_pull_off(radius=R, work_of_adhesion=W), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "self_similar", "johnson_greenwood", "energy"),
+    [(1.5, 0.99773, 0.99488, 0.99871), (2, 0.99348, 0.98526, 0.99630), (10, 0.94088, 0.86087, 0.96452)],
+)
+def test_elliptic_pull_off(ratio, self_similar, johnson_greenwood, energy):
+    known = {"self_similar": self_similar, "johnson_greenwood": johnson_greenwood, "energy": energy}
+    sphere = 1.5 * np.pi * W / (0.01 * ratio**0.5)
+    for formulation, expected in known.items():
+        found = reference.jkr_pull_off(
+            work_of_adhesion=W, curvature_min=0.01, curvature_max=0.01 * ratio, formulation=formulation
+        )
+        assert found / sphere == pytest.approx(expected, abs=2e-5)
+
+
+@pytest.mark.parametrize(("lam", "expected"), MAUGIS)
+def test_maugis_pull_off(lam, expected):
+    modulus = 40.0
+    distance = 1.157 * (R * W**2 / modulus**2) ** (1 / 3) / lam  # λ = 1.157 μ
+    given = {"radius": R, "contact_modulus": modulus, "work_of_adhesion": W, "equilibrium_distance": distance}
+    assert reference.tabor_parameter(**given) == pytest.approx(lam / 1.157)
+    assert reference.maugis_pull_off(**given) / (np.pi * W * R) == pytest.approx(expected, abs=1e-5)
+    curve = reference.maugis_sphere(**given, points=8001)
+    assert -float(curve.force.min()) / (np.pi * W * R) == pytest.approx(expected, abs=2e-5)
+
+
+def test_hamaker_sphere_is_the_published_number_and_the_surface_integral():
+    assert reference.hamaker_sphere(0.3, radius="1 um", hamaker_constant="1e-19 J") == pytest.approx(185.1296, abs=5e-5)
+    w = reference.work_from_hamaker(hamaker_constant=0.1, distance=0.3)
+    found = reference.rigid_sphere([0.3, 10, 3000], radius=1000, work_of_adhesion=w, length=0.3).force.values
+    closed = [reference.hamaker_sphere(z, radius=1000, hamaker_constant=0.1) for z in (0.3, 10, 3000)]
+    assert -found == pytest.approx(closed, rel=1e-12)
+
+
+LAWS = [("hamaker", None), ("hamaker", 100.0), ("lennard_jones", None), ("exponential", None), ("dugdale", None)]
+
+
+@pytest.mark.parametrize(("law", "wavelength"), LAWS)
+def test_work_is_the_integral_of_traction_and_a_sphere_that_of_its_surface(law, wavelength):
+    found = reference._potential(law, W, 0.3, wavelength)
+    start = 0.3 if found.closest != 0 else 0.0
+    ends = [start, 0.3 + start] if law == "dugdale" else [start, start + 1, start + 30, 1e3, 1e6]
+
+    def over(f, points=ends):
+        return sum(quad(f, *pair, epsabs=0, epsrel=1e-11, limit=400)[0] for pair in itertools.pairwise(points))
+
+    assert over(lambda g: potentials.traction(g, found)) == pytest.approx(W, rel=1e-7)
+    for g in (start, start + 0.1, 2.0):
+        points = np.unique([g, *[e for e in ends if e > g]])
+        expected = over(lambda u: potentials.traction(u, found), points) if points.size > 1 else 0.0
+        assert float(potentials.energy(g, found)) == pytest.approx(expected, rel=1e-6, abs=1e-13)
+    radius, z = 50.0, start + 0.05
+    rings = [0, 0.24, 1, 10, 2 * radius]
+    direct = over(lambda S: 2 * np.pi * (radius - S) * potentials.traction(z + S, found), rings)
+    assert float(potentials.sphere_pull(z, radius, found)) == pytest.approx(direct, rel=1e-6)
+
+
+@pytest.mark.parametrize("law", ["hamaker", "lennard_jones", "exponential", "dugdale"])
+def test_a_large_rigid_sphere_pulls_with_2_pi_w_R_by_any_law(law):
+    radius = 1e7
+    nearest = 0.3 if law in ("hamaker", "lennard_jones") else 1e-12
+    found = reference.rigid_sphere([nearest], radius=radius, work_of_adhesion=W, length=0.3, law=law)
+    assert -float(found.force[0]) == pytest.approx(reference.dmt_pull_off(radius=radius, work_of_adhesion=W), rel=1e-6)
+
+
+def test_retardation_is_gregorys():
+    """Sphere and plate: A R/(6D²) [1 − (5.32 D/λ) ln(1 + λ/(5.32 D))], half of the plain force at D = 0.11 λ or so."""
+    law = potentials.potential("hamaker", W, 0.165, 100.0)
+    A = 12 * np.pi * 0.165**2 * W
+    for D in (0.2, 5.0, 40.0):
+        x = 5.32 * D / 100
+        expected = A * 1e6 / (6 * D**2) * (1 - x * np.log(1 + 1 / x))
+        assert float(potentials.sphere_pull(D, 1e6, law)) == pytest.approx(expected, rel=3e-4)
+
+
+def test_largest_traction_of_lennard_jones():
+    law = potentials.potential("lennard_jones", W, 0.3)
+    g = np.linspace(0.3, 0.5, 200001)
+    t = potentials.tractions(g, law)
+    assert t.max() == pytest.approx(1.026400 * W / 0.3, rel=1e-6)
+    assert g[t.argmax()] == pytest.approx(3 ** (1 / 6) * 0.3, abs=2e-6)
+
+
+@pytest.mark.parametrize(("sigma", "left"), [(0.1, 0.92277), (0.5, 0.25257), (1, 0.079487), (2, 0.0226641)])
+def test_work_over_gaussian_heights(sigma, left):
+    assert reference.gaussian_work(rms=sigma * 0.3, length=0.3, work_of_adhesion=W) / W == pytest.approx(left, rel=3e-4)
+
+
+def test_formulas_for_rough_surfaces_have_the_limits_that_their_papers_name():
+    given = {"radius": 1000.0, "hamaker_constant": 0.1, "distance": 0.3}
+    smooth = 0.1 * 1000 / (6 * 0.09)
+    assert reference.rumpf(asperity_radius=1e-9, **given) == pytest.approx(smooth, rel=1e-6)
+    assert reference.rumpf(asperity_radius=1e9, **given) == pytest.approx(smooth, rel=1e-5)
+    assert reference.rabinovich(rms=1e-9, wavelength=1e3, **given) == pytest.approx(2 * smooth, rel=1e-6)
+    two = reference.rabinovich(rms=1, wavelength=50, long_rms=1e-12, long_wavelength=1e9, **given)
+    cap = 1 / (1 + 58 * 1000 / 2500)
+    assert two / smooth == pytest.approx(cap + 2 / (1 + 1.82 / 0.3) ** 2, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: reference.hertz([1], contact_modulus=1), "expected either radius"),
+        (lambda: reference.jkr_pull_off(work_of_adhesion=1, curvature_min=2, curvature_max=1), "at most curvature_max"),
+        (lambda: reference.rigid_sphere([0.0], radius=1, work_of_adhesion=1, length=1), "positive distances"),
+        (lambda: reference.rigid_sphere([1], radius=1, work_of_adhesion=1, length=1, law="jkr"), "law: expected one"),
+        (lambda: reference.rabinovich(radius=1, rms=1, wavelength=1, hamaker_constant=1, long_rms=1), "together"),
+        (lambda: reference.dmt_pull_off(radius="3 GPa", work_of_adhesion=1), "radius"),
+    ],
+)
+def test_what_is_wrong_is_said(call, words):
+    with pytest.raises(ValueError, match=words):
+        call()
+
+
+def test_all_of_it_is_documented():
+    public = [f for name, f in vars(reference).items() if inspect.isfunction(f) and f.__module__ == reference.__name__]
+    for function in (f for f in public if f.__name__[0] != "_"):
+        assert all(part in function.__doc__ for part in ("Parameters", "Returns", "Examples", ">>>")), function
+    assert roughxr.reference is reference

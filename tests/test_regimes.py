@@ -1,0 +1,96 @@
+"""Which model, what formulas are off by, and what finer scales do."""
+
+import numpy as np
+import pytest
+
+import roughxr
+from roughxr import reference
+from roughxr.synthetic import self_affine
+
+from .surfaces import scan
+
+
+@pytest.fixture(scope="module")
+def rough():
+    surface = self_affine((128, 128), 9.77, rms=2, hurst=0.6, rolloff=300, cutoff=30, seed=4)
+    return surface.contact.assign_pair(sphere_radius=500, contact_modulus=40, work_of_adhesion=0.06)
+
+
+def bumps(radius, distance, n=96, pixel=2.0):
+    """A plane with hemispheres on a square lattice, one of them in the middle."""
+    x = (np.arange(n) - n / 2) * pixel
+    near = (x + distance / 2) % distance - distance / 2
+    r2 = near[:, None] ** 2 + near**2
+    return scan(np.sqrt(np.clip(radius**2 - r2, 0, None)), pixel)
+
+
+def test_stiff_is_rigid_soft_is_summed_between_is_adhesive(rough):
+    def of(modulus, work):
+        pair = {"sphere_radius": 500, "contact_modulus": modulus, "work_of_adhesion": work}
+        return rough.contact.assign_pair(**pair).contact.regime(subregions=(2, 2))
+
+    found = [of(*pair) for pair in ((4000.0, 0.06), (40.0, 0.3), (0.05, 0.06))]
+    assert [one.recommended.item() for one in found][:2] == ["rigid", "adhesive"]
+    assert found[2].recommended.item() == ("superpose" if found[2].pull_beyond_contact < 0.5 else "adhesive")
+    for one in found:
+        assert one.attrs["recommendation"].startswith("Take ds.contact.")
+        assert float(one.sphere_tabor) > float(one.asperity_tabor) > 0
+
+
+def test_yield_is_told_where_a_hardness_is_given(rough):
+    soft, hard = (rough.contact.regime(subregions=(1, 1), hardness=H) for H in (0.01, 1e3))
+    assert bool(soft["yields"]) and not bool(hard["yields"])
+    assert "yield" in soft.attrs["recommendation"] and "yield" not in hard.attrs["recommendation"]
+    radius = 100.0
+    load = reference.yield_load(radius=radius, contact_modulus=40, hardness=6)
+    from roughxr.contact.regimes import _peak_pressure
+
+    work = load / (2 * np.pi * radius)
+    assert _peak_pressure(radius, 40.0, work) == pytest.approx(6.0)
+
+
+def test_rumpf_is_right_on_the_surface_that_it_is_made_for():
+    """One hemisphere on a plane under a large sphere, both rigid: Derjaguin's pull of each, within a few percent."""
+    single = bumps(12.0, 1e4, n=128, pixel=1.0)
+    pair = {"sphere_radius": 2000, "contact_modulus": 40, "work_of_adhesion": 0.06, "hamaker_constant": 0.0615}
+    single = single.contact.assign_pair(**pair)
+    z0 = float(np.sqrt(0.0615 / (12 * np.pi * 0.06)))
+    top = [float(single.x[64])], [float(single.y[64])]
+    found = float(single.contact.rigid(subregions=top, delta=[0.0], refine=4).pull_off_force[0])
+    formula = reference.rumpf(radius=2000, asperity_radius=12, hamaker_constant=0.0615, distance=z0)
+    assert found / formula == pytest.approx(1, abs=0.1)
+
+
+def test_the_table_holds_the_formulas_at_the_scans_own_numbers(rough):
+    table = rough.contact.formulas(subregions=(2, 2))
+    force, given = table.pull_off_force, table.attrs
+    assert float(force.sel(formula="bradley")) == pytest.approx(2 * np.pi * 0.06 * 500)
+    expected = reference.rabinovich(
+        radius=500,
+        rms=given["rms"],
+        wavelength=given["wavelength"],
+        hamaker_constant=given["hamaker_constant"],
+        distance=given["cut_off"],
+    )
+    assert float(force.sel(formula="rabinovich")) == pytest.approx(expected)
+    assert given["short_rms"] ** 2 + given["long_rms"] ** 2 == pytest.approx(given["rms"] ** 2, rel=0.02)
+    np.testing.assert_allclose(table.formula_ratio * float(force.sel(formula="sum")), force)
+
+
+def test_finer_waves_weaken_the_pull_and_scatter(rough):
+    found = rough.contact.scale_dependence(shortest=[8, 15, 60, 200], seeds=3, subregions=(1, 1))
+    pull = found.pull_off_force.isel(subregion=0)
+    assert (pull.mean("seed").diff("shortest_kept") > 0).all()
+    assert (pull.std("seed").values[:2] > 0).all() and (pull.std("seed").values[2:] < 1e-12).all()
+    again = rough.contact.scale_dependence(shortest=[8], seeds=1, subregions=(1, 1)).pull_off_force
+    assert float(again[0, 0, 0]) == float(pull[0, 0])
+
+
+def test_what_is_wrong_is_said(rough):
+    for verb in ("regime", "formulas"):
+        with pytest.raises(ValueError, match="load it first"):
+            getattr(rough.chunk(x=64).contact, verb)()
+    with pytest.raises(ValueError, match="ascending"):
+        rough.contact.scale_dependence(shortest=[20, 10])
+    with pytest.raises(ValueError, match="sphere_radius"):
+        roughxr.regime(rough.drop_vars("sphere_radius"))

@@ -1,0 +1,268 @@
+"""Rigid bodies: against closed forms, against themselves place by place, and against what theory says of roughness."""
+
+import itertools
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import roughxr
+from roughxr import reference
+from roughxr.kernels.adhesion import potentials
+from roughxr.kernels.adhesion import rigid as kernels
+from roughxr.synthetic import self_affine
+
+from .surfaces import scan
+
+RADIUS = 3000.0
+LAWS = ("hamaker", "lennard_jones", "exponential", "dugdale")
+
+
+def pair(ds, **options):
+    given = {"sphere_radius": RADIUS, "contact_modulus": 40.0, "work_of_adhesion": 0.1}
+    return ds.contact.assign_pair(**(given | options))
+
+
+@pytest.fixture(scope="module")
+def rough():
+    return pair(self_affine((96, 96), 9.77, rms=2, hurst=0.6, rolloff=300, cutoff=25, seed=4))
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_on_a_plane_it_is_the_closed_form_of_the_true_sphere(law):
+    """On fine pixels, the window's edges and all beyond them."""
+    flat = pair(scan(np.zeros((161, 161)), 1.0), sphere_radius=200.0)
+    delta = [-5.0, -1.0, -0.4]
+    found = flat.contact.rigid(delta=delta, law=law, length=0.3)
+    exact = reference.rigid_sphere([0.4, 1.0, 5.0], radius=200, work_of_adhesion=0.1, length=0.3, law=law)
+    tolerance = 2e-2 if law == "dugdale" else 5e-6  # its force ends within a ring of pixels
+    assert found.force.values[0] == pytest.approx(exact.force.values[::-1], rel=tolerance, abs=1e-9)
+
+
+@pytest.mark.parametrize("law", ["hamaker", "lennard_jones"])
+def test_what_the_pixels_miss_vanishes_with_them(law):
+    """The midpoint rule on a smooth integrand: far finer than second order once pixels resolve √(2R·gap)."""
+    exact = float(reference.rigid_sphere([0.3], radius=RADIUS, work_of_adhesion=0.1, length=0.3, law=law).force[0])
+    off = []
+    for n, pixel in ((33, 36.0), (49, 24.0), (73, 16.0), (145, 8.0)):
+        found = pair(scan(np.zeros((n, n)), pixel)).contact.rigid(delta=[-0.3], law=law, length=0.3)
+        off.append(abs(float(found.force[0, 0]) / exact - 1))
+    assert off[0] > 3e-3 and off[-1] < 1e-6 and all(b < a / 2.25 for a, b in itertools.pairwise(off))
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("profile", ["sphere", "parabola"])
+def test_a_large_sphere_on_a_plane_pulls_with_2_pi_w_R_by_any_law(law, profile):
+    flat = pair(scan(np.zeros((201, 201)), 0.5), sphere_radius=2e4)
+    found = flat.contact.rigid(law=law, length=0.5, delta=[-1.0], profile=profile)
+    tolerance = 0.03 if law == "dugdale" else 5e-4
+    assert float(found.pull_off_force[0]) == pytest.approx(2 * np.pi * 0.1 * 2e4, rel=tolerance)
+
+
+def test_largest_pull_of_lennard_jones_stands_at_its_length():
+    flat = pair(scan(np.zeros((81, 81)), 5.0))
+    found = flat.contact.rigid(law="lennard_jones", length=0.4, delta=[-1.0])
+    assert float(found.pull_off_delta[0]) == pytest.approx(-0.4, abs=1e-4)
+    assert float(found.pull_off_force[0]) == pytest.approx(2 * np.pi * 0.1 * RADIUS, rel=2e-4)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("datum", ["highest_peak", "first_contact"])
+def test_the_map_is_what_place_by_place_sums_give(rough, law, datum):
+    delta = [-8.0, -2.0, -0.2]
+    at = np.array([3, 20, 48, 77, 95]), np.array([90, 41, 48, 5, 60])
+    centres = rough.x.values[at[0]], rough.y.values[at[1]]
+    each = rough.contact.rigid(subregions=centres, delta=delta, law=law, datum=datum)
+    every = rough.contact.rigid(subregions="every pixel", delta=delta, law=law, datum=datum)
+    every = every.isel(x=("subregion", at[0]), y=("subregion", at[1]))
+    inner = [1, 2]  # nearer to the edge the ground beyond it is pixels there, and a plane here
+    for where, tolerance in ((inner, 1e-5), (slice(None), 1e-3)):
+        one, other = each.isel(subregion=where), every.isel(subregion=where)
+        np.testing.assert_allclose(one.pull_off_force, other.pull_off_force, rtol=tolerance)
+        np.testing.assert_allclose(one.pull_off_delta, other.pull_off_delta, atol=2e-5)
+        np.testing.assert_allclose(one.touch_delta, other.touch_delta, atol=1e-9)
+        least = 1e-6 * float(each.pull_off_force.max())
+        np.testing.assert_allclose(one.force, other.force.transpose(*one.force.dims), rtol=tolerance, atol=least)
+
+
+@pytest.mark.parametrize(("law", "length"), [("hamaker", 0.165), ("lennard_jones", 0.3), ("exponential", 2.0)])
+def test_what_lies_beyond_nothing_is_all_of_the_sphere(law, length):
+    found = potentials.potential(law, 0.1, length)
+    gaps = np.array([0.2, 1.0, 30.0])
+    for rectangle in ((1e-9,) * 4, (40.0, 90.0, 55.0, 20.0)):
+        beyond = kernels.outside(gaps, found, 700.0, False, rectangle)
+        x, y = (fine(low, high) for low, high in (rectangle[:2], rectangle[2:]))
+        rise = _rise(x[0][:, None] ** 2 + y[0] ** 2, 700.0)
+        inside = [float(x[1] @ tractions(gap + rise, found) @ y[1]) for gap in gaps]
+        assert beyond + inside == pytest.approx(potentials.sphere_pull(gaps, 700.0, found), rel=2e-6)
+
+
+def fine(low, high, n=400):
+    """Return Gauss's nodes from −low to high, crowded in the middle, and weights."""
+    t, w = np.polynomial.legendre.leggauss(n)
+    parts = [
+        (sign * side * ((1 + t) / 2) ** 3, side * w * 1.5 * ((1 + t) / 2) ** 2) for sign, side in ((-1, low), (1, high))
+    ]
+    return [np.concatenate(pair) for pair in zip(*parts)]
+
+
+def _rise(r2, radius):
+    return r2 / (radius + np.sqrt(radius**2 - r2))
+
+
+def tractions(g, law):
+    return potentials.tractions(g.ravel(), law).reshape(g.shape)
+
+
+@pytest.mark.parametrize(("sigma", "tolerance"), [(0.1, 0.01), (0.5, 0.1)])
+def test_work_left_over_gaussian_heights_is_the_mean_of_the_potential(sigma, tolerance):
+    """A large sphere over some 50 000 heights, cut at 4σ: 2πR W_eff within the sampling error."""
+    heights = np.random.default_rng(7).standard_normal(401 * 401 + 100)
+    heights = sigma * 0.3 * heights[np.abs(heights) < 4][: 401 * 401].reshape(401, 401)
+    ground = pair(scan(heights, 2.0), sphere_radius=1e5)
+    found = float(ground.contact.rigid(law="lennard_jones", length=0.3, delta=[-1.0]).pull_off_force[0])
+    left = reference.gaussian_work(rms=sigma * 0.3, length=0.3, work_of_adhesion=0.1)
+    assert found / (2 * np.pi * 1e5 * left) == pytest.approx(1, abs=tolerance)
+
+
+def test_force_falls_with_the_distance_and_ends_where_bodies_touch(rough):
+    found = rough.contact.rigid(subregions=(2, 2))
+    force, touch = found.force.transpose("subregion", "delta").values, found.touch_delta.values
+    for curve, t in zip(force, touch):
+        known = np.isfinite(curve)
+        assert (np.diff(curve[known]) < 0).all() and (curve[known] < 0).all()
+        assert (known == (found.delta.values <= t - 0.165 + 1e-9)).all()
+    assert (found.pull_off_force.values >= -np.nanmin(force, axis=1) - 1e-9).all()
+    assert ((found.pull_beyond_contact > 0) & (found.pull_beyond_contact < 1)).all()
+
+
+def test_a_moved_scan_pulls_alike_and_a_turned_one_too(rough):
+    moved = rough.assign(height=rough.height + 7.0)
+    moved["height"].attrs = rough.height.attrs
+    turned = rough.contact.rotate90(turns=2)
+    pulls = [ds.contact.rigid(delta=[-1.0]).pull_off_force.values for ds in (rough, moved, turned)]
+    np.testing.assert_allclose(pulls[1], pulls[0], rtol=1e-9)
+    np.testing.assert_allclose(pulls[2], pulls[0], rtol=1e-9)
+
+
+def test_an_indenter_given_as_a_map_of_the_sphere_pulls_as_the_sphere():
+    ground = self_affine((64, 64), 5.0, rms=1, hurst=0.6, rolloff=100, cutoff=20, seed=4)
+    x = np.arange(-160, 160.1, 5.0)
+    r2 = x[:, None] ** 2 + x**2
+    cap = xr.DataArray(-r2 / (2 * RADIUS), {"x": x, "y": x}, ("x", "y"), attrs={"units": "nm"})
+    given = {"contact_modulus": 40.0, "work_of_adhesion": 0.1}
+    middle = [ground.x.values[32]], [ground.y.values[32]]
+    by_map = ground.contact.assign_pair(indenter=cap, **given).contact.rigid(delta=[-1.0], subregions=middle)
+    by_sphere = pair(ground).contact.rigid(delta=[-1.0], subregions=middle, profile="parabola")
+    assert float(by_map.touch_delta[0]) == pytest.approx(float(by_sphere.touch_delta[0]), abs=1e-6)
+    assert float(by_map.pull_off_force[0]) == pytest.approx(float(by_sphere.pull_off_force[0]), rel=2e-2)
+
+
+def test_soft_summits_flatten_and_hold_more_hard_ones_hold_as_rigid(rough):
+    hard, rigid = rough.contact.rigid(limit="hardness", hardness=1e7), rough.contact.rigid()
+    np.testing.assert_allclose(hard.pull_off_force, rigid.pull_off_force, rtol=1e-3)
+    pulls = [float(rough.contact.rigid(limit="hardness", hardness=H).pull_off_force[0]) for H in (1.5, 3.0, 30.0)]
+    assert pulls[0] > pulls[1] > pulls[2] >= float(rigid.pull_off_force[0])
+
+
+def test_flattened_summits_bear_the_pull_at_the_hardness(rough):
+    found = rough.contact.rigid(limit="hardness", hardness=2.0, fields=True)
+    depth = float(found.pull_off_delta[0] - (found.touch_delta[0] - 0.165))
+    gap = found.gap.isel(subregion=0, delta=0) + float(found.delta[0]) - float(found.pull_off_delta[0])
+    overlap = np.sort(0.165 - gap.values[np.isfinite(gap.values)])[::-1]
+    excess = np.sort(overlap.max() - overlap)
+    area = np.interp(depth, excess, 9.77**2 * np.arange(excess.size))
+    assert 2.0 * area == pytest.approx(float(found.pull_off_force[0]), rel=1e-4)
+
+
+def test_elastic_limit_of_a_smooth_sphere_is_derjaguins():
+    """DMT: whatever flattens, the pull-off of a stiff sphere stays near 2πwR; the rigid limit is reached exactly."""
+    flat = scan(np.zeros((81, 81)), 4.0)
+    for modulus, tolerance in ((1e5, 0.002), (400.0, 0.03)):
+        found = pair(flat, contact_modulus=modulus).contact.rigid(limit="elastic", delta=[-1.0])
+        assert float(found.pull_off_force[0]) == pytest.approx(2 * np.pi * 0.1 * RADIUS, rel=tolerance)
+
+
+def test_fields_are_tractions_whose_sum_is_the_force():
+    ground = pair(self_affine((64, 64), 9.77, rms=2, hurst=0.6, rolloff=300, cutoff=25, seed=4), sphere_radius=300.0)
+    found = ground.contact.rigid(delta=[-2.0, -1.0], law="exponential", fields=True)
+    total = found.pressure.sum(["x", "y"]) * 9.77**2
+    np.testing.assert_allclose(total, found.force, rtol=1e-9)
+    assert float(found.gap.min()) > 0
+
+
+def test_retardation_weakens_what_is_far(rough):
+    plain, late = rough.contact.rigid(delta=[-30.0, -1.0]), rough.contact.rigid(delta=[-30.0, -1.0], retardation=100)
+    ratio = (late.force / plain.force).values[0]
+    assert 0.1 < ratio[0] < 0.4 < ratio[1] < 1
+
+
+def test_a_lazy_scan_gives_the_same_later(rough):
+    lazy = rough.chunk(x=40, y=96)
+    for options in ({"subregions": (2, 2), "delta": [-5.0, -1.0]}, {"subregions": "every pixel"}):
+        now, later = rough.contact.rigid(**options), lazy.contact.rigid(**options)
+        assert later.chunks
+        xr.testing.assert_allclose(later.compute(), now, rtol=1e-9)
+
+
+def test_hamaker_constant_and_work_of_adhesion_go_together():
+    ground = scan(np.zeros((81, 81)), 4.0)
+    named = ground.contact.assign_pair(sphere_radius=RADIUS, materials="glass/alumina")
+    assert float(named.hamaker_constant) == pytest.approx(np.sqrt(0.065 * 0.152))
+    assert named.hamaker_constant.units == "nN nm"
+    found = named.contact.rigid(delta=[-1.0])
+    assert found.attrs["length"] == pytest.approx(0.165)
+    assert float(found.hamaker_constant) == float(named.hamaker_constant)
+    both = pair(ground, hamaker_constant="1e-19 J", work_of_adhesion=0.05)
+    z0 = np.sqrt(0.1 / (12 * np.pi * 0.05))
+    assert both.contact.rigid(delta=[-1.0]).attrs["length"] == pytest.approx(z0)
+    same = [float(both.contact.rigid(delta=[-9.0], law=law).force[0, 0]) for law in ("hamaker", "lennard_jones")]
+    assert same[0] == pytest.approx(same[1], rel=1e-6)
+    closed = reference.hamaker_sphere(9.0, radius=RADIUS, hamaker_constant=0.1)
+    assert -same[0] == pytest.approx(closed, rel=1e-4)
+    with pytest.warns(roughxr.materials.ImplausiblePair, match="closest approach of 0.0"):
+        pair(ground, hamaker_constant=0.065, work_of_adhesion=1.35)
+    with pytest.raises(ValueError, match="medium"):
+        ground.contact.assign_pair(sphere_radius=RADIUS, materials="glass", medium="honey")
+    water = ground.contact.assign_pair(sphere_radius=RADIUS, materials="glass", medium="water")
+    assert float(water.hamaker_constant) == pytest.approx(roughxr.hamaker_constant("glass", medium="water"))
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"law": "jkr"}, "law: expected one of"),
+        ({"limit": "cutoff"}, "limit: expected one of"),
+        ({"limit": "hardness"}, "hardness: expected for limit='hardness'"),
+        ({"hardness": 5.0}, "hardness: expected for limit='hardness'"),
+        ({"law": "lennard_jones", "limit": "elastic"}, "pushes by itself"),
+        ({"law": "dugdale", "retardation": 100}, "retardation"),
+        ({"subregions": "all"}, "every pixel"),
+        ({"subregions": "every pixel", "limit": "elastic"}, "limit='cut_off'"),
+        ({"length": -1}, "length"),
+        ({"limit": "hardness", "hardness": 0.5}, "more than the largest traction"),
+    ],
+)
+def test_what_is_wrong_is_said(rough, options, words):
+    with pytest.raises(ValueError, match=words):
+        rough.contact.rigid(**options)
+
+
+def test_no_work_of_adhesion_is_said(rough):
+    with pytest.raises(ValueError, match="work_of_adhesion"):
+        pair(rough, work_of_adhesion=0).contact.rigid()
+
+
+def test_smaller_cells_converge_and_coarse_ones_warn(rough):
+    with pytest.warns(UserWarning, match="one cell at closest approach holds"):
+        rough.contact.rigid(delta=[-1.0])
+    pulls = [float(rough.contact.rigid(delta=[-1.0], refine=n).pull_off_force[0]) for n in (8, 16, 24)]
+    assert abs(pulls[2] / pulls[1] - 1) < 0.02 and abs(pulls[2] / pulls[0] - 1) < 0.1
+
+
+def test_rigid_meets_the_stiff_limit_of_its_own_elastic_approach(rough):
+    stiff = rough.contact.assign_pair(sphere_radius=RADIUS, contact_modulus=1e4, work_of_adhesion=0.1)
+    pulls = [
+        float(stiff.contact.rigid(delta=[-1.0], limit=limit).pull_off_force[0]) for limit in ("cut_off", "elastic")
+    ]
+    assert pulls[1] == pytest.approx(pulls[0], rel=0.01)
