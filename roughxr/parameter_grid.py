@@ -88,6 +88,8 @@ def vary(
         if key not in solved:
             solved[key] = solve(ds.assign_coords(pair), **options)
         parts.append(_scaled(solved[key], pair).expand_dims(varied))
+    if any("delta" in part.dims and not part["delta"].equals(parts[0]["delta"]) for part in parts):
+        raise ValueError("delta: expected displacements in nm, since their default differs from one pair to the next")
     how = {"join": "exact", "combine_attrs": "drop_conflicts", "data_vars": "all", "coords": "minimal"}
     out = xr.combine_by_coords(parts, compat="override", **how)
     arguments = {name: given[name] for name in varied}

@@ -108,3 +108,8 @@ def test_parameters_are_a_run(tmp_path, surface):
 def test_bad_parameters_are_refused_in_words(surface, values, says):
     with pytest.raises(ValueError, match=says):
         vary(surface, superpose, delta=[1.0], **values)
+
+
+def test_displacements_that_would_differ_from_pair_to_pair_are_asked_for(surface):
+    with pytest.raises(ValueError, match="delta: expected displacements in nm, since their default differs"):
+        vary(surface, superpose, sphere_radius=[1000.0, 4000.0], subregions=(2, 2))

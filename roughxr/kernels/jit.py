@@ -100,11 +100,8 @@ class _Notice(event.Listener):
             return
         self.told = True
         lost = "NOT kept, every process does it anew: set NUMBA_CACHE_DIR to a folder that can be written to"
-        print(
-            f"roughxr: compiling once, {'kept for later' if _cached else lost}; it takes up to a minute",
-            file=sys.stderr,
-            flush=True,
-        )
+        kept = "kept for later" if _cached else lost
+        print(f"roughxr: compiling once (up to a minute), {kept}", file=sys.stderr, flush=True)
 
 
 event.register("numba:compile", _Notice())

@@ -51,9 +51,9 @@ def pdf(
         As `scipy.stats.gaussian_kde` takes them (kde); Scott's rule by default.
     boundary : "auto", None or number
         Value below which there is nothing (kde): what the kernels lay there is reflected. By default 0 for
-        what cannot be negative, such as ``pull_off_force``, and none otherwise; an axis ratio ends at 1 likewise.
-        Reflection keeps the estimate's integral, not its mean: where samples reach down to the boundary this lies 3 to
-        6 % above theirs. Take means from `summary`, not from a density.
+        what cannot be negative, such as ``pull_off_force``, and none otherwise. Reflection keeps the estimate's
+        integral, not its mean: where samples reach down to the boundary this lies 3 to 6 % above theirs. Take means
+        from `summary`, not from a density. An axis ratio ends at 1 likewise.
     weights : str or DataArray, optional
         What each sample counts for: a variable of ``ds``, or an array along the same dimension.
 
