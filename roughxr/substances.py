@@ -31,9 +31,9 @@ class Material(NamedTuple):
 
 
 #: By name. Glass is the paper's; silicon's modulus is that of a (100) face. Looked up again: the moduli of steel (207),
-#: polystyrene (2.28 to 3.28) and PTFE (0.40 to 0.55) in the handbook's table B.2; polystyrene's Hamaker constant (65)
-#: in Walstra, Physical Chemistry of Foods, table 12.2. Dowling, Mechanical Behavior of Materials, table 5.2, has 400
-#: and 0.22 for alumina, 70 and 0.18 for fused silica, 212 and 0.293 for steel. The rest was not looked up again.
+#: polystyrene (2.28 to 3.28) and PTFE (0.40 to 0.55) in the handbook's table B.2; polystyrene's A (65) in
+#: Walstra, Physical Chemistry of Foods, table 12.2. Dowling, Mechanical Behavior of Materials, table 5.2, has 400 and
+#: 0.22 for alumina, 70 and 0.18 for fused silica, 212 and 0.293 for steel. The rest was not looked up again.
 MATERIALS = {
     "glass": Material(75.0, 0.22, "Cheng, Dunn & Brach (2002)", 0.065, f"{_BERGSTROM}, of silica"),
     "silica": Material(73.0, 0.17, _HANDBOOK, 0.065, _BERGSTROM),
