@@ -66,10 +66,10 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
 
 def _main(ds: xr.Dataset) -> str:
     """Return the variable that a Dataset is about."""
-    if "force" in ds and set(ds["force"].dims) == {"subregion", "delta"}:
-        return "force"
     first = next(iter(map(str, ds.data_vars)), "")
-    return next((name for name in ("pull_off_force", "pressure", "force", "height") if name in ds.data_vars), first)
+    swept = "force" in ds and set(ds["force"].dims) == {"subregion", "delta"}  # it may tell its pull-off besides
+    names = ("pressure", "force", "height") if swept else ("pull_off_force", "pressure", "force", "height")
+    return next((name for name in names if name in ds.data_vars), first)
 
 
 def _samples(ds: xr.Dataset, name: str, ax: Any, on: str = "distribution", **options: Any):
