@@ -72,6 +72,13 @@ def statistics(solutions: dict[str, xr.Dataset]) -> xr.Dataset:
     return roughxr.summary(pull) if densities else tables[0]
 
 
+def stiff(scan: xr.Dataset) -> xr.Dataset:
+    """Take bodies too stiff to bend, and what finer scales would do."""
+    constant: float = roughxr.hamaker_constant("glass")
+    tables: list[xr.Dataset] = [roughxr.formulas(scan), roughxr.regime(scan), roughxr.scale_dependence(scan)]
+    return roughxr.rigid(scan, subregions=(2, 2)) if constant and tables else scan
+
+
 def shown(ds: xr.Dataset) -> pd.DataFrame:
     """Look at a result."""
     roughxr.plot(ds, "height", ax=None).set_title("as it is")
