@@ -9,6 +9,7 @@ import argparse
 import base64
 import io
 import math
+import os
 import re
 import sys
 import time
@@ -96,6 +97,7 @@ def _small_picture(encoded: str) -> str:
 def executed(path: Path):
     """Return a notebook as it comes out of a run from its own folder."""
     notebook = nbformat.read(path, as_version=4)
+    os.environ.pop("MPLBACKEND", None)  # a notebook's own shows pictures where they are asked for
     NotebookClient(notebook, timeout=1200, resources={"metadata": {"path": str(FOLDER)}}).execute()
     return notebook
 

@@ -180,7 +180,7 @@ def jkr_pull_off(
         return float(sphere)
     if formulation == "self_similar":
         return float(jkr.self_similar_units(A, B, 1.0, w).P)
-    state = elliptic_jkr.branch(formulation, B / A, elliptic_jkr.largest_tension(formulation, B / A))
+    state = elliptic_jkr.contact_at(formulation, B / A, elliptic_jkr.largest_tension(formulation, B / A))
     return float(-state.P * jkr.self_similar_units(A, B, 1.0, w).P)
 
 
@@ -275,7 +275,7 @@ def maugis_sphere(
         work_of_adhesion=work_of_adhesion,
         equilibrium_distance=equilibrium_distance,
     )
-    P, a, delta = maugis.branch(maugis.parameter(mu), 1 + np.geomspace(1e-5, 1e7, points))
+    P, a, delta = maugis.contact_at(maugis.parameter(mu), 1 + np.geomspace(1e-5, 1e7, points))
     order = np.argsort(a)
     data = {"delta": ("semi_axis_a", units.delta * delta[order]), "force": ("semi_axis_a", units.P * P[order])}
     return schema.label(xr.Dataset(data, {"semi_axis_a": units.a * a[order]}))

@@ -38,10 +38,14 @@ def _of_figure_15(run: Run, method: str) -> dict[str, float]:
     """Return what the place of figure 15 does: the one without debris that sticks most by the published formulas."""
     clean = run["statistics/published"]["pull_off_force"].where(~_debris(run, "solutions/published"))
     place = {"subregion": int(clean.fillna(0).argmax("subregion"))}
+    rows = {
+        "pull-off, place of figure 15 [µN]": _MICRO * float(run[f"statistics/{method}"]["pull_off_force"].isel(place))
+    }
+    if "force" not in run[f"solutions/{method}"]:
+        return rows  # of a preload events alone are kept
     force = run[f"solutions/{method}"]["force"].isel(place)
     pulling = force["delta"].values[force.values < 0]
-    return {
-        "pull-off, place of figure 15 [µN]": _MICRO * float(run[f"statistics/{method}"]["pull_off_force"].isel(place)),
+    return rows | {
         "that place pulls from [nm]": float(pulling.min(initial=np.inf)),
         "that place pulls to [nm]": float(pulling.max(initial=-np.inf)),
     }
