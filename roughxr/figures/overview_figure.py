@@ -10,8 +10,8 @@ from .distributions import distribution
 from .maps import contact_grid, field_map
 from .style import PAGE, TITLE, styled
 
-#: Formulations drawn, and what they are called.
-_SHOWN = {"published": "as published", "energy": "corrected, least energy"}
+#: Methods drawn, and what they are called.
+_SHOWN = {"adhesive": "direct simulation with adhesion", "energy": "superposed, least energy"}
 
 
 @styled
@@ -21,8 +21,8 @@ def overview(run: Mapping[str, xr.Dataset]):
     Parameters
     ----------
     run : mapping of str to Dataset
-        The groups of a run: "scan", "solutions/direct", "solutions/contact", "statistics/published" and
-        "statistics/energy".
+        The groups of a run: "scan", "solutions/direct", "solutions/contact" and "statistics/energy", and
+        "statistics/adhesive" where it has one.
 
     Returns
     -------
@@ -36,7 +36,8 @@ def overview(run: Mapping[str, xr.Dataset]):
     contact_grid(run["scan"], run["solutions/direct"], ax=where)
     contact = run["solutions/contact"]
     field_map(contact, "pressure", ax=pressure)
-    _pull_offs({label: run[f"statistics/{name}"] for name, label in _SHOWN.items()}, pull)
+    shown = {label: run[f"statistics/{name}"] for name, label in _SHOWN.items() if f"statistics/{name}" in run}
+    _pull_offs(shown, pull)
     delta = float(contact["delta"][0])
     titles = "Where the sphere lands", f"How hard it presses, at δ = {delta:g} nm", "How hard it sticks"
     for ax, title in zip((where, pressure, pull), titles):
