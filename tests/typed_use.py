@@ -75,7 +75,11 @@ def statistics(solutions: dict[str, xr.Dataset]) -> xr.Dataset:
 def stiff(scan: xr.Dataset) -> xr.Dataset:
     """Take bodies too stiff to bend, and what finer scales would do."""
     constant: float = roughxr.hamaker_constant("glass")
-    tables: list[xr.Dataset] = [roughxr.formulas(scan), roughxr.regime(scan), roughxr.scale_dependence(scan)]
+    tables: list[xr.Dataset] = [
+        roughxr.formulas(scan),
+        roughxr.regime(scan),
+        roughxr.scale_dependence(scan, shortest=[20.0]),
+    ]
     return roughxr.rigid(scan, subregions=(2, 2)) if constant and tables else scan
 
 
