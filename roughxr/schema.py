@@ -118,7 +118,9 @@ VARIABLES: dict[str, Variable] = {
     "excluded_asperities": Variable("1", "asperities left out", "no peak under this sphere"),
     # adhesive contact
     # yield
-    "yielded_fraction": Variable("1", "share of the force at or above the hardness", "of the elastic, or yielding, cells"),
+    "yielded_fraction": Variable(
+        "1", "share of the force at or above the hardness", "of the elastic, or yielding, cells"
+    ),
     "yielded_area_fraction": Variable("1", "share of the contact area at or above the hardness"),
     "yielded_area": Variable("nm2", "area that has yielded", "at the hardness now, or earlier on the way"),
     "plastic_work": Variable("nN nm", "plastic work", "hardness times the volume that gave way"),

@@ -44,12 +44,22 @@ class Material(NamedTuple):
 #: 0.22 for alumina, 70 and 0.18 for fused silica, 212 and 0.293 for steel. Fused silica's hardness at large indents is 7.3
 #: (an interlaboratory comparison of 2008). The rest was not looked up again.
 MATERIALS = {
-    "glass": Material(75.0, 0.22, "Cheng, Dunn & Brach (2002)", 6.0, f"{_OLIVER}, of soda-lime glass", 0.065, f"{_BERGSTROM}, of silica"),
+    "glass": Material(
+        75.0,
+        0.22,
+        "Cheng, Dunn & Brach (2002)",
+        6.0,
+        f"{_OLIVER}, of soda-lime glass",
+        0.065,
+        f"{_BERGSTROM}, of silica",
+    ),
     "silica": Material(73.0, 0.17, _HANDBOOK, 9.0, _OLIVER, 0.065, _BERGSTROM),
     "alumina": Material(380.0, 0.22, _HANDBOOK, 20.0, f"{_OLIVER}, less than sapphire's", 0.152, _BERGSTROM),
     "polystyrene": Material(2.8, 0.33, _HANDBOOK, 0.2, _THIRD, 0.065, _ISRAELACHVILI),
     "ptfe": Material(0.5, 0.46, _HANDBOOK, 0.05, _THIRD, 0.038, _ISRAELACHVILI),
-    "silicon": Material(130.0, 0.28, "Hopcroft, Nix & Kenny, J. MEMS 19 (2010) 229, <100>", 12.0, f"{_OLIVER} and others"),
+    "silicon": Material(
+        130.0, 0.28, "Hopcroft, Nix & Kenny, J. MEMS 19 (2010) 229, <100>", 12.0, f"{_OLIVER} and others"
+    ),
     "steel": Material(207.0, 0.30, _HANDBOOK, 2.0, f"{_THIRD}, annealed; 8 if hardened"),
     "gold": Material(77.0, 0.42, _HANDBOOK, 1.0, "of thin films and small indents; 0.3 of annealed bulk"),
 }

@@ -11,7 +11,6 @@ from roughxr.kernels.halfspace.yielding import residual_heights
 from roughxr.materials import assign_pair
 
 from .surfaces import rough, scan, sphere_gap
-from .test_displacement_control import independent_gap
 from .test_halfspace import printed_coefficients
 
 E, H = 39.4, 6.0
@@ -58,31 +57,34 @@ def test_a_paraboloid_that_yields(times):
         assert found.area == pytest.approx(AREAS[times] * np.pi * radius * depth, rel=1e-2)  # a staircase of cells
 
 
-def test_its_error_falls_with_the_cell():
-    """At second order on average, against the finest mesh, at twice and five times the depth of first yield."""
-    for times in (2, 5):
-        coarse, middle, fine, exact = (pressed_paraboloid(times, n)[0].force for n in (8, 16, 32, 96))
-        errors = np.abs(np.array([coarse, middle, fine]) / exact - 1)
-        assert (errors[0] / errors[2]) ** 0.5 >= 3.0
-        assert errors[2] < 5e-4
+@pytest.mark.parametrize("times", [2, 5])
+def test_its_error_falls_with_the_cell(times):
+    """More than 3.5-fold per halving on average, over several places of the contact's rim on the grid."""
+    exact = FORCES[times] * yield_load(1000.0)
+    errors = [
+        np.mean([abs(pressed_paraboloid(times, n * part)[0].force / exact - 1) for part in (1, 1.07, 1.13, 1.21, 1.3)])
+        for n in (8, 32)
+    ]
+    assert (errors[0] / errors[1]) ** 0.5 >= 3.5
 
 
 @pytest.mark.parametrize("ratio", [1.0, 4.0])
 def test_deep_indentations_bear_the_hardness_on_what_they_displace(ratio):
-    """P → HA and A → 2π √(R₁R₂) δ: 0.6 and 2 % short of it at 300 times the depth of first yield, nearing on the way."""
-    radius, shares, areas = 1000.0, [], []
-    for times in (30, 300):
+    """P → HA and A → 2π √(R₁R₂) δ, what is wanting as the root of the depth: the elastic part of it grows as that."""
+    radius, bears, covers = 1000.0, [], []
+    for times in (300, 3000):
         delta = times * yield_depth(radius)
         dx = np.sqrt(2 * radius * delta) / 40
         found = solve(paraboloid(delta, dx, radius, ratio), delta, dx)
-        shares.append(found.force / (H * found.area))
-        areas.append(found.area / (2 * np.pi * radius * np.sqrt(ratio) * delta))
-    assert shares[0] < shares[1] <= 1.0 and shares[1] == pytest.approx(1.0, abs=1e-2)
-    assert areas[0] < areas[1] and areas[1] == pytest.approx(1.0, abs=2e-2)
+        bears.append(1 - found.force / (H * found.area))
+        covers.append(1 - found.area / (2 * np.pi * radius * np.sqrt(ratio) * delta))
+    assert 0 < bears[1] < min(1e-3, bears[0])
+    assert 0 < covers[1] < 0.03
+    assert covers[0] / covers[1] == pytest.approx(np.sqrt(10), rel=0.1)
 
 
 def test_scaling_laws_of_an_ellipse_that_yields():
-    separation, delta, dx = paraboloid(40.0, 5.0, 500.0, ratio=3.0), 40.0, 5.0
+    separation, delta, dx = paraboloid(150.0, 10.0, 500.0, ratio=3.0), 150.0, 10.0
     once = solve(separation, delta, dx, tolerance=1e-9)
     assert 0.1 < once.hard_area / once.area < 0.95
     larger = solve(4 * separation, 4 * delta, 4 * dx, tolerance=1e-9)
@@ -120,7 +122,7 @@ def test_equals_a_dense_solver_on_small_grids(seed, delta, hardness):
 
 def assert_yields(found, separation, delta, dx, hardness):
     """Hold the conditions against an independent sum."""
-    gap = independent_gap(found, separation, delta, dx) if E == 39.407 else plain_gap(found, separation, delta, dx)
+    gap = plain_gap(found, separation, delta, dx)
     small, hard = 1e-6 * delta, found.pressure >= hardness
     assert found.converged
     assert 0 <= found.pressure.min() and found.pressure.max() <= hardness
@@ -171,12 +173,9 @@ def test_without_a_limit_all_is_elastic():
             assert hard.hard_force == hard.hard_area == hard.dent == 0
 
 
-@pytest.mark.parametrize("load", [1.0, 1e3, 3e4, 4e5])
-@pytest.mark.parametrize("hardness", [0.5, 2.0, 8.0])
+@pytest.mark.parametrize(("load", "hardness"), [(1.0, 0.5), (1e3, 0.5), (3e4, 0.5), (3e4, 2.0), (4e5, 2.0), (4e5, 8.0)])
 def test_load_control_finds_the_displacement(load, hardness):
     separation = window(65, 8, rms=1.0)
-    if load > hardness * 0.8 * separation.size * 9.77**2:
-        pytest.skip("more than the window bears at this hardness")
     ((delta, found),) = loaded(separation, [load], 9.77, E, hardness=kalker.Hardness(hardness))
     assert found.converged and found.pressure.max() <= hardness
     assert found.force == pytest.approx(load, rel=1e-6)
@@ -219,7 +218,7 @@ def glass(height, **options):
 
 @pytest.fixture(scope="module")
 def surface():
-    return glass(rough(96, rms=1.5, seed=11))
+    return glass(rough(96, smooth=1.2, seed=11))
 
 
 def test_result_is_labelled(surface):
@@ -318,7 +317,7 @@ def test_elastic_results_tell_what_lies_above_the_hardness(surface):
 
 
 def test_named_materials_bring_an_estimate_at_which_nothing_yields():
-    height = rough(64, rms=1.5, seed=11)
+    height = rough(64, smooth=1.2, seed=11)
     named = assign_pair(scan(height), sphere_radius=3000, materials="glass/gold")
     assert float(named.hardness_estimate) == 1.0 and "hardness" not in named.coords
     found = direct(named, delta=[6, 12])

@@ -154,9 +154,7 @@ def _count(chosen):
 
 
 @kernel(inline=True)
-def _solve_cells(
-    chosen, depth, pressure, touching, displacement, goal, max_iterations, load, cap, coefficients, known
-):
+def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, cap, coefficients, known):
     """Solve on the chosen cells; pressures, displacements and, under a load, depths are written into the box.
 
     The displacement is that of the pressure already, or NaN.
