@@ -6,9 +6,9 @@ w = A/(12π D₀²) with Hamaker's constant A and the cut-off D₀ = 0.165 nm, �
 its table 13.2). Films of water, contact for long, and cleaved
 crystals stick harder: who has measured it gives ``work_of_adhesion``.
 
-Hardness is an estimate to one digit: it hangs on treatment, purity, rate and size, and the small indents that asperities
-make are up to some times harder than large ones. It tells where elasticity is to be doubted; who has measured it gives
-``hardness``, and what presses harder then yields.
+Hardness is an estimate to one digit: it hangs on treatment, purity, rate and size, and the small indents that
+asperities make are harder than large ones, of metals by some times. It tells where elasticity is to be doubted; who has
+measured it gives ``hardness``, and what presses harder then yields.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ class Material(NamedTuple):
 #: By name. Glass is the paper's; silicon's modulus is that of a (100) face. Looked up again: the moduli of steel (207),
 #: polystyrene (2.28 to 3.28) and PTFE (0.40 to 0.55) in the handbook's table B.2; polystyrene's A (65) in
 #: Walstra, Physical Chemistry of Foods, table 12.2. Dowling, Mechanical Behavior of Materials, table 5.2, has 400 and
-#: 0.22 for alumina, 70 and 0.18 for fused silica, 212 and 0.293 for steel. Fused silica's hardness at large indents is 7.3
-#: (an interlaboratory comparison of 2008). The rest was not looked up again.
+#: 0.22 for alumina, 70 and 0.18 for fused silica, 212 and 0.293 for steel. Fused silica's hardness at large indents is
+#: 7.3 (an interlaboratory comparison of 2008). The rest was not looked up again.
 MATERIALS = {
     "glass": Material(
         75.0,

@@ -1,4 +1,6 @@
-"""Contacts that yield at a hardness: kernels and the direct simulation, against limits, identities and a dense solver."""
+"""Contacts that yield at a hardness, against limits, identities and a dense solver: kernels and direct simulation."""
+
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -203,7 +205,7 @@ def test_what_has_yielded_goes_on_yielding():
     """Pressures only grow, and dents only deepen, so that loading leaves what its deepest displacement says."""
     separation, deltas = window(48, 12, smooth=1.0), np.linspace(2, 20, 30)
     found = kalker.sweep(separation, deltas, 9.77, E, hardness=kalker.Hardness(3.0), tolerance=1e-9)
-    for before, after in zip(found, found[1:]):
+    for before, after in pairwise(found):
         assert (after.pressure - before.pressure).min() >= -1e-6
         assert (after.pressure[before.pressure >= 3.0] >= 3.0).all()
 

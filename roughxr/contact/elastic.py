@@ -1,8 +1,8 @@
 """Direct simulation without adhesion: the contact of the indenter with the scan itself, wherever it lands.
 
-All stays elastic, or yields where the pressure reaches an assigned hardness, on the way in; on the way out it is elastic
-on the shape that is left. Every subregion is one task with its whole sweep inside, so that each displacement starts from
-the one before.
+All stays elastic, or yields where the pressure reaches an assigned hardness, on the way in; on the way out it is
+elastic on the shape that is left. Every subregion is one task with its whole sweep inside, so that each displacement
+starts from the one before.
 """
 
 from __future__ import annotations

@@ -303,7 +303,7 @@ def _count(pressure, gap, contact, cap, goal):
 
 @kernel(inner=True)
 def _exchange(pressure, gap, contact, cap, change, goal, single):
-    """Free cells beyond the bounds and take in those with the wrong gap, all or the first; say whether any was freed."""
+    """Free cells beyond the bounds, take in those with the wrong gap, all or the first; say whether any was freed."""
     freed = False
     for k in range(gap.size - 1):
         change[k] = 0.0

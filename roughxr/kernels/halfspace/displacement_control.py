@@ -5,8 +5,8 @@ On cells with undeformed separation S (nm), at a displacement δ (nm), find pres
     p ≥ 0,     g = S + A p − δ ≥ 0,     p g = 0                       (Kalker 1990; Cheng, Dunn & Brach, eqs. 36–39)
 
 or, of a material that yields at the hardness H (GPa), p ≤ H as well, with g ≤ 0 where p = H: there the surface gives
-way by −g (``yielding``). The active set (``active_set``) finds which cells touch. Here it is given as few cells as possible, and a good
-start, none of which changes the solution:
+way by −g (``yielding``). The active set (``active_set``) finds which cells touch. Here it is given as few cells as
+possible, and a good start, none of which changes the solution:
 
 - Only cells with S < δ can carry load, since A p ≥ 0; everything else is cut away.
 - Of these, the cells whose gap is well open in the warm start (``warm_start``) are left out too, until one product
@@ -46,6 +46,10 @@ class Hardness(NamedTuple):
         return (limit if self.yielding else np.inf), limit
 
 
+#: Of what never yields.
+ELASTIC = Hardness()
+
+
 class Solution(NamedTuple):
     """One contact on a window of dx × dx cells, and how the solve ended."""
 
@@ -66,9 +70,7 @@ class Solution(NamedTuple):
         return self.status == CONVERGED
 
 
-def solve(
-    separation, delta, dx, contact_modulus, *, tolerance=1e-6, start=None, max_iterations=5000, hardness=Hardness()
-):
+def solve(separation, delta, dx, contact_modulus, *, tolerance=1e-6, start=None, max_iterations=5000, hardness=ELASTIC):
     """Solve the contact at one displacement.
 
     Parameters
@@ -112,7 +114,7 @@ def sweep_arrays(
     tolerance=1e-6,
     start=None,
     max_iterations=5000,
-    hardness=Hardness(),
+    hardness=ELASTIC,
     keep=0,
 ):
     """Do as `sweep`, in arrays: (delta, 8) of ``FORCE`` … ``DENT``, and fields (keep, nx, ny) of the last ``keep``."""

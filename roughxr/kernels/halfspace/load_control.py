@@ -4,7 +4,8 @@ On cells with undeformed separation S, under a load P, find pressures p and the 
 
     p ≥ 0,     g = S + A p − δ ≥ 0,     p g = 0,     Σ p = P             (as ``displacement_control``, with P for δ)
 
-by ``active_set``; p ≤ H as well of a material that yields. Source: own; conjugate gradients under a prescribed load go back to Polonsky & Keer (1999).
+by ``active_set``; p ≤ H as well of a material that yields. Source: own; conjugate gradients under a prescribed load go
+back to Polonsky & Keer (1999).
 Only the cells to work on are chosen by a guess of δ, from the load before or from cells twice as large; where δ turns
 out to lie deeper, or far less deep, they are chosen again.
 
@@ -17,7 +18,7 @@ import numpy as np
 
 from ..jit import kernel
 from .active_set import CONVERGED, ITERATION_LIMIT, Outcome
-from .displacement_control import FORCE, STATUS, Hardness, describe, in_units, records, solutions
+from .displacement_control import ELASTIC, FORCE, STATUS, describe, in_units, records, solutions
 from .products import coefficients_for, no_transfers
 from .warm_start import COARSE_ITERATIONS, COARSE_TOLERANCE, extrapolated, half_deep, halved, refined
 from .working_set import WarmStart, depth_in, overlapping, put, solve_in_box
@@ -46,7 +47,7 @@ def loaded(separation, loads, dx, contact_modulus, **limits):
 
 
 def loaded_arrays(
-    separation, loads, dx, contact_modulus, *, tolerance=1e-6, max_iterations=5000, hardness=Hardness(), keep=0
+    separation, loads, dx, contact_modulus, *, tolerance=1e-6, max_iterations=5000, hardness=ELASTIC, keep=0
 ):
     """Do as `loaded`, in arrays: displacements (load,), and what `displacement_control.sweep_arrays` returns."""
     separation = np.ascontiguousarray(separation, dtype=float)

@@ -5,10 +5,10 @@ Loading to a displacement δ (``displacement_control``, ``load_control``) meets,
     0 ≤ p ≤ H,     g = S + A p − δ,     g ≥ 0 where p = 0,     g = 0 where 0 < p < H,     g ≤ 0 where p = H
 
 (Almqvist et al. 2007; Weber et al. 2018): cells at the hardness give way by −g. As δ grows their pressure stays and no
-other pressure falls, A's inverse on the cells in contact taking 1 to pressures ≥ 0; nor does any cell's g/δ rise. So a
-cell that yields goes on yielding, and what is left at δ hangs on δ alone, not on the way there: the height −g lost where
-p = H. On the surface without it the same pressures are the elastic solution. From there retraction, and loading again up
-to δ, are elastic, with pressures that fall with δ everywhere: nothing yields twice.
+other falls, since a flat punch presses down everywhere; nor does any cell sink elastically by more than δ grows. So a
+cell that yields goes on yielding, and what is left at δ hangs on δ alone, not on the way there: the height −g lost
+where p = H. On the surface without it the same pressures are the elastic solution. From there retraction, and loading
+again up to δ, are elastic, with pressures that fall with δ everywhere: nothing yields twice.
 
 The work done by H on the volume lost, H Σ −g dx², is what one cycle dissipates. Source: own, on the works cited.
 """
