@@ -272,6 +272,18 @@ def bump(shift=0, n=61, pixel=6.0, radius=500.0):
     return surfaces.glass_pair(surfaces.scan(height, pixel))
 
 
+@pytest.mark.parametrize("material", [{"work_of_adhesion": 1.35, "contact_modulus": 39.4}, {"materials": "glass"}])
+def test_the_step_does_not_decide_the_pull_off(material):
+    """Contacts let go within a small part of a step, of stiff summits and of soft: the largest pull is found all the same.
+
+    Retraction must not be content with what the approach pulled, nor with the first state beyond a contact's end.
+    """
+    glass = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, adhesion_range=0.3, **material)
+    places = ([833.0, 2500.0], [833.0, 4167.0])
+    pulls = [glass.contact.adhesive(subregions=places, refine=2, step=step).pull_off_force for step in (0.4, 0.1)]
+    np.testing.assert_allclose(*pulls, rtol=0.03)
+
+
 def test_moving_the_heights_by_a_pixel_changes_little():
     # under the paraboloid that stays, the contact goes along by a part of a pixel only: 6/7 of it
     pulls = [
