@@ -57,6 +57,8 @@ VARIABLES: dict[str, Variable] = {
     "contact_modulus": Variable("GPa", "contact modulus E*", "1/E* = (1-nu1^2)/E1 + (1-nu2^2)/E2"),
     "work_of_adhesion": Variable("J m-2", "work of adhesion w", "w = 2 gamma for equal bodies"),
     "adhesion_range": Variable("nm", "range of adhesion", "length over which the pull falls by e: strength = w/range"),
+    "hardness": Variable("GPa", "hardness H", "the largest pressure; beyond it the softer body yields"),
+    "hardness_estimate": Variable("GPa", "estimated hardness", "of named materials; told of, nothing yields at it"),
     "hamaker_constant": Variable("nN nm", "Hamaker constant A", "across what lies between; 1 nN nm = 1e-18 J"),
     "indenter_height": Variable("nm", "indenter height", "points out of the indenter; its maximum touches first"),
     "indenter_x": Variable("nm", "x from the contact centre"),
@@ -132,6 +134,14 @@ VARIABLES: dict[str, Variable] = {
     "contacts_overlapping": Variable("1", "contacts that overlap a neighbour's"),
     "excluded_asperities": Variable("1", "asperities left out", "no peak under this sphere"),
     # adhesive contact
+    # yield
+    "yielded_fraction": Variable(
+        "1", "share of the force at or above the hardness", "of the elastic, or yielding, cells"
+    ),
+    "yielded_area_fraction": Variable("1", "share of the contact area at or above the hardness"),
+    "yielded_area": Variable("nm2", "area that has yielded", "at the hardness now, or earlier on the way"),
+    "plastic_work": Variable("nN nm", "plastic work", "hardness times the volume that gave way"),
+    "residual_height": Variable("nm", "height that is left", "below zero where the surface gave way for good"),
     "branch": Variable("1", "branch", "loading: delta grows; retraction: it falls, from the largest on"),
     "energy": Variable("nN nm", "potential energy", "elastic energy less the energy of adhesion"),
     "dissipated": Variable("nN nm", "energy dissipated so far", "freed in jumps"),
@@ -230,7 +240,7 @@ KINDS: dict[str, dict[str, tuple[str, ...]]] = {
 PAIR = ("sphere_radius", "contact_modulus", "work_of_adhesion")
 
 #: The same, with what may be assigned beside it.
-TRAVELLING = (*PAIR, "adhesion_range", "hamaker_constant")
+TRAVELLING = (*PAIR, "adhesion_range", "hamaker_constant", "hardness", "hardness_estimate")
 
 
 def attributes(name: str) -> dict[str, str]:
