@@ -25,6 +25,12 @@ def cautions(run: Run) -> list[str]:
     Returns
     -------
     list of str
+
+    Examples
+    --------
+    >>> from roughxr.synthetic import self_affine
+    >>> cautions({"scan": self_affine((16, 16), 10, rms=1, hurst=0.8, rolloff=80, seed=1)})[0]
+    'The scan is synthetic: made from a seed, not measured.'
     """
     found = [
         _synthetic(run),
@@ -53,6 +59,12 @@ def superposed(run: Run) -> list[str]:
     Returns
     -------
     list of str
+
+    Examples
+    --------
+    >>> pair = {"work_of_adhesion": 0.1, "sphere_radius": 500.0}
+    >>> superposed({"solutions/self_similar": xr.Dataset(coords=pair, attrs={"expectation": "half of it"})})
+    ['Superposed (self similar): half of it.']
     """
     said = []
     for name, ds in run.items():
