@@ -421,7 +421,8 @@ def contact_section(
     >>> [line.get_label() for line in ax.lines[:3]]
     ['before', 'indenter', 'in contact']
     """
-    one = _contact(ds, subregion, delta).assign(height=_heights(_contact(ds, subregion, delta), scan))
+    one = _contact(ds, subregion, delta)
+    one = one.assign(height=_heights(one, scan))
     column = int(one["pressure"].fillna(0).max("x").argmax("y"))
     line = one.isel(y=column)
     line = line.sel(x=slice(-_view(one), _view(one)))
