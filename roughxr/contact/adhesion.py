@@ -205,14 +205,20 @@ def adhesive(
     by_preload = delta is None
     datum = datum or ("first_contact" if by_preload else "highest_peak")
     positions = regions.centres(ds, subregions)
-    pull = _law(ds, law, strength)
     adhesion = Adhesion(
         work=schema.pair(ds, "work_of_adhesion")[0],
         preloads=_preloads(preload) if by_preload else np.zeros(0),
+        refine=0 if refine == "auto" else whole_number(refine, "refine", least=1, most=MOST_REFINED),
+        accuracy=np.nan if accuracy is None else fraction(accuracy, "accuracy"),
         step=positive(step, "nm", "step"),
-        **pull,
-        **_mesh(refine, accuracy),
-        **_limits(pull["law"] in SMOOTH, tolerance, max_iterations, max_cells),
+        tolerance=0.0 if tolerance is None else fraction(tolerance, "tolerance"),
+        max_iterations=whole_number(max_iterations, "max_iterations", least=1),
+        max_cells=0 if max_cells is None else whole_number(max_cells, "max_cells", least=1),
+        **_law(ds, law, strength),
+    )
+    smooth = adhesion.law in SMOOTH
+    adhesion = adhesion._replace(
+        max_cells=adhesion.max_cells or _MOST_CELLS[smooth], tolerance=adhesion.tolerance or _TOLERANCES[smooth]
     )
     delta = [_settling_depth(ds, adhesion)] if by_preload else delta
     problem = read_problem(ds, positions, delta=delta, datum=datum, profile=profile, refine=max(adhesion.refine, 1))
@@ -255,23 +261,6 @@ def _law(ds: xr.Dataset, law: str, strength: Any) -> dict[str, Any]:
     if law == "auto":
         law = "exponential" if work > 0 and _range_counts(ds, length) else "griffith"
     return {"law": law, "length": np.nan if law == "griffith" else length}
-
-
-def _mesh(refine: int | str, accuracy: float | None) -> dict[str, Any]:
-    """Return how fine the cells are, or how well the pull-off is to be known."""
-    return {
-        "refine": 0 if refine == "auto" else whole_number(refine, "refine", least=1, most=MOST_REFINED),
-        "accuracy": np.nan if accuracy is None else fraction(accuracy, "accuracy"),
-    }
-
-
-def _limits(smooth: bool, tolerance: float | None, max_iterations: int, max_cells: int | None) -> dict[str, Any]:
-    """Return where the solver stops, by what suits smooth laws or the others unless it is given."""
-    return {
-        "tolerance": _TOLERANCES[smooth] if tolerance is None else fraction(tolerance, "tolerance"),
-        "max_iterations": whole_number(max_iterations, "max_iterations", least=1),
-        "max_cells": _MOST_CELLS[smooth] if max_cells is None else whole_number(max_cells, "max_cells", least=1),
-    }
 
 
 def _range_counts(ds: xr.Dataset, length: float) -> bool:
