@@ -177,6 +177,20 @@ def paper(output: str | Path, *, progress: bool = False) -> dict[str, xr.Dataset
     -------
     dict of str to Dataset
         The groups of the archive.
+
+    Raises
+    ------
+    ValueError
+        If ``paper.nc`` is there and holds another run.
+    BlockingIOError
+        If another process is computing it.
+
+    Examples
+    --------
+    ``paper("results")`` takes minutes; what it solves stands in its plan:
+
+    >>> PAPER_PLAN.subregions, PAPER_PLAN.direct_deltas.size, PAPER_PLAN.sweep.size
+    ((8, 8), 18, 301)
     """
     scan = assign_pair(open_sample("glass"), **PAPER_PAIR)
     folder = Path(output)
@@ -245,6 +259,19 @@ def run(
         If the output holds another run.
     BlockingIOError
         If another process is computing it.
+
+    Examples
+    --------
+    Two places on a small scan without adhesion; the tables that it prints are put aside.
+
+    >>> import contextlib, io, tempfile
+    >>> from roughxr.synthetic import self_affine
+    >>> scan = self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
+    >>> scan = assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0)
+    >>> with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()) as printed:
+    ...     groups = run(scan, Path(folder) / "run.nc", subregions=(2, 1), delta=[1.0, 2.0])
+    >>> dict(groups["solutions/direct"].force.sizes), "asperities" in printed.getvalue()
+    ({'subregion': 2, 'delta': 2}, True)
     """
     scan = scan if levelling == "none" else level(scan, method=levelling)
     adhesion = {"preload": magnitude(preload, "nN", "preload"), "law": law, "refine": refine}

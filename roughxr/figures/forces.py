@@ -44,6 +44,11 @@ def force_fan(
     -------
     Axes
 
+    Raises
+    ------
+    ValueError
+        If the forces do not lie along ``subregion`` and ``delta`` alone.
+
     Examples
     --------
     >>> from matplotlib.figure import Figure
@@ -104,6 +109,11 @@ def mean_force(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    ValueError
+        If the forces do not lie along ``subregion`` and ``delta`` alone.
 
     Examples
     --------
@@ -175,6 +185,15 @@ def force_ratio(
     Returns
     -------
     Axes
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> delta = np.array([1.0, 2.0, 3.0])
+    >>> hertz = xr.Dataset({"force": (("subregion", "delta"), [delta**1.5])}, coords={"delta": delta})
+    >>> ax = force_ratio(2 * hertz, hertz, ax=Figure().subplots())
+    >>> np.round(ax.lines[0].get_ydata(), 9).tolist()
+    [2.0, 2.0, 2.0]
     """
     ratio = mean_ratio(ds, reference, where=where)
     ax = axes(ax, aspect=0.45)
@@ -238,6 +257,23 @@ def sweep(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    ValueError
+        If the forces do not lie along ``subregion`` and ``delta`` alone.
+    KeyError
+        If there is no such subregion.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> ds = xr.Dataset(
+    ...     {"force": (("subregion", "delta"), [[-1.0, -2.0, 4.0]])},
+    ...     coords={"subregion": [7], "delta": [0.0, 1.0, 2.0]},
+    ... )
+    >>> sweep({"energy": ds}, subregion=7, ax=Figure().subplots()).lines[0].get_label()
+    'energy'
     """
     ax = axes(ax)
     for order, (name, ds) in enumerate(solutions.items()):
@@ -281,6 +317,23 @@ def against_hertz(ds: xr.Dataset, *, ax: Any = None) -> np.ndarray:
     -------
     array of two Axes
         Force, and relative error in per cent.
+
+    Raises
+    ------
+    ValueError
+        If it is no solution, or no pair was assigned.
+
+    Examples
+    --------
+    Hertz's own force, half of it too much:
+
+    >>> from matplotlib.figure import Figure
+    >>> pair, delta = {"sphere_radius": 500.0, "contact_modulus": 40.0}, np.array([1.0, 2.0])
+    >>> ds = xr.Dataset(coords={"delta": delta, **pair})
+    >>> ds["force"] = ("subregion", "delta"), [1.5 * hertz_sphere(ds, delta)]
+    >>> force, error = against_hertz(ds, ax=Figure().subplots(2))
+    >>> np.round(error.lines[-1].get_ydata(), 6).tolist()
+    [50.0, 50.0]
     """
     ds = schema.validate(ds, "solution")
     upper, lower = made = panels(ax, 2, 1, aspect=1.0, height_ratios=[2.2, 1], sharex=True)

@@ -192,6 +192,11 @@ def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Any = Non
     Axes
         Tiles where the centres lie on a grid, else points.
 
+    Raises
+    ------
+    ValueError
+        If ``name`` does not lie along ``subregion`` alone.
+
     Examples
     --------
     >>> from matplotlib.figure import Figure
@@ -250,6 +255,21 @@ def field_map(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    ValueError
+        If the solution kept no fields.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> from matplotlib.figure import Figure
+    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
+    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> field_map(ds, "gap", ax=Figure().subplots()).get_xlabel()
+    'x from the contact centre [nm]'
     """
     one = _contact(ds, subregion, delta)
     ax = axes(ax, aspect=0.85)
@@ -292,6 +312,21 @@ def topography_map(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    ValueError
+        If the solution kept no fields.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> from matplotlib.figure import Figure
+    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
+    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> topography_map(ds, scan, ax=Figure().subplots()).get_xlabel()
+    'x from the contact centre [nm]'
     """
     one = _contact(ds, subregion, delta)
     ax = axes(ax, aspect=0.85)
@@ -323,6 +358,21 @@ def pressure_on_topography(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    ValueError
+        If the solution kept no fields.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> from matplotlib.figure import Figure
+    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
+    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> len(pressure_on_topography(ds, scan, ax=Figure().subplots()).images)  # heights, and the pressure over them
+    2
     """
     one = _contact(ds, subregion, delta)
     ax = axes(ax, aspect=0.85)
@@ -354,8 +404,25 @@ def contact_section(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    ValueError
+        If the solution kept no fields.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> from matplotlib.figure import Figure
+    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
+    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> ax = contact_section(ds, scan, ax=Figure().subplots())
+    >>> [line.get_label() for line in ax.lines[:3]]
+    ['before', 'indenter', 'in contact']
     """
-    one = _contact(ds, subregion, delta).assign(height=_heights(_contact(ds, subregion, delta), scan))
+    one = _contact(ds, subregion, delta)
+    one = one.assign(height=_heights(one, scan))
     column = int(one["pressure"].fillna(0).max("x").argmax("y"))
     line = one.isel(y=column)
     line = line.sel(x=slice(-_view(one), _view(one)))
@@ -393,6 +460,21 @@ def contact_maps(
     Returns
     -------
     array of four Axes
+
+    Raises
+    ------
+    ValueError
+        If the solution kept no fields.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> from matplotlib.figure import Figure
+    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
+    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> contact_maps(ds, scan, ax=Figure().subplots(2, 2).ravel()).size
+    4
     """
     made = panels(ax, 2, 2, aspect=1.14)
     which = {"subregion": subregion, "delta": delta}

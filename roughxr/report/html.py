@@ -99,6 +99,13 @@ def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
     Returns
     -------
     str
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> text = page({"scan": roughxr.open_sample("glass")}, archive_name="glass.nc")
+    >>> "glass.nc" in text, "made from a seed, not measured" in text
+    (True, True)
     """
     import jinja2
 
