@@ -12,6 +12,9 @@ import pytest
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
 
+#: Compiles on import, which is for the children of ``test_runs`` alone, not for whoever looks for doctests.
+collect_ignore = ["a_run_compiled.py"]
+
 #: Files in the order in which they begin, the others after them: what takes longest does not come last, and of two
 #: that compile much each compiles another part, which the rest find compiled.
 _FIRST = ("test_adhesive", "test_direct", "test_runs", "test_cli", "test_figures")
