@@ -200,13 +200,13 @@ def test_preloads_share_one_loading_and_are_met(law):
     preloads = np.array([0.0, 0.3, 0.6]) * most
     paths = follow(separation, [2.0], law, preloads=preloads)
     assert len(paths) == 3
-    for preload, path in zip(preloads, paths):
-        assert path.states[path.turn - 1, FORCE] == pytest.approx(preload, abs=5e-3 * most)
-        assert path.states[path.turn - 1, AREA] > 0
-        assert path.states[-1, AREA] == 0
-    turns = [path.turn for path in paths]
-    for path, turn in zip(paths[1:], turns):
-        np.testing.assert_array_equal(path.states[:turn], paths[-1].states[:turn])
+    for preload, one in zip(preloads, paths):
+        assert one.states[one.turn - 1, FORCE] == pytest.approx(preload, abs=5e-3 * most)
+        assert one.states[one.turn - 1, AREA] > 0
+        assert one.states[-1, AREA] == 0
+    turns = [one.turn for one in paths]
+    for one, turn in zip(paths[1:], turns):
+        np.testing.assert_array_equal(one.states[:turn], paths[-1].states[:turn])
 
 
 def test_a_preload_out_of_reach_turns_at_the_last_displacement(law):

@@ -154,21 +154,25 @@ def test_one_column_wide(run, name):
     assert drawn[0].figure.get_figwidth() == pytest.approx(85 / 25.4)
 
 
-def test_paper_figures(run):
+@pytest.fixture(scope="module")
+def paper(run):
     drawn = dict(figures.paper_figures(run))
-    assert list(drawn) == PAPER
     assert not pyplot.get_fignums()
-    for name, figure in drawn.items():
+    return drawn
+
+
+def test_paper_figures(paper):
+    assert list(paper) == PAPER
+    for name, figure in paper.items():
         figure.draw_without_rendering()
         assert figure.get_suptitle().startswith(f"Figure {int(name[-2:])}. ")
 
 
-def test_printed_numbers_stand_beside_ours(run):
+def test_printed_numbers_stand_beside_ours(paper):
     printed = {"figure-12": "21 ± 11 µN", "figure-15": "19.1 µN", "figure-16": "2.0 ± 1.37 µN"}
-    for name, figure in figures.paper_figures(run):
-        if name in printed:
-            texts = [text.get_text() for text in figure.findobj(matplotlib.text.Text)]
-            assert {"here", "paper", printed[name]} <= set(texts)
+    for name, words in printed.items():
+        texts = [text.get_text() for text in paper[name].findobj(matplotlib.text.Text)]
+        assert {"here", "paper", words} <= set(texts)
 
 
 def test_a_missing_group_is_named():
@@ -244,6 +248,13 @@ def test_the_best_law_stands_first(run):
     assert words[0] == "log-normal" and all("ΔAIC" in word for word in words[1:]) and len(words) == 4
 
 
+def test_a_law_without_an_end_at_zero_is_drawn_beside_it():
+    """Many places that hardly pull: a Weibull of shape < 1."""
+    ds = xr.Dataset({"pull_off_force": ("subregion", np.random.default_rng(0).weibull(0.5, 60), {"units": "nN"})})
+    ax = figures.fitted_distribution(ds, laws=["weibull"])
+    assert ax.lines and all(np.nanmax(line.get_ydata()) < 1.5 * ax.get_ylim()[1] for line in ax.lines[:1])
+
+
 def test_petals_tell_shares_by_area_at_both_ends():
     names = ("height", "curvature_min", "curvature_max")
     values = {name: ("asperity", np.ones(4)) for name in names}
@@ -302,8 +313,8 @@ def test_save_writes_the_figure_of_axes(run, tmp_path):
         assert figures.save(what, tmp_path / name, dpi=60).stat().st_size > 1000
 
 
-def test_titles_tell_what_this_run_shows(run):
-    titles = {name: figure.get_suptitle() for name, figure in figures.paper_figures(run)}
+def test_titles_tell_what_this_run_shows(paper):
+    titles = {name: figure.get_suptitle() for name, figure in paper.items()}
     assert "one place" not in titles["figure-07"] and "9 places" in titles["figure-07"]
     assert "1 of 9" in titles["figure-11"].replace("\n", " ")
     assert "8 of 9" in titles["figure-14"].replace("\n", " ")
