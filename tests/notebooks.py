@@ -2,7 +2,8 @@
 
 Run as a script: ``python tests/notebooks.py`` executes all and fails where words, numbers or the count of pictures
 differ from what a notebook holds (one that holds no outputs is executed only); ``python tests/notebooks.py --store``
-writes the outputs into the notebooks, pictures as small PNG files, with a mark of the code that made them. Names of notebooks restrict either.
+writes the outputs into the notebooks, pictures as small PNG files, with a mark of the code that made them. Names of
+notebooks restrict either.
 """
 
 import argparse

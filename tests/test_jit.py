@@ -26,7 +26,6 @@ def test_inner_kernels_are_called_by_kernels_only():
         doubled(3)
 
 
-<<<<<<< HEAD
 #: A call of a small kernel for which numba finds no place to keep it, told from its first moment on.
 _UNCACHED = """
 from roughxr.kernels import jit
@@ -43,7 +42,8 @@ def test_each_of_two_processes_that_compile_at_once_without_a_cache_says_so_and_
     for said in [process.communicate(timeout=300)[1] for process in both]:
         assert said.count("compiling once") == 1, said
         assert "NOT kept" in said and "NUMBA_CACHE_DIR" in said
-=======
+
+
 @kernel
 def sum_of_numbers():
     return added(1, 2.0) + added(3, 4.0)
@@ -59,4 +59,3 @@ def test_one_compilation_serves_every_number_that_a_caller_writes_out():
         pytest.skip("compilation is switched off (NUMBA_DISABLE_JIT): every kernel is plain Python")
     assert sum_of_numbers() == 10
     assert len(added.signatures) == 1
->>>>>>> main
