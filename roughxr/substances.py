@@ -38,8 +38,8 @@ class Material(NamedTuple):
     hamaker_source: str = ""
 
 
-#: By name. Glass is the paper's. Silicon's constants are those along <100>, which tension in that direction asks for: a
-#: crystal pressed on answers with its other directions too, 169 GPa and 0.06 along <110>, and is some 15 % stiffer.
+#: By name. Glass is the paper's. Silicon's constants are those along <100>: a crystal that is pressed on
+#: answers with its other directions too, 169 GPa and 0.06 along <110>, and is somewhat stiffer.
 #:
 #: Looked up again: the moduli of steel (207), polystyrene (2.28 to 3.28) and PTFE (0.40 to 0.55) in the handbook's table
 #: B.2; A of polystyrene (65), and of water (37), ethanol (42) and hexadecane (52) below, in Walstra, Physical Chemistry
