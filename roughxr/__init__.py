@@ -47,6 +47,7 @@ from .scans import (
     smooth,
     to_gsf,
     to_surfacetopography,
+    to_tiff,
 )
 from .sensitivities import sensitivity
 from .statistics import bootstrap, cdf, compare, debris, fit, pdf, pull_off, reduction, summary
@@ -114,5 +115,6 @@ __all__ = [
     "to_resuspension",
     "to_surfacetopography",
     "to_table",
+    "to_tiff",
     "vary",
 ]

@@ -96,6 +96,7 @@ class ContactAccessor:
     # files for others
     table = _method(exports.table)
     to_gsf = _method(scans.to_gsf)
+    to_tiff = _method(scans.to_tiff)
     to_surfacetopography = _method(scans.to_surfacetopography)
     to_resuspension = _method(exports.to_resuspension)
     to_table = _method(exports.to_table)

@@ -235,9 +235,12 @@ def _paired(scan, options):
         )
     scan = materials.assign_pair(scan, **{name: _numbers(value) for name, value in pair.items() if value is not None})
     if "work_of_adhesion" not in scan.coords:
+        known = ", ".join(name for name, one in MATERIALS.items() if one.hamaker is not None)
+        found = f"none in --materials {options.materials} (it is known of {known})" if options.materials else "nothing"
         raise ValueError(
-            "expected how strongly the bodies adhere, found nothing: give --work-of-adhesion (or --surface-energy) in "
-            "J/m²; dry clean solids have some 0.05 to 0.1 by van der Waals forces alone, water films and bonds add"
+            f"expected how strongly the bodies adhere, found {found}: give --work-of-adhesion (or --surface-energy) in "
+            "J/m² as well; dry clean solids have some 0.05 to 0.1 by van der Waals forces alone, water films and bonds "
+            "add"
         )
     return scan
 

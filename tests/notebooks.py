@@ -2,12 +2,13 @@
 
 Run as a script: ``python tests/notebooks.py`` executes all, one on every core, and fails where words, numbers or the
 count of pictures differ from what a notebook holds (one that holds no outputs is executed only);
-``python tests/notebooks.py --store`` writes the outputs into the notebooks, pictures as small PNG files. Names of
-notebooks restrict either.
+``python tests/notebooks.py --store`` writes the outputs into the notebooks, pictures as small PNG files, with a mark of
+the code that made them. Names of notebooks restrict either.
 """
 
 import argparse
 import base64
+import hashlib
 import io
 import math
 import os
@@ -77,11 +78,25 @@ def differences(stored, made) -> list[str]:
     return found + [f"cell {k}: its words or numbers differ" for k, a, b in code if not agree(words_of(a), words_of(b))]
 
 
+def source_mark(cell) -> str:
+    """Return what tells a cell's code from any other."""
+    return hashlib.sha256(cell.source.encode()).hexdigest()[:16]
+
+
+def outdated(notebook) -> list[int]:
+    """Return the cells whose code is not that of which the outputs are stored; none of a notebook without outputs."""
+    code = [(k, cell) for k, cell in enumerate(notebook.cells) if cell.cell_type == "code"]
+    if not any(cell.get("outputs") for _, cell in code):
+        return []
+    return [k for k, cell in code if cell.metadata.get("outputs_of") != source_mark(cell)]
+
+
 def small(notebook):
     """Return a notebook with small pictures, without what standard error said, times or a kernel's own marks."""
     for cell in notebook.cells:
         cell.metadata.pop("execution", None)
         if cell.cell_type == "code":
+            cell.metadata["outputs_of"] = source_mark(cell)
             cell.outputs = [o for o in cell.outputs if not (o.output_type == "stream" and o.name == "stderr")]
         for output in cell.get("outputs", ()):
             if "image/png" in output.get("data", {}):

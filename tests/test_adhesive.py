@@ -273,7 +273,7 @@ def bump(shift=0, n=61, pixel=6.0, radius=500.0):
 
 @pytest.mark.parametrize("material", [{"work_of_adhesion": 1.35, "contact_modulus": 39.4}, {"materials": "glass"}])
 def test_the_step_does_not_decide_the_pull_off(material):
-    """Contacts let go within a small part of a step, of stiff summits and of soft: the largest pull is found all the same.
+    """Contacts let go within a small part of a step: the largest pull is found all the same.
 
     Retraction must not be content with what the approach pulled, nor with the first state beyond a contact's end.
     """

@@ -391,3 +391,40 @@ def test_a_cycle_is_refused_with_what_to_select(run):
     events = run["statistics/energy"]
     with pytest.raises(ValueError, match=r"events of cycles alone; solve with adhesive\(…, delta="):
         figures.force_fan(events)
+
+
+def adhering(push):
+    """Return three places' sweeps that pull with 1 to 3 nN and end at a push."""
+    delta = np.linspace(-1.0, 4.0, 11)
+    force = [np.where(delta < 1, -pull * np.exp(-((delta * 3) ** 2)), push * (delta - 1)) for pull in (1.0, 2.0, 3.0)]
+    return xr.Dataset({"force": (("subregion", "delta"), force)}, coords={"delta": delta, "subregion": [4, 5, 6]})
+
+
+def test_a_pull_is_seen_beside_a_push_a_thousand_times_as_large():
+    deep, shallow = figures.plot(adhering(1000.0)), figures.plot(adhering(3.0))
+    assert (deep.get_yscale(), shallow.get_yscale()) == ("symlog", "linear")
+    low, zero = (deep.transData.transform((0, force))[1] for force in (-2.0, 0.0))
+    assert zero - low > 0.05 * deep.get_window_extent().height
+
+
+def test_a_single_place_of_a_sweep_draws_itself():
+    one = adhering(1000.0).isel(subregion=1).assign(pull_off_force=2.0)
+    ax = figures.plot(one)
+    assert [line.get_text() for line in ax.get_legend().get_texts()] == ["subregion 5"]
+    with pytest.raises(ValueError, match="'pull_off_force', a single number"):
+        figures.plot(one, "pull_off_force")
+
+
+def test_a_contact_where_nothing_touches_has_no_colour_bar_of_nothing(run):
+    ds = run["solutions/contact"]
+    ds = ds.assign({name: xr.zeros_like(ds[name]) for name in ("pressure", "displacement")}).assign(gap=ds["gap"] + 9)
+    for name in ("pressure", "displacement"):
+        ax = figures.field_map(ds, name, subregion=int(ds["subregion"][0]))
+        assert [text.get_text() for text in ax.texts] == ["nothing touches"] and len(ax.figure.axes) == 1
+
+
+def test_lines_that_are_drawn_are_named(run):
+    ax = figures.mean_force(run["solutions/direct"])
+    assert "bars: 95 % interval of the mean" in [text.get_text() for text in ax.get_legend().get_texts()]
+    ratio = figures.asperity_statistics(run["asperities"])[2]
+    assert [text.get_text()[:4] for text in ratio.texts] == ["mean"]

@@ -59,15 +59,19 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
         return field_map(ds, name, ax=ax, **options)
     if name == "force" and dims == {"subregion", "delta"}:
         return force_fan(ds, ax=ax, **options)
+    if name == "force" and dims == {"delta"} and "subregion" in ds.coords:
+        return force_fan(ds.expand_dims("subregion"), ax=ax, **{"interval": None, **options})
     if dims in ({"subregion"}, {"asperity"}):
         return _samples(ds, name, ax, **options)
+    if not dims:
+        raise ValueError(f"expected a variable with a dimension to draw it along, found {name!r}, a single number")
     return plot_array(ds[name], ax=ax, **options)
 
 
 def _main(ds: xr.Dataset) -> str:
     """Return the variable that a Dataset is about."""
     first = next(iter(map(str, ds.data_vars)), "")
-    swept = "force" in ds and set(ds["force"].dims) == {"subregion", "delta"}  # it may tell its pull-off besides
+    swept = "force" in ds and "delta" in ds["force"].dims  # it may tell its pull-off besides
     names = ("pressure", "force", "height") if swept else ("pull_off_force", "pressure", "force", "height")
     return next((name for name in names if name in ds.data_vars), first)
 

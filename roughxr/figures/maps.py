@@ -274,7 +274,7 @@ def field_map(
     one = _contact(ds, subregion, delta)
     ax = axes(ax, aspect=0.85)
     values = one[name].where(one["pressure"] > 0) if name == "pressure" else one[name]
-    if not bool(values.notnull().any()):
+    if not bool((one["pressure"] > 0).any()) and name in ("pressure", "displacement"):
         return _nothing_touches(ax, one)
     _image(ax, values, regions.extent(one), name, cmap or COLOURS[name], location=location)
     _outline(ax, one)
@@ -282,7 +282,7 @@ def field_map(
 
 
 def _nothing_touches(ax, one: xr.Dataset):
-    """Say so on an empty map: a colour bar would show pressures that nothing has."""
+    """Say so on an empty map: a colour bar would show pressures, or displacements, that nothing has."""
     _centred(ax, one)
     ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
     return ax
@@ -434,7 +434,7 @@ def contact_section(
     ax.plot(line["x"], deformed, color=BLUE, linewidth=1.0, label="in contact")
     ax.plot(line["x"], deformed.where(touching), color=BLACK, linewidth=2, marker="s", markersize=2)
     low, high = float(deformed.min()), float(line["height"].max())
-    ax.set_ylim(low - 0.05 * (high - low), high + 0.6 * (high - low))
+    ax.set_ylim(low - 0.05 * (high - low), high + 0.85 * (high - low))
     ax.set_xlim(-_view(one), _view(one))
     label_axis(ax.yaxis, "height")
     label_axis(ax.xaxis, "indenter_x")

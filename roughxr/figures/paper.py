@@ -208,7 +208,7 @@ def _figure_08(run):
         ("Rₐ of the reconstruction", roughness[1], "12.880 nm"),
         ("rms difference", number(float(envelope.attrs["residual_rms"]), "nm"), "1.74 nm *"),
     ]
-    note = "* printed as 0.0034 nm, which lacks the factor √(MN) = 512" if run.paper else ""
+    note = "* printed as 0.0034 nm, which lacks the factor √(MN) = 512." if run.paper else ""
     words = (
         "Colours as of the scan; a triangle at their end stands for heights beyond. Comets are single paraboloids, "
         "each fitted to the summit of a particle."

@@ -36,8 +36,8 @@ _BEFORE = 8.0
 #: A retraction also ends where nothing touches and the pull has fallen to this part of the largest.
 _LOST = 1e-3
 
-#: A step jumped if it dissipated more than this part of |ΔF Δδ|, and passed an edge if it seems to have gained more than
-#: that: a smooth curved branch stays well below.
+#: A step jumped if it dissipated more than this part of |ΔF Δδ|, and passed an edge if it seems to have gained more
+#: than that: a smooth curved branch stays well below.
 _JUMP, _EDGE = 0.15, 0.05
 
 #: Keeps a ratio of nothing to nothing finite.
