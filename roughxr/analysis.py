@@ -24,6 +24,7 @@ from .contact.elastic import direct
 from .contact.problem import default_deltas, indenter_of
 from .contact.superposition import superpose
 from .disk import whole
+from .jobs.progress import teller
 from .jobs.run import checkpointed
 from .materials import assign_pair, gilman_surface_energy
 from .reconstruction import reconstruct
@@ -305,7 +306,7 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
     -------
     dict of str to Dataset
     """
-    say = _teller(progress)
+    say = teller(progress)
     say("asperities and reconstruction")
     catalogue = asperities(scan, patch=plan.patch, vertex=plan.vertex)
     if not bool((catalogue["curvature_min"] > 0).any()):
@@ -345,10 +346,9 @@ def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: C
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
     finer = 2 * int(solved["refinement"].max())
     if plan.refine == "auto" and finer <= MOST_REFINED:
-        centres = regions.centres(scan, plan.subregions)
-        some = np.unique(np.linspace(0, centres.sizes["subregion"] - 1, plan.checked).round().astype(int))
-        say(f"the same on a mesh twice as fine at {some.size} places")
-        checked = options | {"subregions": centres.isel(subregion=some)}
+        some = regions.sample(regions.centres(scan, plan.subregions), plan.checked)
+        say(f"the same on a mesh twice as fine at {some.sizes['subregion']} places")
+        checked = options | {"subregions": some}
         groups["solutions/finer"] = adhesive(scan, refine=finer, step=0.5 * plan.step, **how, **checked)
     return groups
 
@@ -372,12 +372,6 @@ def _flat(scan: xr.Dataset) -> xr.Dataset:
     return scan.assign(height=xr.zeros_like(scan["height"]).assign_attrs(scan["height"].attrs))
 
 
-def _teller(progress: bool) -> Callable[[str], None]:
-    import sys
-
-    return (lambda what: print(what, file=sys.stderr, flush=True)) if progress else (lambda what: None)
-
-
 def _show(
     groups: dict[str, xr.Dataset],
     tables: tuple,
@@ -395,7 +389,7 @@ def _show(
             table.to_csv(temporary)
     with whole(folder / "table.txt") as temporary:
         temporary.write_text(printed, encoding="utf-8")
-    _teller(progress)("figures")
+    teller(progress)("figures")
     figures.save(figures.overview(groups), folder / "overview.png", dpi=150)
     for name, figure in drawn(groups):
         figures.save(figure, folder / f"{name}.png")

@@ -253,6 +253,30 @@ def adhesive(
     return out
 
 
+def window_half_width(ds: xr.Dataset, *, preload: float = 0.0, law: str = "auto") -> float:
+    """Return how far (nm) from a contact centre the surface matters to `adhesive` under a preload (nN).
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan in memory with an assigned pair.
+    preload, law
+        Of `adhesive`.
+
+    Returns
+    -------
+    float
+    """
+    adhesion = Adhesion(
+        work=schema.pair(ds, "work_of_adhesion")[0],
+        preloads=_preloads(preload),
+        **{"refine": 1, "accuracy": np.nan, "step": 1.0, "tolerance": 0.0, "max_iterations": 1, "max_cells": 1},
+        **_law(ds, law, None),
+    )
+    places = {"positions": regions.centres(ds), "datum": "first_contact", "profile": "sphere", "refine": 1}
+    return _reach(ds, read_problem(ds, delta=[_settling_depth(ds, adhesion)], **places), adhesion)
+
+
 def _law(ds: xr.Dataset, law: str, strength: Any) -> dict[str, Any]:
     """Return the law and its length, or say which do not go together."""
     schema.one_of(law, LAWS_OF_ADHESION, "law")
