@@ -52,6 +52,7 @@ def scale_dependence(
     law: str | None = None,
     length: Any = None,
     preload: float = 0.0,
+    refine: int | str = "auto",
     step: float = 0.4,
     hurst: float | None = None,
 ) -> xr.Dataset:
@@ -72,8 +73,8 @@ def scale_dependence(
         Between rigid bodies, or by the simulation with adhesion on one mesh for each surface.
     law, length
         See `rigid`, by default its "hamaker"; or the law of `adhesive`, by default "auto".
-    preload, step
-        Of `adhesive`, nN and nm.
+    preload, refine, step
+        Of `adhesive`: nN, cells along a side of a pixel at least, and nm.
     hurst : float, optional
         Hurst exponent of what is added; by default the scan's own.
 
@@ -110,7 +111,8 @@ def scale_dependence(
     if method == "rigid":
         law, way = law or "hamaker", _rigid_way(ds, spectrum, count, law or "hamaker", length)
     else:
-        way = _adhesive_way(ds, spectrum, count, {"law": law or "auto", "preload": preload, "step": step}, centres)
+        options = {"law": law or "auto", "preload": preload, "step": step}
+        way = _adhesive_way(ds, spectrum, count, refine, options, centres)
         law = way.options["law"]
     forces = np.stack([_on_surfaces(ds, centres, wave, way) for wave in waves], axis=1)
     out = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), forces)})
@@ -118,7 +120,7 @@ def scale_dependence(
     out = out.assign_coords({**centres.coords, "shortest_kept": waves, "seed": np.arange(count), **pair})
     out.attrs = {"method": method, "law": law} | {str(name): float(spectrum[name]) for name in spectrum.data_vars}
     arguments = {"shortest": waves, "seeds": count, "subregions": subregions, "method": method, "law": law}
-    arguments |= {"length": length} if method == "rigid" else {"preload": preload, "step": step}
+    arguments |= {"length": length} if method == "rigid" else {"preload": preload, "refine": refine, "step": step}
     return schema.record(schema.label(out), "scale_dependence", ds, **arguments, hurst=hurst)
 
 
@@ -129,10 +131,10 @@ def _rigid_way(ds: xr.Dataset, spectrum: xr.Dataset, seeds: int, law: str, lengt
     return _Way("rigid", spectrum, seeds, np.sqrt(2 * radius * _RISE), cells, options)
 
 
-def _adhesive_way(ds: xr.Dataset, spectrum: xr.Dataset, seeds: int, options: dict, centres: xr.Dataset) -> _Way:
+def _adhesive_way(ds, spectrum, seeds: int, refine: int | str, options: dict, centres: xr.Dataset) -> _Way:
     """Return how the simulation solves each surface: by the law and on the mesh that suit the scan as it is."""
-    law, cells = options["law"], 1
-    found = quietly(adhesive, ds, subregions=centres.isel(subregion=[0]), accuracy=None, **options)
+    first = centres.isel(subregion=[0])
+    found = quietly(adhesive, ds, subregions=first, refine=refine, accuracy=None, **options)
     law, cells = found.attrs["law"], int(found["refinement"].max())
     half = window_half_width(ds, preload=options["preload"], law=law)
     return _Way("adhesive", spectrum, seeds, half, cells, options | {"law": law})

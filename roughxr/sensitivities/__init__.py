@@ -7,8 +7,8 @@ verb           `sensitivity`, by either method
 budget         `error_budget`: all that is known of how far the simulated pull-off can be trusted
 """
 
-from .budget import error_budget
+from .budget import cut_off_waves, error_budget
 from .changes import SETTINGS, SIMULATED
 from .verb import sensitivity
 
-__all__ = ["SETTINGS", "SIMULATED", "error_budget", "sensitivity"]
+__all__ = ["SETTINGS", "SIMULATED", "cut_off_waves", "error_budget", "sensitivity"]

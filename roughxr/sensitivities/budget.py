@@ -32,7 +32,7 @@ CHANGED: dict[str, tuple[str, str]] = {
     "step": ("step", "steps of the displacement {}"),
     "preload": ("preload", "pressed on by {} before it is drawn off"),
     "levelling": ("levelling", "another levelling: {}"),
-    "pixel": ("pixel", "pixels joined to {}"),
+    "pixel": ("interpolation", "heights between the pixels by {} in place of splines"),
     "tip": ("tip radius", "a tip of {} taken off the scan"),
     "range of the law": ("range of adhesion", "range of adhesion {}"),
     "work of adhesion": ("surface energy", "work of adhesion {}"),
@@ -70,6 +70,7 @@ def error_budget(
     places: int = 4,
     preload: Any = 0.0,
     law: str = "auto",
+    refine: int | str = "auto",
     step: Any = 0.4,
     settings: Mapping[str, Sequence] | None = None,
     seeds: int = 2,
@@ -92,8 +93,8 @@ def error_budget(
         Contact centres, by default those of ``solved``.
     places : int
         So many of them, spread evenly, are solved again with each change.
-    preload, law, step
-        Of `adhesive`.
+    preload, law, refine, step
+        Of `adhesive`, as `sensitivity` takes them.
     settings : mapping of str to sequence, optional
         By how much each factor may be off, see `sensitivity`: a factor that is left out is not computed, and one of
         which it is known that it is not off, such as ``{"modulus": [1.0]}``, gives 0.
@@ -140,14 +141,15 @@ def error_budget(
     """
     ds = schema.validate(ds, "scan")
     centres = regions.centres(ds, solved if subregions is None and solved is not None else subregions)
-    how = {"subregions": centres, "preload": preload, "law": law, "step": step}
+    how = {"subregions": centres, "preload": preload, "law": law, "refine": refine, "step": step}
     if changes is None:
         changes = sensitivity(ds, method="adhesive", places=places, settings=settings, progress=progress, **how)
     if "pull_off_change" not in changes:
         raise ValueError("changes: expected what sensitivity(method='adhesive') returns, found no pull_off_change")
     if scales is None and whole_number(seeds, "seeds", least=0):
         scales = cut_off_waves(ds, seeds=seeds, places=places, **how)
-    pulls = changes.isel(case=0)[["pull_off_force"]] if solved is None else solved
+    pulls = (changes.isel(case=0) if solved is None else solved)["pull_off_force"]
+    pulls = pulls.isel(preload=0) if "preload" in pulls.dims else pulls
     entries = {SAMPLING: _sampling(pulls)}
     entries |= {entry: _of_changes(changes, *told) for entry, told in CHANGED.items()}
     entries[SHORT_WAVES] = _of_short_waves(scales)
@@ -156,7 +158,8 @@ def error_budget(
     shown = float(out["shortest_wavelength"])
     out.attrs = {"law": changes.attrs.get("law", law), "places": changes.sizes["subregion"]}
     out.attrs |= {"condition": _condition(shown), "resolved": _resolved(float(out["contact_radius_pixels"]))}
-    arguments = {"places": places, "preload": preload, "law": law, "step": step, "settings": settings, "seeds": seeds}
+    arguments = {name: how[name] for name in ("preload", "law", "refine", "step")}
+    arguments |= {"places": places, "settings": settings, "seeds": seeds}
     return schema.record(schema.label(out), "error_budget", ds, subregions=subregions, **arguments)
 
 
@@ -168,6 +171,7 @@ def cut_off_waves(
     subregions: Any = None,
     preload: Any = 0.0,
     law: str = "auto",
+    refine: int | str = "auto",
     step: Any = 0.4,
 ) -> xr.Dataset | None:
     """Return the simulated pull-off over the shortest wave: two below what the scan shows, its own, and cut off above.
@@ -176,7 +180,7 @@ def cut_off_waves(
     ----------
     ds : Dataset
         A scan in memory with a pair that adheres.
-    seeds, places, subregions, preload, law, step
+    seeds, places, subregions, preload, law, refine, step
         As for `error_budget`.
 
     Returns
@@ -190,7 +194,7 @@ def cut_off_waves(
         return None
     waves = {*(part * shown for part in _ADDED), shown, *(n * pixel for n in _CUT if n * pixel > 1.02 * shown)}
     sample = regions.sample(regions.centres(ds, subregions), places)
-    options = {"subregions": sample, "preload": preload, "law": law, "step": step}
+    options = {"subregions": sample, "preload": preload, "law": law, "refine": refine, "step": step}
     return scale_dependence(ds, shortest=sorted(waves), seeds=seeds, method="adhesive", **options)
 
 
@@ -204,14 +208,12 @@ def _budget(entries: Mapping[str, _Entry]) -> xr.Dataset:
     return xr.Dataset(columns, {"entry": list(ENTRIES)})
 
 
-def _sampling(solved: xr.Dataset) -> _Entry:
+def _sampling(force: xr.DataArray) -> _Entry:
     """Return what landing at other places of this surface leaves open."""
-    force = solved["pull_off_force"]
-    force = force.isel(preload=0) if "preload" in force.dims else force
     count = int(force.notnull().sum())
-    if count < 2 or not {"subregion_x", "subregion_y"} <= set(force.coords):
-        return _Entry(np.nan, f"not computed: {count} place with a pull-off tells of no other" if count < 2 else "")
-    found = bootstrap(force.to_dataset(), "pull_off_force", statistics=["mean"]).isel(statistic=0)
+    if count < 2:
+        return _Entry(np.nan, f"not computed: it takes two places that pull, there are {count}")
+    found = bootstrap(force.to_dataset(name="pull_off_force"), "pull_off_force", statistics=["mean"]).isel(statistic=0)
     block = found.sel(resampling="block")
     half = float(block["high"] - block["low"]) / _WITHIN
     independent = float(block["independent_places"])
@@ -228,7 +230,12 @@ def _of_changes(changes: xr.Dataset, factor: str, words: str) -> _Entry:
     if not np.isfinite(change).any():
         return _Entry(np.nan, f"not computed: {cases['reason'].values[0]}")
     told = " and ".join(map(str, cases["setting"].values[np.isfinite(change)]))
-    return _Entry(float(np.nanmax(change)), f"{words.format(told)}; {changes.sizes['subregion']} places")
+    return _Entry(float(np.nanmax(change)), f"{words.format(told)}; {_count(changes)}")
+
+
+def _count(ds: xr.Dataset) -> str:
+    count = ds.sizes["subregion"]
+    return f"{count} place{'s' * (count > 1)}"
 
 
 def _of_short_waves(scales: xr.Dataset | None) -> _Entry:
@@ -242,16 +249,16 @@ def _of_short_waves(scales: xr.Dataset | None) -> _Entry:
     least = means.isel(shortest_kept=0)
     wave, ratios = float(least["shortest_kept"]), least / means.sel(shortest_kept=shown, method="nearest").mean()
     scatter = f", which scatters by {float(ratios.std()):.0%} over {ratios.size} seeds" if ratios.size > 1 else ""
-    words = f"its spectrum continued from {shown:.3g} down to {wave:.3g} nm{scatter}; {scales.sizes['subregion']} places"
+    words = f"its spectrum continued from {shown:.3g} down to {wave:.3g} nm{scatter}; {_count(scales)}"
     return _Entry(abs(float(ratios.mean()) - 1), words)
 
 
-def _known(ds: xr.Dataset, changes: xr.Dataset, pulls: xr.Dataset, tip_radius: float) -> dict[str, float]:
+def _known(ds: xr.Dataset, changes: xr.Dataset, pulls: xr.DataArray, tip_radius: float) -> dict[str, float]:
     """Return what else a reader should know beside the entries."""
     found = quietly(asperities, ds)
     sharp = tip_flags(found, tip_radius=tip_radius)["sharper_than_tip"]
     return {
-        "pull_off_mean": float(pulls["pull_off_force"].mean()),
+        "pull_off_mean": float(pulls.mean()),
         "shortest_wavelength": float(found.coords.get("shortest_wavelength", np.nan)),
         "contact_radius_pixels": float(changes.attrs["contact_radius_pixels"]),
         "sharper_than_tip": float(sharp.mean()) if sharp.size else np.nan,

@@ -26,13 +26,14 @@ SETTINGS: dict[str, tuple] = {
 }
 
 #: The same with the simulation: what a careful experiment leaves open. Cells so many times finer, steps so many times as
-#: long, preloads by so many mean pull-offs larger, and factors on the range of adhesion and on the sphere's radius.
+#: long, preloads by so many mean pull-offs larger, heights between the pixels, and factors on the range of adhesion and
+#: on the sphere's radius.
 SIMULATED: dict[str, tuple] = {
     "mesh": (2,),
     "step": (0.5,),
     "preload": (0.1,),
     "levelling": ("quadratic",),
-    "pixel": (2,),
+    "interpolation": ("waves",),
     "tip radius": (10.0,),
     "range of adhesion": (2 / 3, 4 / 3),
     "surface energy": (0.8, 1.2),
@@ -41,7 +42,7 @@ SIMULATED: dict[str, tuple] = {
 }
 
 #: Factors of superposed asperities alone, and those of the simulation alone, which change how it is solved.
-OF_FITS, OF_SOLVES = ("fit window", "vertex"), ("mesh", "step", "preload", "range of adhesion")
+OF_FITS, OF_SOLVES = ("fit window", "vertex"), ("mesh", "step", "preload", "interpolation", "range of adhesion")
 
 
 class Case(NamedTuple):
@@ -91,6 +92,24 @@ def _coarser(ds: xr.Dataset, count: int) -> tuple[str, xr.Dataset]:
     return f"{pixel:.3g} nm", schema.label(ds.coarsen(x=count, y=count, boundary="trim").mean())
 
 
+def _by_waves(ds: xr.Dataset, method: str) -> tuple[str, xr.Dataset]:
+    """Return the scan on pixels half as large, heights between them by the scan's waves in place of splines."""
+    from scipy.fft import dctn, idctn
+
+    schema.one_of(method, ("waves",), "interpolation")
+    height = schema.finite(np.asarray(ds["height"].values, dtype=float))
+    waves = np.pad(dctn(height, norm="ortho"), [(0, n) for n in height.shape])
+    axes = {name: _halved(ds[name]) for name in ("x", "y")}
+    finer = ds.drop_dims(["x", "y"]).assign(height=(("x", "y"), 2 * idctn(waves, norm="ortho"), ds["height"].attrs))
+    return method, finer.assign_coords(axes)
+
+
+def _halved(axis: xr.DataArray) -> xr.Variable:
+    step = schema.spacing(axis)
+    first = float(axis[0]) - step / 4
+    return xr.Variable(axis.name, first + step / 2 * np.arange(2 * axis.size), axis.attrs)
+
+
 def _rounded(ds: xr.Dataset, step: float) -> tuple[str, xr.Dataset]:
     return f"{step:g} nm", ds.assign(height=(np.round(ds["height"] / step) * step).assign_attrs(ds["height"].attrs))
 
@@ -113,6 +132,7 @@ def _scaled(name: str) -> Callable:
 CHANGES: dict[str, Callable[[xr.Dataset, Any], tuple[str, xr.Dataset]]] = {
     "levelling": _levelled,
     "pixel": _coarser,
+    "interpolation": _by_waves,
     "height step": _rounded,
     "tip radius": _without_tip,
     "surface energy": _scaled("work_of_adhesion"),

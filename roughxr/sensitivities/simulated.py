@@ -29,13 +29,14 @@ class Simulation(NamedTuple):
     preload: float  # nN
     law: str
     step: float  # nm
+    refine: int | str  # of the base case
 
 
 class _Solver:
     """The base case on each mesh that is asked for, and what differs from it."""
 
     def __init__(self, ds: xr.Dataset, way: Simulation):
-        found = quietly(adhesive, ds, accuracy=None, **_options(way))
+        found = quietly(adhesive, ds, accuracy=None, refine=way.refine, **_options(way))
         self.ds, self.way, self.refine = ds, way._replace(law=found.attrs["law"]), int(found["refinement"].max())
         self._base = {self.refine: found["pull_off_force"]}
         self.resolution = float(found["pull_off_resolution"].median()) / self.refine
@@ -71,8 +72,8 @@ def simulated(ds: xr.Dataset, cases: Sequence[Case], way: Simulation, say: Calla
     rows = []
     for k, case in enumerate(cases[1:], 1):
         rows.append(_row(case, solver))
-        say(f"  {k} of {len(cases) - 1}: {case.factor}, {rows[-1]['setting'].item()}")
-    out = xr.concat([_row(cases[0], solver), *rows], dim="case", coords="minimal", compat="override")
+        say(f"  {k} of {len(cases) - 1}: {case.factor}, {rows[-1]['setting'].values[0]}")
+    out = xr.concat([_row(cases[0], solver), *rows], dim="case", data_vars="minimal", coords="minimal", compat="override")
     out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
     attrs = {"law": solver.way.law, "preload_nN": way.preload, "contact_radius_pixels": solver.resolution}
     return out.assign_attrs(attrs)
@@ -93,7 +94,7 @@ def _row(case: Case, solver: _Solver) -> xr.Dataset:
         force, reason = xr.full_like(base, np.nan), str(refused)
     both = force.notnull() & base.notnull()
     if not reason and not both.any():
-        reason = "no place pulls in both cases"
+        reason = "no place could be followed in both cases"
     values = {
         "pull_off_mean": float(force.mean()),
         "pull_off_std": float(force.std(ddof=1)) if int(force.count()) > 1 else np.nan,
@@ -102,9 +103,9 @@ def _row(case: Case, solver: _Solver) -> xr.Dataset:
         "refinement": refine,
         "reason": reason,
     }
-    row = xr.Dataset({name: ((), value) for name, value in values.items()}, coords={"setting": words})
-    places = [name for name in force.coords if "subregion" not in str(name)]
-    return row.assign(pull_off_force=force.drop_vars(places))
+    row = xr.Dataset({name: ("case", [value]) for name, value in values.items()}, {"setting": ("case", [words])})
+    others = [name for name in force.coords if "subregion" not in str(name)]
+    return row.assign(pull_off_force=force.drop_vars(others).expand_dims("case"))
 
 
 def _solved(case: Case, words: str, ds: xr.Dataset, solver: _Solver) -> tuple[str, xr.DataArray, xr.DataArray, int]:
@@ -119,7 +120,9 @@ def _solved(case: Case, words: str, ds: xr.Dataset, solver: _Solver) -> tuple[st
         return f"+ {more:.3g} nN", solver.pull(ds, n, preload=way.preload + more), solver.base(n), n
     if case.factor == "range of adhesion" and way.law == "griffith":
         raise ValueError("this law, Griffith's limit, has no range")
-    if case.factor == "pixel":
-        return words, solver.pull(ds, min(case.value * n, MOST_REFINED)), solver.base(n), min(case.value * n, MOST_REFINED)
+    if case.factor in ("pixel", "interpolation"):
+        times = schema.square_pixel(solver.ds) / schema.square_pixel(ds)  # so many pixels in place of one, along a side
+        cells = int(min(max(round(n / times), 1), MOST_REFINED))
+        return words, solver.pull(ds, cells), solver.base(round(cells * times)), cells
     n = solver.refinement_for(ds)
     return words, solver.base(n) if case.factor == "base" else solver.pull(ds, n), solver.base(n), n

@@ -33,6 +33,7 @@ def sensitivity(
     places: int = 4,
     preload: Any = 0.0,
     law: str = "auto",
+    refine: int | str = "auto",
     step: Any = 0.4,
     progress: bool = False,
 ) -> xr.Dataset:
@@ -56,11 +57,12 @@ def sensitivity(
         "quadratic" or "cubic"), "pixel" (so many joined along each axis), "height step" (nm, rounding), "tip radius"
         (nm, of a tip taken off the scan), "surface energy", "modulus" and "sphere radius" (factors); of "superpose"
         also "fit window" (pixels) and "vertex" (as for `asperities`); of "adhesive" also "mesh" (cells so many times
-        finer), "step" (factor), "preload" (so many mean pull-offs more) and "range of adhesion" (factor).
+        finer), "step" (factor), "preload" (so many mean pull-offs more), "interpolation" ("waves": heights between the
+        pixels by the scan's waves in place of splines) and "range of adhesion" (factor).
     places : int
         Of "adhesive": so many of the contact centres, spread evenly over them.
-    preload, law, step
-        Of "adhesive", see `adhesive`.
+    preload, law, refine, step
+        Of "adhesive", see `adhesive`; "auto" is the coarsest mesh that the law holds on.
     progress : bool
         Tell on standard error which case is being computed.
 
@@ -102,10 +104,10 @@ def sensitivity(
         arguments = {"delta": deltas, "patch": patch, "formulation": formulation}
     else:
         sample = regions.sample(centres, whole_number(places, "places", least=1))
-        way = Simulation(sample, magnitude(preload, "nN", "preload"), law, positive(step, "nm", "step"))
+        way = Simulation(sample, magnitude(preload, "nN", "preload"), law, positive(step, "nm", "step"), refine)
         tried = cases(_with_range(ds), SIMULATED if settings is None else settings)
         out = simulated(tried[0].ds, tried, way, teller(progress))
-        arguments = {"places": places, "preload": way.preload, "law": law, "step": way.step}
+        arguments = {"places": places, "preload": way.preload, "law": law, "refine": refine, "step": way.step}
     out = out.assign_coords(factor=("case", [case.factor for case in tried])).assign_attrs(method=method)
     arguments |= {"method": method, "settings": settings}
     return schema.record(schema.label(out), "sensitivity", ds, subregions=subregions, **arguments)
