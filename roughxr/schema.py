@@ -190,7 +190,9 @@ VARIABLES: dict[str, Variable] = {
     "pull_off_median": Variable("nN", "median pull-off force"),
     "asperities": Variable("1", "asperities found"),
     "unbracketed": Variable("1", "places whose sweep was too short"),
-    "pull_off_change": Variable("1", "change of the mean pull-off force", "over the base case on cells of the same size"),
+    "pull_off_change": Variable(
+        "1", "change of the mean pull-off force", "over the base case on cells of the same size"
+    ),
     "reason": Variable("1", "why it was not computed"),
     # error budget
     "entry": Variable("1", "what may be off"),

@@ -14,6 +14,7 @@ import xarray as xr
 from .. import regions, schema
 from ..jobs import lazy as parallel
 from ..kernels.adhesion import cohesive_laws, path
+from ..scans.wavelength import shortest_wavelength
 from ..units import fraction, positive, whole_number
 from .cycle import SMOOTH, Adhesion, cycles_at, deepest_of, events, reach_of_law, reached
 from .estimates import tabor
@@ -166,7 +167,8 @@ def adhesive(
         (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected patches of cells),
         ``energy``, ``dissipated``, ``resolution`` (radius, in pixels of the solve, of the smallest contact that bears a
         tenth of the tension), ``iterations``, ``converged``; fields along (subregion, branch, delta, x, y) with x, y
-        from the contact centre.
+        from the contact centre. Of a scan in memory the coordinate ``shortest_wavelength`` (nm) says down to which
+        waves it shows the surface: finer ones would let it stick less (`scale_dependence`).
 
     Raises
     ------
@@ -249,6 +251,7 @@ def adhesive(
     lazy = parallel.is_lazy(ds)
     out = parallel.finish(out, lazy=lazy, progress=progress)
     if not lazy:
+        out = schema.label(out.assign_coords(shortest_wavelength=shortest_wavelength(ds)))
         _warn(out, adhesion)
     return out
 

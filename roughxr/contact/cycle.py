@@ -108,7 +108,7 @@ def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
 
 
 def largest_cell(law: str, length: float, modulus: float, work: float) -> float:
-    """Return the largest cells (nm) that a law of this length (nm) holds on, between bodies of E* (GPa) and w (J/m²)."""
+    """Return the largest cells (nm) on which a law of this length (nm) holds; modulus in GPa, work in J/m²."""
     return _SOFTENING * modulus * length**2 / work if law in SMOOTH and work > 0 else _FIRST_CELL
 
 

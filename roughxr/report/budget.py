@@ -61,8 +61,8 @@ def _beyond(run: Run, unit: str, size: float) -> str:
     least, shown = means.isel(shortest_kept=0), scales.attrs["shortest_wavelength"]
     ratio = float(least / means.sel(shortest_kept=shown, method="nearest"))
     return (
-        f" If its roughness went on as the scan's own spectrum does down to {float(least['shortest_kept']):.3g} nm, the "
-        f"pull-off would be {_percent(ratio)} of that (at {scales.sizes['subregion']} places)."
+        f" If its roughness went on down to {float(least['shortest_kept']):.3g} nm, as the scan's own spectrum does, "
+        f"the pull-off would be {_percent(ratio)} of that (at {scales.sizes['subregion']} of the places)."
     )
 
 

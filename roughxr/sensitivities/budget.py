@@ -30,7 +30,7 @@ from .verb import sensitivity
 CHANGED: dict[str, tuple[str, str]] = {
     "mesh": ("mesh", "cells {}"),
     "step": ("step", "steps of the displacement {}"),
-    "preload": ("preload", "pressed on by {} before it is drawn off"),
+    "preload": ("preload", "preload {}"),
     "levelling": ("levelling", "another levelling: {}"),
     "pixel": ("interpolation", "heights between the pixels by {} in place of splines"),
     "tip": ("tip radius", "a tip of {} taken off the scan"),
@@ -275,7 +275,9 @@ def _condition(shown: float) -> str:
 
 def _resolved(pixels: float) -> str:
     """Say how large the contacts are beside the scan's pixels."""
-    words = f"At pull-off the smallest contact that matters has a radius of {pixels:.2g} pixels of the scan (median place)"
+    words = (
+        f"At pull-off the smallest contact that matters has a radius of {pixels:.2g} pixels (median place)"
+    )
     if pixels >= 2:
         return f"{words}."
     return f"{words}: what the surface does within a pixel, which the scan does not show, decides how hard it sticks."

@@ -13,7 +13,7 @@ from ..scans import level
 from ..tip import erode
 
 #: What is tried for each factor with superposed asperities: fit window in pixels, how its vertex is placed, levelling,
-#: pixels joined, height step (nm), radius of the tip taken off (nm), factors on work of adhesion and on contact modulus.
+#: pixels joined, height step (nm), radius of the tip taken off (nm), factors on work of adhesion and contact modulus.
 SETTINGS: dict[str, tuple] = {
     "fit window": (3, 5, 7),
     "vertex": ("pixel",),
@@ -25,9 +25,9 @@ SETTINGS: dict[str, tuple] = {
     "modulus": (0.5, 2.0),
 }
 
-#: The same with the simulation: what a careful experiment leaves open. Cells so many times finer, steps so many times as
-#: long, preloads by so many mean pull-offs larger, heights between the pixels, and factors on the range of adhesion and
-#: on the sphere's radius.
+#: The same with the simulation: what a careful experiment leaves open. Cells so many times finer, steps so many times
+#: as long, preloads by so many mean pull-offs larger, heights between the pixels, and factors on the range of adhesion
+#: and on the sphere's radius.
 SIMULATED: dict[str, tuple] = {
     "mesh": (2,),
     "step": (0.5,),
@@ -53,7 +53,7 @@ class Case(NamedTuple):
     ds: xr.Dataset  # the scan and the pair as given
 
     def changed(self) -> tuple[str, xr.Dataset]:
-        """Return the setting in words, and the scan and its pair as they are then: as given, if the solve alone changes.
+        """Return the setting in words, and the scan and its pair as they are then; the solve alone may change.
 
         Raises
         ------

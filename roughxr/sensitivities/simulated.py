@@ -44,7 +44,9 @@ class _Solver:
     def pull(self, ds: xr.Dataset, refine: int, **changed: Any) -> xr.DataArray:
         """Return the pull-off of each place (nN)."""
         if refine > MOST_REFINED:
-            raise ValueError(f"it needs cells {refine} times finer than the pixels, at most {MOST_REFINED} times is done")
+            raise ValueError(
+                f"it needs cells {refine} times finer than the pixels, at most {MOST_REFINED} times is done"
+            )
         return quietly(adhesive, ds, refine=refine, **{**_options(self.way), **changed})["pull_off_force"]
 
     def base(self, refine: int) -> xr.DataArray:
@@ -73,7 +75,9 @@ def simulated(ds: xr.Dataset, cases: Sequence[Case], way: Simulation, say: Calla
     for k, case in enumerate(cases[1:], 1):
         rows.append(_row(case, solver))
         say(f"  {k} of {len(cases) - 1}: {case.factor}, {rows[-1]['setting'].values[0]}")
-    out = xr.concat([_row(cases[0], solver), *rows], dim="case", data_vars="minimal", coords="minimal", compat="override")
+    out = xr.concat(
+        [_row(cases[0], solver), *rows], dim="case", data_vars="minimal", coords="minimal", compat="override"
+    )
     out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
     attrs = {"law": solver.way.law, "preload_nN": way.preload, "contact_radius_pixels": solver.resolution}
     return out.assign_attrs(attrs)
