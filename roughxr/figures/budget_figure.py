@@ -36,7 +36,7 @@ def error_budget(ds: xr.Dataset, *, ax: Any = None):
     >>> from matplotlib.figure import Figure
     >>> entries = {"relative_error": ("entry", [0.03, np.nan]), "total_error": 0.03}
     >>> ax = error_budget(xr.Dataset(entries, {"entry": ["mesh", "step"]}), ax=Figure().subplots())
-    >>> [round(bar.get_width(), 6) for bar in ax.patches], ax.texts[1].get_text()
+    >>> [float(round(bar.get_width(), 6)) for bar in ax.patches], ax.texts[1].get_text()
     ([3.0, 3.0], 'not computed')
     """
     names = [str(name) for name in ds["entry"].values]
@@ -53,7 +53,7 @@ def error_budget(ds: xr.Dataset, *, ax: Any = None):
     ax.set_xlim(0, 1.22 * max([value for _, value, _ in rows if np.isfinite(value)], default=1.0) or 1.0)
     ax.tick_params(axis="y", length=0)
     ax.spines["left"].set_visible(False)
-    ax.set_xlabel("error of the mean pull-off force [%], one standard deviation")
+    ax.set_xlabel("error of the mean pull-off force [%]")
     return ax
 
 
@@ -104,7 +104,14 @@ def cut_off(ds: xr.Dataset, *, ax: Any = None):
             ax.lines[-1].set_label("each place")
     scatter = means.std("seed").values
     ax.errorbar(
-        waves, means.mean("seed"), yerr=scatter, fmt="o-", color=BLUE, capsize=2, markersize=3.5, label="mean, seeds"
+        waves,
+        means.mean("seed"),
+        yerr=scatter,
+        fmt="o-",
+        color=BLUE,
+        capsize=2,
+        markersize=3.5,
+        label="mean, its scatter",
     )
     shown = ds.attrs.get("shortest_wavelength", np.nan)
     if np.isfinite(shown):

@@ -248,7 +248,7 @@ def _of_short_waves(scales: xr.Dataset | None) -> _Entry:
     shown = scales.attrs["shortest_wavelength"]
     least = means.isel(shortest_kept=0)
     wave, ratios = float(least["shortest_kept"]), least / means.sel(shortest_kept=shown, method="nearest").mean()
-    scatter = f", which scatters by {float(ratios.std()):.0%} over {ratios.size} seeds" if ratios.size > 1 else ""
+    scatter = f", ± {100 * float(ratios.std()):.2g} % over {ratios.size} seeds" if ratios.size > 1 else ""
     words = f"its spectrum continued from {shown:.3g} down to {wave:.3g} nm{scatter}; {_count(scales)}"
     return _Entry(abs(float(ratios.mean()) - 1), words)
 
@@ -275,9 +275,7 @@ def _condition(shown: float) -> str:
 
 def _resolved(pixels: float) -> str:
     """Say how large the contacts are beside the scan's pixels."""
-    words = (
-        f"At pull-off the smallest contact that matters has a radius of {pixels:.2g} pixels (median place)"
-    )
+    words = f"At pull-off the smallest contact that matters has a radius of {pixels:.2g} pixels (median place)"
     if pixels >= 2:
         return f"{words}."
     return f"{words}: what the surface does within a pixel, which the scan does not show, decides how hard it sticks."
