@@ -26,8 +26,8 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
     ds : Dataset
     name : str, optional
         A variable: a map along x and y, or samples along ``subregion`` or ``asperity``. By default the heights of a
-        scan, the statistics of asperities, the forces of a solution over displacement, or the pull-off forces. Of an error
-        budget its bars, of a sensitivity the tornado, over the shortest wave the pull-off.
+        scan, the statistics of asperities, the forces of a solution over displacement, or the pull-off forces; the bars
+        of an error budget or a sensitivity, and the pull-off over the shortest wave.
     ax : Axes or sequence of them, optional
         A new figure by default.
     **options
