@@ -136,7 +136,7 @@ _BUDGET = _Drawing(
     ("statistics/error_budget",),
     lambda run: figures.error_budget(run["statistics/error_budget"]),
     "By how much the mean pull-off may be off, and from what: one standard deviation each. *: by how much it would "
-    "change if the roughness went on for another octave; not in the total, which is for the surface as the scan shows it.",
+    "change if the roughness went on for another octave; not in the total, which is for the surface as scanned.",
 )
 
 _DRAWINGS = {
