@@ -49,6 +49,9 @@ ENTRIES = (SAMPLING, *CHANGED, SHORT_WAVES)
 #: Waves that are added, in parts of the shortest that the scan shows, and cut off, in pixels.
 _ADDED, _CUT = (0.5, 0.5**0.5), (2, 4)
 
+#: A tip that changes the pull-off by less than this part falls off by more than the heights from a pixel to the next.
+_UNSEEN = 1e-4
+
 #: Standard deviations within an interval of 95 %.
 _WITHIN = 4.0
 
@@ -230,7 +233,9 @@ def _of_changes(changes: xr.Dataset, factor: str, words: str) -> _Entry:
     if not np.isfinite(change).any():
         return _Entry(np.nan, f"not computed: {cases['reason'].values[0]}")
     told = " and ".join(map(str, cases["setting"].values[np.isfinite(change)]))
-    return _Entry(float(np.nanmax(change)), f"{words.format(told)}; {_count(changes)}")
+    unseen = factor == "tip radius" and np.nanmax(change) < _UNSEEN
+    seen = ", which is too sharp for the pixels to show" if unseen else ""
+    return _Entry(float(np.nanmax(change)), f"{words.format(told)}{seen}; {_count(changes)}")
 
 
 def _count(ds: xr.Dataset) -> str:
