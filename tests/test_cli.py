@@ -61,12 +61,12 @@ def test_the_archive_opens_as_a_tree(paper_run):
 def test_run_does_the_same_for_any_scan(tmp_path, capsys):
     scan(rough(64, seed=3), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
     arguments = ["run", str(tmp_path / "scan.nc"), "--sphere-radius", "1 um", "--subregions", "2", "2", "-q"]
-    arguments += ["--young-modulus", "75", "130", "--poisson-ratio", "0.22", "0.28", "--work-of-adhesion", "1.3"]
+    arguments += ["--young-modulus", "75", "130", "--poisson-ratio", "0.22", "0.28", "--work-of-adhesion", "0.13"]
     assert main([*arguments, "--budget", "0", "-o", str(tmp_path / "run.nc")]) == 0
     assert "pull-off, mean" in capsys.readouterr().out
     with xr.open_datatree(tmp_path / "run.nc") as tree:
         assert float(tree["scan/sphere_radius"]) == 1000
-        assert float(tree["scan/work_of_adhesion"]) == 1.3
+        assert float(tree["scan/work_of_adhesion"]) == 0.13
         assert np.isfinite(tree["statistics/energy/pull_off_force"]).any()
         assert "error_budget" not in tree["statistics"]
     assert main([*arguments, "-o", str(tmp_path / "out"), "--budget", "1", "--delta", "1", "2", "4"]) == 0
