@@ -37,10 +37,14 @@ class _Range(NamedTuple):
 
 _MODULUS = _Range("GPa", 1e-9, 1e-7, 1.5e3, 1e5, "gels have 1e-6 GPa, glass 75, diamond 1100")
 
+#: Range of adhesion of dry solids, nm, where none is assigned: about their interatomic distance.
+DEFAULT_RANGE = 0.3
+
 _RANGES = {
     "sphere_radius": _Range("nm", 0.2, 5.0, 1e7, 1e10, "an atom has 0.1 nm, an AFM's tip 10, a colloidal probe 3000"),
     "young_modulus": _MODULUS,
     "contact_modulus": _MODULUS,
+    "hardness": _Range("GPa", 1e-6, 1e-3, 100.0, 1e3, "PTFE has 0.05 GPa, gold 1, glass 6, diamond 100"),
     "adhesion_range": _Range("nm", 0.01, 0.1, 50.0, 1e4, "dry solids have 0.2 to 0.4 nm, capillary bridges some nm"),
     "work_of_adhesion": _Range("J m-2", 0.0, 1e-6, 6.0, 30.0, "dry glass has 0.06 J/m², cleaved diamond 11"),
 }
@@ -111,6 +115,11 @@ def gilman_surface_energy(
     float
         γ, J/m².
 
+    Raises
+    ------
+    ValueError
+        If a number is not positive, or Poisson's ratio does not lie between −1 and 0.5.
+
     References
     ----------
     Gilman (1960); Cheng, Dunn & Brach eq. 43.
@@ -142,6 +151,7 @@ def assign_pair(
     adhesion_strength: Any = None,
     hamaker_constant: Any = None,
     medium: str = "vacuum",
+    hardness: Any = None,
 ) -> xr.Dataset:
     """Return the scan or catalogue with the pair of bodies on it.
 
@@ -178,18 +188,24 @@ def assign_pair(
         0.165 nm. Named materials bring theirs, unless a work of adhesion is given.
     medium : {"vacuum", "air", "water", "ethanol", "hexadecane"}
         What lies between named materials.
+    hardness : number or quantity, optional
+        H of the softer body, GPa: the largest pressure that it bears, beyond which it yields; see `direct`. Without one
+        all stays elastic, and results tell how much of them lies above the hardness that named materials are estimated
+        to have (`substances`).
 
     Returns
     -------
     Dataset
         With scalar coordinates ``sphere_radius``, ``contact_modulus``, ``work_of_adhesion``, ``adhesion_range``,
-        ``hamaker_constant``, as far as given, and the indenter's map where there is one.
+        ``hamaker_constant``, ``hardness`` as far as given, ``hardness_estimate`` of named materials whose hardness is
+        not given, and the indenter's map where there is one.
 
     Raises
     ------
     ValueError
         If a quantity is given twice or not at all, is not a positive number (w may be zero) or none that a body can
-        have, or an indenter's map does not have the contact centre in its middle.
+        have, the hardness is no larger than the pull of adhesion w/ρ, or an indenter's map does not have the contact
+        centre in its middle.
 
     Warns
     -----
@@ -229,6 +245,10 @@ def assign_pair(
     if constant is not None:
         values["hamaker_constant"] = constant
     values |= _adhesion_range(adhesion_range, adhesion_strength, adhesion)
+    if hardness is not None:
+        values["hardness"] = _hardness(hardness, adhesion, values.get("adhesion_range"))
+    elif materials is not None:
+        values["hardness_estimate"] = substances.softer_hardness(*bodies)
     out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
     out = out.assign_coords(values)
     if indenter is not None:
@@ -358,6 +378,21 @@ def _adhesion_range(given: Any, strength: Any, work: float | None) -> dict[str, 
         raise ValueError("adhesion_strength: expected a work of adhesion > 0 beside it, found none")
     found = work / positive(strength, "GPa", "adhesion_strength")
     return {"adhesion_range": _believed(found, "adhesion_range", strength, "adhesion_strength")}
+
+
+def _hardness(given: Any, work: float | None, length: float | None) -> float:
+    """Return the hardness (GPa), which has to bear more than the pull of adhesion."""
+    value = _believed(positive(given, "GPa", "hardness"), "hardness", given)
+    strength = (work or 0.0) / (length or DEFAULT_RANGE)
+    words = (
+        f"hardness: {value:.3g} GPa is no more than the pull of adhesion, w/rho = {strength:.3g} GPa over "
+        f"{length or DEFAULT_RANGE:g} nm: such a body would yield before it is pressed"
+    )
+    if value <= strength and length is not None:
+        raise ValueError(f"{words}; expected a larger hardness, a larger adhesion_range or less work of adhesion")
+    if value <= strength:
+        _question(f"{words}; is it meant? (assign the adhesion_range that belongs to this work of adhesion)")
+    return value
 
 
 def _radius(given: Any, ds: xr.Dataset) -> float:

@@ -18,6 +18,23 @@ import xarray as xr
 from ._version import __version__
 from .units import converted, magnitude
 
+#: What tells a user what a Dataset holds; the rest serves roughxr's own functions.
+__all__ = [
+    "KINDS",
+    "PAIR",
+    "TRAVELLING",
+    "VARIABLES",
+    "Variable",
+    "attributes",
+    "axis_label",
+    "height_hash",
+    "history",
+    "kind_of",
+    "label",
+    "record",
+    "validate",
+]
+
 
 class Variable(NamedTuple):
     """What one name means: its units (UDUNITS), its words on an axis, and its sign or definition.
@@ -40,6 +57,8 @@ VARIABLES: dict[str, Variable] = {
     "contact_modulus": Variable("GPa", "contact modulus E*", "1/E* = (1-nu1^2)/E1 + (1-nu2^2)/E2"),
     "work_of_adhesion": Variable("J m-2", "work of adhesion w", "w = 2 gamma for equal bodies"),
     "adhesion_range": Variable("nm", "range of adhesion", "length over which the pull falls by e: strength = w/range"),
+    "hardness": Variable("GPa", "hardness H", "the largest pressure; beyond it the softer body yields"),
+    "hardness_estimate": Variable("GPa", "estimated hardness", "of named materials; told of, nothing yields at it"),
     "hamaker_constant": Variable("nN nm", "Hamaker constant A", "across what lies between; 1 nN nm = 1e-18 J"),
     "indenter_height": Variable("nm", "indenter height", "points out of the indenter; its maximum touches first"),
     "indenter_x": Variable("nm", "x from the contact centre"),
@@ -115,6 +134,14 @@ VARIABLES: dict[str, Variable] = {
     "contacts_overlapping": Variable("1", "contacts that overlap a neighbour's"),
     "excluded_asperities": Variable("1", "asperities left out", "no peak under this sphere"),
     # adhesive contact
+    # yield
+    "yielded_fraction": Variable(
+        "1", "share of the force at or above the hardness", "of the elastic, or yielding, cells"
+    ),
+    "yielded_area_fraction": Variable("1", "share of the contact area at or above the hardness"),
+    "yielded_area": Variable("nm2", "area that has yielded", "at the hardness now, or earlier on the way"),
+    "plastic_work": Variable("nN nm", "plastic work", "hardness times the volume that gave way"),
+    "residual_height": Variable("nm", "height that is left", "below zero where the surface gave way for good"),
     "branch": Variable("1", "branch", "loading: delta grows; retraction: it falls, from the largest on"),
     "energy": Variable("nN nm", "potential energy", "elastic energy less the energy of adhesion"),
     "dissipated": Variable("nN nm", "energy dissipated so far", "freed in jumps"),
@@ -223,11 +250,26 @@ KINDS: dict[str, dict[str, tuple[str, ...]]] = {
 PAIR = ("sphere_radius", "contact_modulus", "work_of_adhesion")
 
 #: The same, with what may be assigned beside it.
-TRAVELLING = (*PAIR, "adhesion_range", "hamaker_constant")
+TRAVELLING = (*PAIR, "adhesion_range", "hamaker_constant", "hardness", "hardness_estimate")
 
 
 def attributes(name: str) -> dict[str, str]:
-    """Return the ``units``, ``long_name`` and ``comment`` of a name.
+    """Return what is written beside a variable in a file.
+
+    Parameters
+    ----------
+    name : str
+        One of `VARIABLES`.
+
+    Returns
+    -------
+    dict of str to str
+        ``long_name``, and ``units`` and ``comment`` where there are any.
+
+    Raises
+    ------
+    KeyError
+        If the name is not in the table.
 
     Examples
     --------
@@ -240,7 +282,23 @@ def attributes(name: str) -> dict[str, str]:
 
 
 def label(ds: xr.Dataset) -> xr.Dataset:
-    """Return ``ds`` with units, long name and meaning set on every variable of a known name."""
+    """Return a Dataset with units, long name and meaning set on every variable of a known name.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Its numbers are taken to be in the units of `VARIABLES`: none is converted.
+
+    Returns
+    -------
+    Dataset
+        Variables of other names are as they were.
+
+    Examples
+    --------
+    >>> label(xr.Dataset({"force": ("delta", [1.0])})).force.units
+    'nN'
+    """
     out = ds.copy()
     for name in map(str, out.variables):
         if name in VARIABLES:
@@ -249,13 +307,48 @@ def label(ds: xr.Dataset) -> xr.Dataset:
 
 
 def axis_label(name: str) -> str:
-    """Return what stands on an axis: long name and units, as in ``contact force [nN]``."""
+    """Return what stands on an axis: long name and units.
+
+    Parameters
+    ----------
+    name : str
+        One of `VARIABLES`.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    KeyError
+        If the name is not in the table.
+
+    Examples
+    --------
+    >>> axis_label("force"), axis_label("axis_ratio")
+    ('contact force [nN]', 'axis ratio b/a of the Hertz contact ellipse')
+    """
     known = VARIABLES[name]
     return known.long_name if known.units == "1" else f"{known.long_name} [{known.units}]"
 
 
 def kind_of(ds: xr.Dataset) -> str | None:
-    """Return the kind of Dataset that ``ds`` is, or None."""
+    """Return which of `KINDS` a Dataset is, by the names and dimensions of its variables.
+
+    Parameters
+    ----------
+    ds : Dataset
+
+    Returns
+    -------
+    str or None
+        None where it is none of them.
+
+    Examples
+    --------
+    >>> kind_of(xr.Dataset({"height": (("x", "y"), [[0.0]])})), kind_of(xr.Dataset())
+    ('scan', None)
+    """
     for kind in ("asperities", "scan", "pull_off", "solution"):
         if all(name in ds and set(dims) <= set(ds[name].dims) for name, dims in KINDS[kind].items()):
             return kind
@@ -270,6 +363,11 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
     ds : Dataset
     kind : {"scan", "asperities", "solution", "pull_off"}
 
+    Returns
+    -------
+    Dataset
+        A scan with ``height`` along (x, y), nm; the other kinds as they came.
+
     Raises
     ------
     TypeError
@@ -277,6 +375,14 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
     ValueError
         If variables, dimensions or units are not those of the kind: what was expected, what was found,
         and what to do.
+
+    Examples
+    --------
+    >>> axes = {axis: (axis, [0.0, 1.0], {"units": "um"}) for axis in "xy"}
+    >>> scan = xr.Dataset({"height": (("y", "x"), [[0.0, 5.0], [0.0, 0.0]], {"units": "nm"})}, axes)
+    >>> found = validate(scan, "scan")
+    >>> found.height.dims, found.x.values.tolist()
+    (('x', 'y'), [0.0, 1000.0])
     """
     if not isinstance(ds, xr.Dataset):
         raise TypeError(f"expected an xarray.Dataset of kind {kind!r}, found {type(ds).__name__}")
@@ -459,7 +565,7 @@ def one_of(value: Any, allowed: Iterable[str], name: str) -> str:
 
 
 def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, **arguments: Any) -> xr.Dataset:
-    """Return ``ds`` with one more step in its history: operation, arguments, version, as JSON text.
+    """Return a Dataset with one more step in its history: operation, arguments and roughxr's version.
 
     Parameters
     ----------
@@ -469,7 +575,18 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, **a
     source : Dataset, optional
         Whose history is continued; ``ds`` itself by default.
     **arguments
-        What the function was called with.
+        What the function was called with; those that are None are left out, and of arrays of more than 64 values the
+        ends and the size are kept.
+
+    Returns
+    -------
+    Dataset
+        With the attribute ``history``, JSON text that `history` reads.
+
+    Examples
+    --------
+    >>> history(record(xr.Dataset(), "trim", size=3, edge=None))[0]["arguments"]
+    {'size': 3}
     """
     steps = history(ds if source is None else source)
     given = {key: value for key, value in arguments.items() if value is not None}
@@ -478,7 +595,23 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, **a
 
 
 def history(ds: xr.Dataset) -> list[dict[str, Any]]:
-    """Return the steps that made a Dataset, oldest first."""
+    """Return the steps that made a Dataset, oldest first.
+
+    Parameters
+    ----------
+    ds : Dataset
+
+    Returns
+    -------
+    list of dict
+        Of each step ``operation``, ``arguments`` and ``roughxr``, the version. Text of another program's is one step
+        "unknown".
+
+    Examples
+    --------
+    >>> [step["operation"] for step in history(record(record(xr.Dataset(), "level"), "crop"))]
+    ['level', 'crop']
+    """
     text = ds.attrs.get("history", "")
     try:
         steps = json.loads(text) if text else []
@@ -488,7 +621,24 @@ def history(ds: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def height_hash(ds: xr.Dataset) -> str:
-    """Return the SHA-256 of a scan's heights and axes: two scans of one hash are the same scan."""
+    """Return the SHA-256 of a scan's heights and axes: two scans of one hash are the same scan.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan; a lazy one is computed.
+
+    Returns
+    -------
+    str
+        Of 64 hexadecimal digits.
+
+    Examples
+    --------
+    >>> scan = xr.Dataset({"height": (("x", "y"), np.zeros((2, 2)))}, {"x": [0.0, 1.0], "y": [0.0, 1.0]})
+    >>> height_hash(scan) == height_hash(scan.assign(height=scan.height + 1e-9))
+    False
+    """
     digest = hashlib.sha256()
     for name in ("x", "y", "height"):
         digest.update(np.ascontiguousarray(ds[name].values, dtype="<f8").tobytes())

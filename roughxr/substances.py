@@ -1,10 +1,14 @@
-"""Named materials: elastic constants, and what van der Waals forces alone make them stick, each with its source.
+"""Named materials: elastic constants, hardness, and what van der Waals forces alone make them stick, with sources.
 
 Of named materials the work of adhesion is that of clean, dry, smooth bodies without bonds or water between them,
 w = A/(12π D₀²) with Hamaker's constant A and the cut-off D₀ = 0.165 nm, √(A₁A₂) for two materials, (√A₁ − √A₃)(√A₂ −
 √A₃) across a third (Israelachvili, Intermolecular and Surface Forces, 3rd ed., eqs. 13.15, 13.29 and 13.31; media from
 its table 13.2). Films of water, contact for long, and cleaved
 crystals stick harder: who has measured it gives ``work_of_adhesion``.
+
+Hardness is an estimate to one digit: it hangs on treatment, purity, rate and size, and the small indents that
+asperities make are harder than large ones, of metals by some times. It tells where elasticity is to be doubted; who has
+measured it gives ``hardness``, and what presses harder then yields.
 """
 
 from __future__ import annotations
@@ -18,6 +22,8 @@ CUT_OFF = 0.165
 _HANDBOOK = "Callister & Rethwisch, Materials Science and Engineering, appendix B"
 _BERGSTROM = "Bergström, Adv. Colloid Interface Sci. 70 (1997) 125"
 _ISRAELACHVILI = "Israelachvili, Intermolecular and Surface Forces, 3rd ed., table 13.2"
+_OLIVER = "Oliver & Pharr, J. Mater. Res. 7 (1992) 1564"
+_THIRD = "three times the handbook's yield strength, Tabor, The Hardness of Metals (1951)"
 
 
 class Material(NamedTuple):
@@ -26,6 +32,8 @@ class Material(NamedTuple):
     young_modulus: float  # GPa
     poisson_ratio: float
     elastic_source: str
+    hardness: float  # GPa, an estimate
+    hardness_source: str
     hamaker: float | None = None  # nN nm = 1e-18 J
     hamaker_source: str = ""
 
@@ -33,16 +41,27 @@ class Material(NamedTuple):
 #: By name. Glass is the paper's; silicon's modulus is that of a (100) face. Looked up again: the moduli of steel (207),
 #: polystyrene (2.28 to 3.28) and PTFE (0.40 to 0.55) in the handbook's table B.2; polystyrene's A (65) in
 #: Walstra, Physical Chemistry of Foods, table 12.2. Dowling, Mechanical Behavior of Materials, table 5.2, has 400 and
-#: 0.22 for alumina, 70 and 0.18 for fused silica, 212 and 0.293 for steel. The rest was not looked up again.
+#: 0.22 for alumina, 70 and 0.18 for fused silica, 212 and 0.293 for steel. Fused silica's hardness at large indents is
+#: 7.3 (an interlaboratory comparison of 2008). The rest was not looked up again.
 MATERIALS = {
-    "glass": Material(75.0, 0.22, "Cheng, Dunn & Brach (2002)", 0.065, f"{_BERGSTROM}, of silica"),
-    "silica": Material(73.0, 0.17, _HANDBOOK, 0.065, _BERGSTROM),
-    "alumina": Material(380.0, 0.22, _HANDBOOK, 0.152, _BERGSTROM),
-    "polystyrene": Material(2.8, 0.33, _HANDBOOK, 0.065, _ISRAELACHVILI),
-    "ptfe": Material(0.5, 0.46, _HANDBOOK, 0.038, _ISRAELACHVILI),
-    "silicon": Material(130.0, 0.28, "Hopcroft, Nix & Kenny, J. MEMS 19 (2010) 229, <100>"),
-    "steel": Material(207.0, 0.30, _HANDBOOK),
-    "gold": Material(77.0, 0.42, _HANDBOOK),
+    "glass": Material(
+        75.0,
+        0.22,
+        "Cheng, Dunn & Brach (2002)",
+        6.0,
+        f"{_OLIVER}, of soda-lime glass",
+        0.065,
+        f"{_BERGSTROM}, of silica",
+    ),
+    "silica": Material(73.0, 0.17, _HANDBOOK, 9.0, _OLIVER, 0.065, _BERGSTROM),
+    "alumina": Material(380.0, 0.22, _HANDBOOK, 20.0, f"{_OLIVER}, less than sapphire's", 0.152, _BERGSTROM),
+    "polystyrene": Material(2.8, 0.33, _HANDBOOK, 0.2, _THIRD, 0.065, _ISRAELACHVILI),
+    "ptfe": Material(0.5, 0.46, _HANDBOOK, 0.05, _THIRD, 0.038, _ISRAELACHVILI),
+    "silicon": Material(
+        130.0, 0.28, "Hopcroft, Nix & Kenny, J. MEMS 19 (2010) 229, <100>", 12.0, f"{_OLIVER} and others"
+    ),
+    "steel": Material(207.0, 0.30, _HANDBOOK, 2.0, f"{_THIRD}, annealed; 8 if hardened"),
+    "gold": Material(77.0, 0.42, _HANDBOOK, 1.0, "of thin films and small indents; 0.3 of annealed bulk"),
 }
 
 #: Hamaker constants (nN nm) of what may lie between the bodies, against itself across vacuum.
@@ -65,6 +84,17 @@ def pair_of(names: str | tuple[str, str]) -> tuple[Material, Material]:
             "of others give young_modulus and poisson_ratio"
         )
     return MATERIALS[found[0]], MATERIALS[found[-1]]
+
+
+def softer_hardness(first: Material, second: Material) -> float:
+    """Return the estimated hardness (GPa) of the body that yields first.
+
+    Examples
+    --------
+    >>> softer_hardness(*pair_of("glass/gold"))
+    1.0
+    """
+    return min(first.hardness, second.hardness)
 
 
 def van_der_waals_work(first: Material, second: Material) -> float | None:

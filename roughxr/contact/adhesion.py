@@ -14,20 +14,16 @@ import xarray as xr
 from .. import regions, schema
 from ..jobs import lazy as parallel
 from ..kernels.adhesion import cohesive_laws, path
+from ..materials import DEFAULT_RANGE
 from ..scans.wavelength import shortest_wavelength
 from ..units import fraction, positive, whole_number
 from .cycle import SMOOTH, Adhesion, cycles_at, deepest_of, events, reach_of_law, reached
 from .estimates import tabor
 from .problem import NOT_LOADED, Place, Problem, deepest, need_heights, read_problem
-from .records import Layout, fields_of, put_fields, solve
+from .records import BRANCHES, Layout, fields_of, put_fields, solve
 
 #: Laws of adhesion; "auto" chooses between the first two.
 LAWS_OF_ADHESION = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
-
-BRANCHES = ("loading", "retraction")
-
-#: Range of adhesion of dry solids, nm, where none is assigned: about their interatomic distance.
-DEFAULT_RANGE = 0.3
 
 #: Cells along a side of a pixel at most.
 MOST_REFINED = 16

@@ -1,6 +1,8 @@
-"""Direct simulation without adhesion: the elastic contact of the indenter with the scan itself, wherever it lands.
+"""Direct simulation without adhesion: the contact of the indenter with the scan itself, wherever it lands.
 
-Every subregion is one task with its whole sweep inside, so that each displacement starts from the one before.
+All stays elastic, or yields where the pressure reaches an assigned hardness, on the way in; on the way out it is
+elastic on the shape that is left. Every subregion is one task with its whole sweep inside, so that each displacement
+starts from the one before.
 """
 
 from __future__ import annotations
@@ -12,10 +14,10 @@ import xarray as xr
 
 from .. import regions, schema
 from ..jobs import lazy as parallel
-from ..kernels.halfspace import displacement_control, load_control
+from ..kernels.halfspace import displacement_control, load_control, yielding
 from ..units import fraction, whole_number
 from .problem import Place, Problem, Surface, deepest, need_heights, read_problem, surface_at
-from .records import Layout, fields_of, put_fields, solve
+from .records import BRANCHES, Layout, fields_of, put_fields, solve
 
 _STATES = {
     "force": float,
@@ -25,6 +27,12 @@ _STATES = {
     "residual": float,
     "truncated": bool,
 }
+_ABOVE_HARDNESS = {"yielded_fraction": float, "yielded_area_fraction": float}
+_YIELDED = {"yielded_area": float, "plastic_work": float}
+
+
+#: What is said of each solve, in the order of `displacement_control.FORCE` and so on.
+_COLUMNS = "force", "contact_area", "status", "iterations", "residual", "hard_force", "yielded_area", "dent"
 
 
 class _Limits(NamedTuple):
@@ -42,6 +50,7 @@ def direct(
     subregions: Any = None,
     datum: str = "highest_peak",
     profile: str = "sphere",
+    yielding: bool = True,
     fields: bool = False,
     tolerance: float = 1e-6,
     max_iterations: int = 5000,
@@ -65,8 +74,12 @@ def direct(
         paper's), or this subregion's first touch.
     profile : {"sphere", "parabola"}
         The exact sphere or Hertz's paraboloid.
+    yielding : bool
+        Whether the softer body yields where the pressure reaches the assigned hardness. False: all stays elastic, and
+        the result tells how much of it lies above the hardness.
     fields : bool
-        Keep pressure, displacement and gap on the window around each centre; NaN beyond the scan's edge.
+        Keep pressure, displacement and gap on the window around each centre, and of what yields the height that is
+        left; NaN beyond the scan's edge.
     tolerance : float
         Relative error of the force.
     max_iterations : int
@@ -80,7 +93,11 @@ def direct(
         ``force`` (nN), ``contact_area`` (nm²), ``converged``, ``iterations``, ``residual``, ``truncated`` along
         (subregion, delta) or (subregion, load), the area that of whole cells (for a round contact of eight cells in
         radius 2.4 % above Hertz's, less the more there are), fields along (subregion, delta, x, y) with x, y from the
-        contact centre. Lazy where the scan is a dask array.
+        contact centre. Where a hardness is assigned, or estimated for named materials, also ``yielded_fraction`` and
+        ``yielded_area_fraction``, the shares of the force and of the area at that pressure or above. Where the body
+        yields all this lies along (subregion, branch, delta), of loading and of retraction from the largest delta, with
+        ``yielded_area`` (nm²), ``plastic_work`` (nN nm) and the field ``residual_height`` (nm, along (subregion, delta,
+        x, y), what is left after loading to delta). Lazy where the scan is a dask array.
 
     Raises
     ------
@@ -88,9 +105,16 @@ def direct(
         If no pair is assigned, pixels are not square or missing, displacements or loads are empty, not finite
         or not ascending, or a name is unknown.
 
+    Notes
+    -----
+    What yields bears its hardness and no more, and gives way by as much as the indenter would penetrate it: no strain
+    hardening, no pile-up beside the contact, no flow below it before the pressure at the surface reaches the hardness.
+    Retraction is elastic on the shape that loading to the largest displacement left, so that it dissipates nothing.
+
     References
     ----------
-    Cheng, Dunn & Brach, eqs. 36–42; Kalker, Three-Dimensional Elastic Bodies in Rolling Contact (1990).
+    Cheng, Dunn & Brach, eqs. 36–42; Kalker, Three-Dimensional Elastic Bodies in Rolling Contact (1990); Almqvist,
+    Sahlin, Larsson & Glavatskih, Tribology International 40 (2007) 574.
 
     Examples
     --------
@@ -100,20 +124,23 @@ def direct(
     >>> elastic = direct(scan, delta=[5.08, 15.4], subregions=(2, 2))
     >>> dict(elastic.force.sizes), elastic.force.units
     ({'subregion': 4, 'delta': 2}, 'nN')
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, hardness="6 GPa")
+    >>> pressed = direct(scan, delta=[5.08, 15.4], subregions=(2, 2))
+    >>> dict(pressed.force.sizes), bool((pressed.plastic_work.sel(delta=15.4) > 0).all())
+    ({'subregion': 4, 'branch': 2, 'delta': 2}, True)
     """
     ds = schema.validate(ds, "scan")
     positions = regions.centres(ds, subregions)
-    problem = read_problem(ds, positions, delta=delta, load=load, datum=datum, profile=profile)
+    problem = read_problem(ds, positions, delta=delta, load=load, datum=datum, profile=profile, yielding=yielding)
     limits = _Limits(fraction(tolerance, "tolerance"), whole_number(max_iterations, "max_iterations", least=1))
     if fields:
         need_heights(ds, problem)
     axes = {"load" if problem.by_load else "delta": problem.steps}
-    layout = Layout(axes, _STATES | ({"delta": float} if problem.by_load else {}))
     out = solve(
         _sweep,
         ds,
         problem,
-        layout,
+        _layout(axes, problem),
         limits,
         name="direct",
         positions=positions,
@@ -124,9 +151,19 @@ def direct(
     )
     out.attrs = {"datum": datum, "method": "direct"}
     arguments = {"subregions": subregions, "datum": datum, "profile": profile, "fields": fields}
+    arguments |= {"yielding": problem.yielding} if "hardness" in ds.coords else {}
     steps = {"delta": None, "load": None, **axes}
     out = schema.record(out, "direct", ds, **steps, **arguments, **limits._asdict())
     return parallel.finish(out, lazy=parallel.is_lazy(ds), progress=progress)
+
+
+def _layout(axes: dict[str, Any], problem: Problem) -> Layout:
+    """Return what is kept of each place: more where a hardness is known, both branches where the body yields."""
+    states = _STATES | ({"delta": float} if problem.by_load else {})
+    states |= _ABOVE_HARDNESS if np.isfinite(problem.hardness) else {}
+    if not problem.yielding:
+        return Layout(axes, states)
+    return Layout({"branch": list(BRANCHES), **axes}, states | _YIELDED, yields=True)
 
 
 def _overlapping(surface: Surface, problem: Problem) -> int:
@@ -135,30 +172,68 @@ def _overlapping(surface: Surface, problem: Problem) -> int:
     return np.count_nonzero(surface.separation < (problem.steps[-1] if known else np.inf))
 
 
+class _Solved(NamedTuple):
+    """The solutions of one place, the branch first where there are two."""
+
+    deltas: np.ndarray  # (…, step), nm below the datum
+    found: np.ndarray  # (…, step, displacement_control.FORCE … DENT)
+    pressure: np.ndarray  # (…, kept, nx, ny), GPa
+    left: np.ndarray  # (…, kept, nx, ny), nm ≤ 0, the height that is left
+
+
 def _sweep(place: Place, problem: Problem, layout: Layout, limits: _Limits) -> np.ndarray:
-    """Solve one place at every step."""
-    surface = surface_at(place, problem)
-    deltas, found, pressure = _solutions(surface, problem, limits, keep=layout.window is not None)
-    record = layout.blank()
-    record["force"], record["contact_area"] = found[:, displacement_control.FORCE], found[:, displacement_control.AREA]
-    record["converged"] = found[:, displacement_control.STATUS] == displacement_control.CONVERGED
-    record["iterations"] = found[:, displacement_control.ITERATIONS]
-    record["residual"] = found[:, displacement_control.RESIDUAL]
-    record["truncated"] = surface.unknown_from < deltas
-    if problem.by_load:
-        record["delta"] = deltas - surface.zero
+    """Solve one place at every step, on both branches where it yields."""
+    surface, record = surface_at(place, problem), layout.blank()
+    keep = problem.steps.size if layout.window is not None else 0
+    solved = (_cycle if problem.yielding else _elastic)(surface, problem, limits, keep)
+    _put_states(record, solved, surface, problem)
     if layout.window is not None:
-        put_fields(record, surface, fields_of(pressure, surface, deltas, problem))
+        shape = surface._replace(separation=surface.separation - solved.left)
+        put_fields(record, surface, fields_of(solved.pressure, shape, solved.deltas, problem))
+    if "residual_height" in layout.fields:
+        put_fields(record, surface, {"residual_height": solved.left[0]})
     return record
 
 
-def _solutions(surface: Surface, problem: Problem, limits: _Limits, *, keep: bool):
-    """Return displacements below the datum, what is said of each solve, and pressures where they are kept."""
+def _put_states(record: np.ndarray, solved: _Solved, surface: Surface, problem: Problem) -> None:
+    """Write what is said of each solve."""
+    told = dict(zip(_COLUMNS, np.moveaxis(solved.found, -1, 0)))
+    with np.errstate(invalid="ignore"):
+        told["yielded_fraction"] = told.pop("hard_force") / told["force"]
+        told["yielded_area_fraction"] = told["yielded_area"] / told["contact_area"]
+    told["plastic_work"] = problem.hardness * told.pop("dent") if problem.yielding else 0.0
+    told["converged"] = told.pop("status") == displacement_control.CONVERGED
+    told |= {"truncated": surface.unknown_from < solved.deltas, "delta": solved.deltas - surface.zero}
+    for name in set(told) & set(record.dtype.names):
+        record[name] = told[name]
+    if problem.yielding:  # what has yielded stays so, though it bears less on the way back
+        for name in _YIELDED:
+            record[name][1] = record[name][0, -1]
+
+
+def _elastic(surface: Surface, problem: Problem, limits: _Limits, keep: int) -> _Solved:
+    deltas, found, pressure, _ = _solutions(surface.separation, surface, problem, limits, keep)
+    return _Solved(deltas, found, pressure, np.zeros_like(pressure))
+
+
+def _cycle(surface: Surface, problem: Problem, limits: _Limits, keep: int) -> _Solved:
+    """Load a place that yields, and draw back from the shape that is left; both branches share their last state."""
+    separation = surface.separation
+    deltas, found, pressure, displacement = _solutions(separation, surface, problem, limits, max(keep, 1))
+    left = yielding.residual_heights(pressure, displacement, separation, deltas[-len(pressure) :], problem.hardness)
+    elastic, last = problem._replace(steps=problem.steps[:-1], hardness=np.inf, yielding=False), slice(-1, None)
+    back = _solutions(separation - left[-1], surface, elastic, limits, max(keep - 1, 0))
+    joined = [np.concatenate((one, both[last])) for one, both in zip(back, (deltas, found, pressure[-keep:]))]
+    deltas, found, pressure = (np.stack(pair) for pair in zip((deltas, found, pressure[-keep:]), joined))
+    return _Solved(deltas, found, pressure, np.stack((left, np.broadcast_to(left[-1], left.shape))))
+
+
+def _solutions(separation: np.ndarray, surface: Surface, problem: Problem, limits: _Limits, keep: int):
+    """Return displacements below the datum, what is said of each solve, and the fields of the last ``keep``."""
+    hardness = displacement_control.Hardness(problem.hardness, problem.yielding)
+    options = {"hardness": hardness, "keep": keep, **limits._asdict()}
     half_space = problem.dx, problem.contact_modulus
     if problem.by_load:
-        return load_control.loaded_arrays(
-            surface.separation, problem.steps, *half_space, keep=keep, **limits._asdict()
-        )[:3]
+        return load_control.loaded_arrays(separation, problem.steps, *half_space, **options)
     deltas = problem.steps + surface.zero
-    found = displacement_control.sweep_arrays(surface.separation, deltas, *half_space, keep=keep, **limits._asdict())
-    return deltas, *found[:2]
+    return deltas, *displacement_control.sweep_arrays(separation, deltas, *half_space, **options)

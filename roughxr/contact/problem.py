@@ -56,6 +56,8 @@ class Problem(NamedTuple):
     refine: int  # cells of the solve along a side of a pixel
     contact_modulus: float  # GPa
     indenter: Indenter
+    hardness: float = np.inf  # GPa, inf where none is known
+    yielding: bool = False  # whether what presses harder yields, or is only told of
 
     @property
     def dx(self) -> float:
@@ -72,6 +74,7 @@ def read_problem(
     datum: str,
     profile: str,
     refine: int = 1,
+    yielding: bool = True,
 ) -> Problem:
     """Return the problem of a scan with its pair, or say what is wrong with it."""
     if delta is not None and load is not None:
@@ -84,6 +87,7 @@ def read_problem(
         raise ValueError(f"load: expected positive loads, found {steps[0]:g} nN")
     schema.one_of(datum, DATUMS, "datum")
     (modulus,) = schema.pair(ds, "contact_modulus")
+    hardness, assigned = hardness_of(ds)
     return Problem(
         steps=steps,
         by_load=by_load,
@@ -92,7 +96,15 @@ def read_problem(
         refine=refine,
         contact_modulus=modulus,
         indenter=indenter_of(ds, profile),
+        hardness=hardness,
+        yielding=assigned and yielding,
     )
+
+
+def hardness_of(ds: xr.Dataset) -> tuple[float, bool]:
+    """Return the hardness (GPa) that is assigned, or else estimated, or else inf, and whether it is assigned."""
+    names = [name for name in ("hardness", "hardness_estimate") if name in ds.coords]
+    return (float(ds[names[0]]) if names else np.inf), "hardness" in ds.coords
 
 
 def indenter_of(ds: xr.Dataset, profile: str = "sphere") -> Indenter:
@@ -130,7 +142,8 @@ def deepest(ds: xr.Dataset, problem: Problem) -> float:
     """Return how deep (nm) below the datum the indenter can come; inf where the heights must be known and are not.
 
     From its first contact, or under a load, it starts no lower than the lowest height; and a surface with gaps holds
-    it no better than a flat one, which Hertz's sphere enters by (3 F/(4 E* √R))^{2/3}.
+    it no better than a flat one, which Hertz's sphere enters by (3 F/(4 E* √R))^{2/3}, and one that yields by at most
+    F/(2π R H) more.
     """
     last = float(problem.steps[-1])
     if not problem.by_load and not problem.first_contact:
@@ -138,7 +151,9 @@ def deepest(ds: xr.Dataset, problem: Problem) -> float:
     if is_lazy(ds) or (problem.by_load and problem.indenter.map):
         return np.inf
     if problem.by_load:
-        last = (0.75 * last / (problem.contact_modulus * np.sqrt(problem.indenter.radius))) ** (2 / 3)
+        radius, load = problem.indenter.radius, last
+        last = (0.75 * load / (problem.contact_modulus * np.sqrt(radius))) ** (2 / 3)
+        last += load / (2 * np.pi * radius * problem.hardness) if problem.yielding else 0.0
     return float(np.ptp(ds["height"].values)) + last
 
 

@@ -18,7 +18,10 @@ from ..jobs import lazy as parallel
 from ..kernels.halfspace.products import surface_displacement
 from .problem import Place, Problem, Surface, places, surface_at
 
-#: What is kept on the window around a centre where fields are asked for.
+#: The two ways of a cycle.
+BRANCHES = ("loading", "retraction")
+
+#: What is kept on the window around a centre where fields are asked for, along all axes.
 FIELDS = ("pressure", "displacement", "gap")
 
 
@@ -29,15 +32,29 @@ class Layout(NamedTuple):
     states: Mapping[str, type]
     events: Mapping[str, type] = {}
     window: tuple[int, int] | None = None  # cells of the full window, where fields are kept
+    yields: bool = False  # whether the height that is left is kept as well, along all axes but the branch
 
     @property
     def dtype(self) -> np.dtype:
         """The structured dtype of a record."""
-        along = tuple(len(values) for values in self.axes.values())
-        parts = [(name, kind, along) for name, kind in self.states.items()]
+        parts = [(name, kind, self.along(name)) for name, kind in self.states.items()]
         parts += [(name, kind) for name, kind in self.events.items()]
-        parts += [(name, float, (*along, *self.window)) for name in FIELDS if self.window]
+        parts += [(name, float, (*self.along(name), *self.window)) for name in self.fields]
         return np.dtype(parts)
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """The fields that are kept."""
+        return (*FIELDS, *(("residual_height",) if self.yields else ())) if self.window else ()
+
+    def along(self, name: str) -> tuple[int, ...]:
+        """Return the lengths of the axes of a part."""
+        return tuple(len(self.axes[axis]) for axis in self._axes_of(name))
+
+    def _axes_of(self, name: str) -> tuple[str, ...]:
+        if name in self.events:
+            return ()
+        return tuple(axis for axis in self.axes if name != "residual_height" or axis != "branch")
 
     def blank(self) -> np.ndarray:
         """Return a record in which every number is missing, every count 0 and every flag False."""
@@ -49,9 +66,7 @@ class Layout(NamedTuple):
 
     def dims(self, name: str) -> tuple[str, ...]:
         """Return the dimensions of a part after ``subregion``."""
-        if name in self.events:
-            return ()
-        return (*self.axes, "x", "y") if name in FIELDS else tuple(self.axes)
+        return (*self._axes_of(name), *(("x", "y") if name in self.fields else ()))
 
 
 def solve(

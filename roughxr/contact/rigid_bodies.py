@@ -407,7 +407,7 @@ def _yielding(here: _Setting) -> tuple[float, tuple[float, float]]:
     separation, half_space = here.surface.separation, (problem.dx, problem.contact_modulus)
     for delta in deltas:
         states, pressure = displacement_control.sweep_arrays(
-            separation, np.array([delta]), *half_space, keep=True, **limits
+            separation, np.array([delta]), *half_space, keep=1, **limits
         )[:2]
         gap = fields_of(pressure, here.surface, np.array([delta]), problem)["gap"] + kernels.floor(law)
         open_gap = gap[(np.asarray(pressure).reshape(gap.shape) == 0) & np.isfinite(gap)]

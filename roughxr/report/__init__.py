@@ -4,7 +4,7 @@ from .budget import budget_table, headline
 from .html import page, write_report
 from .intervals import interval_table
 from .repeat import command
-from .tables import METHODS, contact_table, scan_table, text
+from .tables import METHODS, contact_table, formula_table, scan_table, text
 from .warnings_shown import cautions, superposed
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "cautions",
     "command",
     "contact_table",
+    "formula_table",
     "headline",
     "interval_table",
     "page",

@@ -37,11 +37,11 @@ def headline(run: Run) -> str:
     if not count:
         return "No place pulls."
     unit, size = force_unit(mean)
-    part = mean / smooth_pull_off(pull)
+    smooth = smooth_pull_off(pull) if "sphere_radius" in pull.coords else np.nan
+    part = f", {_percent(mean / smooth)} of what the sphere holds on a smooth flat" if smooth > 0 else ""
     return (
         f"Pull-off force: {mean / size:.3g} {unit} in the mean of {count} place{'s' * (count > 1)}"
-        f"{_interval(pull, unit, size)}, {_percent(part)} of what the sphere holds on a smooth flat, "
-        f"{budget.attrs['condition']}.{_beyond(run, unit, size)}"
+        f"{_interval(pull, unit, size)}{part}, {budget.attrs['condition']}.{_beyond(run, unit, size)}"
     )
 
 

@@ -23,7 +23,7 @@ from .budget import BUDGET, budget_table, headline
 from .embedded_figures import budget_picture, pictures
 from .intervals import interval_table
 from .repeat import command
-from .tables import contact_table, scan_table
+from .tables import contact_table, formula_table, scan_table
 from .warnings_shown import cautions
 
 #: How to name this library, and what it implements.
@@ -115,6 +115,7 @@ def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
         budget=_as_text(budget_table(run))[1] if BUDGET in run else [],
         budget_picture=budget_picture(run),
         adhesion=_adhesion(run),
+        model=_model(run),
         pictures=list(pictures(run)),
         tables=_tables(run),
         steps=_steps(run),
@@ -174,6 +175,11 @@ def _adhesion(run: Mapping[str, xr.Dataset]) -> str:
     return "Adhesion by superposed asperities (least energy)." if "statistics/energy" in run else ""
 
 
+def _model(run: Mapping[str, xr.Dataset]) -> str:
+    """Return the sentence that says which model suits the scan and its pair."""
+    return run["statistics/regime"].attrs["recommendation"] if "statistics/regime" in run else ""
+
+
 def _numbers(run: Mapping[str, xr.Dataset]):
     """Yield the main numbers as they are printed: quantity, places, estimate, intervals, independent places."""
     before = None
@@ -210,6 +216,7 @@ def _tables(run: Mapping[str, xr.Dataset]) -> list[tuple[str, list[str], list[li
     makers: dict[str, Any] = {
         "Scan and asperities": (scan_table, {"scan", "asperities", "reconstruction"}),
         "Contact, by method": (contact_table, {"solutions/energy", "statistics/energy", "solutions/direct"}),
+        "What the usual formulas say": (formula_table, {"statistics/formulas"}),
     }
     return [(title, *_as_text(make(run))) for title, (make, needs) in makers.items() if needs <= set(run)]
 

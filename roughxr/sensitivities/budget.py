@@ -189,8 +189,10 @@ def cut_off_waves(
     Returns
     -------
     Dataset or None
-        Of `scale_dependence`; None where the scan has no spectrum to continue.
+        Of `scale_dependence`; None where the scan has no spectrum to continue, or the indenter is no sphere.
     """
+    if "sphere_radius" not in ds.coords:
+        return None
     spectrum = self_affine_fit(ds)
     shown, pixel = float(spectrum["shortest_wavelength"]), schema.square_pixel(ds)
     if not np.isfinite(float(spectrum["psd_plateau"])) or not np.isfinite(shown):
@@ -246,7 +248,7 @@ def _count(ds: xr.Dataset) -> str:
 def _of_short_waves(scales: xr.Dataset | None) -> _Entry:
     """Return the change that continuing the scan's spectrum by an octave makes."""
     if scales is None:
-        return _Entry(np.nan, "not computed: left out, or the scan has no spectrum to continue")
+        return _Entry(np.nan, "not computed: left out, no sphere, or a scan without a spectrum to continue")
     if "shortest_kept" not in scales.dims:
         raise ValueError("scales: expected what cut_off_waves returns, found no dimension 'shortest_kept'")
     means = scales["pull_off_force"].mean("subregion")

@@ -11,8 +11,8 @@ from typing import Any
 import xarray as xr
 
 from .. import regions, schema
-from ..contact.adhesion import DEFAULT_RANGE
 from ..jobs.progress import teller
+from ..materials import DEFAULT_RANGE
 from ..units import magnitude, positive, whole_number
 from .changes import CHANGES, OF_FITS, OF_SOLVES, SETTINGS, SIMULATED, cases
 from .simulated import Simulation, simulated

@@ -171,7 +171,7 @@ def _press(body, delta, state, held):
     count = rows.size
     if count == 0:
         return 1
-    cells = gather_cells(_near(body, rows, columns), count)
+    cells = gather_cells(_near(body, rows, columns), count, np.inf)
     pressure, gap, contact = np.zeros(count + 1), np.zeros(count + 1), np.zeros(count + 1, np.bool_)
     deepest = 0.0
     for k in range(count):

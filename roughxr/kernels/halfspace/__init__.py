@@ -8,4 +8,5 @@ working_set            which cells of a window the active set must know
 warm_start             what a contact will look like, before it is solved
 displacement_control   contact at a displacement, or through a sweep
 load_control           contact under a load
+yielding               what a contact that yields leaves behind
 """

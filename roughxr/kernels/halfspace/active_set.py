@@ -6,7 +6,10 @@ On ``count`` cells of unit side and unit modulus, overlapping the undeformed hal
 
 where A holds Love's coefficients (Kalker 1990; Cheng, Dunn & Brach below eq. 42). A set C of cells is taken to be in
 contact; there g = 0 is solved by conjugate gradients; cells that pull (p < 0) leave C and cells that interpenetrate
-(g < 0) join, until none does. A is symmetric and positive definite, so the solution exists and is one; exchanging all
+(g < 0) join, until none does. Where pressures are capped, p ≤ H (Almqvist et al. 2007), cells that press harder leave C
+as well, with p = H, and rejoin it if their gap opens: there g ≤ 0 is how deep they have given way, and cells outside C
+are open or yielding as their pressure says. A is symmetric and positive definite, so the solution exists and is one:
+that of the least ½ p A p − h p within the bounds. Exchanging all
 violating cells at once converges in a few rounds, and where rounds stop making progress the cells are exchanged one
 at a time by least index, which is finite (Júdice & Pires 1994).
 
@@ -53,12 +56,13 @@ class Cells(NamedTuple):
     depth: np.ndarray  # h, (count,)
     neighbours: np.ndarray  # (count, 8): four by side, four by corner; `count` where there is none
     operator: Operator
+    cap: float  # H dx/E*, the largest pressure; inf where nothing yields
 
 
 @kernel(inline=True)
-def gather_cells(operator, count):
+def gather_cells(operator, count, cap):
     """Return the ``count`` `Cells` of an operator, their depths to be filled in."""
-    return Cells(line(count, 0.0), _neighbours(operator.rows, operator.columns), operator)
+    return Cells(line(count, 0.0), _neighbours(operator.rows, operator.columns), operator, cap)
 
 
 @kernel(inline=True)
@@ -66,18 +70,22 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
     """Solve from the given pressures, their gaps and a contact, each (count + 1,), which become the solution's.
 
     Every condition is met to ``goal`` (the unit of the depths) unless ``max_iterations`` products are not enough;
-    pressures are never negative. Where ``load`` > 0 the pressures keep adding up to it, and all depths are shifted by
-    what that takes: the search directions are projected onto loads of zero sum, at no further product. Returns the
-    `Outcome`.
+    pressures are never negative or above the cap. Where ``load`` > 0 the pressures keep adding up to it, and all depths
+    are shifted by what that takes: the search directions are projected onto loads of zero sum, at no further product.
+    Returns the `Outcome`.
     """
-    size = pressure.size
+    size, cap = pressure.size, cells.cap
     direction, image, preconditioned, other = line(size, 0.0), line(size, 0.0), line(size, 0.0), line(size, 0.0)
     iterations, slope, shift, fewest, left = 0, 0.0, 0.0, np.inf, patience
     while True:
         if load > 0.0 and slope == 0.0:
-            shift += _carry(pressure, gap, contact, cells.depth, shift, load)
+            if cap < np.inf:
+                iterations += _top_up(cells, pressure, gap, contact, direction, image, other, load)
+            else:
+                _scale(pressure, gap, cells.depth, shift, load)
+            shift += _level(gap, contact)
             _precondition_unit(cells, contact, image, other)
-        worst, inside = _violation(gap, contact)
+        worst, inside = _violation(pressure, gap, contact, cap)
         target = max(_ROUND * worst, 0.5 * goal) if left > 0 else 0.5 * goal
         closed = inside <= target
         while not closed and iterations < max_iterations:
@@ -90,19 +98,19 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
             multiply(cells.operator, direction, image)
             iterations += 1
             closed = _advance(pressure, gap, contact, direction, image, slope, target)
-        violating, worst = _count(pressure, gap, contact, goal)
+        violating, worst = _count(pressure, gap, contact, cap, goal)
         if violating == 0 and worst <= goal:
             return Outcome(CONVERGED, iterations, worst, shift)
         if violating > 0:
             slope = 0.0  # another contact: the old directions are no longer conjugate
             fewest, left = (violating, patience) if violating < fewest else (fewest, left - 1)
-            if _exchange(pressure, gap, contact, other, goal, left <= 0):
+            if _exchange(pressure, gap, contact, cap, other, goal, left <= 0):
                 multiply(cells.operator, other, image)
                 iterations += 1
                 for k in range(size):
                     gap[k] += image[k]
         if iterations >= max_iterations:
-            return Outcome(ITERATION_LIMIT, iterations, _give_up(pressure, gap, contact), shift)
+            return Outcome(ITERATION_LIMIT, iterations, _give_up(pressure, gap, contact, cap), shift)
 
 
 @kernel(inner=True)
@@ -122,33 +130,79 @@ def _neighbours(rows, columns):
     return neighbours
 
 
+@kernel(inline=True)
+def _wrong_by(pressure, gap, cap):
+    """Return by how much the gap of a cell out of contact has the wrong sign: an open cell's, or a yielding one's."""
+    return gap if pressure >= cap else -gap
+
+
 @kernel(inner=True)
-def _violation(gap, contact):
-    """Return the largest |g| in contact or penetration outside, and the largest |g| in contact."""
+def _violation(pressure, gap, contact, cap):
+    """Return the largest |g| in contact or of the wrong sign outside, and the largest |g| in contact."""
     inside, outside = 0.0, 0.0
     for k in range(gap.size - 1):
         if contact[k]:
             inside = max(inside, abs(gap[k]))
         else:
-            outside = max(outside, -gap[k])
+            outside = max(outside, _wrong_by(pressure[k], gap[k], cap))
     return max(inside, outside), inside
 
 
 @kernel(inner=True)
-def _carry(pressure, gap, contact, depth, shift, load):
-    """Scale the pressures to the load, and shift the depths so that the gaps in contact balance; return the shift."""
-    count, total = 0, 0.0
+def _scale(pressure, gap, depth, shift, load):
+    """Scale the pressures to the load, their gaps along with them."""
+    total = 0.0
     for k in range(depth.size):
-        count += contact[k]
         total += pressure[k]
     if total > 0.0:
         for k in range(depth.size):
             pressure[k] *= load / total
             gap[k] = (gap[k] + depth[k] + shift) * (load / total) - depth[k] - shift
-    mean = 0.0
-    for k in range(depth.size):
-        mean += gap[k] / count if contact[k] else 0.0
-    for k in range(depth.size):
+
+
+@kernel(inline=True)
+def _top_up(cells, pressure, gap, contact, unit, image, answer, load):
+    """Let the contact carry what the yielding cells leave of the load, spread as by a flat punch; return the products.
+
+    Where all cells yield, or none is left to carry, the one that is next takes it.
+    """
+    missing, carrying = load, False
+    for k in range(pressure.size - 1):
+        missing -= pressure[k]
+        carrying |= contact[k]
+    if not carrying:
+        contact[_next_to_carry(pressure, gap, cells.cap, missing)] = True
+    _precondition_unit(cells, contact, unit, answer)
+    multiply(cells.operator, answer, image)
+    whole = 0.0
+    for k in range(pressure.size - 1):
+        whole += answer[k]
+    for k in range(pressure.size - 1):
+        pressure[k] += missing / whole * answer[k]
+        gap[k] += missing / whole * image[k]
+    return 1
+
+
+@kernel(inner=True)
+def _next_to_carry(pressure, gap, cap, missing):
+    """Return the open cell of the least gap if load is missing, else the yielding one that has given way least."""
+    best, least = 0, np.inf
+    for k in range(pressure.size - 1):
+        yielding = pressure[k] >= cap
+        if yielding == (missing < 0.0) and abs(gap[k]) < least:
+            best, least = k, abs(gap[k])
+    return best
+
+
+@kernel(inner=True)
+def _level(gap, contact):
+    """Shift the gaps so that those in contact balance; return the shift of the depths."""
+    count, mean = 0, 0.0
+    for k in range(gap.size - 1):
+        count += contact[k]
+        mean += gap[k] if contact[k] else 0.0
+    mean /= count
+    for k in range(gap.size - 1):
         gap[k] -= mean
     return mean
 
@@ -233,32 +287,34 @@ def _advance(pressure, gap, contact, direction, image, slope, target):
 
 
 @kernel(inner=True)
-def _count(pressure, gap, contact, goal):
-    """Return how many cells pull or penetrate, and the largest violation."""
+def _count(pressure, gap, contact, cap, goal):
+    """Return how many cells pull, press above the cap or have the wrong gap outside, and the largest violation."""
     violating, worst = 0, 0.0
     for k in range(gap.size - 1):
         if contact[k]:
-            violating += pressure[k] < 0.0
+            violating += (pressure[k] < 0.0) | (pressure[k] > cap)
             worst = max(worst, abs(gap[k]))
         else:
-            violating += gap[k] < -goal
-            worst = max(worst, -gap[k])
+            wrong = _wrong_by(pressure[k], gap[k], cap)
+            violating += wrong > goal
+            worst = max(worst, wrong)
     return violating, worst
 
 
 @kernel(inner=True)
-def _exchange(pressure, gap, contact, removed, goal, single):
-    """Free the pulling cells and take in the penetrating ones, all or the first; say whether any was freed."""
+def _exchange(pressure, gap, contact, cap, change, goal, single):
+    """Free cells beyond the bounds, take in those with the wrong gap, all or the first; say whether any was freed."""
     freed = False
     for k in range(gap.size - 1):
-        removed[k] = 0.0
+        change[k] = 0.0
     for k in range(gap.size - 1):
-        if contact[k] and pressure[k] < 0.0:
+        if contact[k] and (pressure[k] < 0.0 or pressure[k] > cap):
+            bound = 0.0 if pressure[k] < 0.0 else cap
             contact[k] = False
-            removed[k] = -pressure[k]
-            pressure[k] = 0.0
+            change[k] = bound - pressure[k]
+            pressure[k] = bound
             freed = True
-        elif not contact[k] and gap[k] < -goal:
+        elif not contact[k] and _wrong_by(pressure[k], gap[k], cap) > goal:
             contact[k] = True
         else:
             continue
@@ -268,8 +324,8 @@ def _exchange(pressure, gap, contact, removed, goal, single):
 
 
 @kernel(inner=True)
-def _give_up(pressure, gap, contact):
-    """Cut off what still pulls; return the largest violation."""
+def _give_up(pressure, gap, contact, cap):
+    """Cut off what still pulls, or presses above the cap; return the largest violation."""
     for k in range(gap.size - 1):
-        pressure[k] = max(pressure[k], 0.0)
-    return _violation(gap, contact)[0]
+        pressure[k] = min(max(pressure[k], 0.0), cap)
+    return _violation(pressure, gap, contact, cap)[0]

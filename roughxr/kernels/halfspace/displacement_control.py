@@ -4,8 +4,9 @@ On cells with undeformed separation S (nm), at a displacement δ (nm), find pres
 
     p ≥ 0,     g = S + A p − δ ≥ 0,     p g = 0                       (Kalker 1990; Cheng, Dunn & Brach, eqs. 36–39)
 
-The active set (``active_set``) finds which cells touch. Here it is given as few cells as possible, and a good
-start, none of which changes the solution:
+or, of a material that yields at the hardness H (GPa), p ≤ H as well, with g ≤ 0 where p = H: there the surface gives
+way by −g (``yielding``). The active set (``active_set``) finds which cells touch. Here it is given as few cells as
+possible, and a good start, none of which changes the solution:
 
 - Only cells with S < δ can carry load, since A p ≥ 0; everything else is cut away.
 - Of these, the cells whose gap is well open in the warm start (``warm_start``) are left out too, until one product
@@ -28,21 +29,40 @@ from .working_set import WarmStart, depth_in, overlapping, put, solve_in_box
 #: Reasons, by status.
 REASONS = {CONVERGED: "converged", ITERATION_LIMIT: "iteration limit reached before the tolerance"}
 
-#: What is said of each solve of a sweep: nN, nm², status, products A p, and the largest |g| in contact or penetration
-#: outside over the deepest overlap.
-FORCE, AREA, STATUS, ITERATIONS, RESIDUAL = range(5)
+#: What is said of each solve of a sweep: nN, nm², status, products A p, the largest |g| in contact or of the wrong sign
+#: outside over the deepest overlap; nN and nm² of cells at the hardness or above, and nm³ by which they gave way.
+FORCE, AREA, STATUS, ITERATIONS, RESIDUAL, HARD_FORCE, HARD_AREA, DENT = range(8)
+
+
+class Hardness(NamedTuple):
+    """The pressure (GPa) at which a material yields, or that is only told of, while all stays elastic."""
+
+    pressure: float = np.inf
+    yielding: bool = True
+
+    def scaled(self, per_unit):
+        """Return the largest pressure on unit cells of unit modulus, and the one that is told of."""
+        limit = self.pressure * per_unit
+        return (limit if self.yielding else np.inf), limit
+
+
+#: Of what never yields.
+ELASTIC = Hardness()
 
 
 class Solution(NamedTuple):
     """One contact on a window of dx × dx cells, and how the solve ended."""
 
-    pressure: np.ndarray  #: GPa, >= 0
+    pressure: np.ndarray  #: GPa, >= 0 and at most the hardness
     displacement: np.ndarray  #: nm, on the overlap's bounding box; NaN elsewhere
     force: float  #: nN
     area: float  #: nm²
     status: int
     iterations: int  #: products A p
-    residual: float  #: largest |g| in contact or penetration outside, over the deepest overlap
+    residual: float  #: largest |g| in contact or of the wrong sign outside, over the deepest overlap
+    hard_force: float  #: nN, of cells at the hardness or above
+    hard_area: float  #: nm²
+    dent: float  #: nm³ by which they gave way
 
     @property
     def converged(self):
@@ -50,7 +70,7 @@ class Solution(NamedTuple):
         return self.status == CONVERGED
 
 
-def solve(separation, delta, dx, contact_modulus, *, tolerance=1e-6, start=None, max_iterations=5000):
+def solve(separation, delta, dx, contact_modulus, *, tolerance=1e-6, start=None, max_iterations=5000, hardness=ELASTIC):
     """Solve the contact at one displacement.
 
     Parameters
@@ -70,54 +90,66 @@ def solve(separation, delta, dx, contact_modulus, *, tolerance=1e-6, start=None,
         What the contact may look like, its pressure in GPa.
     max_iterations : int
         Products A p at most.
+    hardness : Hardness
 
     Returns
     -------
     Solution
     """
-    limits = {"tolerance": tolerance, "max_iterations": max_iterations}
+    limits = {"tolerance": tolerance, "max_iterations": max_iterations, "hardness": hardness}
     return sweep(separation, [delta], dx, contact_modulus, start=start, **limits)[0]
 
 
-def sweep(separation, deltas, dx, contact_modulus, *, tolerance=1e-6, start=None, max_iterations=5000):
+def sweep(separation, deltas, dx, contact_modulus, **limits):
     """Return the contact at each of ascending displacements, each started from those before; see `solve`."""
-    limits = {"tolerance": tolerance, "start": start, "max_iterations": max_iterations}
-    return solutions(*sweep_arrays(separation, deltas, dx, contact_modulus, keep=True, **limits))
+    return solutions(*sweep_arrays(separation, deltas, dx, contact_modulus, keep=len(deltas), **limits))
 
 
 def sweep_arrays(
-    separation, deltas, dx, contact_modulus, *, tolerance=1e-6, start=None, max_iterations=5000, keep=False
+    separation,
+    deltas,
+    dx,
+    contact_modulus,
+    *,
+    tolerance=1e-6,
+    start=None,
+    max_iterations=5000,
+    hardness=ELASTIC,
+    keep=0,
 ):
-    """Do as `sweep`, in arrays: (delta, 5) of ``FORCE`` … ``RESIDUAL``, and the fields (delta, nx, ny) where kept."""
+    """Do as `sweep`, in arrays: (delta, 8) of ``FORCE`` … ``DENT``, and fields (keep, nx, ny) of the last ``keep``."""
     separation, guided = np.ascontiguousarray(separation, dtype=float), start is not None
     start = start._replace(pressure=start.pressure * (dx / contact_modulus)) if guided else _no_start()
     coefficients, deltas = coefficients_for(separation.shape), np.asarray(deltas, dtype=float)
     found, pressures, displacements = records(deltas.size, separation.shape, keep)
     trail = _Trail(np.full(2, np.nan), np.zeros((2, *separation.shape)), np.full((2, *separation.shape), np.nan))
-    given = separation, deltas, tolerance, max_iterations, start, guided, coefficients
+    bounds = hardness.scaled(dx / contact_modulus)
+    given = separation, deltas, tolerance, max_iterations, *bounds, start, guided, coefficients
     _sweep(*given, trail, found, pressures, displacements)
-    return in_units(found, pressures, displacements, dx, contact_modulus)
+    return in_units(found, pressures, displacements, dx, contact_modulus, hardness)
 
 
 def records(count, shape, keep):
-    """Return room for what is said of each solve, and for pressures and displacements where they are kept."""
-    kept = (count if keep else 0, *shape)
-    return np.zeros((count, 5)), np.zeros(kept), np.full(kept, np.nan)
+    """Return room for what is said of each solve, and for pressures and displacements of the last ``keep``."""
+    kept = (keep, *shape)
+    return np.zeros((count, 8)), np.zeros(kept), np.full(kept, np.nan)
 
 
-def in_units(found, pressures, displacements, dx, contact_modulus):
+def in_units(found, pressures, displacements, dx, contact_modulus, hardness):
     """Give what unit cells of unit modulus return its units, in place."""
-    found[:, FORCE] *= contact_modulus * dx
-    found[:, AREA] *= dx * dx
+    found[:, [FORCE, HARD_FORCE]] *= contact_modulus * dx
+    found[:, [AREA, HARD_AREA, DENT]] *= dx * dx
     pressures *= contact_modulus / dx
+    if hardness.yielding:
+        np.minimum(pressures, hardness.pressure, out=pressures)  # rounding
     return found, pressures, displacements
 
 
 def solutions(found, pressures, displacements):
     """Return the `Solution` of each row."""
     return [
-        Solution(p, u, force, area, int(status), int(iterations), residual)
-        for p, u, (force, area, status, iterations, residual) in zip(pressures, displacements, found.tolist())
+        Solution(p, u, force, area, int(status), int(iterations), *others)
+        for p, u, (force, area, status, iterations, *others) in zip(pressures, displacements, found.tolist())
     ]
 
 
@@ -135,7 +167,19 @@ class _Trail(NamedTuple):
 
 @kernel
 def _sweep(
-    separation, deltas, tolerance, max_iterations, start, guided, coefficients, trail, found, pressures, displacements
+    separation,
+    deltas,
+    tolerance,
+    max_iterations,
+    cap,
+    limit,
+    start,
+    guided,
+    coefficients,
+    trail,
+    found,
+    pressures,
+    displacements,
 ):
     """Write down what is said of each solve, and scaled pressures and displacements where there is room for them.
 
@@ -149,40 +193,49 @@ def _sweep(
         depth = depth_in(separation, deltas[k], box)
         cold = not guided and np.isnan(trail.delta[1])
         levels = coarser(depth) if cold else [depth]
-        begin = half_deep(levels[-1], 0.0) if cold else _begin(depth, deltas[k], box, trail, start)
+        begin = half_deep(levels[-1], 0.0) if cold else _begin(depth, deltas[k], box, trail, cap, start)
         for n in range(len(levels) - 1, -1, -1):
             part = 0.5 * (tolerance if n == 0 else COARSE_TOLERANCE)
             most = max_iterations if n == 0 else COARSE_ITERATIONS
-            pressure, displacement, outcome = solve_in_box(levels[n], begin, part, most, 0.0, 0.0, coefficients, known)
-            begin = refined(pressure, displacement, levels[n - 1]) if n > 0 else begin
-        describe(found[k], pressure, outcome, box.largest)
-        if pressures.shape[0]:
-            put(pressure, pressures, k, box)
-            put(displacement, displacements, k, box)
+            coarse_cap = cap * 2.0**n  # with the cells' side E*/dx halves
+            pressure, displacement, outcome = solve_in_box(
+                levels[n], begin, part, most, 0.0, 0.0, coarse_cap, coefficients, known
+            )
+            begin = refined(pressure, displacement, levels[n - 1], 0.5 * coarse_cap) if n > 0 else begin
+        describe(found[k], pressure, displacement, depth, outcome, box.largest, cap, limit)
+        kept = k - deltas.size + pressures.shape[0]
+        if kept >= 0:
+            put(pressure, pressures, kept, box)
+            put(displacement, displacements, kept, box)
         if found[k, FORCE] > 0.0:
             _remember(trail, deltas[k], box, pressure, displacement)
 
 
 @kernel(inner=True)
-def describe(row, pressure, outcome, largest):
+def describe(row, pressure, displacement, depth, outcome, largest, cap, limit):
     """Write down what is said of a solve whose deepest overlap is ``largest``."""
-    total, touching = 0.0, 0
+    total, touching, hard_force, hard, dent = 0.0, 0, 0.0, 0, 0.0
     for i in range(pressure.shape[0]):
         for j in range(pressure.shape[1]):
             total += pressure[i, j]
             touching += pressure[i, j] != 0.0
-    row[FORCE], row[AREA] = total, touching
+            if pressure[i, j] >= limit:
+                hard_force += pressure[i, j]
+                hard += 1
+            if pressure[i, j] >= cap:
+                dent += max(depth[i, j] - displacement[i, j], 0.0)
+    row[FORCE], row[AREA], row[HARD_FORCE], row[HARD_AREA], row[DENT] = total, touching, hard_force, hard, dent
     row[STATUS], row[ITERATIONS], row[RESIDUAL] = outcome.status, outcome.iterations, outcome.violation / largest
 
 
 @kernel(inline=True)
-def _begin(depth, delta, box, trail, start):
+def _begin(depth, delta, box, trail, cap, start):
     """Return what the contact in a box may look like, by the solutions before or, for the first, as it is given."""
     if np.isnan(trail.delta[1]):
         return WarmStart(start.pressure, start.touching, start.possible, box.row, box.column)
     step = delta - trail.delta[1]
     ahead = step / (trail.delta[1] - trail.delta[0])
-    return extrapolated(depth, step, trail.pressure, trail.displacement, ahead, box.row, box.column)
+    return extrapolated(depth, step, trail.pressure, trail.displacement, ahead, cap, box.row, box.column)
 
 
 @kernel(inner=True)

@@ -4,7 +4,8 @@ On cells with undeformed separation S, under a load P, find pressures p and the 
 
     p ≥ 0,     g = S + A p − δ ≥ 0,     p g = 0,     Σ p = P             (as ``displacement_control``, with P for δ)
 
-by ``active_set``. Source: own; conjugate gradients under a prescribed load go back to Polonsky & Keer (1999).
+by ``active_set``; p ≤ H as well of a material that yields. Source: own; conjugate gradients under a prescribed load go
+back to Polonsky & Keer (1999).
 Only the cells to work on are chosen by a guess of δ, from the load before or from cells twice as large; where δ turns
 out to lie deeper, or far less deep, they are chosen again.
 
@@ -17,7 +18,7 @@ import numpy as np
 
 from ..jit import kernel
 from .active_set import CONVERGED, ITERATION_LIMIT, Outcome
-from .displacement_control import FORCE, STATUS, describe, in_units, records, solutions
+from .displacement_control import ELASTIC, FORCE, STATUS, describe, in_units, records, solutions
 from .products import coefficients_for, no_transfers
 from .warm_start import COARSE_ITERATIONS, COARSE_TOLERANCE, extrapolated, half_deep, halved, refined
 from .working_set import WarmStart, depth_in, overlapping, put, solve_in_box
@@ -41,17 +42,20 @@ def loaded(separation, loads, dx, contact_modulus, **limits):
     Options as of `displacement_control.sweep`. Where there is nothing to press on, delta is NaN and the solution has
     not converged.
     """
-    deltas, *arrays = loaded_arrays(separation, loads, dx, contact_modulus, keep=True, **limits)
+    deltas, *arrays = loaded_arrays(separation, loads, dx, contact_modulus, keep=len(loads), **limits)
     return list(zip(deltas.tolist(), solutions(*arrays)))
 
 
-def loaded_arrays(separation, loads, dx, contact_modulus, *, tolerance=1e-6, max_iterations=5000, keep=False):
+def loaded_arrays(
+    separation, loads, dx, contact_modulus, *, tolerance=1e-6, max_iterations=5000, hardness=ELASTIC, keep=0
+):
     """Do as `loaded`, in arrays: displacements (load,), and what `displacement_control.sweep_arrays` returns."""
     separation = np.ascontiguousarray(separation, dtype=float)
     scaled = np.asarray(loads, dtype=float) / (contact_modulus * dx)
     deltas, arrays = np.full(scaled.size, np.nan), records(scaled.size, separation.shape, keep)
-    _loaded(separation, scaled, tolerance, max_iterations, coefficients_for(separation.shape), deltas, *arrays)
-    return deltas, *in_units(*arrays, dx, contact_modulus)
+    given = separation, scaled, tolerance, max_iterations, *hardness.scaled(dx / contact_modulus)
+    _loaded(*given, coefficients_for(separation.shape), deltas, *arrays)
+    return deltas, *in_units(*arrays, dx, contact_modulus, hardness)
 
 
 class _State(NamedTuple):
@@ -71,27 +75,41 @@ class _Guess(NamedTuple):
 
 
 @kernel
-def _loaded(separation, loads, tolerance, max_iterations, coefficients, deltas, found, pressures, displacements):
+def _loaded(
+    separation,
+    loads,
+    tolerance,
+    max_iterations,
+    cap,
+    limit,
+    coefficients,
+    deltas,
+    found,
+    pressures,
+    displacements,
+):
     """Write down the displacements, what is said of each solve, and the fields where there is room for them."""
     known, touch = no_transfers(), _lowest(separation)
     for k in range(loads.size):
         found[k, STATUS] = ITERATION_LIMIT  # nothing to press on carries no load
-    if not np.isfinite(touch):
+    if not np.isfinite(touch) or loads.size == 0:
         return
-    guess = _coarse_guess(separation, loads[0], coefficients, known)
+    guess = _coarse_guess(separation, loads[0], cap, coefficients, known)
     for k in range(loads.size):
-        state = _solve(separation, loads[k], guess, tolerance, max_iterations, coefficients, known)
+        state = _solve(separation, loads[k], guess, tolerance, max_iterations, cap, coefficients, known)
         deltas[k] = state.delta
-        describe(found[k], state.pressure[0], state.outcome, state.delta - touch)
-        if pressures.shape[0]:
-            pressures[k], displacements[k] = state.pressure[0], state.displacement[0]
+        pressure, displacement, depth = state.pressure[0], state.displacement[0], state.delta - separation
+        describe(found[k], pressure, displacement, depth, state.outcome, state.delta - touch, cap, limit)
+        kept = k - loads.size + pressures.shape[0]
+        if kept >= 0:
+            pressures[kept], displacements[kept] = pressure, displacement
         if k + 1 < loads.size and found[k, FORCE] > 0.0:
             deeper = (loads[k + 1] / found[k, FORCE]) ** (1.0 / _SPHERE_EXPONENT)
-            guess = _onward(separation, touch + (state.delta - touch) * deeper, state)
+            guess = _onward(separation, touch + (state.delta - touch) * deeper, state, cap)
 
 
 @kernel(inner=True)
-def _solve(separation, load, guess, tolerance, max_iterations, coefficients, known):
+def _solve(separation, load, guess, tolerance, max_iterations, cap, coefficients, known):
     """Solve one load from a guess."""
     touch, products = _lowest(separation), 0
     for _ in range(_MOST_CHOICES):
@@ -101,7 +119,7 @@ def _solve(separation, load, guess, tolerance, max_iterations, coefficients, kno
         depth, left = depth_in(separation, delta, box), max_iterations - products
         begin = _cut(guess.contact, box) if guess.contact.pressure.size else half_deep(depth, slack)
         pressure, displacement, outcome = solve_in_box(
-            depth, begin, 0.5 * tolerance, left, load, slack, coefficients, known
+            depth, begin, 0.5 * tolerance, left, load, slack, cap, coefficients, known
         )
         products += outcome.iterations
         reached = delta + outcome.shift
@@ -113,7 +131,7 @@ def _solve(separation, load, guess, tolerance, max_iterations, coefficients, kno
         shallow = reached - touch < 0.5 * (delta - touch)  # then the goal, a part of the guessed depth, was too loose
         if outcome.status != CONVERGED or (reached <= reach and not shallow):
             break
-        guess = _onward(separation, reached, state)
+        guess = _onward(separation, reached, state, cap)
     return state
 
 
@@ -123,14 +141,14 @@ def _cut(start, box):
 
 
 @kernel(inner=True)
-def _onward(separation, delta, state):
+def _onward(separation, delta, state, cap):
     """Guess from one solution: that of the load before, or of the same load on too few cells."""
     depth, step = delta - separation, delta - state.delta
-    return _Guess(delta, extrapolated(depth, step, state.pressure, state.displacement, np.nan, 0, 0))
+    return _Guess(delta, extrapolated(depth, step, state.pressure, state.displacement, np.nan, cap, 0, 0))
 
 
 @kernel(inner=True)
-def _coarse_guess(separation, load, coefficients, known):
+def _coarse_guess(separation, load, cap, coefficients, known):
     """Guess from the same load on cells twice as large, found in the same way; on few cells by a paraboloid's law."""
     levels = [separation]
     while min(levels[-1].shape[0], levels[-1].shape[1]) >= _SMALLEST_HALVED:
@@ -139,11 +157,14 @@ def _coarse_guess(separation, load, coefficients, known):
     nothing = WarmStart(np.zeros((0, 0)), np.zeros((0, 0), np.bool_), np.zeros((0, 0), np.bool_), 0, 0)
     guess = _Guess(_lowest(levels[last]) + _depth_estimate(levels[last], load / 2.0**last), nothing)
     for k in range(last, 0, -1):  # with the cells' side E* dx doubles, and E*/dx halves
-        state = _solve(levels[k], load / 2.0**k, guess, COARSE_TOLERANCE, COARSE_ITERATIONS, coefficients, known)
+        coarse_cap = cap * 2.0**k
+        state = _solve(
+            levels[k], load / 2.0**k, guess, COARSE_TOLERANCE, COARSE_ITERATIONS, coarse_cap, coefficients, known
+        )
         finer = levels[k - 1]
         touch = _lowest(finer)
         delta = max(state.delta, touch + 0.1 * (state.delta - _lowest(levels[k])))
-        guess = _Guess(delta, refined(state.pressure[0], state.displacement[0], delta - finer))
+        guess = _Guess(delta, refined(state.pressure[0], state.displacement[0], delta - finer, 0.5 * coarse_cap))
     return guess
 
 

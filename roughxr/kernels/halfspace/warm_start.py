@@ -25,7 +25,7 @@ COARSE_TOLERANCE, COARSE_ITERATIONS = 1e-3, np.int64(1000)
 
 
 @kernel(inner=True)
-def extrapolated(depth, step, pressure, displacement, ahead, row, column):
+def extrapolated(depth, step, pressure, displacement, ahead, cap, row, column):
     """Extrapolate the contact in a box along the line through two solutions, or from one (``ahead`` is NaN then).
 
     Pressure and displacement are (1 or 2, …), the later solution last, on a window in which the box begins at ``row``
@@ -43,12 +43,12 @@ def extrapolated(depth, step, pressure, displacement, ahead, row, column):
             k, m = row + i, column + j
             p, u = pressure[last, k, m], displacement[last, k, m]
             growth = ahead * (u - displacement[0, k, m])
-            out[i, j] = p if np.isnan(ahead) else max(p + ahead * (p - pressure[0, k, m]), 0.0)
+            out[i, j] = p if np.isnan(ahead) else min(max(p + ahead * (p - pressure[0, k, m]), 0.0), cap)
             doubt = 0.0
             if np.isnan(growth):
                 growth, doubt = 0.0, 0.5 * step
             gap = u + growth - depth[i, j]
-            touching[i, j] = p > 0.0 or gap + doubt < -_JOINING * step
+            touching[i, j] = (p > 0.0 or gap + doubt < -_JOINING * step) and out[i, j] < cap
             possible[i, j] = touching[i, j] or not gap >= 0.0
     return WarmStart(out, touching, possible, 0, 0)
 
@@ -75,15 +75,15 @@ def coarser(depth):
 
 
 @kernel(inner=True)
-def refined(pressure, displacement, depth):
-    """Return what a solution on cells twice as large says of a box of depths."""
+def refined(pressure, displacement, depth, cap):
+    """Return what a solution on cells twice as large says of a box of depths, its pressures below the cap."""
     (rows, columns), margin = depth.shape, _MARGIN * overlap_of(depth, 0.0)[1]
     out, touching, possible = table(rows, columns, 0.0), table(rows, columns, False), table(rows, columns, False)
     for i in range(rows):
         for j in range(columns):
-            out[i, j] = 0.5 * pressure[i // 2, j // 2]  # E*/dx is twice as large
+            out[i, j] = min(0.5 * pressure[i // 2, j // 2], cap)  # E*/dx is twice as large
             gap = _between(displacement, i, j) - depth[i, j]
-            touching[i, j] = gap < 0.0 or (out[i, j] > 0.0 and out[i, j] > gap)
+            touching[i, j] = (gap < 0.0 or (out[i, j] > 0.0 and out[i, j] > gap)) and out[i, j] < cap
             possible[i, j] = touching[i, j] or not gap >= margin
     return WarmStart(out, touching, possible, 0, 0)
 

@@ -85,15 +85,15 @@ def overlap_of(depth, slack):
 
 
 @kernel(inline=True)
-def solve_in_box(depth, start, part, max_iterations, load, slack, coefficients, known):
+def solve_in_box(depth, start, part, max_iterations, load, slack, cap, coefficients, known):
     """Return pressures, displacements (NaN where not known) and `Outcome` in a box.
 
     All conditions are met to ``part`` of the deepest overlap. With a ``load`` the depths shift, and cells within
-    ``slack`` of overlapping are taken along.
+    ``slack`` of overlapping are taken along. No pressure exceeds the ``cap``.
     """
     count, largest = overlap_of(depth, slack)
     few, goal = count <= DENSE_LIMIT, part * largest  # of few all are chosen, and no other cell needs a proof
-    pressure, touching, chosen = _begin(depth, start, slack, load, few)
+    pressure, touching, chosen = _begin(depth, start, slack, load, cap, few)
     rows, columns = depth.shape
     displacement, whole = table(rows, columns, np.nan), whole_box((0, 0) if few else depth.shape, coefficients, known)
     products, shift = 0, 0.0
@@ -102,20 +102,22 @@ def solve_in_box(depth, start, part, max_iterations, load, slack, coefficients, 
             displace(pressure, whole, displacement)
             products = 1
         left = max_iterations - products
-        outcome = _solve_cells(chosen, depth, pressure, touching, displacement, goal, left, load, coefficients, known)
+        outcome = _solve_cells(
+            chosen, depth, pressure, touching, displacement, goal, left, load, cap, coefficients, known
+        )
         products, shift = products + outcome.iterations, shift + outcome.shift
         if few:
             return pressure, displacement, Outcome(outcome.status, products, outcome.violation, shift)
         displace(pressure, whole, displacement)
         products += 1
-        worst = _violation(pressure, displacement, depth, goal, touching, chosen)
+        worst = _violation(pressure, displacement, depth, cap, goal, touching, chosen)
         if outcome.status != CONVERGED or worst <= goal:
             return pressure, displacement, Outcome(outcome.status, products, worst, shift)
 
 
 @kernel(inner=True)
-def _begin(depth, start, slack, load, all_chosen):
-    """Return the pressures to begin with, the cells that carry them, and the cells to work on."""
+def _begin(depth, start, slack, load, cap, all_chosen):
+    """Return the pressures to begin with, the cells in contact, and the cells to work on."""
     rows, columns = depth.shape
     pressure, touching, chosen = table(rows, columns, 0.0), table(rows, columns, False), table(rows, columns, False)
     carrying, loaded = 0, False
@@ -123,8 +125,9 @@ def _begin(depth, start, slack, load, all_chosen):
         for j in range(columns):
             inside, k, m = depth[i, j] > -slack, start.row + i, start.column + j
             touching[i, j] = inside and start.touching[k, m]
-            chosen[i, j] = inside and (all_chosen or start.possible[k, m] or start.touching[k, m])
-            pressure[i, j] = start.pressure[k, m] if touching[i, j] else 0.0
+            yielding = inside and not touching[i, j] and start.pressure[k, m] >= cap
+            chosen[i, j] = inside and (all_chosen or start.possible[k, m] or touching[i, j] or yielding)
+            pressure[i, j] = start.pressure[k, m] if touching[i, j] or yielding else 0.0
             carrying, loaded = carrying + touching[i, j], loaded or pressure[i, j] > 0.0
     if load > 0.0 and not loaded:
         _spread(load / max(carrying, 1), carrying == 0, depth, pressure, touching, chosen)
@@ -151,14 +154,14 @@ def _count(chosen):
 
 
 @kernel(inline=True)
-def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, coefficients, known):
+def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, cap, coefficients, known):
     """Solve on the chosen cells; pressures, displacements and, under a load, depths are written into the box.
 
     The displacement is that of the pressure already, or NaN.
     """
     rows, columns = _places(chosen)
     count, products = rows.size, 0
-    cells = gather_cells(operator(rows, columns, coefficients, known, count <= DENSE_LIMIT), count)
+    cells = gather_cells(operator(rows, columns, coefficients, known, count <= DENSE_LIMIT), count, cap)
     compact, gap, contact = line(count + 1, 0.0), line(count + 1, 0.0), line(count + 1, False)
     for k in range(count):
         i, j = rows[k], columns[k]
@@ -197,14 +200,16 @@ def _places(chosen):
 
 
 @kernel(inner=True)
-def _violation(pressure, displacement, depth, goal, touching, chosen):
-    """Choose the cells that penetrate; return the largest |g| in contact or penetration outside."""
+def _violation(pressure, displacement, depth, cap, goal, touching, chosen):
+    """Choose the cells that penetrate; return the largest |g| in contact or of the wrong sign outside."""
     worst = 0.0
     for i in range(depth.shape[0]):
         for j in range(depth.shape[1]):
-            gap, loaded = displacement[i, j] - depth[i, j], pressure[i, j] > 0.0
-            touching[i, j] = loaded or (depth[i, j] > 0.0 and gap < -goal)
-            chosen[i, j] |= touching[i, j]
+            gap, yielding = displacement[i, j] - depth[i, j], pressure[i, j] >= cap
+            loaded = pressure[i, j] > 0.0 and not yielding
+            wrong = gap if yielding else abs(gap) if loaded else -gap
+            touching[i, j] = loaded or (depth[i, j] > 0.0 and wrong > goal)
+            chosen[i, j] |= touching[i, j] or yielding
             if loaded or depth[i, j] > 0.0:
-                worst = max(worst, abs(gap) if loaded else -gap)
+                worst = max(worst, wrong)
     return worst

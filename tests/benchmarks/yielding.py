@@ -1,0 +1,122 @@
+"""What a hardness costs the direct simulation, over the elastic one, and how exact it is.
+
+    python tests/benchmarks/yielding.py [--repeat 5] [--windows 16]
+
+Processor time, both sides alternating in one process on one thread; medians of the ratios. 1. A sweep of loading on
+rough windows, elastic and yielding, and the same by loads. 2. The same job through the labelled function, where the
+yielding side draws back as well. 3. A paraboloid that yields, against the figures of axisymmetric rings.
+"""
+
+import argparse
+import os
+import statistics
+import time
+
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ[variable] = "1"
+
+import dask
+import numpy as np
+
+import roughxr
+from roughxr.kernels.halfspace import displacement_control as kalker
+from roughxr.kernels.halfspace.load_control import loaded_arrays
+from roughxr.synthetic import self_affine
+
+DX, RADIUS, MODULUS = 9.77, 3000.0, 39.4
+DELTAS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.5, 15.0, 17.5, 20.0)
+LOADS = np.geomspace(100.0, 1e5, 12)
+
+#: GPa: the first hardly matters on these windows, the last leaves most of the contact yielding.
+HARDNESSES = 20.0, 6.0, 2.0, 0.5
+
+#: Displacement over that of first yield -> force over that of first yield.
+RINGS = {1: 1.0, 2: 2.7204, 5: 9.0327}
+
+
+def windows(count):
+    """Return separations of 64 × 64 cells cut from one scan."""
+    options = {"rms": 3.5, "hurst": 0.8, "rolloff": 128 * DX, "cutoff": 4 * DX, "seed": 2026}
+    z = self_affine((512, 512), DX, **options).height.values
+    tiles = [z[64 * i : 64 * i + 64, 64 * j : 64 * j + 64] for i in range(8) for j in range(8)][:count]
+    x = (np.arange(64) - 31.5) * DX
+    return [tile.max() - tile + (x[:, None] ** 2 + x[None, :] ** 2) / (2 * RADIUS) for tile in tiles]
+
+
+def ratio(other, one, repeat):
+    """Return the median of the ratios of the times of two functions, called in turn."""
+    found = []
+    for _ in range(repeat + 1):
+        times = []
+        for function in (one, other):
+            begun = time.process_time()
+            function()
+            times.append(time.process_time() - begun)
+        found.append(times[1] / times[0])
+    return statistics.median(found[1:])  # the first compiles
+
+
+def sweeps(solve, steps, separations, hardness):
+    """Return a function that solves all windows, and says how many solves failed."""
+
+    def run():
+        options = {"hardness": kalker.Hardness(hardness)}
+        found = [solve(window, steps, DX, MODULUS, **options) for window in separations]
+        return sum(int((arrays[-3][:, kalker.STATUS] != kalker.CONVERGED).sum()) for arrays in found)
+
+    return run
+
+
+def kernel_rows(separations, repeat):
+    """Print cost and convergence by displacements and by loads."""
+    for name, solve, steps in (("delta", kalker.sweep_arrays, DELTAS), ("load", loaded_arrays, LOADS)):
+        elastic = sweeps(solve, steps, separations, np.inf)
+        for hardness in HARDNESSES:
+            if name == "load" and LOADS[-1] > 0.7 * hardness * 64**2 * DX**2:
+                continue  # more than the windows bear
+            hard = sweeps(solve, steps, separations, hardness)
+            print(f"by {name:5s} H = {hardness:4g} GPa   {ratio(hard, elastic, repeat):.2f} x   failed {hard()}")
+
+
+def labelled_rows(repeat):
+    """Print the cost of a whole cycle over the elastic sweep, from scan to Dataset."""
+    scan = roughxr.open_sample("glass")
+    pair = {"sphere_radius": RADIUS, "contact_modulus": MODULUS}
+    elastic = roughxr.assign_pair(scan, **pair)
+    for hardness in HARDNESSES:
+        hard = roughxr.assign_pair(scan, **pair, hardness=hardness)
+        runs = [lambda ds=ds: ds.contact.direct(delta=DELTAS, subregions=(4, 4)) for ds in (hard, elastic)]
+        with dask.config.set(scheduler="synchronous"):
+            print(f"loading and retraction, H = {hardness:4g} GPa   {ratio(*runs, repeat):.2f} x the elastic sweep")
+
+
+def accuracy_rows():
+    """Print the errors of a paraboloid's force."""
+    radius, hardness = 1000.0, 6.0
+    depth = radius * (np.pi * hardness / (2 * MODULUS)) ** 2
+    load = np.pi**3 * radius**2 * hardness**3 / (6 * MODULUS**2)
+    areas = {1: 1.0, 2: 2.07, 5: 6.08}
+    for times, expected in RINGS.items():
+        for cells in (12, 25, 50):
+            dx = np.sqrt(areas[times] * radius * depth) / cells
+            half = int(np.sqrt(2 * radius * times * depth) / dx) + 2
+            x = np.arange(-half, half + 1) * dx
+            separation = (x[:, None] ** 2 + x[None, :] ** 2) / (2 * radius)
+            found = kalker.solve(separation, times * depth, dx, MODULUS, hardness=kalker.Hardness(hardness))
+            error = found.force / (expected * load) - 1
+            print(f"delta / delta_Y = {times}, {cells:2d} cells in radius: force off by {error:+.1e}")
+
+
+def main():
+    """Run all rows."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--repeat", type=int, default=5)
+    parser.add_argument("--windows", type=int, default=16)
+    options = parser.parse_args()
+    kernel_rows(windows(options.windows), options.repeat)
+    labelled_rows(options.repeat)
+    accuracy_rows()
+
+
+if __name__ == "__main__":
+    main()
