@@ -21,8 +21,9 @@ from .contact.adhesion import adhesive
 from .contact.elastic import direct
 from .contact.estimates import elastic_pull_off, tabor
 from .contact.maps import pull_off_map
-from .contact.regimes import formulas, regime, scale_dependence
+from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
+from .contact.short_waves import scale_dependence
 from .contact.superposition import superpose
 from .exports import table, to_resuspension, to_table
 from .figures import plot
@@ -49,7 +50,7 @@ from .scans import (
     to_surfacetopography,
     to_tiff,
 )
-from .sensitivities import sensitivity
+from .sensitivities import error_budget, sensitivity
 from .statistics import bootstrap, cdf, compare, debris, fit, pdf, pull_off, reduction, summary
 from .tip import dilate, erode, tip_flags
 
@@ -74,6 +75,7 @@ __all__ = [
     "direct",
     "elastic_pull_off",
     "erode",
+    "error_budget",
     "figures",
     "fill",
     "fit",

@@ -61,6 +61,7 @@ _DESCRIPTION = "How hard a small sphere presses, and how hard it sticks, whereve
 def _add_paper(commands) -> None:
     command = commands.add_parser("paper", help="repeat the paper on the embedded glass twin: archive, figures, tables")
     command.add_argument("-o", "--output", default="paper-run", metavar="FOLDER", help="default: %(default)s")
+    _add_budget(command)
     _add_quiet(command)
     command.set_defaults(command=_paper)
 
@@ -95,6 +96,7 @@ def _add_run(commands) -> None:
         metavar="WHERE",
         help="threads, processes, synchronous, or the address of a dask scheduler; default: threads",
     )
+    _add_budget(command)
     _add_quiet(command)
     command.set_defaults(command=_run)
 
@@ -182,6 +184,17 @@ def _add_reading(command) -> None:
     )
 
 
+def _add_budget(command) -> None:
+    command.add_argument(
+        "--budget",
+        type=int,
+        default=4,
+        metavar="PLACES",
+        help="places at which the simulation with adhesion is repeated under each change of the error budget; 0: no "
+        "budget; default: %(default)s",
+    )
+
+
 def _add_quiet(command) -> None:
     command.add_argument("-q", "--quiet", action="store_true", help="no progress on standard error")
 
@@ -189,7 +202,7 @@ def _add_quiet(command) -> None:
 def _paper(options) -> None:
     from . import analysis
 
-    analysis.paper(options.output, progress=not options.quiet)
+    analysis.paper(options.output, budget=options.budget, progress=not options.quiet)
     print(f"written to {options.output}")
 
 
@@ -206,6 +219,7 @@ def _run(options) -> None:
         law=options.law,
         refine=options.refine,
         levelling=options.level,
+        budget=options.budget,
         scheduler=options.scheduler,
         progress=not options.quiet,
     )

@@ -9,6 +9,7 @@ import xarray as xr
 
 from .. import schema
 from ..scans import doubts
+from .budget import resolution
 from .intervals import flagged
 
 Run = Mapping[str, xr.Dataset]
@@ -40,6 +41,7 @@ def cautions(run: Run) -> list[str]:
         _unconverged(run),
         *_truncated(run),
         *_unbracketed(run),
+        *resolution(run),
     ]
     return [
         sentence
