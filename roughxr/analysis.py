@@ -3,12 +3,14 @@
 A run is a dictionary of Datasets, the groups of its archive:
 
     scan, asperities, reconstruction
-    solutions/direct, /contact (fields of one place), /smooth (the same sphere on a flat), /hertz, /published, …
-    statistics/published, …, /roughness
+    solutions/adhesive, /rigid, /direct, /contact (fields of one place), /smooth (the same sphere on a flat), /hertz,
+    /published, …
+    statistics/adhesive, /rigid, /published, …, /roughness, /regime (which model suits), /formulas (what they say here)
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from textwrap import fill
@@ -22,6 +24,8 @@ from .catalogue import asperities
 from .contact.adhesion import MOST_REFINED, adhesive
 from .contact.elastic import direct
 from .contact.problem import default_deltas, indenter_of
+from .contact.regimes import formulas, regime
+from .contact.rigid_bodies import rigid
 from .contact.superposition import superpose
 from .disk import whole
 from .jobs.run import checkpointed
@@ -33,6 +37,9 @@ from .units import magnitude
 
 #: Formulations that a run compares.
 COMPARED = ("published", "self_similar", "energy")
+
+#: Largest cells (nm) on which the pull between rigid bodies is summed, and no more than eight to a pixel.
+_RIGID_CELL = 2.5
 
 #: The paper's pair. Its printed pull-off of the smooth sphere, 19.1 µN, takes Gilman's estimate with E/(1 − ν²).
 PAPER_PAIR = {
@@ -322,6 +329,7 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
     options = {"subregions": plan.subregions, "progress": progress}
     if float(scan.coords.get("work_of_adhesion", 0.0)) > 0:
         groups |= _with_adhesion(scan, plan, options, say)
+        groups |= _too_stiff_to_bend(scan, options, say)
     say(f"direct simulation, {plan.direct_deltas.size} displacements at {_count(scan, plan)} places")
     groups["solutions/direct"] = direct(scan, delta=plan.direct_deltas, **options)
     groups["solutions/contact"] = _one_contact(scan, plan, groups["solutions/direct"])
@@ -350,6 +358,20 @@ def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: C
         say(f"the same on a mesh twice as fine at {some.size} places")
         checked = options | {"subregions": centres.isel(subregion=some)}
         groups["solutions/finer"] = adhesive(scan, refine=finer, step=0.5 * plan.step, **how, **checked)
+    return groups
+
+
+def _too_stiff_to_bend(scan: xr.Dataset, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
+    """Return the pull between rigid bodies, and for a sphere which model suits and what the usual formulas say."""
+    say("the same bodies, too stiff to bend")
+    refine = int(np.clip(np.ceil(schema.square_pixel(scan) / _RIGID_CELL), 1, 8))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of what cells decide: the report's page says it for all methods at once
+        summed = rigid(scan, delta=[0.0], refine=refine, **options)
+        groups = {"solutions/rigid": summed, "statistics/rigid": pull_off(summed)}
+        if "sphere_radius" in scan.coords:
+            groups["statistics/regime"] = regime(scan, refine=refine)
+            groups["statistics/formulas"] = formulas(scan, refine=refine)
     return groups
 
 

@@ -115,6 +115,15 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     -------
     dict of str to Dataset
         In memory, but for fields along ``subregion``, which are lazy: each is read when it is used.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> ds = xr.Dataset({"force": ("subregion", [1.0, 2.0])})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     groups = load(save({"solutions/direct": ds}, Path(folder) / "run.nc"))
+    >>> float(groups["solutions/direct"].force.sum())
+    3.0
     """
     return {group: _but_fields(Path(path), group) for group in groups(path)}
 

@@ -10,6 +10,9 @@ from collections.abc import Sequence
 from ._version import __version__
 from .substances import MATERIALS
 
+#: Laws of attraction, those of `adhesive`, written here so that help needs no solver.
+LAWS = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
+
 #: What went wrong with the input is said in a line; anything else is a fault of ours and shows its trace.
 _REFUSALS = (ValueError, TypeError, OSError, ImportError, RuntimeError)
 
@@ -86,6 +89,7 @@ def _add_run(commands) -> None:
         metavar="D",
         help="displacements of the direct simulation, nm; default: from the heights",
     )
+    _add_adhesion(command)
     command.add_argument(
         "--scheduler",
         metavar="WHERE",
@@ -109,6 +113,35 @@ def _add_pair(command) -> None:
         "--work-of-adhesion",
         metavar="W",
         help="J/m²; default: by --materials, of clean dry bodies by van der Waals forces alone",
+    )
+    group.add_argument("--adhesion-range", metavar="RHO", help="how far the attraction reaches, nm; default: 0.3")
+    group.add_argument(
+        "--hamaker-constant", metavar="A", help="of the pair, such as '65 zJ', in place of --work-of-adhesion"
+    )
+
+
+def _add_adhesion(command) -> None:
+    group = command.add_argument_group("the simulation with adhesion")
+    group.add_argument(
+        "--preload",
+        default=0.0,
+        type=_number,
+        metavar="P",
+        help="how hard the sphere is pressed on before it is drawn off, nN, or text such as '50 nN'; default: 0, it "
+        "settles under its own adhesion",
+    )
+    group.add_argument(
+        "--law",
+        default="auto",
+        choices=LAWS,
+        help="how the attraction falls with the gap; default: auto, exponential where its range matters, else griffith",
+    )
+    group.add_argument(
+        "--refine",
+        default="auto",
+        type=lambda text: text if text == "auto" else int(text),
+        metavar="N",
+        help="cells along a pixel; default: auto, as many as the law's range asks",
     )
 
 
@@ -169,6 +202,9 @@ def _run(options) -> None:
         options.output,
         subregions=tuple(options.subregions),
         delta=options.delta,
+        preload=options.preload,
+        law=options.law,
+        refine=options.refine,
         levelling=options.level,
         scheduler=options.scheduler,
         progress=not options.quiet,
@@ -189,6 +225,8 @@ def _paired(scan, options):
         "contact_modulus": options.contact_modulus,
         "surface_energy": options.surface_energy,
         "work_of_adhesion": options.work_of_adhesion,
+        "adhesion_range": options.adhesion_range,
+        "hamaker_constant": options.hamaker_constant,
     }
     if not (options.materials or options.young_modulus or options.contact_modulus):
         raise ValueError(

@@ -115,6 +115,11 @@ def gilman_surface_energy(
     float
         γ, J/m².
 
+    Raises
+    ------
+    ValueError
+        If a number is not positive, or Poisson's ratio does not lie between −1 and 0.5.
+
     References
     ----------
     Gilman (1960); Cheng, Dunn & Brach eq. 43.

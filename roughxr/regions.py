@@ -14,6 +14,8 @@ import xarray as xr
 from . import schema
 from .units import is_whole, magnitude
 
+__all__ = ["centres", "extent"]
+
 #: Tiles along one axis at most, where the number of pixels is not known.
 _MOST_TILES = 65536
 
@@ -73,11 +75,28 @@ EDGES = ("scan_x_min", "scan_x_max", "scan_y_min", "scan_y_max")
 
 
 def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
-    """Return the outer edges (x_min, x_max, y_min, y_max) of a scan, half a pixel beyond its centres."""
+    """Return the outer edges of a scan, half a pixel beyond its outermost pixel centres.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan, or the catalogue of its asperities, which remembers them.
+
+    Returns
+    -------
+    tuple of float
+        Least and greatest x, least and greatest y, nm.
+
+    Examples
+    --------
+    >>> from roughxr.synthetic import self_affine
+    >>> extent(self_affine((8, 4), 10, rms=1, hurst=0.8, rolloff=40, seed=1))
+    (0.0, 80.0, 0.0, 40.0)
+    """
     if "x" not in ds.dims:
         return tuple(float(ds[name]) for name in EDGES)
     (dx, dy), x, y = schema.pixel(ds), ds["x"].values, ds["y"].values
-    return x[0] - dx / 2, x[-1] + dx / 2, y[0] - dy / 2, y[-1] + dy / 2
+    return tuple(float(edge) for edge in (x[0] - dx / 2, x[-1] + dx / 2, y[0] - dy / 2, y[-1] + dy / 2))
 
 
 def windows(ds: xr.Dataset, positions: xr.Dataset, reach: float) -> tuple[list[Window], tuple[int, int]]:

@@ -18,6 +18,23 @@ import xarray as xr
 from ._version import __version__
 from .units import converted, magnitude
 
+#: What tells a user what a Dataset holds; the rest serves roughxr's own functions.
+__all__ = [
+    "KINDS",
+    "PAIR",
+    "TRAVELLING",
+    "VARIABLES",
+    "Variable",
+    "attributes",
+    "axis_label",
+    "height_hash",
+    "history",
+    "kind_of",
+    "label",
+    "record",
+    "validate",
+]
+
 
 class Variable(NamedTuple):
     """What one name means: its units (UDUNITS), its words on an axis, and its sign or definition.
@@ -228,7 +245,22 @@ TRAVELLING = (*PAIR, "adhesion_range", "hamaker_constant", "hardness", "hardness
 
 
 def attributes(name: str) -> dict[str, str]:
-    """Return the ``units``, ``long_name`` and ``comment`` of a name.
+    """Return what is written beside a variable in a file.
+
+    Parameters
+    ----------
+    name : str
+        One of `VARIABLES`.
+
+    Returns
+    -------
+    dict of str to str
+        ``long_name``, and ``units`` and ``comment`` where there are any.
+
+    Raises
+    ------
+    KeyError
+        If the name is not in the table.
 
     Examples
     --------
@@ -241,7 +273,23 @@ def attributes(name: str) -> dict[str, str]:
 
 
 def label(ds: xr.Dataset) -> xr.Dataset:
-    """Return ``ds`` with units, long name and meaning set on every variable of a known name."""
+    """Return a Dataset with units, long name and meaning set on every variable of a known name.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Its numbers are taken to be in the units of `VARIABLES`: none is converted.
+
+    Returns
+    -------
+    Dataset
+        Variables of other names are as they were.
+
+    Examples
+    --------
+    >>> label(xr.Dataset({"force": ("delta", [1.0])})).force.units
+    'nN'
+    """
     out = ds.copy()
     for name in map(str, out.variables):
         if name in VARIABLES:
@@ -250,13 +298,48 @@ def label(ds: xr.Dataset) -> xr.Dataset:
 
 
 def axis_label(name: str) -> str:
-    """Return what stands on an axis: long name and units, as in ``contact force [nN]``."""
+    """Return what stands on an axis: long name and units.
+
+    Parameters
+    ----------
+    name : str
+        One of `VARIABLES`.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    KeyError
+        If the name is not in the table.
+
+    Examples
+    --------
+    >>> axis_label("force"), axis_label("axis_ratio")
+    ('contact force [nN]', 'axis ratio b/a of the Hertz contact ellipse')
+    """
     known = VARIABLES[name]
     return known.long_name if known.units == "1" else f"{known.long_name} [{known.units}]"
 
 
 def kind_of(ds: xr.Dataset) -> str | None:
-    """Return the kind of Dataset that ``ds`` is, or None."""
+    """Return which of `KINDS` a Dataset is, by the names and dimensions of its variables.
+
+    Parameters
+    ----------
+    ds : Dataset
+
+    Returns
+    -------
+    str or None
+        None where it is none of them.
+
+    Examples
+    --------
+    >>> kind_of(xr.Dataset({"height": (("x", "y"), [[0.0]])})), kind_of(xr.Dataset())
+    ('scan', None)
+    """
     for kind in ("asperities", "scan", "pull_off", "solution"):
         if all(name in ds and set(dims) <= set(ds[name].dims) for name, dims in KINDS[kind].items()):
             return kind
@@ -271,6 +354,11 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
     ds : Dataset
     kind : {"scan", "asperities", "solution", "pull_off"}
 
+    Returns
+    -------
+    Dataset
+        A scan with ``height`` along (x, y), nm; the other kinds as they came.
+
     Raises
     ------
     TypeError
@@ -278,6 +366,14 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
     ValueError
         If variables, dimensions or units are not those of the kind: what was expected, what was found,
         and what to do.
+
+    Examples
+    --------
+    >>> axes = {axis: (axis, [0.0, 1.0], {"units": "um"}) for axis in "xy"}
+    >>> scan = xr.Dataset({"height": (("y", "x"), [[0.0, 5.0], [0.0, 0.0]], {"units": "nm"})}, axes)
+    >>> found = validate(scan, "scan")
+    >>> found.height.dims, found.x.values.tolist()
+    (('x', 'y'), [0.0, 1000.0])
     """
     if not isinstance(ds, xr.Dataset):
         raise TypeError(f"expected an xarray.Dataset of kind {kind!r}, found {type(ds).__name__}")
@@ -460,7 +556,7 @@ def one_of(value: Any, allowed: Iterable[str], name: str) -> str:
 
 
 def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, **arguments: Any) -> xr.Dataset:
-    """Return ``ds`` with one more step in its history: operation, arguments, version, as JSON text.
+    """Return a Dataset with one more step in its history: operation, arguments and roughxr's version.
 
     Parameters
     ----------
@@ -470,7 +566,18 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, **a
     source : Dataset, optional
         Whose history is continued; ``ds`` itself by default.
     **arguments
-        What the function was called with.
+        What the function was called with; those that are None are left out, and of arrays of more than 64 values the
+        ends and the size are kept.
+
+    Returns
+    -------
+    Dataset
+        With the attribute ``history``, JSON text that `history` reads.
+
+    Examples
+    --------
+    >>> history(record(xr.Dataset(), "trim", size=3, edge=None))[0]["arguments"]
+    {'size': 3}
     """
     steps = history(ds if source is None else source)
     given = {key: value for key, value in arguments.items() if value is not None}
@@ -479,7 +586,23 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, **a
 
 
 def history(ds: xr.Dataset) -> list[dict[str, Any]]:
-    """Return the steps that made a Dataset, oldest first."""
+    """Return the steps that made a Dataset, oldest first.
+
+    Parameters
+    ----------
+    ds : Dataset
+
+    Returns
+    -------
+    list of dict
+        Of each step ``operation``, ``arguments`` and ``roughxr``, the version. Text of another program's is one step
+        "unknown".
+
+    Examples
+    --------
+    >>> [step["operation"] for step in history(record(record(xr.Dataset(), "level"), "crop"))]
+    ['level', 'crop']
+    """
     text = ds.attrs.get("history", "")
     try:
         steps = json.loads(text) if text else []
@@ -489,7 +612,24 @@ def history(ds: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def height_hash(ds: xr.Dataset) -> str:
-    """Return the SHA-256 of a scan's heights and axes: two scans of one hash are the same scan."""
+    """Return the SHA-256 of a scan's heights and axes: two scans of one hash are the same scan.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan; a lazy one is computed.
+
+    Returns
+    -------
+    str
+        Of 64 hexadecimal digits.
+
+    Examples
+    --------
+    >>> scan = xr.Dataset({"height": (("x", "y"), np.zeros((2, 2)))}, {"x": [0.0, 1.0], "y": [0.0, 1.0]})
+    >>> height_hash(scan) == height_hash(scan.assign(height=scan.height + 1e-9))
+    False
+    """
     digest = hashlib.sha256()
     for name in ("x", "y", "height"):
         digest.update(np.ascontiguousarray(ds[name].values, dtype="<f8").tobytes())

@@ -24,6 +24,8 @@ from .disk import uninterrupted, whole
 from .kernels.topography.random_surface import normal, uniform
 from .units import is_whole, magnitude, positive, whole_number
 
+__all__ = ["GLASS_SEED", "GlassModel", "glass", "particle_centres", "self_affine", "write_glass"]
+
 #: Raw numbers that PCG64 draws apart for heights and for particles, so that either may change alone.
 _HEIGHTS, _PARTICLES = 0, 1
 

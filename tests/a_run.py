@@ -57,8 +57,3 @@ def in_a_process(output, limit=None, told=None, alone=False, **options):
         if told is not None:
             told.put((type(error).__name__, str(error)))
         os._exit(130 if isinstance(error, KeyboardInterrupt) else 1)
-
-
-if __name__ != "__main__":  # what the children share: everything imported and compiled
-    with dask.config.set(scheduler="synchronous"):
-        solutions(surface())

@@ -1,10 +1,16 @@
 """What several tests need."""
 
+import contextlib
+import functools
+import os
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.dispatcher import Dispatcher
 
 #: Files in the order in which they begin, the others after them: what takes longest does not come last, and of two
 #: that compile much each compiles another part, which the rest find compiled.
@@ -15,6 +21,43 @@ def pytest_collection_modifyitems(items):
     """Let the longest files begin first, so that no worker is left alone with one."""
     order = {name: k for k, name in enumerate(_FIRST)}
     items.sort(key=lambda item: order.get(item.path.stem, len(order)))
+
+
+def pytest_configure(config):
+    """Of several workers, let one compile a kernel, and who needs it too wait for what then lies in the cache."""
+    if "PYTEST_XDIST_WORKER" in os.environ and sys.platform != "win32":
+        Dispatcher.compile = _by_one(Dispatcher.compile)
+
+
+def _by_one(compiling):
+    begun = set()
+
+    @functools.wraps(compiling)
+    def waiting(dispatcher, signature):
+        name = f"{dispatcher.__module__}.{dispatcher.__name__}"
+        if name in begun:  # it calls itself, for other types
+            return compiling(dispatcher, signature)
+        # Numba's own lock first, and callers before what they call: so no two wait for each other.
+        with global_compiler_lock, _alone(name):
+            begun.add(name)
+            try:
+                return compiling(dispatcher, signature)
+            finally:
+                begun.remove(name)
+
+    return waiting
+
+
+@contextlib.contextmanager
+def _alone(name):
+    """Hold a name for one of this run's processes."""
+    import fcntl
+
+    folder = Path(tempfile.gettempdir()) / f"roughxr-compiling-{os.environ['PYTEST_XDIST_TESTRUNUID']}"
+    folder.mkdir(exist_ok=True)
+    with (folder / name).open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ import pytest
 import scipy.fft
 from scipy.optimize import minimize
 
+from roughxr.kernels.adhesion import cohesive_laws, path
 from roughxr.kernels.adhesion import smooth_laws as laws
 from roughxr.kernels.adhesion.smooth_path import AREA, ASKED, DELTA, DISSIPATED, ENERGY, FORCE, OK, follow_smooth
 from roughxr.kernels.halfspace import displacement_control as kalker
@@ -104,6 +105,17 @@ def test_force_is_that_of_an_independent_minimisation(seed, law):
         force, u = oracle.force(delta, u)
         theirs.append(force)
     np.testing.assert_allclose(ours[:, FORCE], theirs, rtol=0.01, atol=0.01 * pull_off(path))
+
+
+def test_both_engines_find_the_same_states(law):
+    """Newton's method on all cells, and the path that is balanced cell by cell, share Love's coefficients alone."""
+    separation, deltas = rough(1, 24), np.array([0.5, 1.5])
+    by_cells = cohesive_laws.finite_range("exponential", W, W / LENGTH)
+    limits = {"tolerance": 1e-7, "max_iterations": 1000, "max_cells": separation.size}
+    theirs = path.follow(separation, deltas, 0.5, by_cells, W, **limits).states
+    (ours,) = follow(separation, deltas, law, 0.5)
+    forces = ours.states[ours.states[:, ASKED] > 0, FORCE]
+    np.testing.assert_allclose(forces, theirs[theirs[:, path.ASKED] > 0, path.FORCE], rtol=2e-6)
 
 
 def test_short_range_pulls_off_as_jkr():

@@ -223,6 +223,13 @@ def test_a_finished_run_is_recognised_and_another_refused(tmp_path, capsys):
     assert "500" in capsys.readouterr().err
 
 
+def test_laws_of_the_command_line_are_those_of_the_simulation():
+    from roughxr import cli
+    from roughxr.contact.adhesion import LAWS_OF_ADHESION
+
+    assert cli.LAWS == LAWS_OF_ADHESION
+
+
 def test_help_names_every_command():
     shown = subprocess.run([sys.executable, "-m", "roughxr.cli", "--help"], check=True, capture_output=True, text=True)
     for command in ("paper", "run", "report", "info", "convert"):

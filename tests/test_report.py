@@ -150,7 +150,15 @@ def test_the_command_repeats_the_run(run, tmp_path):
             {"young_modulus": (75, "130 GPa"), "poisson_ratio": (0.22, 0.28), "work_of_adhesion": "50 mJ/m^2"},
             "--young-modulus 75 '130 GPa' --poisson-ratio 0.22 0.28 --work-of-adhesion 0.05",
         ),
-        ({"materials": ("glass", "silica")}, "--materials glass/silica --work-of-adhesion 0.063"),
+        ({"materials": ("glass", "silica")}, "--materials glass/silica --hamaker-constant 0.065"),
+        (
+            {"contact_modulus": 40, "work_of_adhesion": 0.05, "adhesion_range": 0.4},
+            "--contact-modulus 40.0 --adhesion-range 0.4 --work-of-adhesion 0.05",
+        ),
+        (
+            {"contact_modulus": 40, "work_of_adhesion": 0.05, "hamaker_constant": 0.05},
+            "--contact-modulus 40.0 --hamaker-constant 0.05 --work-of-adhesion 0.05",
+        ),
     ],
 )
 def test_the_command_names_the_bodies_as_they_were_given(run, pair, words):
@@ -163,8 +171,29 @@ def test_the_command_names_the_bodies_as_they_were_given(run, pair, words):
     assert words in line
     options = cli._parser().parse_args(shlex.split(line)[1:])
     again = cli._paired(run["scan"].drop_vars(schema.PAIR), options)
-    for name in schema.PAIR:
+    for name in (name for name in schema.TRAVELLING if name in scan.coords):
         assert float(again[name]) == pytest.approx(float(scan[name]), rel=1e-12)
+
+
+def test_the_command_says_how_adhesion_was_asked_for(run):
+    from roughxr import cli
+
+    given = {"law": "lennard_jones", "preload": 5.0, "refine": 4}
+    solved = schema.record(xr.Dataset(), "adhesive", **given)
+    scan = run["scan"].assign_attrs(source_file="a.gsf")
+    options = cli._parser().parse_args(shlex.split(report.command({"scan": scan, "solutions/adhesive": solved}))[1:])
+    assert {name: getattr(options, name) for name in given} == given
+
+
+def test_the_model_that_suits_is_named_and_formulas_stand_beside_it(run, written):
+    text = written.read_text(encoding="utf-8")
+    assert run["statistics/regime"].attrs["recommendation"].split("(")[0] in text
+    assert "Rabinovich, two scales" in text
+    table = report.formula_table(run)
+    assert table["over rigid bodies"].iloc[0] == 1.0
+    smooth = 2 * np.pi * 0.5 * 500  # 2πwR in nN, by Bradley
+    assert table.filter(like="pull-off").loc["Bradley, smooth sphere"].iloc[0] == pytest.approx(smooth / 1e3, rel=1e-3)
+    assert report.contact_table(run).loc["subregions that pull", "rigid"] == 9
 
 
 def test_a_runs_folder_is_reported_into_itself(run, tmp_path, monkeypatch):
@@ -188,7 +217,7 @@ def test_doubts_about_the_scan_and_tilt_are_told(run):
 @pytest.mark.parametrize(("times", "unit"), [(1.0, "µN"), (1e-3, "nN"), (1e-6, "pN")])
 def test_forces_stand_in_the_unit_that_suits_them(run, times, unit):
     small = dict(run)
-    for name in ("adhesive", "published", "self_similar", "energy"):
+    for name in ("adhesive", "rigid", "published", "self_similar", "energy"):
         pull = run[f"statistics/{name}"].copy()
         pull["pull_off_force"] = (pull["pull_off_force"] * times * 2e3 / pull["pull_off_force"].mean()).assign_attrs(
             pull["pull_off_force"].attrs

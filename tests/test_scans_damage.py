@@ -1,15 +1,21 @@
 """A damaged file is refused with its name and the reason, or read right; never a hang, never a wrong size."""
 
+import os
 import signal
+import struct
+import subprocess
+import sys
+import time
 import warnings
 from collections import Counter
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.scans import UnreadableScan, doubts, open_scan
+from roughxr.scans import ImplausibleScan, UnreadableScan, describe, doubts, open_scan, vendor_process
 
 from .afm_files import WRITERS, given, picture, size_of
 from .surfaces import rough
@@ -143,3 +149,78 @@ def test_no_real_scan_is_called_garbled(shared_scans):
         if path.suffix != ".md" and not path.name.startswith("NEGATIVE"):
             with warnings.catch_warnings(action="ignore"):
                 assert not any("nothing in common" in doubt for doubt in doubts(open_scan(path))), path.name
+
+
+def test_lines_that_have_nothing_in_common_are_doubted():
+    lines = rough(64) + 200.0 * (np.arange(64) % 2)  # every second line, along x, has an offset
+    places = {axis: (axis, np.arange(64) * 10.0, {"units": "nm"}) for axis in "xy"}
+    for height, along in ((lines, "x"), (lines.T, "y")):
+        found = doubts(xr.Dataset({"height": (("x", "y"), height, {"units": "nm"})}, places))
+        assert any(f"lines along {along} have nothing in common" in doubt for doubt in found)
+
+
+@pytest.mark.parametrize("name", ["bruker", "igor"])
+def test_heights_that_lie_elsewhere_than_the_header_says_are_doubted(name, tmp_path):
+    rows = picture(64, 64)
+    path = WRITERS[name](tmp_path, rows, size_of(rows))
+    with warnings.catch_warnings(action="error"):
+        open_scan(path)
+    data = path.read_bytes()
+    start = data.index(b"\x1a") if name == "bruker" else 384
+    other = tmp_path / f"other{path.suffix}"
+    other.write_bytes(data[:start] + data[start - 48 :])
+    with pytest.warns(ImplausibleScan, match=r"header accounts for \d+ of \d+ bytes"):
+        open_scan(other)
+    assert "accounts for" in describe(other).attrs["doubts"]
+
+
+def pages(path, count):
+    """Write a TIFF of very many empty pages, each of which its reader looks at."""
+    tag, length = struct.pack("<HHII", 50432, 4, 1, 0x0E031301), 18
+    body = b"".join(
+        struct.pack("<H", 1) + tag + struct.pack("<I", 8 + length * (k + 1) if k < count - 1 else 0)
+        for k in range(count)
+    )
+    path.write_bytes(b"II*\0" + struct.pack("<I", 8) + body)
+    return path
+
+
+def test_a_file_that_keeps_its_reader_busy_is_given_up(tmp_path, monkeypatch):
+    rows = picture()
+    sound = WRITERS["bruker"](tmp_path, rows, size_of(rows))
+    whole = open_scan(sound)  # the process is there: what follows is the file's own time
+    process = vendor_process._running[os.getpid()]
+    monkeypatch.setattr(vendor_process, "SECONDS", 0.5)
+    start = time.monotonic()
+    with pytest.raises(UnreadableScan, match=r"pages.tiff: reading it was ended after 1 s.*save or export it again"):
+        open_scan(pages(tmp_path / "pages.tiff", 20_000))
+    assert time.monotonic() - start < 10
+    assert process.wait(5) != 0
+    monkeypatch.undo()
+    xr.testing.assert_identical(open_scan(sound), whole)
+    assert vendor_process._running[os.getpid()] is not process
+
+
+def test_a_reader_that_dies_is_said_and_started_again(tmp_path):
+    rows = picture()
+    sound = WRITERS["bruker"](tmp_path, rows, size_of(rows))
+    whole = open_scan(sound)
+    vendor_process._running[os.getpid()].kill()
+    vendor_process._running[os.getpid()].wait()
+    xr.testing.assert_identical(open_scan(sound), whole)
+
+
+def test_the_reading_process_goes_with_its_caller(tmp_path):
+    rows = picture()
+    path = WRITERS["bruker"](tmp_path, rows, size_of(rows))
+    code = (
+        "import roughxr, sys; from roughxr.scans import vendor_process as v; roughxr.open_scan(sys.argv[1]);"
+        "print(*(p.pid for p in v._running.values()), 'SurfaceTopography' in sys.modules)"
+    )
+    out = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True)
+    pid, imported = out.stdout.split()
+    assert imported == "False"
+    until = time.monotonic() + 20
+    while Path(f"/proc/{pid}").exists() and "Z" not in Path(f"/proc/{pid}/stat").read_text().split():
+        assert time.monotonic() < until
+        time.sleep(0.05)

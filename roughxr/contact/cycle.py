@@ -237,7 +237,7 @@ def _by_cells(surface: Surface, deltas: np.ndarray, problem: Problem, adhesion: 
     )
 
 
-def law_by_cells(adhesion: Adhesion, problem: Problem) -> cohesive_laws.Law:
+def law_by_cells(adhesion: Adhesion, problem: Problem) -> cohesive_laws.CohesiveLaw:
     """Return the law on unit cells of unit modulus."""
     per_unit = problem.dx / problem.contact_modulus
     w = adhesion.work * per_unit

@@ -65,7 +65,7 @@ def hertz(
     modulus = positive(contact_modulus, "GPa", "contact_modulus")
     found = [ellipse.hertz(d, A, B, modulus) for d in delta]
     names = {"P": "force", "a": "semi_axis_a", "b": "semi_axis_b", "area": "contact_area", "p0": "pressure"}
-    return _along(delta, {name: [getattr(state, key) for state in found] for key, name in names.items()})
+    return _along("delta", delta, {name: [getattr(state, key) for state in found] for key, name in names.items()})
 
 
 def jkr_sphere(delta: Any, *, radius: Any, contact_modulus: Any, work_of_adhesion: Any) -> xr.Dataset:
@@ -100,7 +100,7 @@ def jkr_sphere(delta: Any, *, radius: Any, contact_modulus: Any, work_of_adhesio
     a = np.array([jkr.stable_semi_axis(d) if d >= jkr.END_DELTA else np.nan for d in reduced])
     force = units.P * a**1.5 * (a**1.5 - 2)
     radius_of = units.a * a
-    out = _along(delta, {"force": force, "semi_axis_a": radius_of, "contact_area": np.pi * radius_of**2})
+    out = _along("delta", delta, {"force": force, "semi_axis_a": radius_of, "contact_area": np.pi * radius_of**2})
     return out.assign_attrs(end_of_branch=jkr.END_DELTA * units.delta)
 
 
@@ -131,8 +131,7 @@ def jkr_curve(
     units = _jkr_units(radius, contact_modulus, work_of_adhesion)
     a = np.linspace(0.0, largest, points)
     found = {"delta": units.delta * (a**2 - 4 / 3 * np.sqrt(a)), "force": units.P * (a**3 - 2 * a**1.5)}
-    data = {name: ("semi_axis_a", values) for name, values in found.items()}
-    return schema.label(xr.Dataset(data, {"semi_axis_a": units.a * a}))
+    return _along("semi_axis_a", units.a * a, found)
 
 
 def jkr_pull_off(
@@ -277,8 +276,7 @@ def maugis_sphere(
     )
     P, a, delta = maugis.contact_at(maugis.parameter(mu), 1 + np.geomspace(1e-5, 1e7, points))
     order = np.argsort(a)
-    data = {"delta": ("semi_axis_a", units.delta * delta[order]), "force": ("semi_axis_a", units.P * P[order])}
-    return schema.label(xr.Dataset(data, {"semi_axis_a": units.a * a[order]}))
+    return _along("semi_axis_a", units.a * a[order], {"delta": units.delta * delta[order], "force": units.P * P[order]})
 
 
 def tabor_parameter(
@@ -362,7 +360,7 @@ def rigid_sphere(
         raise ValueError(f"distance: expected positive distances, found {z[0]:g} nm")
     found = _potential(law, work_of_adhesion, length, retardation)
     pull = potentials.sphere_pull(z, positive(radius, "nm", "radius"), found)
-    return schema.label(xr.Dataset({"force": ("distance", -pull)}, {"distance": z}))
+    return _along("distance", z, {"force": -pull})
 
 
 def hamaker_sphere(distance: Any, *, radius: Any, hamaker_constant: Any) -> float:
@@ -656,6 +654,7 @@ def _jkr_units(radius: Any, contact_modulus: Any, work_of_adhesion: Any) -> jkr.
     return jkr.self_similar_units(A, A, modulus, positive(work_of_adhesion, "J m-2", "work_of_adhesion"))
 
 
-def _along(delta: np.ndarray, found: dict[str, Any]) -> xr.Dataset:
-    data = {name: ("delta", np.asarray(values, dtype=float)) for name, values in found.items()}
-    return schema.label(xr.Dataset(data, {"delta": delta}))
+def _along(axis: str, values: np.ndarray, found: dict[str, Any]) -> xr.Dataset:
+    """Return a labelled curve: what was found along an axis of these values."""
+    data = {name: (axis, np.asarray(numbers, dtype=float)) for name, numbers in found.items()}
+    return schema.label(xr.Dataset(data, {axis: values}))

@@ -84,7 +84,7 @@ def asperity_curve(
     ax.axvline(0, color="#cccccc", linewidth=0.5, zorder=0)
     for order, law in enumerate(laws):
         schema.one_of(law, ASPERITY_LAWS, "laws")
-        states = curve(law, np.linspace(1e-4, 2 * largest, 16000), ratio)
+        states = curve(law, np.linspace(1e-4, 2 * largest, 2000), ratio)
         _branches(ax, states, _stable(states, x), x, y, NAMES[law], order, hertz=law == "hertz")
     _cut(ax, states, x, y, largest)
     if laws[-1] != "hertz":

@@ -159,6 +159,15 @@ def compute(ds: xr.Dataset, *, progress: bool = True) -> xr.Dataset:
     -------
     Dataset
         With NumPy arrays.
+
+    Examples
+    --------
+    >>> from roughxr import assign_pair, direct, synthetic
+    >>> scan = synthetic.self_affine((16, 16), 10, rms=1, hurst=0.8, rolloff=80, seed=1)
+    >>> scan = assign_pair(scan, sphere_radius=500, contact_modulus=40)
+    >>> later = direct(scan.chunk(x=8), delta=[1.0, 2.0])
+    >>> bool(later.chunks), bool(compute(later, progress=False).chunks)
+    (True, False)
     """
     counts = _subregions_of(ds)
     if not progress or not counts:

@@ -9,7 +9,7 @@ import sys
 import time
 from multiprocessing import parent_process
 
-from numba import njit
+from numba import njit, types
 from numba.core import event
 from numba.core.registry import CPUDispatcher
 
@@ -47,12 +47,24 @@ def kernel(function=None, *, inner=False, reorder=False, inline=False):
     if inline:
         options["inline"] = "always"
     compiled = _with_cache(njit(**options)(function))
-    if options["no_cpython_wrapper"] and isinstance(compiled, CPUDispatcher):
-        compiled.__class__ = _Inner
+    if isinstance(compiled, CPUDispatcher):
+        compiled.__class__ = _Inner if options["no_cpython_wrapper"] else _Kernel
     return compiled
 
 
-class _Inner(CPUDispatcher):
+class _Kernel(CPUDispatcher):
+    """A kernel that is compiled for a type, not anew for each number that its callers write out, as in ``f(x, 1)``.
+
+    Numba would: it saves a sixth of the first superposition.
+    """
+
+    def get_call_template(self, args, kws):
+        """Tell a caller's compilation what to call, for the types of its arguments."""
+        plain = {name: types.unliteral(value) for name, value in kws.items()}
+        return super().get_call_template([types.unliteral(value) for value in args], plain)
+
+
+class _Inner(_Kernel):
     """A kernel without an entry for Python: to call it from there would end the interpreter."""
 
     def __call__(self, *arguments, **options):

@@ -3,7 +3,7 @@
 from .html import page, write_report
 from .intervals import interval_table
 from .repeat import command
-from .tables import METHODS, contact_table, scan_table, text
+from .tables import METHODS, contact_table, formula_table, scan_table, text
 from .warnings_shown import cautions, superposed
 
 __all__ = [
@@ -11,6 +11,7 @@ __all__ = [
     "cautions",
     "command",
     "contact_table",
+    "formula_table",
     "interval_table",
     "page",
     "scan_table",

@@ -22,7 +22,7 @@ from ..scans import level
 from .embedded_figures import pictures
 from .intervals import interval_table
 from .repeat import command
-from .tables import contact_table, scan_table
+from .tables import contact_table, formula_table, scan_table
 from .warnings_shown import cautions
 
 #: How to name this library, and what it implements.
@@ -111,6 +111,7 @@ def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
         cautions=cautions(run),
         numbers=list(_numbers(run)),
         adhesion=_adhesion(run),
+        model=_model(run),
         pictures=list(pictures(run)),
         tables=_tables(run),
         steps=_steps(run),
@@ -170,6 +171,11 @@ def _adhesion(run: Mapping[str, xr.Dataset]) -> str:
     return "Adhesion by superposed asperities (least energy)." if "statistics/energy" in run else ""
 
 
+def _model(run: Mapping[str, xr.Dataset]) -> str:
+    """Return the sentence that says which model suits the scan and its pair."""
+    return run["statistics/regime"].attrs["recommendation"] if "statistics/regime" in run else ""
+
+
 def _numbers(run: Mapping[str, xr.Dataset]):
     """Yield the main numbers as they are printed: quantity, places, estimate, intervals, independent places."""
     before = None
@@ -206,6 +212,7 @@ def _tables(run: Mapping[str, xr.Dataset]) -> list[tuple[str, list[str], list[li
     makers: dict[str, Any] = {
         "Scan and asperities": (scan_table, {"scan", "asperities", "reconstruction"}),
         "Contact, by method": (contact_table, {"solutions/energy", "statistics/energy", "solutions/direct"}),
+        "What the usual formulas say": (formula_table, {"statistics/formulas"}),
     }
     return [(title, *_as_text(make(run))) for title, (make, needs) in makers.items() if needs <= set(run)]
 

@@ -41,6 +41,7 @@ def command(run: Mapping[str, xr.Dataset]) -> str:
     parts = ["roughxr", "run", str(scan.attrs["source_file"]), *_channel(scan)]
     parts += _pair(scan, _last(schema.history(scan), "assign_pair"))
     parts += ["--level", _first(steps, "level").get("method", "none"), *_places(_first(steps, "direct"))]
+    parts += _adhesion(_first(steps, "adhesive"))
     return shlex.join(parts)
 
 
@@ -69,6 +70,9 @@ def _pair(scan: xr.Dataset, given: dict[str, Any]) -> list[str]:
             parts += [f"--{name.replace('_', '-')}", *_listed(given[name])]
     else:
         parts += ["--contact-modulus", repr(modulus)]
+    for name in ("adhesion_range", "hamaker_constant"):
+        if name in scan.coords:
+            parts += [f"--{name.replace('_', '-')}", repr(float(scan[name]))]
     if "surface_energy" in given:
         return [*parts, "--surface-energy", *_listed(given["surface_energy"])]
     return [*parts, "--work-of-adhesion", repr(work)]
@@ -77,6 +81,14 @@ def _pair(scan: xr.Dataset, given: dict[str, Any]) -> list[str]:
 def _listed(value: Any) -> list[str]:
     values = value if isinstance(value, list) else [value]
     return [one if isinstance(one, str) else repr(one) for one in values]
+
+
+def _adhesion(given: dict[str, Any]) -> list[str]:
+    """Return how the simulation with adhesion was asked for, where that is not how it is by default."""
+    parts = ["--law", given["law"]] if "law" in given else []
+    if given.get("preload"):
+        parts += ["--preload", *_listed(given["preload"])]
+    return parts + (["--refine", str(given["refine"])] if isinstance(given.get("refine"), int) else [])
 
 
 def _places(direct: dict[str, Any]) -> list[str]:

@@ -14,7 +14,7 @@ from .intervals import force_unit, marked
 from .paper_rows import of_the_paper
 
 #: Columns of the comparison, as far as a run holds them.
-METHODS = ("adhesive", "published", "self_similar", "energy", "direct")
+METHODS = ("adhesive", "rigid", "published", "self_similar", "energy", "direct")
 
 _MICRO = 1e-3  # µm per nm
 
@@ -68,6 +68,8 @@ def _column(run: Mapping[str, xr.Dataset], method: str, unit: str, size: float) 
     rows = _pull_off_rows(run, method, unit, size)
     if method == "adhesive":
         return rows | _mesh_rows(run)
+    if method == "rigid":
+        return rows
     return rows | {
         "contacts beyond their patch at pull-off [%]": _share_at_pull_off(run, method, "contacts_beyond_patch"),
         "contacts overlapping at pull-off [%]": _share_at_pull_off(run, method, "contacts_overlapping"),
@@ -216,6 +218,48 @@ def scan_table(
         "peaks that fit no summit [%]": 100 * float(catalogue["saddle"].mean()),
     }
     return _beside_paper(pd.DataFrame({"scan": rows}), paper, notes)
+
+
+#: Formulas as a reader knows them.
+_FORMULAS = {
+    "sum": "rigid bodies, summed over the scan (median place)",
+    "bradley": "Bradley, smooth sphere",
+    "rumpf": "Rumpf, asperities' median radius",
+    "rumpf_rms": "Rumpf, by rms height",
+    "rabinovich": "Rabinovich, one scale",
+    "rabinovich_two_scales": "Rabinovich, two scales",
+    "gaussian_heights": "work left over Gaussian heights",
+}
+
+
+def formula_table(run: Mapping[str, xr.Dataset]) -> pd.DataFrame:
+    """Return what the usual formulas say of the pull-off, and how far that is from the sum over the scan.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        With the group ``statistics/formulas``, as `formulas` returns it; ``statistics/adhesive`` where there is one.
+
+    Returns
+    -------
+    DataFrame
+        One row per formula: pull-off in the unit that suits it, and over that of rigid bodies and of the simulation
+        with adhesion (median place).
+
+    Examples
+    --------
+    >>> force = xr.DataArray([40.0, 400.0], {"formula": ["sum", "bradley"]}, attrs={"units": "nN"})
+    >>> formula_table({"statistics/formulas": xr.Dataset({"pull_off_force": force})})["over rigid bodies"].tolist()
+    [1.0, 10.0]
+    """
+    force = run["statistics/formulas"]["pull_off_force"]
+    unit, size = force_unit(float(force.max()))
+    columns = {f"pull-off [{unit}]": force / size, "over rigid bodies": force / force.sel(formula="sum", drop=True)}
+    if "statistics/adhesive" in run:
+        columns["over simulation with adhesion"] = force / float(run["statistics/adhesive"]["pull_off_force"].median())
+    table = pd.DataFrame({name: column.values for name, column in columns.items()})
+    table.index = pd.Index([_FORMULAS[name] for name in force["formula"].values], name="formula")
+    return table
 
 
 def _above(values: xr.DataArray, others: xr.DataArray, power: int) -> float:

@@ -104,7 +104,8 @@ def open_scan(
     Raises
     ------
     UnreadableScan
-        If the file is no scan or damaged. It is a ValueError, as for options that do not fit.
+        If the file is no scan or damaged, or keeps its vendor's reader busy for a minute and a second per MB more: that
+        reads in a process of its own, which is then ended. It is a ValueError, as for options that do not fit.
     OSError
         If the file is absent, a directory, or may not be read.
     ImportError
@@ -113,7 +114,8 @@ def open_scan(
     Warns
     -----
     ImplausibleScan
-        If what the file says is hardly true.
+        If what the file says is hardly true: by its length, or by the heights themselves. A header that names another
+        scale or size than the true one, both possible, is believed: most formats have no checksum.
 
     Examples
     --------

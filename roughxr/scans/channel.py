@@ -31,7 +31,8 @@ class Channel(NamedTuple):
 
     ``read`` returns the values as (rows, columns) in ``units``, the top row of the picture first, NaN where
     the file has no value. ``size`` is the lateral size (along x, along y) in ``lateral_units``. What the
-    file does not state is None. ``counted`` is False where the file does not say how many pixels it holds.
+    file does not state is None. ``counted`` is False where the file does not say how many pixels it holds; ``doubt``
+    is what its header says that its length contradicts.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Channel(NamedTuple):
     header: Mapping[str, Any] = {}
     remark: str = ""
     counted: bool = True
+    doubt: str = ""
 
     @property
     def is_length(self) -> bool:
@@ -92,11 +94,15 @@ def optional(module: str) -> ModuleType:
         with warnings.catch_warnings(action="ignore"):  # that it runs without MPI is no news to anyone here
             return importlib.import_module(module)
     except ImportError as error:
-        package = module.partition(".")[0]
-        raise ImportError(
-            f"this file needs {package}, found {error}; install it with: "
-            'pip install "roughxr[afm]", in a clone pip install ".[afm]"'
-        ) from error
+        raise not_installed(module.partition(".")[0], error) from error
+
+
+def not_installed(package: str, found: Any) -> ImportError:
+    """Return the error that says how to install what the ``afm`` extra brings."""
+    return ImportError(
+        f"this file needs {package}, found {found}; install it with: "
+        'pip install "roughxr[afm]", in a clone pip install ".[afm]"'
+    )
 
 
 #: What to do where a file states no units.

@@ -84,12 +84,13 @@ def _described(channel: Channel, path: Path) -> dict[str, Any]:
         "rows": channel.shape[0],
         "missing": int(np.isnan(values).sum()),
         "format": channel.header.get("format"),
-        "doubts": [],
+        "doubts": [channel.doubt] if channel.doubt else [],
     }
     if channel.size and is_length(channel.lateral_units):
         row |= zip(("size_x", "size_y"), (v * factor(channel.lateral_units, "nm") for v in channel.size))
         if channel.is_length:
-            row |= _relief(labelled(sized(channel, None, path), values, path), channel.is_topography)
+            relief = _relief(labelled(sized(channel, None, path), values, path), channel.is_topography)
+            row |= relief | {"doubts": row["doubts"] + relief["doubts"]}
     return row
 
 

@@ -29,6 +29,11 @@ def fill(ds: xr.Dataset, *, method: Any = "linear") -> xr.Dataset:
         task that holds the whole height map, since a hole may reach through any number of chunks. Setting all to
         one height goes chunk by chunk.
 
+    Raises
+    ------
+    ValueError
+        If the method is unknown, or no pixel is known; of a lazy scan the latter when it is computed.
+
     Examples
     --------
     >>> import numpy as np, xarray as xr
@@ -153,6 +158,11 @@ def resample(ds: xr.Dataset, *, size: Any = None) -> xr.Dataset:
         From the first pixel centre on, as far as there are heights to interpolate between; lazy where the
         scan is. A pixel without both neighbours is missing.
 
+    Raises
+    ------
+    ValueError
+        If the size is not positive, or a side of the scan would hold fewer than two such pixels.
+
     Notes
     -----
     Nothing is averaged: for pixels several times coarser, ``ds.coarsen(x=2, y=2).mean()`` keeps fine
@@ -197,6 +207,11 @@ def rotate90(ds: xr.Dataset, *, turns: int = 1) -> xr.Dataset:
     -------
     Dataset
         Its lower left corner lies where the old one lay.
+
+    Raises
+    ------
+    ValueError
+        If ``turns`` is no whole number.
 
     Examples
     --------

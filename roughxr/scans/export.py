@@ -90,6 +90,16 @@ def to_surfacetopography(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     -----
     Variable ``heights`` as (x, y), y counted downwards from the top of the picture; ``length`` of x and y; one
     ``unit`` for all; missing pixels NaN. This is not a CF file, and Gwyddion does not open it.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from roughxr.synthetic import self_affine
+    >>> scan = self_affine((8, 4), 10, rms=1, hurst=0.8, rolloff=40, seed=1)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     written = xr.load_dataset(to_surfacetopography(scan, folder + "/scan.nc"), engine="scipy")
+    >>> written.heights.shape, float(written.x.attrs["length"]), written.x.attrs["unit"]
+    ((8, 4), 80.0, 'nm')
     """
     scan = validate(ds, "scan")
     height = scan["height"].isel(y=slice(None, None, -1)).variable
@@ -120,6 +130,13 @@ def to_gsf(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") -> 
     Returns
     -------
     Path
+
+    Raises
+    ------
+    ValueError
+        If ``name`` is no map along x and y, or the path does not end in ``.gsf``.
+    ImportError
+        If the package ``gsffile`` is not installed.
 
     Notes
     -----

@@ -124,7 +124,7 @@ def read_scan(
     chosen = sized(chosen, size, path)
     ds = labelled(chosen, guarded(path, chosen.read), path)
     ds.attrs.update(_origin(path, family, chosen, found))
-    for doubt in [*_disagreement(found), *doubts(ds)]:
+    for doubt in [*filter(None, [chosen.doubt]), *_disagreement(found), *doubts(ds)]:
         warnings.warn(f"{path.name}: {doubt}", ImplausibleScan, stacklevel=2)
     return record(ds, "open_scan", file=path.name, **given)
 

@@ -67,6 +67,11 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Any = 
         ``hurst_exponent``, ``rolloff_wavelength`` (nm), ``psd_plateau`` (nm⁴) and ``shortest_wavelength`` (nm), the
         last as it was taken. NaN where the scan is flat or pixels are missing in every part.
 
+    Raises
+    ------
+    ValueError
+        If ``hurst`` does not lie from 0 to 1, or ``shown`` is shorter than two pixels.
+
     Notes
     -----
     C(q) = C₀ [1 + (ℓ₀q/2π)²]^−(1 + H), fitted in its logarithm over wavelengths from the shortest to five times that,

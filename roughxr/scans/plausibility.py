@@ -13,6 +13,9 @@ from .channel import UnreadableScan
 #: Neighbouring pixels of less correlation than this have nothing in common: garbled, or noise alone.
 _NOTHING_IN_COMMON = 0.1
 
+#: Fewer lines than this are alike or not by chance.
+_FEWEST_LINES = 16
+
 #: Heights ranging over more than this many scan sizes are no scan in any units: the file is damaged.
 ABSURD_RANGE = 1e3
 
@@ -82,13 +85,22 @@ def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
     coarse, rms = _height_step(height), float(np.nanstd(height))
     if coarse > rms:
         found.append(f"height steps of {coarse:.4g} nm are coarser than the roughness, {rms:.4g} nm rms")
-    alike = _likeness(height)
+    return found + (_garbled(_likeness(height)) if min(height.shape) >= _FEWEST_LINES else [])
+
+
+def _garbled(alike: tuple[float, float]) -> list[str]:
+    """Return a doubt where neighbouring heights, or whole lines, are as if drawn by lot."""
     if max(alike) < _NOTHING_IN_COMMON:
-        found.append(
+        return [
             f"neighbouring heights have nothing in common (correlation {max(alike):.2g}): "
             "garbled by a damaged header, or noise alone"
-        )
-    return found
+        ]
+    if min(alike) < _NOTHING_IN_COMMON:
+        return [
+            f"neighbouring lines along {'xy'[alike.index(max(alike))]} have nothing in common (correlation "
+            f"{min(alike):.2g}): their length misread from a damaged header, or each with an offset of its own"
+        ]
+    return []
 
 
 def _likeness(height: np.ndarray) -> tuple[float, float]:

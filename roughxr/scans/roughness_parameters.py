@@ -42,6 +42,11 @@ def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = False
         ``wavevector`` and ``acf`` over ``lag``. Size and pixel are coordinates, origin and levelling history
         attributes. Lazy where the scan is.
 
+    Raises
+    ------
+    ValueError
+        If the reference is unknown.
+
     Notes
     -----
     ISO 25178-2:2021, height and hybrid parameters. s_ku is 3 for Gaussian heights. Slopes are differences

@@ -39,6 +39,14 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
         ``psd`` nm⁴ and ``psd_modes`` over ``wavevector`` nm⁻¹ (2 pi over wavelength), the first being zero.
         NaN where more pixels are missing. A lazy scan stays lazy, but one task holds all of it, several times over: a
         transform needs every height at once. For a scan too large for that, take the spectra of parts (`crop`).
+
+    Examples
+    --------
+    >>> from roughxr.synthetic import self_affine
+    >>> scan = self_affine((32, 32), 10, rms=1.5, hurst=0.8, rolloff=100, seed=1)
+    >>> found = power_spectrum(scan)
+    >>> round(float((found.psd * found.psd_modes).sum() / 320**2), 6)  # the mean square height, 1.5²
+    2.25
     """
     scan = validate(ds, "scan")
     shape, steps = (scan.sizes["x"], scan.sizes["y"]), pixel(scan)
@@ -63,6 +71,13 @@ def autocorrelation(ds: xr.Dataset) -> xr.Dataset:
     Dataset
         ``acf`` nm² over ``lag`` nm, up to half the shorter side. A lazy scan
         stays lazy, in one task that holds all of it, as for `power_spectrum`.
+
+    Examples
+    --------
+    >>> from roughxr.synthetic import self_affine
+    >>> scan = self_affine((32, 32), 10, rms=1.5, hurst=0.8, rolloff=100, seed=1)
+    >>> round(float(autocorrelation(scan).acf.sel(lag=0)), 6)  # the mean square height, 1.5²
+    2.25
     """
     scan = validate(ds, "scan")
     shape, steps = (scan.sizes["x"], scan.sizes["y"]), pixel(scan)

@@ -2,25 +2,23 @@
 
 SurfaceTopography indexes heights as [x, y] with y counted downwards from the top of the picture; its
 heights, sizes and orientation agree with Gwyddion's. What is added here: a reader is believed only where
-the first bytes are that format's own, and redundant statements in a header must agree.
+the first bytes are that format's own, and redundant statements in a header must agree. Reading takes place in a
+process that is ended when it takes too long (see :mod:`.vendor_process`).
 """
 
 from __future__ import annotations
 
-import logging
 import re
 import struct
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .channel import Channel, UnreadableScan, direction_in, is_length, optional
-
-#: SurfaceTopography readers that are not asked: formats read elsewhere in this package, and formats without
-#: a signature, which would take any file (a height map of unknown size, bare text, archives of arrays).
-_NOT_ASKED = {"asc", "xyz", "nc", "h5", "gwy", "npy", "npz", "mat", "hgt", "nms"}
+from . import vendor_process
+from .channel import Channel, UnreadableScan, direction_in, is_length, not_installed
 
 
 def channels(path: Path) -> list[Channel]:
@@ -29,34 +27,69 @@ def channels(path: Path) -> list[Channel]:
     Raises
     ------
     UnreadableScan
-        If no reader takes the file: what each said.
+        If no reader takes the file: what each said; or if reading takes longer than any sound file needs.
     """
     with path.open("rb") as file:
         head = file.read(512)
     if head[:2] in (b"\x05\0", b"\0\x05") and not is_igor(head):
         raise UnreadableScan(path, "expected an Igor wave whose header sums to zero, found a damaged header")
-    reader = _reader(path, head)
-    images = [one for one in reader.channels if one.dim == 2]
+    found = _asked(path)
+    if "said" in found:
+        raise UnreadableScan(path, f"expected an AFM image, found none: {_reasons(found['said'], head)}")
+    kind, images = found["format"], [(k, one) for k, one in enumerate(found["images"]) if one["dim"] == 2]
     if not images:
-        raise UnreadableScan(path, f"expected an image of heights, found a {reader.format()} file without one")
-    return [_channel(one, reader.format()) for one in images]
+        raise UnreadableScan(path, f"expected an image of heights, found a {kind} file without one")
+    doubt = _length_doubt(path, kind, images[0][1]["header"])
+    return [_channel(path, k, one, kind)._replace(doubt=doubt) for k, one in images]
 
 
-def _reader(path: Path, head: bytes) -> Any:
-    """Return SurfaceTopography's reader of a file, the first that takes it."""
-    io = optional("SurfaceTopography.IO")
-    # readers that try a file and find it another's may say so on standard error, through this log
-    logging.getLogger("tifffile").addHandler(logging.NullHandler())
-    said = {}
-    for reader in io.readers:
-        name = reader.format()
-        if name in _NOT_ASKED or reader.can_read(head) == io.MagicMatch.NO:
-            continue
-        try:
-            return io.open_topography(str(path), format=name)
-        except Exception as error:  # every reader fails in its own way on another's file
-            said[name] = " ".join(str(error).split()) or type(error).__name__
-    raise UnreadableScan(path, f"expected an AFM image, found none: {_reasons(said, head)}")
+def _length_doubt(path: Path, format_name: str, header: dict[str, Any]) -> str:
+    """Return where a header and the file's length contradict each other, nothing where they agree or none can tell."""
+    length = path.stat().st_size
+    stated = {"di": _bruker_length, "sur": _digital_surf_length, "ibw": _igor_length}.get(format_name)
+    expected = stated(path, header.get("raw_metadata") or {}) if stated else None
+    if expected is None or expected == length:
+        return ""
+    return f"its header accounts for {expected} of {length} bytes: damaged, or joined to something else"
+
+
+def _bruker_length(path: Path, _raw: Any) -> int | None:
+    """Return where the last block of data ends."""
+    data = path.read_bytes()
+    header = data[: data.find(b"\x1a") + 1 or len(data)]
+    blocks = re.findall(rb"\\Data offset: (\d+)\s+\\Data length: (\d+)", header)
+    return max((int(offset) + int(length) for offset, length in blocks), default=None)
+
+
+def _digital_surf_length(path: Path, raw: Any) -> int | None:
+    """Return 512 bytes of header, the comments, and the points."""
+    with path.open("rb") as file:
+        compressed = not file.read(12).startswith(b"DIGITAL SURF")
+    if compressed or raw.get("nb_objects", 1) > 1:
+        return None
+    return 512 + raw["comment_size"] + raw["private_size"] + raw["nb_points"] * raw["itemsize"] // 8
+
+
+def _igor_length(path: Path, _raw: Any) -> int | None:
+    """Return None where the note lies where the header says; it is text, and what follows it is not accounted for."""
+    with path.open("rb") as file:
+        head = file.read(64)
+        _, _, wave, formula, note, *_ = struct.unpack("<hh15i" if head[0] else ">hh15i", head)
+        file.seek(64 + wave + formula)
+        text = file.read(note)
+    return 64 + wave + formula if re.search(rb"[\x00-\x08\x0e-\x1f]", text) else None
+
+
+def _asked(path: Path, index: int | None = None) -> dict[str, Any]:
+    """Return what the process that reads such files says of one."""
+    if find_spec("SurfaceTopography") is None:
+        raise not_installed("SurfaceTopography", "none")
+    try:
+        return vendor_process.ask(path, index)
+    except vendor_process.ReadingFailed as failure:
+        raise UnreadableScan(path, str(failure)) from None
+    except ImportError as error:
+        raise not_installed("SurfaceTopography", error) from error
 
 
 #: First bytes by which a file is one format's, whatever the other readers say of it.
@@ -101,33 +134,30 @@ def _reasons(said: dict[str, str], head: bytes) -> str:
     return "it begins like no known format"
 
 
-def _channel(info: Any, format_name: str) -> Channel:
-    lateral, units = info.unit if isinstance(info.unit, tuple) else (info.unit, info.unit)
-    kind = info.data_unit if isinstance(info.data_unit, str) else units
-    columns, rows = info.nb_grid_pts
-    header = dict(info.info.model_dump(exclude_none=True)) if hasattr(info.info, "model_dump") else dict(info.info)
-    raw = header.get("raw_metadata") or {}
+def _channel(path: Path, index: int, image: dict[str, Any], format_name: str) -> Channel:
+    columns, rows = image["points"]
+    raw = image["header"].get("raw_metadata") or {}
     # SurfaceTopography converts heights to the lateral unit; a channel of no length keeps its own
-    units = units if kind is None or is_length(kind) else kind
+    kind = image["data_unit"] or image["units"]
+    units = image["units"] if kind is None or is_length(kind) else kind
     return Channel(
-        name=info.name,
+        name=image["name"],
         units=units,
         shape=(rows, columns),
-        size=None if info.physical_sizes is None else tuple(map(float, info.physical_sizes)),
-        lateral_units=lateral,
-        read=partial(_rows, info, units),
-        direction=_direction(info.name, raw),
-        header={"format": format_name, **header},
+        size=image["size"],
+        lateral_units=image["lateral_units"],
+        read=partial(_rows, path, index, units),
+        direction=_direction(image["name"], raw),
+        header={"format": format_name, **image["header"]},
         remark=_remark(raw, format_name),
     )
 
 
-def _rows(info: Any, units: str | None) -> np.ndarray:
-    topography = info.topography()
-    found = topography.unit[-1] if isinstance(topography.unit, tuple) else topography.unit
-    if is_length(units) and found != units:
-        raise ValueError(f"{info.name}: its heights are stated in {units!r}, but read in {found!r}")
-    return np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan).T
+def _rows(path: Path, index: int, units: str | None) -> np.ndarray:
+    found = _asked(path, index)
+    if is_length(units) and found["unit"] != units:
+        raise ValueError(f"image {index}: its heights are stated in {units!r}, but read in {found['unit']!r}")
+    return found["heights"].T
 
 
 def _direction(name: str, raw: Any) -> str:

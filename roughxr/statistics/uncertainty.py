@@ -11,6 +11,7 @@ is negative, and for spreads, this is done to the logarithms, so that no interva
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -22,6 +23,9 @@ from .places import block_side, blocks, independent_places
 from .sampling import Samples, other_dimensions, samples
 
 RESAMPLINGS = ("block", "naive")
+
+#: Samples at most that are drawn anew: a map's neighbours are alike, and more of them make intervals only slower.
+_MOST = 20_000
 
 #: Samples held at once while resampling: 40 MB.
 _AT_ONCE = 5_000_000
@@ -59,6 +63,7 @@ def bootstrap(
     confidence : float
         Between 0 and 1.
     resamples : int
+        Of more than 20,000 samples, such as a map's, those of 20,000 drawn from them, with a warning.
     block : number or quantity, optional
         Side of a block, nm; by default two independent places along each axis.
     seed : int
@@ -103,17 +108,21 @@ def bootstrap(
     if others:
         given = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "block": block}
         return bootstrap_sweep(ds, name, along=others[0], seed=seed, within=within, **given)
-    found = samples(ds, name)
+    every = samples(ds, name)
     _between(confidence, "confidence")
     if resamples < 1 / (1 - confidence):
         raise ValueError(f"resamples: expected at least {1 / (1 - confidence):.0f} of them, found {resamples}")
     functions = {label: statistic(label) for label in statistics}
+    found = _fewer(every, seed)
+    if found is not every:
+        words = f"{name}: {every.values.size} samples; intervals are those of {_MOST} drawn from them, estimates of all"
+        warnings.warn(words, stacklevel=2)
     ways = {
         "block": _resampling(found, block, None if within is None else samples(within, name)),
         "naive": Resampling(float(found.values.size), 0.0, None),
     }
     ends = np.array([_intervals(found, way, functions, confidence, resamples, seed) for way in ways.values()])
-    estimate = [function(found.values) for function in functions.values()]
+    estimate = [function(every.values) for function in functions.values()]
     out = xr.Dataset(
         {
             "estimate": ("statistic", estimate),
@@ -123,7 +132,15 @@ def bootstrap(
         },
         coords={"statistic": list(functions), "resampling": list(ways)},
     )
-    return _labelled(out, ds, name, found, ways["block"], confidence, resamples, seed)
+    return _labelled(out, ds, name, every, ways["block"], confidence, resamples, seed)
+
+
+def _fewer(found: Samples, seed: int) -> Samples:
+    """Return the samples, or as many of them as intervals need."""
+    if found.values.size <= _MOST:
+        return found
+    chosen = np.sort(np.random.default_rng(seed).choice(found.values.size, _MOST, replace=False))
+    return found._replace(values=found.values[chosen], places=None if found.places is None else found.places[chosen])
 
 
 def bootstrap_sweep(ds: xr.Dataset, name: str = "force", *, along: str = "delta", **options: Any) -> xr.Dataset:
@@ -213,7 +230,7 @@ def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float
     array
         (2, bins): plain percentiles, at least 0.
     """
-    found = samples(ds, name)
+    found = _fewer(samples(ds, name), seed=0)
     edges = np.asarray(bins, dtype=float)
     drawn = resampled(found, _resampling(found, None), resamples, seed=0)
     counts = np.concatenate([_densities(part, edges) for part in drawn])

@@ -4,7 +4,8 @@
 
 Exponential law, range 0.3 nm, pressed by 4 nm from first contact, whole cycles. Prints the pull-off and the processor
 time on each mesh with the exponent of the time in cells; then, in one alternating series on the same law and mesh, the
-ratio of both engines' times (the engine cell by cell only where its mesh is coarse enough to wait for).
+ratio of both engines' times and of their pull-offs (the engine cell by cell only where its mesh is coarse enough to
+wait for).
 """
 
 import sys
@@ -63,10 +64,12 @@ def main(places):
             exponent = np.polyfit(2 * np.log(MESHES), np.log(took), 1)[0]
             print(f"place {place}: time grows with cells to the power of {exponent:.2f}")
             for refine in MESHES[:2]:
-                ratios = [
-                    timed(by_cells, scan, here, refine)[1] / timed(smooth, scan, here, refine)[1] for _ in range(3)
-                ]
-                print(f"place {place}, refine {refine}: cell by cell over Newton {np.median(ratios):.1f}")
+                pairs = [[timed(engine, scan, here, refine) for engine in (by_cells, smooth)] for _ in range(3)]
+                pulls, times = np.median(pairs, axis=0).T
+                print(
+                    f"place {place}, refine {refine}: cell by cell over Newton {times[0] / times[1]:.1f}, "
+                    f"pull-off {pulls[0] / pulls[1]:.4f}"
+                )
 
 
 if __name__ == "__main__":

@@ -1,15 +1,15 @@
-"""Find the numbers of the Griffith limit on a mesh again, show how much hangs on them, and test them elsewhere.
+"""Show where the numbers of the Griffith limit on a mesh come from, how much hangs on them, and test them elsewhere.
 
     python tests/benchmarks/line_tension.py [--quick]
 
-Four numbers of ``kernels.adhesion.tuning`` enter the pull-off of adhesive contacts in the Griffith limit. What each is
-found from:
+Four numbers of ``kernels.adhesion.tuning`` enter the pull-off of every adhesive contact in the Griffith limit (a fifth,
+CORE, that of contacts about to merge, and is not looked at here). What each is found from:
 
 SOFTENING          JKR's spheres, by the spread of the pull-off over places on the grid: the slowest fall that still
                    has little spread is too wide for narrow contacts, a faster one spreads more.
 LINE, NARROW       JKR's spheres of 2.5 to 16 cells: what pull-off without any line tension has too much, fitted by
-                   pull/JKR = 1 + LINE/(radius + NARROW); then the error with them, and with each of them a tenth more
-                   and less.
+                   pull/JKR = 1 + LINE/(radius + NARROW), to first order, so that what is fitted is near what is
+                   shipped but not the same; then the error as shipped, and with each a tenth more and less.
 LENGTHENING_POWER  JKR's ellipses (branches of least energy, B/A from 1.5 to 10): ln(dL/dA r) over ln(L/L₀).
 
 Then the error where they were not found: spheres of other sizes, and ellipses at angles to the grid, against the

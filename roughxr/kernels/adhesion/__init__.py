@@ -5,6 +5,9 @@ constrained_cells   cells held at a prescribed gap, and the pressures that do it
 contact_patches     which cells form which contact, and how curved its outline is
 equilibrium         a local minimum of the energy at a fixed displacement
 path                loading and retraction, state by state
+smooth_laws, …      the same for laws of finite range, all cells at once: smooth_equilibrium, smooth_path,
+                    smooth_prediction (a guess of the next state), smooth_patches, newton_system
 potentials          attraction across a gap that bodies too stiff to bend keep
 rigid               the pull of a rigid body on a rough half space, at one place or at all
+tuning              every chosen number of the cell-by-cell solver
 """

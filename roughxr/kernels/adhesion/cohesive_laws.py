@@ -17,8 +17,12 @@ narrow contacts.
 Such a zone costs more than w: in proportion to the length of the outline, as a line tension. A round contact's pull-off
 rises with it by ``LINE`` over its radius in cells, less where the zone is no longer small beside the contact
 (``NARROW``), as in Maugis's theory. ``toughness`` takes both back from w, so that the path is that of an edge without
-a width. How the numbers (``tuning``) were found, on what, and what they are worth on ellipses, on which they were not
+a width. What the numbers (``tuning``) are found from, and what they are worth on ellipses, on which they were not
 found, is shown by ``python tests/benchmarks/line_tension.py``.
+
+Contacts with the exponential law are followed by Newton's method (``smooth_path``), not cell by cell. Here it serves to
+hold one engine against the other on the same law and mesh: ``tests/test_adhesion_smooth.py`` their forces, ``python
+tests/benchmarks/adhesive_engine.py`` their times.
 
 Given: gap u and w. Sought: traction t(u) and the work W(u) = ∫ t du from u on. Unit cells and unit modulus: gaps and
 tractions in nm (t dx/E*), works in nm² (w dx/E*). Sources: Griffith (1921), Maugis (1992); the line tension is own.

@@ -163,26 +163,25 @@ def largest_tension(formulation, ratio):
     return _least(formulation, ratio, "P")
 
 
-def _state_where(formulation, ratio, quantity, value, s_end):
-    """The state between Hertz and ``s_end`` at which ``quantity`` has the given value."""
-
-    def excess(log_s):
-        return getattr(contact_at(formulation, ratio, np.exp(log_s)), quantity) - value
-
-    from scipy.optimize import brentq
-
-    log_s = brentq(excess, np.log(_SMALLEST_S), np.log(s_end), xtol=1e-13)
-    return contact_at(formulation, ratio, np.exp(log_s))
-
-
 def stable_state(formulation, ratio, delta, s_end=None):
     """The stable contact at displacement δ*; NaN beyond the end of the branch (``s_end``, if known)."""
+    from scipy.optimize import brentq
+
     s_end = end_of_branch(formulation, ratio) if s_end is None else s_end
     if delta < contact_at(formulation, ratio, s_end).delta:
         return State(np.nan, np.nan, np.nan, delta)
-    return _state_where(formulation, ratio, "delta", delta, s_end)
+
+    def excess(log_s):
+        return contact_at(formulation, ratio, np.exp(log_s)).delta - delta
+
+    return contact_at(formulation, ratio, np.exp(brentq(excess, np.log(_SMALLEST_S), np.log(s_end), xtol=1e-13)))
 
 
-def state_of_semi_axis(formulation, ratio, a):
-    """The contact, stable or not, whose longer semi-axis is a*."""
-    return _state_where(formulation, ratio, "a", a, _LARGEST_S)
+def states_of_semi_axis(formulation, ratio, a):
+    """The contacts, stable or not, whose longer semi-axes are ``a``: all halved at once, to 1e-13 of log s."""
+    low, high = (np.full(np.shape(a), np.log(s)) for s in (_SMALLEST_S, _LARGEST_S))
+    for _ in range(48):
+        middle = (low + high) / 2
+        longer = contact_at(formulation, ratio, np.exp(middle)).a > a  # from Hertz's ellipse on, contacts shrink
+        low, high = np.where(longer, middle, low), np.where(longer, high, middle)
+    return contact_at(formulation, ratio, np.exp((low + high) / 2))

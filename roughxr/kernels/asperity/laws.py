@@ -210,9 +210,9 @@ def curve(name, a, ratio=1.0):
     """
     lam = shape(1.0, ratio)
     if name in elliptic_jkr.FORMULATIONS and ratio > 1.0:
-        states = [elliptic_jkr.state_of_semi_axis(name, ratio, x) for x in a]
+        states = elliptic_jkr.states_of_semi_axis(name, ratio, a)
         end = elliptic_jkr.contact_at(name, ratio, elliptic_jkr.end_of_branch(name, ratio))
-        return Curve(*np.array(states).T, a >= end.a)
+        return Curve(*states, a >= end.a)
     if name == "hertz":
         return Curve(a**3, a, lam * a, a**2, np.full(a.shape, True))
     return Curve(jkr.load(a), a, lam * a, jkr.displacement(a), a >= jkr.END_A)

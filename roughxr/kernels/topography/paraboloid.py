@@ -22,7 +22,7 @@ import numpy as np
 
 from ..jit import kernel
 
-#: Below this part of the largest singular value, the pixels at hand do not tell two coefficients apart.
+#: Where less than this part of a term is not told by the others, the pixels at hand do not tell them apart.
 _RANK_TOLERANCE = 1e-10
 
 
@@ -120,14 +120,42 @@ def _solve_whole(inverse, heights, c):
 
 
 @kernel(inner=True)
-def _solve_clipped(terms, heights, first, c):
-    """Solve for the coefficients from ``first`` on, the others being 0; all NaN if the pixels are too few."""
-    c[:] = np.nan
-    if len(heights) >= c.size - first:
-        solution, _, rank, _ = np.linalg.lstsq(terms[:, first:].copy(), heights, _RANK_TOLERANCE)
-        if rank == c.size - first:
-            c[:first] = 0.0
-            c[first:] = solution
+def _dot(a, i, b, j):
+    """Return the scalar product of column i of ``a`` and column j of ``b``."""
+    total = 0.0
+    for p in range(a.shape[0]):
+        total += a[p, i] * b[p, j]
+    return total
+
+
+@kernel(inner=True)
+def _solve_clipped(terms, heights, known, first, c):
+    """Solve for the coefficients from ``first`` on, the others being 0; all NaN if the pixels are too few.
+
+    Least squares by modified Gram–Schmidt, with the heights as one more column (Björck 1967): as accurate as by
+    orthogonal matrices. In plain loops, which compile in a tenth of the time of ``np.linalg.lstsq``.
+    """
+    pixels, last = terms.shape[0], terms.shape[1]
+    columns, upper = np.zeros((pixels, last + 1)), np.zeros((last, last + 1))
+    for p in range(pixels):
+        if known[p]:
+            for k in range(first, last):
+                columns[p, k] = terms[p, k]
+            columns[p, last] = heights[p]
+    for k in range(last):
+        c[k] = np.nan
+    for k in range(first, last):
+        length2 = _dot(columns, k, columns, k)
+        if length2 <= _RANK_TOLERANCE**2 * _dot(terms, k, terms, k):
+            return
+        for m in range(k + 1, last + 1):
+            upper[k, m] = _dot(columns, k, columns, m) / length2
+            for p in range(pixels):
+                columns[p, m] -= upper[k, m] * columns[p, k]
+    for k in range(last - 1, -1, -1):
+        c[k] = upper[k, last]
+        for m in range(k + 1, last):
+            c[k] -= upper[k, m] * c[m]
 
 
 @kernel(inner=True)
@@ -135,7 +163,7 @@ def _solve(design, heights, known, fixed, c):
     if known.all():
         _solve_whole(design.inverses[int(fixed)], heights, c)
     else:
-        _solve_clipped(design.terms[known], heights[known], 3 if fixed else 0, c)
+        _solve_clipped(design.terms, heights, known, 3 if fixed else 0, c)
 
 
 @kernel(inner=True)

@@ -1,0 +1,227 @@
+"""A process that reads vendors' files and can be ended: no damaged file may keep, or take down, who opens it.
+
+One process serves all files of a session. It starts with the first, imports SurfaceTopography in the caller's stead and
+nothing of roughxr, and goes when its caller goes. This file is both sides: imported, it asks; as a script, it answers.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import logging
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import warnings
+from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+#: Seconds that reading may take, and bytes that may take one second more: a hundred times what sound files need.
+SECONDS, BYTES_PER_SECOND = 60.0, 1e6
+
+#: SurfaceTopography readers that are not asked: formats read elsewhere in this package, and formats without
+#: a signature, which would take any file (a height map of unknown size, bare text, archives of arrays).
+NOT_ASKED = {"asc", "xyz", "nc", "h5", "gwy", "npy", "npz", "mat", "hgt", "nms"}
+
+_COMMAND = (sys.executable, "-P", __file__)
+_LOCK = threading.Lock()
+_running: dict[int, subprocess.Popen] = {}
+
+
+class ReadingFailed(Exception):
+    """What became of a reading, in words: its time was over, its process died, or what its library said."""
+
+
+def ask(path: Path, index: int | None = None) -> dict[str, Any]:
+    """Return what a vendor's file holds, or of the image ``index`` its heights.
+
+    Parameters
+    ----------
+    path : Path
+    index : int, optional
+        Number of the image, of those of all dimensions.
+
+    Returns
+    -------
+    dict
+        ``format`` and ``images``, or ``unit`` and ``heights`` as SurfaceTopography has them; ``said``, by reader, if
+        none takes the file.
+
+    Raises
+    ------
+    ReadingFailed
+        Also if it takes longer than a file of its length can: the process is ended, the next call starts another.
+    ImportError
+        If SurfaceTopography cannot be imported there.
+    """
+    limit = SECONDS + path.stat().st_size / BYTES_PER_SECOND
+    with _LOCK:
+        answer = _answer({"path": str(path), "index": index}, limit)
+    if "failed" in answer:
+        raise ReadingFailed(f"damaged, or a variant not supported: {answer['failed']}")
+    return answer
+
+
+def _answer(request: dict[str, Any], limit: float) -> dict[str, Any]:
+    late = threading.Event()
+    try:
+        process = _process()
+        clock = threading.Timer(limit, lambda: (late.set(), process.kill()))
+        clock.daemon = True
+        clock.start()
+        try:
+            return _exchange(process, request)
+        finally:
+            clock.cancel()
+    except (EOFError, OSError, pickle.UnpicklingError):
+        raise ReadingFailed(_why(late.is_set(), limit, _end())) from None
+    except BaseException:
+        _end()  # interrupted: what it says later would be taken for the answer to the next question
+        raise
+
+
+def _why(late: bool, limit: float, code: int | None) -> str:
+    if late:
+        return (
+            f"reading it was ended after {limit:.0f} s, which no sound file of its length needs: damaged, or on a slow "
+            "disk; open it in the program that wrote it, and save or export it again"
+        )
+    return f"damaged: the process that read it ended with code {code}"
+
+
+def _process() -> subprocess.Popen:
+    """Return this process's own reader, ready to be asked; one that was inherited by a fork is another's."""
+    process = _running.get(os.getpid())
+    if process is None or process.poll() is not None:
+        pipe = subprocess.PIPE
+        process = subprocess.Popen(_COMMAND, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
+        _running[os.getpid()] = process
+        missing = _exchange(process, sys.path)  # what it imports takes its time, which is not the file's
+        if missing:
+            raise ImportError(missing)
+    return process
+
+
+def _exchange(process: subprocess.Popen, question: Any) -> Any:
+    pickle.dump(question, process.stdin)
+    process.stdin.flush()
+    return pickle.load(process.stdout)
+
+
+def _end() -> int | None:
+    """End this process's reader, so that the next question starts another; return the code that it ended with."""
+    process = _running.pop(os.getpid(), None)
+    if process is None:
+        return None
+    process.kill()
+    code = process.wait()
+    for pipe in (process.stdin, process.stdout):
+        with suppress(OSError):  # what stood unsent in it goes with the process
+            pipe.close()
+    return code
+
+
+def serve(questions: BinaryIO, answers: BinaryIO) -> None:
+    """Answer questions until there are no more; the first is where to import from."""
+    sys.path[:] = pickle.load(questions)
+    warnings.simplefilter("ignore")  # that it runs without MPI is no news to anyone here
+    # readers that try a file and find it another's may say so on standard error, through this log
+    logging.getLogger("tifffile").addHandler(logging.NullHandler())
+    _send(_imported(), answers)
+    while True:
+        try:
+            question = pickle.load(questions)
+        except EOFError:
+            return
+        _send(_safely(question), answers)
+
+
+def _send(answer: Any, answers: BinaryIO) -> None:
+    pickle.dump(answer, answers)
+    answers.flush()
+
+
+def _imported() -> str:
+    """Import what reads; return what was missing, or nothing."""
+    try:
+        importlib.import_module("SurfaceTopography.IO")
+    except ImportError as error:
+        return str(error)
+    return ""
+
+
+def _safely(question: dict[str, Any]) -> dict[str, Any]:
+    try:
+        return _read(**question)
+    except Exception as error:  # whatever a library stumbles over
+        return {"failed": _words(error)}
+
+
+def _words(error: Exception) -> str:
+    return f"{type(error).__name__}: {' '.join(str(error).split())[:300] or 'no reason given'}"
+
+
+def _read(path: str, index: int | None) -> dict[str, Any]:
+    stat = os.stat(path)
+    reader, said = _opened(path, stat.st_mtime_ns, stat.st_size)
+    if reader is None:
+        return {"said": said}
+    return _images(reader) if index is None else _heights(reader.channels[index])
+
+
+@lru_cache(maxsize=1)
+def _opened(path: str, *_state: int) -> tuple[Any, dict[str, str]]:
+    """Return the first reader of SurfaceTopography that takes a file, or None and what each said."""
+    from SurfaceTopography import IO
+
+    with open(path, "rb") as file:
+        head = file.read(512)
+    said = {}
+    for one in IO.readers:
+        name = one.format()
+        if name in NOT_ASKED or one.can_read(head) == IO.MagicMatch.NO:
+            continue
+        try:
+            return IO.open_topography(path, format=name), {}
+        except Exception as error:  # every reader fails in its own way on another's file
+            said[name] = " ".join(str(error).split()) or type(error).__name__
+    return None, said
+
+
+def _images(reader: Any) -> dict[str, Any]:
+    return {"format": reader.format(), "images": [_image(one) for one in reader.channels]}
+
+
+def _image(info: Any) -> dict[str, Any]:
+    lateral, units = info.unit if isinstance(info.unit, tuple) else (info.unit, info.unit)
+    header = info.info.model_dump(exclude_none=True) if hasattr(info.info, "model_dump") else dict(info.info)
+    return {
+        "name": str(info.name),
+        "dim": int(info.dim),
+        "lateral_units": lateral,
+        "units": units,
+        "data_unit": info.data_unit if isinstance(info.data_unit, str) else None,
+        "points": tuple(map(int, info.nb_grid_pts)),
+        "size": None if info.physical_sizes is None else tuple(map(float, info.physical_sizes)),
+        "header": json.loads(json.dumps(header, default=str)),
+    }
+
+
+def _heights(info: Any) -> dict[str, Any]:
+    topography = info.topography()
+    unit = topography.unit[-1] if isinstance(topography.unit, tuple) else topography.unit
+    return {"unit": unit, "heights": np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan)}
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is its caller's, who ends it
+    own = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what a library prints is no answer
+    serve(sys.stdin.buffer, own)
