@@ -67,9 +67,7 @@ def test_weak_adhesion_loads_as_the_direct_simulation(heights):
 
 
 def test_a_hardness_that_is_never_reached_changes_nothing(heights):
-    elastic, hard = (
-        adhesive(pair(heights, hardness=hardness), delta=[2, 4.0], refine=1) for hardness in (None, 500.0)
-    )
+    elastic, hard = (adhesive(pair(heights, hardness=hardness), delta=[2, 4.0], refine=1) for hardness in (None, 500.0))
     np.testing.assert_array_equal(hard.force, elastic.force)
     assert (hard.plastic_work == 0).all() and (hard.yielded_area == 0).all()
 

@@ -12,6 +12,7 @@ from .distributions import asperity_statistics, distribution, label_density
 from .forces import force_fan
 from .maps import field_map, scan_map, subregion_map
 from .style import axes, label_axis, stroke, styled
+from .yielding_figure import force_loop
 
 
 def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: Any) -> Any:
@@ -59,6 +60,8 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
         return field_map(ds, name, ax=ax, **options)
     if name == "force" and dims == {"subregion", "delta"}:
         return force_fan(ds, ax=ax, **options)
+    if name == "force" and dims == {"subregion", "branch", "delta"}:
+        return force_loop(ds, ax=ax, **options)
     if dims in ({"subregion"}, {"asperity"}):
         return _samples(ds, name, ax, **options)
     return plot_array(ds[name], ax=ax, **options)
