@@ -24,7 +24,8 @@ from . import figures, regions, report, schema
 from .catalogue import asperities
 from .contact.adhesion import MOST_REFINED, adhesive
 from .contact.elastic import direct
-from .contact.problem import default_deltas, indenter_of
+from .contact.problem import default_deltas, hardness_of, indenter_of
+from .contact.records import loading
 from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
 from .contact.superposition import superpose
@@ -369,9 +370,9 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
         groups |= _with_adhesion(scan, plan, options, say)
         groups |= _too_stiff_to_bend(scan, options, say)
     say(f"direct simulation, {plan.direct_deltas.size} displacements at {_count(scan, plan)} places")
-    groups["solutions/direct"] = direct(scan, delta=plan.direct_deltas, **options)
+    groups |= _pressed(scan, plan, options)
     groups["solutions/contact"] = _one_contact(scan, plan, groups["solutions/direct"])
-    groups["solutions/smooth"] = direct(_flat(scan), delta=plan.direct_deltas)
+    groups["solutions/smooth"] = loading(direct(_flat(scan), delta=plan.direct_deltas))
     groups["solutions/hertz"] = superpose(catalogue, delta=plan.sweep, law="hertz", **options)
     suited = catalogue if plan.patch == "auto" else asperities(scan)
     for name in COMPARED:
@@ -398,6 +399,15 @@ def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, progress: bo
     return found if scales is None else found | {"statistics/shorter_waves": scales}
 
 
+def _pressed(scan: xr.Dataset, plan: Plan, options: dict[str, Any]) -> dict[str, xr.Dataset]:
+    """Return the direct simulation; of what yields the way out as a group of its own."""
+    solved = direct(scan, delta=plan.direct_deltas, **options)
+    if "branch" not in solved.dims:
+        return {"solutions/direct": solved}
+    back = solved.sel(branch="retraction", drop=True)
+    return {"solutions/direct": loading(solved), "solutions/retraction": back}
+
+
 def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
     """Return the simulation with adhesion at all places, and at some on a mesh twice as fine in half the steps."""
     how = {"preload": plan.preload, "law": plan.law}
@@ -422,7 +432,9 @@ def _too_stiff_to_bend(scan: xr.Dataset, options: dict[str, Any], say: Callable)
         summed = rigid(scan, delta=[0.0], refine=refine, **options)
         groups = {"solutions/rigid": summed, "statistics/rigid": pull_off(summed)}
         if "sphere_radius" in scan.coords:
-            groups["statistics/regime"] = regime(scan, refine=refine)
+            hardness, _ = hardness_of(scan)
+            known = {"hardness": hardness} if np.isfinite(hardness) else {}
+            groups["statistics/regime"] = regime(scan, refine=refine, **known)
             groups["statistics/formulas"] = formulas(scan, refine=refine)
     return groups
 
@@ -438,7 +450,7 @@ def _one_contact(scan: xr.Dataset, plan: Plan, solved: xr.Dataset) -> xr.Dataset
     if inner.sizes["subregion"] == 0:
         inner = last
     middle = inner.sortby("force").isel(subregion=[inner.sizes["subregion"] // 2])
-    return direct(scan, delta=[plan.contact_delta], subregions=middle, fields=True)
+    return loading(direct(scan, delta=[plan.contact_delta], subregions=middle, fields=True))
 
 
 def _flat(scan: xr.Dataset) -> xr.Dataset:

@@ -116,6 +116,12 @@ def _add_pair(command) -> None:
         metavar="W",
         help="J/m²; default: by --materials, of clean dry bodies by van der Waals forces alone",
     )
+    group.add_argument(
+        "--hardness",
+        metavar="H",
+        help="of the softer body, GPa: what presses harder yields; default: all stays elastic, and the report tells "
+        "how much lies above the hardness that --materials are estimated to have",
+    )
     group.add_argument("--adhesion-range", metavar="RHO", help="how far the attraction reaches, nm; default: 0.3")
     group.add_argument(
         "--hamaker-constant", metavar="A", help="of the pair, such as '65 zJ', in place of --work-of-adhesion"
@@ -241,6 +247,7 @@ def _paired(scan, options):
         "work_of_adhesion": options.work_of_adhesion,
         "adhesion_range": options.adhesion_range,
         "hamaker_constant": options.hamaker_constant,
+        "hardness": options.hardness,
     }
     if not (options.materials or options.young_modulus or options.contact_modulus):
         raise ValueError(

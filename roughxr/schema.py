@@ -134,6 +134,7 @@ VARIABLES: dict[str, Variable] = {
     "contacts_overlapping": Variable("1", "contacts that overlap a neighbour's"),
     "excluded_asperities": Variable("1", "asperities left out", "no peak under this sphere"),
     # adhesive contact
+    "cycle": Variable("1", "cycle", "how often the place has been pressed on, this time included"),
     # yield
     "yielded_fraction": Variable(
         "1", "share of the force at or above the hardness", "of the elastic, or yielding, cells"

@@ -17,7 +17,8 @@ from ..kernels.adhesion import cohesive_laws, path
 from ..materials import DEFAULT_RANGE
 from ..scans.wavelength import shortest_wavelength
 from ..units import fraction, positive, whole_number
-from .cycle import SMOOTH, Adhesion, cycles_at, deepest_of, events, reach_of_law, reached
+from .cycle import SMOOTH, Adhesion, Cycles, cycles_at, deepest_of, events, reach_of_law, reached, yield_told
+from .elastic import ABOVE_HARDNESS, YIELDED
 from .estimates import tabor
 from .problem import NOT_LOADED, Place, Problem, deepest, need_heights, read_problem
 from .records import BRANCHES, Layout, fields_of, put_fields, solve
@@ -96,6 +97,8 @@ def adhesive(
     step: Any = 0.25,
     datum: str | None = None,
     profile: str = "sphere",
+    yielding: bool = True,
+    cycles: int = 1,
     fields: bool = False,
     tolerance: float | None = None,
     max_iterations: int = 1000,
@@ -121,7 +124,7 @@ def adhesive(
         How the surfaces pull on each other across a gap u, all with the same work of adhesion w: t = (w/ρ) exp(−u/ρ),
         the limit without range (JKR's), a constant pull up to a gap, or the 9-3 potential of two half spaces beyond a
         hard contact. "auto" is "exponential" where Tabor's parameter of half of the asperities is below 5, so that the
-        range counts, else "griffith".
+        range counts, or the body yields, else "griffith".
     strength : number or quantity, optional
         Largest pull, GPa, of a law with a range; by default w over the pair's ``adhesion_range``, or over 0.3 nm.
     refine : "auto" or int
@@ -137,6 +140,11 @@ def adhesive(
         Where delta = 0, as in `direct`; by default the highest peak with ``delta``, first contact with a preload.
     profile : {"sphere", "parabola"}
         The exact sphere or Hertz's paraboloid.
+    yielding : bool
+        Whether the softer body yields where the pressure reaches the assigned hardness; False: all stays elastic.
+    cycles : int
+        How often each place is pressed on and drawn off, with a preload, each time on the shape that was left: along
+        ``cycle`` where there are several.
     fields : bool
         Keep pressure, displacement and gap on the window around each centre, on the cells of the solve, on both
         branches, at the displacements of ``delta``; NaN beyond the scan's edge. Needs a whole number for ``refine``.
@@ -165,6 +173,10 @@ def adhesive(
         tenth of the tension), ``iterations``, ``converged``; fields along (subregion, branch, delta, x, y) with x, y
         from the contact centre. Of a scan in memory the coordinate ``shortest_wavelength`` (nm) says down to which
         waves it shows the surface: finer ones would let it stick less (`scale_dependence`).
+        Where a hardness is assigned, or estimated for named materials, also
+        ``yielded_fraction`` and ``yielded_area_fraction``, the shares of what pushes and of the area at that pressure
+        or above, at the preload or along the displacements, missing under "griffith" and "dugdale"; where the body
+        yields ``yielded_area``, ``plastic_work`` and the field ``residual_height``, as in `direct`.
 
     Raises
     ------
@@ -184,6 +196,11 @@ def adhesive(
     on a smooth sphere ``dissipated`` closes the loop, ``hysteresis``, to 1 %; where rough contacts split and merge it
     closes less well, and may fall a little on the way: there ``hysteresis``, the work of the force, is the figure to
     take.
+
+    A body that yields does so on loading, where the net pressure, attraction taken off, would exceed its hardness, to
+    a part of 1e-3 (`direct` says what such a body is); retraction is elastic on the shape that is left, and what pulls
+    there is never held against a strength of the solid. ``dissipated`` holds the plastic work. Only the smooth laws
+    follow this.
 
     The errors tell of the mesh and of the step, not of what the scan does not show: roughness finer than its pixels.
 
@@ -207,6 +224,7 @@ def adhesive(
     by_preload = delta is None
     datum = datum or ("first_contact" if by_preload else "highest_peak")
     positions = regions.centres(ds, subregions)
+    yields = yielding and "hardness" in ds.coords
     adhesion = Adhesion(
         work=schema.pair(ds, "work_of_adhesion")[0],
         preloads=_preloads(preload) if by_preload else np.zeros(0),
@@ -216,14 +234,18 @@ def adhesive(
         tolerance=0.0 if tolerance is None else fraction(tolerance, "tolerance"),
         max_iterations=whole_number(max_iterations, "max_iterations", least=1),
         max_cells=0 if max_cells is None else whole_number(max_cells, "max_cells", least=1),
-        **_law(ds, law, strength),
+        cycles=whole_number(cycles, "cycles", least=1),
+        **_law(ds, law, strength, yields),
     )
+    if adhesion.cycles > 1 and not by_preload:
+        raise ValueError(f"cycles: expected several with a preload, found {cycles} with displacements")
     smooth = adhesion.law in SMOOTH
     adhesion = adhesion._replace(
         max_cells=adhesion.max_cells or _MOST_CELLS[smooth], tolerance=adhesion.tolerance or _TOLERANCES[smooth]
     )
     delta = [_settling_depth(ds, adhesion)] if by_preload else delta
-    problem = read_problem(ds, positions, delta=delta, datum=datum, profile=profile, refine=max(adhesion.refine, 1))
+    options = {"datum": datum, "profile": profile, "refine": max(adhesion.refine, 1), "yielding": yielding}
+    problem = read_problem(ds, positions, delta=delta, **options)
     _need_resolved_zone(adhesion, problem)
     if fields:
         _need_one_mesh(ds, problem, adhesion, by_preload)
@@ -243,6 +265,8 @@ def adhesive(
     arguments = {"preload": preload, "delta": None if by_preload else problem.steps, "subregions": subregions}
     arguments |= {"datum": datum, "profile": profile, "fields": fields, "refine": refine, "accuracy": accuracy}
     arguments |= {name: getattr(adhesion, name) for name in ("step", "tolerance", "max_iterations", "max_cells")}
+    arguments |= {"yielding": yields} if "hardness" in ds.coords else {}
+    arguments |= {"cycles": adhesion.cycles} if adhesion.cycles > 1 else {}
     out = schema.record(out, "adhesive", ds, law=adhesion.law, strength=strength, **arguments)
     lazy = parallel.is_lazy(ds)
     out = parallel.finish(out, lazy=lazy, progress=progress)
@@ -270,13 +294,13 @@ def window_half_width(ds: xr.Dataset, *, preload: float = 0.0, law: str = "auto"
         work=schema.pair(ds, "work_of_adhesion")[0],
         preloads=_preloads(preload),
         **{"refine": 1, "accuracy": np.nan, "step": 1.0, "tolerance": 0.0, "max_iterations": 1, "max_cells": 1},
-        **_law(ds, law, None),
+        **_law(ds, law, None, False),
     )
     places = {"positions": regions.centres(ds), "datum": "first_contact", "profile": "sphere", "refine": 1}
     return _reach(ds, read_problem(ds, delta=[_settling_depth(ds, adhesion)], **places), adhesion)
 
 
-def _law(ds: xr.Dataset, law: str, strength: Any) -> dict[str, Any]:
+def _law(ds: xr.Dataset, law: str, strength: Any, yields: bool) -> dict[str, Any]:
     """Return the law and its length, or say which do not go together."""
     schema.one_of(law, LAWS_OF_ADHESION, "law")
     if law == "griffith" and strength is not None:
@@ -286,8 +310,24 @@ def _law(ds: xr.Dataset, law: str, strength: Any) -> dict[str, Any]:
     if strength is not None:
         length = work / positive(strength, "GPa", "strength")
     if law == "auto":
-        law = "exponential" if work > 0 and _range_counts(ds, length) else "griffith"
+        law = "exponential" if work > 0 and (yields or _range_counts(ds, length)) else "griffith"
+    if yields:
+        _need_hardness_above(float(ds["hardness"]), work, length, law)
     return {"law": law, "length": np.nan if law == "griffith" else length}
+
+
+def _need_hardness_above(hardness: float, work: float, length: float, law: str) -> None:
+    """Refuse a body that yields under a law that does not know it, without adhesion or under adhesion alone."""
+    advice = "or yielding=False, which keeps it elastic"
+    if work == 0:
+        raise ValueError(f"work_of_adhesion: expected more than 0 where a body yields; take direct, {advice}")
+    if law not in SMOOTH:
+        raise ValueError(f"law: expected a smooth one where a body yields, found {law!r}; take 'exponential', {advice}")
+    if hardness <= work / length:
+        raise ValueError(
+            f"hardness: expected more than the pull of adhesion, {work / length:.3g} GPa over {length:.3g} nm, found "
+            f"{hardness:.3g} GPa; assign the adhesion_range that belongs to the work of adhesion, {advice}"
+        )
 
 
 def _range_counts(ds: xr.Dataset, length: float) -> bool:
@@ -320,6 +360,8 @@ def _settling_depth(ds: xr.Dataset, adhesion: Adhesion) -> float:
     radius = float(ds["sphere_radius"]) if "sphere_radius" in ds.coords else _radius_of_map(ds)
     load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.work * radius
     hertz = (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
+    if "hardness" in ds.coords:  # a fully yielding sphere sinks in by the area that bears the load
+        hertz += load / (2 * np.pi * radius * float(ds["hardness"]))
     return float(hertz + _ROUGH_DEPTH * ds["height"].values.std() + 12 * np.nan_to_num(adhesion.length))
 
 
@@ -368,11 +410,14 @@ def _reach(ds: xr.Dataset, problem: Problem, adhesion: Adhesion) -> float:
 
 
 def _layout(problem: Problem, adhesion: Adhesion, preload: Any) -> Layout:
+    hard = ABOVE_HARDNESS if np.isfinite(problem.hardness) else {}
+    hard = hard | YIELDED if problem.yielding else hard
     if adhesion.preloads.size == 0:
-        return Layout({"branch": list(BRANCHES), "delta": problem.steps}, _STATES, _EVENTS)
-    if preload is None or np.ndim(preload) == 0:
-        return Layout({}, {}, _EVENTS | _AT_PRELOAD)
-    return Layout({"preload": adhesion.preloads}, _EVENTS | _AT_PRELOAD)
+        axes = {"branch": list(BRANCHES), "delta": problem.steps}
+        return Layout(axes, _STATES | hard, _EVENTS, yields=problem.yielding)
+    axes = {"cycle": np.arange(1, adhesion.cycles + 1)} if adhesion.cycles > 1 else {}
+    axes |= {} if preload is None or np.ndim(preload) == 0 else {"preload": adhesion.preloads}
+    return Layout(axes, _EVENTS | _AT_PRELOAD | hard)
 
 
 def _solve(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -> np.ndarray:
@@ -386,25 +431,38 @@ def _solve(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -
         if adhesion.preloads.size and told["complete"]:
             turn = followed.states[followed.turn - 1]
             told |= {"preload_delta": turn[path.DELTA], "contact_area": turn[path.AREA]}
+            hard = yield_told(followed, found.problem)
+            told |= {name: values[followed.turn - 1] for name, values in hard.items()}
         for name, value in told.items():
-            record[name][(k,) if record[name].ndim else ()] = value
+            record[name][np.unravel_index(k, record[name].shape)] = value
     if "branch" in layout.axes:
         record["complete"] = found.paths[0].status == path.CONVERGED
-        _put_states(record, found.paths[0])
+        _put_states(record, found.paths[0], found.problem)
     if layout.window is not None:
-        deltas = np.tile(problem.steps + found.surface.zero, (len(BRANCHES), 1))
-        pressure = _of_branches(found.paths[0].pressures)
-        put_fields(record, found.surface, fields_of(pressure, found.surface, deltas, problem))
+        _put_fields(record, found, problem)
     return record
 
 
-def _put_states(record: np.ndarray, followed: path.Path) -> None:
+def _put_states(record: np.ndarray, followed: path.Path, problem: Problem) -> None:
     """Write the states that were asked for along (branch, delta); a path that broke off leaves the others missing."""
-    loading, retraction = followed.states[: followed.turn], followed.states[followed.turn :]
-    loading, retraction = (part[part[:, path.ASKED] > 0] for part in (loading, retraction))
-    for name, column in _COLUMNS.items():
-        record[name][0, : len(loading)] = loading[:, column]
-        record[name][1, record[name].shape[1] - len(retraction) :] = retraction[::-1, column]
+    told = {name: followed.states[:, column] for name, column in _COLUMNS.items()} | yield_told(followed, problem)
+    asked, on_loading = followed.states[:, path.ASKED] > 0, np.arange(len(followed.states)) < followed.turn
+    for name, values in told.items():
+        loading, retraction = values[asked & on_loading], values[asked & ~on_loading]
+        record[name][0, : len(loading)] = loading
+        record[name][1, record[name].shape[1] - len(retraction) :] = retraction[::-1]
+
+
+def _put_fields(record: np.ndarray, found: Cycles, problem: Problem) -> None:
+    """Write the fields of the states that were asked for."""
+    followed, surface = found.paths[0], found.surface
+    deltas = np.tile(problem.steps + surface.zero, (len(BRANCHES), 1))
+    shape = surface
+    if problem.yielding:
+        put_fields(record, surface, {"residual_height": followed.left})
+        left = np.stack((followed.left, np.broadcast_to(followed.left[-1], followed.left.shape)))
+        shape = surface._replace(separation=surface.separation - left)
+    put_fields(record, surface, fields_of(_of_branches(followed.pressures), shape, deltas, problem))
 
 
 def _of_branches(pressures: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels.adhesion import cohesive_laws, path, smooth_laws, smooth_path
+from ..kernels.halfspace import displacement_control
 from ..kernels.halfspace.products import coefficients_for
 from .problem import Place, Problem, Surface, surface_at
 
@@ -49,6 +50,7 @@ class Adhesion(NamedTuple):
     tolerance: float
     max_iterations: int
     max_cells: int
+    cycles: int = 1  # at each place, each on the shape that the one before left
 
 
 def reach_of_law(adhesion: Adhesion, problem: Problem) -> float:
@@ -61,7 +63,7 @@ def reach_of_law(adhesion: Adhesion, problem: Problem) -> float:
 
 
 class Cycles(NamedTuple):
-    """The cycles of one surface, one for each turning point, in nm and nN, and how they were found."""
+    """The paths of one surface, one for each cycle and turning point, in nm and nN, and how they were found."""
 
     surface: Surface
     problem: Problem
@@ -140,7 +142,7 @@ def reached(followed: path.Path, adhesion: Adhesion, k: int) -> bool:
     if not followed.turn:
         return False
     turn, largest = followed.states[followed.turn - 1], -followed.states[:, path.FORCE].min()
-    goal = adhesion.preloads[k]
+    goal = adhesion.preloads[k % adhesion.preloads.size]
     return turn[path.AREA] > 0 and turn[path.FORCE] >= goal - _MET * max(goal, largest)
 
 
@@ -159,18 +161,36 @@ def _cycles(place: Place, problem: Problem, adhesion: Adhesion, refine: int, *, 
 
 
 def _follow_smooth(surface: Surface, problem: Problem, adhesion: Adhesion, fields: bool) -> list[path.Path]:
+    found = _cycle_smooth(surface, problem, adhesion, fields, adhesion.preloads, None)
+    before = found
+    for _ in range(1, adhesion.cycles):
+        loads = [adhesion.preloads[k : k + 1] for k in range(len(before))]
+        before = [
+            _cycle_smooth(surface, problem, adhesion, fields, load, followed.left[-1])[0] if followed.turn else followed
+            for load, followed in zip(loads, before)
+        ]
+        found = found + before
+    return found
+
+
+def _cycle_smooth(surface, problem, adhesion, fields, preloads, left) -> list[path.Path]:
+    """Return the paths up to each preload (nN) and back, of a surface that has given way by what ``left`` (nm) says."""
     per_unit = problem.dx / problem.contact_modulus
+    cap, limit = displacement_control.Hardness(problem.hardness, problem.yielding).scaled(per_unit)
     return smooth_path.follow_smooth(
         surface.separation,
         deltas_of(surface, problem, adhesion),
         adhesion.step,
         coefficients_for(surface.separation.shape),
         smooth_laws.smooth_law(_KERNEL_NAMES[adhesion.law], adhesion.work * per_unit, adhesion.length),
-        preloads=adhesion.preloads / (problem.contact_modulus * problem.dx),
+        preloads=preloads / (problem.contact_modulus * problem.dx),
         tolerance=adhesion.tolerance,
         max_rounds=adhesion.max_iterations,
         max_cells=adhesion.max_cells,
         fields=fields,
+        cap=cap,
+        limit=limit,
+        left=left,
     )
 
 
@@ -235,7 +255,22 @@ def _in_units(followed: path.Path, surface: Surface, problem: Problem) -> path.P
     states[:, [path.FORCE, path.ENERGY, path.DISSIPATED]] *= stiffness
     states[:, path.AREA] *= problem.dx * problem.dx
     states[:, path.DELTA] -= surface.zero
-    return followed._replace(states=states, pressures=followed.pressures * problem.contact_modulus / problem.dx)
+    hard = followed.hard
+    if hard is not None:
+        volume = problem.dx**2
+        hard = hard * [1.0, 1.0, volume, volume * (problem.hardness if problem.yielding else 0.0)]
+    pressures = followed.pressures * problem.contact_modulus / problem.dx
+    return followed._replace(states=states, pressures=pressures, hard=hard)
+
+
+def yield_told(followed: path.Path, problem: Problem) -> dict[str, np.ndarray]:
+    """Return what is said of yield along the states of a path, as far as a hardness is known."""
+    if followed.hard is None or not np.isfinite(problem.hardness):
+        return {}
+    told = {"yielded_fraction": smooth_path.HARD_FORCE, "yielded_area_fraction": smooth_path.HARD_AREA}
+    if problem.yielding:
+        told |= {"yielded_area": smooth_path.DENT_AREA, "plastic_work": smooth_path.DENT}
+    return {name: followed.hard[:, column] for name, column in told.items()}
 
 
 def events(followed: path.Path) -> dict[str, float]:

@@ -27,8 +27,9 @@ _STATES = {
     "residual": float,
     "truncated": bool,
 }
-_ABOVE_HARDNESS = {"yielded_fraction": float, "yielded_area_fraction": float}
-_YIELDED = {"yielded_area": float, "plastic_work": float}
+#: What is said besides where a hardness is known, and where the body yields.
+ABOVE_HARDNESS = {"yielded_fraction": float, "yielded_area_fraction": float}
+YIELDED = {"yielded_area": float, "plastic_work": float}
 
 
 #: What is said of each solve, in the order of `displacement_control.FORCE` and so on.
@@ -160,10 +161,10 @@ def direct(
 def _layout(axes: dict[str, Any], problem: Problem) -> Layout:
     """Return what is kept of each place: more where a hardness is known, both branches where the body yields."""
     states = _STATES | ({"delta": float} if problem.by_load else {})
-    states |= _ABOVE_HARDNESS if np.isfinite(problem.hardness) else {}
+    states |= ABOVE_HARDNESS if np.isfinite(problem.hardness) else {}
     if not problem.yielding:
         return Layout(axes, states)
-    return Layout({"branch": list(BRANCHES), **axes}, states | _YIELDED, yields=True)
+    return Layout({"branch": list(BRANCHES), **axes}, states | YIELDED, yields=True)
 
 
 def _overlapping(surface: Surface, problem: Problem) -> int:
@@ -207,7 +208,7 @@ def _put_states(record: np.ndarray, solved: _Solved, surface: Surface, problem: 
     for name in set(told) & set(record.dtype.names):
         record[name] = told[name]
     if problem.yielding:  # what has yielded stays so, though it bears less on the way back
-        for name in _YIELDED:
+        for name in YIELDED:
             record[name][1] = record[name][0, -1]
 
 

@@ -150,6 +150,11 @@ def labelled(records: Any, layout: Layout, ds: xr.Dataset, positions: xr.Dataset
     return schema.label(out.assign_coords({**layout.axes, **positions.coords, **pair}))
 
 
+def loading(ds: xr.Dataset) -> xr.Dataset:
+    """Return a solution's way in, where it has a way out as well."""
+    return ds.sel(branch=BRANCHES[0], drop=True) if "branch" in ds.dims else ds
+
+
 def fields_of(pressure: np.ndarray, surface: Surface, deltas: np.ndarray, problem: Problem) -> dict[str, np.ndarray]:
     """Return pressure (GPa), displacement and gap (nm) of the states at ``deltas`` (nm below the datum)."""
     displacement = surface_displacement(pressure, problem.dx, problem.contact_modulus)

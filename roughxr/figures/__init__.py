@@ -27,6 +27,7 @@ from .rose import orientation_rose
 from .saving import save
 from .sensitivity_figure import tornado
 from .single import asperity_curve
+from .yielding_figure import force_loop, preload_curve
 
 __all__ = [
     "against_hertz",
@@ -43,6 +44,7 @@ __all__ = [
     "field_map",
     "fitted_distribution",
     "force_fan",
+    "force_loop",
     "force_ratio",
     "mean_force",
     "method_comparison",
@@ -51,6 +53,7 @@ __all__ = [
     "paper_figures",
     "plot",
     "plot_array",
+    "preload_curve",
     "pressure_on_topography",
     "run_figures",
     "save",

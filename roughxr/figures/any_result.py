@@ -14,6 +14,7 @@ from .forces import force_fan
 from .maps import field_map, scan_map, subregion_map
 from .sensitivity_figure import tornado
 from .style import axes, label_axis, stroke, styled
+from .yielding_figure import force_loop
 
 
 def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: Any) -> Any:
@@ -66,6 +67,8 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
         return force_fan(ds, ax=ax, **options)
     if name == "force" and dims == {"delta"} and "subregion" in ds.coords:
         return force_fan(ds.expand_dims("subregion"), ax=ax, **{"interval": None, **options})
+    if name == "force" and dims == {"subregion", "branch", "delta"}:
+        return force_loop(ds, ax=ax, **options)
     if dims in ({"subregion"}, {"asperity"}):
         return _samples(ds, name, ax, **options)
     if not dims:

@@ -346,6 +346,8 @@ def pressure_on_topography(
 ):
     """Draw the pressure of one contact over the undeformed heights in grey, with the outline of the contact.
 
+    Cells that have yielded are ringed.
+
     Parameters
     ----------
     ds : Dataset
@@ -380,6 +382,8 @@ def pressure_on_topography(
     _image(ax, _heights(one, scan), extent, "height", "gray", colorbar=False)
     _image(ax, one["pressure"].where(one["pressure"] > 0), extent, "pressure", COLOURS["pressure"])
     _outline(ax, one)
+    if "residual_height" in one:
+        _ring(ax, one, one["residual_height"].values < 0, BLUE)
     return _centred(ax, one)
 
 
@@ -426,7 +430,7 @@ def contact_section(
     column = int(one["pressure"].fillna(0).max("x").argmax("y"))
     line = one.isel(y=column)
     line = line.sel(x=slice(-_view(one), _view(one)))
-    deformed = line["height"] - line["displacement"]
+    deformed = line["height"] - line["displacement"] + line.get("residual_height", 0.0)
     touching = line["pressure"] > 0
     ax = axes(ax)
     ax.plot(line["x"], line["height"], color=GREY, linewidth=0.8, label="before")
@@ -545,7 +549,12 @@ def _cmap(name: str):
 
 def _outline(ax, one: xr.Dataset, color: str = BLACK):
     """Draw the edge of the contact."""
-    inside = (one["pressure"].values > 0).astype(float)
+    _ring(ax, one, one["pressure"].values > 0, color)
+
+
+def _ring(ax, one: xr.Dataset, cells: np.ndarray, color: str):
+    """Draw a line around some cells."""
+    inside = cells.astype(float)
     if inside.any() and not inside.all():
         ax.contour(one["x"].values, one["y"].values, inside.T, [0.5], colors=[color], linewidths=0.5)
 

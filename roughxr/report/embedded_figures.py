@@ -31,6 +31,7 @@ class _Drawing(NamedTuple):
     needs: tuple[str, ...]
     draw: Callable[[Run], object]
     caption: str
+    optional: bool = False  # left out without a word where the run holds no such groups
 
 
 def pictures(run: Run) -> Iterator[Picture]:
@@ -47,6 +48,8 @@ def pictures(run: Run) -> Iterator[Picture]:
         With the reason for a caption, and no source, where a group is missing or its numbers make no figure.
     """
     for name, drawing in _DRAWINGS.items():
+        if drawing.optional and not set(drawing.needs) <= set(run):
+            continue
         yield _picture(name, drawing, run)
 
 
@@ -126,6 +129,12 @@ def _pull_off(run: Run) -> xr.Dataset:
     return found.isel(preload=0) if "preload" in found.dims else found
 
 
+def _loop(run: Run):
+    """Draw both ways of a body that yields."""
+    both = [run[f"solutions/{way}"][["force"]] for way in ("direct", "retraction")]
+    return figures.force_loop(xr.concat(both, xr.Variable("branch", ["loading", "retraction"])))
+
+
 def _compared(run: Run):
     found = statistics.compare(run["solutions/hertz"], run["solutions/direct"])
     parting = found["parting_delta"].dropna("subregion")
@@ -171,12 +180,19 @@ _DRAWINGS = {
     "One contact": _Drawing(
         ("scan", "solutions/contact"),
         _contact,
-        "Pressure of the direct simulation over the undeformed heights (grey), at the place of median force.",
+        "Pressure of the direct simulation over the undeformed heights (grey), at the place of median force; what has "
+        "yielded, where a hardness is given, ringed in blue.",
     ),
     "Elastic force": _Drawing(
         ("solutions/direct",),
         lambda run: figures.force_fan(run["solutions/direct"]),
         "Direct simulation without adhesion: each place, their median with its 95 % interval, bands of places.",
+    ),
+    "Way in and way out": _Drawing(
+        ("solutions/direct", "solutions/retraction"),
+        _loop,
+        "Mean force of the direct simulation of what yields: the grey between both ways is the work lost.",
+        optional=True,
     ),
     "Force with adhesion": _Drawing(
         ("solutions/energy",),

@@ -70,7 +70,7 @@ def _pair(scan: xr.Dataset, given: dict[str, Any]) -> list[str]:
             parts += [f"--{name.replace('_', '-')}", *_listed(given[name])]
     else:
         parts += ["--contact-modulus", repr(modulus)]
-    for name in ("adhesion_range", "hamaker_constant"):
+    for name in ("adhesion_range", "hamaker_constant", "hardness"):
         if name in scan.coords:
             parts += [f"--{name.replace('_', '-')}", repr(float(scan[name]))]
     if "surface_energy" in given:

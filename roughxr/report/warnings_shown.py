@@ -14,6 +14,9 @@ from .intervals import flagged
 
 Run = Mapping[str, xr.Dataset]
 
+#: Per cent of the force above the hardness from which it is told.
+_LITTLE_YIELD = 0.5
+
 
 def cautions(run: Run) -> list[str]:
     """Return what a reader should know before trusting a run's numbers: one sentence each, none if all is well.
@@ -39,6 +42,7 @@ def cautions(run: Run) -> list[str]:
         _debris(run),
         *_few(run),
         _unconverged(run),
+        *_yielding(run),
         *_truncated(run),
         *_unbracketed(run),
         *resolution(run),
@@ -127,6 +131,36 @@ def _debris(run: Run) -> str:
 def _unconverged(run: Run) -> str:
     bad, total = _count(run, "converged", lambda flags: ~flags.astype(bool))
     return f"{bad} of {total} direct solves did not converge; their forces are not to be trusted." if bad else ""
+
+
+def _yielding(run: Run) -> list[str]:
+    """Say how much lies above the hardness where all is elastic, or what yielded and what knows nothing of it."""
+    said = []
+    for words, group, where in (
+        ("the direct simulation", "solutions/direct", "at its largest displacement"),
+        ("the simulation with adhesion", "solutions/adhesive", "at its preload"),
+    ):
+        if group in run and "yielded_fraction" in run[group]:
+            said.append(_above_hardness(run[group], words, where))
+    if said and any("plastic_work" in ds for ds in run.values()):
+        said.append("Superposition and the rigid bodies of this run know nothing of yield: they stay elastic or stiff.")
+    return said
+
+
+def _above_hardness(ds: xr.Dataset, words: str, where: str) -> str:
+    name = "hardness" if "hardness" in ds.coords else "hardness_estimate"
+    last = ds.isel(delta=-1) if "delta" in ds["yielded_fraction"].dims else ds
+    force, area = (100 * float(last[f"yielded{part}_fraction"].mean()) for part in ("", "_area"))
+    if not force > _LITTLE_YIELD:
+        return ""
+    shares = f"{where} {area:.2g} % of the contact area with {force:.2g} % of the force lies"
+    if "plastic_work" in ds:
+        return f"The softer body yields: in {words} {shares} at its hardness, {float(ds[name]):.3g} GPa."
+    known = "the hardness" if name == "hardness" else "the hardness that such materials are estimated to have"
+    return (
+        f"Elasticity is to be doubted: in {words} {shares} above {known}, {float(ds[name]):.3g} GPa. Such summits "
+        "yield; give the hardness (--hardness) to follow them."
+    )
 
 
 def _truncated(run: Run) -> list[str]:

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from .. import schema
+from ..contact.records import loading
 
 
 def compare(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> xr.Dataset:
@@ -45,7 +46,7 @@ def compare(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> x
     >>> float(found.parting_delta[0]), found.force_difference.values.round(3).tolist()
     (3.0, [[0.0, 0.05, 1.0]])
     """
-    superposed, direct = (schema.validate(ds, "solution") for ds in (superposed, direct))
+    superposed, direct = (loading(schema.validate(ds, "solution")) for ds in (superposed, direct))
     _alike(superposed, direct, by)
     at = superposed.interp(delta=direct["delta"])
     truth = direct["force"]

@@ -45,6 +45,8 @@ class Path(NamedTuple):
     turn: int  # first state of the retraction
     status: int
     pressures: np.ndarray  # (2 deltas or 0, nx, ny) p dx/E*, nm, at the states asked for; NaN where not reached
+    hard: np.ndarray | None = None  # what is said of yield, which these laws do not know
+    left: np.ndarray | None = None
 
 
 def follow(separation, deltas, step, law, w, *, tolerance, max_iterations, max_cells, fields=False):

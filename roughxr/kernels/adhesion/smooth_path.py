@@ -12,6 +12,10 @@ Displacement moves in steps; what a path passes between two of them must not mat
 Only the bounding box of the cells within the law's range at a displacement is worked on. What a step frees at fixed
 displacement is dissipated: the work ½(F₀ + F₁)Δδ less what the energy rose by.
 
+A body that yields bears p ≤ H (``halfspace.yielding``): where a state on loading presses harder, it gives way until it
+does not, under the attraction of that state, and the state is sought again on the dented surface. What the surface has
+given way stays, and retraction is elastic.
+
 Unit cells and unit modulus.
 """
 
@@ -19,8 +23,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..halfspace import displacement_control, yielding
+from ..halfspace.products import surface_displacement
 from ..halfspace.transforms import convolution, even_length, transfer_of
 from .smooth_equilibrium import Body, State, closed_parts, energy, settle
+from .smooth_laws import traction
 from .smooth_patches import contacts_and_resolution
 from .smooth_prediction import ahead
 
@@ -65,6 +72,14 @@ _NEAR_LENGTHS = 7.0
 _SAME = 1e-9
 
 
+#: What is said of yield in a state: force and area of cells at the hardness or above over those that push or touch,
+#: the area that has given way, in cells, and by which volume.
+HARD_FORCE, HARD_AREA, DENT_AREA, DENT = range(4)
+
+#: A state on loading may press harder than the hardness by this part, or else gives way so many times at most, each
+#: time found to this part of the deepest overlap.
+_OVER, _DENTS, _DENT_TOLERANCE = 1e-3, 6, 1e-5
+
 #: Cells that the linear systems' part of the box reaches beyond those that belong to them now.
 _MARGIN = 6
 
@@ -76,6 +91,8 @@ class Path(NamedTuple):
     turn: int  # first state of the retraction
     status: int
     pressures: np.ndarray  # (asked or 0, nx, ny) p dx/E*, nm, at the states asked for, in their order
+    hard: np.ndarray  # (state, HARD_FORCE … DENT)
+    left: np.ndarray  # (asked or 1, nx, ny) nm ≤ 0, the height that is left after loading, at the states asked for
 
 
 class Known(NamedTuple):
@@ -89,6 +106,7 @@ class Known(NamedTuple):
     state: State
     rounds: int
     fine: bool
+    left: np.ndarray  # (nx, ny) of the window: height that is left
 
 
 def follow_smooth(
@@ -103,6 +121,9 @@ def follow_smooth(
     max_rounds=200,
     max_cells=10**7,
     fields=False,
+    cap=np.inf,
+    limit=np.inf,
+    left=None,
 ):
     """Follow the contact up to the largest of ``deltas``, or to each of ``preloads``, and back until it is lost.
 
@@ -129,6 +150,12 @@ def follow_smooth(
         Cells within range at most.
     fields : bool
         Whether to keep pressures.
+    cap : float
+        Largest pressure that the body bears, nm (H dx/E*); inf where it never yields.
+    limit : float
+        Pressure, nm, above which the share of force and area is told.
+    left : (nx, ny) array, optional
+        Height that earlier cycles left, nm ≤ 0.
 
     Returns
     -------
@@ -139,10 +166,11 @@ def follow_smooth(
     deltas, preloads = np.asarray(deltas, dtype=float), np.sort(np.asarray(preloads, dtype=float))
     goals = preloads if preloads.size else [np.inf]
     if np.count_nonzero(separation < deltas[-1] + law.range) > max_cells:
-        nothing = Path(np.zeros((0, 10)), 0, CELL_LIMIT, np.zeros((0, *separation.shape)))
-        return [nothing for _ in goals]
-    solver = _Solver(separation, coefficients, law, tolerance, max_rounds)
-    loading = _Branch(solver, step, deltas, fields)
+        no_fields = np.zeros((0, *separation.shape))
+        return [Path(np.zeros((0, 10)), 0, CELL_LIMIT, no_fields, np.zeros((0, 4)), no_fields) for _ in goals]
+    solver = _Solver(separation, coefficients, law, tolerance, max_rounds, cap, limit)
+    left = np.zeros(separation.shape) if left is None else left
+    loading = _Branch(solver, step, deltas, fields, left, yields=cap < np.inf)
     return [_path(loading, loading.load(goal), fields) for goal in goals]
 
 
@@ -153,33 +181,71 @@ def _path(loading, fine, fields):
     pressures = (
         np.array(loading.pressures + back.pressures) if fields else np.zeros((0, *loading.solver.separation.shape))
     )
-    return Path(np.array(loading.rows + back.rows), len(loading.rows), CONVERGED if fine else NOT_FINITE, pressures)
+    rows = np.array(loading.rows + back.rows).reshape(-1, 14)
+    left = np.array(loading.left if fields and loading.left else [loading.last.left])
+    status = CONVERGED if fine else NOT_FINITE
+    return Path(rows[:, :10], len(loading.rows), status, pressures, rows[:, 10:], left)
 
 
 class _Solver:
     """Finds the states of one body."""
 
-    def __init__(self, separation, coefficients, law, tolerance, max_rounds):
+    def __init__(self, separation, coefficients, law, tolerance, max_rounds, cap, limit):
         self.separation, self.coefficients, self.law = separation, coefficients, law
+        self.cap, self.limit = cap, limit
         self.tolerance, self.max_rounds = float(tolerance), int(max_rounds)
         self.transfers = {}
 
-    def nothing(self, delta):
+    def nothing(self, delta, left):
         """Return the state without any traction."""
         rows, columns = self._box(delta)
-        separation = self.separation[rows, columns]
+        separation = self.separation[rows, columns] - left[rows, columns]
         state = State(np.zeros(separation.shape), separation - delta, np.zeros(separation.shape, bool))
-        return Known(delta, 0.0, 0.0, rows, columns, state, 0, True)
+        return Known(delta, 0.0, 0.0, rows, columns, state, 0, True, left)
+
+    def press(self, delta, before, last):
+        """Return the state at a displacement on loading: the surface gives way until it bears the pressure."""
+        found = self.seek(delta, before, last)
+        for _ in range(_DENTS):
+            if not found.state.pressure.max() > (1.0 + _OVER) * self.cap:
+                break
+            dented = found._replace(left=self._dented(found))
+            rounds, found = found.rounds, self.seek(delta, None, dented)
+            found = found._replace(rounds=found.rounds + rounds)
+        return found
+
+    def _dented(self, found):
+        """Return the height that is left once what presses too hard has given way, under the attraction of a state."""
+        at, state, most = (found.rows, found.columns), found.state, traction(0.0, self.law)[0]
+        held = np.where(state.touching, most, np.maximum(-state.pressure, 0.0))
+        separation = self.separation[at] - found.left[at] - surface_displacement(held, 1.0, 1.0)
+        bears = np.where(state.touching, np.clip(state.pressure + held, 0.0, self.cap + most), 0.0)
+        touching = (bears > 0.0) & (bears < self.cap + most)
+        hardness, deltas = displacement_control.Hardness(self.cap + most), np.array([found.delta])
+        _, pressure, displacement = displacement_control.sweep_arrays(
+            separation,
+            deltas,
+            1.0,
+            1.0,
+            tolerance=_DENT_TOLERANCE,
+            start=displacement_control.WarmStart(bears, touching, bears > 0.0),
+            hardness=hardness,
+            keep=1,
+        )
+        left = found.left.copy()
+        left[at] += yielding.residual_heights(pressure, displacement, separation, deltas, hardness.pressure)[0]
+        return left
 
     def seek(self, delta, before, last):
-        """Return the state at a displacement, from where two others point to."""
+        """Return the state at a displacement, from where two others point to, on the surface that the last one left."""
         rows, columns = self._box(delta)
         start = self._moved(last, rows, columns)
         trial = State(*(values.copy() for values in start))
         if before is not None and before.delta != last.delta:
             ratio = max((delta - last.delta) / (last.delta - before.delta), -2.0)
             ahead(trial, self._moved(before, rows, columns), min(ratio, 2.0), self.law)
-        shape, separation = trial.gap.shape, np.ascontiguousarray(self.separation[rows, columns])
+        shape, left = trial.gap.shape, last.left
+        separation = np.ascontiguousarray(self.separation[rows, columns] - left[rows, columns])
         for part in (self._part(trial), (slice(0, shape[0]), slice(0, shape[1]))):
             body = self._body(separation, part)
             state = State(*(values.copy() for values in trial))
@@ -188,11 +254,18 @@ class _Solver:
                 break
         force = float(state.pressure.sum())
         held = energy(separation, self.law, delta, state)
-        return Known(delta, force, held, rows, columns, state, out.rounds, out.fine)
+        return Known(delta, force, held, rows, columns, state, out.rounds, out.fine, left)
 
     def contacts(self, state):
         """Return how many contacts there are, and how well the mesh shows them."""
         return contacts_and_resolution(state, closed_parts(state, self.law), self.law)
+
+    def yielded(self, found):
+        """Return ``HARD_FORCE`` … ``DENT`` of a state."""
+        pressure, least = found.state.pressure, self.limit * (1.0 - 2.0 * _OVER if self.cap < np.inf else 1.0)
+        hard, pushes, touching = pressure >= least, max(pressure.clip(min=0.0).sum(), 1e-300), found.state.touching
+        shares = pressure[hard].sum() / pushes, np.count_nonzero(hard) / max(np.count_nonzero(touching), 1)
+        return *shares, np.count_nonzero(found.left), -found.left.sum()
 
     def _box(self, delta):
         """Return the rows and columns of the box that holds all cells within range."""
@@ -271,17 +344,18 @@ def _shared(old, new):
 class _Branch:
     """States kept along one branch, and where it stands."""
 
-    def __init__(self, solver, step, deltas, fields):
+    def __init__(self, solver, step, deltas, fields, left, yields=False):
         self.solver, self.step, self.deltas, self.fields = solver, step, deltas, fields
-        self.rows, self.pressures, self.largest, self.dissipated = [], [], 0.0, 0.0
+        self.seek = solver.press if yields else solver.seek
+        self.rows, self.pressures, self.left, self.largest, self.dissipated = [], [], [], 0.0, 0.0
         self.before, self.next = None, 0
         self.first = float(solver.separation.min()) - _BEFORE * solver.law.length
         ahead = max(deltas[0] - self.first, 0.0)  # from there in whole steps: both branches pass the same displacements
-        self.last = solver.nothing(deltas[0] - step * np.ceil(ahead / step))
+        self.last = solver.nothing(deltas[0] - step * np.ceil(ahead / step), left)
 
     def turned(self):
         """Return the branch that leads back from here; it begins with the same state."""
-        back = _Branch(self.solver, self.step, self.deltas, self.fields)
+        back = _Branch(self.solver, self.step, self.deltas, self.fields, self.last.left)
         back.before, back.last, back.next = self.before, self.last, self.next
         back.dissipated = self.dissipated
         if self.rows:
@@ -299,7 +373,7 @@ class _Branch:
                 part = (goal - last.force) / (over.force - last.force)
                 delta = last.delta + min(max(part, 0.05), 0.95) * (over.delta - last.delta)
             delta = float(target) if target - delta < _SAME * self.step else delta
-            found = self.solver.seek(delta, self.before, last)
+            found = self.seek(delta, self.before, last)
             if not np.isfinite(found.force):
                 return False
             reached = found.force >= goal and found.state.touching.any()
@@ -384,12 +458,14 @@ class _Branch:
             pressure = np.zeros(self.solver.separation.shape)
             pressure[found.rows, found.columns] = found.state.pressure
             self.pressures.append(pressure)
+            self.left.append(found.left)
 
     def _row(self, found, asked):
-        row = np.zeros(10)
+        row = np.zeros(14)
         row[DELTA], row[FORCE], row[ENERGY], row[DISSIPATED] = found.delta, found.force, found.energy, self.dissipated
         row[AREA], row[ITERATIONS], row[OK], row[ASKED] = found.state.touching.sum(), found.rounds, found.fine, asked
         row[CONTACTS], row[RESOLUTION] = self.solver.contacts(found.state)
+        row[10:] = self.solver.yielded(found)
         return row
 
     def _vertex(self):

@@ -1,0 +1,142 @@
+"""Adhesion of what yields: the capped loading branch, the shape that it leaves, and what that does to the pull-off."""
+
+import numpy as np
+import pytest
+
+from roughxr.contact.adhesion import adhesive
+from roughxr.contact.elastic import direct
+from roughxr.kernels.adhesion import smooth_laws
+from roughxr.kernels.adhesion.smooth_path import AREA, FORCE, follow_smooth
+from roughxr.kernels.halfspace.products import coefficients_for
+from roughxr.materials import assign_pair
+
+from .surfaces import rough, scan
+
+E, W = 39.4, 0.1
+
+
+def pair(height, pixel=5.0, **options):
+    given = {"sphere_radius": 500.0, "contact_modulus": E, "work_of_adhesion": W}
+    return assign_pair(scan(height, pixel=pixel), **(given | options))
+
+
+@pytest.fixture(scope="module")
+def heights():
+    return rough(64, smooth=1.2, seed=11)
+
+
+@pytest.fixture(scope="module")
+def cycle(heights):
+    return adhesive(pair(heights, hardness=2.0), delta=[4, 6, 8.0], refine=1, step=0.1, fields=True)
+
+
+def test_fields_meet_the_conditions(cycle):
+    assert cycle.residual_height.dims == ("subregion", "delta", "x", "y")
+    pressing = cycle.pressure.sel(branch="loading")
+    assert float(cycle.pressure.max()) <= 2.0 * (1 + 2e-3)
+    assert float(cycle.gap.min()) >= -1e-5
+    dents = [cycle.residual_height.isel(delta=k) for k in range(3)]
+    for k in range(3):
+        before = dents[k - 1] if k else 0.0 * dents[0]
+        newly = (dents[k] < before - 1e-3).values
+        assert newly.any()
+        assert (pressing.isel(delta=k).values[newly] >= 2.0 * (1 - 5e-3)).all()
+    volume = -cycle.residual_height.sum(("x", "y")) * 25.0
+    np.testing.assert_allclose(cycle.plastic_work.sel(branch="loading"), 2.0 * volume, rtol=1e-9)
+    np.testing.assert_allclose(cycle.pressure.sum(("x", "y")) * 25.0, cycle.force, rtol=1e-6, atol=1e-3)
+
+
+def test_the_energy_balance_holds_the_plastic_work(cycle, heights):
+    """The loop's work is what yielded and what adhesion freed in jumps, some percent of it here."""
+    lost = float(cycle.hysteresis[0])
+    plastic = float(cycle.plastic_work[0, 0, -1])
+    dissipated = float(cycle.dissipated.sel(branch="retraction")[0, 0])
+    assert plastic > 1000.0
+    assert lost == pytest.approx(plastic, rel=0.01) and dissipated == pytest.approx(plastic, rel=0.01)
+
+
+def test_weak_adhesion_loads_as_the_direct_simulation(heights):
+    """With a thousandth of the work of adhesion both branches are those of `direct`, another solver's."""
+    weak = adhesive(
+        pair(heights, hardness=2.0, work_of_adhesion=1e-4), delta=[4, 6, 8.0], refine=1, step=0.5, fields=True
+    )
+    bare = direct(pair(heights, hardness=2.0), delta=[4, 6, 8.0], fields=True)
+    np.testing.assert_allclose(weak.force, bare.force, rtol=2e-3, atol=0.5)
+    np.testing.assert_allclose(weak.plastic_work, bare.plastic_work, rtol=5e-3)
+    np.testing.assert_allclose(weak.yielded_fraction.sel(branch="loading"), bare.yielded_fraction[:, 0], atol=0.02)
+
+
+def test_a_hardness_that_is_never_reached_changes_nothing(heights):
+    elastic, hard = (adhesive(pair(heights, hardness=hardness), delta=[2, 4.0], refine=1) for hardness in (None, 500.0))
+    np.testing.assert_array_equal(hard.force, elastic.force)
+    assert (hard.plastic_work == 0).all() and (hard.yielded_area == 0).all()
+
+
+def test_flattened_asperities_stick_harder_the_harder_they_were_pressed(heights):
+    loads = [0, 100.0, 1000.0, 5000.0]
+    elastic, hard = (
+        adhesive(pair(heights, hardness=2.0), preload=loads, refine=1, step=0.1, yielding=yielding)
+        for yielding in (False, True)
+    )
+    assert (elastic.pull_off_force.max() < 15.0).all() and elastic.yielded_fraction.dims == ("subregion", "preload")
+    assert (np.diff(hard.pull_off_force[0]) > 0).all()
+    assert float(hard.pull_off_force[0, -1]) > 10 * float(elastic.pull_off_force[0, -1])
+
+
+def test_shakedown(heights):
+    """The second cycle finds the shape that bears its preload: it yields no more and pulls off alike."""
+    found = adhesive(pair(heights, hardness=2.0), preload=[100.0, 5000.0], refine=1, step=0.05, cycles=2)
+    assert found.pull_off_force.dims == ("subregion", "cycle", "preload")
+    work = found.plastic_work[0]
+    assert (work.sel(cycle=1) > 30).all()
+    np.testing.assert_allclose(work.sel(cycle=2), work.sel(cycle=1), rtol=5e-3)
+    assert (found.hysteresis[0].sel(cycle=2) < 0.2 * found.hysteresis[0].sel(cycle=1)).all()
+    np.testing.assert_allclose(found.pull_off_force[0].sel(cycle=2), found.pull_off_force[0].sel(cycle=1), rtol=0.02)
+
+
+@pytest.mark.parametrize("deep", [10.0, 20.0])
+def test_a_sphere_that_yields_pulls_as_its_flattened_curvature_says(deep):
+    """Under uniform pressure H a disc of radius a recovers by curvature H/(E* a): a sphere of E* a/H, drawn off.
+
+    As the law's range is not short beside that shape the pull lies between JKR's 3/2 and Bradley's 2 times π w R.
+    """
+    H, radius, dx = 6.0, 100.0, 2.0
+    x = (np.arange(65) - 32) * dx
+    separation = (x[:, None] ** 2 + x**2) / (2 * radius)
+    law = smooth_laws.smooth_law("exponential", 0.05 * dx / E, 0.3)
+    options = {"cap": H * dx / E, "limit": H * dx / E}
+    (found,) = follow_smooth(separation, np.array([deep]), 0.1, coefficients_for(separation.shape), law, **options)
+    pull, contact = -found.states[:, FORCE].min() * E * dx, found.states[found.turn - 1, AREA] * dx**2
+    flattened = E * np.sqrt(contact / np.pi) / H
+    assert flattened > 1.2 * radius
+    assert 1.3 * np.pi * 0.05 * flattened < pull < 2.0 * np.pi * 0.05 * flattened
+
+
+def test_a_flat_punch_pulls_less_than_griffith_by_its_law_s_range():
+    """√(8π w E* a³) is the limit without range: from below, a third of the way nearer with half of the range."""
+    cells, wanting = 20, []
+    x = np.arange(-cells - 3, cells + 4)
+    disc = np.hypot(x[:, None], x) <= cells
+    dx = 10.0 / np.sqrt(disc.sum() / np.pi)
+    separation = np.where(disc, 0.0, np.inf)
+    for length in (0.1, 0.05):
+        law = smooth_laws.smooth_law("exponential", W * dx / E, length)
+        (found,) = follow_smooth(separation, np.array([0.2]), 0.02, coefficients_for(separation.shape), law)
+        pull = -found.states[:, FORCE].min() * E * dx
+        wanting.append(1 - pull / np.sqrt(8 * np.pi * W * E * 10.0**3))
+    assert 0.0 < wanting[1] < 0.67 * wanting[0] < 0.3
+
+
+@pytest.mark.parametrize(
+    ("assigned", "options", "says"),
+    [
+        ({"hardness": 2.0}, {"law": "griffith"}, "law: expected a smooth one where a body yields, found 'griffith'"),
+        ({"hardness": 2.0}, {"strength": 2.5}, "hardness: expected more than the pull of adhesion, 2.5 GPa"),
+        ({"hardness": 2.0, "work_of_adhesion": 0}, {}, "work_of_adhesion: expected more than 0 where a body yields"),
+        ({"hardness": 2.0}, {"cycles": 0}, "cycles: expected a whole number of at least 1"),
+        ({"hardness": 2.0}, {"cycles": 2, "delta": [1.0]}, "cycles: expected several with a preload"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(heights, assigned, options, says):
+    with pytest.raises(ValueError, match=says):
+        adhesive(pair(heights, **assigned), **options)
