@@ -21,6 +21,7 @@ from .contact.adhesion import adhesive
 from .contact.elastic import direct
 from .contact.estimates import elastic_pull_off, tabor
 from .contact.maps import pull_off_map
+from .contact.moments import rolling
 from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
 from .contact.short_waves import scale_dependence
@@ -99,6 +100,7 @@ __all__ = [
     "report",
     "resample",
     "rigid",
+    "rolling",
     "rotate90",
     "roughness",
     "run",

@@ -16,6 +16,7 @@ from .contact.adhesion import adhesive
 from .contact.elastic import direct
 from .contact.estimates import elastic_pull_off, tabor
 from .contact.maps import pull_off_map
+from .contact.moments import rolling
 from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
 from .contact.short_waves import scale_dependence
@@ -73,6 +74,7 @@ class ContactAccessor:
     adhesive = _method(adhesive)
     pull_off_map = _method(pull_off_map)
     rigid = _method(rigid)
+    rolling = _method(rolling)
     regime = _method(regime)
     formulas = _method(formulas)
     scale_dependence = _method(scale_dependence)

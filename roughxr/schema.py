@@ -228,6 +228,14 @@ VARIABLES: dict[str, Variable] = {
     "how": Variable("1", "how it was got"),
     "total_error": Variable("1", "error of the mean pull-off force, all entries", "root of the sum of squares"),
     "contact_radius_pixels": Variable("1", "radius of the smallest contact that matters", "pixels of the scan"),
+    # rolling, sliding, lifting
+    "direction": Variable("rad", "direction of rolling", "from x towards y"),
+    "resisting_moment": Variable("nN nm", "resisting moment", "the largest held as the sphere begins to roll"),
+    "hinge_distance": Variable("nm", "distance of the contact's edge", "from the sphere's axis, towards the direction"),
+    "lever": Variable("nm", "lever", "resisting moment over pull-off force"),
+    "weakest_direction": Variable("rad", "direction of the smallest resisting moment", "from x towards y"),
+    "stiffest_direction": Variable("rad", "direction of the largest resisting moment", "from x towards y"),
+    "rest_delta": Variable("nm", "displacement at rest", "under the load, counted from the highest peak"),
     # one asperity, one sphere
     "distance": Variable("nm", "distance from the plane", "of the sphere's lowest point"),
     "semi_axis_a": Variable("nm", "longer semi-axis of the contact ellipse"),

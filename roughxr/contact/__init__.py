@@ -8,6 +8,7 @@ elastic         `direct`: the half space without adhesion, at displacements or l
 adhesion        `adhesive`: the half space with adhesion, through loading and retraction
 superposition   `superpose`: the sum of single asperities
 maps            `pull_off_map`: the exact pull-off of that sum, up to every pixel
+moments         `rolling`: the moment that contact and adhesion hold as the sphere begins to roll
 rigid_bodies    `rigid`: bodies too stiff to bend, the pull of all that faces the indenter, up to every pixel
 regimes         `regime`, `formulas`: which model suits, what the usual formulas make of it
 short_waves     `scale_dependence`: what waves shorter than the scan shows would do

@@ -1,0 +1,181 @@
+"""Rolling off: the moment that asperities hold, against closed forms of one, two and many of them."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.integrate import quad
+from scipy.optimize import minimize_scalar
+
+import roughxr
+from roughxr.kernels.asperity import jkr
+
+from .surfaces import glass_pair, rough, scan
+
+#: A flat sphere over asperities of this radius: its own curvature changes theirs by 1e-7.
+SPHERE, RADIUS = 1e9, 100.0
+
+
+def ground(x, y, *, height=0.0, w=0.1, modulus=39.4):
+    """Return a catalogue of equal spherical asperities."""
+    x, y = np.atleast_1d(x).astype(float), np.atleast_1d(y).astype(float)
+    curvature = np.full(x.size, 1 / RADIUS - 1 / SPHERE)
+    edge = np.ptp(np.r_[x, y]) + 1.0
+    values = {
+        "height": np.broadcast_to(np.asarray(height, float), x.shape),
+        "curvature_min": curvature,
+        "curvature_max": curvature,
+        "orientation": np.zeros(x.size),
+    }
+    scalars = {"sphere_radius": SPHERE, "contact_modulus": modulus, "work_of_adhesion": w, "patch_radius": 50.0}
+    scalars |= {"datum_height": float(np.max(height)), "scan_x_min": -edge, "scan_x_max": edge}
+    scalars |= {"scan_y_min": -edge, "scan_y_max": edge}
+    coords = {"x": ("asperity", x), "y": ("asperity", y), **scalars}
+    return xr.Dataset({name: ("asperity", array) for name, array in values.items()}, coords)
+
+
+def at_origin(catalogue, **options):
+    return roughxr.rolling(catalogue, subregions=([0.0], [0.0]), profile="parabola", **options).isel(subregion=0)
+
+
+def units(w=0.1, modulus=39.4):
+    return jkr.self_similar_units(0.5 / RADIUS, 0.5 / RADIUS, modulus, w)
+
+
+@pytest.mark.parametrize("formulation", ["self_similar", "energy"])
+def test_one_asperity_holds_what_a_jkr_sphere_holds_at_its_edge(formulation):
+    unit = units()
+    held = at_origin(ground(0, 0), formulation=formulation)
+    closed = 15 / 16 * 1.25 ** (2 / 3)
+    np.testing.assert_allclose(held.resisting_moment / (unit.P * unit.a), closed, rtol=2e-4)
+    np.testing.assert_allclose(held.hinge_distance / unit.a, 1.25 ** (2 / 3), rtol=0.02)
+    np.testing.assert_allclose(held.lever / unit.a, closed, rtol=2e-4)
+
+
+def test_two_asperities_hold_the_textbook_lever():
+    held = at_origin(ground([-5000, 5000], [0, 0]), directions=[0.0, np.pi / 2])
+    along, across = held.resisting_moment.values / units().P
+    assert along == pytest.approx(10_000, rel=2e-3)  # the rear one's pull times their distance, and the front contact's
+    assert across == pytest.approx(2 * 1.087872 * units().a, rel=1e-3)  # side by side: twice one
+    assert float(held.stiffest_direction) == 0.0 and float(held.weakest_direction) == np.pi / 2
+
+
+def test_many_equal_asperities_on_a_ring():
+    """The same turn done as an integral over the ring, of JKR's closed form."""
+    n, ring = 240, 1e5
+    angle = 2 * np.pi * np.arange(n) / n
+    held = at_origin(ground(ring * np.cos(angle), ring * np.sin(angle)), directions=[0.0])
+    start = jkr.displacement(2 ** (2 / 3))
+
+    def moment(turn):
+        def integrand(at):
+            delta = start - turn * (1 - np.cos(at))
+            return -jkr.load(jkr.stable_semi_axis(delta)) * (1 - np.cos(at)) if delta > jkr.END_DELTA else 0.0
+
+        last = np.arccos(np.clip(1 - (start - jkr.END_DELTA) / turn, -1, 1))
+        return quad(integrand, 0, last)[0] / np.pi
+
+    most = -minimize_scalar(lambda turn: -moment(turn), bounds=(0.4, 0.9), method="bounded").fun
+    assert 0.75 < most < 1.0  # brittle springs, a constant pull
+    assert float(held.resisting_moment[0]) / (n * units().P * ring) == pytest.approx(most, rel=3e-3)
+
+
+def test_without_adhesion_it_tips_about_the_edges_of_the_support_polygon():
+    load, corners = 2.0, np.array([[600.0, 0.0], [-300.0, 500.0], [-300.0, -500.0]])
+    held = at_origin(ground(*corners.T, modulus=1e6), law="hertz", load=load, directions=72)
+    e = np.stack([np.cos(held.direction), np.sin(held.direction)])
+    support = (corners @ e).max(axis=0)
+    np.testing.assert_allclose(held.resisting_moment / load, support, atol=1.0)
+    assert held.lever.isnull().all() and np.isnan(held.pull_off_force)
+
+
+def test_weight_and_adhesion_add():
+    far = ground([-5000, 5000], [0, 0])
+    without, with_load = (at_origin(far, directions=[0.0], load=load) for load in (0.0, 3.0))
+    gained = float(with_load.resisting_moment[0] - without.resisting_moment[0])
+    assert gained == pytest.approx(3.0 * 5000, rel=5e-3)  # and a load widens the front contact, by its part of 5000 nm
+
+
+def test_a_turned_ground_turns_its_rose():
+    surface = glass_pair(scan(rough(64, seed=3), pixel=20.0))
+    places = ([0.0, 100.0], [50.0, -100.0])
+    held = surface.contact.rolling(directions=8, subregions=places)
+    turned = surface.assign(height=surface.height.copy(data=np.rot90(surface.height.values)))
+    x, y = np.array(places)
+    rose = turned.contact.rolling(directions=8, subregions=(-y, x)).resisting_moment
+    np.testing.assert_allclose(np.roll(held.resisting_moment, 2, axis=1), rose, rtol=1e-6)
+
+
+def test_isotropic_ground_has_an_isotropic_rose_and_a_stretched_one_has_not():
+    roses = []
+    for stretch in (1, 6):
+        height = np.repeat(rough(96, rms=1.0, seed=5), stretch, axis=0)[:96]
+        surface = glass_pair(scan(height, pixel=10.0), sphere_radius=1000.0)
+        moment = surface.contact.rolling(directions=8, subregions=(6, 6)).resisting_moment
+        moment = moment / moment.mean("direction")
+        mean, error = moment.mean("subregion"), moment.std("subregion") / np.sqrt(36)
+        roses.append(float(np.abs((mean - 1) / error).max()))
+    assert roses[0] < 3.5
+    assert roses[1] > roses[0]
+
+
+def test_the_pull_off_is_that_of_the_map_and_nothing_is_nan():
+    surface = glass_pair(scan(rough(48, seed=1)))
+    held = surface.contact.rolling(directions=4, subregions=(2, 2))
+    expected = surface.contact.pull_off_map(subregions=(2, 2))
+    xr.testing.assert_allclose(held.pull_off_force.drop_attrs(), expected.pull_off_force.drop_attrs())
+    swept = surface.contact.superpose(delta=[float(held.rest_delta[0])], subregions=(2, 2))
+    assert float(swept.force[0, 0]) == pytest.approx(0.0, abs=1e-3 * float(held.pull_off_force[0]))
+    assert int(swept.contacts[0, 0]) == int(held.contacts[0])
+    lazy = surface.chunk(x=16).contact.rolling(directions=4, subregions=(2, 2))
+    assert lazy.chunks
+    xr.testing.assert_allclose(lazy.compute(), held)
+
+
+def test_states_of_the_simulation_hold_a_jkr_spheres_moment():
+    surface = glass_pair(scan(np.zeros((24, 24)), pixel=20.0))
+    deltas = [-2.0, -1.0, -0.5, 0.0, 1.0]
+    states = surface.contact.adhesive(delta=deltas, step=1.0, law="griffith", refine=1, fields=True)
+    held = states.contact.rolling(directions=4).isel(subregion=0)
+    pair = {name: float(surface[name]) for name in roughxr.schema.PAIR}
+    pull, a = reference_sphere(**pair)
+    ratio = held.resisting_moment / (pull * a)
+    assert float(ratio.mean()) == pytest.approx(1.0879, rel=0.05)
+    assert (abs(ratio - 1.0879) < 0.25).all()  # an edge moves by a whole cell of 20 nm, a_c is 103 nm
+    assert (held.lever > 0).all() and held.contact_area > 0
+
+
+def reference_sphere(sphere_radius, contact_modulus, work_of_adhesion):
+    """Return JKR's P_c (nN) and a_c (nm) of a sphere on a flat."""
+    unit = jkr.self_similar_units(0.5 / sphere_radius, 0.5 / sphere_radius, contact_modulus, work_of_adhesion)
+    assert unit.P == pytest.approx(1.5 * np.pi * work_of_adhesion * sphere_radius)
+    return unit.P, unit.a
+
+
+def test_a_place_without_contact_is_missing_and_says_why():
+    far = ground([-5000, 5000], [0, 0], w=0.0)
+    with pytest.raises(ValueError, match="expected a positive load"):
+        at_origin(far, law="hertz")
+    saddles = ground(0, 0).assign(curvature_min=("asperity", [-1.0]), curvature_max=("asperity", [-1.0]))
+    held = at_origin(saddles)
+    assert np.isnan(held.resisting_moment).all() and np.isnan(held.weakest_direction) and held.contacts == 0
+    assert "NaN where nothing is in contact" in held.attrs["missing"]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"directions": 0}, "directions: expected at least one"),
+        ({"directions": [1.0, 0.0]}, "directions: expected ascending"),
+        ({"load": np.nan}, "load: expected finite"),
+        ({"law": "none"}, "law: expected one of"),
+    ],
+)
+def test_bad_options_are_refused(options, words):
+    with pytest.raises(ValueError, match=words):
+        at_origin(ground(0, 0), **options)
+
+
+def test_a_solution_without_fields_is_refused():
+    surface = glass_pair(scan(rough(32, seed=1)))
+    with pytest.raises(ValueError, match="fields=True"):
+        surface.contact.superpose(delta=[0.0, 1.0]).contact.rolling()
