@@ -11,7 +11,7 @@ methods of ``ds.contact``.
 'nN'
 """
 
-from . import archive, figures, regions, report, schema, synthetic
+from . import archive, detachment, figures, regions, report, schema, synthetic
 from ._version import __version__
 from .accessor import ContactAccessor
 from .analysis import paper, run
@@ -26,6 +26,7 @@ from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
 from .contact.short_waves import scale_dependence
 from .contact.superposition import superpose
+from .detachment import critical_load, resuspension
 from .exports import table, to_resuspension, to_table
 from .figures import plot
 from .jobs.lazy import compute
@@ -70,8 +71,10 @@ __all__ = [
     "compare",
     "compute",
     "contact_modulus",
+    "critical_load",
     "crop",
     "debris",
+    "detachment",
     "dilate",
     "direct",
     "elastic_pull_off",
@@ -99,6 +102,7 @@ __all__ = [
     "regions",
     "report",
     "resample",
+    "resuspension",
     "rigid",
     "rolling",
     "rotate90",

@@ -21,6 +21,7 @@ from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
 from .contact.short_waves import scale_dependence
 from .contact.superposition import superpose
+from .detachment import critical_load, resuspension
 from .materials import assign_pair
 from .parameter_grid import vary
 from .reconstruction import reconstruct
@@ -80,6 +81,10 @@ class ContactAccessor:
     scale_dependence = _method(scale_dependence)
     sensitivity = _method(sensitivity)
     error_budget = _method(error_budget)
+
+    # coming off
+    critical_load = _method(critical_load)
+    resuspension = _method(resuspension)
 
     # statistics
     pull_off = _method(statistics.pull_off)

@@ -17,7 +17,14 @@ def results():
     sweep = surface.contact.superpose(delta=np.linspace(-6, 6, 41), **PLACES)
     pull = sweep.contact.pull_off()
     cycle = surface.contact.adhesive(delta=[1.0], step=1.0, law="griffith", refine=1, fields=True)
+    held = surface.contact.rolling(directions=4, **PLACES)
     return {
+        "rolling": held,
+        "rolling off states": roughxr.rolling(cycle, directions=4),
+        "critical_load": held.contact.critical_load(),
+        "critical angle": held.contact.critical_load("tilt", particle_density=2500),
+        "critical acceleration": held.contact.critical_load("centrifuge", particle_density=2500),
+        "resuspension": held.contact.resuspension(friction_velocity=[1.0, 100.0], resamples=99),
         "scan": surface,
         "asperities": surface.contact.asperities(),
         "superpose": sweep,

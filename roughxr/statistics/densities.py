@@ -20,6 +20,9 @@ NOT_NEGATIVE = (
     "fit_rms",
     "gap",
     "contacts",
+    "critical_friction_velocity",
+    "critical_acceleration",
+    "critical_angle",
 )
 
 #: Variables that cannot exceed one: nor may a kernel estimate of theirs.

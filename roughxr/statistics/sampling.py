@@ -139,6 +139,18 @@ def _weights(ds: xr.Dataset, name: str, weights: Any) -> np.ndarray:
     return found
 
 
+#: Units of a density that are more than ``-1`` behind the units.
+_PER = {
+    "1": "1",
+    "nm-1": "nm",
+    "nm2": "nm-2",
+    "J m-2": "m2 J-1",
+    "nN nm": "nN-1 nm-1",
+    "m s-1": "s m-1",
+    "m s-2": "s2 m-1",
+}
+
+
 def per(units: str) -> str:
     """Return the units of a density over ``units``.
 
@@ -147,4 +159,4 @@ def per(units: str) -> str:
     >>> per("nN"), per("J m-2"), per("1")
     ('nN-1', 'm2 J-1', '1')
     """
-    return {"1": "1", "nm-1": "nm", "nm2": "nm-2", "J m-2": "m2 J-1"}.get(units, f"{units}-1")
+    return _PER.get(units, f"{units}-1")

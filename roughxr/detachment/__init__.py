@@ -1,0 +1,33 @@
+"""From sticking to coming off: loads on a particle at a wall, what they take to move it, and how many stay.
+
+loads       drag, torque and lift in wall shear, weight and tilt, centrifuge, vibration; the table `LOADS`
+balance     `critical_load`: the strength of a load at which a place gives way, and whether it rolls, slides or lifts
+kinetics    Rock'n'Roll: rates of resuspension in turbulence, and adhesion by Biasi's fit
+remaining   `resuspension`: the fraction of particles left, from computed moments and pull-off forces
+
+A new load is one function ``(strength, body) -> Push`` and its row in `LOADS`, or a `Load` of one's own.
+"""
+
+from .balance import critical_load
+from .kinetics import LogNormal, biasi_adhesion, resuspension_rate, rock_n_roll
+from .loads import LOADS, Body, Load, Push, drag, friction_reynolds, lift, torque, vibration_acceleration, weight
+from .remaining import resuspension
+
+__all__ = [
+    "LOADS",
+    "Body",
+    "Load",
+    "LogNormal",
+    "Push",
+    "biasi_adhesion",
+    "critical_load",
+    "drag",
+    "friction_reynolds",
+    "lift",
+    "resuspension",
+    "resuspension_rate",
+    "rock_n_roll",
+    "torque",
+    "vibration_acceleration",
+    "weight",
+]

@@ -1,0 +1,207 @@
+"""What a load must be for a place to give way: rolling, sliding and lifting, each as drive over resistance.
+
+    roll    max over n of [T (e·n) + (N + L) hₙ] / Mₙ,   T = along · r + torque: the moment about the contact
+    slide   along / (μ (F_c − N)), or along / (τ A)
+    lift    N / F_c
+
+with Mₙ the moment held about the contact's edge in direction n and hₙ that edge's distance (`rolling`, under a load
+L), e the direction of the load, N the force away from the wall, F_c the pull-off force, A the contact area. What gives
+way first is what reaches 1 at the smallest strength. All directions n count: a sphere pushed along e may tip about any
+edge of its contact.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from ..units import magnitude, positive
+from .loads import AIR_DENSITY, AIR_VISCOSITY, GRAVITY, LIFTS, LOADS, Body, Load, Push
+
+MODES = ("roll", "slide", "lift")
+
+#: Words for a place of which no mode can be told.
+NEITHER, NO_CONTACT = "none", "no contact"
+
+#: Strengths tried before the first that suffices is halved, and halvings.
+_TRIED, _HALVINGS = 240, 60
+
+
+class Held(NamedTuple):
+    """What holds the sphere, by place."""
+
+    moment: np.ndarray  # (place, direction), nN nm
+    hinge: np.ndarray  # (place, direction), nm
+    share: np.ndarray  # (place, direction): e·n, of the load's moment about each edge
+    pull_off: np.ndarray  # (place,), nN, 0 where nothing adheres
+    area: np.ndarray  # (place,), nm²
+    load: float  # nN, on the axis, counted in the moment
+    friction: float | None
+    strength: float | None  # shear strength, GPa
+    known: np.ndarray  # (place,): whether there is contact
+
+
+def critical_load(
+    ds: xr.Dataset,
+    load: str | Load = "wall_shear",
+    *,
+    direction: Any = 0.0,
+    particle_density: Any = None,
+    medium_density: Any = AIR_DENSITY,
+    viscosity: Any = AIR_VISCOSITY,
+    lift: str = "by_range",
+    friction_coefficient: Any = None,
+    shear_strength: Any = None,
+    gravity: float = GRAVITY,
+) -> xr.Dataset:
+    """Return the smallest strength of a load at which each place gives way, and how: rolling, sliding or lifting.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Of `rolling`.
+    load : {"wall_shear", "tilt", "centrifuge", "vibration"} or Load
+        Of `detachment.LOADS`, or one's own. "centrifuge" pulls away from the wall, "vibration" shakes along it.
+    direction : number, quantity or "weakest"
+        Towards which the load pushes, from x towards y, rad; or, of each place, where it rolls most easily.
+    particle_density : number or quantity, optional
+        kg/m³, for its weight; without it a flow acts on a weightless sphere, and the other loads are refused.
+    medium_density, viscosity : number or quantity
+        Of what flows, kg/m³ and m²/s (kinematic); air's by default.
+    lift : {"by_range", "leighton_acrivos", "hall", "none"}
+        See `detachment.lift`.
+    friction_coefficient : number, optional
+        Sliding at μ times pull-off force and weight less lift.
+    shear_strength : number or quantity, optional
+        GPa; sliding at τ times the contact area at rest. Without either no place slides.
+    gravity : float
+        m/s².
+
+    Returns
+    -------
+    Dataset
+        Along subregion: ``critical_friction_velocity`` (m/s), ``critical_acceleration`` (m/s²) or ``critical_angle``
+        (rad), 0 where a place rolls by itself and NaN where no strength suffices or nothing is in contact; ``mode``,
+        what goes first: roll, slide, lift, "none" or "no contact"; ``in_range``, whether the load's formulas hold
+        there.
+
+    Raises
+    ------
+    ValueError
+        If ``ds`` is none of `rolling`, a name is unknown, a number is not positive, both ways of sliding are given, or
+        a density is missing that the load needs.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
+    >>> found = critical_load(held, "wall_shear", particle_density=2500)
+    >>> found.critical_friction_velocity.units, set(found["mode"].values.tolist())
+    ('m s-1', {'roll'})
+    """
+    kind = _load_of(load)
+    body = body_of(ds, particle_density, medium_density, viscosity, lift, gravity)
+    if kind.critical != "critical_friction_velocity" and np.isnan(body.density):
+        raise ValueError("particle_density: expected a density in kg/m³ for this load, found none")
+    held = held_of(ds, direction, friction_coefficient, shear_strength)
+    strength, mode = _first(kind, body, held)
+    push = kind.push(np.where(np.isfinite(strength), strength, 0.0), body)
+    place = {name: ds[name] for name in ds.coords if "direction" not in ds[name].dims}
+    values = {kind.critical: strength, "mode": mode, "in_range": push.in_range & np.isfinite(strength)}
+    out = xr.Dataset({name: ("subregion", array) for name, array in values.items()}, coords=place)
+    out.attrs = {"load": load if isinstance(load, str) else kind.words, "missing": "NaN where nothing gives way"}
+    given = {"load": out.attrs["load"], "direction": direction, "particle_density": particle_density, "lift": lift}
+    given |= {"medium_density": body.medium_density, "viscosity": body.viscosity, "gravity": gravity}
+    given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
+    return schema.record(schema.label(out), "critical_load", ds, **given)
+
+
+def body_of(ds: xr.Dataset, density: Any, medium_density: Any, viscosity: Any, lift: str, gravity: float) -> Body:
+    """Return the particle of a result and what flows around it."""
+    (radius,) = schema.pair(ds, "sphere_radius")
+    return Body(
+        radius=radius,
+        density=np.nan if density is None else positive(density, "kg m-3", "particle_density"),
+        medium_density=positive(medium_density, "kg m-3", "medium_density"),
+        viscosity=positive(viscosity, "m2 s-1", "viscosity"),
+        lift=schema.one_of(lift, LIFTS, "lift"),
+        gravity=gravity,
+    )
+
+
+def _load_of(load: str | Load) -> Load:
+    return load if isinstance(load, Load) else LOADS[schema.one_of(load, LOADS, "load")]
+
+
+def held_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_strength: Any) -> Held:
+    """Return what holds the sphere at each place of `rolling`, or say what is missing."""
+    if "resisting_moment" not in ds or set(ds["resisting_moment"].dims) != {"subregion", "direction"}:
+        found = ", ".join(map(str, ds.data_vars)) or "none"
+        raise ValueError(f"expected resisting moments, of ds.contact.rolling(), found variables: {found}")
+    if friction_coefficient is not None and shear_strength is not None:
+        raise ValueError("expected either friction_coefficient or shear_strength, found both")
+    moment, hinge = (
+        ds[name].transpose("subregion", "direction").values for name in ("resisting_moment", "hinge_distance")
+    )
+    return Held(
+        moment=moment,
+        hinge=hinge,
+        share=_shares(ds["direction"].values, moment, direction),
+        pull_off=np.nan_to_num(ds["pull_off_force"].values),
+        area=ds["contact_area"].values,
+        load=float(ds.attrs.get("load", 0.0)),
+        friction=_optional(friction_coefficient, "1", "friction_coefficient"),
+        strength=_optional(shear_strength, "GPa", "shear_strength"),
+        known=np.isfinite(moment).all(axis=1),
+    )
+
+
+def _optional(value: Any, units: str, name: str) -> float | None:
+    return None if value is None else positive(value, units, name)
+
+
+def _shares(angles: np.ndarray, moment: np.ndarray, direction: Any) -> np.ndarray:
+    """Return e·n at each place, for the direction of the load or that of the smallest moment there."""
+    if isinstance(direction, str) and direction == "weakest":
+        towards = angles[np.where(np.isnan(moment), np.inf, moment).argmin(axis=1)]
+    else:
+        towards = np.full(len(moment), float(magnitude(direction, "rad", "direction")))
+    return np.cos(angles[None, :] - towards[:, None])
+
+
+def drive_ratios(push: Push, body: Body, held: Held) -> np.ndarray:
+    """Return drive over resistance, (mode, place), of a push whose arrays have one entry for each place, or one."""
+    along, turn, away = (np.broadcast_to(part, held.pull_off.shape) for part in push[:3])
+    about = (along * body.radius + turn)[:, None] * held.share + (away + held.load)[:, None] * held.hinge
+    with np.errstate(divide="ignore", invalid="ignore"):
+        roll = np.where(held.moment > 0, about / held.moment, np.where(about >= held.moment, np.inf, 0.0)).max(axis=1)
+        slide, holds = np.zeros_like(roll), held.pull_off - away
+        if held.friction is not None or held.strength is not None:
+            most = held.strength * held.area if held.strength is not None else held.friction * holds
+            slide = np.where(most > 0, along / most, np.where(along > 0, np.inf, 0.0))
+        raised = np.where(holds > 0, np.maximum(away, 0) / held.pull_off, np.inf)
+    raised = np.where((held.pull_off > 0) | (away >= 0), raised, 0.0)
+    return np.where(held.known, np.array([roll, slide, raised]), np.nan)
+
+
+def _first(kind: Load, body: Body, held: Held) -> tuple[np.ndarray, np.ndarray]:
+    """Return the smallest strength at which each place gives way, and by which mode."""
+    low, high = kind.span
+    tried = np.geomspace(low, high, _TRIED) if low > 0 else np.linspace(low, high, _TRIED)
+    tried = np.r_[0.0, tried[tried > 0]]
+    goes = np.array([(drive_ratios(kind.push(np.array([s]), body), body, held) >= 1).any(axis=0) for s in tried])
+    first, any_at_all = goes.argmax(axis=0), goes.any(axis=0)
+    above, below = tried[first], tried[np.maximum(first - 1, 0)]
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (below + above)
+        gone = (drive_ratios(kind.push(middle, body), body, held) >= 1).any(axis=0)
+        above, below = np.where(gone, middle, above), np.where(gone, below, middle)
+    found = np.where(any_at_all, np.where(first == 0, 0.0, above), np.nan)
+    ratios = drive_ratios(kind.push(np.nan_to_num(found), body), body, held)
+    mode = np.array(MODES)[np.nan_to_num(ratios).argmax(axis=0)]
+    return found, np.where(held.known, np.where(any_at_all, mode, NEITHER), NO_CONTACT)

@@ -1,0 +1,191 @@
+"""Rock'n'Roll, quasi-static: how fast particles leave a wall in turbulence (Reeks & Hall 2001).
+
+A particle rocks under a force of mean F and rms f F, f = 0.366, against an adhesion f_a at the same lever. With
+x = (f_a − F)/(f F) it leaves at the rate
+
+    p = (0.0413/2π) (u*²/ν) exp(−x²/2)/Φ(x),   at most 0.0413 u*²/(2πν),
+
+Φ being the cumulative normal probability. Of F and f_a only the ratio counts.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .. import schema
+from ..units import factor, magnitude, positive
+from .loads import AIR_DENSITY, AIR_VISCOSITY, friction_reynolds, lift
+
+#: rms of the removal force over its mean, and frequency of the wall flow in units of u*²/ν.
+FLUCTUATION, FREQUENCY = 0.366, 0.0413
+
+#: Drag of Reeks & Hall, ρ u*² r², and the lever of their model, r/a.
+_DRAG, _LEVERS = 32.0, 100.0
+
+#: Radius, µm, up to which the mean of Biasi's fit is positive.
+_LARGEST_RADIUS = (0.016 / 0.0023) ** (1 / 0.545)
+
+
+class LogNormal(NamedTuple):
+    """A log-normal law of adhesion: geometric mean and standard deviation, in units of the smooth pull-off."""
+
+    mean: float
+    spread: float
+
+    def nodes(self, count: int = 2001) -> tuple[np.ndarray, np.ndarray]:
+        """Return values and weights that sum up the law to rounding, 8 standard deviations to either side."""
+        z = np.linspace(-8.0, 8.0, count)
+        w = np.exp(-0.5 * z * z)
+        return self.mean * self.spread**z, w / w.sum()
+
+
+def biasi_adhesion(radius: Any) -> LogNormal:
+    """Return the adhesion over that of a smooth contact, 3/2 π w r, as Biasi et al. fitted it to experiments.
+
+    Parameters
+    ----------
+    radius : number or quantity
+        nm.
+
+    Returns
+    -------
+    LogNormal
+        Geometric mean 0.016 − 0.0023 r^0.545 and spread 1.8 + 0.136 r^1.4, r in µm.
+
+    Raises
+    ------
+    ValueError
+        If the fit's mean is not positive there, from r = 35 µm on.
+
+    References
+    ----------
+    Biasi et al., J. Aerosol Sci. 32 (2001) 1175.
+
+    Examples
+    --------
+    >>> law = biasi_adhesion("5 um")
+    >>> round(law.mean, 7), round(law.spread, 6)
+    (0.0104707, 3.094485)
+    """
+    r = positive(radius, "nm", "radius") * factor("nm", "um")
+    if r >= _LARGEST_RADIUS:
+        raise ValueError(f"radius: expected less than {_LARGEST_RADIUS:.0f} µm for Biasi's fit, found {r:g} µm")
+    return LogNormal(0.016 - 0.0023 * r**0.545, 1.8 + 0.136 * r**1.4)
+
+
+def resuspension_rate(
+    ratio: Any, friction_velocity: Any, *, viscosity: Any = AIR_VISCOSITY, fluctuation: float = FLUCTUATION
+) -> Any:
+    """Return the rate (1/s) at which a particle leaves, from the ratio of mean removal force to adhesion.
+
+    Parameters
+    ----------
+    ratio : array_like
+        F/f_a, at least 0; inf where nothing holds.
+    friction_velocity : number, array or quantity
+        m/s, broadcast against ``ratio``.
+    viscosity : number or quantity
+        Kinematic, m²/s.
+    fluctuation : float
+        rms of the force over its mean.
+
+    Returns
+    -------
+    float or array
+
+    References
+    ----------
+    Reeks & Hall, J. Aerosol Sci. 32 (2001) 1.
+
+    Examples
+    --------
+    >>> fastest = 0.0413 / (2 * np.pi * 1.539e-5)
+    >>> resuspension_rate([0.0, 10.0], 1.0).tolist() == [0.0, fastest]
+    True
+    """
+    from scipy.special import log_ndtr
+
+    speed = np.asarray(magnitude(friction_velocity, "m s-1", "friction_velocity"))
+    with np.errstate(divide="ignore"):
+        x = (1 / np.asarray(ratio, float) - 1) / positive(fluctuation, "1", "fluctuation")
+    x = np.minimum(x, 1e6)
+    most = FREQUENCY * speed**2 / (2 * np.pi * positive(viscosity, "m2 s-1", "viscosity"))
+    return most * np.exp(np.minimum(-0.5 * x * x - log_ndtr(x), 0.0))
+
+
+def rock_n_roll(
+    friction_velocity: Any,
+    *,
+    radius: Any,
+    adhesion: Any,
+    weights: Any = None,
+    time: Any = 1.0,
+    model: str = "rock_n_roll",
+    medium_density: Any = AIR_DENSITY,
+    viscosity: Any = AIR_VISCOSITY,
+) -> np.ndarray:
+    """Return the fraction left of particles whose adhesion is given, by the model of Reeks & Hall to the letter.
+
+    Drag 32 ρ u*² r², Hall's lift, and a lever of r/100: F = F_L/2 + 100 F_D.
+
+    Parameters
+    ----------
+    friction_velocity : number, array or quantity
+        m/s.
+    radius : number or quantity
+        nm.
+    adhesion : array_like
+        Samples of the pull-off force, nN, such as computed ones, or nodes of `LogNormal` times 3/2 π w r.
+    weights : array_like, optional
+        What each sample counts for.
+    time : number, array or quantity
+        s.
+    model : {"rock_n_roll", "static"}
+        With turbulent fluctuations, or whoever is held less than the mean force leaves at once.
+    medium_density, viscosity : number or quantity
+        kg/m³ and m²/s.
+
+    Returns
+    -------
+    array
+        (friction_velocity, time)
+
+    Raises
+    ------
+    ValueError
+        If a speed is negative, or no adhesion is given.
+
+    References
+    ----------
+    Reeks & Hall, J. Aerosol Sci. 32 (2001) 1.
+
+    Examples
+    --------
+    >>> values, weights = biasi_adhesion("5 um").nodes()
+    >>> smooth = 1.5 * np.pi * 0.56 * 5000
+    >>> left = rock_n_roll([1.0], radius="5 um", adhesion=values * smooth, weights=weights)
+    >>> round(float(left[0, 0]), 5)
+    0.34026
+    """
+    schema.one_of(model, ("rock_n_roll", "static"), "model")
+    speed = np.atleast_1d(magnitude(friction_velocity, "m s-1", "friction_velocity"))
+    r, held = positive(radius, "nm", "radius"), np.atleast_1d(np.asarray(adhesion, float))
+    if held.size == 0 or not np.isfinite(held).all():
+        raise ValueError(f"adhesion: expected finite forces in nN, found {adhesion!r}")
+    friction_reynolds(speed, r, viscosity=viscosity)  # refuses negative speeds
+    medium = {"medium_density": medium_density, "viscosity": viscosity}
+    pressure = positive(medium_density, "kg m-3", "medium_density") * speed**2 * factor("Pa", "GPa")
+    force = 0.5 * lift(speed, r, formula="hall", **medium) + _LEVERS * _DRAG * pressure * r**2
+    ratio = force[:, None] / held
+    seconds = np.atleast_1d(magnitude(time, "s", "time"))
+    return np.average(survival(ratio, speed, seconds, model, viscosity), axis=1, weights=weights)
+
+
+def survival(ratio: np.ndarray, speed: np.ndarray, seconds: np.ndarray, model: str, viscosity: Any) -> np.ndarray:
+    """Return the probability (speed, sample, time) that each sample is still there, from its ratio (speed, sample)."""
+    if model == "static":
+        return np.repeat((ratio < 1).astype(float)[..., None], seconds.size, axis=2)
+    rate = resuspension_rate(ratio, speed[:, None], viscosity=viscosity)
+    return np.exp(-rate[..., None] * seconds)

@@ -1,0 +1,338 @@
+"""Loads on a sphere of radius r that rests on a wall: one function each, in the table `LOADS`.
+
+In wall shear of friction velocity u*, the flow at the wall is y u*²/ν. Its scale is the friction Reynolds number
+r⁺ = r u*/ν; the shear Reynolds number of the sphere is r⁺².
+
+    drag      1.7009 · 6π ρ u*² r²  = 32.06 ρ u*² r²        creeping flow, r⁺ ≤ 1       (O'Neill 1968)
+    torque    0.94399 · 4π ρ u*² r³ = 11.86 ρ u*² r³        about the centre, the same   (Goldman, Cox & Brenner 1967)
+    lift      9.22 ρ ν² r⁺⁴                                 r⁺ ≤ 1                       (Leighton & Acrivos 1985)
+              20.9 ρ ν² r⁺^2.31                             1.8 ≤ r⁺ ≤ 70                (Hall 1988)
+
+Drag and torque about the contact are 43.92 ρ u*² r³ together. Outside these ranges the formulas still return numbers,
+and a flag says so. Lengths nm, forces nN; velocities m/s, densities kg/m³, kinematic viscosities m²/s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .. import schema
+from ..units import factor, magnitude, positive
+
+#: Air at 20 °C, as Reeks & Hall (2001) took it: kg/m³ and m²/s.
+AIR_DENSITY, AIR_VISCOSITY = 1.181, 1.539e-5
+
+#: m/s².
+GRAVITY = 9.80665
+
+_DRAG = 1.7009 * 6 * np.pi
+_TORQUE = 0.94399 * 4 * np.pi
+
+#: r⁺ up to which the flow around the sphere is taken to creep.
+CREEPING = 1.0
+
+#: r⁺ between which Hall measured lift.
+HALL_RANGE = (1.8, 70.0)
+
+#: r⁺ at which both formulas of lift meet: 9.22 r⁺⁴ = 20.9 r⁺^2.31.
+_MEET = (20.9 / 9.22) ** (1 / 1.69)
+
+LIFTS = ("by_range", "leighton_acrivos", "hall", "none")
+
+
+class Body(NamedTuple):
+    """The particle, and what flows around it."""
+
+    radius: float  # nm
+    density: float  # kg/m³, of the particle; NaN where its weight is left out
+    medium_density: float = AIR_DENSITY
+    viscosity: float = AIR_VISCOSITY
+    lift: str = "by_range"
+    gravity: float = GRAVITY
+
+
+class Push(NamedTuple):
+    """What a load does to the sphere; arrays of the strength's shape."""
+
+    along: Any  # nN, at the sphere's centre, along the wall
+    torque: Any  # nN nm, about the centre, the way it rolls
+    away: Any  # nN, away from the wall, weight included
+    in_range: Any  # whether the formulas hold there
+
+
+class Load(NamedTuple):
+    """A kind of load: what its strength is, and what it does."""
+
+    words: str
+    critical: str  # variable that a critical strength is written as
+    push: Callable[[Any, Body], Push]
+    span: tuple[float, float]  # strengths between which a critical one is looked for, in the variable's units
+
+
+def friction_reynolds(friction_velocity: Any, radius: Any, *, viscosity: Any = AIR_VISCOSITY) -> Any:
+    """Return r⁺ = r u*/ν.
+
+    Parameters
+    ----------
+    friction_velocity : number, array or quantity
+        m/s, not negative.
+    radius : number, array or quantity
+        nm.
+    viscosity : number or quantity
+        Kinematic, m²/s; air's by default.
+
+    Returns
+    -------
+    float or array
+
+    Raises
+    ------
+    ValueError
+        If a speed is negative.
+
+    Examples
+    --------
+    >>> round(friction_reynolds(1.0, "5 um"), 4)
+    0.3249
+    """
+    speed = _speed(friction_velocity)
+    return speed * _radius(radius) * factor("nm", "m") / positive(viscosity, "m2 s-1", "viscosity")
+
+
+def drag(friction_velocity: Any, radius: Any, *, medium_density: Any = AIR_DENSITY) -> Any:
+    """Return the drag on a sphere that touches a wall in shear, nN: 32.06 ρ u*² r², for r⁺ ≤ 1.
+
+    Parameters
+    ----------
+    friction_velocity : number, array or quantity
+        m/s, not negative.
+    radius : number, array or quantity
+        nm.
+    medium_density : number or quantity
+        kg/m³; air's by default.
+
+    Returns
+    -------
+    float or array
+
+    Raises
+    ------
+    ValueError
+        If a speed is negative.
+
+    References
+    ----------
+    O'Neill, Chem. Eng. Sci. 23 (1968) 1293.
+
+    Examples
+    --------
+    >>> round(drag(1.0, "5 um"), 4)
+    0.9466
+    """
+    return _DRAG * _pressure(friction_velocity, medium_density) * _radius(radius) ** 2
+
+
+def torque(friction_velocity: Any, radius: Any, *, medium_density: Any = AIR_DENSITY) -> Any:
+    """Return the torque about its centre of a sphere that touches a wall in shear, nN nm: 11.86 ρ u*² r³, for r⁺ ≤ 1.
+
+    Parameters
+    ----------
+    friction_velocity, radius, medium_density
+        As `drag`.
+
+    Returns
+    -------
+    float or array
+
+    Raises
+    ------
+    ValueError
+        If a speed is negative.
+
+    References
+    ----------
+    Goldman, Cox & Brenner, Chem. Eng. Sci. 22 (1967) 653.
+
+    Examples
+    --------
+    >>> r = 5000.0
+    >>> about_the_contact = drag(1.0, r) * r + torque(1.0, r)
+    >>> round(about_the_contact / (1.181e-9 * r**3), 2)
+    43.92
+    """
+    return _TORQUE * _pressure(friction_velocity, medium_density) * _radius(radius) ** 3
+
+
+def lift(
+    friction_velocity: Any,
+    radius: Any,
+    *,
+    medium_density: Any = AIR_DENSITY,
+    viscosity: Any = AIR_VISCOSITY,
+    formula: str = "by_range",
+) -> Any:
+    """Return the lift on a sphere that touches a wall in shear, nN.
+
+    Parameters
+    ----------
+    friction_velocity, radius, medium_density
+        As `drag`.
+    viscosity : number or quantity
+        Kinematic, m²/s.
+    formula : {"by_range", "leighton_acrivos", "hall", "none"}
+        9.22 ρν² r⁺⁴, right for r⁺ ≤ 1; 20.9 ρν² r⁺^2.31, measured for 1.8 ≤ r⁺ ≤ 70; by default the first up to
+        where both are equal (r⁺ = 1.62), then the second; or none.
+
+    Returns
+    -------
+    float or array
+
+    Raises
+    ------
+    ValueError
+        If a speed is negative or the formula's name unknown.
+
+    References
+    ----------
+    Leighton & Acrivos, Z. angew. Math. Phys. 36 (1985) 174; Hall, J. Fluid Mech. 187 (1988) 451.
+
+    Examples
+    --------
+    >>> round(lift(1.0, "5 um", formula="hall"), 4)
+    0.4355
+    """
+    schema.one_of(formula, LIFTS, "lift")
+    plus = friction_reynolds(friction_velocity, radius, viscosity=viscosity)
+    slow, fast = 9.22 * plus**4, 20.9 * plus**2.31
+    chosen = {"by_range": np.where(plus < _MEET, slow, fast), "leighton_acrivos": slow, "hall": fast}
+    scale = _density(medium_density) * positive(viscosity, "m2 s-1", "viscosity") ** 2 * factor("N", "nN")
+    return chosen.get(formula, 0.0 * plus) * scale
+
+
+def weight(radius: Any, density: Any, *, medium_density: Any = AIR_DENSITY, gravity: float = GRAVITY) -> Any:
+    """Return a sphere's weight less its buoyancy, nN.
+
+    Parameters
+    ----------
+    radius : number, array or quantity
+        nm.
+    density : number or quantity
+        Of the particle, kg/m³.
+    medium_density : number or quantity
+        kg/m³.
+    gravity : float
+        m/s².
+
+    Returns
+    -------
+    float or array
+
+    Examples
+    --------
+    >>> round(weight("5 um", 4000.0), 5)
+    0.02053
+    """
+    difference = positive(density, "kg m-3", "density") - _density(medium_density)
+    return _mass(radius, difference) * gravity
+
+
+def vibration_acceleration(amplitude: Any, frequency: Any) -> float:
+    """Return the largest acceleration of a sine, m/s², from its amplitude (nm) and frequency (Hz).
+
+    Examples
+    --------
+    >>> round(vibration_acceleration("1 um", 1000.0), 3)
+    39.478
+    """
+    length = positive(amplitude, "nm", "amplitude") * factor("nm", "m")
+    return float(length * (2 * np.pi * positive(frequency, "Hz", "frequency")) ** 2)
+
+
+def in_range(plus: Any, formula: str) -> Any:
+    """Say where drag, torque and this formula of lift are within their ranges of r⁺.
+
+    Examples
+    --------
+    >>> in_range(np.array([0.5, 1.2, 3.0]), "leighton_acrivos").tolist()
+    [True, False, False]
+    """
+    if formula == "hall":  # no r⁺ suits both Hall and creeping flow
+        return np.zeros(np.shape(plus), bool)
+    return np.asarray(plus) <= CREEPING
+
+
+def _wall_shear(strength: Any, body: Body) -> Push:
+    medium = {"medium_density": body.medium_density}
+    plus = friction_reynolds(strength, body.radius, viscosity=body.viscosity)
+    raised = lift(strength, body.radius, viscosity=body.viscosity, formula=body.lift, **medium)
+    return Push(
+        drag(strength, body.radius, **medium),
+        torque(strength, body.radius, **medium),
+        raised - _weight_of(body),
+        in_range(plus, body.lift),
+    )
+
+
+def _tilt(strength: Any, body: Body) -> Push:
+    down, angle = _weight_of(body), np.asarray(strength)
+    return Push(down * np.sin(angle), 0.0 * angle, -down * np.cos(angle), np.ones(angle.shape, bool))
+
+
+def _centrifuge(strength: Any, body: Body) -> Push:
+    force = _mass(body.radius, body.density - body.medium_density) * np.asarray(strength)
+    return Push(0.0 * force, 0.0 * force, force - _weight_of(body), np.ones(force.shape, bool))
+
+
+def _vibration(strength: Any, body: Body) -> Push:
+    force = _mass(body.radius, body.density) * np.asarray(strength)
+    return Push(force, 0.0 * force, np.full(force.shape, -_weight_of(body)), np.ones(force.shape, bool))
+
+
+#: Every load by its name.
+LOADS: dict[str, Load] = {
+    "wall_shear": Load("shear flow along the wall", "critical_friction_velocity", _wall_shear, (1e-5, 1e4)),
+    "tilt": Load("weight on a tilted wall", "critical_angle", _tilt, (0.0, np.pi)),
+    "centrifuge": Load("acceleration away from the wall", "critical_acceleration", _centrifuge, (1e-3, 1e14)),
+    "vibration": Load("acceleration along the wall", "critical_acceleration", _vibration, (1e-3, 1e14)),
+}
+
+
+def _weight_of(body: Body) -> float:
+    """Return the weight, nN; 0 where no density is given."""
+    if np.isnan(body.density):
+        return 0.0
+    return float(_mass(body.radius, body.density - body.medium_density) * body.gravity)
+
+
+def _mass(radius: Any, density: float) -> Any:
+    """Return the mass whose weight under 1 m/s² is given in nN."""
+    return 4 / 3 * np.pi * _radius(radius) ** 3 * density * factor("kg m-3 nm3 m s-2", "nN")
+
+
+def _pressure(friction_velocity: Any, medium_density: Any) -> Any:
+    """Return ρ u*², GPa."""
+    return _density(medium_density) * _speed(friction_velocity) ** 2 * factor("Pa", "GPa")
+
+
+def _density(value: Any) -> float:
+    return positive(value, "kg m-3", "medium_density")
+
+
+def _radius(value: Any) -> Any:
+    return _at_least(magnitude(value, "nm", "radius"), "radius", "nm", above=True)
+
+
+def _speed(value: Any) -> Any:
+    return _at_least(magnitude(value, "m s-1", "friction_velocity"), "friction_velocity", "m/s")
+
+
+def _at_least(number: Any, name: str, units: str, *, above: bool = False) -> Any:
+    """Refuse numbers below 0, or of 0 as well."""
+    least = np.min(number, initial=np.inf)
+    if least < 0 or (above and least == 0):
+        words = "positive numbers" if above else "numbers that are not negative"
+        raise ValueError(f"{name}: expected {words} in {units}, found {least:g}")
+    return number

@@ -1,0 +1,136 @@
+"""`resuspension`: how many particles are left after some time in a flow, from what roughxr computed of each place."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from ..statistics import bootstrap
+from .balance import Body, Held, body_of, drive_ratios, held_of
+from .kinetics import survival
+from .loads import AIR_DENSITY, AIR_VISCOSITY, GRAVITY, LOADS
+
+MODELS = ("rock_n_roll", "static")
+
+
+def resuspension(
+    ds: xr.Dataset,
+    *,
+    friction_velocity: Any,
+    time: Any = 1.0,
+    model: str = "rock_n_roll",
+    direction: Any = 0.0,
+    particle_density: Any = None,
+    medium_density: Any = AIR_DENSITY,
+    viscosity: Any = AIR_VISCOSITY,
+    lift: str = "by_range",
+    friction_coefficient: Any = None,
+    shear_strength: Any = None,
+    gravity: float = GRAVITY,
+    confidence: float = 0.95,
+    resamples: int = 399,
+) -> xr.Dataset:
+    """Return the fraction of particles left on the surface against friction velocity and time.
+
+    Every place holds one particle. Its drive over resistance, the largest of rolling, sliding and lifting as in
+    `critical_load`, is the F/f_a of Rock'n'Roll; no law of adhesion is assumed.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Of `rolling`.
+    friction_velocity : array_like or quantity
+        m/s, ascending, not negative.
+    time : array_like or quantity
+        s, ascending.
+    model : {"rock_n_roll", "static"}
+        The quasi-static model of Reeks & Hall, in which the force fluctuates as a normal one of rms 0.366 of its
+        mean; or a particle leaves at once where the mean force exceeds what holds it.
+    direction, particle_density, medium_density, viscosity, lift, friction_coefficient, shear_strength, gravity
+        As `critical_load`.
+    confidence : float
+        Of the band of ``remaining``.
+    resamples : int
+        Of the block bootstrap over places.
+
+    Returns
+    -------
+    Dataset
+        ``remaining`` along (friction_velocity, time), with ``remaining_low`` and ``remaining_high`` where there are
+        two places at least; ``remaining_here`` along (subregion, friction_velocity, time), the probability at each
+        place; ``in_range`` along friction_velocity, whether drag, torque and lift are in their ranges. Places without
+        contact are NaN and left out; the attribute ``places`` counts the others.
+
+    Raises
+    ------
+    ValueError
+        As `critical_load`; or if speeds or times are negative or not ascending, or no place is in contact.
+
+    References
+    ----------
+    Reeks & Hall, J. Aerosol Sci. 32 (2001) 1.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
+    >>> left = resuspension(held, friction_velocity=[0.1, 100.0], resamples=99)
+    >>> left.remaining.isel(time=0).values.tolist()
+    [1.0, 0.0]
+    """
+    schema.one_of(model, MODELS, "model")
+    speed = _not_negative(friction_velocity, "m s-1", "friction_velocity")
+    seconds = _not_negative(time, "s", "time")
+    body = body_of(ds, particle_density, medium_density, viscosity, lift, gravity)
+    held = held_of(ds, direction, friction_coefficient, shear_strength)
+    if not held.known.any():
+        raise ValueError(f"expected at least one place in contact, found none of {held.known.size}")
+    out = _labelled(_here(speed, seconds, body, held, model), ds, speed, seconds)
+    out["in_range"] = ("friction_velocity", LOADS["wall_shear"].push(speed, body).in_range)
+    out = _with_band(out, int(held.known.sum()), confidence, resamples)
+    out.attrs = {"model": model, "confidence": confidence, "places": int(held.known.sum())}
+    out.attrs["missing"] = "NaN where nothing is in contact"
+    given = {"friction_velocity": speed, "time": seconds, "model": model, "direction": direction, "lift": lift}
+    given |= {"particle_density": particle_density, "medium_density": body.medium_density, "viscosity": body.viscosity}
+    given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength, "gravity": gravity}
+    return schema.record(schema.label(out), "resuspension", ds, **given, confidence=confidence, resamples=resamples)
+
+
+def _not_negative(values: Any, units: str, name: str) -> np.ndarray:
+    """Return ascending values that are not negative."""
+    array = schema.ascending(values, units, name)
+    if array[0] < 0:
+        raise ValueError(f"{name}: expected values that are not negative, found {array[0]:g} {units}")
+    return array
+
+
+def _here(speed: np.ndarray, seconds: np.ndarray, body: Body, held: Held, model: str) -> np.ndarray:
+    """Return the probability (place, speed, time) that the particle at each place is still there."""
+    push = LOADS["wall_shear"].push
+    ratio = np.array([drive_ratios(push(np.array([u]), body), body, held).max(axis=0) for u in speed])
+    left = survival(np.maximum(ratio, 0.0), speed, seconds, model, body.viscosity)
+    return np.where(held.known[:, None, None], left.transpose(1, 0, 2), np.nan)
+
+
+def _labelled(here: np.ndarray, ds: xr.Dataset, speed: np.ndarray, seconds: np.ndarray) -> xr.Dataset:
+    place = {name: ds[name] for name in ds.coords if "direction" not in ds[name].dims}
+    dims = ("subregion", "friction_velocity", "time")
+    return xr.Dataset({"remaining_here": (dims, here)}, coords={**place, "friction_velocity": speed, "time": seconds})
+
+
+def _with_band(out: xr.Dataset, places: int, confidence: float, resamples: int) -> xr.Dataset:
+    """Return the mean over places, and the ends of its interval where there are two at least."""
+    out["remaining"] = out["remaining_here"].mean("subregion")
+    if places < 2:
+        return out
+    known = out[["remaining_here"]].dropna("subregion")
+    found = bootstrap(known, "remaining_here", statistics=["mean"], confidence=confidence, resamples=resamples)
+    ends = found.sel(resampling="block", statistic="mean", drop=True).transpose("friction_velocity", "time")
+    for end in ("low", "high"):
+        out[f"remaining_{end}"] = (("friction_velocity", "time"), np.clip(ends[end].values, 0.0, 1.0))
+    return out

@@ -1,0 +1,227 @@
+"""Coming off: loads, what gives way first, and how many particles stay, against closed forms."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.optimize import brentq
+
+import roughxr
+from roughxr import detachment
+from roughxr.detachment import Load, Push, biasi_adhesion, rock_n_roll
+
+from .surfaces import glass_pair, rough, scan
+
+RADIUS = 5000.0  # nm
+SMOOTH = 1.5 * np.pi * 0.56 * RADIUS  # nN, with the w of Reeks & Hall's alumina
+
+
+def held(moment, hinge=50.0, pull_off=100.0, area=1e4, load=0.0, directions=72):
+    """Return what `rolling` would; of moments one for each place, for each direction, or for both."""
+    moment = np.atleast_1d(np.asarray(moment, float))
+    moment = moment.reshape(1, -1) if moment.shape == (directions,) else moment.reshape(len(moment), -1)
+    angles = 2 * np.pi * np.arange(directions) / directions
+    along = ("subregion", "direction")
+    moment = np.broadcast_to(moment, (len(moment), directions))
+    one = np.ones(len(moment))
+    return xr.Dataset(
+        {
+            "resisting_moment": (along, moment),
+            "hinge_distance": (along, np.broadcast_to(hinge, moment.shape)),
+            "pull_off_force": ("subregion", pull_off * one),
+            "pull_off_delta": ("subregion", 0 * one),
+            "contact_area": ("subregion", area * one),
+        },
+        coords={"direction": angles, "sphere_radius": RADIUS},
+        attrs={"load": load},
+    )
+
+
+def test_drag_torque_and_their_moment_about_the_contact():
+    pressure = 1.181e-9 * 1.7**2  # ρ u*², GPa
+    drag = detachment.drag(1.7, RADIUS)
+    torque = detachment.torque(1.7, RADIUS)
+    assert drag / (pressure * RADIUS**2) == pytest.approx(32.06, abs=5e-3)
+    assert torque / (pressure * RADIUS**3) == pytest.approx(11.86, abs=5e-3)
+    assert (drag * RADIUS + torque) / (pressure * RADIUS**3) == pytest.approx(43.92, abs=5e-3)
+
+
+def test_lift_takes_each_formula_in_its_range_and_they_meet_between():
+    plus = np.array([0.5, 1.0, 1.8, 10.0])
+    speed = plus * 1.539e-5 / 5e-6
+    scale = 1.181 * 1.539e-5**2 * 1e9
+    found = detachment.lift(speed, RADIUS) / scale
+    np.testing.assert_allclose(found, [9.22 * 0.5**4, 9.22, 20.9 * 1.8**2.31, 20.9 * 10**2.31], rtol=1e-9)
+    fine = np.geomspace(1.0, 3.0, 2000)
+    steps = np.diff(np.log(detachment.lift(fine * 1.539e-5 / 5e-6, RADIUS)))
+    assert steps.max() < 5 * np.log(fine[1] / fine[0])  # without a jump
+    assert (detachment.lift(speed, RADIUS, formula="none") == 0).all()
+
+
+def test_weight_and_vibration():
+    assert detachment.weight(RADIUS, 4000.0) == pytest.approx(4 / 3 * np.pi * 125e-18 * (4000 - 1.181) * 9.80665 * 1e9)
+    assert detachment.vibration_acceleration("2 um", 100.0) == pytest.approx(2e-6 * (200 * np.pi) ** 2)
+
+
+def test_a_sphere_rolls_where_the_flow_s_moment_is_what_it_resists():
+    found = held([3000.0, 12000.0]).contact.critical_load(lift="none")
+    expected = np.sqrt(np.array([3000.0, 12000.0]) / (43.92 * 1.181e-9 * RADIUS**3))
+    np.testing.assert_allclose(found.critical_friction_velocity, expected, rtol=1e-4)
+    assert (found["mode"] == "roll").all() and found.critical_friction_velocity.units == "m s-1"
+
+
+@pytest.mark.parametrize(
+    ("options", "mode", "force"),
+    [
+        ({"friction_coefficient": 0.01}, "slide", 0.01 * 100),
+        ({"shear_strength": "0.2 MPa"}, "slide", 2e-4 * 1e4),
+    ],
+)
+def test_it_slides_where_friction_is_weak(options, mode, force):
+    found = held(1e9, hinge=0.0).contact.critical_load(lift="none", **options)
+    assert found["mode"].item() == mode
+    assert detachment.drag(found.critical_friction_velocity.item(), RADIUS) == pytest.approx(force, rel=1e-9)
+
+
+def test_a_centrifuge_lifts_what_pulls_and_weighs():
+    found = held(1e9, hinge=0.0).contact.critical_load("centrifuge", particle_density=4000)
+    mass = 4 / 3 * np.pi * (RADIUS * 1e-9) ** 3 * (4000 - 1.181)
+    assert found["mode"].item() == "lift"
+    assert found.critical_acceleration.item() == pytest.approx(100e-9 / mass + 9.80665, rel=1e-6)
+
+
+def test_without_adhesion_it_tips_at_the_support_polygon_s_angle():
+    corners = np.array([[600.0, 0.0], [-300.0, 500.0], [-300.0, -500.0]])
+    n = 720
+    e = np.stack([np.cos(2 * np.pi * np.arange(n) / n), np.sin(2 * np.pi * np.arange(n) / n)])
+    support = (corners @ e).max(axis=0)
+    weight = detachment.weight(RADIUS, 4000.0)
+    ground = held(weight * support, hinge=support, pull_off=np.nan, load=weight, directions=n)
+    for towards, edge in ((np.pi, 300.0), (0.0, 600.0), (np.pi / 3, None)):
+        found = ground.contact.critical_load("tilt", direction=towards, particle_density=4000)
+        if edge is None:  # where the ray leaves the polygon's upper edge, from (600, 0) to (−300, 500)
+            edge = 600 * 500 / (500 * np.cos(towards) + 900 * np.sin(towards))
+        assert np.tan(found.critical_angle.item()) == pytest.approx(edge / RADIUS, rel=2e-3)
+        assert found["mode"].item() == "roll"
+
+
+def test_a_load_of_ones_own_has_its_place():
+    brush = Load("a brush", "critical_acceleration", lambda s, b: Push(s, 0 * s, 0 * s, s < 2), (1e-3, 1e3))
+    found = held([5000.0, 15000.0]).contact.critical_load(brush, particle_density=1000)
+    np.testing.assert_allclose(found.critical_acceleration, [1.0, 3.0], rtol=1e-4)
+    assert found.in_range.values.tolist() == [True, False]
+
+
+def test_reynolds_numbers_out_of_range_are_flagged():
+    found = held([1.0, 1e7]).contact.critical_load()
+    plus = detachment.friction_reynolds(found.critical_friction_velocity.values, RADIUS)
+    assert plus[0] < 1 < plus[1]
+    assert found.in_range.values.tolist() == [True, False]
+
+
+def test_the_weakest_direction_is_where_it_rolls_first():
+    ground = held(np.tile(np.linspace(1000, 4000, 72), (2, 1)))
+    every = [ground.contact.critical_load(direction=e).critical_friction_velocity[0].item() for e in ground.direction]
+    weakest = ground.contact.critical_load(direction="weakest").critical_friction_velocity[0].item()
+    assert weakest == pytest.approx(min(every))
+
+
+def test_places_without_contact_and_places_that_nothing_moves():
+    moment = np.array([[np.nan], [1e30], [-10.0]])  # the last by more than its weight's moment
+    found = held(moment).contact.critical_load("centrifuge", particle_density=4000).critical_acceleration
+    assert np.isnan(found[0]) and np.isfinite(found[1]) and found[2] == 0  # the second is lifted
+    modes = held(moment, hinge=0.0).contact.critical_load(lift="none")["mode"].values.tolist()
+    assert modes == ["no contact", "none", "roll"]
+
+
+def test_critical_values_are_samples_as_all_else():
+    rng = np.random.default_rng(3)
+    found = held(np.exp(rng.normal(8, 1, (60, 1)))).contact.critical_load()
+    name = "critical_friction_velocity"
+    assert found.contact.pdf(name, method="kde").units == "s m-1"
+    assert float(found.contact.cdf(name)[-1]) == 1.0
+    assert found.contact.fit(name).sizes["law"] > 1
+    interval = found.contact.bootstrap(name, statistics=["mean"], resamples=99)
+    assert (interval.low < interval.estimate).all()
+    assert float(found.contact.summary()[name].sel(statistic="count")) == 60
+
+
+def test_rock_n_roll_with_biasis_adhesion():
+    law = biasi_adhesion(RADIUS)
+    assert (round(law.mean, 7), round(law.spread, 6)) == (0.0104707, 3.094485)
+    values, weights = law.nodes()
+
+    def left(speed):
+        return float(rock_n_roll(speed, radius=RADIUS, adhesion=values * SMOOTH, weights=weights)[0, 0])
+
+    assert left(1.0) == pytest.approx(0.34026, abs=5e-6)
+    assert brentq(lambda speed: left(speed) - 0.5, 0.3, 2.0) == pytest.approx(0.80040, abs=5e-6)
+
+
+def test_static_balance_lets_the_median_go_where_the_mean_force_is_the_median_adhesion():
+    values, weights = biasi_adhesion(RADIUS).nodes(40001)
+    given = {"radius": RADIUS, "adhesion": values * SMOOTH, "weights": weights, "model": "static"}
+    before, after = rock_n_roll([1.2075, 1.2081], **given)[:, 0]
+    assert before > 0.5 > after  # at 1.20778 m/s
+
+
+def test_rock_n_roll_is_a_probability_that_falls_with_flow_and_time():
+    values, weights = biasi_adhesion(RADIUS).nodes()
+    given = {"radius": RADIUS, "adhesion": values * SMOOTH, "weights": weights}
+    left = rock_n_roll(np.linspace(0, 5, 30), time=[0.0, 0.1, 10.0], **given)
+    np.testing.assert_allclose(left[:, 0], 1.0)
+    np.testing.assert_allclose(left[0], 1.0)
+    assert (np.diff(left, axis=0) <= 1e-12).all() and (np.diff(left, axis=1) <= 0).all() and (left >= 0).all()
+
+
+def test_computed_moments_go_as_the_closed_form_of_one_place():
+    ground = held([4000.0])
+    found = ground.contact.resuspension(friction_velocity=[0.5, 0.7, 0.9], time=[0.01, 1.0], lift="none")
+    speed = found.friction_velocity.values
+    ratio = 43.92 * 1.181e-9 * speed**2 * RADIUS**3 / 4000.0
+    expected = np.exp(-detachment.resuspension_rate(ratio, speed)[:, None] * np.array([0.01, 1.0]))
+    np.testing.assert_allclose(found.remaining, expected, rtol=2e-2, atol=1e-9)
+    assert "remaining_low" not in found  # one place has no band
+
+
+def test_static_remaining_is_the_share_of_places_with_a_larger_critical_velocity():
+    ground = held(np.exp(np.random.default_rng(4).normal(8, 1, (50, 1))))
+    speed = [0.2, 0.5, 1.0, 2.0]
+    found = ground.contact.resuspension(friction_velocity=speed, model="static", resamples=99)
+    critical = ground.contact.critical_load().critical_friction_velocity.values
+    np.testing.assert_allclose(found.remaining[:, 0], [(critical > u).mean() for u in speed])
+    assert (found.remaining_low <= found.remaining).all() and (found.remaining <= found.remaining_high).all()
+    turbulent = ground.contact.resuspension(friction_velocity=speed, resamples=99)
+    assert (turbulent.remaining <= found.remaining + 1e-12).all()  # fluctuations only help
+
+
+def test_from_a_scan_to_the_fraction_left():
+    surface = glass_pair(scan(rough(48, seed=1)))
+    found = surface.contact.rolling(directions=8, subregions=(3, 3)).contact.resuspension(
+        friction_velocity=np.geomspace(1, 1000, 5), particle_density=2500, resamples=99
+    )
+    assert found.remaining[0] == 1 and found.remaining[-1] == 0
+    assert not found.in_range[-1]
+    assert all(found[name].attrs["units"] for name in found.data_vars)
+    assert [step["operation"] for step in roughxr.schema.history(found)][-2:] == ["rolling", "resuspension"]
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: detachment.drag(-1.0, RADIUS), "friction_velocity: expected numbers that are not negative"),
+        (lambda: detachment.drag(1.0, 0.0), "radius: expected positive"),
+        (lambda: detachment.lift(1.0, RADIUS, formula="saffman"), "lift: expected one of"),
+        (lambda: biasi_adhesion("40 um"), "radius: expected less than 35"),
+        (lambda: rock_n_roll([-0.1], radius=RADIUS, adhesion=[1.0]), "not negative"),
+        (lambda: rock_n_roll([1.0], radius=RADIUS, adhesion=[]), "adhesion: expected"),
+        (lambda: held(1.0).contact.critical_load("wind"), "load: expected one of"),
+        (lambda: held(1.0).contact.critical_load("tilt"), "particle_density: expected a density"),
+        (lambda: held(1.0).contact.critical_load(friction_coefficient=1, shear_strength=1), "found both"),
+        (lambda: held(1.0).drop_vars("resisting_moment").contact.critical_load(), "rolling"),
+        (lambda: held(1.0).contact.resuspension(friction_velocity=[-1.0]), "friction_velocity: .* not negative"),
+        (lambda: held(np.nan).contact.resuspension(friction_velocity=[1.0]), "at least one place in contact"),
+    ],
+)
+def test_bad_input_is_refused(call, words):
+    with pytest.raises(ValueError, match=words):
+        call()
