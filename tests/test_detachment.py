@@ -225,3 +225,25 @@ def test_from_a_scan_to_the_fraction_left():
 def test_bad_input_is_refused(call, words):
     with pytest.raises(ValueError, match=words):
         call()
+
+
+def test_the_rose_and_the_fraction_remaining_are_drawn():
+    from matplotlib.figure import Figure
+
+    ground = held(np.linspace(1000, 4000, 72) * np.array([[1.0], [2.0], [3.0]]))
+    rose = ground.contact.plot(ax=Figure().add_subplot(projection="polar"))
+    median = rose.lines[0].get_ydata()
+    np.testing.assert_allclose(median[:-1], 2 * np.linspace(1000, 4000, 72))
+    assert median[0] == median[-1] and "3 places" in rose.get_xlabel()
+    left = ground.contact.resuspension(friction_velocity=np.linspace(0.1, 6, 9), time=[0.1, 1.0], resamples=99)
+    measured = {"a run": ([0.5, 1.0], [0.9, 0.1])}
+    ax = roughxr.figures.fraction_remaining(left, measured=measured, ax=Figure().subplots())
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert words == ["0.1 s", "1 s", "a run"] and len(ax.collections) == 2
+    dotted = [line for line in ax.lines if line.get_linestyle() == ":"]
+    outside = ~left.in_range.values
+    assert outside.any() and np.isfinite(dotted[0].get_ydata()[outside]).all()  # said where a formula is stretched
+    with pytest.raises(ValueError, match="rolling"):
+        roughxr.figures.moment_rose(left)
+    with pytest.raises(ValueError, match="resuspension"):
+        roughxr.figures.fraction_remaining(ground)

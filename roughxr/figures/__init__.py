@@ -7,6 +7,7 @@ when something is drawn.
 from .any_result import plot, plot_array
 from .budget_figure import budget_figures, cut_off, error_budget
 from .comparison import method_comparison
+from .detachment_figure import fraction_remaining, moment_rose
 from .distributions import asperity_statistics, distribution
 from .fits import fitted_distribution
 from .forces import against_hertz, force_fan, force_ratio, mean_force, sweep
@@ -46,8 +47,10 @@ __all__ = [
     "force_fan",
     "force_loop",
     "force_ratio",
+    "fraction_remaining",
     "mean_force",
     "method_comparison",
+    "moment_rose",
     "orientation_rose",
     "overview",
     "paper_figures",

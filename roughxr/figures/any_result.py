@@ -9,6 +9,7 @@ import xarray as xr
 
 from .. import schema
 from .budget_figure import cut_off, error_budget
+from .detachment_figure import fraction_remaining, moment_rose
 from .distributions import asperity_statistics, distribution, label_density
 from .forces import force_fan
 from .maps import field_map, scan_map, subregion_map
@@ -28,7 +29,8 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
     name : str, optional
         A variable: a map along x and y, or samples along ``subregion`` or ``asperity``. By default the heights of a
         scan, the statistics of asperities, the forces of a solution over displacement, or the pull-off forces; the bars
-        of an error budget or a sensitivity, and the pull-off over the shortest wave.
+        of an error budget or a sensitivity, the pull-off over the shortest wave, the rose of resisting moments, and
+        the fraction remaining.
     ax : Axes or sequence of them, optional
         A new figure by default.
     **options
@@ -77,11 +79,15 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
 
 
 def _by_kind(ds: xr.Dataset) -> Any:
-    """Return the figure of an error budget, of a sensitivity, or over the shortest wave; None of another result."""
+    """Return the figure of an error budget, a sensitivity, the shortest wave, moments or what remains; else None."""
     if "relative_error" in ds and "entry" in ds.dims:
         return error_budget
     if "pull_off_mean" in ds and "factor" in ds.coords:
         return tornado
+    if "remaining" in ds and {"friction_velocity", "time"} <= set(ds.dims):
+        return fraction_remaining
+    if "resisting_moment" in ds and {"subregion", "direction"} <= set(ds.dims):
+        return moment_rose
     return cut_off if {"shortest_kept", "seed"} <= set(ds.dims) and "pull_off_force" in ds else None
 
 

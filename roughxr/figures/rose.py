@@ -46,7 +46,7 @@ def orientation_rose(catalogue: xr.Dataset, *, bins: int = 18, ax: Any = None):
     'polar'
     """
     catalogue = schema.validate(catalogue, "asperities")
-    ax = _polar(ax)
+    ax = polar(ax)
     angles = catalogue["orientation"].where(catalogue["curvature_min"] > 0).dropna("asperity").values
     counts, edges = np.histogram(angles, np.linspace(-np.pi / 2, np.pi / 2, bins + 1))
     share = counts * bins / max(counts.sum(), 1)  # 1 without preference
@@ -73,7 +73,8 @@ def _chance(ax, bins: int, total: int):
     ax.fill_between(around, low, high, color=BLACK, alpha=0.15, linewidth=0)
 
 
-def _polar(ax):
+def polar(ax):
+    """Return the polar axes that are given, or new ones."""
     if ax is not None:
         if ax.name != "polar":
             raise ValueError(f"ax: expected polar Axes, found {ax.name}; make them with projection='polar'")
