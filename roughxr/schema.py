@@ -232,6 +232,8 @@ VARIABLES: dict[str, Variable] = {
     "direction": Variable("rad", "direction of rolling", "from x towards y"),
     "resisting_moment": Variable("nN nm", "resisting moment", "the largest held as the sphere begins to roll"),
     "hinge_distance": Variable("nm", "distance of the contact's edge", "from the sphere's axis, towards the direction"),
+    "tipping_pull": Variable("nN", "pull at the axis that tips the sphere", "inf where the edge lies behind the axis"),
+    "tipping_hinge_distance": Variable("nm", "distance of the contact's edge under the tipping pull"),
     "lever": Variable("nm", "lever", "resisting moment over pull-off force"),
     "weakest_direction": Variable("rad", "direction of the smallest resisting moment", "from x towards y"),
     "stiffest_direction": Variable("rad", "direction of the largest resisting moment", "from x towards y"),

@@ -27,6 +27,8 @@ def held(moment, hinge=50.0, pull_off=100.0, area=1e4, load=0.0, directions=72):
         {
             "resisting_moment": (along, moment),
             "hinge_distance": (along, np.broadcast_to(hinge, moment.shape)),
+            "tipping_pull": (along, np.full(moment.shape, np.inf)),
+            "tipping_hinge_distance": (along, np.full(moment.shape, np.nan)),
             "pull_off_force": ("subregion", pull_off * one),
             "pull_off_delta": ("subregion", 0 * one),
             "contact_area": ("subregion", area * one),
@@ -102,6 +104,20 @@ def test_without_adhesion_it_tips_at_the_support_polygon_s_angle():
             edge = 600 * 500 / (500 * np.cos(towards) + 900 * np.sin(towards))
         assert np.tan(found.critical_angle.item()) == pytest.approx(edge / RADIUS, rel=2e-3)
         assert found["mode"].item() == "roll"
+
+
+def test_a_centred_contact_is_lifted_where_it_pulls_off_and_not_tipped_before():
+    """A JKR contact under a pull F at its axis holds max (|P| − F) a: nothing at P_c, 1.0879 P_c a_c at none."""
+    a_c, push = 40.0, {"moment": 1.087872 * 100 * 40.0, "hinge": 1.160397 * 40.0}
+    ground = held(**push)
+    ground["tipping_pull"] = ground.resisting_moment * 0 + 100.0
+    ground["tipping_hinge_distance"] = ground.resisting_moment * 0 + a_c
+    found = ground.contact.critical_load("centrifuge", particle_density=4000)
+    mass = 4 / 3 * np.pi * (RADIUS * 1e-9) ** 3 * (4000 - 1.181)
+    assert found.critical_acceleration.item() == pytest.approx(100e-9 / mass + 9.80665, rel=1e-6)
+    tipped = ground.drop_vars("tipping_pull").assign(tipping_pull=np.inf * ground.tipping_pull)
+    alone = tipped.contact.critical_load("centrifuge", particle_density=4000).critical_acceleration
+    assert alone.item() == pytest.approx(0.9375 * 100e-9 / mass + 9.80665, rel=1e-4)  # what the first state alone says
 
 
 def test_a_load_of_ones_own_has_its_place():

@@ -29,7 +29,8 @@ from .asperity_sum import (
 )
 from .records import Layout, labelled
 
-_STATES = {"resisting_moment": float, "hinge_distance": float, "lever": float}
+_FOUND = ("resisting_moment", "hinge_distance", "tipping_pull", "tipping_hinge_distance")
+_STATES = {name: float for name in (*_FOUND, "lever")}
 _EVENTS = {
     "pull_off_force": float,
     "pull_off_delta": float,
@@ -96,10 +97,11 @@ def rolling(
     Dataset
         Along (subregion, direction): ``resisting_moment`` (nN nm), below zero where the sphere rolls off by itself;
         ``hinge_distance`` (nm) from the sphere's axis to the edge at that moment, below zero where the axis lies beyond
-        it; ``lever`` (nm), the moment over the pull-off force. Along subregion: ``weakest_direction`` and
-        ``stiffest_direction`` (rad), ``pull_off_force`` (nN), ``pull_off_delta`` (nm), ``contact_area`` (nm², at rest),
-        and of asperities ``rest_delta`` (nm from the highest peak), ``contacts`` and ``truncated``. NaN where nothing
-        is in contact; the attribute ``missing`` says so. Lazy where the scan is.
+        it; ``lever`` (nm), the moment over the pull-off force; ``tipping_pull`` (nN), the pull at the axis that tips
+        the sphere by itself, inf where none does, and ``tipping_hinge_distance`` (nm), the edge's there. Along
+        subregion: ``weakest_direction`` and ``stiffest_direction`` (rad), ``pull_off_force`` (nN), ``pull_off_delta``
+        (nm), ``contact_area`` (nm², at rest), and of asperities ``rest_delta`` (nm from the highest peak), ``contacts``
+        and ``truncated``. NaN where nothing is in contact; the attribute ``missing`` says so. Lazy where the scan is.
 
     Raises
     ------
@@ -204,7 +206,7 @@ def _roll(x: float, y: float, prepared: tuple, options: Options, layout: Layout,
     record["rest_delta"], record["contacts"] = rest, held.size
     record["truncated"] = field.at_edge[held].any()
     record["contact_area"] = rotation.total_force(rest, offset[held], scales, spline)[1]
-    return _put(record, layout, found[:, rotation.MOMENT], found[:, rotation.HINGE])
+    return _put(record, layout, found.T)
 
 
 def _rest(field: sums.Field, offset: np.ndarray, pull_off: float, load: float, spline: np.ndarray) -> tuple:
@@ -229,12 +231,13 @@ def _rest(field: sums.Field, offset: np.ndarray, pull_off: float, load: float, s
     return near, rest
 
 
-def _put(record: np.ndarray, layout: Layout, moment: np.ndarray, hinge: np.ndarray) -> np.ndarray:
-    """Write moments (direction) and what follows from them into a record."""
+def _put(record: np.ndarray, layout: Layout, found: np.ndarray) -> np.ndarray:
+    """Write what was found (4, direction), and what follows from it, into a record."""
+    moment, angles = found[rotation.MOMENT], layout.axes["direction"]
     if np.isnan(moment).any():
         return record
-    angles = layout.axes["direction"]
-    record["resisting_moment"], record["hinge_distance"] = moment, hinge
+    for name, values in zip(_FOUND, found):
+        record[name] = values
     record["lever"] = moment / record["pull_off_force"]
     record["weakest_direction"], record["stiffest_direction"] = angles[moment.argmin()], angles[moment.argmax()]
     return record
@@ -266,20 +269,26 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     x, y = (ds[axis].values - float(ds.get(f"subpixel_{axis}", 0.0)) for axis in "xy")
     x, y = np.meshgrid(x, y, indexing="ij")
     cell = float(ds["x"][1] - ds["x"][0]) * float(ds["y"][1] - ds["y"][0])
-    moment, hinge = np.full(angles.size, -np.inf), np.full(angles.size, np.nan)
+    found = np.array([[-np.inf], [np.nan], [-np.inf], [np.nan]]) * np.ones(angles.size)
     for state in range(ds.sizes["delta"]):
         pressure, gap = (ds[name].isel(delta=state).values for name in ("pressure", "gap"))
         touching = (gap <= _CLOSED) | (pressure > 0)
-        if not touching.any():
-            continue
-        push = np.nan_to_num(pressure) * cell
-        for k, angle in enumerate(angles):
-            along = x * np.cos(angle) + y * np.sin(angle)
-            edge = along[touching].max()
-            found = load * edge - (push * (edge - along)).sum()
-            if found > moment[k]:
-                moment[k], hinge[k] = found, edge
+        if touching.any():
+            _of_state(np.nan_to_num(pressure) * cell, touching, x, y, angles, load, found)
+    found[rotation.PULL, found[rotation.PULL] == -np.inf] = np.inf
     known = float(ds["contact_area"].max()) > 0
     at_rest = ds["contact_area"].values[np.argmin(np.abs(ds["force"].values - load))]
     record["contact_area"] = at_rest if known else np.nan
-    return _put(record, layout, np.where(np.isfinite(moment), moment, np.nan), hinge)
+    return _put(record, layout, found if np.isfinite(found[rotation.MOMENT]).all() else np.full_like(found, np.nan))
+
+
+def _of_state(push, touching, x, y, angles, load, found) -> None:
+    """Put one state's moment about the foremost cell in contact into what was found (4, direction), where larger."""
+    for k, angle in enumerate(angles):
+        along = x * np.cos(angle) + y * np.sin(angle)
+        edge = along[touching].max()
+        moment = load * edge - (push * (edge - along)).sum()
+        if moment > found[rotation.MOMENT, k]:
+            found[: rotation.PULL, k] = moment, edge
+        if edge > 0 and moment / edge > found[rotation.PULL, k]:
+            found[rotation.PULL :, k] = moment / edge, edge

@@ -1,13 +1,14 @@
 """What a load must be for a place to give way: rolling, sliding and lifting, each as drive over resistance.
 
-    roll    max over n of [T (e·n) + (N + L) hₙ] / Mₙ,   T = along · r + torque: the moment about the contact
+    roll    max over n of the smaller of [T (e·n) + (N + L) h] / M for two states of edge n: of the largest moment, and
+            of the largest M/h, the pull that tips it; T = along · r + torque, the moment about the contact
     slide   along / (μ (F_c − N)), or along / (τ A)
     lift    N / F_c
 
-with Mₙ the moment held about the contact's edge in direction n and hₙ that edge's distance (`rolling`, under a load
-L), e the direction of the load, N the force away from the wall, F_c the pull-off force, A the contact area. What gives
-way first is what reaches 1 at the smallest strength. All directions n count: a sphere pushed along e may tip about any
-edge of its contact.
+with M the moment held about the contact's edge in direction n and h that edge's distance (`rolling`, under a load L;
+what any one state holds is held), e the direction of the load, N the force away from the wall, F_c the pull-off force,
+A the contact area. What gives way first is what reaches 1 at the smallest strength. All directions n count: a sphere
+pushed along e may tip about any edge of its contact.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ _TRIED, _HALVINGS = 240, 60
 class Held(NamedTuple):
     """What holds the sphere, by place."""
 
-    moment: np.ndarray  # (place, direction), nN nm
-    hinge: np.ndarray  # (place, direction), nm
+    moment: np.ndarray  # (state, place, direction), nN nm
+    hinge: np.ndarray  # (state, place, direction), nm
     share: np.ndarray  # (place, direction): e·n, of the load's moment about each edge
     pull_off: np.ndarray  # (place,), nN, 0 where nothing adheres
     area: np.ndarray  # (place,), nm²
@@ -145,12 +146,12 @@ def held_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_str
         raise ValueError(f"expected resisting moments, of ds.contact.rolling(), found variables: {found}")
     if friction_coefficient is not None and shear_strength is not None:
         raise ValueError("expected either friction_coefficient or shear_strength, found both")
-    moment, hinge = (
-        ds[name].transpose("subregion", "direction").values for name in ("resisting_moment", "hinge_distance")
-    )
+    names = ("resisting_moment", "hinge_distance", "tipping_pull", "tipping_hinge_distance")
+    moment, hinge, pull, pull_hinge = (ds[name].transpose("subregion", "direction").values for name in names)
+    tips = np.isfinite(pull) & np.isfinite(pull_hinge)  # else only the state of the largest moment counts
     return Held(
-        moment=moment,
-        hinge=hinge,
+        moment=np.array([moment, np.where(tips, pull * pull_hinge, moment)]),
+        hinge=np.array([hinge, np.where(tips, pull_hinge, hinge)]),
         share=_shares(ds["direction"].values, moment, direction),
         pull_off=np.nan_to_num(ds["pull_off_force"].values),
         area=ds["contact_area"].values,
@@ -179,7 +180,8 @@ def drive_ratios(push: Push, body: Body, held: Held) -> np.ndarray:
     along, turn, away = (np.broadcast_to(part, held.pull_off.shape) for part in push[:3])
     about = (along * body.radius + turn)[:, None] * held.share + (away + held.load)[:, None] * held.hinge
     with np.errstate(divide="ignore", invalid="ignore"):
-        roll = np.where(held.moment > 0, about / held.moment, np.where(about >= held.moment, np.inf, 0.0)).max(axis=1)
+        roll = np.where(held.moment > 0, about / held.moment, np.where(about >= held.moment, np.inf, 0.0))
+        roll = roll.min(axis=0).max(axis=1)
         slide, holds = np.zeros_like(roll), held.pull_off - away
         if held.friction is not None or held.strength is not None:
             most = held.strength * held.area if held.strength is not None else held.friction * holds

@@ -15,6 +15,10 @@ the contacts that make it. The largest M on the way is what the place resists. O
 The force at the edge is the reaction that closes the balance of forces; it acts at the foremost point of the contact,
 the longest lever that the contact allows. Asperities ahead of the edge that the sphere comes down on are left out.
 
+A pull F at the sphere's axis takes F h from what is held: max over θ of M(θ) − F h(θ) is left. That is convex in F and
+lies above two of its tangents: the one at F = 0, M and h at the largest moment, and the one where nothing is left,
+F = max M/h, the pull at the axis that tips the sphere by itself. One JKR asperity gives P_c there.
+
 x, y    vertices from the sphere's axis, nm;  ``delta`` their displacements at rest, nm
 P, L    nN;  M  nN nm;  h, s, r  nm;  e = (cos φ, sin φ)
 Source: own.
@@ -31,30 +35,31 @@ _STEPS = 100
 #: Steps at most; some 500 bring contacts a hundred times as far from the edge as wide to their end.
 _MOST = 100_000
 
-#: What is found in each direction: the largest moment, nN nm, and the edge's distance from the axis there, nm.
-MOMENT, HINGE = range(2)
+#: What is found in each direction: the largest moment, nN nm, and the edge's distance from the axis there, nm; the
+#: largest M/h, nN, inf where the edge is never ahead of the axis, and the edge's distance there, nm.
+MOMENT, HINGE, PULL, PULL_HINGE = range(4)
 
 
 @kernel
 def resisting_moments(directions, x, y, orientation, delta, scales, load, spline):
-    """Return (direction, 2), ``MOMENT`` and ``HINGE``, for each direction φ (rad); NaN where nothing is in contact."""
-    out = np.empty((directions.size, 2))
+    """Return (direction, 4), ``MOMENT`` … ``PULL_HINGE``, for each direction φ (rad); NaN without contact."""
+    out = np.empty((directions.size, 4))
     for k in range(directions.size):
         c, s = np.cos(directions[k]), np.sin(directions[k])
         along = x * c + y * s
         turned = orientation - directions[k]
-        out[k, MOMENT], out[k, HINGE] = _largest_moment(along, turned, delta.copy(), scales, load, spline)
+        _turn(along, turned, delta.copy(), scales, load, spline, out[k])
     return out
 
 
 @kernel
-def _largest_moment(along, turned, delta, scales, load, spline):
-    """Turn the sphere until all have let go; return the largest moment on the way and where the edge was."""
+def _turn(along, turned, delta, scales, load, spline, out):
+    """Turn the sphere until all have let go, and keep the largest moment and the largest M/h on the way."""
     n = along.size
     force, reach, way = np.empty(n), np.empty(n), np.empty(n)
     for i in range(n):
         way[i] = delta[i] - scales.end[i] * scales.delta[i]
-    largest, hinge = -np.inf, np.nan
+    out[MOMENT], out[HINGE], out[PULL], out[PULL_HINGE] = -np.inf, np.nan, -np.inf, np.nan
     for _ in range(_MOST):
         h = _edge(along, turned, delta, scales, spline, force, reach)
         if h == -np.inf:
@@ -65,13 +70,18 @@ def _largest_moment(along, turned, delta, scales, load, spline):
                 moment -= force[i] * (h - along[i])
                 if h > along[i]:
                     step = min(step, way[i] / (_STEPS * (h - along[i])))
-        if moment > largest:
-            largest, hinge = moment, h
+        if moment > out[MOMENT]:
+            out[MOMENT], out[HINGE] = moment, h
+        if h > 0.0 and moment / h > out[PULL]:
+            out[PULL], out[PULL_HINGE] = moment / h, h
         if step == np.inf:
             break
         for i in range(n):
             delta[i] -= step * (h - along[i])
-    return (largest, hinge) if largest > -np.inf else (np.nan, np.nan)
+    if out[MOMENT] == -np.inf:
+        out[:] = np.nan
+    elif out[PULL] == -np.inf:
+        out[PULL] = np.inf
 
 
 @kernel
