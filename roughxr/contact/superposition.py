@@ -122,6 +122,11 @@ def superpose(
         If a pull-off exceeds that of the same sphere from a smooth flat, with what makes it do so (input in memory
         only).
 
+    Notes
+    -----
+    Asperities stay elastic: a hardness on the pair travels into the result, and nothing yields at it. `direct` and
+    `adhesive` follow what does.
+
     References
     ----------
     Cheng, Dunn & Brach, eqs. 15–24 and 35, printed with λ² for λ and with the sign of eq. 35 reversed.
