@@ -21,8 +21,9 @@ from .contact.adhesion import adhesive
 from .contact.elastic import direct
 from .contact.estimates import elastic_pull_off, tabor
 from .contact.maps import pull_off_map
-from .contact.regimes import formulas, regime, scale_dependence
+from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
+from .contact.short_waves import scale_dependence
 from .contact.superposition import superpose
 from .exports import table, to_resuspension, to_table
 from .figures import plot
@@ -47,8 +48,9 @@ from .scans import (
     smooth,
     to_gsf,
     to_surfacetopography,
+    to_tiff,
 )
-from .sensitivities import sensitivity
+from .sensitivities import error_budget, sensitivity
 from .statistics import bootstrap, cdf, compare, debris, fit, pdf, pull_off, reduction, summary
 from .tip import dilate, erode, tip_flags
 
@@ -73,6 +75,7 @@ __all__ = [
     "direct",
     "elastic_pull_off",
     "erode",
+    "error_budget",
     "figures",
     "fill",
     "fit",
@@ -114,5 +117,6 @@ __all__ = [
     "to_resuspension",
     "to_surfacetopography",
     "to_table",
+    "to_tiff",
     "vary",
 ]

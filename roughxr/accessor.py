@@ -16,13 +16,14 @@ from .contact.adhesion import adhesive
 from .contact.elastic import direct
 from .contact.estimates import elastic_pull_off, tabor
 from .contact.maps import pull_off_map
-from .contact.regimes import formulas, regime, scale_dependence
+from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
+from .contact.short_waves import scale_dependence
 from .contact.superposition import superpose
 from .materials import assign_pair
 from .parameter_grid import vary
 from .reconstruction import reconstruct
-from .sensitivities import sensitivity
+from .sensitivities import error_budget, sensitivity
 
 
 def _method(function: Callable) -> Callable:
@@ -76,6 +77,7 @@ class ContactAccessor:
     formulas = _method(formulas)
     scale_dependence = _method(scale_dependence)
     sensitivity = _method(sensitivity)
+    error_budget = _method(error_budget)
 
     # statistics
     pull_off = _method(statistics.pull_off)
@@ -96,6 +98,7 @@ class ContactAccessor:
     # files for others
     table = _method(exports.table)
     to_gsf = _method(scans.to_gsf)
+    to_tiff = _method(scans.to_tiff)
     to_surfacetopography = _method(scans.to_surfacetopography)
     to_resuspension = _method(exports.to_resuspension)
     to_table = _method(exports.to_table)

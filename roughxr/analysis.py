@@ -5,7 +5,8 @@ A run is a dictionary of Datasets, the groups of its archive:
     scan, asperities, reconstruction
     solutions/adhesive, /rigid, /direct, /contact (fields of one place), /smooth (the same sphere on a flat), /hertz,
     /published, …
-    statistics/adhesive, /rigid, /published, …, /roughness, /regime (which model suits), /formulas (what they say here)
+    statistics/adhesive, /rigid, /published, …, /roughness, /regime (which model suits), /formulas (what they say here),
+    /error_budget, /sensitivity, /shorter_waves
 """
 
 from __future__ import annotations
@@ -29,12 +30,14 @@ from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
 from .contact.superposition import superpose
 from .disk import whole
+from .jobs.progress import teller
 from .jobs.run import checkpointed
 from .materials import assign_pair, gilman_surface_energy
 from .reconstruction import reconstruct
 from .scans import level, open_sample, roughness
+from .sensitivities import cut_off_waves, error_budget, sensitivity
 from .statistics import pull_off
-from .units import magnitude
+from .units import magnitude, whole_number
 
 #: Formulations that a run compares.
 COMPARED = ("published", "self_similar", "energy")
@@ -150,6 +153,7 @@ class Plan(NamedTuple):
     refine: int | str = "auto"
     step: float = 0.4  # nm
     checked: int = 4  # places that are solved on a mesh twice as fine in half the steps too
+    budget: int = 4  # places that are solved again under each change of the error budget; 0: no budget
 
 
 #: The paper's: 8 × 8 places, its two displacements among those solved, peaks held at their pixels.
@@ -163,7 +167,7 @@ PAPER_PLAN = Plan(
 )
 
 
-def paper(output: str | Path, *, progress: bool = False) -> dict[str, xr.Dataset]:
+def paper(output: str | Path, *, budget: int = 4, progress: bool = False) -> dict[str, xr.Dataset]:
     """Repeat the paper on the glass twin: archive, figures 2–16 and the table of all methods.
 
     Parameters
@@ -171,6 +175,8 @@ def paper(output: str | Path, *, progress: bool = False) -> dict[str, xr.Dataset
     output : path
         A folder, made where it is not there: ``paper.nc``, ``overview.png``, ``figure-02.png`` …
         ``figure-16.png``, ``table.txt``, ``table-scan.csv`` and ``table-contact.csv``.
+    budget : int
+        As for `run`.
     progress : bool
         Tell on standard error what is being computed.
 
@@ -178,10 +184,25 @@ def paper(output: str | Path, *, progress: bool = False) -> dict[str, xr.Dataset
     -------
     dict of str to Dataset
         The groups of the archive.
+
+    Raises
+    ------
+    ValueError
+        If ``paper.nc`` is there and holds another run.
+    BlockingIOError
+        If another process is computing it.
+
+    Examples
+    --------
+    ``paper("results")`` takes minutes; what it solves stands in its plan:
+
+    >>> PAPER_PLAN.subregions, PAPER_PLAN.direct_deltas.size, PAPER_PLAN.sweep.size
+    ((8, 8), 18, 301)
     """
     scan = assign_pair(open_sample("glass"), **PAPER_PAIR)
     folder = Path(output)
-    groups = _kept(scan, PAPER_PLAN, folder / "paper.nc", progress=progress)
+    wanted = PAPER_PLAN._replace(budget=whole_number(budget, "budget", least=0))
+    groups = _kept(scan, wanted, folder / "paper.nc", progress=progress)
     _show(
         groups,
         (
@@ -205,6 +226,7 @@ def run(
     law: str = "auto",
     refine: int | str = "auto",
     levelling: str = "plane",
+    budget: int = 4,
     scheduler: str | None = None,
     progress: bool = False,
 ) -> dict[str, xr.Dataset]:
@@ -229,6 +251,8 @@ def run(
         law holds on, and four of them on one twice as fine in half the steps, which tells the error of both.
     levelling : {"plane", "quadratic", "none"}
         What is taken off the scan first.
+    budget : int
+        At so many places the simulation with adhesion is repeated under each change of the error budget; 0: no budget.
     scheduler : str, optional
         Where the subregions are solved: "threads", "processes", "synchronous", or the address of a
         ``dask scheduler``; by default the active ``distributed.Client``, else threads.
@@ -246,9 +270,23 @@ def run(
         If the output holds another run.
     BlockingIOError
         If another process is computing it.
+
+    Examples
+    --------
+    Two places on a small scan without adhesion; the tables that it prints are put aside.
+
+    >>> import contextlib, io, tempfile
+    >>> from roughxr.synthetic import self_affine
+    >>> scan = self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
+    >>> scan = assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0)
+    >>> with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()) as printed:
+    ...     groups = run(scan, Path(folder) / "run.nc", subregions=(2, 1), delta=[1.0, 2.0])
+    >>> dict(groups["solutions/direct"].force.sizes), "asperities" in printed.getvalue()
+    ({'subregion': 2, 'delta': 2}, True)
     """
     scan = scan if levelling == "none" else level(scan, method=levelling)
     adhesion = {"preload": magnitude(preload, "nN", "preload"), "law": law, "refine": refine}
+    adhesion["budget"] = whole_number(budget, "budget", least=0)
     wanted, output = plan(scan, subregions=subregions, delta=delta, **adhesion), Path(output)
     path = output if output.suffix == ".nc" else output / "run.nc"
     groups = _kept(scan, wanted, path, scheduler=scheduler, progress=progress)
@@ -282,7 +320,7 @@ def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None, **adh
     delta : array_like, optional
         Displacements of the direct simulation, nm.
     **adhesion
-        ``preload``, ``law`` and ``refine`` of `adhesive`.
+        ``preload``, ``law`` and ``refine`` of `adhesive`, and ``budget``.
 
     Returns
     -------
@@ -313,7 +351,7 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
     -------
     dict of str to Dataset
     """
-    say = _teller(progress)
+    say = teller(progress)
     say("asperities and reconstruction")
     catalogue = asperities(scan, patch=plan.patch, vertex=plan.vertex)
     if not bool((catalogue["curvature_min"] > 0).any()):
@@ -343,7 +381,22 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
         groups[f"solutions/{name}"] = superpose(summed, delta=plan.sweep, formulation=name, **options)
     for name in COMPARED:
         groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
+    if plan.budget and "solutions/adhesive" in groups:
+        groups |= _error_budget(scan, plan, groups["solutions/adhesive"], progress)
     return groups
+
+
+def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, progress: bool) -> dict[str, xr.Dataset]:
+    """Return what the simulated pull-off hangs on, at a few of its places, and the budget made of it."""
+    preload = float(np.min(plan.preload))
+    how = {"preload": preload, "law": solved.attrs["law"], "step": plan.step, "places": plan.budget}
+    how |= {"refine": plan.refine, "subregions": solved}
+    changes = sensitivity(scan, method="adhesive", progress=progress, **how)
+    teller(progress)("the same with shorter waves added or cut off")
+    scales = cut_off_waves(scan, **how)
+    budget = error_budget(scan, solved=solved, changes=changes, scales=scales, seeds=0, **how)
+    found = {"statistics/error_budget": budget, "statistics/sensitivity": changes}
+    return found if scales is None else found | {"statistics/shorter_waves": scales}
 
 
 def _pressed(scan: xr.Dataset, plan: Plan, options: dict[str, Any]) -> dict[str, xr.Dataset]:
@@ -363,10 +416,9 @@ def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: C
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
     finer = 2 * int(solved["refinement"].max())
     if plan.refine == "auto" and finer <= MOST_REFINED:
-        centres = regions.centres(scan, plan.subregions)
-        some = np.unique(np.linspace(0, centres.sizes["subregion"] - 1, plan.checked).round().astype(int))
-        say(f"the same on a mesh twice as fine at {some.size} places")
-        checked = options | {"subregions": centres.isel(subregion=some)}
+        some = regions.sample(regions.centres(scan, plan.subregions), plan.checked)
+        say(f"the same on a mesh twice as fine at {some.sizes['subregion']} places")
+        checked = options | {"subregions": some}
         groups["solutions/finer"] = adhesive(scan, refine=finer, step=0.5 * plan.step, **how, **checked)
     return groups
 
@@ -406,12 +458,6 @@ def _flat(scan: xr.Dataset) -> xr.Dataset:
     return scan.assign(height=xr.zeros_like(scan["height"]).assign_attrs(scan["height"].attrs))
 
 
-def _teller(progress: bool) -> Callable[[str], None]:
-    import sys
-
-    return (lambda what: print(what, file=sys.stderr, flush=True)) if progress else (lambda what: None)
-
-
 def _show(
     groups: dict[str, xr.Dataset],
     tables: tuple,
@@ -421,7 +467,9 @@ def _show(
 ) -> None:
     """Print the tables, and put them and the figures into a folder."""
     notes = [PAPER_TWIN] if "paper" in tables[0] else []
-    printed = _print(tables, notes + report.superposed(groups))
+    if "statistics/error_budget" in groups:
+        notes = [report.headline(groups), *notes]
+    printed = _print(tables, notes + report.superposed(groups), groups)
     if folder is None:
         return
     for part, table in zip(("scan", "contact"), tables):
@@ -429,15 +477,19 @@ def _show(
             table.to_csv(temporary)
     with whole(folder / "table.txt") as temporary:
         temporary.write_text(printed, encoding="utf-8")
-    _teller(progress)("figures")
+    teller(progress)("figures")
     figures.save(figures.overview(groups), folder / "overview.png", dpi=150)
     for name, figure in drawn(groups):
         figures.save(figure, folder / f"{name}.png")
+    for name, figure in figures.budget_figures(groups):
+        figures.save(figure, folder / f"{name}.png", dpi=220)
 
 
-def _print(tables: tuple, notes: list[str]) -> str:
+def _print(tables: tuple, notes: list[str], groups: dict[str, xr.Dataset]) -> str:
     """Print the tables, and below them what must be known to read them."""
     parts = [report.text(table, title) for table, title in zip(tables, ("Scan and asperities", "Contact"))]
+    if "statistics/error_budget" in groups:
+        parts.append(report.text(report.budget_table(groups), "Error budget of the mean pull-off"))
     lines = "\n".join([*parts, *(fill(note, 100) for note in notes)])
     print(lines)
     return lines + "\n" * bool(notes)

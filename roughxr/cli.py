@@ -61,6 +61,7 @@ _DESCRIPTION = "How hard a small sphere presses, and how hard it sticks, whereve
 def _add_paper(commands) -> None:
     command = commands.add_parser("paper", help="repeat the paper on the embedded glass twin: archive, figures, tables")
     command.add_argument("-o", "--output", default="paper-run", metavar="FOLDER", help="default: %(default)s")
+    _add_budget(command)
     _add_quiet(command)
     command.set_defaults(command=_paper)
 
@@ -95,6 +96,7 @@ def _add_run(commands) -> None:
         metavar="WHERE",
         help="threads, processes, synchronous, or the address of a dask scheduler; default: threads",
     )
+    _add_budget(command)
     _add_quiet(command)
     command.set_defaults(command=_run)
 
@@ -188,6 +190,17 @@ def _add_reading(command) -> None:
     )
 
 
+def _add_budget(command) -> None:
+    command.add_argument(
+        "--budget",
+        type=int,
+        default=4,
+        metavar="PLACES",
+        help="places at which the simulation with adhesion is repeated under each change of the error budget; 0: no "
+        "budget; default: %(default)s",
+    )
+
+
 def _add_quiet(command) -> None:
     command.add_argument("-q", "--quiet", action="store_true", help="no progress on standard error")
 
@@ -195,7 +208,7 @@ def _add_quiet(command) -> None:
 def _paper(options) -> None:
     from . import analysis
 
-    analysis.paper(options.output, progress=not options.quiet)
+    analysis.paper(options.output, budget=options.budget, progress=not options.quiet)
     print(f"written to {options.output}")
 
 
@@ -212,6 +225,7 @@ def _run(options) -> None:
         law=options.law,
         refine=options.refine,
         levelling=options.level,
+        budget=options.budget,
         scheduler=options.scheduler,
         progress=not options.quiet,
     )
@@ -242,9 +256,12 @@ def _paired(scan, options):
         )
     scan = materials.assign_pair(scan, **{name: _numbers(value) for name, value in pair.items() if value is not None})
     if "work_of_adhesion" not in scan.coords:
+        known = ", ".join(name for name, one in MATERIALS.items() if one.hamaker is not None)
+        found = f"none in --materials {options.materials} (it is known of {known})" if options.materials else "nothing"
         raise ValueError(
-            "expected how strongly the bodies adhere, found nothing: give --work-of-adhesion (or --surface-energy) in "
-            "J/m²; dry clean solids have some 0.05 to 0.1 by van der Waals forces alone, water films and bonds add"
+            f"expected how strongly the bodies adhere, found {found}: give --work-of-adhesion (or --surface-energy) in "
+            "J/m² as well; dry clean solids have some 0.05 to 0.1 by van der Waals forces alone, water films and bonds "
+            "add"
         )
     return scan
 

@@ -70,6 +70,19 @@ def centres(ds: xr.Dataset, subregions: Any = None) -> xr.Dataset:
     return schema.label(out)
 
 
+def sample(positions: xr.Dataset, count: int) -> xr.Dataset:
+    """Return so many of the contact centres, spread evenly over their order; all where there are fewer.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> sample(centres(roughxr.open_sample("glass"), (8, 8)), 4).subregion.values.tolist()
+    [0, 21, 42, 63]
+    """
+    last = positions.sizes["subregion"] - 1
+    return positions.isel(subregion=np.unique(np.linspace(0, last, count).round().astype(int)))
+
+
 #: Scalar coordinates by which a catalogue remembers its scan's outer edges.
 EDGES = ("scan_x_min", "scan_x_max", "scan_y_min", "scan_y_max")
 

@@ -218,6 +218,16 @@ VARIABLES: dict[str, Variable] = {
     "pull_off_median": Variable("nN", "median pull-off force"),
     "asperities": Variable("1", "asperities found"),
     "unbracketed": Variable("1", "places whose sweep was too short"),
+    "pull_off_change": Variable(
+        "1", "change of the mean pull-off force", "over the base case on cells of the same size"
+    ),
+    "reason": Variable("1", "why it was not computed"),
+    # error budget
+    "entry": Variable("1", "what may be off"),
+    "relative_error": Variable("1", "error of the mean pull-off force", "one standard deviation over the mean"),
+    "how": Variable("1", "how it was got"),
+    "total_error": Variable("1", "error of the mean pull-off force, all entries", "root of the sum of squares"),
+    "contact_radius_pixels": Variable("1", "radius of the smallest contact that matters", "pixels of the scan"),
     # one asperity, one sphere
     "distance": Variable("nm", "distance from the plane", "of the sphere's lowest point"),
     "semi_axis_a": Variable("nm", "longer semi-axis of the contact ellipse"),

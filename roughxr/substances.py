@@ -38,11 +38,17 @@ class Material(NamedTuple):
     hamaker_source: str = ""
 
 
-#: By name. Glass is the paper's; silicon's modulus is that of a (100) face. Looked up again: the moduli of steel (207),
-#: polystyrene (2.28 to 3.28) and PTFE (0.40 to 0.55) in the handbook's table B.2; polystyrene's A (65) in
-#: Walstra, Physical Chemistry of Foods, table 12.2. Dowling, Mechanical Behavior of Materials, table 5.2, has 400 and
-#: 0.22 for alumina, 70 and 0.18 for fused silica, 212 and 0.293 for steel. Fused silica's hardness at large indents is
-#: 7.3 (an interlaboratory comparison of 2008). The rest was not looked up again.
+#: By name. Glass is the paper's. Silicon's constants are those along <100>: a crystal that is pressed on
+#: answers with its other directions too, 169 GPa and 0.06 along <110>, and is somewhat stiffer.
+#:
+#: Looked up again: the moduli of steel (207), polystyrene (2.28 to 3.28) and PTFE (0.40 to 0.55) in the handbook's
+#: table B.2; A of polystyrene (65), and of water (37), ethanol (42) and hexadecane (52) below, in Walstra, Physical
+#: Chemistry of Foods, table 12.2, which has 90 for glass; silicon's 130 and 0.279 in MEMS practice (memsnet.org, mems-
+#: talk, 2001); gold's 0.42 in tables of Poisson's ratio, which have 0.27 to 0.30 for steel and 0.18 to 0.3 for glass.
+#: Dowling, Mechanical Behavior of Materials, table 5.2, has 400 and 0.22 for alumina, 70 and 0.18 for fused silica, 69
+#: and 0.20 for soda-lime glass, 212 and 0.293 for steel. Fused silica's hardness at large indents is 7.3 (an
+#: interlaboratory comparison of 2008). Not looked up again: alumina's 380, silica's 73 and 0.17, gold's 77, the ratios
+#: of polystyrene and PTFE, and A of silica, alumina and PTFE.
 MATERIALS = {
     "glass": Material(
         75.0,

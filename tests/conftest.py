@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -12,9 +13,15 @@ import pytest
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
 
+#: Compiles on import, which is for the children of ``test_runs`` alone, not for whoever looks for doctests.
+collect_ignore = ["a_run_compiled.py"]
+
 #: Files in the order in which they begin, the others after them: what takes longest does not come last, and of two
 #: that compile much each compiles another part, which the rest find compiled.
 _FIRST = ("test_adhesive", "test_direct", "test_runs", "test_cli", "test_figures")
+
+#: Where the folder of the workers' locks is told.
+_LOCKS = "ROUGHXR_TESTS_COMPILING"
 
 
 def pytest_collection_modifyitems(items):
@@ -25,8 +32,16 @@ def pytest_collection_modifyitems(items):
 
 def pytest_configure(config):
     """Of several workers, let one compile a kernel, and who needs it too wait for what then lies in the cache."""
-    if "PYTEST_XDIST_WORKER" in os.environ and sys.platform != "win32":
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        os.environ[_LOCKS] = tempfile.mkdtemp(prefix="roughxr-compiling-")
+    elif sys.platform != "win32":
         Dispatcher.compile = _by_one(Dispatcher.compile)
+
+
+def pytest_unconfigure(config):
+    """Take the workers' locks away, who have ended."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        shutil.rmtree(os.environ.pop(_LOCKS))
 
 
 def _by_one(compiling):
@@ -53,9 +68,7 @@ def _alone(name):
     """Hold a name for one of this run's processes."""
     import fcntl
 
-    folder = Path(tempfile.gettempdir()) / f"roughxr-compiling-{os.environ['PYTEST_XDIST_TESTRUNUID']}"
-    folder.mkdir(exist_ok=True)
-    with (folder / name).open("w") as file:
+    with Path(os.environ[_LOCKS], name).open("w") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield
 

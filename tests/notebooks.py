@@ -1,22 +1,26 @@
 """Execute every notebook from its folder; compare what comes out with what is stored, or store it.
 
-Run as a script: ``python tests/notebooks.py`` executes all and fails where words, numbers or the count of pictures
-differ from what a notebook holds (one that holds no outputs is executed only); ``python tests/notebooks.py --store``
-writes the outputs into the notebooks, pictures as small PNG files. Names of notebooks restrict either.
+Run as a script: ``python tests/notebooks.py`` executes all, one on every core, and fails where words, numbers or the
+count of pictures differ from what a notebook holds (one that holds no outputs is executed only);
+``python tests/notebooks.py --store`` writes the outputs into the notebooks, pictures as small PNG files, with a mark of
+the code that made them. Names of notebooks restrict either.
 """
 
 import argparse
 import base64
+import hashlib
 import io
 import math
 import os
 import re
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 import nbformat
 from nbclient import NotebookClient
+from nbclient.exceptions import CellExecutionError
 
 FOLDER = Path(__file__).parents[1] / "notebooks"
 
@@ -25,6 +29,9 @@ _AGREE = 2e-3
 
 #: Most pixels that a stored picture is wide, and its colours: it is for reading where it lies.
 _WIDTH, _COLOURS = 640, 64
+
+#: What takes longest begins first, so that no core is left alone with it.
+_FIRST = ("the-paper", "rigid-bodies", "adhesion-verdict")
 
 _NUMBER = re.compile(r"[-−]?\d+\.?\d*(?:e[-+]?\d+)?")
 
@@ -71,11 +78,25 @@ def differences(stored, made) -> list[str]:
     return found + [f"cell {k}: its words or numbers differ" for k, a, b in code if not agree(words_of(a), words_of(b))]
 
 
+def source_mark(cell) -> str:
+    """Return what tells a cell's code from any other."""
+    return hashlib.sha256(cell.source.encode()).hexdigest()[:16]
+
+
+def outdated(notebook) -> list[int]:
+    """Return the cells whose code is not that of which the outputs are stored; none of a notebook without outputs."""
+    code = [(k, cell) for k, cell in enumerate(notebook.cells) if cell.cell_type == "code"]
+    if not any(cell.get("outputs") for _, cell in code):
+        return []
+    return [k for k, cell in code if cell.metadata.get("outputs_of") != source_mark(cell)]
+
+
 def small(notebook):
     """Return a notebook with small pictures, without what standard error said, times or a kernel's own marks."""
     for cell in notebook.cells:
         cell.metadata.pop("execution", None)
         if cell.cell_type == "code":
+            cell.metadata["outputs_of"] = source_mark(cell)
             cell.outputs = [o for o in cell.outputs if not (o.output_type == "stream" and o.name == "stderr")]
         for output in cell.get("outputs", ()):
             if "image/png" in output.get("data", {}):
@@ -97,9 +118,23 @@ def _small_picture(encoded: str) -> str:
 def executed(path: Path):
     """Return a notebook as it comes out of a run from its own folder."""
     notebook = nbformat.read(path, as_version=4)
-    os.environ.pop("MPLBACKEND", None)  # a notebook's own shows pictures where they are asked for
     NotebookClient(notebook, timeout=1200, resources={"metadata": {"path": str(FOLDER)}}).execute()
     return notebook
+
+
+def judged(path: Path, store: bool) -> tuple[str, bool]:
+    """Execute a notebook, and return what came of it in words, and whether it is wrong."""
+    start, stored = time.perf_counter(), nbformat.read(path, as_version=4)
+    try:
+        made = executed(path)
+    except CellExecutionError as error:
+        return f"{path.name}: {error}", True
+    if store:
+        nbformat.write(small(made), path)
+    bare = not any(cell.get("outputs") for cell in stored.cells)
+    found = [] if store or bare else differences(stored, made)
+    state = "stored" if store else "bare" if bare else "; ".join(found) or "as stored"
+    return f"{path.name}: {time.perf_counter() - start:.0f} s, {state}", bool(found)
 
 
 def main() -> int:
@@ -108,19 +143,16 @@ def main() -> int:
     parser.add_argument("names", nargs="*", help="notebooks such as first-steps; default: all")
     parser.add_argument("--store", action="store_true", help="write the outputs into the notebooks")
     options = parser.parse_args()
+    os.environ.pop("MPLBACKEND", None)  # a notebook's own shows pictures where they are asked for
+    order = {name: k for k, name in enumerate(_FIRST)}
+    paths = [path for path in sorted(FOLDER.glob("*.ipynb")) if not options.names or path.stem in options.names]
+    paths.sort(key=lambda path: order.get(path.stem, len(order)))
     wrong = 0
-    for path in sorted(FOLDER.glob("*.ipynb")):
-        if options.names and path.stem not in options.names:
-            continue
-        start, stored = time.perf_counter(), nbformat.read(path, as_version=4)
-        made = executed(path)
-        if options.store:
-            nbformat.write(small(made), path)
-        bare = not any(cell.get("outputs") for cell in stored.cells)
-        found = [] if options.store or bare else differences(stored, made)
-        state = "stored" if options.store else "bare" if bare else "; ".join(found) or "as stored"
-        print(f"{path.name}: {time.perf_counter() - start:.0f} s, {state}", flush=True)
-        wrong += bool(found)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for done in as_completed([pool.submit(judged, path, options.store) for path in paths]):
+            told, failed = done.result()
+            print(told, flush=True)
+            wrong += failed
     return int(wrong > 0)
 
 

@@ -17,7 +17,7 @@ import xarray as xr
 from roughxr import archive, figures
 from roughxr.disk import leftovers, uninterrupted, whole
 from roughxr.exports import to_table
-from roughxr.scans import to_gsf, to_netcdf, to_surfacetopography
+from roughxr.scans import to_gsf, to_netcdf, to_surfacetopography, to_tiff
 
 from .surfaces import rough, scan
 
@@ -72,6 +72,7 @@ WRITERS = {
     "scan.nc": lambda path: to_netcdf(scan(rough(128)), path),
     "surfacetopography.nc": lambda path: to_surfacetopography(scan(rough(128)), path),
     "scan.gsf": lambda path: to_gsf(scan(rough(256)), path),
+    "scan.tif": lambda path: to_tiff(scan(rough(256)), path),
     "table.csv": lambda path: to_table(noise().rename(x="row", y="column"), path),
     "table.parquet": lambda path: to_table(noise().rename(x="row", y="column"), path),
     "figure.png": lambda path: figures.save(picture(), path, dpi=300),

@@ -154,21 +154,25 @@ def test_one_column_wide(run, name):
     assert drawn[0].figure.get_figwidth() == pytest.approx(85 / 25.4)
 
 
-def test_paper_figures(run):
+@pytest.fixture(scope="module")
+def paper(run):
     drawn = dict(figures.paper_figures(run))
-    assert list(drawn) == PAPER
     assert not pyplot.get_fignums()
-    for name, figure in drawn.items():
+    return drawn
+
+
+def test_paper_figures(paper):
+    assert list(paper) == PAPER
+    for name, figure in paper.items():
         figure.draw_without_rendering()
         assert figure.get_suptitle().startswith(f"Figure {int(name[-2:])}. ")
 
 
-def test_printed_numbers_stand_beside_ours(run):
+def test_printed_numbers_stand_beside_ours(paper):
     printed = {"figure-12": "21 ± 11 µN", "figure-15": "19.1 µN", "figure-16": "2.0 ± 1.37 µN"}
-    for name, figure in figures.paper_figures(run):
-        if name in printed:
-            texts = [text.get_text() for text in figure.findobj(matplotlib.text.Text)]
-            assert {"here", "paper", printed[name]} <= set(texts)
+    for name, words in printed.items():
+        texts = [text.get_text() for text in paper[name].findobj(matplotlib.text.Text)]
+        assert {"here", "paper", words} <= set(texts)
 
 
 def test_a_missing_group_is_named():
@@ -244,6 +248,13 @@ def test_the_best_law_stands_first(run):
     assert words[0] == "log-normal" and all("ΔAIC" in word for word in words[1:]) and len(words) == 4
 
 
+def test_a_law_without_an_end_at_zero_is_drawn_beside_it():
+    """Many places that hardly pull: a Weibull of shape < 1."""
+    ds = xr.Dataset({"pull_off_force": ("subregion", np.random.default_rng(0).weibull(0.5, 60), {"units": "nN"})})
+    ax = figures.fitted_distribution(ds, laws=["weibull"])
+    assert ax.lines and all(np.nanmax(line.get_ydata()) < 1.5 * ax.get_ylim()[1] for line in ax.lines[:1])
+
+
 def test_petals_tell_shares_by_area_at_both_ends():
     names = ("height", "curvature_min", "curvature_max")
     values = {name: ("asperity", np.ones(4)) for name in names}
@@ -302,8 +313,8 @@ def test_save_writes_the_figure_of_axes(run, tmp_path):
         assert figures.save(what, tmp_path / name, dpi=60).stat().st_size > 1000
 
 
-def test_titles_tell_what_this_run_shows(run):
-    titles = {name: figure.get_suptitle() for name, figure in figures.paper_figures(run)}
+def test_titles_tell_what_this_run_shows(paper):
+    titles = {name: figure.get_suptitle() for name, figure in paper.items()}
     assert "one place" not in titles["figure-07"] and "9 places" in titles["figure-07"]
     assert "1 of 9" in titles["figure-11"].replace("\n", " ")
     assert "8 of 9" in titles["figure-14"].replace("\n", " ")
@@ -380,3 +391,40 @@ def test_a_cycle_is_refused_with_what_to_select(run):
     events = run["statistics/energy"]
     with pytest.raises(ValueError, match=r"events of cycles alone; solve with adhesive\(…, delta="):
         figures.force_fan(events)
+
+
+def adhering(push):
+    """Return three places' sweeps that pull with 1 to 3 nN and end at a push."""
+    delta = np.linspace(-1.0, 4.0, 11)
+    force = [np.where(delta < 1, -pull * np.exp(-((delta * 3) ** 2)), push * (delta - 1)) for pull in (1.0, 2.0, 3.0)]
+    return xr.Dataset({"force": (("subregion", "delta"), force)}, coords={"delta": delta, "subregion": [4, 5, 6]})
+
+
+def test_a_pull_is_seen_beside_a_push_a_thousand_times_as_large():
+    deep, shallow = figures.plot(adhering(1000.0)), figures.plot(adhering(3.0))
+    assert (deep.get_yscale(), shallow.get_yscale()) == ("symlog", "linear")
+    low, zero = (deep.transData.transform((0, force))[1] for force in (-2.0, 0.0))
+    assert zero - low > 0.05 * deep.get_window_extent().height
+
+
+def test_a_single_place_of_a_sweep_draws_itself():
+    one = adhering(1000.0).isel(subregion=1).assign(pull_off_force=2.0)
+    ax = figures.plot(one)
+    assert [line.get_text() for line in ax.get_legend().get_texts()] == ["subregion 5"]
+    with pytest.raises(ValueError, match="'pull_off_force', a single number"):
+        figures.plot(one, "pull_off_force")
+
+
+def test_a_contact_where_nothing_touches_has_no_colour_bar_of_nothing(run):
+    ds = run["solutions/contact"]
+    ds = ds.assign({name: xr.zeros_like(ds[name]) for name in ("pressure", "displacement")}).assign(gap=ds["gap"] + 9)
+    for name in ("pressure", "displacement"):
+        ax = figures.field_map(ds, name, subregion=int(ds["subregion"][0]))
+        assert [text.get_text() for text in ax.texts] == ["nothing touches"] and len(ax.figure.axes) == 1
+
+
+def test_lines_that_are_drawn_are_named(run):
+    ax = figures.mean_force(run["solutions/direct"])
+    assert "bars: 95 % interval of the mean" in [text.get_text() for text in ax.get_legend().get_texts()]
+    ratio = figures.asperity_statistics(run["asperities"])[2]
+    assert [text.get_text()[:4] for text in ratio.texts] == ["mean"]

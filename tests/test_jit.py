@@ -1,5 +1,8 @@
 """How kernels are compiled: what only kernels may call says so instead of ending the interpreter."""
 
+import subprocess
+import sys
+
 import pytest
 
 from roughxr.kernels.jit import kernel
@@ -21,6 +24,24 @@ def test_inner_kernels_are_called_by_kernels_only():
     assert quadrupled(3) == 12
     with pytest.raises(TypeError, match="doubled: called by kernels only"):
         doubled(3)
+
+
+#: A call of a small kernel for which numba finds no place to keep it, told from its first moment on.
+_UNCACHED = """
+from roughxr.kernels import jit
+jit._PATIENCE = 0.0
+exec("def tripled(x): return 3 * x", place := {"__name__": "roughxr.kernels.nowhere"})
+assert jit.kernel(place["tripled"])(2) == 6
+"""
+
+
+@pytest.mark.skipif(not hasattr(quadrupled, "py_func"), reason="compilation is switched off (NUMBA_DISABLE_JIT)")
+def test_each_of_two_processes_that_compile_at_once_without_a_cache_says_so_and_what_to_do():
+    command = [sys.executable, "-c", _UNCACHED]
+    both = [subprocess.Popen(command, stderr=subprocess.PIPE, text=True) for _ in range(2)]
+    for said in [process.communicate(timeout=300)[1] for process in both]:
+        assert said.count("compiling once") == 1, said
+        assert "NOT kept" in said and "NUMBA_CACHE_DIR" in said
 
 
 @kernel

@@ -42,6 +42,10 @@ def results():
         "debris": roughxr.debris(surface.contact.asperities()).to_dataset(),
         "tabor": surface.contact.asperities().contact.tabor(),
         "sensitivity": surface.contact.sensitivity(subregions=(2, 2), settings={"modulus": [2.0]}),
+        "sensitivity of the simulation": surface.contact.sensitivity(
+            method="adhesive", refine=1, settings={"modulus": [2.0]}
+        ),
+        "error_budget": surface.contact.error_budget(places=1, refine=1, seeds=1, settings={"modulus": [2.0]}),
         "compare": roughxr.compare(sweep, surface.contact.direct(delta=[1.0, 2.0, 3.0], **PLACES)),
     }
 

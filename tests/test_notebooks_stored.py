@@ -6,7 +6,7 @@ import nbformat
 import pytest
 from nbformat.v4 import new_code_cell, new_notebook, new_output
 
-from .notebooks import FOLDER, agree, differences
+from .notebooks import FOLDER, agree, differences, outdated, small
 
 
 def cell(text, pictures=0):
@@ -29,3 +29,17 @@ def test_words_numbers_and_pictures_are_compared():
 def test_notebooks_name_no_folder_that_others_lack(path):
     code = "\n".join(one.source for one in nbformat.read(path, as_version=4).cells if one.cell_type == "code")
     assert not re.findall(r"\.\./\.\.|shared/|[\"']/\w+/", code)
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.ipynb")), ids=lambda path: path.stem)
+def test_stored_outputs_are_those_of_the_code_beside_them(path):
+    assert not outdated(nbformat.read(path, as_version=4)), "store them: python tests/notebooks.py --store"
+    assert path.stat().st_size < 1_000_000  # they are for reading where they lie
+
+
+def test_code_that_changed_since_is_noticed():
+    stored = small(new_notebook(cells=[cell("1"), cell("2")]))
+    assert outdated(stored) == []
+    stored.cells[1].source += "  # and more"
+    assert outdated(stored) == [1]
+    assert outdated(new_notebook(cells=[new_code_cell("show()")])) == []

@@ -61,7 +61,7 @@ class Page(html.parser.HTMLParser):
 def test_page_holds_everything_itself(written):
     text = written.read_text(encoding="utf-8")
     page = Page(text)
-    assert page.tags.count("img") == 9 and "script" not in page.tags and "link" not in page.tags
+    assert page.tags.count("img") == 12 and "script" not in page.tags and "link" not in page.tags
     assert all(link.startswith("data:image/png;base64,") for link in page.links)
     assert "url(" not in text and "@import" not in text
     assert len(text) < 4e6
@@ -249,7 +249,7 @@ def test_a_real_scan_makes_a_whole_report(shared_scans, tmp_path):
     run = analysis.analyse(scan, analysis.plan(scan, subregions=(2, 2), delta=[30, 60]))
     path = report.write_report(archive.save(run, tmp_path / "run.nc"), tmp_path / "report.html")
     text = path.read_text(encoding="utf-8")
-    assert Page(text).tags.count("img") == 9 and "10 × 10 µm, 512 × 512 pixels" in text
+    assert Page(text).tags.count("img") == 12 and "10 × 10 µm, 512 × 512 pixels" in text
     assert "roughxr run bruker_10um_512_rough.di --channel Height --sphere-radius 5000 " in text
     assert "--level plane --subregions 2 2 --delta 30 60" in text
 
@@ -271,7 +271,7 @@ def test_page_is_whole_in_a_browser(written, width, tmp_path):
     dom = browse(page, f"--window-size={width},900", "--dump-dom")
     seen = json.loads(re.search(r'<pre id="probe">(.*?)</pre>', dom).group(1))
     assert seen["wrong"] == [] and seen["asked"] == 0
-    assert len(seen["pictures"]) == 9 and min(seen["pictures"]) > 500
+    assert len(seen["pictures"]) == 12 and min(seen["pictures"]) > 500
     assert seen["window"] <= max(width, 500) and seen["page"] <= seen["window"]
 
 

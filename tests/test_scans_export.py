@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.scans import level, open_scan, to_gsf, to_netcdf, to_surfacetopography
+from roughxr.scans import level, open_scan, to_gsf, to_netcdf, to_surfacetopography, to_tiff
 
 from .afm_files import picture, scan_of, size_of
 
@@ -78,3 +78,21 @@ def test_a_flipped_height_in_our_own_file_is_noticed(holed, tmp_path):
     path.write_bytes(data)
     with pytest.raises(ValueError, match=r"scan\.nc: its heights cannot be read"):
         open_scan(path).load()
+
+
+def test_a_tiff_lies_where_it_was_measured(holed, tmp_path):
+    tifffile = pytest.importorskip("tifffile", reason="TIFF needs the extra roughxr[afm]")
+    moved = holed.assign_coords(x=holed["x"] + 1000)
+    path = to_tiff(moved, tmp_path / "scan.tif")
+    with tifffile.TiffFile(path) as file:
+        page = file.pages[0]
+        (dx, dy, _), (column, row, _, left, top, _) = page.tags[33550].value, page.tags[33922].value
+        rows = page.asarray()
+    for (r, c), height in np.ndenumerate(rows):  # each pixel's own centre, by the tags alone
+        x, y = left + (c - column + 0.5) * dx, top - (r - row + 0.5) * dy
+        np.testing.assert_equal(float(moved["height"].sel(x=x, y=y, method="nearest", tolerance=1e-6)), height)
+    assert "nm" in page.description and page.resolution == pytest.approx((1e7 / dx, 1e7 / dy), rel=1e-6)
+    with pytest.raises(ValueError, match=r"ending in \.tif"):
+        to_tiff(holed, tmp_path / "scan.png")
+    with pytest.raises(ValueError, match="expected a map"):
+        to_tiff(holed, tmp_path / "pull.tif", name="pull_off_force")

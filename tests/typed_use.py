@@ -68,6 +68,7 @@ def statistics(solutions: dict[str, xr.Dataset]) -> xr.Dataset:
         roughxr.bootstrap(pull, "pull_off_force", statistics=("mean",), seed=1),
         roughxr.compare(solutions["superposed"], solutions["direct"]),
         roughxr.sensitivity(solutions["reconstruction"], settings={"modulus": [2.0]}),
+        roughxr.error_budget(solutions["reconstruction"], places=2, seeds=0),
     ]
     return roughxr.summary(pull) if densities else tables[0]
 

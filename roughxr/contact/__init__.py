@@ -9,7 +9,8 @@ adhesion        `adhesive`: the half space with adhesion, through loading and re
 superposition   `superpose`: the sum of single asperities
 maps            `pull_off_map`: the exact pull-off of that sum, up to every pixel
 rigid_bodies    `rigid`: bodies too stiff to bend, the pull of all that faces the indenter, up to every pixel
-regimes         `regime`, `formulas`, `scale_dependence`: which model suits, what formulas and finer scales make of it
+regimes         `regime`, `formulas`: which model suits, what the usual formulas make of it
+short_waves     `scale_dependence`: what waves shorter than the scan shows would do
 estimates       `elastic_pull_off`, `tabor`: what costs next to nothing
 reference       closed forms of single contacts, and formulas for rough ones, to hold results against
 

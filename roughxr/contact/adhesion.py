@@ -15,6 +15,7 @@ from .. import regions, schema
 from ..jobs import lazy as parallel
 from ..kernels.adhesion import cohesive_laws, path
 from ..materials import DEFAULT_RANGE
+from ..scans.wavelength import shortest_wavelength
 from ..units import fraction, positive, whole_number
 from .cycle import SMOOTH, Adhesion, Cycles, cycles_at, deepest_of, events, reach_of_law, reached, yield_told
 from .elastic import ABOVE_HARDNESS, YIELDED
@@ -170,7 +171,9 @@ def adhesive(
         (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected patches of cells),
         ``energy``, ``dissipated``, ``resolution`` (radius, in pixels of the solve, of the smallest contact that bears a
         tenth of the tension), ``iterations``, ``converged``; fields along (subregion, branch, delta, x, y) with x, y
-        from the contact centre. Where a hardness is assigned, or estimated for named materials, also
+        from the contact centre. Of a scan in memory the coordinate ``shortest_wavelength`` (nm) says down to which
+        waves it shows the surface: finer ones would let it stick less (`scale_dependence`).
+        Where a hardness is assigned, or estimated for named materials, also
         ``yielded_fraction`` and ``yielded_area_fraction``, the shares of what pushes and of the area at that pressure
         or above, at the preload or along the displacements, missing under "griffith" and "dugdale"; where the body
         yields ``yielded_area``, ``plastic_work`` and the field ``residual_height``, as in `direct`.
@@ -268,8 +271,33 @@ def adhesive(
     lazy = parallel.is_lazy(ds)
     out = parallel.finish(out, lazy=lazy, progress=progress)
     if not lazy:
+        out = schema.label(out.assign_coords(shortest_wavelength=shortest_wavelength(ds)))
         _warn(out, adhesion)
     return out
+
+
+def window_half_width(ds: xr.Dataset, *, preload: float = 0.0, law: str = "auto") -> float:
+    """Return how far (nm) from a contact centre the surface matters to `adhesive` under a preload (nN).
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan in memory with an assigned pair.
+    preload, law
+        Of `adhesive`.
+
+    Returns
+    -------
+    float
+    """
+    adhesion = Adhesion(
+        work=schema.pair(ds, "work_of_adhesion")[0],
+        preloads=_preloads(preload),
+        **{"refine": 1, "accuracy": np.nan, "step": 1.0, "tolerance": 0.0, "max_iterations": 1, "max_cells": 1},
+        **_law(ds, law, None, False),
+    )
+    places = {"positions": regions.centres(ds), "datum": "first_contact", "profile": "sphere", "refine": 1}
+    return _reach(ds, read_problem(ds, delta=[_settling_depth(ds, adhesion)], **places), adhesion)
 
 
 def _law(ds: xr.Dataset, law: str, strength: Any, yields: bool) -> dict[str, Any]:

@@ -105,10 +105,13 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
 
 
 def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
-    cell = _FIRST_CELL
-    if adhesion.law in SMOOTH and adhesion.work > 0:
-        cell = _SOFTENING * problem.contact_modulus * adhesion.length**2 / adhesion.work
+    cell = largest_cell(adhesion.law, adhesion.length, problem.contact_modulus, adhesion.work)
     return next((n for n in REFINEMENTS if problem.pixel / n <= cell), REFINEMENTS[-2])
+
+
+def largest_cell(law: str, length: float, modulus: float, work: float) -> float:
+    """Return the largest cells (nm) on which a law of this length (nm) holds; modulus in GPa, work in J/m²."""
+    return _SOFTENING * modulus * length**2 / work if law in SMOOTH and work > 0 else _FIRST_CELL
 
 
 def _overlapping(surface: Surface, problem: Problem, adhesion: Adhesion) -> int:

@@ -236,13 +236,8 @@ def maugis_pull_off(
     1.54
     """
     radius, w = positive(radius, "nm", "radius"), positive(work_of_adhesion, "J m-2", "work_of_adhesion")
-    mu = tabor_parameter(
-        radius=radius,
-        contact_modulus=contact_modulus,
-        work_of_adhesion=w,
-        equilibrium_distance=equilibrium_distance,
-    )
-    return float(np.pi * w * radius * maugis.pull_off(maugis.parameter(mu)))
+    parameter = _maugis_parameter(radius, contact_modulus, w, equilibrium_distance)
+    return float(np.pi * w * radius * maugis.pull_off(parameter))
 
 
 def maugis_sphere(
@@ -268,13 +263,8 @@ def maugis_sphere(
     True
     """
     units = _jkr_units(radius, contact_modulus, work_of_adhesion)
-    mu = tabor_parameter(
-        radius=radius,
-        contact_modulus=contact_modulus,
-        work_of_adhesion=work_of_adhesion,
-        equilibrium_distance=equilibrium_distance,
-    )
-    P, a, delta = maugis.contact_at(maugis.parameter(mu), 1 + np.geomspace(1e-5, 1e7, points))
+    parameter = _maugis_parameter(radius, contact_modulus, work_of_adhesion, equilibrium_distance)
+    P, a, delta = maugis.contact_at(parameter, 1 + np.geomspace(1e-5, 1e7, points))
     order = np.argsort(a)
     return _along("semi_axis_a", units.a * a[order], {"delta": units.delta * delta[order], "force": units.P * P[order]})
 
@@ -302,10 +292,7 @@ def tabor_parameter(
     >>> round(tabor_parameter(radius=3000, contact_modulus=39.407, work_of_adhesion=1.35), 1)
     5.1
     """
-    A = 0.5 / positive(radius, "nm", "radius")
-    modulus = positive(contact_modulus, "GPa", "contact_modulus")
-    w, z0 = _work_and_distance(work_of_adhesion, equilibrium_distance)
-    return float(maugis.tabor(A, A, modulus, w, z0))
+    return _tabor(radius, contact_modulus, work_of_adhesion, equilibrium_distance)
 
 
 def rigid_sphere(
@@ -631,9 +618,15 @@ def _hamaker(value: Any) -> float:
     return positive(value, "nN nm", "hamaker_constant")
 
 
-def _work_and_distance(work: Any, distance: Any) -> tuple[float, float]:
-    w = positive(work, "J m-2", "work_of_adhesion")
-    return w, positive(distance, "nm", "equilibrium_distance")
+def _tabor(radius: Any, contact_modulus: Any, work: Any, distance: Any) -> float:
+    A = 0.5 / positive(radius, "nm", "radius")
+    modulus = positive(contact_modulus, "GPa", "contact_modulus")
+    w, z0 = positive(work, "J m-2", "work_of_adhesion"), positive(distance, "nm", "equilibrium_distance")
+    return float(maugis.tabor(A, A, modulus, w, z0))
+
+
+def _maugis_parameter(radius: Any, contact_modulus: Any, work: Any, distance: Any) -> float:
+    return maugis.parameter(_tabor(radius, contact_modulus, work, distance))
 
 
 def _paraboloid(radius: Any, curvature_min: Any, curvature_max: Any) -> tuple[float, float]:

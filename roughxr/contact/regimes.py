@@ -1,8 +1,7 @@
-"""Which model suits a scan and a pair of bodies, what the usual formulas are off by, and what finer scales would do."""
+"""Which model suits a scan and a pair of bodies, and what the usual formulas are off by."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,8 +10,8 @@ import xarray as xr
 from .. import regions, schema
 from ..catalogue import asperities
 from ..jobs import lazy as parallel
-from ..scans import add_fine_roughness, crop, level, self_affine_fit, smooth
-from ..units import positive, whole_number
+from ..scans import level, smooth
+from ..units import positive
 from . import reference
 from .rigid_bodies import rigid
 
@@ -22,15 +21,6 @@ _STIFF, _SHORT_RANGE = 0.1, 5.0
 
 #: Part of the pull from beyond contact from which on asperities that touch are not the whole story.
 _MUCH = 0.5
-
-#: Height (nm) to which the indenter rises within the part of a scan on which finer scales are added.
-_RISE = 30.0
-
-#: Largest cells (nm) on which finer scales are added and cut off.
-_CELL = 1.0
-
-#: Cells along the shortest added wave.
-_PER_WAVE = 8
 
 #: Where long waves end and short ones begin in Rabinovich's two scales, in mean distances between summits.
 _LONG = 4.0
@@ -89,7 +79,7 @@ def regime(
     >>> found.recommended.item(), found.attrs["recommendation"][:24]
     ('adhesive', 'Take ds.contact.adhesive')
     """
-    ds = _in_memory(ds)
+    ds = in_memory(ds)
     radius, modulus, w = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion")
     z0 = positive(equilibrium_distance, "nm", "equilibrium_distance")
     pair = {"contact_modulus": modulus, "work_of_adhesion": w}
@@ -191,7 +181,7 @@ def formulas(
     >>> float(table.formula_ratio.sel(formula="sum")), bool(table.formula_ratio.sel(formula="bradley") > 5)
     (1.0, True)
     """
-    ds = _in_memory(ds)
+    ds = in_memory(ds)
     radius, w = schema.pair(ds, "sphere_radius", "work_of_adhesion")
     summed = rigid(ds, subregions=subregions, delta=[0.0], law=law, length=length, refine=refine)
     z0 = summed.attrs["length"] if law == "hamaker" else rigid_cut_off(ds, w)
@@ -257,94 +247,8 @@ def _asperity_radius(catalogue: xr.Dataset) -> float:
     return float(np.median(1 / np.sqrt(both[peaks])))
 
 
-def scale_dependence(
-    ds: xr.Dataset,
-    *,
-    shortest: Sequence[Any] | Any,
-    seeds: int = 4,
-    subregions: Any = (2, 2),
-    law: str = "hamaker",
-    length: Any = None,
-    hurst: float | None = None,
-) -> xr.Dataset:
-    """Return the pull-off between rigid bodies over the shortest wavelength that the surface has.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A scan in memory with an assigned sphere and work of adhesion.
-    shortest : array_like
-        Cut-off wavelengths, nm, ascending. Above the shortest that the scan shows, shorter waves are cut off
-        (`smooth`); below it, waves that continue its spectrum are added (`add_fine_roughness`).
-    seeds : int
-        Surfaces made of each added roughness.
-    subregions : (int, int), (array, array) or Dataset
-        Contact centres.
-    law, length
-        See `rigid`.
-    hurst : float, optional
-        Hurst exponent of what is added; by default the scan's own.
-
-    Returns
-    -------
-    Dataset
-        ``pull_off_force`` (nN) along (subregion, shortest_kept, seed); where waves are cut off all seeds are alike.
-        Over seeds it scatters by what the scan leaves open. Attributes hold the spectrum that was continued.
-
-    Raises
-    ------
-    ValueError
-        As `rigid` and `add_fine_roughness`.
-
-    Notes
-    -----
-    Fine waves are added around each centre as far as the sphere rises by 30 nm; the ground beyond is a plane.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
-    >>> found = scale_dependence(scan, shortest=[10, 100], seeds=2, subregions=(1, 1))
-    >>> dict(found.pull_off_force.sizes)
-    {'subregion': 1, 'shortest_kept': 2, 'seed': 2}
-    """
-    ds = _in_memory(ds)
-    waves, count = schema.ascending(shortest, "nm", "shortest"), whole_number(seeds, "seeds", least=1)
-    spectrum = self_affine_fit(ds, hurst=hurst)
-    (radius,) = schema.pair(ds, "sphere_radius")
-    centres = regions.centres(ds, subregions)
-    options = {"delta": [0.0], "law": law, "length": length}
-    forces = np.empty((centres.sizes["subregion"], waves.size, count))
-    for k, (x, y) in enumerate(zip(centres["subregion_x"].values, centres["subregion_y"].values)):
-        part = _around(ds, x, y, np.sqrt(2 * radius * _RISE))
-        for m, wave in enumerate(waves):
-            forces[k, m] = _over_seeds(part, (x, y), wave, count, spectrum, options)
-    out = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), forces)})
-    pair = {name: ds[name] for name in schema.TRAVELLING if name in ds.coords}
-    out = out.assign_coords({**centres.coords, "shortest_kept": waves, "seed": np.arange(count), **pair})
-    out.attrs = {"method": "rigid", "law": law} | {str(name): float(spectrum[name]) for name in spectrum.data_vars}
-    arguments = {"shortest": waves, "seeds": count, "subregions": subregions, "law": law, "length": length}
-    return schema.record(schema.label(out), "scale_dependence", ds, **arguments, hurst=hurst)
-
-
-def _around(ds: xr.Dataset, x: float, y: float, half: float) -> xr.Dataset:
-    """Return the part of a scan around a place."""
-    half = max(half, 8 * max(schema.pixel(ds)))
-    return crop(ds, x=(x - half, x + half), y=(y - half, y + half))
-
-
-def _over_seeds(part, centre, wave, count, spectrum, options) -> np.ndarray:
-    """Return the pull-off at a place for surfaces of one shortest wave, one for each seed."""
-    at = {"subregions": ([centre[0]], [centre[1]])}
-    n = int(np.ceil(schema.square_pixel(part) / _CELL))
-    if wave >= float(spectrum["shortest_wavelength"]):
-        return np.full(count, float(rigid(smooth(part, shortest=wave), refine=n, **at, **options).pull_off_force[0]))
-    n = max(n, int(np.ceil(_PER_WAVE * schema.square_pixel(part) / wave)))
-    finer = (add_fine_roughness(part, shortest=wave, seed=seed, refine=n, spectrum=spectrum) for seed in range(count))
-    return np.array([float(rigid(one, **at, **options).pull_off_force[0]) for one in finer])
-
-
-def _in_memory(ds: xr.Dataset) -> xr.Dataset:
+def in_memory(ds: xr.Dataset) -> xr.Dataset:
+    """Return a scan that is complete, in memory and has a sphere that adheres, or say what is missing."""
     ds = schema.complete(schema.validate(ds, "scan"))
     if parallel.is_lazy(ds):
         raise ValueError("height: expected heights in memory, found a lazy scan; load it first (ds.load())")

@@ -5,6 +5,7 @@ when something is drawn.
 """
 
 from .any_result import plot, plot_array
+from .budget_figure import budget_figures, cut_off, error_budget
 from .comparison import method_comparison
 from .distributions import asperity_statistics, distribution
 from .fits import fitted_distribution
@@ -33,10 +34,13 @@ __all__ = [
     "asperity_curve",
     "asperity_map",
     "asperity_statistics",
+    "budget_figures",
     "contact_grid",
     "contact_maps",
     "contact_section",
+    "cut_off",
     "distribution",
+    "error_budget",
     "field_map",
     "fitted_distribution",
     "force_fan",

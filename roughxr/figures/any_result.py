@@ -8,9 +8,11 @@ import numpy as np
 import xarray as xr
 
 from .. import schema
+from .budget_figure import cut_off, error_budget
 from .distributions import asperity_statistics, distribution, label_density
 from .forces import force_fan
 from .maps import field_map, scan_map, subregion_map
+from .sensitivity_figure import tornado
 from .style import axes, label_axis, stroke, styled
 from .yielding_figure import force_loop
 
@@ -25,7 +27,8 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
     ds : Dataset
     name : str, optional
         A variable: a map along x and y, or samples along ``subregion`` or ``asperity``. By default the heights of a
-        scan, the statistics of asperities, the forces of a solution over displacement, or the pull-off forces.
+        scan, the statistics of asperities, the forces of a solution over displacement, or the pull-off forces; the bars
+        of an error budget or a sensitivity, and the pull-off over the shortest wave.
     ax : Axes or sequence of them, optional
         A new figure by default.
     **options
@@ -50,6 +53,8 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
     """
     if name is None and schema.kind_of(ds) == "asperities":
         return asperity_statistics(ds, ax=ax, **options)
+    if name is None and (drawn := _by_kind(ds)) is not None:
+        return drawn(ds, ax=ax, **options)
     name = name or _main(ds)
     if name not in ds:
         raise ValueError(f"expected one of the variables {', '.join(map(str, ds.data_vars))}, found {name!r}")
@@ -60,17 +65,30 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
         return field_map(ds, name, ax=ax, **options)
     if name == "force" and dims == {"subregion", "delta"}:
         return force_fan(ds, ax=ax, **options)
+    if name == "force" and dims == {"delta"} and "subregion" in ds.coords:
+        return force_fan(ds.expand_dims("subregion"), ax=ax, **{"interval": None, **options})
     if name == "force" and dims == {"subregion", "branch", "delta"}:
         return force_loop(ds, ax=ax, **options)
     if dims in ({"subregion"}, {"asperity"}):
         return _samples(ds, name, ax, **options)
+    if not dims:
+        raise ValueError(f"expected a variable with a dimension to draw it along, found {name!r}, a single number")
     return plot_array(ds[name], ax=ax, **options)
+
+
+def _by_kind(ds: xr.Dataset) -> Any:
+    """Return the figure of an error budget, of a sensitivity, or over the shortest wave; None of another result."""
+    if "relative_error" in ds and "entry" in ds.dims:
+        return error_budget
+    if "pull_off_mean" in ds and "factor" in ds.coords:
+        return tornado
+    return cut_off if {"shortest_kept", "seed"} <= set(ds.dims) and "pull_off_force" in ds else None
 
 
 def _main(ds: xr.Dataset) -> str:
     """Return the variable that a Dataset is about."""
     first = next(iter(map(str, ds.data_vars)), "")
-    swept = "force" in ds and set(ds["force"].dims) == {"subregion", "delta"}  # it may tell its pull-off besides
+    swept = "force" in ds and "delta" in ds["force"].dims  # it may tell its pull-off besides
     names = ("pressure", "force", "height") if swept else ("pull_off_force", "pressure", "force", "height")
     return next((name for name in names if name in ds.data_vars), first)
 

@@ -164,8 +164,11 @@ def _anisotropy(ax, peaks: xr.Dataset):
 
 def _axis_ratio(ax, peaks: xr.Dataset):
     _plain_density(ax, peaks, "axis_ratio", "axis ratio b/a")
-    ax.axvline(float(peaks["axis_ratio"].mean()), color=BLACK, linewidth=0.8, linestyle=(0, (1, 1.2)))
+    mean = float(peaks["axis_ratio"].mean())
+    ax.axvline(mean, color=BLACK, linewidth=0.8, linestyle=(0, (1, 1.2)))
     ax.set_xlim(0, 1)
+    ax.set_ylim(0, 1.2 * ax.get_ylim()[1])
+    ax.text(mean + 0.03, 0.98 * ax.get_ylim()[1], f"mean {mean:.2f}", va="top", fontsize=SMALL)
 
 
 def _orientation(ax, peaks: xr.Dataset):

@@ -73,7 +73,7 @@ def _curves(ax, fits: xr.Dataset, points: np.ndarray, highest: float):
         worse = float(ranked["aic_difference"].sel(law=law))
         words = statistics.LAWS[str(law)].words.partition(",")[0]
         words += f" (ΔAIC {worse:.1f})" if order else ""
-        curve = statistics.law_density(ranked, str(law), points)
+        at = points[1:] if not statistics.LAWS[str(law)].positive else points[points > 0]
+        curve = statistics.law_density(ranked, str(law), at)
         shown = np.where(curve > 1.5 * highest, np.nan, curve)  # a Weibull of shape < 1 has no end at zero
-        at = points > points[0] if not statistics.LAWS[str(law)].positive else points > 0
-        ax.plot(points[at], shown[at], label=words, **stroke(order))
+        ax.plot(at, shown, label=words, **stroke(order))

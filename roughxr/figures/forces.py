@@ -38,11 +38,17 @@ def force_fan(
         Confidence of the median's interval, by block bootstrap; None for none.
     force_limits : (float, float), optional
         Ends of the force axis, nN: pull-off is small beside the push of deep contact. The
-        displacements are then cut to where something touches and not every place exceeds these ends.
+        displacements are then cut to where something touches and not every place exceeds these ends. By default
+        all is shown, and where the pull would not be seen, forces beyond it are on a logarithmic scale.
 
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    ValueError
+        If the forces do not lie along ``subregion`` and ``delta`` alone.
 
     Examples
     --------
@@ -57,14 +63,16 @@ def force_fan(
     ds = _sweep(ds)
     ax = axes(ax)
     delta, force = ds["delta"].values, ds["force"].transpose("delta", "subregion")
-    if lines:
+    single = ds.sizes["subregion"] == 1
+    if lines and not single:
         ax.plot(delta, force.values, color=GREY, linewidth=0.35, alpha=0.6)
         ax.plot([], [], color=GREY, linewidth=0.6, label=f"{ds.sizes['subregion']} subregions")
-    for low, alpha in zip(quantiles, (0.22, 0.4)):
+    for low, alpha in zip(() if single else quantiles, (0.22, 0.4)):
         band = force.quantile([low, 1 - low], "subregion").values
         words = f"{100 * (1 - 2 * low):.0f} % of them"
         ax.fill_between(delta, *band, color=BLUE, alpha=alpha, linewidth=0, label=words)
-    ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label="median")
+    words = f"subregion {ds['subregion'].item()}" if single else "median"
+    ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label=words)
     if interval is not None:
         _error_bars(ax, ds, "q50", interval, BLACK, label=f"its {100 * interval:g} % interval")
     if force_limits is not None:
@@ -73,9 +81,21 @@ def force_fan(
         shown = delta[begun & (force.min("subregion") <= force_limits[1]).values]
         if shown.size > 1:
             ax.set_xlim(shown[0] - 0.1 * np.ptp(shown), shown[-1])
+    elif (pulls := _pull_unseen(force)) > 0:
+        ax.set_yscale("symlog", linthresh=pulls, linscale=1.0)
     _zero(ax, force)
     ground = {"frameon": True, "framealpha": 0.85, "edgecolor": "none"}  # curves of single places cross it
     return legend(label_axes(ax, "delta", "force"), loc="upper left", **ground)
+
+
+#: A pull below this part of the axis is a wrinkle of the line.
+_SEEN = 0.05
+
+
+def _pull_unseen(force: xr.DataArray) -> float:
+    """Return the median place's pull-off force (nN) where it is too small to be seen beside the push, else 0."""
+    pull = float(-force.min("delta").median())
+    return pull if 0 < pull < _SEEN * float(force.max()) else 0.0
 
 
 @styled
@@ -105,6 +125,11 @@ def mean_force(
     -------
     Axes
 
+    Raises
+    ------
+    ValueError
+        If the forces do not lie along ``subregion`` and ``delta`` alone.
+
     Examples
     --------
     >>> from matplotlib.figure import Figure
@@ -128,7 +153,8 @@ def mean_force(
         points = {"marker": "os^D"[order % 4], "markevery": 1} if ds.sizes["delta"] <= 40 else {}
         ax.plot(ds["delta"], force.mean("subregion"), label=name, markersize=2.6, **points, **look)
         if interval is not None:
-            _error_bars(ax, _chosen(ds, where), "mean", interval, look["color"])
+            words = f"bars: {100 * interval:g} % interval of the mean" if order == 0 else None
+            _error_bars(ax, _chosen(ds, where), "mean", interval, look["color"], label=words)
         _zero(ax, force)
     return legend(label_axes(ax, "delta", "force"), loc="upper left")
 
@@ -175,6 +201,15 @@ def force_ratio(
     Returns
     -------
     Axes
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> delta = np.array([1.0, 2.0, 3.0])
+    >>> hertz = xr.Dataset({"force": (("subregion", "delta"), [delta**1.5])}, coords={"delta": delta})
+    >>> ax = force_ratio(2 * hertz, hertz, ax=Figure().subplots())
+    >>> np.round(ax.lines[0].get_ydata(), 9).tolist()
+    [2.0, 2.0, 2.0]
     """
     ratio = mean_ratio(ds, reference, where=where)
     ax = axes(ax, aspect=0.45)
@@ -238,6 +273,23 @@ def sweep(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    ValueError
+        If the forces do not lie along ``subregion`` and ``delta`` alone.
+    KeyError
+        If there is no such subregion.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> ds = xr.Dataset(
+    ...     {"force": (("subregion", "delta"), [[-1.0, -2.0, 4.0]])},
+    ...     coords={"subregion": [7], "delta": [0.0, 1.0, 2.0]},
+    ... )
+    >>> sweep({"energy": ds}, subregion=7, ax=Figure().subplots()).lines[0].get_label()
+    'energy'
     """
     ax = axes(ax)
     for order, (name, ds) in enumerate(solutions.items()):
@@ -281,6 +333,23 @@ def against_hertz(ds: xr.Dataset, *, ax: Any = None) -> np.ndarray:
     -------
     array of two Axes
         Force, and relative error in per cent.
+
+    Raises
+    ------
+    ValueError
+        If it is no solution, or no pair was assigned.
+
+    Examples
+    --------
+    Hertz's own force, half of it too much:
+
+    >>> from matplotlib.figure import Figure
+    >>> pair, delta = {"sphere_radius": 500.0, "contact_modulus": 40.0}, np.array([1.0, 2.0])
+    >>> ds = xr.Dataset(coords={"delta": delta, **pair})
+    >>> ds["force"] = ("subregion", "delta"), [1.5 * hertz_sphere(ds, delta)]
+    >>> force, error = against_hertz(ds, ax=Figure().subplots(2))
+    >>> np.round(error.lines[-1].get_ydata(), 6).tolist()
+    [50.0, 50.0]
     """
     ds = schema.validate(ds, "solution")
     upper, lower = made = panels(ax, 2, 1, aspect=1.0, height_ratios=[2.2, 1], sharex=True)

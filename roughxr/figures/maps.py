@@ -192,6 +192,11 @@ def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Any = Non
     Axes
         Tiles where the centres lie on a grid, else points.
 
+    Raises
+    ------
+    ValueError
+        If ``name`` does not lie along ``subregion`` alone.
+
     Examples
     --------
     >>> from matplotlib.figure import Figure
@@ -250,11 +255,26 @@ def field_map(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    ValueError
+        If the solution kept no fields.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> from matplotlib.figure import Figure
+    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
+    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> field_map(ds, "gap", ax=Figure().subplots()).get_xlabel()
+    'x from the contact centre [nm]'
     """
     one = _contact(ds, subregion, delta)
     ax = axes(ax, aspect=0.85)
     values = one[name].where(one["pressure"] > 0) if name == "pressure" else one[name]
-    if not bool(values.notnull().any()):
+    if not bool((one["pressure"] > 0).any()) and name in ("pressure", "displacement"):
         return _nothing_touches(ax, one)
     _image(ax, values, regions.extent(one), name, cmap or COLOURS[name], location=location)
     _outline(ax, one)
@@ -262,7 +282,7 @@ def field_map(
 
 
 def _nothing_touches(ax, one: xr.Dataset):
-    """Say so on an empty map: a colour bar would show pressures that nothing has."""
+    """Say so on an empty map: a colour bar would show pressures, or displacements, that nothing has."""
     _centred(ax, one)
     ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
     return ax
@@ -292,6 +312,21 @@ def topography_map(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    ValueError
+        If the solution kept no fields.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> from matplotlib.figure import Figure
+    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
+    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> topography_map(ds, scan, ax=Figure().subplots()).get_xlabel()
+    'x from the contact centre [nm]'
     """
     one = _contact(ds, subregion, delta)
     ax = axes(ax, aspect=0.85)
@@ -325,6 +360,21 @@ def pressure_on_topography(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    ValueError
+        If the solution kept no fields.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> from matplotlib.figure import Figure
+    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
+    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> len(pressure_on_topography(ds, scan, ax=Figure().subplots()).images)  # heights, and the pressure over them
+    2
     """
     one = _contact(ds, subregion, delta)
     ax = axes(ax, aspect=0.85)
@@ -358,8 +408,25 @@ def contact_section(
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    ValueError
+        If the solution kept no fields.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> from matplotlib.figure import Figure
+    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
+    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> ax = contact_section(ds, scan, ax=Figure().subplots())
+    >>> [line.get_label() for line in ax.lines[:3]]
+    ['before', 'indenter', 'in contact']
     """
-    one = _contact(ds, subregion, delta).assign(height=_heights(_contact(ds, subregion, delta), scan))
+    one = _contact(ds, subregion, delta)
+    one = one.assign(height=_heights(one, scan))
     column = int(one["pressure"].fillna(0).max("x").argmax("y"))
     line = one.isel(y=column)
     line = line.sel(x=slice(-_view(one), _view(one)))
@@ -371,7 +438,7 @@ def contact_section(
     ax.plot(line["x"], deformed, color=BLUE, linewidth=1.0, label="in contact")
     ax.plot(line["x"], deformed.where(touching), color=BLACK, linewidth=2, marker="s", markersize=2)
     low, high = float(deformed.min()), float(line["height"].max())
-    ax.set_ylim(low - 0.05 * (high - low), high + 0.6 * (high - low))
+    ax.set_ylim(low - 0.05 * (high - low), high + 0.85 * (high - low))
     ax.set_xlim(-_view(one), _view(one))
     label_axis(ax.yaxis, "height")
     label_axis(ax.xaxis, "indenter_x")
@@ -397,6 +464,21 @@ def contact_maps(
     Returns
     -------
     array of four Axes
+
+    Raises
+    ------
+    ValueError
+        If the solution kept no fields.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> from matplotlib.figure import Figure
+    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
+    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> contact_maps(ds, scan, ax=Figure().subplots(2, 2).ravel()).size
+    4
     """
     made = panels(ax, 2, 2, aspect=1.14)
     which = {"subregion": subregion, "delta": delta}

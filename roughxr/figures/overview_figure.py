@@ -28,6 +28,17 @@ def overview(run: Mapping[str, xr.Dataset]):
     -------
     Figure
         Belongs to no pyplot window.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
+    >>> direct = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> pull = xr.Dataset({"pull_off_force": ("subregion", [1.0, 2.0, 4.0], {"units": "nN"})})
+    >>> run = {"scan": scan, "solutions/direct": direct, "solutions/contact": direct.isel(subregion=0)}
+    >>> [ax.get_title("left") for ax in overview(run | {"statistics/energy": pull}).axes[:3]]
+    ['Where the sphere lands', 'How hard it presses, at δ = 2 nm', 'How hard it sticks']
     """
     from matplotlib.figure import Figure
 

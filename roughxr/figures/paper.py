@@ -144,22 +144,22 @@ class _Groups:
 
 def _figure_02(run):
     title = "Figure 2. Adhesion holds an asperity beyond touch, until its stable branch ends"
-    figure, (ax,) = run.sheet(title, aspect=0.8)
-    asperity_curve("delta", "a", largest=1.75, ax=ax)
-    return figure
+    return _asperity_figure(run, title, "delta", "a", largest=1.75)
 
 
 def _figure_03(run):
     title = "Figure 3. Under a prescribed load the contact lets go at the largest pull, at a finite radius"
-    figure, (ax,) = run.sheet(title, aspect=0.8)
-    asperity_curve("P", "a", largest=1.95, ax=ax)
-    return figure
+    return _asperity_figure(run, title, "P", "a", largest=1.95)
 
 
 def _figure_04(run):
     title = "Figure 4. Load against displacement of any asperity, in its own units"
+    return _asperity_figure(run, title, "delta", "P", largest=1.75)
+
+
+def _asperity_figure(run, title: str, x: str, y: str, *, largest: float):
     figure, (ax,) = run.sheet(title, aspect=0.8)
-    asperity_curve("delta", "P", largest=1.75, ax=ax)
+    asperity_curve(x, y, largest=largest, ax=ax)
     return figure
 
 
@@ -208,7 +208,7 @@ def _figure_08(run):
         ("Rₐ of the reconstruction", roughness[1], "12.880 nm"),
         ("rms difference", number(float(envelope.attrs["residual_rms"]), "nm"), "1.74 nm *"),
     ]
-    note = "* printed as 0.0034 nm, which lacks the factor √(MN) = 512" if run.paper else ""
+    note = "* printed as 0.0034 nm, which lacks the factor √(MN) = 512." if run.paper else ""
     words = (
         "Colours as of the scan; a triangle at their end stands for heights beyond. Comets are single paraboloids, "
         "each fitted to the summit of a particle."

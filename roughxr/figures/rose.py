@@ -31,6 +31,11 @@ def orientation_rose(catalogue: xr.Dataset, *, bins: int = 18, ax: Any = None):
     -------
     Axes
 
+    Raises
+    ------
+    ValueError
+        If it is no catalogue of asperities, or the axes given are not polar.
+
     Examples
     --------
     >>> from matplotlib.figure import Figure

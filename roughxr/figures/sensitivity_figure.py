@@ -26,7 +26,7 @@ def tornado(ds: xr.Dataset, name: str = "pull_off_mean", *, ax: Any = None):
     -------
     Axes
         Change in per cent of the base value; the grey band is the base value's own interval, where known: what
-        lies within cannot be told from chance of landing.
+        lies within cannot be told from chance of landing. What was not computed is left out.
 
     Examples
     --------
@@ -41,10 +41,11 @@ def tornado(ds: xr.Dataset, name: str = "pull_off_mean", *, ax: Any = None):
     """
     ax = axes(ax)
     base = ds.isel(case=int(np.flatnonzero(ds["factor"].values == "base")[0]))
-    change = 100 * (ds[name] / float(base[name]) - 1)
+    change = 100 * _change(ds, base, name)
     factors = [factor for factor in dict.fromkeys(ds["factor"].values.tolist()) if factor != "base"]
     swings = {factor: change[ds["factor"].values == factor] for factor in factors}
-    factors.sort(key=lambda factor: float(np.abs(swings[factor]).max()))
+    factors = [factor for factor in factors if np.isfinite(swings[factor]).any()]
+    factors.sort(key=lambda factor: float(np.nanmax(np.abs(swings[factor]))))
     _own_interval(ax, base, name)
     for row, factor in enumerate(factors):
         _bars(ax, row, swings[factor])
@@ -56,6 +57,13 @@ def tornado(ds: xr.Dataset, name: str = "pull_off_mean", *, ax: Any = None):
     words = str(ds[name].attrs.get("long_name", name.replace("_", " ")))
     ax.set_xlabel(f"change of {words} [%]")
     return ax
+
+
+def _change(ds: xr.Dataset, base: xr.Dataset, name: str) -> xr.DataArray:
+    """Return by which part each case differs from the base; that of the simulation counts on cells of the same size."""
+    if name == "pull_off_mean" and "pull_off_change" in ds:
+        return ds["pull_off_change"]
+    return ds[name] / float(base[name]) - 1
 
 
 def _own_interval(ax, base: xr.Dataset, name: str):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
+from collections.abc import Callable
 from typing import TextIO
 
 #: Seconds between two reports: on a terminal, and as plain lines.
@@ -110,3 +111,15 @@ def _duration(seconds: float) -> str:
     if whole < 3600:
         return f"{whole // 60} min {whole % 60} s"
     return f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
+def teller(progress: bool) -> Callable[[str], None]:
+    """Return what says a line on standard error, or nothing.
+
+    Examples
+    --------
+    >>> teller(False)("nothing")
+    """
+    import sys
+
+    return (lambda what: print(what, file=sys.stderr, flush=True)) if progress else (lambda what: None)

@@ -1,5 +1,6 @@
 """A run told to its readers: tables as text, the main numbers with their intervals, and one page that holds all."""
 
+from .budget import budget_table, headline
 from .html import page, write_report
 from .intervals import interval_table
 from .repeat import command
@@ -8,10 +9,12 @@ from .warnings_shown import cautions, superposed
 
 __all__ = [
     "METHODS",
+    "budget_table",
     "cautions",
     "command",
     "contact_table",
     "formula_table",
+    "headline",
     "interval_table",
     "page",
     "scan_table",

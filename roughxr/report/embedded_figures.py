@@ -48,13 +48,31 @@ def pictures(run: Run) -> Iterator[Picture]:
         With the reason for a caption, and no source, where a group is missing or its numbers make no figure.
     """
     for name, drawing in _DRAWINGS.items():
-        missing = [group for group in drawing.needs if group not in run]
-        if missing and drawing.optional:
+        if drawing.optional and not set(drawing.needs) <= set(run):
             continue
-        if missing:
-            yield Picture(name, f"Not drawn: the run holds no {', '.join(missing)}.", "")
-        else:
-            yield _drawn(name, drawing, run)
+        yield _picture(name, drawing, run)
+
+
+def budget_picture(run: Run) -> Picture | None:
+    """Return the figure of the error budget, None where the run holds none.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run.
+
+    Returns
+    -------
+    Picture or None
+    """
+    return _picture("Error budget", _BUDGET, run) if set(_BUDGET.needs) <= set(run) else None
+
+
+def _picture(name: str, drawing: _Drawing, run: Run) -> Picture:
+    missing = [group for group in drawing.needs if group not in run]
+    if missing:
+        return Picture(name, f"Not drawn: the run holds no {', '.join(missing)}.", "")
+    return _drawn(name, drawing, run)
 
 
 def _drawn(name: str, drawing: _Drawing, run: Run) -> Picture:
@@ -123,7 +141,27 @@ def _compared(run: Run):
     return figures.method_comparison(found, mark=float(parting.median()) if parting.size else None)
 
 
+_BUDGET = _Drawing(
+    ("statistics/error_budget",),
+    lambda run: figures.error_budget(run["statistics/error_budget"]),
+    "By how much the mean pull-off may be off, and from what: one standard deviation each. *: by how much it would "
+    "change if the roughness went on for another octave; not in the total, which is for the surface as scanned.",
+)
+
 _DRAWINGS = {
+    "What the pull-off hangs on": _Drawing(
+        ("statistics/sensitivity",),
+        lambda run: figures.tornado(run["statistics/sensitivity"]),
+        "Change of the mean simulated pull-off at a sample of places when one thing is changed, as the bar's end says: "
+        "the longer of two bars is the budget's entry.",
+    ),
+    "Pull-off and the shortest wave": _Drawing(
+        ("statistics/shorter_waves",),
+        lambda run: figures.cut_off(run["statistics/shorter_waves"]),
+        "Simulated pull-off at a sample of places on surfaces that end at another wavelength: right of the dashed line "
+        "the scan with its shortest waves cut off, left of it with waves added that continue its spectrum, from seeds; "
+        "bars are their scatter.",
+    ),
     "The scan and where the sphere lands": _Drawing(
         ("scan", "asperities", "solutions/direct"),
         _grid,

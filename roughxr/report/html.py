@@ -19,7 +19,8 @@ from .._version import __version__
 from ..disk import whole
 from ..regions import extent
 from ..scans import level
-from .embedded_figures import pictures
+from .budget import BUDGET, budget_table, headline
+from .embedded_figures import budget_picture, pictures
 from .intervals import interval_table
 from .repeat import command
 from .tables import contact_table, formula_table, scan_table
@@ -99,6 +100,13 @@ def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
     Returns
     -------
     str
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> text = page({"scan": roughxr.open_sample("glass")}, archive_name="glass.nc")
+    >>> "glass.nc" in text, "made from a seed, not measured" in text
+    (True, True)
     """
     import jinja2
 
@@ -110,6 +118,9 @@ def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
         facts=_facts(run),
         cautions=cautions(run),
         numbers=list(_numbers(run)),
+        headline=headline(run),
+        budget=_as_text(budget_table(run))[1] if BUDGET in run else [],
+        budget_picture=budget_picture(run),
         adhesion=_adhesion(run),
         model=_model(run),
         pictures=list(pictures(run)),
@@ -219,7 +230,11 @@ def _tables(run: Mapping[str, xr.Dataset]) -> list[tuple[str, list[str], list[li
 
 def _as_text(table: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
     head = [table.index.name or "", *(str(column).replace("_", " ") for column in table.columns)]
-    return head, [[str(words), *(_digits(float(value)) for value in row)] for words, row in table.iterrows()]
+    return head, [[str(words), *map(_cell, row)] for words, row in table.iterrows()]
+
+
+def _cell(value: Any) -> str:
+    return value if isinstance(value, str) else _digits(float(value))
 
 
 def _steps(run: Mapping[str, xr.Dataset]) -> list[tuple[str, list[tuple[str, str]]]]:

@@ -42,6 +42,14 @@ def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> 
     DataFrame
         By (quantity, places): estimate, ends of the block interval and of the naive one, and the number of
         independent places; units stand with the quantity. A row without debris only where there is some.
+
+    Examples
+    --------
+    >>> pull = xr.Dataset({"pull_off_force": ("subregion", [1.0, 2.0, 3.0, 6.0], {"units": "nN"})})
+    >>> table = interval_table({"statistics/energy": pull})
+    >>> mean = table.iloc[0]
+    >>> float(mean["estimate"]), bool(mean["low"] < 3 < mean["high"])
+    (3.0, True)
     """
     rows = {}
     flags = flagged(run)

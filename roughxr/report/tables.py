@@ -43,6 +43,13 @@ def contact_table(
     DataFrame
         One row per quantity (forces in the unit that suits them, displacements in nm), one column per method; NaN
         where a method has no such number.
+
+    Examples
+    --------
+    >>> force = ("subregion", "delta"), [[0.0, 1.0], [2.0, 5.0]]
+    >>> run = {"solutions/direct": xr.Dataset({"force": force}, coords={"delta": [1.0, 2.0]})}
+    >>> float(contact_table(run).loc["force at 2 nm, mean [nN]", "direct"])
+    3.0
     """
     pulls = [run[f"statistics/{method}"]["pull_off_force"] for method in METHODS if f"statistics/{method}" in run]
     unit = force_unit(max((float(pull.mean()) for pull in pulls if pull.notnull().any()), default=0.0))
@@ -190,6 +197,15 @@ def scan_table(
     Returns
     -------
     DataFrame
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.synthetic.self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
+    >>> peaks = roughxr.asperities(scan)
+    >>> run = {"scan": scan, "asperities": peaks, "reconstruction": roughxr.reconstruct(scan, peaks)}
+    >>> float(scan_table(run).loc["size along x [µm]", "scan"])
+    0.64
     """
     height, catalogue = run["scan"]["height"], run["asperities"]
     x_min, x_max, y_min, y_max = extent(run["scan"])
@@ -274,6 +290,26 @@ def _evenness(angles: np.ndarray) -> float:
 
 
 def text(table: pd.DataFrame, title: str) -> str:
-    """Return a table as lines of text, numbers to four digits, a dash where there is none."""
+    """Return a table as lines of text, numbers to four digits, a dash where there is none.
+
+    Parameters
+    ----------
+    table : DataFrame
+    title : str
+        What stands above it, underlined.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> print(text(pd.DataFrame({"direct": {"force [nN]": 1.23456, "pull [nN]": np.nan}}), "Contact"))
+    Contact
+    =======
+    direct
+    force [nN]   1.235
+    pull [nN]        –
+    """
     body = table.to_string(float_format=lambda v: f"{round(v, 9):.4g}", na_rep="–", justify="right")
     return f"{title}\n{'=' * len(title)}\n{body}\n"

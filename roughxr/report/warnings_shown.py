@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import xarray as xr
 
 from .. import schema
 from ..scans import doubts
+from .budget import resolution
 from .intervals import flagged
 
 Run = Mapping[str, xr.Dataset]
@@ -28,6 +29,12 @@ def cautions(run: Run) -> list[str]:
     Returns
     -------
     list of str
+
+    Examples
+    --------
+    >>> from roughxr.synthetic import self_affine
+    >>> cautions({"scan": self_affine((16, 16), 10, rms=1, hurst=0.8, rolloff=80, seed=1)})[0]
+    'The scan is synthetic: made from a seed, not measured.'
     """
     found = [
         _synthetic(run),
@@ -38,6 +45,7 @@ def cautions(run: Run) -> list[str]:
         *_yielding(run),
         *_truncated(run),
         *_unbracketed(run),
+        *resolution(run),
     ]
     return [
         sentence
@@ -57,13 +65,25 @@ def superposed(run: Run) -> list[str]:
     Returns
     -------
     list of str
+
+    Examples
+    --------
+    >>> pair = {"work_of_adhesion": 0.1, "sphere_radius": 500.0}
+    >>> superposed({"solutions/self_similar": xr.Dataset(coords=pair, attrs={"expectation": "half of it"})})
+    ['Superposed (self similar): half of it.']
     """
-    said = []
+    return [
+        f"Superposed ({way}): {ds.attrs['expectation']}.{_above_smooth(ds)}"
+        for way, ds in _groups(run, "solutions")
+        if "expectation" in ds.attrs
+    ]
+
+
+def _groups(run: Run, kind: str) -> Iterator[tuple[str, xr.Dataset]]:
+    """Yield the groups of a kind, such as "solutions", each with its method in words."""
     for name, ds in run.items():
-        if name.startswith("solutions/") and "expectation" in ds.attrs:
-            way = name.partition("/")[2].replace("_", " ")
-            said.append(f"Superposed ({way}): {ds.attrs['expectation']}.{_above_smooth(ds)}")
-    return said
+        if name.startswith(f"{kind}/"):
+            yield name.partition("/")[2].replace("_", " "), ds
 
 
 def _above_smooth(ds: xr.Dataset) -> str:
@@ -160,11 +180,10 @@ def _truncated(run: Run) -> list[str]:
 
 def _unbracketed(run: Run) -> list[str]:
     said = []
-    for name, ds in run.items():
-        if name.startswith("statistics/") and "bracketed" in ds:
+    for way, ds in _groups(run, "statistics"):
+        if "bracketed" in ds:
             pulls = ds["pull_off_force"].notnull()
             bad, none = int((pulls & ~ds["bracketed"].astype(bool)).sum()), int((~pulls).sum())
-            way = name.partition("/")[2].replace("_", " ")
             if bad:
                 said.append(
                     f"Places whose sweep was too short ({way}): {bad}; there the largest pull stands at its end."
@@ -227,5 +246,5 @@ def _unresolved(run: Run) -> str:
 
 
 def _count(run: Run, name: str, bad) -> tuple[int, int]:
-    flags = [ds[name] for key, ds in run.items() if key.startswith("solutions/") and name in ds]
+    flags = [ds[name] for _, ds in _groups(run, "solutions") if name in ds]
     return sum(int(bad(one).sum()) for one in flags), sum(one.size for one in flags)

@@ -4,7 +4,7 @@ from .backend import RoughxrBackend, open_scan
 from .channel import UnreadableScan
 from .description import describe
 from .editing import crop, fill, resample, rotate90
-from .export import to_gsf, to_netcdf, to_surfacetopography
+from .export import to_gsf, to_netcdf, to_surfacetopography, to_tiff
 from .fine_scales import add_fine_roughness, self_affine_fit, smooth
 from .levelling import level
 from .plausibility import ImplausibleScan, doubts
@@ -34,4 +34,5 @@ __all__ = [
     "to_gsf",
     "to_netcdf",
     "to_surfacetopography",
+    "to_tiff",
 ]

@@ -119,23 +119,24 @@ def choose(channels: list[Channel], channel: str | int | None, direction: str | 
     """
     if direction not in (None, "trace", "retrace"):
         raise ValueError(f"direction: expected 'trace' or 'retrace', found {direction!r}")
-    fitting = [one for one in _named(channels, channel) if direction in (None, one.direction)]
-    if direction is None:  # of a pair of equal name the forward line is the usual choice
-        fitting = [one for one in fitting if one.direction != "retrace"] or fitting
+    fitting = _along(_named(channels, channel), direction)
     if not fitting or (isinstance(channel, str) and len(fitting) > 1):
-        wanted = f"channel {channel!r}" if channel is not None else "a topography"
-        wanted += f" with direction {direction!r}" if direction else ""
         found = "several" if fitting else "none"
         advice = "name one or its number" if any(one.units for one in channels) else _STATE_UNITS
+        wanted = _wanted(channel, direction)
         raise UnreadableScan(path, f"expected {wanted}, found {found} among {listing(channels)}; {advice}")
-    if not fitting[0].is_length:
-        raise UnreadableScan(
-            path,
-            f"expected a channel of heights, found {fitting[0].name!r} in units of "
-            f"{fitting[0].units or 'nothing'}; "
-            + (f"choose among {listing(channels)}" if fitting[0].units else _STATE_UNITS),
-        )
-    return fitting[0]
+    first = fitting[0]
+    if not first.is_length:
+        advice = f"choose among {listing(channels)}" if first.units else _STATE_UNITS
+        found = f"{first.name!r} in units of {first.units or 'nothing'}"
+        raise UnreadableScan(path, f"expected a channel of heights, found {found}; {advice}")
+    return first
+
+
+def _wanted(channel: str | int | None, direction: str | None) -> str:
+    """Return in words what was asked for."""
+    wanted = "a topography" if channel is None else f"channel {channel!r}"
+    return f"{wanted} with direction {direction!r}" if direction else wanted
 
 
 def _named(channels: list[Channel], channel: str | int | None) -> list[Channel]:
@@ -145,6 +146,13 @@ def _named(channels: list[Channel], channel: str | int | None) -> list[Channel]:
         exact = [one for one in channels if one.name == channel]
         return exact or [one for one in channels if _stem(one.name) == _stem(channel)]
     return [channels[channel]] if 0 <= int(channel) < len(channels) else []
+
+
+def _along(channels: list[Channel], direction: str | None) -> list[Channel]:
+    """Return the channels of a direction; by default the forward line of a pair of equal name, the usual choice."""
+    if direction is None:
+        return [one for one in channels if one.direction != "retrace"] or channels
+    return [one for one in channels if one.direction == direction]
 
 
 def _stem(name: str) -> str:

@@ -46,22 +46,27 @@ def summary(
     (2.0, 2.0)
     """
     ds = of_a_map(ds)
-    along = [dim for dim in SAMPLES if dim in ds.dims]
-    if not along:
+    dim = next((dim for dim in SAMPLES if dim in ds.dims), None)
+    if dim is None:
         raise ValueError(f"expected a dimension {' or '.join(SAMPLES)}, found {tuple(ds.dims)}")
-    dim = along[0]
     weight = ds[weights] if isinstance(weights, str) else weights
-    names = [name for name in ds.data_vars if dim in ds[name].dims and ds[name].dtype.kind in "fiu"]
-    names = [name for name in names if name != weights] if isinstance(weights, str) else names
-    for name in names:
-        if not ds[name].chunks:
-            missing = int(ds[name].isnull().any([d for d in ds[name].dims if d != dim]).sum())
-            speak_for_some(str(name), missing, ds.sizes[dim], ds.attrs.get("missing"))
-    out = xr.Dataset({name: _summarised(ds[name], dim, list(quantiles), weight) for name in names})
-    for name in names:
-        out[name].attrs.update(ds[name].attrs)
-    out.attrs = dict(ds.attrs)
-    return schema.record(out, "summary", quantiles=list(quantiles))
+    wanted = {name: array for name, array in ds.data_vars.items() if dim in array.dims and array.dtype.kind in "fiu"}
+    if isinstance(weights, str):
+        wanted.pop(weights, None)
+    for array in wanted.values():
+        _speak_for_known(array, dim, ds.attrs.get("missing"))
+    found = {
+        name: _summarised(array, dim, list(quantiles), weight).assign_attrs(array.attrs)
+        for name, array in wanted.items()
+    }
+    return schema.record(xr.Dataset(found, attrs=ds.attrs), "summary", quantiles=list(quantiles))
+
+
+def _speak_for_known(array: xr.DataArray, dim: str, why: str | None) -> None:
+    """Warn where samples are missing, unless it takes a computation to know."""
+    if not array.chunks:
+        missing = int(array.isnull().any([other for other in array.dims if other != dim]).sum())
+        speak_for_some(str(array.name), missing, array.sizes[dim], why)
 
 
 def _summarised(array: xr.DataArray, dim: str, quantiles: list[float], weights: xr.DataArray | None) -> xr.DataArray:

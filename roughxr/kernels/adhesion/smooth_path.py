@@ -4,7 +4,8 @@ From each state the next is sought from where the last two point to: gaps where 
 touch. So a path follows a branch to its end and goes downhill from there, as a body held by a stiff device does.
 Displacement moves in steps; what a path passes between two of them must not matter:
 
-- where a step ran past the end of a branch and the pull may have grown beyond the largest on the way, it is halved;
+- where a step ran past the end of a branch, or past the last contact of a stiff body, and the pull may have grown
+  beyond the largest on the way, it is shortened;
 - where the force passed a minimum, one more state is sought at the vertex of the parabola through three;
 - a preload is closed in upon by regula falsi.
 
@@ -42,11 +43,18 @@ _BEFORE = 8.0
 #: A retraction also ends where nothing touches and the pull has fallen to this part of the largest.
 _LOST = 1e-3
 
-#: A step jumped if it dissipated more than this part of |ΔF Δδ|: a smooth curved branch stays well below.
-_JUMP = 0.15
+#: A step jumped if it dissipated more than this part of |ΔF Δδ|, and passed an edge if it seems to have gained more
+#: than that: a smooth curved branch stays well below.
+_JUMP, _EDGE = 0.15, 0.05
+
+#: Keeps a ratio of nothing to nothing finite.
+_TINY = 1e-300
 
 #: How much of the largest pull may be missed between two states, and the part of the longest step that is not halved.
 _MISSED, _LEAST_STEP = 0.002, 1.0 / 64
+
+#: The same where a smooth curve may have turned: the tangent lies above it, and the vertex is sought afterwards.
+_MISSED_IN_A_CURVE = 0.05
 
 #: States that are added at most to close in on the largest pull.
 _VERTICES = 4
@@ -349,7 +357,7 @@ class _Branch:
         """Return the branch that leads back from here; it begins with the same state."""
         back = _Branch(self.solver, self.step, self.deltas, self.fields, self.last.left)
         back.before, back.last, back.next = self.before, self.last, self.next
-        back.largest, back.dissipated = self.largest, self.dissipated
+        back.dissipated = self.dissipated
         if self.rows:
             back.rows.append(self.rows[-1].copy())
             back.pressures += self.pressures[-1:] if self.rows[-1][ASKED] else []
@@ -396,7 +404,7 @@ class _Branch:
             if not np.isfinite(found.force):
                 return False
             if back > _LEAST_STEP * self.step and self._passed_more(found):
-                change = 0.5 * back
+                change = self._shorter(found)
                 continue
             self._accept(found, delta == target)
             self.next -= delta == target
@@ -409,13 +417,31 @@ class _Branch:
         return not last.state.touching.any() and (last.delta <= self.first or -last.force < _LOST * self.largest)
 
     def _passed_more(self, found):
-        """Say whether a step jumped, and may have passed a larger pull than it shows on the way."""
-        last, before = self.last, self.before
+        """Say whether a step may have passed a larger pull on the way.
+
+        That is so if it jumped or let go of what is stiff, by its energy, or if the pull fell though it was growing.
+        """
+        last = self.last
         back = last.delta - found.delta
-        if self._freed(found) <= _JUMP * abs(last.force - found.force) * back:
+        smooth = -_EDGE <= self._freed(found) / (abs(last.force - found.force) * back + _TINY) <= _JUMP
+        if smooth and found.force <= last.force:
             return False
-        slope = (last.force - before.force) / (last.delta - before.delta) if before.delta > last.delta else np.inf
-        return slope * back - last.force > (1.0 + _MISSED) * max(self.largest, -found.force)
+        missed = _MISSED_IN_A_CURVE if smooth else _MISSED
+        return self._slope() * back - last.force > (1.0 + missed) * max(self.largest, -found.force)
+
+    def _slope(self):
+        """Return the stiffness by the last two states."""
+        last, before = self.last, self.before
+        return (last.force - before.force) / (last.delta - before.delta) if before.delta > last.delta else np.inf
+
+    def _shorter(self, found):
+        """Return a step to where the last two states lead to the pull that was found, or half as far as it.
+
+        A stiff body lets go within a small part of a step: so it is found in three tries and not in ten.
+        """
+        last = self.last
+        half, leads = 0.5 * (last.delta - found.delta), (last.force - found.force) / self._slope()
+        return max(min(half, leads) if leads > 0.0 else half, _LEAST_STEP * self.step)
 
     def _freed(self, found):
         """Return what the step to a state dissipates, nm²."""

@@ -1,0 +1,157 @@
+"""How far the pull-off can be trusted: the error budget as bars, and the pull-off over the shortest wave there is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .sensitivity_figure import tornado
+from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, axes, label_axis, legend, styled
+
+#: The entry that does not count in the total.
+_APART = "shorter waves"
+
+
+@styled
+def error_budget(ds: xr.Dataset, *, ax: Any = None):
+    """Draw the entries of an error budget as bars, in per cent of the mean pull-off, their total below them.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From `error_budget`.
+    ax : Axes, optional
+
+    Returns
+    -------
+    Axes
+        In the order of the budget from the top. What was not computed has no bar and says so; what the scan does not
+        show stands last, in another colour, for it is not in the total.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> entries = {"relative_error": ("entry", [0.03, np.nan]), "total_error": 0.03}
+    >>> ax = error_budget(xr.Dataset(entries, {"entry": ["mesh", "step"]}), ax=Figure().subplots())
+    >>> [float(round(bar.get_width(), 6)) for bar in ax.patches], ax.texts[1].get_text()
+    ([3.0, 3.0], 'not computed')
+    """
+    names = [str(name) for name in ds["entry"].values]
+    values = dict(zip(names, 100 * ds["relative_error"].values))
+    rows = [(name, values[name], BLUE) for name in names if name != _APART]
+    rows.append(("all of these", 100 * float(ds["total_error"]), BLACK))
+    if _APART in values:
+        rows.append((_words(ds), values[_APART], ORANGE))
+    ax = axes(ax, aspect=0.16 + 0.058 * len(rows))
+    for row, (_, value, color) in enumerate(rows):
+        _bar(ax, row, value, color)
+    ax.set_yticks(range(len(rows)), [name for name, *_ in rows])
+    ax.set_ylim(len(rows) - 0.5, -0.5)
+    ax.set_xlim(0, 1.22 * max([value for _, value, _ in rows if np.isfinite(value)], default=1.0) or 1.0)
+    ax.tick_params(axis="y", length=0)
+    ax.spines["left"].set_visible(False)
+    ax.set_xlabel("error of the mean pull-off force [%]")
+    return ax
+
+
+def _words(ds: xr.Dataset) -> str:
+    shown = float(ds["shortest_wavelength"]) if "shortest_wavelength" in ds else np.nan
+    return f"waves below {shown:.3g} nm*" if np.isfinite(shown) else "shorter waves*"
+
+
+def _bar(ax, row: int, value: float, color: str) -> None:
+    words = "not computed" if not np.isfinite(value) else f"{value:.2g}" if value < 100 else f"{value:.0f}"
+    if np.isfinite(value):
+        ax.barh(row, value, height=0.62, color=color, edgecolor="none")
+    at = value if np.isfinite(value) else 0.0
+    style = {"fontsize": SMALL - 0.5, "va": "center", "textcoords": "offset points"}
+    ax.annotate(words, (at, row), (3, 0), color=BLACK if np.isfinite(value) else GREY, **style)
+
+
+@styled
+def cut_off(ds: xr.Dataset, *, ax: Any = None):
+    """Draw the pull-off over the shortest wave that the surface has: every place, and the mean with its scatter.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From `scale_dependence`.
+    ax : Axes, optional
+
+    Returns
+    -------
+    Axes
+        Both axes logarithmic. Bars are the standard deviation of the mean over seeds; the line is the shortest wave
+        that the scan shows: left of it waves were added, right of it cut off.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> ds = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), [[[1.0], [3.0]]])})
+    >>> ds = ds.assign_coords(shortest_kept=[10.0, 20.0]).assign_attrs(shortest_wavelength=20.0)
+    >>> cut_off(ds, ax=Figure().subplots()).get_xscale()
+    'log'
+    """
+    ax = axes(ax)
+    force = ds["pull_off_force"].transpose("subregion", "shortest_kept", "seed")
+    waves, means = ds["shortest_kept"].values, force.mean("subregion")
+    for place, values in enumerate(force.mean("seed").values):
+        ax.plot(waves, np.where(values > 0, values, np.nan), color=GREY, linewidth=0.6, alpha=0.6)
+        if place == 0:
+            ax.lines[-1].set_label("each place")
+    scatter = means.std("seed").values
+    ax.errorbar(
+        waves,
+        means.mean("seed"),
+        yerr=scatter,
+        fmt="o-",
+        color=BLUE,
+        capsize=2,
+        markersize=3.5,
+        label="mean, its scatter",
+    )
+    shown = ds.attrs.get("shortest_wavelength", np.nan)
+    if np.isfinite(shown):
+        ax.axvline(shown, color=VERMILION, linewidth=0.9, linestyle=(0, (4, 2)), label="shown by the scan", zorder=0)
+    ax.set(xscale="log", yscale="log")
+    _plain_ticks(ax, waves)
+    label_axis(ax.yaxis, "pull_off_force")
+    ax.set_xlabel("shortest wavelength of the surface [nm]")
+    return legend(ax, loc="best")
+
+
+def _plain_ticks(ax, waves: np.ndarray) -> None:
+    """Mark the waves themselves: a logarithmic axis over a factor of four has hardly a tick of its own."""
+    from matplotlib.ticker import NullLocator
+
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.set_xticks(waves, [f"{wave:.3g}" for wave in waves])
+
+
+def budget_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]]:
+    """Yield the figures of a run's error budget, by name, as far as it holds one.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run.
+
+    Yields
+    ------
+    (str, Figure)
+        "error-budget", "sensitivity" and "shortest-wave"; the Figures belong to no pyplot window.
+    """
+    from matplotlib.figure import Figure
+
+    from .style import COLUMN, tidy
+
+    drawn = {"error_budget": error_budget, "sensitivity": tornado, "shorter_waves": cut_off}
+    names = {"error_budget": "error-budget", "sensitivity": "sensitivity", "shorter_waves": "shortest-wave"}
+    for group, draw in drawn.items():
+        if f"statistics/{group}" in run:
+            figure = Figure(figsize=(COLUMN, 0.8 * COLUMN), layout="constrained")
+            draw(run[f"statistics/{group}"], ax=tidy(figure.subplots()))
+            yield names[group], figure

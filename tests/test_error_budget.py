@@ -1,0 +1,165 @@
+"""The error budget: what is known of each entry comes out, what was not computed says so, and the total is the sum."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+import roughxr
+from roughxr import archive, figures, report
+from roughxr.sensitivities import SIMULATED, cut_off_waves, error_budget, sensitivity
+from roughxr.sensitivities.budget import ENTRIES
+
+QUICK = {"law": "exponential", "refine": 1, "step": 0.8}
+
+
+def pair(heights, radius, work, pixel=10.0):
+    x = np.arange(heights.shape[0]) * pixel
+    surface = xr.Dataset({"height": (("x", "y"), heights)}, coords={"x": x, "y": x})
+    return roughxr.assign_pair(
+        roughxr.schema.label(surface), sphere_radius=radius, contact_modulus=40, work_of_adhesion=work
+    )
+
+
+@pytest.fixture(scope="module")
+def rough():
+    surface = roughxr.synthetic.self_affine((96, 96), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
+    return roughxr.assign_pair(surface, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.2)
+
+
+@pytest.fixture(scope="module")
+def changes(rough):
+    tried = {"mesh": [2], "surface energy": [0.9, 1.1], "modulus": [1.0], "tip radius": [-1.0]}
+    return sensitivity(rough, method="adhesive", places=2, subregions=(3, 3), settings=tried, **QUICK)
+
+
+@pytest.fixture(scope="module")
+def scales(rough):
+    return cut_off_waves(rough, places=1, subregions=(2, 2), seeds=2, **QUICK)
+
+
+@pytest.fixture(scope="module")
+def budget(rough, changes, scales):
+    return error_budget(rough, changes=changes, scales=scales)
+
+
+def change(found, factor, setting):
+    chosen = (found.factor == factor) & (found.setting == setting)
+    return float(found.pull_off_change.values[chosen.values][0])
+
+
+def test_a_smooth_sphere_depends_on_work_and_radius_in_proportion_and_not_on_the_modulus():
+    """JKR's pull-off is 3/2 π w R: the tornado's slopes are 1, 1 and 0.
+
+    On contacts of three pixels in radius each pull-off is off by up to 1.5 %: of slopes over 20 %, 0.15.
+    """
+    flat = pair(np.zeros((48, 48)), radius=1500.0, work=0.2)
+    tried = {name: [0.9, 1.1] for name in ("surface energy", "sphere radius", "modulus")}
+    found = sensitivity(flat, method="adhesive", settings=tried, law="griffith", refine=1, step=0.25)
+    slopes = {name: (change(found, name, "× 1.1") - change(found, name, "× 0.9")) / 0.2 for name in tried}
+    assert slopes["surface energy"] == pytest.approx(1, abs=0.15)
+    assert slopes["sphere radius"] == pytest.approx(1, abs=0.15)
+    assert slopes["modulus"] == pytest.approx(0, abs=0.15)
+    assert float(found.pull_off_mean[0]) == pytest.approx(1.5 * np.pi * 0.2 * 1500, rel=0.05)
+
+
+def test_what_is_not_off_gives_nothing_and_what_was_not_computed_says_why(budget):
+    entry = budget.relative_error.to_series()
+    why = budget.how.to_series()
+    assert tuple(budget.entry.values) == ENTRIES
+    assert entry["modulus"] == 0.0
+    assert np.isnan(entry["tip"]) and "tip_radius: expected" in why["tip"]
+    assert np.isnan(entry["levelling"]) and why["levelling"] == "not computed: left out of the settings"
+    assert 0.05 < entry["work of adhesion"] < 0.3
+    assert all(words.startswith("not computed") for words in why[entry.isna()]) and (why != "").all()
+
+
+def test_the_total_is_the_root_of_the_sum_of_squares_without_shorter_waves(budget):
+    known = budget.relative_error.drop_sel(entry="shorter waves").values
+    assert float(budget.total_error) == pytest.approx(np.sqrt(np.nansum(known**2)), rel=1e-12)
+    assert budget.relative_error.sel(entry="shorter waves") > 0.01
+
+
+def test_entries_are_the_tornados_longest_bars(budget, changes):
+    longest = max(abs(change(changes, "surface energy", f"× {factor}")) for factor in (0.9, 1.1))
+    assert float(budget.relative_error.sel(entry="work of adhesion")) == longest
+    mesh = changes.isel(case=int(np.flatnonzero(changes.factor == "mesh")[0]))
+    assert float(budget.relative_error.sel(entry="mesh")) == abs(float(mesh.pull_off_change))
+    at_all = changes.pull_off_force.isel(case=0).mean()
+    assert float(mesh.pull_off_mean / at_all - 1) == pytest.approx(float(mesh.pull_off_change), rel=1e-9)
+
+
+def test_sampling_follows_the_interval_of_all_places(rough, changes):
+    values = np.random.default_rng(1).normal(10, 2, 36)
+    grid = roughxr.regions.centres(rough, (6, 6))
+    solved = xr.Dataset({"pull_off_force": ("subregion", values)}, coords=grid.coords)
+    found = error_budget(rough, solved=solved, changes=changes, seeds=0)
+    sampling = float(found.relative_error.sel(entry="sampling"))
+    ends = roughxr.bootstrap(solved, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
+    assert sampling == pytest.approx(float(ends.high - ends.low) / 4 / values.mean(), rel=1e-12)
+    assert float(found.pull_off_mean) == pytest.approx(values.mean())
+    one = error_budget(rough, solved=solved.isel(subregion=[0]), changes=changes, seeds=0)
+    assert "it takes two places" in one.how.sel(entry="sampling").item()
+
+
+def test_shorter_waves_come_from_their_seeds(rough, scales):
+    again = cut_off_waves(rough, places=1, subregions=(2, 2), seeds=1, **QUICK)
+    assert np.array_equal(again.pull_off_force.isel(seed=0), scales.pull_off_force.isel(seed=0))
+    shown = scales.attrs["shortest_wavelength"]
+    added = scales.pull_off_force.isel(subregion=0, shortest_kept=0).values
+    kept = scales.pull_off_force.sel(shortest_kept=shown, method="nearest").values
+    assert added[0] != added[1] and np.unique(kept).size == 1
+    base = roughxr.adhesive(rough, subregions=roughxr.regions.centres(rough, (2, 2)).isel(subregion=[0]), **QUICK)
+    assert kept.ravel()[0] == float(base.pull_off_force[0])
+    assert float(base.shortest_wavelength) == pytest.approx(shown)
+
+
+def test_a_budget_survives_its_archive(budget, changes, scales, tmp_path):
+    groups = {"statistics/error_budget": budget, "statistics/sensitivity": changes, "statistics/shorter_waves": scales}
+    back = archive.load(archive.save(groups, tmp_path / "budget.nc"))
+    for name, ds in groups.items():
+        xr.testing.assert_identical(back[name].load(), ds)
+
+
+def test_every_default_factor_makes_an_entry():
+    from roughxr.sensitivities.budget import CHANGED
+
+    assert {factor for factor, _ in CHANGED.values()} == set(SIMULATED)
+
+
+def test_bad_input_is_refused_in_words(rough, changes):
+    with pytest.raises(ValueError, match="'fit window'"):
+        sensitivity(rough, method="adhesive", settings={"fit window": [3]})
+    with pytest.raises(ValueError, match="'mesh'"):
+        sensitivity(rough, settings={"mesh": [2]})
+    with pytest.raises(ValueError, match=r"sensitivity\(method='adhesive'\)"):
+        error_budget(rough, changes=changes.drop_vars("pull_off_change"), seeds=0)
+    with pytest.raises(ValueError, match="work_of_adhesion > 0"):
+        error_budget(rough.assign_coords(work_of_adhesion=0.0))
+
+
+def test_bars_stand_for_entries_and_words_for_what_is_missing(budget, changes, scales):
+    ax = figures.error_budget(budget, ax=Figure().subplots())
+    finite = int(np.isfinite(budget.relative_error).sum())
+    assert len(ax.patches) == finite + 1
+    assert [text.get_text() for text in ax.texts].count("not computed") == budget.sizes["entry"] - finite
+    widths = [bar.get_width() for bar in ax.patches]
+    assert widths[-1] == pytest.approx(100 * float(budget.relative_error.sel(entry="shorter waves")))
+    labels = [tick.get_text() for tick in figures.tornado(changes, ax=Figure().subplots()).get_yticklabels()]
+    assert "tip radius" not in labels and "surface energy" in labels
+    assert len(figures.cut_off(scales, ax=Figure().subplots()).lines) >= 2
+
+
+def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, budget, scales):
+    solved = roughxr.adhesive(rough, subregions=(2, 1), accuracy=None, **QUICK)
+    run = {"scan": rough, "solutions/adhesive": solved, "statistics/adhesive": roughxr.pull_off(solved)}
+    run |= {"statistics/error_budget": budget, "statistics/shorter_waves": scales}
+    shown = float(budget.shortest_wavelength)
+    words = report.headline(run)
+    assert f"for a surface as smooth below {shown:.3g} nm as this scan shows it" in words
+    assert f"down to {shown / 2:.3g} nm" in words and "of what the sphere holds on a smooth flat" in words
+    table = report.budget_table(run)
+    assert table.index[-1] == "shorter waves*" and "all of these" in table.index
+    blurred = budget.assign(contact_radius_pixels=0.7).assign_attrs(resolved="At pull-off … 0.7 pixels …")
+    assert any("0.7 pixels" in said for said in report.cautions(run | {"statistics/error_budget": blurred}))
+    assert report.headline({"scan": rough}) == ""
