@@ -101,3 +101,18 @@ def test_figures_of_what_yields(groups):
     for wrong, says in (({}, "at least one"), ({"one": curve.isel(preload=0)}, "one: expected pull_off_force")):
         with pytest.raises(ValueError, match=says):
             figures.preload_curve(wrong, ax=Figure().subplots())
+
+
+def test_hardness_is_a_factor_of_the_tornado():
+    pair = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05, hardness=3.0)
+    options = {"method": "adhesive", "places": 1, "preload": 3000.0, "refine": 1, "step": 0.8}
+    settings = {"hardness": [0.5, 2.0]}
+    found = roughxr.sensitivity(pair, settings=settings, **options)
+    assert found.factor.values.tolist() == ["base", "hardness", "hardness"]
+    softer, harder = found.pull_off_change.values[1:]
+    assert softer > 0.1 and harder < -0.1  # what is softer flattens more, and sticks harder
+    budget = roughxr.error_budget(pair, changes=found, seeds=0)
+    assert float(budget.relative_error.sel(entry="hardness")) == pytest.approx(max(softer, -harder))
+    bare = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05)
+    missing = roughxr.sensitivity(bare, settings=settings, **options)
+    assert missing.reason.values[1].startswith("no hardness is assigned")
