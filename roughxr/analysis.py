@@ -373,12 +373,13 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
     groups |= _pressed(scan, plan, options)
     groups["solutions/contact"] = _one_contact(scan, plan, groups["solutions/direct"])
     groups["solutions/smooth"] = loading(direct(_flat(scan), delta=plan.direct_deltas))
-    groups["solutions/hertz"] = superpose(catalogue, delta=plan.sweep, law="hertz", **options)
+    elastic = options | {"yielding": False}  # so that what yield does is seen beside it
+    groups["solutions/hertz"] = superpose(catalogue, delta=plan.sweep, law="hertz", **elastic)
     suited = catalogue if plan.patch == "auto" else asperities(scan)
     for name in COMPARED:
         say(f"superposition, {name}")
         summed = scan if name == "published" else suited  # the paper's own asperities for its own formulas
-        groups[f"solutions/{name}"] = superpose(summed, delta=plan.sweep, formulation=name, **options)
+        groups[f"solutions/{name}"] = superpose(summed, delta=plan.sweep, formulation=name, **elastic)
     for name in COMPARED:
         groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
     if plan.budget and "solutions/adhesive" in groups:
