@@ -43,7 +43,7 @@ def regime(
     equilibrium_distance : number or quantity
         z₀ of the interatomic potential, nm, of Tabor's parameter.
     hardness : number or quantity, optional
-        GPa; without one nothing is said of yield.
+        GPa; by default the pair's ``hardness``, else its ``hardness_estimate``; without one nothing is said of yield.
     subregions : (int, int), (array, array) or Dataset
         Contact centres at which the attraction between rigid bodies is summed.
     refine : int
@@ -92,12 +92,19 @@ def regime(
         "pixels_per_contact": contact / schema.square_pixel(ds),
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
+    hardness = _hardness(ds) if hardness is None else hardness
     if hardness is not None:
         found["yields"] = found["peak_pressure"] > positive(hardness, "GPa", "hardness")
     found["recommended"] = _recommended(found["asperity_tabor"], found["pull_beyond_contact"])
     out = xr.Dataset(found).assign_attrs(recommendation=_sentence(found))
     arguments = {"equilibrium_distance": z0, "hardness": hardness, "subregions": subregions, "refine": refine}
     return schema.record(schema.label(out), "regime", ds, **arguments)
+
+
+def _hardness(ds: xr.Dataset) -> float | None:
+    """Return the hardness (GPa) that the pair carries, or is estimated to have."""
+    known = [name for name in ("hardness", "hardness_estimate") if name in ds.coords]
+    return float(ds[known[0]]) if known else None
 
 
 def _beyond(ds: xr.Dataset, subregions: Any, refine: int) -> float:
@@ -125,7 +132,7 @@ def _sentence(found: dict[str, Any]) -> str:
         words += f" A contact's radius is {found['pixels_per_contact']:.2g} pixels: the scan does not resolve it."
     if found.get("yields"):
         words += (
-            f" Summits yield under their own adhesion ({found['peak_pressure']:.2g} GPa), which no model here knows."
+            f" Summits yield under their own adhesion ({found['peak_pressure']:.2g} GPa), give assign_pair a hardness."
         )
     return words
 
