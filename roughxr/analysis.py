@@ -24,7 +24,7 @@ from . import figures, regions, report, schema
 from .catalogue import asperities
 from .contact.adhesion import MOST_REFINED, adhesive
 from .contact.elastic import direct
-from .contact.problem import default_deltas, hardness_of, indenter_of
+from .contact.problem import default_deltas, indenter_of
 from .contact.records import loading
 from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
@@ -433,9 +433,7 @@ def _too_stiff_to_bend(scan: xr.Dataset, options: dict[str, Any], say: Callable)
         summed = rigid(scan, delta=[0.0], refine=refine, **options)
         groups = {"solutions/rigid": summed, "statistics/rigid": pull_off(summed)}
         if "sphere_radius" in scan.coords:
-            hardness, _ = hardness_of(scan)
-            known = {"hardness": hardness} if np.isfinite(hardness) else {}
-            groups["statistics/regime"] = regime(scan, refine=refine, **known)
+            groups["statistics/regime"] = regime(scan, refine=refine)
             groups["statistics/formulas"] = formulas(scan, refine=refine)
     return groups
 
