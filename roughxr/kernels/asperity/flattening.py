@@ -46,13 +46,13 @@ def flattened(delta, stiffness, contact, hardness, *, middle=False):
     Parameters
     ----------
     delta : array
-        nm, of each asperity; of what is not touched any number up to 0.
+        nm, of each asperity; of what is not touched any number up to 0, or -inf.
     stiffness, contact : array
         Hertz's force (nN) and contact area (nm²) at a displacement of 1 nm.
     hardness : float
         GPa.
     """
-    first = (hardness * contact / (1.5 * stiffness)) ** 2
+    delta, first = np.maximum(delta, 0.0), (hardness * contact / (1.5 * stiffness)) ** 2  # -inf beside the sphere
     s = np.sqrt(first / np.maximum(delta, first))
     if middle:
         return np.interp(s, _S, _G) * s, np.where(s < 1.0, delta * (1 - np.interp(s, _S, _E)), 0.0)
