@@ -13,6 +13,7 @@ from ..jobs import lazy as parallel
 from ..scans import level, smooth
 from ..units import positive
 from . import reference
+from .problem import hardness_of
 from .rigid_bodies import rigid
 
 #: Tabor's parameter below which bodies are as good as rigid, and above which adhesion is as good as without range
@@ -92,19 +93,13 @@ def regime(
         "pixels_per_contact": contact / schema.square_pixel(ds),
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
-    hardness = _hardness(ds) if hardness is None else hardness
-    if hardness is not None:
-        found["yields"] = found["peak_pressure"] > positive(hardness, "GPa", "hardness")
+    hardness = hardness_of(ds)[0] if hardness is None else positive(hardness, "GPa", "hardness")
+    if np.isfinite(hardness):
+        found["yields"] = found["peak_pressure"] > hardness
     found["recommended"] = _recommended(found["asperity_tabor"], found["pull_beyond_contact"])
     out = xr.Dataset(found).assign_attrs(recommendation=_sentence(found))
     arguments = {"equilibrium_distance": z0, "hardness": hardness, "subregions": subregions, "refine": refine}
     return schema.record(schema.label(out), "regime", ds, **arguments)
-
-
-def _hardness(ds: xr.Dataset) -> float | None:
-    """Return the hardness (GPa) that the pair carries, or is estimated to have."""
-    known = [name for name in ("hardness", "hardness_estimate") if name in ds.coords]
-    return float(ds[known[0]]) if known else None
 
 
 def _beyond(ds: xr.Dataset, subregions: Any, refine: int) -> float:

@@ -21,7 +21,7 @@ class Sweep(NamedTuple):
 
     places: xr.Dataset
     deltas: np.ndarray  # nm, from first touch
-    patch: int
+    patch: int | float | str  # as for `asperities`
     formulation: str
 
 

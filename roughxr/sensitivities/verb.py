@@ -27,7 +27,7 @@ def sensitivity(
     method: str = "superpose",
     subregions: Any = None,
     delta: Any = None,
-    patch: int = 5,
+    patch: Any = "auto",
     formulation: str = "energy",
     settings: Mapping[str, Sequence] | None = None,
     places: int = 4,
@@ -51,7 +51,7 @@ def sensitivity(
         Displacements of "superpose", nm, counted from each place's first touch; by default 161 from where a smooth
         sphere lets go to four times as deep, and no less than the heights' standard deviation.
     patch, formulation
-        Of "superpose": fit window of the base case, and as for `superpose`.
+        Of "superpose": fit window of the base case, as for `asperities`, and as for `superpose`.
     settings : mapping of str to sequence, optional
         What to try for each factor, by default ``SETTINGS`` or, of "adhesive", ``SIMULATED``: "levelling" ("plane",
         "quadratic" or "cubic"), "pixel" (so many joined along each axis), "height step" (nm, rounding), "tip radius"
