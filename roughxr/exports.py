@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 
@@ -30,7 +31,7 @@ def to_resuspension(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     Parameters
     ----------
     ds : Dataset
-        A pull-off with its pair.
+        A pull-off with its pair, such as of `rolling`.
     path : path
         A CSV file; the lines above its head begin with ``#`` and hold sphere, material and origin.
 
@@ -38,8 +39,9 @@ def to_resuspension(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     -------
     Path
         Columns ``force_nN`` (ascending), ``cdf`` (share of the places that let go at or below it) and
-        ``force_over_smooth`` (over the same sphere's from a smooth flat, 3/2 π w R). Places where nothing pulls
-        are no part of it: the head counts them.
+        ``force_over_smooth`` (over the same sphere's from a smooth flat, 3/2 π w R). Of `rolling` also
+        ``lever_over_radius``, of the weakest direction there, for the 1/100 of those models. Places where nothing
+        pulls are no part of it: the head counts them.
 
     Raises
     ------
@@ -64,6 +66,8 @@ def to_resuspension(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     steps = statistics.cdf(ds, "pull_off_force")
     force = steps["pull_off_force"].values
     table = pd.DataFrame({"force_nN": force, "cdf": steps.values, "force_over_smooth": force / smooth})
+    if "lever" in ds:
+        table["lever_over_radius"] = _levers(ds, force) / float(ds["sphere_radius"])
     head = [
         f"adhesion forces, roughxr {__version__}",
         f"smooth sphere's pull-off force: {smooth:.6g} nN",
@@ -75,6 +79,13 @@ def to_resuspension(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     with whole(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return Path(path)
+
+
+def _levers(ds: xr.Dataset, force: np.ndarray) -> np.ndarray:
+    """Return the lever (nm) of the weakest direction at the places of these pull-off forces, ascending."""
+    pull, lever = ds["pull_off_force"].values, ds["lever"].min("direction").values
+    known = np.isfinite(pull)
+    return pd.Series(lever[known]).groupby(pull[known]).mean().loc[force].to_numpy()
 
 
 def to_table(ds: xr.Dataset, path: str | os.PathLike) -> Path:

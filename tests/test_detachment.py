@@ -1,6 +1,7 @@
 """Coming off: loads, what gives way first, and how many particles stay, against closed forms."""
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from scipy.optimize import brentq
@@ -263,3 +264,15 @@ def test_the_rose_and_the_fraction_remaining_are_drawn():
         roughxr.figures.moment_rose(left)
     with pytest.raises(ValueError, match="resuspension"):
         roughxr.figures.fraction_remaining(ground)
+
+
+def test_levers_stand_beside_the_forces_of_their_places_in_the_file_for_resuspension_codes(tmp_path):
+    surface = glass_pair(scan(rough(48, seed=1)))
+    ground = surface.contact.rolling(directions=6, subregions=(3, 3))
+    table = pd.read_csv(ground.contact.to_resuspension(tmp_path / "adhesion.csv"), comment="#")
+    order = np.argsort(ground.pull_off_force.values)
+    expected = ground.lever.min("direction").values[order] / float(surface.sphere_radius)
+    np.testing.assert_allclose(table["lever_over_radius"], expected, rtol=1e-6)
+    np.testing.assert_allclose(table["force_nN"], ground.pull_off_force.values[order], rtol=1e-6)
+    bare = surface.contact.pull_off_map(subregions=(3, 3)).contact.to_resuspension(tmp_path / "bare.csv")
+    assert "lever_over_radius" not in pd.read_csv(bare, comment="#")

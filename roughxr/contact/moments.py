@@ -116,6 +116,8 @@ def rolling(
     between 3/4 (brittle springs) and 1 (a pull that is constant until it ends). Without adhesion, stiff contacts under
     a load L hold L times the edge's distance, which tips where the weight's line leaves the support polygon.
 
+    Asperities stay elastic, whatever hardness is assigned.
+
     The sphere is put down at each place as it is, and does not settle sideways. Where ``contacts`` is one or two a real
     one would roll on until three hold it; such places resist little, and are the first to go in what is built on this.
 
