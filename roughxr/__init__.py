@@ -30,6 +30,7 @@ from .figures import plot
 from .jobs.lazy import compute
 from .jobs.run import checkpointed
 from .materials import assign_pair, contact_modulus, gilman_surface_energy, hamaker_constant
+from .measured import open_pull_off
 from .parameter_grid import vary
 from .reconstruction import reconstruct
 from .scans import (
@@ -83,6 +84,7 @@ __all__ = [
     "gilman_surface_energy",
     "hamaker_constant",
     "level",
+    "open_pull_off",
     "open_sample",
     "open_scan",
     "paper",

@@ -244,7 +244,7 @@ KINDS: dict[str, dict[str, tuple[str, ...]]] = {
         "orientation": ("asperity",),
     },
     "solution": {"force": ("subregion", "delta")},
-    "pull_off": {"pull_off_force": ("subregion",), "pull_off_delta": ("subregion",)},
+    "pull_off": {"pull_off_force": ("subregion",)},
 }
 
 #: Scalar coordinates of a scan once a pair is assigned; they travel into every result and archive.
