@@ -7,7 +7,7 @@ import xarray as xr
 import roughxr
 from roughxr.scans import UnreadableScan
 
-from .afm_files import picture, size_of, write_bruker
+from .afm_files import picture, size_of, write_bruker, write_park
 
 TABLE = "place,x [um],y [um],adhesion [pN],remark\na,0,0,12500,ok\nb,1.5,0,,lost\nc,0,-2,9500,ok\n"
 
@@ -136,6 +136,42 @@ def test_a_file_without_adhesion_says_what_it_holds(tmp_path):
     path = write_bruker(tmp_path, picture(), size_of(picture()))
     with pytest.raises(UnreadableScan, match=r"expected an image of adhesion, found 0 among 0: 'Height'"):
         roughxr.open_pull_off(path)
+
+
+def write_peak_force(folder, rows, sensitivity):
+    """Write a Nanoscope file whose second image is adhesion, stored by a hard scale of 8 V and a sensitivity."""
+    path = write_bruker(folder, rows, size_of(rows))
+    header, mark, data = path.read_bytes().partition(b"\x1a")
+    first, second = header.split(b"\\*Ciao image list")[:1], header.split(b"\\*Ciao image list")[1:]
+    image = second[1].replace(b"Height", b"Adhesion").replace(b"Retrace", b"Trace")
+    scale = rb"\@2:Z scale: V [Sens. ForceSens] (0.000122070 V/LSB) 8.0 V"
+    image = b"\r\n".join(scale if b"Z scale" in line else line for line in image.split(b"\r\n"))
+    start = first[0].replace(b"\\*Ciao scan list", b"\\*Ciao scan list\r\n" + sensitivity.encode())
+    header = b"\\*Ciao image list".join([start, second[0], image])
+    missing = path.stat().st_size - len(header) - 1 - len(data.lstrip(b"\0"))
+    path.write_bytes(header + mark + b"\0" * missing + data.lstrip(b"\0"))
+    return path
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_a_nanoscope_image_of_forces_is_scaled_by_its_own_header(tmp_path, stated):
+    rows = picture()
+    path = write_peak_force(
+        tmp_path, rows, r"\@Sens. ForceSens: V 2.5 nN/V" if stated else r"\@Sens. ForceSens: V 1.0 "
+    )
+    if not stated:
+        with pytest.raises(UnreadableScan, match="found V; state sensitivity="):
+            roughxr.open_pull_off(path, pulls="positive")
+    found = roughxr.open_pull_off(path, pulls="positive", **({} if stated else {"sensitivity": "2.5 nN/V"}))
+    counts = -np.round(rows / (10.0 * 440.0) * 65536)[::-1].T.ravel()
+    np.testing.assert_allclose(found.pull_off_force, counts * 8.0 / 65536 * 2.5, rtol=1e-12)
+
+
+def test_a_vendors_image_of_unknown_scale_is_refused(tmp_path):
+    path = write_park(tmp_path, picture() + 5.0, size_of(picture()))
+    path.write_bytes(path.read_bytes().replace("um".encode("utf-16-le"), "nN".encode("utf-16-le")))
+    with pytest.raises(UnreadableScan):
+        roughxr.open_pull_off(path, channel=0)
 
 
 @pytest.mark.parametrize("keep", [0.5, 0.9])

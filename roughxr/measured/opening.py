@@ -16,6 +16,7 @@ from ..statistics.sampling import of_a_map
 from ..units import factor
 from .forces import Calibration, converts, forces, magnitudes
 from .tables import Column, force_column, place_columns, read_table
+from .vendor_scales import in_true_units
 
 
 def open_pull_off(
@@ -90,11 +91,14 @@ def open_pull_off(
         ds = _of_table(path, channel, place_units, given)
     else:
         found = files.guarded(path, read, path)
-        ds = _of_image(path, _adhesion(found, channel, direction, path), size, given)
+        chosen = in_true_units(path, found, _adhesion(found, channel, direction, path), family)
+        ds = _of_image(path, chosen, size, given)
         ds.attrs.update(channels=listing(found))
     if ds["pull_off_force"].isnull().all():
         raise UnreadableScan(path, "expected pull-off forces, found missing values only")
-    ds.attrs.update(source_file=path.name, source_sha256=files.file_hash(path), missing="NaN where nothing was measured")
+    ds.attrs.update(
+        source_file=path.name, source_sha256=files.file_hash(path), missing="NaN where nothing was measured"
+    )
     said = {"channel": channel, "direction": direction, "size": size, "units": units, "place_units": place_units}
     said |= {"sensitivity": sensitivity, "spring_constant": spring_constant, "pulls": pulls}
     return schema.record(schema.label(ds), "open_pull_off", file=path.name, **said)

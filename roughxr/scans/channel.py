@@ -140,6 +140,7 @@ def _wanted(channel: str | int | None, direction: str | None) -> str:
 
 
 def named(channels: list[Channel], channel: str | int | None) -> list[Channel]:
+    """Return the channels of a name, or that of a number; without one the topographies."""
     if channel is None:
         return [one for one in channels if one.is_topography]
     if isinstance(channel, str):

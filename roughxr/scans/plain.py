@@ -68,6 +68,7 @@ def text_channels(path: Path) -> list[Channel]:
 
 
 def decoded(data: bytes) -> str:
+    """Return the text of a file in UTF-8, or as older programs write it."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
