@@ -21,6 +21,7 @@ from .contact.rigid_bodies import rigid
 from .contact.short_waves import scale_dependence
 from .contact.superposition import superpose
 from .materials import assign_pair
+from .measured import against
 from .parameter_grid import vary
 from .reconstruction import reconstruct
 from .sensitivities import error_budget, sensitivity
@@ -91,6 +92,9 @@ class ContactAccessor:
     bootstrap = _method(statistics.bootstrap)
     reduction = _method(statistics.reduction)
     debris = _method(statistics.debris)
+
+    # measured
+    against = _method(against)
 
     vary = _method(vary)
     plot = _method(figures.plot)

@@ -46,6 +46,7 @@ def results():
             method="adhesive", refine=1, settings={"modulus": [2.0]}
         ),
         "error_budget": surface.contact.error_budget(places=1, refine=1, seeds=1, settings={"modulus": [2.0]}),
+        "against": roughxr.against(pull, pull.assign(pull_off_force=2 * pull.pull_off_force), resamples=20),
         "compare": roughxr.compare(sweep, surface.contact.direct(delta=[1.0, 2.0, 3.0], **PLACES)),
     }
 

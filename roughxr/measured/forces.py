@@ -1,4 +1,4 @@
-"""What an instrument recorded, as forces: in units of force, or by a sensitivity and a spring constant that are stated."""
+"""What an instrument recorded, as forces: in units of force, or by a sensitivity and a spring constant as stated."""
 
 from __future__ import annotations
 
