@@ -231,6 +231,13 @@ VARIABLES: dict[str, Variable] = {
     "place_p_value": Variable("1", "p-value of that correlation", "by chance at any of the shifts tried"),
     "predicted_force": Variable("nN", "predicted pull-off force", "at the measured places, after the shift"),
     "measured_force": Variable("nN", "measured pull-off force", "positive magnitude"),
+    "fitted_work_of_adhesion": Variable("J m-2", "fitted work of adhesion w"),
+    "fitted_work_low": Variable("J m-2", "fitted work of adhesion, lower end of the confidence interval"),
+    "fitted_work_high": Variable("J m-2", "fitted work of adhesion, upper end of the confidence interval"),
+    "trial_work_of_adhesion": Variable("J m-2", "work of adhesion tried"),
+    "quantile_distance": Variable("1", "distance of the distributions", "rms of ln(measured / predicted quantile)"),
+    "spread_ratio": Variable("1", "spread, measured / predicted", "standard deviations of the logarithms' quantiles"),
+    "modulus_trade": Variable("1", "d ln w / d ln E*", "by how much the fit changes with the assumed modulus"),
     # sensitivity
     "factor": Variable("1", "what is changed"),
     "setting": Variable("1", "how it is changed"),

@@ -1,6 +1,7 @@
 """Measured beside predicted: pull-off forces from the instrument, compared with those that a scan predicts."""
 
 from .comparison import against
+from .fitting import fit_work_of_adhesion
 from .opening import open_pull_off
 
-__all__ = ["against", "open_pull_off"]
+__all__ = ["against", "fit_work_of_adhesion", "open_pull_off"]
