@@ -47,6 +47,7 @@ def results():
         ),
         "error_budget": surface.contact.error_budget(places=1, refine=1, seeds=1, settings={"modulus": [2.0]}),
         "against": roughxr.against(pull, pull.assign(pull_off_force=2 * pull.pull_off_force), resamples=20),
+        "fit_work_of_adhesion": surface.contact.fit_work_of_adhesion(pull, subregions=(2, 2), resamples=20),
         "compare": roughxr.compare(sweep, surface.contact.direct(delta=[1.0, 2.0, 3.0], **PLACES)),
     }
 

@@ -89,11 +89,21 @@ def test_a_spread_that_no_surface_explains_is_said():
 
 
 def test_the_simulation_fits_what_it_predicts():
-    ds = surface(3)
-    options = {"method": "adhesive", "law": "griffith", "refine": 1, "subregions": (2, 1)}
-    exact = ds.assign_coords(work_of_adhesion=TRUE).contact.adhesive(law="griffith", refine=1, subregions=(2, 1))
-    fit = roughxr.fit_work_of_adhesion(ds, exact, resamples=20, **options)
-    assert float(fit.fitted_work_of_adhesion) == pytest.approx(TRUE, rel=0.05)
+    ds = glass_pair(scan(rough(64, rms=0.5, smooth=4.0, seed=1)), sphere_radius=500.0)
+    ds = ds.assign_coords(work_of_adhesion=0.04, adhesion_range=2.0)
+    options = {"law": "exponential", "refine": 1, "subregions": (2, 1)}
+    exact = ds.assign_coords(work_of_adhesion=0.05).contact.adhesive(**options)
+    fit = roughxr.fit_work_of_adhesion(ds, exact, resamples=20, method="adhesive", **options)
+    assert float(fit.fitted_work_of_adhesion) == pytest.approx(0.05, rel=0.05)
+    assert fit.method == "adhesive"
+
+
+def test_places_without_a_pull_off_are_not_left_out():
+    ds = surface(3, work=0.3)
+    options = {"law": "griffith", "refine": 1, "subregions": (2, 1)}
+    forces = xr.Dataset({"pull_off_force": ("subregion", [200.0, 300.0])})
+    with pytest.warns(UserWarning, match="did not reach"), pytest.raises(ValueError, match="a pull-off at every place"):
+        roughxr.fit_work_of_adhesion(ds, forces, method="adhesive", **options)
 
 
 def test_forces_at_zero_are_asked_about():

@@ -21,6 +21,7 @@ from .maps import (
     subregion_map,
     topography_map,
 )
+from .measured_figure import predicted_and_measured, quantile_quantile
 from .overview_figure import overview
 from .paper import paper_figures, run_figures
 from .rose import orientation_rose
@@ -53,8 +54,10 @@ __all__ = [
     "paper_figures",
     "plot",
     "plot_array",
+    "predicted_and_measured",
     "preload_curve",
     "pressure_on_topography",
+    "quantile_quantile",
     "run_figures",
     "save",
     "scan_map",

@@ -12,6 +12,7 @@ from .budget_figure import cut_off, error_budget
 from .distributions import asperity_statistics, distribution, label_density
 from .forces import force_fan
 from .maps import field_map, scan_map, subregion_map
+from .measured_figure import quantile_quantile
 from .sensitivity_figure import tornado
 from .style import axes, label_axis, stroke, styled
 from .yielding_figure import force_loop
@@ -28,7 +29,7 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
     name : str, optional
         A variable: a map along x and y, or samples along ``subregion`` or ``asperity``. By default the heights of a
         scan, the statistics of asperities, the forces of a solution over displacement, or the pull-off forces; the bars
-        of an error budget or a sensitivity, and the pull-off over the shortest wave.
+        of an error budget or a sensitivity, the pull-off over the shortest wave, and of `against` the quantiles.
     ax : Axes or sequence of them, optional
         A new figure by default.
     **options
@@ -77,9 +78,11 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
 
 
 def _by_kind(ds: xr.Dataset) -> Any:
-    """Return the figure of an error budget, of a sensitivity, or over the shortest wave; None of another result."""
+    """Return the figure of an error budget, of a sensitivity, and such; None of another result."""
     if "relative_error" in ds and "entry" in ds.dims:
         return error_budget
+    if {"predicted_quantile", "measured_quantile"} <= set(ds.data_vars):
+        return quantile_quantile
     if "pull_off_mean" in ds and "factor" in ds.coords:
         return tornado
     return cut_off if {"shortest_kept", "seed"} <= set(ds.dims) and "pull_off_force" in ds else None

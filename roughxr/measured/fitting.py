@@ -161,10 +161,14 @@ def _prediction(ds: xr.Dataset, method: str, options: dict[str, Any]) -> Callabl
     def predict(work: float, stiffer: float) -> Samples:
         modulus = float(ds["contact_modulus"]) * stiffer
         pair = schema.label(ds.assign_coords(work_of_adhesion=work, contact_modulus=modulus))
-        found = samples(verb(pair, **options), "pull_off_force")
-        if (found.values <= 0).any():
-            raise ValueError(f"expected places that pull at w = {work:g} J/m², found some that do not; choose others")
-        return found
+        forces = verb(pair, **options)["pull_off_force"].to_dataset()
+        without = int((~(forces["pull_off_force"] > 0)).sum())
+        if without:  # to leave them out would set other places beside the measured ones at each w
+            raise ValueError(
+                f"expected a pull-off at every place, found none at {without} of {forces['pull_off_force'].size} for "
+                f"w = {work:.3g} J/m²; choose other subregions, or start nearer with another work_of_adhesion"
+            )
+        return samples(forces, "pull_off_force")
 
     return predict
 
