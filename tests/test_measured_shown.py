@@ -58,4 +58,3 @@ def test_quantiles_are_drawn_where_they_are():
     assert line.get_label() == "means: × 2"
     (drawn,) = (line for line in ax.lines if line.get_xdata().size == 99)
     np.testing.assert_allclose(drawn.get_ydata(), 2 * drawn.get_xdata())
-    assert ax.get_xscale() == "log"

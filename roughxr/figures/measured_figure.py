@@ -28,7 +28,7 @@ def quantile_quantile(ds: xr.Dataset, *, ax: Any = None):
     -------
     Axes
         Quantiles of 1 to 99 %, those of 5, 50 and 95 % filled, the line of the ratio of the means dashed where it is
-        known; logarithmic where all forces are positive and span more than a decade.
+        known.
 
     Examples
     --------
@@ -52,8 +52,6 @@ def quantile_quantile(ds: xr.Dataset, *, ax: Any = None):
     marked = ds.sel(probability=[0.05, 0.5, 0.95], method="nearest")
     at = marked["predicted_quantile"].values, marked["measured_quantile"].values
     ax.plot(*at, color=BLUE, marker="o", markersize=4.0, linewidth=0, label="5, 50, 95 %")
-    if ends[0] > 0 and ends[1] > 10 * ends[0]:
-        ax.set(xscale="log", yscale="log")
     label_axis(ax.xaxis, "predicted_quantile")
     label_axis(ax.yaxis, "measured_quantile")
     return legend(ax, loc="upper left")
