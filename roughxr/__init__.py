@@ -30,7 +30,7 @@ from .figures import plot
 from .jobs.lazy import compute
 from .jobs.run import checkpointed
 from .materials import assign_pair, contact_modulus, gilman_surface_energy, hamaker_constant
-from .measured import against, fit_work_of_adhesion, open_pull_off
+from .measured import against, curves_pull_off, fit_work_of_adhesion, open_pull_off
 from .parameter_grid import vary
 from .reconstruction import reconstruct
 from .scans import (
@@ -72,6 +72,7 @@ __all__ = [
     "compute",
     "contact_modulus",
     "crop",
+    "curves_pull_off",
     "debris",
     "dilate",
     "direct",

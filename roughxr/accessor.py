@@ -21,7 +21,7 @@ from .contact.rigid_bodies import rigid
 from .contact.short_waves import scale_dependence
 from .contact.superposition import superpose
 from .materials import assign_pair
-from .measured import against, fit_work_of_adhesion
+from .measured import against, curves_pull_off, fit_work_of_adhesion
 from .parameter_grid import vary
 from .reconstruction import reconstruct
 from .sensitivities import error_budget, sensitivity
@@ -95,6 +95,7 @@ class ContactAccessor:
 
     # measured
     against = _method(against)
+    curves_pull_off = _method(curves_pull_off)
     fit_work_of_adhesion = _method(fit_work_of_adhesion)
 
     vary = _method(vary)
