@@ -283,6 +283,20 @@ def test_the_step_does_not_decide_the_pull_off(material):
     np.testing.assert_allclose(*pulls, rtol=0.03)
 
 
+@pytest.mark.parametrize("step", [0.25, 0.4])
+def test_without_range_a_preload_between_two_steps_is_met(step):
+    """A smooth sphere settles at JKR's displacement of no load, and pulls off as JKR's, whatever the step."""
+    flat = scan(np.zeros((64, 64)), 8.0).contact.assign_pair(
+        sphere_radius=1500, contact_modulus=40, work_of_adhesion=0.2
+    )
+    middle = ([float(flat.x[32])], [float(flat.y[32])])
+    cycle = flat.contact.adhesive(subregions=middle, law="griffith", refine=2, step=step)
+    radius = (6 * np.pi * 0.2 * 1500**2 / (4 / 3 * 40)) ** (1 / 3)  # of the contact without load, 6πwR² = K a³
+    assert bool(cycle.complete[0])
+    assert float(cycle.preload_delta[0]) == pytest.approx(radius**2 / (3 * 1500), rel=0.03)
+    assert float(cycle.pull_off_force[0]) == pytest.approx(1.5 * np.pi * 0.2 * 1500, rel=0.01)
+
+
 def test_moving_the_heights_by_a_pixel_changes_little():
     # under the paraboloid that stays, the contact goes along by a part of a pixel only: 6/7 of it
     pulls = [

@@ -33,6 +33,9 @@ _MESHES = 4
 #: A preload counts as reached within this part of it, or of the largest pull.
 _MET = 0.02
 
+#: A preload between two states is closed in upon down to this part of a step.
+_CLOSEST = 1 / 64
+
 #: Largest displacements that are tried for a preload, each so many times the one before.
 _DEEPER, _TRIES = 1.6, 24
 
@@ -214,16 +217,37 @@ def _up_to(load: float, surface: Surface, problem: Problem, adhesion: Adhesion) 
     if not met.any():
         return found
     k = int(np.argmax(met))
-    turn = _between(up[max(k - 1, 0)], up[k], load / stiffness)
-    return _by_cells(surface, np.array([turn]), problem, adhesion, False)
+    bracket = up[max(k - 1, 0)], up[k]
+    return _closed_in(load, bracket, surface, problem, adhesion)
 
 
-def _between(before: np.ndarray, after: np.ndarray, force: float) -> float:
-    """Return the displacement at which a force is reached between two states."""
-    if before[path.AREA] == 0 or after[path.FORCE] <= before[path.FORCE]:
-        return float(after[path.DELTA])
-    part = (force - before[path.FORCE]) / (after[path.FORCE] - before[path.FORCE])
-    return float(before[path.DELTA] + min(max(part, 0.0), 1.0) * (after[path.DELTA] - before[path.DELTA]))
+def _closed_in(load: float, bracket: tuple, surface: Surface, problem: Problem, adhesion: Adhesion) -> path.Path:
+    """Return the cycle that turns where the force is a load (nN), between two states that have less and more."""
+    below, above = bracket
+    goal, least = load / (problem.contact_modulus * problem.dx), adhesion.step * _CLOSEST
+    turn = float(above[path.DELTA]) if above[path.DELTA] <= below[path.DELTA] else _between(below, above, goal)
+    for _ in range(_TRIES):
+        found = _by_cells(surface, np.array([turn]), problem, adhesion, False)
+        if found.status != path.CONVERGED:
+            return found
+        last = found.states[found.turn - 1]
+        over, largest = last[path.FORCE] - goal, -found.states[:, path.FORCE].min()
+        low = over < 0 or last[path.AREA] == 0
+        near = not low and over <= 0.5 * _MET * max(goal, largest)
+        if near or above[path.DELTA] - below[path.DELTA] <= least:
+            break
+        below, above = (last, above) if low else (below, last)
+        turn = _between(below, above, goal)
+    return found if not low else _by_cells(surface, above[path.DELTA : path.DELTA + 1], problem, adhesion, False)
+
+
+def _between(below: np.ndarray, above: np.ndarray, force: float) -> float:
+    """Return a displacement between two states, where their line has a force; halfway if one does not touch."""
+    part = 0.5
+    if below[path.AREA] > 0 and above[path.FORCE] > below[path.FORCE]:
+        # a little more than the line says: what stands above the preload by a hair is near enough, below it is not
+        part = (force - below[path.FORCE]) / (above[path.FORCE] - below[path.FORCE]) + _CLOSEST
+    return float(below[path.DELTA] + min(max(part, 0.05), 0.95) * (above[path.DELTA] - below[path.DELTA]))
 
 
 def _by_cells(surface: Surface, deltas: np.ndarray, problem: Problem, adhesion: Adhesion, fields: bool) -> path.Path:
