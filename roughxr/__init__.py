@@ -30,7 +30,7 @@ from .figures import plot
 from .jobs.lazy import compute
 from .jobs.run import checkpointed
 from .materials import assign_pair, contact_modulus, gilman_surface_energy, hamaker_constant
-from .measured import against, curves_pull_off, fit_work_of_adhesion, open_pull_off
+from .measured import against, curves_pull_off, fit_work_of_adhesion, open_curves, open_pull_off
 from .parameter_grid import vary
 from .reconstruction import reconstruct
 from .scans import (
@@ -87,6 +87,7 @@ __all__ = [
     "gilman_surface_energy",
     "hamaker_constant",
     "level",
+    "open_curves",
     "open_pull_off",
     "open_sample",
     "open_scan",

@@ -231,6 +231,7 @@ VARIABLES: dict[str, Variable] = {
     "place_p_value": Variable("1", "p-value of that correlation", "by chance at any of the shifts tried"),
     "predicted_force": Variable("nN", "predicted pull-off force", "at the measured places, after the shift"),
     "measured_force": Variable("nN", "measured pull-off force", "positive magnitude"),
+    "piezo": Variable("nm", "travel of the piezo", "grows towards the surface, from any zero"),
     "pull_off_uncertainty": Variable("nN", "standard error of the pull-off force", "by noise and baseline"),
     "pull_off_distance": Variable("nm", "distance from zero force to pull-off", "on retraction"),
     "force_noise": Variable("nN", "noise of the force", "standard deviation about the baseline"),
