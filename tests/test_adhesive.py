@@ -286,7 +286,7 @@ def test_the_step_does_not_decide_the_pull_off(material):
 @pytest.mark.parametrize("step", [0.25, 0.4])
 def test_without_range_a_preload_between_two_steps_is_met(step):
     """A smooth sphere settles at JKR's displacement of no load, and pulls off as JKR's, whatever the step."""
-    flat = scan(np.zeros((64, 64)), 8.0).contact.assign_pair(
+    flat = surfaces.scan(np.zeros((64, 64)), 8.0).contact.assign_pair(
         sphere_radius=1500, contact_modulus=40, work_of_adhesion=0.2
     )
     middle = ([float(flat.x[32])], [float(flat.y[32])])
