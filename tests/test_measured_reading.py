@@ -124,6 +124,20 @@ def test_an_adhesion_image_lies_on_the_scan_of_its_file(tmp_path):
     np.testing.assert_allclose(found.pull_off_force[known], here[known], rtol=1e-12)
 
 
+def test_bare_numbers_are_an_image_where_size_and_units_are_stated(tmp_path):
+    rows = picture() + 5.0
+    np.save(tmp_path / "map.npy", rows)
+    np.savetxt(tmp_path / "map.txt", rows)
+    expected = roughxr.open_pull_off(write_adhesion(tmp_path, rows, "N"), channel="Adhesion")
+    for name in ("map.npy", "map.txt"):
+        found = roughxr.open_pull_off(tmp_path / name, size=size_of(rows), units="nN")
+        known = expected.pull_off_force.notnull()
+        np.testing.assert_allclose(found.pull_off_force[known], expected.pull_off_force[known], rtol=1e-9)
+        np.testing.assert_allclose(found.subregion_y, expected.subregion_y)
+        with pytest.raises(UnreadableScan, match="state them, such as units='nN'"):
+            roughxr.open_pull_off(tmp_path / name, size=size_of(rows))
+
+
 def test_an_image_in_volts_asks_for_its_sensitivity(tmp_path):
     path = write_adhesion(tmp_path, picture() + 5.0, "V")
     with pytest.raises(UnreadableScan, match="state sensitivity="):

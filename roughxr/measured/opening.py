@@ -234,6 +234,7 @@ def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path
     if channel is None:
         found = [one for one in channels if "adhes" in one.name.lower()]
         found = found or [one for one in channels if converts(one.units, "nN")]
+        found = found or [one for one in channels if len(channels) == 1 and one.units is None]
     else:
         found = named(channels, channel)
     found = along(found, direction)
