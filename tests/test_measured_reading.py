@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 import roughxr
+from roughxr.measured.vendor_scales import nanoscope_scale
 from roughxr.scans import UnreadableScan
 
 from .afm_files import picture, size_of, write_bruker, write_park
@@ -207,3 +208,13 @@ def test_foreign_files_are_refused(tmp_path):
     xr.Dataset({"pull_off_force": ("subregion", [1.0])}).to_netcdf(tmp_path / "own.nc")
     with pytest.raises(UnreadableScan, match="open it with"):
         roughxr.open_pull_off(tmp_path / "own.nc")
+
+
+def test_the_scale_of_forces_is_that_by_which_a_second_reader_scales_heights(tmp_path):
+    rows = picture()
+    path = write_bruker(tmp_path, rows, size_of(rows))
+    units, scale = nanoscope_scale(path, 1, "Height")
+    counts = np.frombuffer(path.read_bytes()[-2 * rows.size :], "<i2").reshape(rows.shape)[::-1]
+    heights = roughxr.open_scan(path, channel=1).height
+    assert units == "nm"
+    np.testing.assert_allclose((counts * scale)[::-1].T, heights, rtol=1e-9, atol=1e-12)
