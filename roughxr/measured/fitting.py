@@ -92,7 +92,9 @@ def fit_work_of_adhesion(
     Notes
     -----
     The interval is of chance alone. What is wrong alike at all places, as a spring constant, the scan's missing waves
-    or the method, goes into w unseen: `error_budget` and `scale_dependence` tell of it.
+    or the method, goes into w unseen: `error_budget` and `scale_dependence` tell of it. Measured and predicted places
+    are taken for independent; where both lie on one scan they share its peaks, and the interval is wider than it need
+    be.
 
     Examples
     --------
