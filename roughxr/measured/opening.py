@@ -104,91 +104,6 @@ def open_pull_off(
     return schema.record(schema.label(ds), "open_pull_off", file=path.name, **said)
 
 
-def open_curves(
-    path: str | os.PathLike,
-    *,
-    units: str | None = None,
-    piezo_units: str | None = None,
-    sensitivity: Any = None,
-    spring_constant: Any = None,
-) -> xr.Dataset:
-    """Open the retractions of force-distance curves in a text table, for `curves_pull_off`.
-
-    Parameters
-    ----------
-    path : str or path
-        Columns ``piezo`` and ``force`` or ``deflection``, with their units in brackets, one row for each sample, from
-        the most pressed on; ``piezo`` grows towards the surface. Where there are several curves, a column ``curve``
-        numbers them; columns ``x`` and ``y`` say where each was taken.
-    units, piezo_units : str, optional
-        Of the force or deflection and of the piezo, where the file does not state them, and only there.
-    sensitivity, spring_constant : quantity, optional
-        As for `open_pull_off`.
-
-    Returns
-    -------
-    Dataset
-        ``piezo`` (nm) and ``force`` (nN) along (subregion, sample), NaN after the end of shorter curves; the places.
-
-    Raises
-    ------
-    UnreadableScan
-        If columns or units are missing, the file is damaged, or a curve moves from place to place.
-    OSError
-        If the file is absent, a directory, or may not be read.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> path = Path(tempfile.mkdtemp()) / "curves.csv"
-    >>> _ = path.write_text("curve,piezo [um],force [nN]\\n1,0.01,5\\n1,0,-2\\n2,0.01,4\\n")
-    >>> open_curves(path).piezo.values
-    array([[10.,  0.],
-           [10., nan]])
-    """
-    path = files.regular_file(path)
-    columns = {one.name.lower(): one for one in files.guarded(path, read_table, path)}
-    signal = [name for name in ("force", "deflection") if name in columns]
-    if "piezo" not in columns or len(signal) != 1:
-        found = ", ".join(map(repr, columns)) or "none"
-        raise UnreadableScan(path, f"expected columns 'piezo' and either 'force' or 'deflection', found {found}")
-    column, given = columns[signal[0]], Calibration(units, sensitivity, spring_constant)
-    if signal[0] == "deflection" and converts(column.units or units, "nN"):
-        raise UnreadableScan(path, f"expected units of a length or V for 'deflection', found {column.units or units!r}")
-    try:
-        force, how = forces(column.values, column.units, given)
-    except ValueError as error:
-        raise UnreadableScan(path, str(error)) from error
-    number = columns["curve"].values if "curve" in columns else np.zeros(force.size)
-    own = [np.flatnonzero(number == one) for one in dict.fromkeys(number.tolist())]
-    if sum(map(len, own)) != force.size:
-        raise UnreadableScan(path, "expected a number in every row of column 'curve', found empty cells")
-    piezo = _lengths(path, columns["piezo"], piezo_units)
-    made = {
-        "piezo": (("subregion", "sample"), _padded(piezo, own)),
-        "force": (("subregion", "sample"), _padded(force, own)),
-    }
-    ds = xr.Dataset(made, {"subregion": np.arange(len(own))}, how)
-    for axis, one in place_columns(list(columns.values())).items():
-        values = _lengths(path, one, None)
-        if any(np.ptp(values[rows]) > 0 for rows in own):
-            raise UnreadableScan(
-                path, f"expected one place for each curve, found column {one.name!r} to change within one"
-            )
-        ds.coords[f"subregion_{axis}"] = ("subregion", [values[rows[0]] for rows in own])
-    ds.attrs.update(source_file=path.name, source_sha256=files.file_hash(path))
-    given = {"units": units, "piezo_units": piezo_units, "sensitivity": sensitivity, "spring_constant": spring_constant}
-    return schema.record(schema.label(ds), "open_curves", file=path.name, **given)
-
-
-def _padded(values: np.ndarray, own: list[np.ndarray]) -> np.ndarray:
-    """Return the curves one below the other, NaN after their ends."""
-    out = np.full((len(own), max(map(len, own))), np.nan)
-    for row, members in zip(out, own):
-        row[: members.size] = values[members]
-    return out
-
-
 def _is_matrix(path: Path) -> bool:
     """Return whether a text states the size of an image, as Gwyddion writes it above the numbers."""
     with path.open("rb") as file:
@@ -203,11 +118,12 @@ def _of_table(path: Path, channel: Any, place_units: str | None, given: Calibrat
     values, how = _as_pulls(path, column.values, column.units, given)
     ds = xr.Dataset({"pull_off_force": ("subregion", values)}, {"subregion": np.arange(values.size)})
     for axis, one in place_columns(columns).items():
-        ds.coords[f"subregion_{axis}"] = ("subregion", _lengths(path, one, place_units))
+        ds.coords[f"subregion_{axis}"] = ("subregion", lengths(path, one, place_units))
     return ds.assign_attrs(measured="table", channel=column.name, **how)
 
 
-def _lengths(path: Path, column: Column, place_units: str | None) -> np.ndarray:
+def lengths(path: Path, column: Column, place_units: str | None) -> np.ndarray:
+    """Return a column of lengths in nm, in the units that the file or else the caller states."""
     units = column.units or place_units
     if units is None or not converts(units, "nm"):
         found = repr(units) if units else "none"
