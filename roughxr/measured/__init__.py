@@ -1,7 +1,7 @@
 """Measured beside predicted: pull-off forces from the instrument, compared with those that a scan predicts.
 
 One room each: `opening` (which file holds what), `tables`, `curve_tables`, `vendor_scales` (of images that are no
-lengths), `forces` (units and signs), `force_curves`, `comparison`, `registration` (the shift between places), `fitting`.
+lengths), `forces` (units and signs), `force_curves`, `comparison`, `registration`, `fitting`.
 """
 
 from .comparison import against
