@@ -32,6 +32,7 @@ from .figures import plot
 from .jobs.lazy import compute
 from .jobs.run import checkpointed
 from .materials import assign_pair, contact_modulus, gilman_surface_energy, hamaker_constant
+from .measured import against, curves_pull_off, fit_work_of_adhesion, open_curves, open_pull_off
 from .parameter_grid import vary
 from .reconstruction import reconstruct
 from .scans import (
@@ -61,6 +62,7 @@ __all__ = [
     "__version__",
     "add_fine_roughness",
     "adhesive",
+    "against",
     "archive",
     "asperities",
     "assign_pair",
@@ -73,6 +75,7 @@ __all__ = [
     "contact_modulus",
     "critical_load",
     "crop",
+    "curves_pull_off",
     "debris",
     "detachment",
     "dilate",
@@ -83,10 +86,13 @@ __all__ = [
     "figures",
     "fill",
     "fit",
+    "fit_work_of_adhesion",
     "formulas",
     "gilman_surface_energy",
     "hamaker_constant",
     "level",
+    "open_curves",
+    "open_pull_off",
     "open_sample",
     "open_scan",
     "paper",

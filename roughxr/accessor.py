@@ -23,6 +23,7 @@ from .contact.short_waves import scale_dependence
 from .contact.superposition import superpose
 from .detachment import critical_load, resuspension
 from .materials import assign_pair
+from .measured import against, curves_pull_off, fit_work_of_adhesion
 from .parameter_grid import vary
 from .reconstruction import reconstruct
 from .sensitivities import error_budget, sensitivity
@@ -98,6 +99,11 @@ class ContactAccessor:
     bootstrap = _method(statistics.bootstrap)
     reduction = _method(statistics.reduction)
     debris = _method(statistics.debris)
+
+    # measured
+    against = _method(against)
+    curves_pull_off = _method(curves_pull_off)
+    fit_work_of_adhesion = _method(fit_work_of_adhesion)
 
     vary = _method(vary)
     plot = _method(figures.plot)

@@ -164,3 +164,15 @@ def _storable(ds: xr.Dataset, group: str) -> xr.Dataset:
             if value is None or isinstance(value, (dict, bool)):
                 raise ValueError(f"{group}: expected attributes of text, numbers or arrays, found {key}={value!r}")
     return out
+
+
+def of_run(path: Path) -> Path:
+    """Return the archive in a run's folder, or the file that is named."""
+    if not path.is_dir():
+        return path
+    found = [path / name for name in ("run.nc", "paper.nc") if (path / name).is_file()]
+    found = found or sorted(path.glob("*.nc"))
+    if len(found) != 1:
+        listed = ", ".join(file.name for file in found) or "none"
+        raise ValueError(f"{path}: expected the folder of one run, found archives: {listed}; name the file")
+    return found[0]

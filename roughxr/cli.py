@@ -1,4 +1,4 @@
-"""The command line: ``roughxr paper``, ``run``, ``report``, ``info``, ``convert``."""
+"""The command line: ``roughxr paper``, ``run``, ``report``, ``info``, ``convert``, ``measured``, ``compare``."""
 
 from __future__ import annotations
 
@@ -52,6 +52,8 @@ def _parser() -> argparse.ArgumentParser:
     _add_report(commands)
     _add_info(commands)
     _add_convert(commands)
+    _add_measured(commands)
+    _add_compare(commands)
     return parser
 
 
@@ -177,6 +179,37 @@ def _add_convert(commands) -> None:
         "--surfacetopography", action="store_true", help="write the NetCDF-3 that SurfaceTopography reads"
     )
     command.set_defaults(command=_convert)
+
+
+def _add_measured(commands) -> None:
+    command = commands.add_parser("measured", help="say what a file of measured pull-off forces holds")
+    _add_measurement(command)
+    command.add_argument("-o", "--output", metavar="TABLE", help="write them as a table, OUT.csv or OUT.parquet")
+    command.set_defaults(command=_measured)
+
+
+def _add_compare(commands) -> None:
+    command = commands.add_parser("compare", help="set the pull-offs of a run beside measured ones")
+    command.add_argument("run", metavar="RUN", help="the archive of a run, such as run.nc, or its folder")
+    _add_measurement(command)
+    command.add_argument(
+        "--method", default="adhesive", help="whose prediction: adhesive, energy, rigid, …; default: %(default)s"
+    )
+    command.add_argument("--picture", metavar="PNG", help="draw both distributions, and their quantiles")
+    command.set_defaults(command=_compare)
+
+
+def _add_measurement(command) -> None:
+    command.add_argument("file", metavar="FILE", help="a table with named columns, or an AFM file's adhesion image")
+    group = command.add_argument_group("what to read of the file, and what it does not state")
+    group.add_argument("--channel", help="name of the column, name or number of the image")
+    group.add_argument("--direction", choices=("trace", "retrace"), help="of an image; default: the forward one")
+    group.add_argument("--size", nargs="+", metavar="L", help="of an image along x and y, nm")
+    group.add_argument("--units", help="of what was measured, such as nN or V")
+    group.add_argument("--place-units", metavar="UNITS", help="of the columns x and y, such as um")
+    group.add_argument("--sensitivity", metavar="S", help="of values in V, such as '12 nN/V' or '50 nm/V'")
+    group.add_argument("--spring-constant", metavar="K", help="of deflections, N/m")
+    group.add_argument("--pulls", choices=("positive", "negative"), help="which sign a pull has")
 
 
 def _add_reading(command) -> None:
@@ -312,6 +345,74 @@ def _convert(options) -> None:
     nc = scans.to_surfacetopography if options.surfacetopography else scans.to_netcdf
     (scans.to_gsf if suffix == ".gsf" else nc)(scan, options.output)
     print(f"written to {options.output}")
+
+
+def _measured(options) -> None:
+    from . import exports, statistics
+
+    ds = _measurement(options)
+    told = {key: value for key, value in ds.attrs.items() if key != "history"}
+    print("\n".join(f"{key}: {value}" for key, value in told.items()))
+    print(f"places: {'known' if 'subregion_x' in ds.coords else 'not known'}\n\npull-off force, nN:")
+    found = statistics.bootstrap(ds, "pull_off_force").sel(resampling="block", drop=True)
+    print(found[["estimate", "low", "high"]].to_dataframe().to_string(float_format=lambda v: f"{v:.4g}"))
+    if options.output:
+        print(f"written to {exports.to_table(ds, options.output)}")
+
+
+def _compare(options) -> None:
+    from pathlib import Path
+
+    from . import archive, figures, measured
+    from .schema import one_of
+
+    groups = archive.load(archive.of_run(Path(options.run)))
+    methods = [name.partition("/")[2] for name, ds in groups.items() if name.startswith("statistics/") and _pulls(ds)]
+    predicted = groups[f"statistics/{one_of(options.method, methods, 'method')}"].load()
+    own = _measurement(options)
+    found = measured.against(predicted, own)
+    print(f"measured over predicted ({options.method}) pull-off forces, nN:")
+    columns = [f"{name}{end}" for name in ("predicted", "measured", "ratio") for end in ("", "_low", "_high")]
+    print(found[columns].to_dataframe().to_string(float_format=lambda v: f"{v:.3g}"))
+    distance, p_value = float(found.distribution_distance), float(found.distribution_p_value)
+    print(f"\nlargest difference of the cumulative distributions: {distance:.2g}, p = {p_value:.2g}")
+    print(f"independent places: {float(found.predicted_places):.0f} and {float(found.measured_places):.0f}")
+    print(f"places: {found.attrs['places']}{_shift(found)}")
+    if options.picture:
+        from matplotlib.figure import Figure
+
+        axes = Figure(figsize=(6.9, 2.9), layout="constrained").subplots(1, 2)
+        figures.predicted_and_measured(predicted, own, found=found, ax=axes)
+        figures.save(axes[0].figure, options.picture, dpi=150)
+        print(f"drawn in {options.picture}")
+
+
+def _pulls(ds) -> bool:
+    return "pull_off_force" in ds and ds["pull_off_force"].dims == ("subregion",)
+
+
+def _shift(found) -> str:
+    if "measured_force" not in found:
+        return ""
+    words = f"by {float(found.shift_x):.4g} and {float(found.shift_y):.4g} nm along x and y"
+    return f", {words}; correlation {float(found.place_correlation):.2f}, p = {float(found.place_p_value):.2g}"
+
+
+def _measurement(options):
+    """Return the measured pull-offs in a file, read as the options say."""
+    from .measured import open_pull_off
+
+    return open_pull_off(
+        options.file,
+        channel=int(options.channel) if (options.channel or "").isdecimal() else options.channel,
+        direction=options.direction,
+        size=None if options.size is None else tuple(map(_number, options.size)),
+        units=options.units,
+        place_units=options.place_units,
+        sensitivity=options.sensitivity,
+        spring_constant=options.spring_constant and _number(options.spring_constant),
+        pulls=options.pulls,
+    )
 
 
 def _opened(file: str, options):

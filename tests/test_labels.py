@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import roughxr
 from roughxr import schema
@@ -53,6 +54,16 @@ def results():
             method="adhesive", refine=1, settings={"modulus": [2.0]}
         ),
         "error_budget": surface.contact.error_budget(places=1, refine=1, seeds=1, settings={"modulus": [2.0]}),
+        "against": roughxr.against(pull, pull.assign(pull_off_force=2 * pull.pull_off_force), resamples=20),
+        "curves_pull_off": roughxr.curves_pull_off(
+            xr.Dataset(
+                {
+                    name: ("sample", np.linspace(5, -5, 99), {"units": u})
+                    for name, u in (("piezo", "nm"), ("force", "nN"))
+                }
+            )
+        ),
+        "fit_work_of_adhesion": surface.contact.fit_work_of_adhesion(pull, subregions=(2, 2), resamples=20),
         "compare": roughxr.compare(sweep, surface.contact.direct(delta=[1.0, 2.0, 3.0], **PLACES)),
     }
 

@@ -74,6 +74,19 @@ def statistics(solutions: dict[str, xr.Dataset]) -> xr.Dataset:
     return roughxr.summary(pull) if densities else tables[0]
 
 
+def measured(scan: xr.Dataset, path: Path) -> xr.Dataset:
+    """Set what an instrument measured beside what the scan predicts."""
+    curves: xr.Dataset = roughxr.open_curves(path, piezo_units="nm", sensitivity="50 nm/V", spring_constant=0.2)
+    forces: list[xr.Dataset] = [
+        roughxr.open_pull_off(path, channel="adhesion", units="V", sensitivity="12 nN/V", pulls="positive"),
+        roughxr.curves_pull_off(curves, spring_constant="0.2 N/m"),
+    ]
+    fitted: xr.Dataset = roughxr.fit_work_of_adhesion(
+        scan, forces[0], method="superposed", subregions=(4, 4), law="jkr"
+    )
+    return roughxr.against(roughxr.pull_off_map(scan), forces[1], shift=("5 nm", 0.0)) if fitted else forces[0]
+
+
 def stiff(scan: xr.Dataset) -> xr.Dataset:
     """Take bodies too stiff to bend, and what finer scales would do."""
     constant: float = roughxr.hamaker_constant("glass")

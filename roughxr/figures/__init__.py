@@ -22,6 +22,7 @@ from .maps import (
     subregion_map,
     topography_map,
 )
+from .measured_figure import predicted_and_measured, quantile_quantile
 from .overview_figure import overview
 from .paper import paper_figures, run_figures
 from .rose import orientation_rose
@@ -56,8 +57,10 @@ __all__ = [
     "paper_figures",
     "plot",
     "plot_array",
+    "predicted_and_measured",
     "preload_curve",
     "pressure_on_topography",
+    "quantile_quantile",
     "run_figures",
     "save",
     "scan_map",

@@ -13,6 +13,7 @@ from .detachment_figure import fraction_remaining, moment_rose
 from .distributions import asperity_statistics, distribution, label_density
 from .forces import force_fan
 from .maps import field_map, scan_map, subregion_map
+from .measured_figure import quantile_quantile
 from .sensitivity_figure import tornado
 from .style import axes, label_axis, stroke, styled
 from .yielding_figure import force_loop
@@ -29,8 +30,8 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
     name : str, optional
         A variable: a map along x and y, or samples along ``subregion`` or ``asperity``. By default the heights of a
         scan, the statistics of asperities, the forces of a solution over displacement, or the pull-off forces; the bars
-        of an error budget or a sensitivity, the pull-off over the shortest wave, the rose of resisting moments, and
-        the fraction remaining.
+        of an error budget or a sensitivity, the pull-off over the shortest wave, the rose of resisting moments, the
+        fraction remaining, and of `against` the quantiles.
     ax : Axes or sequence of them, optional
         A new figure by default.
     **options
@@ -79,9 +80,11 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
 
 
 def _by_kind(ds: xr.Dataset) -> Any:
-    """Return the figure of an error budget, a sensitivity, the shortest wave, moments or what remains; else None."""
+    """Return the figure of what is no map, sweep or sample, such as an error budget; None of another result."""
     if "relative_error" in ds and "entry" in ds.dims:
         return error_budget
+    if {"predicted_quantile", "measured_quantile"} <= set(ds.data_vars):
+        return quantile_quantile
     if "pull_off_mean" in ds and "factor" in ds.coords:
         return tornado
     if "remaining" in ds and {"friction_velocity", "time"} <= set(ds.dims):

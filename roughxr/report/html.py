@@ -63,7 +63,7 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike | None = Non
     >>> write_report(roughxr.archive.save(run, folder / "run.nc"), folder / "report.html").name
     'report.html'
     """
-    path = _archive(Path(path))
+    path = archive.of_run(Path(path))
     run = {name: ds.load() for name, ds in archive.load(path).items() if ds.data_vars}
     if not set(run) & {"scan", "solutions/direct", "statistics/energy"}:
         found = ", ".join(run) or "none"
@@ -73,18 +73,6 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike | None = Non
     with whole(output) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return output
-
-
-def _archive(path: Path) -> Path:
-    """Return the archive in a run's folder, or the file that is named."""
-    if not path.is_dir():
-        return path
-    found = [path / name for name in ("run.nc", "paper.nc") if (path / name).is_file()]
-    found = found or sorted(path.glob("*.nc"))
-    if len(found) != 1:
-        listed = ", ".join(file.name for file in found) or "none"
-        raise ValueError(f"{path}: expected the folder of one run, found archives: {listed}; name the file")
-    return found[0]
 
 
 def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:

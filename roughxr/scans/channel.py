@@ -119,7 +119,7 @@ def choose(channels: list[Channel], channel: str | int | None, direction: str | 
     """
     if direction not in (None, "trace", "retrace"):
         raise ValueError(f"direction: expected 'trace' or 'retrace', found {direction!r}")
-    fitting = _along(_named(channels, channel), direction)
+    fitting = along(named(channels, channel), direction)
     if not fitting or (isinstance(channel, str) and len(fitting) > 1):
         found = "several" if fitting else "none"
         advice = "name one or its number" if any(one.units for one in channels) else _STATE_UNITS
@@ -139,7 +139,8 @@ def _wanted(channel: str | int | None, direction: str | None) -> str:
     return f"{wanted} with direction {direction!r}" if direction else wanted
 
 
-def _named(channels: list[Channel], channel: str | int | None) -> list[Channel]:
+def named(channels: list[Channel], channel: str | int | None) -> list[Channel]:
+    """Return the channels of a name, or that of a number; without one the topographies."""
     if channel is None:
         return [one for one in channels if one.is_topography]
     if isinstance(channel, str):
@@ -148,7 +149,7 @@ def _named(channels: list[Channel], channel: str | int | None) -> list[Channel]:
     return [channels[channel]] if 0 <= int(channel) < len(channels) else []
 
 
-def _along(channels: list[Channel], direction: str | None) -> list[Channel]:
+def along(channels: list[Channel], direction: str | None) -> list[Channel]:
     """Return the channels of a direction; by default the forward line of a pair of equal name, the usual choice."""
     if direction is None:
         return [one for one in channels if one.direction != "retrace"] or channels

@@ -42,7 +42,7 @@ def is_text(head: bytes) -> bool:
 
 def text_channels(path: Path) -> list[Channel]:
     """Return the one image of a text matrix: columns along x, rows from the top."""
-    text = _decoded(path.read_bytes())
+    text = decoded(path.read_bytes())
     header = dict(match.groups() for match in map(_ENTRY.match, text.splitlines()[:100]) if match)
     rows = _matrix(path, text)
     if not text.endswith("\n"):
@@ -67,7 +67,8 @@ def text_channels(path: Path) -> list[Channel]:
     ]
 
 
-def _decoded(data: bytes) -> str:
+def decoded(data: bytes) -> str:
+    """Return the text of a file in UTF-8, or as older programs write it."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -89,7 +90,7 @@ def _matrix(path: Path, text: str) -> np.ndarray:
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     if not lines:
         raise UnreadableScan(path, "expected a matrix of numbers, found no line of numbers")
-    delimiter, decimal_comma = _separators(lines[0])
+    delimiter, decimal_comma = separators(lines[0])
     if decimal_comma:
         lines = [line.replace(",", ".") for line in lines]
     try:
@@ -101,12 +102,12 @@ def _matrix(path: Path, text: str) -> np.ndarray:
     return rows
 
 
-def _separators(line: str) -> tuple[str | None, bool]:
+def separators(line: str) -> tuple[str | None, bool]:
     """Return the delimiter of a line of numbers (None is white space) and whether its comma is decimal.
 
     Examples
     --------
-    >>> _separators("1.5,2.5"), _separators("1,5;2,5"), _separators("1.5 2.5")
+    >>> separators("1.5,2.5"), separators("1,5;2,5"), separators("1.5 2.5")
     ((',', False), (';', True), (None, False))
     """
     if ";" in line:

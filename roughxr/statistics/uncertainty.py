@@ -212,6 +212,36 @@ def statistic(label: str) -> Callable[..., Any]:
     return lambda values, axis=-1: np.quantile(values, share, axis=axis)
 
 
+def interval_of(
+    found: Samples, function: Callable[..., Any], *, confidence: float, resamples: int, seed: int
+) -> tuple[float, float]:
+    """Return the ends of a block-bootstrap interval of any statistic.
+
+    Parameters
+    ----------
+    found : Samples
+    function : callable
+        Of (values, axis), as those of `statistic`.
+    confidence : float
+    resamples : int
+    seed : int
+
+    Returns
+    -------
+    low, high : float
+
+    Examples
+    --------
+    >>> found = Samples(np.random.default_rng(1).normal(15.0, 2.0, 400), None, None, 0)
+    >>> low, high = interval_of(found, np.median, confidence=0.95, resamples=399, seed=0)
+    >>> bool(14.5 < low < 15 < high < 15.5)
+    True
+    """
+    few = _fewer(found, seed)
+    low, high = _intervals(few, _resampling(few, None), {"own": function}, confidence, resamples, seed)[:, 0]
+    return float(low), float(high)
+
+
 def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float = 0.95, resamples: int = 399):
     """Return ends of block-bootstrap intervals of a histogram's densities.
 

@@ -1,0 +1,114 @@
+"""Force-distance curves in text tables: one row for each sample, columns that are named."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from ..scans import files
+from ..scans.channel import UnreadableScan
+from .forces import Calibration, converts, forces
+from .opening import lengths
+from .tables import Column, place_columns, read_table
+
+
+def open_curves(
+    path: str | os.PathLike,
+    *,
+    units: str | None = None,
+    piezo_units: str | None = None,
+    sensitivity: Any = None,
+    spring_constant: Any = None,
+) -> xr.Dataset:
+    """Open the retractions of force-distance curves in a text table, for `curves_pull_off`.
+
+    Parameters
+    ----------
+    path : str or path
+        Columns ``piezo`` and ``force`` or ``deflection``, with their units in brackets, one row for each sample, from
+        the most pressed on; ``piezo`` grows towards the surface. Where there are several curves, a column ``curve``
+        numbers them; columns ``x`` and ``y`` say where each was taken.
+    units, piezo_units : str, optional
+        Of the force or deflection and of the piezo, where the file does not state them, and only there.
+    sensitivity, spring_constant : quantity, optional
+        As for `open_pull_off`.
+
+    Returns
+    -------
+    Dataset
+        ``piezo`` (nm) and ``force`` (nN) along (subregion, sample), NaN after the end of shorter curves; the places.
+
+    Raises
+    ------
+    UnreadableScan
+        If columns or units are missing, the file is damaged, or a curve moves from place to place.
+    OSError
+        If the file is absent, a directory, or may not be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "curves.csv"
+    >>> _ = path.write_text("curve,piezo [um],force [nN]\\n1,0.01,5\\n1,0,-2\\n2,0.01,4\\n")
+    >>> open_curves(path).piezo.values
+    array([[10.,  0.],
+           [10., nan]])
+    """
+    path = files.regular_file(path)
+    columns = {one.name.lower(): one for one in files.guarded(path, read_table, path)}
+    force, how = _forces(path, columns, Calibration(units, sensitivity, spring_constant))
+    own = _curves(path, columns, force.size)
+    recorded = {"piezo": lengths(path, columns["piezo"], piezo_units), "force": force}
+    made = {name: (("subregion", "sample"), _padded(values, own)) for name, values in recorded.items()}
+    ds = xr.Dataset(made, {"subregion": np.arange(len(own)), **_places(path, columns, own)}, how)
+    ds.attrs.update(source_file=path.name, source_sha256=files.file_hash(path))
+    given = {"units": units, "piezo_units": piezo_units, "sensitivity": sensitivity, "spring_constant": spring_constant}
+    return schema.record(schema.label(ds), "open_curves", file=path.name, **given)
+
+
+def _forces(path: Path, columns: dict[str, Column], given: Calibration) -> tuple[np.ndarray, dict[str, Any]]:
+    """Return the forces of all samples, nN, and how they were got."""
+    signal = [name for name in ("force", "deflection") if name in columns]
+    if "piezo" not in columns or len(signal) != 1:
+        found = ", ".join(map(repr, columns)) or "none"
+        raise UnreadableScan(path, f"expected columns 'piezo' and either 'force' or 'deflection', found {found}")
+    column = columns[signal[0]]
+    stated = column.units or given.units
+    if signal[0] == "deflection" and converts(stated, "nN"):
+        raise UnreadableScan(path, f"expected units of a length or V for 'deflection', found {stated!r}")
+    try:
+        return forces(column.values, column.units, given)
+    except ValueError as error:
+        raise UnreadableScan(path, str(error)) from error
+
+
+def _curves(path: Path, columns: dict[str, Column], size: int) -> list[np.ndarray]:
+    """Return the rows of each curve."""
+    number = columns["curve"].values if "curve" in columns else np.zeros(size)
+    if np.isnan(number).any():
+        raise UnreadableScan(path, "expected a number in every row of column 'curve', found empty cells")
+    return [np.flatnonzero(number == one) for one in dict.fromkeys(number.tolist())]
+
+
+def _places(path: Path, columns: dict[str, Column], own: list[np.ndarray]) -> dict[str, Any]:
+    """Return where each curve was taken, nothing where that is not known."""
+    found = {}
+    for axis, one in place_columns(list(columns.values())).items():
+        values = lengths(path, one, None)
+        if any(np.ptp(values[rows]) > 0 for rows in own):
+            raise UnreadableScan(path, f"expected one place for each curve, found {one.name!r} to change within one")
+        found[f"subregion_{axis}"] = ("subregion", [values[rows[0]] for rows in own])
+    return found
+
+
+def _padded(values: np.ndarray, own: list[np.ndarray]) -> np.ndarray:
+    """Return the curves one below the other, NaN after their ends."""
+    out = np.full((len(own), max(map(len, own))), np.nan)
+    for row, members in zip(out, own):
+        row[: members.size] = values[members]
+    return out

@@ -1,0 +1,147 @@
+"""What an instrument recorded, as forces: in units of force, or by a sensitivity and a spring constant as stated."""
+
+from __future__ import annotations
+
+import re
+from numbers import Real
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..schema import one_of
+from ..units import factor, positive
+
+PULLS = ("positive", "negative")
+
+#: What is done to recorded values of other units than a force's: the option that says how much one of them is.
+_HOW = "state sensitivity= in nN/V; or in nm/V, with spring_constant= in N/m"
+
+
+class Calibration(NamedTuple):
+    """What the caller states about the recorded values; None where nothing is stated."""
+
+    units: str | None = None
+    sensitivity: Any = None
+    spring_constant: Any = None
+    pulls: str | None = None
+
+
+def converts(units: str | None, target: str) -> bool:
+    """Return whether units convert to others.
+
+    Examples
+    --------
+    >>> converts("pN", "nN"), converts("V", "nN"), converts(None, "nN")
+    (True, False, False)
+    """
+    try:
+        return bool(units) and factor(str(units), target) > 0
+    except ValueError:
+        return False
+
+
+def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[np.ndarray, dict[str, Any]]:
+    """Return recorded values as forces in nN, and attributes that say how.
+
+    Parameters
+    ----------
+    values : ndarray
+    units : str or None
+        Those that the file states.
+    given : Calibration
+
+    Returns
+    -------
+    forces : ndarray
+    attributes : dict
+
+    Raises
+    ------
+    ValueError
+        If units, sensitivity or spring constant are missing, or stated though the file states them.
+
+    Examples
+    --------
+    >>> forces(np.array([2.0]), "V", Calibration(sensitivity="50 nm/V", spring_constant="0.2 N/m"))[0]
+    array([20.])
+    """
+    if units and given.units:
+        raise ValueError(f"units: the file states {units!r}, found {given.units!r}; leave units= out")
+    units = units or given.units
+    if units is None:
+        raise ValueError("expected units of what was measured, found none in the file; state them, such as units='nN'")
+    how: dict[str, Any] = {"measured_units": units}
+    if converts(units, "nN"):
+        _nothing_beside(units, given, "sensitivity", "spring_constant")
+        return values * factor(units, "nN"), how
+    if converts(units, "nm"):
+        _nothing_beside(units, given, "sensitivity")
+        stiffness = _stiffness(given, units)
+        return values * (factor(units, "nm") * stiffness), {**how, "spring_constant": stiffness}
+    if not converts(units, "V"):
+        raise ValueError(f"units: expected those of a force, of a deflection, or V, found {units!r}")
+    per_volt, per_what = _per_volt(given.sensitivity, units)
+    how |= {"sensitivity": per_volt, "sensitivity_units": per_what}
+    values = values * (factor(units, "V") * per_volt)
+    if per_what == "nN/V":
+        _nothing_beside("sensitivity in nN/V", given, "spring_constant")
+        return values, how
+    stiffness = _stiffness(given, units)
+    return values * stiffness, {**how, "spring_constant": stiffness}
+
+
+def _per_volt(sensitivity: Any, units: str) -> tuple[float, str]:
+    """Return how much a volt is, and of what: a plain number might be nN/V as well as nm/V."""
+    if sensitivity is None:
+        raise ValueError(f"expected forces, found {units}; {_HOW}")
+    unitless = re.fullmatch(r"[-+.\deE\s]+", sensitivity) if isinstance(sensitivity, str) else None
+    if unitless or isinstance(sensitivity, Real):
+        raise ValueError(f"sensitivity: expected its units, such as '12 nN/V' or '50 nm/V', found {sensitivity!r}")
+    try:
+        return positive(sensitivity, "nN/V", "sensitivity"), "nN/V"
+    except ValueError:
+        return positive(sensitivity, "nm/V", "sensitivity"), "nm/V"
+
+
+def _stiffness(given: Calibration, units: str) -> float:
+    if given.spring_constant is None:
+        raise ValueError(f"expected forces, found a deflection ({units}); state spring_constant= in N/m")
+    return positive(given.spring_constant, "nN/nm", "spring_constant")
+
+
+def _nothing_beside(units: str, given: Calibration, *options: str) -> None:
+    for option in options:
+        if getattr(given, option) is not None:
+            raise ValueError(f"{option}: expected none beside {units}, found {getattr(given, option)!r}; leave it out")
+
+
+def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:
+    """Return pull-off forces as positive magnitudes, and which sign pulls had in the file.
+
+    Parameters
+    ----------
+    values : ndarray
+        NaN where nothing was measured.
+    pulls : {"positive", "negative"}, optional
+        Which sign a pull has; without it, that of all values.
+
+    Raises
+    ------
+    ValueError
+        If there are values of both signs and nothing is stated.
+
+    Examples
+    --------
+    >>> magnitudes(np.array([-3.0, np.nan]), None)
+    (array([ 3., nan]), 'negative')
+    """
+    if pulls is None:
+        if (values < 0).any() and (values > 0).any():
+            below = int((values < 0).sum())
+            raise ValueError(
+                f"expected pull-off forces of one sign, found {below} below zero and {int((values > 0).sum())} above; "
+                "state which sign a pull has, pulls='positive' or 'negative': what is left on the other side is noise"
+            )
+        pulls = "negative" if (values < 0).any() else "positive"
+    one_of(pulls, PULLS, "pulls")
+    return (-values if pulls == "negative" else values), pulls

@@ -1,0 +1,162 @@
+"""Tables of pull-off forces: one row for each place, columns that are named, units in the header or stated."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..scans.channel import UnreadableScan
+from ..scans.plain import decoded, separators
+from .forces import converts
+
+#: "force [nN]", "force (nN)", "force / nN"
+_HEADED = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|/\s*([^/\s]+))$")
+
+#: Cells that say that nothing was measured.
+_EMPTY = ("", "-", "nan", "na", "n/a", "none")
+
+#: Names under which forces of adhesion are written.
+_FORCE = re.compile("adhes|pull|force|snap", re.IGNORECASE)
+
+
+class Column(NamedTuple):
+    """One column of a table."""
+
+    name: str
+    units: str | None
+    values: np.ndarray
+
+
+def read_table(path: Path) -> list[Column]:
+    """Return the columns of numbers of a text table.
+
+    Parameters
+    ----------
+    path : Path
+        Comma, semicolon, tab or blanks between its columns; a line of names above them, which a table of one column
+        may do without. Lines that begin with # are comments, the last of them the names where no other line is.
+
+    Returns
+    -------
+    list of Column
+        NaN where a cell is empty. Columns of words are left out.
+
+    Raises
+    ------
+    UnreadableScan
+        If rows are of different lengths, a number cannot be read, or the columns have no names.
+    """
+    lines = [(k + 1, line) for k, line in enumerate(decoded(path.read_bytes()).splitlines()) if line.strip()]
+    rows = [(k, line) for k, line in lines if not line.lstrip().startswith("#")]
+    if not rows:
+        raise UnreadableScan(path, "expected a table of numbers, found comments only")
+    first = 0 if _is_numbers(rows[0][1]) else 1
+    if len(rows) == first:
+        raise UnreadableScan(path, "expected rows of numbers, found a line of names only")
+    delimiter, comma = separators(rows[first][1])
+    cells = [(k, _split(line, delimiter)) for k, line in rows[first:]]
+    width = len(cells[0][1])
+    if first:
+        names = _split(rows[0][1], delimiter)
+    else:
+        above = [line.lstrip("# \t") for k, line in lines if k < rows[0][0]]
+        names = next((found for line in above[::-1] if len(found := _split(line, delimiter)) == width), None)
+    if names is None and width > 1:
+        raise UnreadableScan(
+            path,
+            f"expected a line of names above {width} columns, such as 'x [um], y [um], force [nN]', found numbers; "
+            "if they are an image, give its size=",
+        )
+    names = names or [path.stem]
+    _same_width(path, cells, len(names))
+    columns = [_column(path, name, [(k, row[at]) for k, row in cells], comma) for at, name in enumerate(names)]
+    return [column for column in columns if column is not None]
+
+
+def _is_numbers(line: str) -> bool:
+    delimiter, comma = separators(line)
+    return any(_number(cell, comma) is not None and cell.lower() not in _EMPTY for cell in _split(line, delimiter))
+
+
+def _split(line: str, delimiter: str | None) -> list[str]:
+    """Return the cells of a line; units in brackets go with the name before them, quoted text is one cell.
+
+    Examples
+    --------
+    >>> _split("x [um]  force (nN)", None), _split('1,"2",', ",")
+    (['x [um]', 'force (nN)'], ['1', '2', ''])
+    """
+    if delimiter is None:
+        return re.split(r"\s+(?![\[(])", line.strip())
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
+
+
+def _number(cell: str, comma: bool) -> float | None:
+    if cell.lower() in _EMPTY:
+        return np.nan
+    try:
+        return float(cell.replace(",", ".") if comma else cell)
+    except ValueError:
+        return None
+
+
+def _same_width(path: Path, cells: list[tuple[int, list[str]]], width: int) -> None:
+    for line, row in cells:
+        if len(row) != width:
+            raise UnreadableScan(path, f"line {line}: expected {width} columns as named, found {len(row)}; cut short?")
+
+
+def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) -> Column | None:
+    """Return a column of numbers, None for one of words; numbers among which a word stands are damaged."""
+    found = [_number(cell, comma) for _, cell in cells]
+    words = [(line, cell) for (line, cell), number in zip(cells, found) if number is None]
+    if len(words) > len(cells) / 2:
+        return None
+    if words:
+        line, cell = words[0]
+        raise UnreadableScan(path, f"line {line}: expected a number in column {name!r}, found {cell!r}")
+    headed = _HEADED.match(name)
+    units = next(filter(None, headed.groups()[1:]), None) if headed else None
+    return Column(headed.group(1) if units else name, units, np.array(found, dtype=float))
+
+
+def force_column(path: Path, columns: list[Column], name: str | None) -> Column:
+    """Return the column of forces: that named, or the only one that can be meant.
+
+    Raises
+    ------
+    UnreadableScan
+        If none or several can be meant.
+    """
+    others = [one for one in columns if not re.fullmatch(r"(subregion_)?[xy]|index|subregion", one.name, re.IGNORECASE)]
+    if name is not None:
+        fitting = [one for one in columns if one.name == name] or [
+            one for one in columns if one.name.lower() == str(name).lower()
+        ]
+    else:
+        stated = [one for one in others if converts(one.units, "nN")]
+        fitting = [one for one in stated if one.name == "pull_off_force"] or stated
+        fitting = fitting or [one for one in others if _FORCE.search(one.name)] or others
+    if len(fitting) != 1:
+        wanted = f"a column {name!r}" if name is not None else "one column of pull-off forces"
+        listed = ", ".join(f"{one.name!r} [{one.units or '?'}]" for one in columns) or "no column of numbers"
+        raise UnreadableScan(path, f"expected {wanted}, found {len(fitting)} among {listed}; name it, channel='…'")
+    return fitting[0]
+
+
+def place_columns(columns: list[Column]) -> dict[str, Column]:
+    """Return the columns ``x`` and ``y`` (or ``subregion_x``, ``subregion_y``) where both are there.
+
+    Examples
+    --------
+    >>> list(place_columns([Column("X", "um", np.zeros(1)), Column("subregion_y", "nm", np.zeros(1))]))
+    ['x', 'y']
+    """
+    found = {
+        axis: one for axis in "xy" for one in columns if re.fullmatch(f"(subregion_)?{axis}", one.name, re.IGNORECASE)
+    }
+    return found if len(found) == 2 else {}

@@ -1,0 +1,134 @@
+"""Curves of known JKR spheres with noise, drift, tilt and virtual deflection give back what they were made of."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import roughxr
+
+RADIUS, MODULUS, WORK, STIFFNESS = 2000.0, 40.0, 0.02, 1.0
+PULL = 1.5 * np.pi * WORK * RADIUS
+
+
+def retraction(n=2000):
+    """Return piezo (nm) and force (nN), without noise, of a JKR sphere drawn off by a spring."""
+    a = np.linspace(1.0, 120.0, 20000)
+    force = 4 * MODULUS * a**3 / (3 * RADIUS) - np.sqrt(8 * np.pi * WORK * MODULUS * a**3)
+    delta = a**2 / RADIUS - np.sqrt(2 * np.pi * WORK * a / MODULUS)
+    travel = delta + force / STIFFNESS
+    fold = int(np.argmin(travel))  # where the spring tears it off
+    piezo = np.linspace(150.0, -800.0, n)
+    return piezo, np.where(piezo > travel[fold], np.interp(piezo, travel[fold:], force[fold:]), 0.0)
+
+
+def curves(count=60, noise=1.0, seed=0, **changed):
+    rng = np.random.default_rng(seed)
+    piezo, force = retraction()
+    tilt, offset = rng.normal(0, 0.02, (count, 1)), rng.normal(0, 30, (count, 1))
+    recorded = force + offset + tilt * piezo + rng.normal(0, noise, (count, piezo.size))
+    made = {"piezo": ("sample", piezo, {"units": "nm"})}
+    made["force"] = (("subregion", "sample"), recorded, {"units": "nN"})
+    return xr.Dataset(made | changed)
+
+
+def test_the_synthetic_curve_passes_through_jkrs_pull_off():
+    assert retraction(20000)[1].min() == pytest.approx(-PULL, rel=1e-3)
+
+
+@pytest.mark.parametrize("noise", [0.3, 1.0, 4.0])
+def test_pull_offs_lie_within_their_stated_error(noise):
+    found = roughxr.curves_pull_off(curves(noise=noise), spring_constant=STIFFNESS)
+    off = (found.pull_off_force - PULL) / found.pull_off_uncertainty
+    assert float((np.abs(off) < 2).mean()) > 0.85
+    assert float(found.force_noise.mean()) == pytest.approx(noise, rel=0.05)
+    work = float(found.pull_off_force.mean()) / (1.5 * np.pi * RADIUS)
+    assert work == pytest.approx(WORK, rel=0.01)
+
+
+def test_distance_and_work_are_the_spheres():
+    found = roughxr.curves_pull_off(curves(1, noise=1e-3), spring_constant=STIFFNESS)
+    piezo, force = retraction(200_000)
+    at, zero = int(np.argmin(force)), int(np.flatnonzero(force > 0)[-1])
+    travel = piezo[zero] - piezo[at] + force[at] / STIFFNESS
+    assert float(found.pull_off_distance[0]) == pytest.approx(travel, abs=1.0)
+    assert float(found.work_of_separation[0]) == pytest.approx(np.trapezoid(force[zero:], piezo[zero:]), rel=0.02)
+
+
+def test_deflections_need_their_spring_constant():
+    ds = curves(2)
+    bent = ds.drop_vars("force").assign(deflection=(ds.force / 0.5).assign_attrs(units="nm"))
+    with pytest.raises(ValueError, match="spring_constant: expected it in N/m"):
+        bent.contact.curves_pull_off()
+    found = bent.contact.curves_pull_off(spring_constant="0.5 N/m")
+    np.testing.assert_allclose(found.pull_off_force, ds.contact.curves_pull_off().pull_off_force)
+
+
+def test_what_cannot_be_used_says_why():
+    ds = curves(5)
+    force = ds.force.values.copy()
+    force[1] = np.random.default_rng(0).normal(size=force.shape[1])
+    force[2] = np.nan
+    force[3] = force[3][::-1]
+    force[4] = np.where(ds.piezo < -700, force[4] - 4 * PULL, force[4])
+    found = ds.assign(force=(ds.force.dims, force, ds.force.attrs)).contact.curves_pull_off(baseline=0.1)
+    assert list(found.reason.values[:3]) == ["", "no pull stands out of the noise", "fewer than 50 samples"]
+    assert found.pull_off_force.isnull().values.tolist()[:3] == [False, True, True]
+    turned = ds.isel(sample=slice(None, None, -1)).contact.curves_pull_off()
+    assert set(turned.reason.values) == {"the piezo does not retract from the first sample to the last"}
+    assert found.measured == "force-distance curves" and roughxr.schema.kind_of(found) == "pull_off"
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"piezo": ("sample", np.zeros(2000))}, "piezo: expected a 'units' attribute"),
+        ({"piezo": ("time", np.zeros(3), {"units": "nm"})}, "piezo: expected it along 'sample'"),
+        ({"force": ("sample", np.zeros(2000), {"units": "V"})}, "force: expected units that convert to 'nN'"),
+    ],
+)
+def test_curves_that_lack_something_are_refused(changed, message):
+    with pytest.raises(ValueError, match=message):
+        roughxr.curves_pull_off(curves(2, **changed))
+
+
+def table(ds):
+    """Return curves as the text of a table."""
+    rows = ["curve,x [um],y [um],piezo [um],force [pN]"]
+    for k, force in enumerate(ds.force.values):
+        rows += [f"{k},{k / 2},0,{z / 1e3!r},{f * 1e3!r}" for z, f in zip(ds.piezo.values.tolist(), force.tolist())]
+    return "\n".join(rows) + "\n"
+
+
+def test_curves_in_a_table_are_those_in_memory(tmp_path):
+    ds = curves(3)
+    (tmp_path / "curves.csv").write_text(table(ds))
+    opened = roughxr.open_curves(tmp_path / "curves.csv")
+    found = opened.contact.curves_pull_off(spring_constant=STIFFNESS)
+    expected = ds.contact.curves_pull_off(spring_constant=STIFFNESS)
+    for name in ("pull_off_force", "pull_off_uncertainty", "pull_off_distance"):
+        np.testing.assert_allclose(found[name], expected[name], rtol=1e-9)
+    np.testing.assert_allclose(found.subregion_x, [0, 500, 1000])
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "message"),
+    [
+        (
+            "z [nm],force [nN]\n1,2\n",
+            {},
+            "expected columns 'piezo' and either 'force' or 'deflection', found 'z', 'force'",
+        ),
+        ("piezo [nm],force\n1,2\n", {}, "state them, such as units='nN'"),
+        ("piezo,force [nN]\n1,2\n", {}, "expected units of a length for 'piezo', found none"),
+        ("piezo [nm],deflection [nm]\n1,2\n", {}, "state spring_constant="),
+        ("piezo [nm],deflection [V]\n1,2\n", {"sensitivity": "50 nm/V"}, "state spring_constant="),
+        ("piezo [nm],deflection [nN]\n1,2\n", {}, "expected units of a length or V for 'deflection'"),
+        ("curve,piezo [nm],force [nN]\n,1,2\n1,1,2\n", {}, "a number in every row of column 'curve'"),
+        ("x [nm],y [nm],piezo [nm],force [nN]\n1,1,1,2\n2,1,1,2\n", {}, "to change within one"),
+        ("piezo [nm],force [nN]\n1,2\n1\n", {}, "line 3: expected 2 columns"),
+    ],
+)
+def test_tables_of_curves_that_lack_something_are_refused(tmp_path, text, options, message):
+    (tmp_path / "curves.csv").write_text(text)
+    with pytest.raises(roughxr.scans.UnreadableScan, match=message):
+        roughxr.open_curves(tmp_path / "curves.csv", **options)

@@ -1,0 +1,220 @@
+"""Pull-off forces from files: units and places as the file or the caller states them, never as anyone guesses."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import roughxr
+from roughxr.measured.vendor_scales import nanoscope_scale
+from roughxr.scans import UnreadableScan
+
+from .afm_files import picture, size_of, write_bruker, write_park
+
+TABLE = "place,x [um],y [um],adhesion [pN],remark\na,0,0,12500,ok\nb,1.5,0,,lost\nc,0,-2,9500,ok\n"
+
+
+def written(tmp_path, text, name="curves.csv", encoding="utf-8"):
+    path = tmp_path / name
+    path.write_text(text, encoding=encoding)
+    return path
+
+
+def test_a_table_brings_its_units_and_places(tmp_path):
+    found = roughxr.open_pull_off(written(tmp_path, TABLE))
+    np.testing.assert_allclose(found.pull_off_force, [12.5, np.nan, 9.5])
+    np.testing.assert_allclose(found.subregion_x, [0, 1500, 0])
+    np.testing.assert_allclose(found.subregion_y, [0, 0, -2000])
+    assert found.pull_off_force.units == "nN" and found.measured == "table" and found.channel == "adhesion"
+    assert roughxr.schema.kind_of(found) == "pull_off"
+    assert "pull_off_force" in found.contact.summary()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "x [um];y [um];F [nN]\n0;0;12,5\n1,5;0;nan\n0;-2;9,5\n",
+        "x [um]\ty [um]\tF [nN]\n0\t0\t12.5\n1.5\t0\tnan\n0\t-2\t9.5\n",
+        "# of a colloidal probe\n# x (µm)  y (µm)  F (nN)\n0 0 12.5\n1.5 0 nan\n0 -2 9.5\n",
+        'x / um, y / um, "F / N"\n0, 0, -1.25e-8\n1.5, 0, -\n0, -2, -9.5e-9\n',
+    ],
+)
+def test_tables_of_other_habits_say_the_same(tmp_path, text):
+    expected = roughxr.open_pull_off(written(tmp_path, TABLE))
+    found = roughxr.open_pull_off(written(tmp_path, text, "other.txt"))
+    for name in ("pull_off_force", "subregion_x", "subregion_y"):
+        np.testing.assert_allclose(found[name], expected[name], rtol=1e-12)
+
+
+def test_what_is_written_as_a_table_opens_again(tmp_path):
+    first = roughxr.open_pull_off(written(tmp_path, TABLE))
+    again = roughxr.open_pull_off(first.contact.to_table(tmp_path / "again.csv"))
+    xr.testing.assert_allclose(again, first)
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "message"),
+    [
+        ("adhesion\n1\n2\n", {}, "state them, such as units='nN'"),
+        ("adhesion [nN]\n1\n2\n", {"units": "pN"}, "leave units= out"),
+        ("adhesion [kg]\n1\n2\n", {}, "expected those of a force, of a deflection, or V, found 'kg'"),
+        ("adhesion [V]\n1\n2\n", {}, "expected forces, found V; state sensitivity="),
+        ("adhesion [V]\n1\n2\n", {"sensitivity": 50.0}, "expected its units"),
+        ("adhesion [V]\n1\n2\n", {"sensitivity": "50"}, "expected its units"),
+        ("adhesion [V]\n1\n2\n", {"sensitivity": "50 nm/V"}, "state spring_constant="),
+        ("deflection [nm]\n1\n2\n", {}, "state spring_constant="),
+        ("adhesion [nN]\n1\n2\n", {"spring_constant": 0.2}, "expected none beside nN"),
+        ("adhesion [nN]\n-1\n2\n", {}, "pulls='positive' or 'negative'"),
+        ("x,y,adhesion [nN]\n0,0,1\n1,1,2\n", {}, "state place_units="),
+        ("x [V],y [V],adhesion [nN]\n0,0,1\n1,1,2\n", {}, "expected units of a length for 'x'"),
+        ("x [nm],y [nm],adhesion [nN]\n0,0,1\n,1,2\n", {}, "expected a place in every row"),
+        ("F1 [nN],F2 [nN]\n1,2\n3,4\n", {}, "found 2 among 'F1' .nN., 'F2' .nN."),
+        ("F1 [nN],F2 [nN]\n1,2\n3,4\n", {"channel": "F3"}, "expected a column 'F3', found 0"),
+        ("1,2\n3,4\n", {}, "expected a line of names above 2 columns"),
+        ("a,F [nN]\n1,2\n3\n", {}, "line 3: expected 2 columns as named, found 1"),
+        ("F [nN]\n1\n2\n3\n4x\n", {}, "line 5: expected a number in column 'F .nN.', found '4x'"),
+        ("F1 [nN]\n", {}, "expected rows of numbers"),
+        ("# 1\n", {}, "found comments only"),
+        ("F1 [nN]\nnan\n\n", {}, "found missing values only"),
+    ],
+)
+def test_what_is_missing_or_damaged_is_named(tmp_path, text, options, message):
+    with pytest.raises(UnreadableScan, match=message):
+        roughxr.open_pull_off(written(tmp_path, text), **options)
+
+
+def test_other_units_become_forces_by_what_is_stated(tmp_path):
+    volts = written(tmp_path, "adhesion [mV]\n100\n200\n")
+    by_force = roughxr.open_pull_off(volts, sensitivity="12 nN/V")
+    by_deflection = roughxr.open_pull_off(volts, sensitivity="60 nm/V", spring_constant="0.2 N/m")
+    np.testing.assert_allclose(by_force.pull_off_force, [1.2, 2.4])
+    np.testing.assert_allclose(by_deflection.pull_off_force, [1.2, 2.4])
+    assert by_deflection.spring_constant == 0.2 and by_deflection.sensitivity_units == "nm/V"
+    bare = roughxr.open_pull_off(written(tmp_path, "1e-9\n3e-9\n", "bare.txt"), units="N")
+    np.testing.assert_allclose(bare.pull_off_force, [1.0, 3.0])
+
+
+def test_noise_beside_zero_stays_where_the_sign_is_stated(tmp_path):
+    path = written(tmp_path, "F [nN]\n-3\n0.1\n-2\n")
+    np.testing.assert_allclose(roughxr.open_pull_off(path, pulls="negative").pull_off_force, [3, -0.1, 2])
+
+
+def write_adhesion(folder, rows, units):
+    """Write a picture as the second channel of a Gwyddion file, its values in units."""
+    from gwyfile.objects import GwyContainer, GwyDataField
+
+    container, size = GwyContainer(), size_of(rows)
+    sides = {"xreal": size[0] * 1e-9, "yreal": size[1] * 1e-9, "si_unit_xy": "m"}
+    container["/0/data/title"] = "Height"
+    container["/0/data"] = GwyDataField(rows * 1e-9, si_unit_z="m", **sides)
+    container["/1/data/title"] = "Adhesion"
+    container["/1/data"] = GwyDataField(rows * 1e-9, si_unit_z=units, **sides)
+    container["/1/mask"] = GwyDataField((rows == rows.min()).astype(float), si_unit_z="", **sides)
+    container.tofile(str(folder / "map.gwy"))
+    return folder / "map.gwy"
+
+
+def test_an_adhesion_image_lies_on_the_scan_of_its_file(tmp_path):
+    rows = picture() + 5.0
+    path = write_adhesion(tmp_path, rows, "N")
+    found, scan = roughxr.open_pull_off(path), roughxr.open_scan(path, channel="Height")
+    assert found.measured == "adhesion image" and found.measured_units == "N"
+    lowest = rows == rows.min()
+    assert int(found.pull_off_force.isnull().sum()) == lowest.sum()
+    here = scan.height.sel(x=found.subregion_x, y=found.subregion_y)
+    known = found.pull_off_force.notnull()
+    np.testing.assert_allclose(found.pull_off_force[known], here[known], rtol=1e-12)
+
+
+def test_bare_numbers_are_an_image_where_size_and_units_are_stated(tmp_path):
+    rows = picture() + 5.0
+    np.save(tmp_path / "map.npy", rows)
+    np.savetxt(tmp_path / "map.txt", rows)
+    expected = roughxr.open_pull_off(write_adhesion(tmp_path, rows, "N"), channel="Adhesion")
+    for name in ("map.npy", "map.txt"):
+        found = roughxr.open_pull_off(tmp_path / name, size=size_of(rows), units="nN")
+        known = expected.pull_off_force.notnull()
+        np.testing.assert_allclose(found.pull_off_force[known], expected.pull_off_force[known], rtol=1e-9)
+        np.testing.assert_allclose(found.subregion_y, expected.subregion_y)
+        with pytest.raises(UnreadableScan, match="state them, such as units='nN'"):
+            roughxr.open_pull_off(tmp_path / name, size=size_of(rows))
+
+
+def test_an_image_in_volts_asks_for_its_sensitivity(tmp_path):
+    path = write_adhesion(tmp_path, picture() + 5.0, "V")
+    with pytest.raises(UnreadableScan, match="state sensitivity="):
+        roughxr.open_pull_off(path)
+    found = roughxr.open_pull_off(path, sensitivity="2e9 nN/V")
+    assert float(found.pull_off_force.max()) == pytest.approx(2 * (picture() + 5.0).max())
+
+
+def test_a_file_without_adhesion_says_what_it_holds(tmp_path):
+    path = write_bruker(tmp_path, picture(), size_of(picture()))
+    with pytest.raises(UnreadableScan, match=r"expected an image of adhesion, found 0 among 0: 'Height'"):
+        roughxr.open_pull_off(path)
+
+
+def write_peak_force(folder, rows, sensitivity):
+    """Write a Nanoscope file whose second image is adhesion, stored by a hard scale of 8 V and a sensitivity."""
+    path = write_bruker(folder, rows, size_of(rows))
+    header, mark, data = path.read_bytes().partition(b"\x1a")
+    first, second = header.split(b"\\*Ciao image list")[:1], header.split(b"\\*Ciao image list")[1:]
+    image = second[1].replace(b"Height", b"Adhesion").replace(b"Retrace", b"Trace")
+    scale = rb"\@2:Z scale: V [Sens. ForceSens] (0.000122070 V/LSB) 8.0 V"
+    image = b"\r\n".join(scale if b"Z scale" in line else line for line in image.split(b"\r\n"))
+    start = first[0].replace(b"\\*Ciao scan list", b"\\*Ciao scan list\r\n" + sensitivity.encode())
+    header = b"\\*Ciao image list".join([start, second[0], image])
+    missing = path.stat().st_size - len(header) - 1 - len(data.lstrip(b"\0"))
+    path.write_bytes(header + mark + b"\0" * missing + data.lstrip(b"\0"))
+    return path
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_a_nanoscope_image_of_forces_is_scaled_by_its_own_header(tmp_path, stated):
+    rows = picture()
+    path = write_peak_force(
+        tmp_path, rows, r"\@Sens. ForceSens: V 2.5 nN/V" if stated else r"\@Sens. ForceSens: V 1.0 "
+    )
+    if not stated:
+        with pytest.raises(UnreadableScan, match="found V; state sensitivity="):
+            roughxr.open_pull_off(path, pulls="positive")
+    found = roughxr.open_pull_off(path, pulls="positive", **({} if stated else {"sensitivity": "2.5 nN/V"}))
+    counts = -np.round(rows / (10.0 * 440.0) * 65536)[::-1].T.ravel()
+    np.testing.assert_allclose(found.pull_off_force, counts * 8.0 / 65536 * 2.5, rtol=1e-12)
+
+
+def test_a_vendors_image_of_unknown_scale_is_refused(tmp_path):
+    path = write_park(tmp_path, picture() + 5.0, size_of(picture()))
+    path.write_bytes(path.read_bytes().replace("um".encode("utf-16-le"), "nN".encode("utf-16-le")))
+    with pytest.raises(UnreadableScan):
+        roughxr.open_pull_off(path, channel=0)
+
+
+@pytest.mark.parametrize("keep", [0.5, 0.9])
+def test_a_file_cut_short_is_refused(tmp_path, keep):
+    path = write_adhesion(tmp_path, picture() + 5.0, "N")
+    path.write_bytes(path.read_bytes()[: int(keep * path.stat().st_size)])
+    with pytest.raises(UnreadableScan):
+        roughxr.open_pull_off(path)
+
+
+def test_foreign_files_are_refused(tmp_path):
+    (tmp_path / "noise.bin").write_bytes(np.random.default_rng(0).bytes(3000))
+    (tmp_path / "empty.csv").touch()
+    for name in ("noise.bin", "empty.csv"):
+        with pytest.raises(UnreadableScan):
+            roughxr.open_pull_off(tmp_path / name)
+    with pytest.raises(IsADirectoryError):
+        roughxr.open_pull_off(tmp_path)
+    xr.Dataset({"pull_off_force": ("subregion", [1.0])}).to_netcdf(tmp_path / "own.nc")
+    with pytest.raises(UnreadableScan, match="open it with"):
+        roughxr.open_pull_off(tmp_path / "own.nc")
+
+
+def test_the_scale_of_forces_is_that_by_which_a_second_reader_scales_heights(tmp_path):
+    rows = picture()
+    path = write_bruker(tmp_path, rows, size_of(rows))
+    units, scale = nanoscope_scale(path, 1, "Height")
+    counts = np.frombuffer(path.read_bytes()[-2 * rows.size :], "<i2").reshape(rows.shape)[::-1]
+    heights = roughxr.open_scan(path, channel=1).height
+    assert units == "nm"
+    np.testing.assert_allclose((counts * scale)[::-1].T, heights, rtol=1e-9, atol=1e-12)

@@ -1,0 +1,60 @@
+"""Measured pull-offs at the command line and in figures."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+import roughxr
+from roughxr.cli import main
+
+from .surfaces import glass_pair, rough, scan
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Return the archive of a run in short, and a table of half its forces a little off its places."""
+    surface = glass_pair(scan(rough(96, smooth=2.0, seed=1)), sphere_radius=500.0)
+    predicted = surface.contact.pull_off_map(subregions=(16, 16))
+    roughxr.archive.save({"scan": surface, "statistics/energy": predicted}, tmp_path / "run.nc")
+    own = predicted.isel(subregion=slice(0, 128))
+    own = own.assign(pull_off_force=own.pull_off_force / 2).assign_coords(subregion_x=own.subregion_x - 60.0)
+    own[["pull_off_force"]].contact.to_table(tmp_path / "own.csv")
+    return tmp_path
+
+
+def test_what_was_measured_is_told(run, capsys):
+    assert main(["measured", str(run / "own.csv"), "-o", str(run / "again.csv")]) == 0
+    said = capsys.readouterr().out
+    assert "measured: table" in said and "places: known" in said and "q95" in said
+    xr.testing.assert_allclose(roughxr.open_pull_off(run / "again.csv"), roughxr.open_pull_off(run / "own.csv"))
+
+
+def test_a_run_is_compared_with_what_was_measured(run, capsys):
+    command = ["compare", str(run), str(run / "own.csv"), "--method", "energy", "--picture", str(run / "both.png")]
+    assert main(command) == 0
+    said = capsys.readouterr().out
+    assert "places: shift found, by " in said and "ratio_low" in said
+    assert float(said.partition("shift found, by ")[2].split()[0]) == pytest.approx(60, abs=15)  # of steps of 59 nm
+    assert (run / "both.png").stat().st_size > 10_000
+
+
+def test_what_a_command_lacks_is_said(run, capsys):
+    assert main(["compare", str(run), str(run / "own.csv")]) == 1
+    assert "method: expected one of 'energy', found 'adhesive'" in capsys.readouterr().err
+    (run / "bare.csv").write_text("adhesion\n1\n2\n")
+    assert main(["measured", str(run / "bare.csv")]) == 1
+    assert "state them, such as units='nN'" in capsys.readouterr().err
+    assert main(["measured", str(run / "bare.csv"), "--units", "V", "--sensitivity", "12 nN/V"]) == 0
+    assert "places: not known" in capsys.readouterr().out
+
+
+def test_quantiles_are_drawn_where_they_are():
+    forces = np.random.default_rng(0).gamma(4, 5.0, 200)
+    made = [xr.Dataset({"pull_off_force": ("subregion", f * forces)}) for f in (1.0, 2.0)]
+    found = roughxr.against(*made, resamples=20)
+    ax = found.contact.plot(ax=Figure().subplots())
+    line = next(line for line in ax.lines if line.get_label().startswith("means"))
+    assert line.get_label() == "means: × 2"
+    (drawn,) = (line for line in ax.lines if line.get_xdata().size == 99)
+    np.testing.assert_allclose(drawn.get_ydata(), 2 * drawn.get_xdata())
