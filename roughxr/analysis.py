@@ -24,7 +24,7 @@ from . import figures, regions, report, schema
 from .catalogue import asperities
 from .contact.adhesion import MOST_REFINED, adhesive
 from .contact.elastic import direct
-from .contact.problem import default_deltas, hardness_of, indenter_of
+from .contact.problem import default_deltas, indenter_of
 from .contact.records import loading
 from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
@@ -373,12 +373,13 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
     groups |= _pressed(scan, plan, options)
     groups["solutions/contact"] = _one_contact(scan, plan, groups["solutions/direct"])
     groups["solutions/smooth"] = loading(direct(_flat(scan), delta=plan.direct_deltas))
-    groups["solutions/hertz"] = superpose(catalogue, delta=plan.sweep, law="hertz", **options)
+    elastic = options | {"yielding": False}  # so that what yield does is seen beside it
+    groups["solutions/hertz"] = superpose(catalogue, delta=plan.sweep, law="hertz", **elastic)
     suited = catalogue if plan.patch == "auto" else asperities(scan)
     for name in COMPARED:
         say(f"superposition, {name}")
         summed = scan if name == "published" else suited  # the paper's own asperities for its own formulas
-        groups[f"solutions/{name}"] = superpose(summed, delta=plan.sweep, formulation=name, **options)
+        groups[f"solutions/{name}"] = superpose(summed, delta=plan.sweep, formulation=name, **elastic)
     for name in COMPARED:
         groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
     if plan.budget and "solutions/adhesive" in groups:
@@ -432,9 +433,7 @@ def _too_stiff_to_bend(scan: xr.Dataset, options: dict[str, Any], say: Callable)
         summed = rigid(scan, delta=[0.0], refine=refine, **options)
         groups = {"solutions/rigid": summed, "statistics/rigid": pull_off(summed)}
         if "sphere_radius" in scan.coords:
-            hardness, _ = hardness_of(scan)
-            known = {"hardness": hardness} if np.isfinite(hardness) else {}
-            groups["statistics/regime"] = regime(scan, refine=refine, **known)
+            groups["statistics/regime"] = regime(scan, refine=refine)
             groups["statistics/formulas"] = formulas(scan, refine=refine)
     return groups
 

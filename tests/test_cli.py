@@ -35,7 +35,8 @@ def test_paper_writes_archive_figures_and_tables(paper_run):
 
 def test_the_papers_table_stands_beside_ours(paper_run):
     table = pd.read_csv(paper_run / "table-contact.csv", index_col="quantity")
-    assert list(table.columns) == ["paper", "paper's is", "adhesive", "published", "self_similar", "energy", "direct"]
+    methods = ["adhesive", "rigid", "published", "self_similar", "energy", "direct"]
+    assert list(table.columns) == ["paper", "paper's is", *methods]
     assert 0.05 < table.loc["pull-off, rough / smooth", "adhesive"] < 0.2
     assert table.loc["pull-off, error of mesh and step, median [%]", "adhesive"] < 10
     smooth = table.loc["pull-off, smooth sphere [µN]"]

@@ -47,6 +47,10 @@ def test_yield_is_told_where_a_hardness_is_given(rough):
 
     work = load / (2 * np.pi * radius)
     assert _peak_pressure(radius, 40.0, work) == pytest.approx(6.0)
+    named = rough.contact.assign_pair(hardness=2.0, **{name: float(rough[name]) for name in roughxr.schema.PAIR})
+    assert "yields" in named.contact.regime(subregions=(1, 1)) and "yields" not in rough.contact.regime(
+        subregions=(1, 1)
+    )
 
 
 def test_rumpf_is_right_on_the_surface_that_it_is_made_for():
@@ -59,6 +63,49 @@ def test_rumpf_is_right_on_the_surface_that_it_is_made_for():
     found = float(single.contact.rigid(subregions=top, delta=[0.0], refine=4).pull_off_force[0])
     formula = reference.rumpf(radius=2000, asperity_radius=12, hamaker_constant=0.0615, distance=z0)
     assert found / formula == pytest.approx(1, abs=0.1)
+
+
+@pytest.mark.parametrize(("radius", "rms", "wavelength"), [(200, 1, 60), (200, 5, 100), (1000, 3, 200), (5000, 1, 200)])
+def test_rabinovich_is_right_on_the_surface_that_he_draws(radius, rms, wavelength):
+    """Caps 1.817 rms high and half a wavelength wide on a plane, one of them under the sphere: within 5 %."""
+    pixel, z0 = wavelength / 40, 0.3
+    near = (np.arange(160) * pixel) % wavelength - wavelength / 2
+    r2 = near[:, None] ** 2 + near**2
+    caps = scan(1.817 * rms * np.clip(1 - r2 / (wavelength / 4) ** 2, 0, None), pixel)
+    constant = 12 * np.pi * z0**2 * 0.06
+    caps = caps.contact.assign_pair(
+        sphere_radius=radius, contact_modulus=40, work_of_adhesion=0.06, hamaker_constant=constant
+    )
+    top = [float(caps.x[60])], [float(caps.y[60])]
+    found = float(caps.contact.rigid(subregions=top, delta=[0.0], refine=8).pull_off_force[0])
+    formula = reference.rabinovich(
+        radius=radius, rms=rms, wavelength=wavelength, hamaker_constant=constant, distance=z0
+    )
+    assert found / formula == pytest.approx(1, abs=0.05)
+
+
+def by_each_model(ground, place, refine):
+    """Return the recommended model, and the pull-off by rigid bodies and by superposition over the simulation."""
+    simulated = ground.contact.adhesive(subregions=place, refine=refine, step=0.2).pull_off_force
+    stiff = ground.contact.rigid(law="exponential", subregions=place, refine=refine, delta=[0.0]).pull_off_force
+    summed = roughxr.pull_off_map(ground, subregions=place).pull_off_force
+    recommended = ground.contact.regime(subregions=place).recommended.item()
+    return recommended, *(float((one / simulated).mean()) for one in (stiff, summed))
+
+
+def test_what_is_recommended_is_near_the_simulation_and_the_rest_is_not(rough):
+    """All three are computed: on stiff ground, on one soft cap, and between."""
+    place = ([600.0], [600.0])
+    pair = {"sphere_radius": 500, "work_of_adhesion": 0.06, "adhesion_range": 0.3}
+    words, rigid, summed = by_each_model(rough.contact.assign_pair(contact_modulus=4000, **pair), place, 4)
+    assert words == "rigid" and rigid == pytest.approx(1, abs=0.02) and abs(summed - 1) > 0.1
+    words, rigid, summed = by_each_model(rough.contact.assign_pair(contact_modulus=40, **pair), place, 4)
+    assert words == "adhesive" and abs(rigid - 1) > 0.02 and abs(summed - 1) > 0.1
+    x = (np.arange(72) - 36) * 3.0
+    cap = scan(np.clip(30 - (x[:, None] ** 2 + x**2) / 120, 0, None), 3.0)
+    cap = cap.contact.assign_pair(contact_modulus=0.5, sphere_radius=500, work_of_adhesion=0.2, adhesion_range=0.3)
+    words, rigid, summed = by_each_model(cap, ([float(cap.x[36])], [float(cap.y[36])]), 2)
+    assert words == "superpose" and summed == pytest.approx(1, abs=0.05) and rigid > 1.2
 
 
 def test_the_table_holds_the_formulas_at_the_scans_own_numbers(rough):

@@ -15,7 +15,7 @@ def scan():
 
 @pytest.fixture(scope="module")
 def found(scan):
-    return sensitivity(scan, subregions=(4, 4))
+    return sensitivity(scan, subregions=(4, 4), patch=5)
 
 
 def cases(found, factor):

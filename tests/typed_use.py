@@ -26,7 +26,8 @@ def scans(path: Path) -> xr.Dataset:
         roughxr.autocorrelation(scan),
     )
     written: tuple[Path, Path] = roughxr.to_gsf(scan, path), roughxr.to_surfacetopography(scan, path)
-    return scan if written and described else roughxr.open_sample("glass")
+    tiff: Path = roughxr.to_tiff(scan, path)
+    return scan if written and tiff and described else roughxr.open_sample("glass")
 
 
 def pair(scan: xr.Dataset) -> xr.Dataset:

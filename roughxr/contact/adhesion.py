@@ -8,6 +8,7 @@ from __future__ import annotations
 import warnings
 from typing import Any
 
+import dask.array as da
 import numpy as np
 import xarray as xr
 
@@ -15,7 +16,7 @@ from .. import regions, schema
 from ..jobs import lazy as parallel
 from ..kernels.adhesion import cohesive_laws, path
 from ..materials import DEFAULT_RANGE
-from ..scans.wavelength import shortest_wavelength
+from ..scans.wavelength import later, shortest_wavelength
 from ..units import fraction, positive, whole_number
 from .cycle import SMOOTH, Adhesion, Cycles, cycles_at, deepest_of, events, reach_of_law, reached, yield_told
 from .elastic import ABOVE_HARDNESS, YIELDED
@@ -171,12 +172,12 @@ def adhesive(
         (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected patches of cells),
         ``energy``, ``dissipated``, ``resolution`` (radius, in pixels of the solve, of the smallest contact that bears a
         tenth of the tension), ``iterations``, ``converged``; fields along (subregion, branch, delta, x, y) with x, y
-        from the contact centre. Of a scan in memory the coordinate ``shortest_wavelength`` (nm) says down to which
-        waves it shows the surface: finer ones would let it stick less (`scale_dependence`).
-        Where a hardness is assigned, or estimated for named materials, also
-        ``yielded_fraction`` and ``yielded_area_fraction``, the shares of what pushes and of the area at that pressure
-        or above, at the preload or along the displacements, missing under "griffith" and "dugdale"; where the body
-        yields ``yielded_area``, ``plastic_work`` and the field ``residual_height``, as in `direct`.
+        from the contact centre. The coordinate ``shortest_wavelength`` (nm) says down to which waves the scan shows the
+        surface: finer ones would let it stick less (`scale_dependence`). Where a hardness is assigned, or estimated for
+        named materials, also ``yielded_fraction`` and ``yielded_area_fraction``, the shares of what pushes and of the
+        area at that pressure or above, at the preload or along the displacements, missing under "griffith" and
+        "dugdale"; where the body yields ``yielded_area``, ``plastic_work`` and the field ``residual_height``, as in
+        `direct`.
 
     Raises
     ------
@@ -271,9 +272,16 @@ def adhesive(
     lazy = parallel.is_lazy(ds)
     out = parallel.finish(out, lazy=lazy, progress=progress)
     if not lazy:
-        out = schema.label(out.assign_coords(shortest_wavelength=shortest_wavelength(ds)))
         _warn(out, adhesion)
-    return out
+    return schema.label(out.assign_coords(shortest_wavelength=_shortest_wavelength(ds)))
+
+
+def _shortest_wavelength(ds: xr.Dataset) -> Any:
+    """Return down to which waves (nm) a scan shows the surface; of a lazy one, once it is computed."""
+    if not ds["height"].chunks:
+        return shortest_wavelength(ds)
+    found = later(ds["height"].data, schema.pixel(ds)).shortest
+    return (), da.from_delayed(found, (), dtype=float)
 
 
 def window_half_width(ds: xr.Dataset, *, preload: float = 0.0, law: str = "auto") -> float:

@@ -112,8 +112,7 @@ def catalogue_of(ds: xr.Dataset, options: Options) -> xr.Dataset:
 def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
     """Return the asperities that are peaks under this sphere, the patch's half-width and the number left out."""
     catalogue = catalogue_of(ds, options)
-    sphere = 0.5 / options.radius if options.composite else 0.0
-    A, B = (0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
+    A, B = composite_curvatures(catalogue, options)
     scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, options.kernel_law())
     x, y = catalogue["x"].values, catalogue["y"].values
     depth = float(catalogue["datum_height"]) - catalogue["height"].values
@@ -122,6 +121,12 @@ def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
     kept = [array[peaks] for array in (x, y, depth, catalogue["orientation"].values, at_edge)]
     scales = type(scales)(*(array[peaks] for array in scales))
     return sums.Field(*kept, _neighbours(*kept[:2]), scales), float(catalogue["patch_radius"]), int((~peaks).sum())
+
+
+def composite_curvatures(catalogue: xr.Dataset, options: Options) -> tuple[np.ndarray, np.ndarray]:
+    """Return half the principal curvatures (nm⁻¹) of each asperity, the sphere's added where the law wants that."""
+    sphere = 0.5 / options.radius if options.composite else 0.0
+    return tuple(0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
 
 
 def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:

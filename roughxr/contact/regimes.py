@@ -13,6 +13,7 @@ from ..jobs import lazy as parallel
 from ..scans import level, smooth
 from ..units import positive
 from . import reference
+from .problem import hardness_of
 from .rigid_bodies import rigid
 
 #: Tabor's parameter below which bodies are as good as rigid, and above which adhesion is as good as without range
@@ -43,7 +44,7 @@ def regime(
     equilibrium_distance : number or quantity
         z₀ of the interatomic potential, nm, of Tabor's parameter.
     hardness : number or quantity, optional
-        GPa; without one nothing is said of yield.
+        GPa; by default the pair's ``hardness``, else its ``hardness_estimate``; without one nothing is said of yield.
     subregions : (int, int), (array, array) or Dataset
         Contact centres at which the attraction between rigid bodies is summed.
     refine : int
@@ -92,8 +93,9 @@ def regime(
         "pixels_per_contact": contact / schema.square_pixel(ds),
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
-    if hardness is not None:
-        found["yields"] = found["peak_pressure"] > positive(hardness, "GPa", "hardness")
+    hardness = hardness_of(ds)[0] if hardness is None else positive(hardness, "GPa", "hardness")
+    if np.isfinite(hardness):
+        found["yields"] = found["peak_pressure"] > hardness
     found["recommended"] = _recommended(found["asperity_tabor"], found["pull_beyond_contact"])
     out = xr.Dataset(found).assign_attrs(recommendation=_sentence(found))
     arguments = {"equilibrium_distance": z0, "hardness": hardness, "subregions": subregions, "refine": refine}
@@ -125,7 +127,7 @@ def _sentence(found: dict[str, Any]) -> str:
         words += f" A contact's radius is {found['pixels_per_contact']:.2g} pixels: the scan does not resolve it."
     if found.get("yields"):
         words += (
-            f" Summits yield under their own adhesion ({found['peak_pressure']:.2g} GPa), which no model here knows."
+            f" Summits yield under their own adhesion ({found['peak_pressure']:.2g} GPa), give assign_pair a hardness."
         )
     return words
 

@@ -43,7 +43,7 @@ CHANGED: dict[str, tuple[str, str]] = {
 #: The entries that the scan's own places give, and that its shortest waves do.
 SAMPLING, SHORT_WAVES = "sampling", "shorter waves"
 
-#: All entries in order.
+#: All entries in order; of a body that yields its hardness besides.
 ENTRIES = (SAMPLING, *CHANGED, SHORT_WAVES)
 
 #: Waves that are added, in parts of the shortest that the scan shows, and cut off, in pixels.
@@ -155,6 +155,8 @@ def error_budget(
     pulls = pulls.isel(preload=0) if "preload" in pulls.dims else pulls
     entries = {SAMPLING: _sampling(pulls)}
     entries |= {entry: _of_changes(changes, *told) for entry, told in CHANGED.items()}
+    if "hardness" in ds.coords:
+        entries["hardness"] = _of_changes(changes, "hardness", "hardness {}")
     entries[SHORT_WAVES] = _of_short_waves(scales)
     out = _budget(entries).assign(_known(ds, changes, pulls, positive(tip_radius, "nm", "tip_radius")))
     out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
@@ -205,12 +207,12 @@ def cut_off_waves(
 
 def _budget(entries: Mapping[str, _Entry]) -> xr.Dataset:
     """Return the entries and their total."""
-    values = np.array([entries[name].value for name in ENTRIES])
-    known = np.array([entries[name].value for name in ENTRIES if name != SHORT_WAVES])
+    values = np.array([entries[name].value for name in entries])
+    known = np.array([entries[name].value for name in entries if name != SHORT_WAVES])
     total = float(np.sqrt(np.nansum(known**2))) if np.isfinite(known).any() else np.nan
-    how = [entries[name].how for name in ENTRIES]
+    how = [entries[name].how for name in entries]
     columns = {"relative_error": ("entry", values), "how": ("entry", how), "total_error": total}
-    return xr.Dataset(columns, {"entry": list(ENTRIES)})
+    return xr.Dataset(columns, {"entry": list(entries)})
 
 
 def _sampling(force: xr.DataArray) -> _Entry:

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from .. import schema
+from ..contact.problem import hardness_of
 from ..scans import level
 from ..tip import erode
 
@@ -41,8 +42,14 @@ SIMULATED: dict[str, tuple] = {
     "sphere radius": (0.95, 1.05),
 }
 
+#: The simulation's besides, of a body that yields: factors on its hardness.
+OF_YIELD: dict[str, tuple] = {"hardness": (0.75, 1.25)}
+
 #: Factors of superposed asperities alone, and those of the simulation alone, which change how it is solved.
-OF_FITS, OF_SOLVES = ("fit window", "vertex"), ("mesh", "step", "preload", "interpolation", "range of adhesion")
+OF_FITS, OF_SOLVES = (
+    ("fit window", "vertex"),
+    ("mesh", "step", "preload", "interpolation", "range of adhesion", "hardness"),
+)
 
 
 class Case(NamedTuple):
@@ -128,6 +135,16 @@ def _scaled(name: str) -> Callable:
     return change
 
 
+def _harder(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
+    """Return the pair with a hardness so many times the assigned or estimated one, at which it yields."""
+    hardness, _ = hardness_of(ds)
+    if not np.isfinite(hardness):
+        raise ValueError("no hardness is assigned, and none estimated for named materials")
+    return f"× {factor:.3g}", ds.drop_vars("hardness_estimate", errors="ignore").assign_coords(
+        hardness=hardness * factor
+    )
+
+
 #: How a factor changes the scan or its pair.
 CHANGES: dict[str, Callable[[xr.Dataset, Any], tuple[str, xr.Dataset]]] = {
     "levelling": _levelled,
@@ -139,4 +156,5 @@ CHANGES: dict[str, Callable[[xr.Dataset, Any], tuple[str, xr.Dataset]]] = {
     "modulus": _scaled("contact_modulus"),
     "sphere radius": _scaled("sphere_radius"),
     "range of adhesion": _scaled("adhesion_range"),
+    "hardness": _harder,
 }

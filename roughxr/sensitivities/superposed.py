@@ -21,7 +21,7 @@ class Sweep(NamedTuple):
 
     places: xr.Dataset
     deltas: np.ndarray  # nm, from first touch
-    patch: int
+    patch: int | float | str  # as for `asperities`
     formulation: str
 
 
@@ -44,7 +44,7 @@ def _computed(case: Case, sweep: Sweep, image: xr.Dataset) -> xr.Dataset:
     vertex = case.value if case.factor == "vertex" else "fitted"
     words, scan = case.changed()
     catalogue = asperities(scan, patch=patch, vertex=vertex)
-    options = {"formulation": sweep.formulation, "datum": "first_contact"}
+    options = {"formulation": sweep.formulation, "datum": "first_contact", "yielding": False}
     pull = pull_off(superpose(catalogue, delta=sweep.deltas, subregions=sweep.places, **options))
     found = bootstrap(pull, "pull_off_force", statistics=["mean", "std", "q50"]).drop_vars("independent_places")
     ends = found.sel(resampling="block", statistic="mean")

@@ -14,7 +14,7 @@ from .. import regions, schema
 from ..jobs.progress import teller
 from ..materials import DEFAULT_RANGE
 from ..units import magnitude, positive, whole_number
-from .changes import CHANGES, OF_FITS, OF_SOLVES, SETTINGS, SIMULATED, cases
+from .changes import CHANGES, OF_FITS, OF_SOLVES, OF_YIELD, SETTINGS, SIMULATED, cases
 from .simulated import Simulation, simulated
 from .superposed import Sweep, superposed, sweep_of
 
@@ -27,7 +27,7 @@ def sensitivity(
     method: str = "superpose",
     subregions: Any = None,
     delta: Any = None,
-    patch: int = 5,
+    patch: Any = "auto",
     formulation: str = "energy",
     settings: Mapping[str, Sequence] | None = None,
     places: int = 4,
@@ -51,14 +51,15 @@ def sensitivity(
         Displacements of "superpose", nm, counted from each place's first touch; by default 161 from where a smooth
         sphere lets go to four times as deep, and no less than the heights' standard deviation.
     patch, formulation
-        Of "superpose": fit window of the base case, and as for `superpose`.
+        Of "superpose": fit window of the base case, as for `asperities`, and as for `superpose`.
     settings : mapping of str to sequence, optional
         What to try for each factor, by default ``SETTINGS`` or, of "adhesive", ``SIMULATED``: "levelling" ("plane",
         "quadratic" or "cubic"), "pixel" (so many joined along each axis), "height step" (nm, rounding), "tip radius"
         (nm, of a tip taken off the scan), "surface energy", "modulus" and "sphere radius" (factors); of "superpose"
         also "fit window" (pixels) and "vertex" (as for `asperities`); of "adhesive" also "mesh" (cells so many times
         finer), "step" (factor), "preload" (so many mean pull-offs more), "interpolation" ("waves": heights between the
-        pixels by the scan's waves in place of splines) and "range of adhesion" (factor).
+        pixels by the scan's waves in place of splines), "range of adhesion" and "hardness" (factors; the last by
+        default where one is assigned, else on the one estimated for named materials, which then yield).
     places : int
         Of "adhesive": so many of the contact centres, spread evenly over them.
     preload, law, refine, step
@@ -105,7 +106,8 @@ def sensitivity(
     else:
         sample = regions.sample(centres, whole_number(places, "places", least=1))
         way = Simulation(sample, magnitude(preload, "nN", "preload"), law, positive(step, "nm", "step"), refine)
-        tried = cases(_with_range(ds), SIMULATED if settings is None else settings)
+        usual = SIMULATED | (OF_YIELD if "hardness" in ds.coords else {})
+        tried = cases(_with_range(ds), usual if settings is None else settings)
         out = simulated(tried[0].ds, tried, way, teller(progress))
         arguments = {"places": places, "preload": way.preload, "law": law, "refine": refine, "step": way.step}
     out = out.assign_coords(factor=("case", [case.factor for case in tried])).assign_attrs(method=method)

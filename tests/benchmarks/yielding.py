@@ -4,7 +4,8 @@
 
 Processor time, both sides alternating in one process on one thread; medians of the ratios. 1. A sweep of loading on
 rough windows, elastic and yielding, and the same by loads. 2. The same job through the labelled function, where the
-yielding side draws back as well. 3. A paraboloid that yields, against the figures of axisymmetric rings.
+yielding side draws back as well. 3. A paraboloid that yields, against the figures of axisymmetric rings. 4. Pull-offs
+of superposed asperities over those of the adhesive simulation on the glass twin, elastic and yielding.
 """
 
 import argparse
@@ -107,6 +108,22 @@ def accuracy_rows():
             print(f"delta / delta_Y = {times}, {cells:2d} cells in radius: force off by {error:+.1e}")
 
 
+def superposed_rows():
+    """Print mean pull-offs of superposed asperities over those of the adhesive simulation, a sphere of 1 µm."""
+    scan = roughxr.open_sample("glass")
+    pair = {"sphere_radius": 1000.0, "contact_modulus": MODULUS, "work_of_adhesion": 0.06}
+    how = {"subregions": (3, 3)}
+    solve = {"refine": 2, "step": 0.1, "law": "exponential", "accuracy": None}
+    for hardness in (None, 6.0, 1.5):
+        bodies = roughxr.assign_pair(scan, hardness=hardness, **pair)
+        for preload in (1000.0, 5000.0):
+            turn = {"preload": preload} if hardness else {}
+            summed = bodies.contact.superpose(delta=[-1, 30], **turn, **how).pull_off_force
+            solved = bodies.contact.adhesive(preload=preload, **solve, **how).pull_off_force
+            words = f"H = {hardness:3g} GPa" if hardness else "elastic    "
+            print(f"{words}, preload {preload:g} nN: superposed / adhesive {float(summed.mean() / solved.mean()):.2f}")
+
+
 def main():
     """Run all rows."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -116,6 +133,7 @@ def main():
     kernel_rows(windows(options.windows), options.repeat)
     labelled_rows(options.repeat)
     accuracy_rows()
+    superposed_rows()
 
 
 if __name__ == "__main__":

@@ -265,7 +265,7 @@ class _Solver:
         pressure, least = found.state.pressure, self.limit * (1.0 - 2.0 * _OVER if self.cap < np.inf else 1.0)
         hard, pushes, touching = pressure >= least, max(pressure.clip(min=0.0).sum(), 1e-300), found.state.touching
         shares = pressure[hard].sum() / pushes, np.count_nonzero(hard) / max(np.count_nonzero(touching), 1)
-        return *shares, np.count_nonzero(found.left), -found.left.sum()
+        return *shares, np.count_nonzero(found.left), np.abs(found.left).sum()
 
     def _box(self, delta):
         """Return the rows and columns of the box that holds all cells within range."""

@@ -1,0 +1,118 @@
+"""Runs, reports, figures and the command line of bodies that yield, or are told to."""
+
+import shlex
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+import roughxr
+from roughxr import analysis, archive, cli, figures, report, statistics
+
+from .surfaces import rough, scan
+
+
+def surface():
+    return scan(rough(96, smooth=1.5, seed=4), pixel=10.0, source_file="surface.nc")
+
+
+@pytest.fixture(scope="module")
+def groups(tmp_path_factory):
+    """The groups of a run that was kept as it came, and read again."""
+    pair = roughxr.assign_pair(
+        surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05, hardness="3 GPa"
+    )
+    path = tmp_path_factory.mktemp("run") / "run.nc"
+    options = {"subregions": (2, 2), "delta": [4, 8, 12], "preload": 3000.0, "refine": 1}
+    analysis.run(pair, path, scheduler="synchronous", **options)
+    return archive.load(path)
+
+
+def test_a_run_keeps_both_ways(groups):
+    there, back = groups["solutions/direct"], groups["solutions/retraction"]
+    assert there.force.dims == back.force.dims == ("subregion", "delta")
+    assert (back.force <= there.force * (1 + 1e-6)).all()
+    assert (back.force.isel(delta=1) < 0.9 * there.force.isel(delta=1)).any()
+    assert (there.plastic_work.isel(delta=-1) > 0).all() and float(there.hardness) == 3.0
+    contact = groups["solutions/contact"]
+    assert float(contact.pressure.max()) == 3.0 and float(contact.residual_height.min()) < 0
+    assert float(groups["solutions/adhesive"].plastic_work.min()) > 0
+    assert bool(groups["statistics/regime"].yields.notnull().all())
+
+
+def test_its_report_says_what_yields(groups):
+    words = " ".join(report.cautions(groups))
+    share = 100 * float(groups["solutions/direct"].isel(delta=-1).yielded_fraction.mean())
+    assert f"with {share:.2g} % of the force lies at its hardness, 3 GPa" in words
+    assert "in the simulation with adhesion at its preload" in words
+    assert "know nothing of yield" in words
+    assert "Way in and way out" in report.page(groups)
+    elastic = {name: ds for name, ds in groups.items() if name != "solutions/retraction"}
+    assert "Way in and way out" not in report.page(elastic)
+
+
+def test_the_command_names_the_hardness(groups):
+    words = shlex.split(report.command(groups))
+    options = cli._parser().parse_args([*words[1:], "-o", "again"])
+    again = cli._paired(surface(), options)
+    assert float(again.hardness) == 3.0 and options.preload == 3000.0
+
+
+def test_elastic_runs_warn_of_what_lies_above_an_estimate():
+    pair = roughxr.assign_pair(surface(), sphere_radius=500, materials="gold", work_of_adhesion=0.05)
+    solved = {"solutions/direct": roughxr.direct(pair, delta=[4, 12])}
+    (words,) = [sentence for sentence in report.cautions(solved) if "Elasticity" in sentence]
+    assert "above the hardness that such materials are estimated to have, 1 GPa" in words and "--hardness" in words
+    hard = roughxr.assign_pair(surface(), sphere_radius=500, materials="alumina")
+    assert not any("Elast" in one for one in report.cautions({"solutions/direct": roughxr.direct(hard, delta=[0.5])}))
+
+
+def test_superposition_is_compared_with_the_way_in():
+    pair = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, hardness=3.0)
+    deltas, places = [4.0, 8.0, 12.0], (2, 2)
+    summed = roughxr.superpose(pair, delta=deltas, law="hertz", subregions=places)
+    solved = roughxr.direct(pair, delta=deltas, subregions=places)
+    found = statistics.compare(summed, solved)
+    np.testing.assert_array_equal(found.force_direct, solved.force.sel(branch="loading"))
+
+
+def test_figures_of_what_yields(groups):
+    pair = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, hardness=3.0)
+    solved = roughxr.direct(pair, delta=[4.0, 8.0, 12.0], subregions=(2, 2))
+    ax = solved.contact.plot(ax=Figure().subplots())
+    lines = {line.get_label(): line.get_ydata() for line in ax.lines}
+    np.testing.assert_allclose(lines["loading"], solved.force.mean("subregion").sel(branch="loading"))
+    np.testing.assert_allclose(lines["retraction"], solved.force.mean("subregion").sel(branch="retraction"))
+    with pytest.raises(ValueError, match="expected forces along subregion, branch and delta"):
+        figures.force_loop(solved.sel(branch="loading"), ax=Figure().subplots())
+
+    contact = groups["solutions/contact"]
+    subregion = int(contact.subregion[0])
+    drawn = [
+        figures.pressure_on_topography(one, groups["scan"], subregion=subregion, ax=Figure().subplots())
+        for one in (contact, contact.drop_vars("residual_height"))
+    ]
+    assert len(drawn[0].collections) == len(drawn[1].collections) + 1  # the ring around what has yielded
+
+    curve = xr.Dataset({"pull_off_force": (("subregion", "preload"), [[1.0, 2.0]])}, {"preload": [0.0, 10.0]})
+    ax = figures.preload_curve({"elastic": curve, "yields": 2 * curve}, ax=Figure().subplots())
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["elastic", "yields"]
+    for wrong, says in (({}, "at least one"), ({"one": curve.isel(preload=0)}, "one: expected pull_off_force")):
+        with pytest.raises(ValueError, match=says):
+            figures.preload_curve(wrong, ax=Figure().subplots())
+
+
+def test_hardness_is_a_factor_of_the_tornado():
+    pair = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05, hardness=3.0)
+    options = {"method": "adhesive", "places": 1, "preload": 3000.0, "refine": 1, "step": 0.8}
+    settings = {"hardness": [0.5, 2.0]}
+    found = roughxr.sensitivity(pair, settings=settings, **options)
+    assert found.factor.values.tolist() == ["base", "hardness", "hardness"]
+    softer, harder = found.pull_off_change.values[1:]
+    assert softer > 0.1 and harder < -0.1  # what is softer flattens more, and sticks harder
+    budget = roughxr.error_budget(pair, changes=found, seeds=0)
+    assert float(budget.relative_error.sel(entry="hardness")) == pytest.approx(max(softer, -harder))
+    bare = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05)
+    missing = roughxr.sensitivity(bare, settings=settings, **options)
+    assert missing.reason.values[1].startswith("no hardness is assigned")
