@@ -52,6 +52,8 @@ plot_html_show_formats = False
 plot_formats = [("png", 130)]
 
 html_theme = "pydata_sphinx_theme"
+html_static_path = ["site/static"]
+html_css_files = ["narrow.css"]
 html_title = f"roughxr {version}"
 html_show_sourcelink = False
 html_copy_source = False
