@@ -1,4 +1,4 @@
-"""The command line: ``roughxr paper``, ``run``, ``report``, ``info``, ``convert``, ``measured``, ``compare``."""
+"""The command line: ``roughxr paper``, ``run``, ``report``, ``info``, ``convert``, ``measured``, ``compare`` and more."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _warn(message, *_, **__) -> None:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="roughxr", description=_DESCRIPTION)
+    parser = argparse.ArgumentParser(prog="roughxr", description=_DESCRIPTION, epilog=_DOCUMENTATION)
     parser.add_argument("--version", action="version", version=f"roughxr {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_paper(commands)
@@ -54,10 +54,37 @@ def _parser() -> argparse.ArgumentParser:
     _add_convert(commands)
     _add_measured(commands)
     _add_compare(commands)
+    _add_cite(commands)
     return parser
 
 
 _DESCRIPTION = "How hard a small sphere presses, and how hard it sticks, wherever it lands on a rough surface."
+
+#: The pages are built in a clone, and nowhere hosted.
+_DOCUMENTATION = (
+    "Documentation: in a clone, `pip install '.[docs]'` and `sphinx-build -W notebooks build/site` make the pages, "
+    "build/site/index.html the first of them; in Python, `help(roughxr)`."
+)
+
+#: What a paper that uses roughxr cites: the program, and the work whose method it implements.
+_BIBTEX = f"""\
+@software{{roughxr,
+  author  = {{{{The roughxr developers}}}},
+  title   = {{roughxr: contact and adhesion of a small sphere on AFM scans of rough surfaces}},
+  version = {{{__version__}}},
+  year    = {{2026}},
+  license = {{BSD-3-Clause}},
+}}
+
+@article{{cheng_dunn_brach,
+  author  = {{Cheng, W. and Dunn, P. F. and Brach, R. M.}},
+  title   = {{Contact between a smooth microsphere and an anisotropic rough surface}},
+  journal = {{The Journal of Adhesion}},
+  volume  = {{79}},
+  number  = {{8--9}},
+  pages   = {{749--776}},
+  year    = {{2003}},
+}}"""
 
 
 def _add_paper(commands) -> None:
@@ -210,6 +237,11 @@ def _add_measurement(command) -> None:
     group.add_argument("--sensitivity", metavar="S", help="of values in V, such as '12 nN/V' or '50 nm/V'")
     group.add_argument("--spring-constant", metavar="K", help="of deflections, N/m")
     group.add_argument("--pulls", choices=("positive", "negative"), help="which sign a pull has")
+
+
+def _add_cite(commands) -> None:
+    command = commands.add_parser("cite", help="print what to cite, for BibTeX")
+    command.set_defaults(command=lambda _: print(_BIBTEX))
 
 
 def _add_reading(command) -> None:

@@ -243,8 +243,21 @@ def test_laws_of_the_command_line_are_those_of_the_simulation():
 
 def test_help_names_every_command():
     shown = subprocess.run([sys.executable, "-m", "roughxr.cli", "--help"], check=True, capture_output=True, text=True)
-    for command in ("paper", "run", "report", "info", "convert"):
+    for command in ("paper", "run", "report", "info", "convert", "cite"):
         assert command in shown.stdout
+    assert "sphinx-build -W notebooks build/site" in " ".join(shown.stdout.split())
+
+
+def test_cite_gives_balanced_entries_of_this_version(capsys):
+    import roughxr
+    from roughxr import cli
+
+    assert cli.main(["cite"]) == 0
+    said = capsys.readouterr().out
+    entries = [entry for entry in said.split("@") if entry]
+    assert [entry.split("{")[0] for entry in entries] == ["software", "article"]
+    assert all(entry.count("{") == entry.count("}") > 0 for entry in entries)
+    assert f"version = {{{roughxr.__version__}}}" in said
 
 
 @pytest.mark.parametrize(

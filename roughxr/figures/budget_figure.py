@@ -143,6 +143,12 @@ def budget_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]
     ------
     (str, Figure)
         "error-budget", "sensitivity" and "shortest-wave"; the Figures belong to no pyplot window.
+
+    Examples
+    --------
+    >>> budget = xr.Dataset({"relative_error": ("entry", [0.03]), "total_error": 0.03}, {"entry": ["mesh"]})
+    >>> [name for name, _ in budget_figures({"statistics/error_budget": budget})]
+    ['error-budget']
     """
     from matplotlib.figure import Figure
 

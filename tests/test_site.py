@@ -1,0 +1,51 @@
+"""The documentation's sources: nothing public is left out, and what they show of the command line is there.
+
+Building them is a command of its own (README), in which every warning is an error.
+"""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import roughxr
+from roughxr import figures
+
+ROOT = Path(__file__).parents[1]
+PAGES = ROOT / "notebooks" / "site"
+
+
+def entries(page: Path) -> set[str]:
+    """Return what a page's lists of functions name."""
+    return set(re.findall(r"^   ([A-Za-z_0-9.]+)$", page.read_text(encoding="utf-8"), re.MULTILINE))
+
+
+def test_every_public_function_has_its_page():
+    public = {name for name in roughxr.__all__ if callable(getattr(roughxr, name)) and name != "ContactAccessor"}
+    assert public <= entries(PAGES / "api.rst")
+
+
+def test_every_verb_of_the_accessor_has_its_page():
+    verbs = {f"Dataset.contact.{name}" for name in vars(roughxr.ContactAccessor) if name[0] != "_"}
+    assert verbs <= entries(PAGES / "api.rst")
+
+
+@pytest.mark.parametrize("name", figures.__all__)
+def test_every_figure_function_has_its_page_and_is_drawn_in_the_gallery(name):
+    assert f"figures.{name}" in entries(PAGES / "api.rst")
+    gallery = (PAGES / "gallery.rst").read_text(encoding="utf-8")
+    assert re.search(rf"^.*``{name}``.*\n~+$", gallery, re.MULTILINE), "expected a heading"
+    assert f"figures.{name}(" in gallery
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *sorted(PAGES.glob("*.md"))], ids=lambda page: page.name)
+def test_python_that_pages_show_is_python(page):
+    for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
+        compile(block, str(page), "exec")
+
+
+def test_readme_points_to_the_documentation():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert "sphinx-build -W notebooks build/site" in readme
+    linked = re.findall(r"\]\((?!https?:)([^)#]+)", readme)
+    assert linked and not [path for path in linked if not (ROOT / path).exists()]
