@@ -1,4 +1,4 @@
-"""The command line: ``roughxr paper``, ``run``, ``report``, ``info``, ``convert``, ``measured``, ``compare`` and more."""
+"""The command line: ``roughxr paper``, ``run``, ``report``, ``info``, ``convert``, ``measured``, ``compare``, …"""
 
 from __future__ import annotations
 
