@@ -98,6 +98,13 @@ def stiff(scan: xr.Dataset) -> xr.Dataset:
     return roughxr.rigid(scan, subregions=(2, 2)) if constant and tables else scan
 
 
+def lifted(scan: xr.Dataset) -> xr.Dataset:
+    """Ask at what flow particles leave."""
+    holds: xr.Dataset = roughxr.rolling(scan, directions=8, subregions=(4, 4))
+    critical: xr.Dataset = roughxr.critical_load(holds)
+    return roughxr.resuspension(holds, friction_velocity=[0.1, 1.0]) if critical else holds
+
+
 def shown(ds: xr.Dataset) -> pd.DataFrame:
     """Look at a result."""
     roughxr.plot(ds, "height", ax=None).set_title("as it is")
