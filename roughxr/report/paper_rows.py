@@ -41,8 +41,8 @@ def _of_figure_15(run: Run, method: str) -> dict[str, float]:
     rows = {
         "pull-off, place of figure 15 [µN]": _MICRO * float(run[f"statistics/{method}"]["pull_off_force"].isel(place))
     }
-    if "force" not in run[f"solutions/{method}"]:
-        return rows  # of a preload events alone are kept
+    if "force" not in run[f"solutions/{method}"] or run[f"solutions/{method}"].sizes["delta"] < 2:
+        return rows  # of a preload, and of rigid bodies, events alone are kept
     force = run[f"solutions/{method}"]["force"].isel(place)
     pulling = force["delta"].values[force.values < 0]
     return rows | {
