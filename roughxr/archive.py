@@ -167,7 +167,30 @@ def _storable(ds: xr.Dataset, group: str) -> xr.Dataset:
 
 
 def of_run(path: Path) -> Path:
-    """Return the archive in a run's folder, or the file that is named."""
+    """Return the archive in a run's folder, or the file that is named.
+
+    Parameters
+    ----------
+    path : Path
+        A folder that `run` or `paper` made, or a file, which is returned as it is.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    ValueError
+        If the folder holds no archive, or several.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> (folder / "run.nc").touch()
+    >>> of_run(folder).name
+    'run.nc'
+    """
     if not path.is_dir():
         return path
     found = [path / name for name in ("run.nc", "paper.nc") if (path / name).is_file()]

@@ -230,6 +230,11 @@ def weight(radius: Any, density: Any, *, medium_density: Any = AIR_DENSITY, grav
     -------
     float or array
 
+    Raises
+    ------
+    ValueError
+        If a number is not positive, or the medium's density is negative.
+
     Examples
     --------
     >>> round(weight("5 um", 4000.0), 5)
@@ -240,7 +245,23 @@ def weight(radius: Any, density: Any, *, medium_density: Any = AIR_DENSITY, grav
 
 
 def vibration_acceleration(amplitude: Any, frequency: Any) -> float:
-    """Return the largest acceleration of a sine, m/s², from its amplitude (nm) and frequency (Hz).
+    """Return the largest acceleration of a sine, m/s².
+
+    Parameters
+    ----------
+    amplitude : number or quantity
+        nm.
+    frequency : number or quantity
+        Hz.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    ValueError
+        If either is not positive.
 
     Examples
     --------
