@@ -102,6 +102,14 @@ def test_cautions_say_what_is_wrong(run):
     assert re.search(r"nothing pulls \(energy\), .*: 1\.", found)
 
 
+@pytest.mark.parametrize(("factor", "told"), [(1.02, False), (1.5, True)])
+def test_a_coarse_mesh_is_told_of(run, factor, told):
+    finer = run["solutions/adhesive"].isel(subregion=[0, 4]).copy()
+    finer["pull_off_force"] = finer["pull_off_force"] * factor
+    said = report.cautions(run | {"solutions/finer": finer})
+    assert any("mesh twice as fine" in sentence for sentence in said) == told
+
+
 def test_a_clean_run_has_no_cautions(run):
     clean = {"scan": run["scan"].drop_attrs(), "solutions/direct": run["solutions/direct"].copy(deep=True)}
     clean["solutions/direct"]["truncated"][:] = False

@@ -11,11 +11,15 @@ from .. import schema
 from ..scans import doubts
 from .budget import resolution
 from .intervals import flagged
+from .tables import mesh_change
 
 Run = Mapping[str, xr.Dataset]
 
 #: Per cent of the force above the hardness from which it is told.
 _LITTLE_YIELD = 0.5
+
+#: Change of the pull-off on a finer mesh in shorter steps, median, from which on it is told.
+_COARSE = 0.1
 
 
 def cautions(run: Run) -> list[str]:
@@ -42,6 +46,7 @@ def cautions(run: Run) -> list[str]:
         _debris(run),
         *_few(run),
         _unconverged(run),
+        _coarse(run),
         *_yielding(run),
         *_truncated(run),
         *_unbracketed(run),
@@ -52,6 +57,19 @@ def cautions(run: Run) -> list[str]:
         for sentence in (*found, *superposed(run), _beyond_patch(run), _saddles(run), _lattice(run), _unresolved(run))
         if sentence
     ]
+
+
+def _coarse(run: Run) -> str:
+    """Say where the simulation with adhesion has not converged in mesh and step."""
+    if not {"solutions/finer", "statistics/adhesive"} <= set(run):
+        return ""
+    change = float(np.abs(mesh_change(run)).median())
+    words = f"On a mesh twice as fine in half the steps the pull-off differs by {change:.0%} in the median"
+    return (
+        f"{words}: the main numbers are no better than that; take a larger refine (--refine)."
+        if change > _COARSE
+        else ""
+    )
 
 
 def superposed(run: Run) -> list[str]:
