@@ -111,7 +111,7 @@ def rolling(
 
     Notes
     -----
-    About a single JKR contact this is the largest −P a = (15/16)(5/4)^(2/3) P_c a_c = 1.087872 P_c a_c at a = 1.160397 a_c;
+    About one JKR contact it is the largest −P a = (15/16)(5/4)^(2/3) P_c a_c = 1.087872 P_c a_c at a = 1.160397 a_c;
     of two contacts far apart P_c times their distance; of N equal ones on a ring of radius ρ ≫ a_c 0.8770 N P_c ρ,
     between 3/4 (brittle springs) and 1 (a pull that is constant until it ends). Without adhesion, stiff contacts under
     a load L hold L times the edge's distance, which tips where the weight's line leaves the support polygon.
