@@ -18,9 +18,14 @@ def quadrupled(x):
     return doubled(doubled(x))
 
 
+compiled = pytest.mark.skipif(
+    not hasattr(quadrupled, "py_func"),
+    reason="compilation is switched off (NUMBA_DISABLE_JIT): every kernel is plain Python",
+)
+
+
+@compiled
 def test_inner_kernels_are_called_by_kernels_only():
-    if not hasattr(quadrupled, "py_func"):
-        pytest.skip("compilation is switched off (NUMBA_DISABLE_JIT): every kernel is plain Python")
     assert quadrupled(3) == 12
     with pytest.raises(TypeError, match="doubled: called by kernels only"):
         doubled(3)
@@ -35,7 +40,7 @@ assert jit.kernel(place["tripled"])(2) == 6
 """
 
 
-@pytest.mark.skipif(not hasattr(quadrupled, "py_func"), reason="compilation is switched off (NUMBA_DISABLE_JIT)")
+@compiled
 def test_each_of_two_processes_that_compile_at_once_without_a_cache_says_so_and_what_to_do():
     command = [sys.executable, "-c", _UNCACHED]
     both = [subprocess.Popen(command, stderr=subprocess.PIPE, text=True) for _ in range(2)]
@@ -54,8 +59,7 @@ def added(i, x):
     return i + x
 
 
+@compiled
 def test_one_compilation_serves_every_number_that_a_caller_writes_out():
-    if not hasattr(sum_of_numbers, "py_func"):
-        pytest.skip("compilation is switched off (NUMBA_DISABLE_JIT): every kernel is plain Python")
     assert sum_of_numbers() == 10
     assert len(added.signatures) == 1
