@@ -116,11 +116,12 @@ def _with_adhesion(at: Placed, one: xr.Dataset, loops: int, progress: bool) -> l
 
 
 def _along(place: xr.Dataset) -> np.ndarray | None:
-    """Return displacements from where contact was lost to where the indenter turned, with that of pull-off."""
+    """Return displacements from where contact was lost to where the indenter turned, denser where it pulls."""
     ends = [float(place[name][0]) for name in ("detachment_delta", "preload_delta", "pull_off_delta")]
     if not np.all(np.isfinite(ends)) or ends[0] >= ends[1]:
         return None
-    return np.unique(np.append(np.linspace(*ends[:2], _STEPS), np.clip(ends[2], *ends[:2])))
+    steps = ends[0] + (ends[1] - ends[0]) * np.linspace(0.0, 1.0, _STEPS) ** 2
+    return np.unique(np.append(steps, np.clip(ends[2], *ends[:2])))
 
 
 def _each(solve: Callable, which: Sequence[int], count: int, what: str, progress: bool) -> list[Frames | None]:

@@ -110,7 +110,7 @@ function chosenFrame(map, sheet) {
   const last = sheet.delta.length - 1;
   if (state.frame !== null && state.frame <= last) return state.frame;
   if (map.name !== "adhesive") return last;
-  return sheet.force.reduce((best, value, k) => value !== null && value < sheet.force[best] ? k : best, 0);
+  return sheet.force.reduce((best, value, k) => value !== null && value <= sheet.force[best] ? k : best, 0);
 }
 
 // Panels
