@@ -94,14 +94,15 @@ def _in_words(entry: dict[str, str]) -> str:
 
 
 def _cited(app, page, source):
-    """Let pages cite as journals do, [@key] of the bibliography that their head names: by footnotes."""
+    """Let pages be written as journals ask: [@key] of the bibliography that their head names, figures with captions."""
     named = re.match(r"---\n.*?^bibliography: (\S+)$.*?^---$", source[0], re.DOTALL | re.MULTILINE)
     if not named:
         return
     entries = _entries((Path(app.srcdir) / page).parent / named[1])
     keys = re.findall(r"\[@(\w+)\]", source[0])
     notes = (f"[^{key}]: {_in_words(entries[key])}" for key in dict.fromkeys(keys))
-    source[0] = re.sub(r" ?\[@(\w+)\]", r"[^\1]", source[0]) + "\n" + "\n".join(notes) + "\n"
+    text = re.sub(r"^!\[([^]]*)\]\((.*)\)$", r":::{figure} \2\n\1\n:::", source[0], flags=re.MULTILINE)
+    source[0] = re.sub(r"\s?\[@(\w+)\]", r"[^\1]", text) + "\n" + "\n".join(notes) + "\n"
 
 
 def setup(app):
