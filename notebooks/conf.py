@@ -105,7 +105,27 @@ def _cited(app, page, source):
     source[0] = re.sub(r"\s?\[@(\w+)\]", r"[^\1]", text) + "\n" + "\n".join(notes) + "\n"
 
 
+def _explored(app, error):
+    """Write the page to click through that how-to links to: few places, two works of adhesion, a coarse mesh."""
+    if error or app.builder.name != "html":
+        return
+    pair = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "work_of_adhesion": 0.1}
+    scan = roughxr.assign_pair(roughxr.open_sample("glass"), **pair)
+    places = roughxr.regions.centres(scan, (4, 4))
+    how = {"law": "griffith", "refine": 2, "subregions": places}
+    groups = {
+        "scan": scan,
+        "asperities": roughxr.asperities(scan),
+        "solutions/adhesive": roughxr.vary(scan, roughxr.adhesive, work_of_adhesion=[0.5, 1.35], **how),
+        "solutions/direct": roughxr.direct(scan, subregions=places),
+        "solutions/energy": roughxr.superpose(scan, subregions=places),
+    }
+    page = roughxr.report.explorer_page(groups, archive_name="example.nc")
+    (Path(app.outdir) / "explore.html").write_text(page, encoding="utf-8")
+
+
 def setup(app):
     """Let browsers draw formulas by themselves, so that the pages need no network; let pages cite."""
     app.connect("source-read", _cited)
+    app.connect("build-finished", _explored)
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
