@@ -15,7 +15,9 @@ import subprocess
 import time
 from pathlib import Path
 
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
+_NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome") if os.name == "posix" else ()
+
+BROWSER = next(filter(None, map(shutil.which, _NAMES)), None)
 
 #: Why a test that needs one is skipped.
 NO_BROWSER = "no Chromium to open the page with"
