@@ -79,7 +79,8 @@ def measured(scan: xr.Dataset, path: Path) -> xr.Dataset:
     curves: xr.Dataset = roughxr.open_curves(path, piezo_units="nm", sensitivity="50 nm/V", spring_constant=0.2)
     forces: list[xr.Dataset] = [
         roughxr.open_pull_off(path, channel="adhesion", units="V", sensitivity="12 nN/V", pulls="positive"),
-        roughxr.curves_pull_off(curves, spring_constant="0.2 N/m"),
+        roughxr.open_pull_off([path, path], baseline=0.4, curves=True),
+        roughxr.curves_pull_off(curves, spring_constant="0.2 N/m", curves=True),
     ]
     fitted: xr.Dataset = roughxr.fit_work_of_adhesion(
         scan, forces[0], method="superposed", subregions=(4, 4), law="jkr"
