@@ -34,6 +34,7 @@ from .jobs.run import checkpointed
 from .materials import assign_pair, contact_modulus, gilman_surface_energy, hamaker_constant
 from .measured import against, curves_pull_off, fit_work_of_adhesion, open_curves, open_pull_off
 from .parameter_grid import vary
+from .probes import fit_sphere, placements
 from .reconstruction import reconstruct
 from .scans import (
     add_fine_roughness,
@@ -54,7 +55,8 @@ from .scans import (
     to_tiff,
 )
 from .sensitivities import error_budget, sensitivity
-from .statistics import bootstrap, cdf, compare, debris, fit, pdf, pull_off, reduction, summary
+from .several_scans import over_scans
+from .statistics import bootstrap, cdf, compare, debris, fit, pdf, pooled, pull_off, reduction, summary
 from .tip import dilate, erode, tip_flags
 
 __all__ = [
@@ -86,6 +88,7 @@ __all__ = [
     "figures",
     "fill",
     "fit",
+    "fit_sphere",
     "fit_work_of_adhesion",
     "formulas",
     "gilman_surface_energy",
@@ -95,9 +98,12 @@ __all__ = [
     "open_pull_off",
     "open_sample",
     "open_scan",
+    "over_scans",
     "paper",
     "pdf",
+    "placements",
     "plot",
+    "pooled",
     "power_spectrum",
     "pull_off",
     "pull_off_map",

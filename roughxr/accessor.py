@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import xarray as xr
 
-from . import exports, figures, scans, schema, statistics, tip
+from . import exports, figures, probes, scans, schema, statistics, tip
 from .catalogue import asperities
 from .contact.adhesion import adhesive
 from .contact.elastic import direct
@@ -62,6 +62,8 @@ class ContactAccessor:
     dilate = _method(tip.dilate)
     erode = _method(tip.erode)
     smooth = _method(scans.smooth)
+    fit_sphere = _method(probes.fit_sphere)
+    placements = _method(probes.placements)
     add_fine_roughness = _method(scans.add_fine_roughness)
     roughness = _method(scans.roughness)
     power_spectrum = _method(scans.power_spectrum)
@@ -97,6 +99,7 @@ class ContactAccessor:
     fit = _method(statistics.fit)
     summary = _method(statistics.summary)
     bootstrap = _method(statistics.bootstrap)
+    pooled = _method(statistics.pooled)
     reduction = _method(statistics.reduction)
     debris = _method(statistics.debris)
 

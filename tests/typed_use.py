@@ -88,6 +88,19 @@ def measured(scan: xr.Dataset, path: Path) -> xr.Dataset:
     return roughxr.against(roughxr.pull_off_map(scan), forces[1], shift=("5 nm", 0.0)) if fitted else forces[0]
 
 
+def both_rough(scan: xr.Dataset, probe: xr.Dataset) -> xr.Dataset:
+    """Land a rough probe's face in several ways."""
+    roughness: xr.Dataset = roughxr.fit_sphere(probe)
+    indenters: xr.Dataset = roughxr.placements(roughness, sphere_radius="3 um", count=4, width=500.0, rotation="any")
+    return roughxr.vary(scan, roughxr.direct, indenter=indenters, delta=[1.0])
+
+
+def several(scans: list[xr.Dataset]) -> xr.Dataset:
+    """Take scans of one surface together."""
+    pulls: xr.Dataset = roughxr.over_scans(scans, roughxr.pull_off_map, subregions=(8, 8))
+    return roughxr.pooled(pulls, "pull_off_force", over="scan", statistics=["mean", "q95"], resamples=99)
+
+
 def stiff(scan: xr.Dataset) -> xr.Dataset:
     """Take bodies too stiff to bend, and what finer scales would do."""
     constant: float = roughxr.hamaker_constant("glass")

@@ -114,9 +114,9 @@ def curves_pull_off(
 
     Notes
     -----
-    A baseline that bends is not a straight line continued: what it is off at the pull-off is not in the uncertainty. The
-    largest pull is that of a parabola through the samples before the jump; where a soft spring tears a sphere off close
-    to its largest pull it is too small by about 0.1 %, which is not in it either.
+    A baseline that bends is not a straight line continued: what it is off at the pull-off is not in the uncertainty.
+    The largest pull is that of a parabola through the samples before the jump; where a soft spring tears a sphere off
+    close to its largest pull it is too small by about 0.1 %, which is not in it either.
 
     Examples
     --------
