@@ -32,7 +32,15 @@ from .figures import plot
 from .jobs.lazy import compute
 from .jobs.run import checkpointed
 from .materials import assign_pair, contact_modulus, gilman_surface_energy, hamaker_constant
-from .measured import against, curves_pull_off, fit_work_of_adhesion, open_curves, open_pull_off
+from .measured import (
+    against,
+    curves_pull_off,
+    fit_adhesion_range,
+    fit_hardness,
+    fit_work_of_adhesion,
+    open_curves,
+    open_pull_off,
+)
 from .parameter_grid import vary
 from .probes import fit_sphere, placements
 from .reconstruction import reconstruct
@@ -88,6 +96,8 @@ __all__ = [
     "figures",
     "fill",
     "fit",
+    "fit_adhesion_range",
+    "fit_hardness",
     "fit_sphere",
     "fit_work_of_adhesion",
     "formulas",

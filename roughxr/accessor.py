@@ -23,7 +23,7 @@ from .contact.short_waves import scale_dependence
 from .contact.superposition import superpose
 from .detachment import critical_load, resuspension
 from .materials import assign_pair
-from .measured import against, curves_pull_off, fit_work_of_adhesion
+from .measured import against, curves_pull_off, fit_adhesion_range, fit_hardness, fit_work_of_adhesion
 from .parameter_grid import vary
 from .reconstruction import reconstruct
 from .sensitivities import error_budget, sensitivity
@@ -107,6 +107,8 @@ class ContactAccessor:
     against = _method(against)
     curves_pull_off = _method(curves_pull_off)
     fit_work_of_adhesion = _method(fit_work_of_adhesion)
+    fit_adhesion_range = _method(fit_adhesion_range)
+    fit_hardness = _method(fit_hardness)
 
     vary = _method(vary)
     plot = _method(figures.plot)

@@ -85,7 +85,13 @@ def measured(scan: xr.Dataset, path: Path) -> xr.Dataset:
     fitted: xr.Dataset = roughxr.fit_work_of_adhesion(
         scan, forces[0], method="superposed", subregions=(4, 4), law="jkr"
     )
-    return roughxr.against(roughxr.pull_off_map(scan), forces[1], shift=("5 nm", 0.0)) if fitted else forces[0]
+    others: list[xr.Dataset] = [
+        roughxr.fit_adhesion_range(scan, forces[0], method="rigid", subregions=(2, 2)),
+        roughxr.fit_hardness(scan, forces[0], subregions=(2, 2), preload=10.0),
+    ]
+    if fitted and others:
+        return roughxr.against(roughxr.pull_off_map(scan), forces[1], shift=("5 nm", 0.0))
+    return forces[0]
 
 
 def both_rough(scan: xr.Dataset, probe: xr.Dataset) -> xr.Dataset:
