@@ -40,6 +40,7 @@ from .measured import (
     fit_work_of_adhesion,
     open_curves,
     open_pull_off,
+    predict_others,
 )
 from .parameter_grid import vary
 from .probes import fit_sphere, placements
@@ -115,6 +116,7 @@ __all__ = [
     "plot",
     "pooled",
     "power_spectrum",
+    "predict_others",
     "pull_off",
     "pull_off_map",
     "reconstruct",

@@ -267,6 +267,9 @@ VARIABLES: dict[str, Variable] = {
     "quantile_distance": Variable("1", "distance of the distributions", "rms of ln(measured / predicted quantile)"),
     "spread_ratio": Variable("1", "spread, measured / predicted", "standard deviations of the logarithms' quantiles"),
     "modulus_trade": Variable("1", "d ln w / d ln E*", "by how much the fit changes with the assumed modulus"),
+    "surface": Variable("1", "surface"),
+    "inside": Variable("1", "the measured statistic lies inside what is predicted"),
+    "was_fitted": Variable("1", "the work of adhesion was fitted on this surface"),
     # several scans
     "scan": Variable("1", "scan"),
     "pooled": Variable("", "pooled"),

@@ -89,6 +89,7 @@ def measured(scan: xr.Dataset, path: Path) -> xr.Dataset:
         roughxr.fit_adhesion_range(scan, forces[0], method="rigid", subregions=(2, 2)),
         roughxr.fit_hardness(scan, forces[0], subregions=(2, 2), preload=10.0),
     ]
+    others.append(roughxr.predict_others({"a": (scan, forces[0]), "b": (scan, forces[1])}, fit_on="a", law="jkr"))
     if fitted and others:
         return roughxr.against(roughxr.pull_off_map(scan), forces[1], shift=("5 nm", 0.0))
     return forces[0]

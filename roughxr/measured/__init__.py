@@ -3,11 +3,12 @@
 One room each: `opening` (which file holds what), `several` (files as one), `tables`, `vendor_scales` (of images that
 are no lengths), `forces` (units and signs); `curves`, `curve_files` and `curve_reader` (curves as recorded),
 `force_curves`, `baselines` and `kept_curves` (what they tell); `comparison`, `registration`; `fitting` and
-`fitting_held` by `matching`.
+`fitting_held` by `matching`; `elsewhere` (one fit that must hold on other surfaces).
 """
 
 from .comparison import against
 from .curves import open_curves
+from .elsewhere import predict_others
 from .fitting import fit_work_of_adhesion
 from .fitting_held import fit_adhesion_range, fit_hardness
 from .force_curves import ImplausibleCurves, curves_pull_off
@@ -22,4 +23,5 @@ __all__ = [
     "fit_work_of_adhesion",
     "open_curves",
     "open_pull_off",
+    "predict_others",
 ]

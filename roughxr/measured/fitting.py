@@ -15,7 +15,8 @@ from ..statistics.sampling import Samples
 from ..units import fraction
 from .matching import CHANGE, ln_quantiles, matching, positive_forces, predicted_forces, trade
 
-METHODS = ("superposed", "adhesive")
+#: What predicts pull-offs.
+VERBS = {"superposed": pull_off_map, "adhesive": adhesive}
 
 #: Works of adhesion tried, and over how many times the first guess on either side.
 _TRIALS = {"superposed": (9, 4.0), "adhesive": (5, 2.0)}
@@ -88,7 +89,7 @@ def fit_work_of_adhesion(
     >>> bool(found.fitted_work_low < 0.5 < found.fitted_work_high)
     True
     """
-    schema.one_of(method, METHODS, "method")
+    schema.one_of(method, tuple(VERBS), "method")
     fraction(confidence, "confidence")
     schema.pair(ds, "contact_modulus", "work_of_adhesion")
     found = positive_forces(measured)
@@ -119,7 +120,7 @@ def fit_work_of_adhesion(
 
 def _prediction(ds: xr.Dataset, method: str, options: dict[str, Any]) -> Callable[[float, float], Samples]:
     """Return the function of (work of adhesion, factor of the modulus) that predicts pull-offs."""
-    verb = pull_off_map if method == "superposed" else adhesive
+    verb = VERBS[method]
 
     def predict(work: float, stiffer: float) -> Samples:
         modulus = float(ds["contact_modulus"]) * stiffer
