@@ -186,6 +186,7 @@ def _add_report(commands) -> None:
     command = commands.add_parser("report", help="one self-contained page about a finished run")
     command.add_argument("run", metavar="RUN", help="the archive of a run, such as run.nc, or its folder")
     command.add_argument("-o", "--output", metavar="HTML", help="default: report.html beside the archive")
+    _add_measurement(command, "--measured", help="measured pull-offs to set beside the prediction, as of `compare`")
     command.set_defaults(command=_report)
 
 
@@ -226,13 +227,11 @@ def _add_compare(commands) -> None:
     command.set_defaults(command=_compare)
 
 
-def _add_measurement(command) -> None:
-    command.add_argument(
-        "file",
-        metavar="FILE",
-        nargs="+",
-        help="a table with named columns, an AFM file's adhesion image, or force-distance curves; several become one",
-    )
+_MEASURED = "a table with named columns, an AFM file's adhesion image, or force-distance curves; several become one"
+
+
+def _add_measurement(command, name: str = "file", *, help: str = _MEASURED) -> None:
+    command.add_argument(name, metavar="FILE", nargs="+", help=help)
     group = command.add_argument_group("what to read of the file, and what it does not state")
     group.add_argument("--channel", help="name of the column, name or number of the image")
     group.add_argument("--direction", choices=("trace", "retrace"), help="of an image; default: the forward one")
@@ -354,7 +353,9 @@ def _numbers(value):
 def _report(options) -> None:
     from .report import write_report
 
-    print(f"written to {write_report(options.run, options.output)}")
+    options.file = options.measured
+    measured = _measurement(options) if options.file else None
+    print(f"written to {write_report(options.run, options.output, measured=measured)}")
 
 
 def _info(options) -> None:

@@ -1,5 +1,6 @@
 """A run told to its readers: tables as text, the main numbers with their intervals, and one page that holds all."""
 
+from .beside_measured import measured_table, measured_words
 from .budget import budget_table, headline
 from .html import page, write_report
 from .intervals import interval_table
@@ -16,6 +17,8 @@ __all__ = [
     "formula_table",
     "headline",
     "interval_table",
+    "measured_table",
+    "measured_words",
     "page",
     "scan_table",
     "superposed",
