@@ -59,6 +59,26 @@ def test_deflections_need_their_spring_constant():
     np.testing.assert_allclose(found.pull_off_force, ds.contact.curves_pull_off().pull_off_force)
 
 
+def test_a_baseline_that_is_not_straight_is_told_from_one_that_is_uncertain():
+    ds = curves(20, noise=20.0)
+    weak = ds.assign(force=ds.force - 0.3 * ds.force.where(ds.force < -1e9, 0.0))
+    assert "" in set(weak.contact.curves_pull_off(spring_constant=STIFFNESS).reason.values)
+    bent = ds.force + 0.002 * np.maximum(ds.piezo + 500.0, 0.0) ** 2
+    found = ds.assign(force=bent.transpose(*ds.force.dims).assign_attrs(units="nN")).contact.curves_pull_off()
+    assert set(found.reason.values) <= {
+        "the baseline is not straight: it pushes more than the surface pulls",
+        "no pull stands out of the noise",
+    }
+    assert found.pull_off_force.isnull().all()
+
+
+def test_a_force_that_falls_towards_the_surface_is_no_contact():
+    ds = curves(3)
+    pushed = ds.force.where(ds.piezo < 20, 200.0 - ds.piezo)
+    found = ds.assign(force=pushed.transpose(*ds.force.dims).assign_attrs(units="nN")).contact.curves_pull_off()
+    assert set(found.reason.values) == {"the force does not rise towards the surface where it is pressed"}
+
+
 def test_what_cannot_be_used_says_why():
     ds = curves(5)
     force = ds.force.values.copy()

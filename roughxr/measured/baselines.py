@@ -25,6 +25,11 @@ class Baseline(NamedTuple):
         row = np.array([1.0, z - self.centre])
         return float(np.sqrt(row @ self.covariance @ row))
 
+    def work_error(self, z: np.ndarray) -> float:
+        """Return the standard error of the work done along a travel, nN nm, by the line and by the noise."""
+        row = np.trapezoid(np.c_[np.ones(z.size), z - self.centre], z, axis=0)
+        return float(np.sqrt(row @ self.covariance @ row + self.noise**2 * (np.diff(z) ** 2).sum()))
+
 
 def baseline_of(z: np.ndarray, force: np.ndarray, share: float) -> Baseline:
     """Fit the baseline of a curve.

@@ -116,7 +116,7 @@ def curves_pull_off(
     -----
     A baseline that bends is not a straight line continued: what it is off at the pull-off is not in the uncertainty.
     The largest pull is that of a parabola through the samples before the jump; where a soft spring tears a sphere off
-    close to its largest pull it is too small by about 0.1 %, which is not in it either.
+    close to its largest pull it may be off by about 0.1 %, which is not in it either.
 
     Examples
     --------
@@ -208,13 +208,15 @@ def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _
         found = found._replace(**_contact(z, flat, zero, line))
     if not pulled or zero is None:
         return found._replace(reason="never pressed" if pulled else "no pull stands out of the noise")
+    if found.contact_slope <= 0:
+        return found._replace(reason="the force does not rise towards the surface where it is pressed")
     if far[at]:
         return found._replace(reason="the pull reaches into the baseline")
     if _clipped(force, at, far):
         return found._replace(reason="the detector's range ends before the largest pull")
     travel = float(z[zero] - z[at] + (flat[at] - flat[zero]) / stiffness)
     work = float(np.trapezoid(flat[zero:], z[zero:]))
-    if work <= 0:
+    if work < -_STANDS_OUT * line.work_error(z[zero:]):
         return found._replace(reason="the baseline is not straight: it pushes more than the surface pulls")
     lowest, own = _bottom(z, flat, at, line.noise)
     uncertainty = float(np.hypot(own, line.error(z[at])))
@@ -265,27 +267,39 @@ def _longest_run(true: np.ndarray) -> int:
     return int((ends[1::2] - ends[::2]).max(initial=0))
 
 
+class _Low(NamedTuple):
+    """The lowest point of a parabola through samples; nN."""
+
+    force: float
+    error: float
+    reach: tuple[int, int]  # the samples at which it is hardly higher
+
+
 def _bottom(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[float, float]:
     """Return the least force and its standard error: of a parabola through the samples about the lowest one.
 
     Which samples these are the parabola tells, not their own noise: to leave out those that noise lifts would make the
-    rest too low.
+    rest too low. Where the force still falls at the last sample, the surface let go at any time until the next.
     """
     end = _torn_off(force, at, noise)
-    near = np.abs(force[:end] - force[at]) <= _WITHIN * noise
-    first = at - int(np.argmax(~near[at::-1])) + 1 if not near[: at + 1].all() else 0
-    last = at + int(np.argmax(~near[at:])) if not near[at:].all() else end
+    ends = max(at - _BOTTOM, 0), min(at + _BOTTOM, end)
+    first, last = _near(force[:end], at, noise)
     for _ in range(_ROUNDS):
-        first, last = max(first, at - _BOTTOM), min(last, at + _BOTTOM)
+        first, last = max(first, ends[0]), min(last, ends[1])
         first = max(min(first, last - _FEWEST_LOW), 0)
         if last - first < _FEWEST_LOW:
-            step = abs(force[at] - force[at - 1])  # it may have let go anywhere until the next sample
+            step = abs(force[at] - force[at - 1])
             return float(force[at]), float(np.hypot(noise, step / np.sqrt(12)))
-        low, error, reach = _parabola(
-            z, force, slice(first, last), (max(at - _BOTTOM, 0), min(at + _BOTTOM, end)), noise
-        )
-        first, last = reach
-    return low, error
+        low = _parabola(z, force, slice(first, last), (min(first, ends[0]), ends[1]), noise, torn_off=ends[1] == end)
+        first, last = low.reach
+    return low.force, low.error
+
+
+def _near(force: np.ndarray, at: int, noise: float) -> tuple[int, int]:
+    """Return the samples about the lowest that lie as low as it but for noise, and the end of them."""
+    away = np.abs(force - force[at]) > _WITHIN * noise
+    before, after = np.flatnonzero(away[:at]), np.flatnonzero(away[at:])
+    return (int(before[-1]) + 1 if before.size else 0), (at + int(after[0]) if after.size else force.size)
 
 
 def _torn_off(force: np.ndarray, at: int, noise: float) -> int:
@@ -294,8 +308,10 @@ def _torn_off(force: np.ndarray, at: int, noise: float) -> int:
     return at + int(gone[0]) if gone.size else force.size
 
 
-def _parabola(z: np.ndarray, force: np.ndarray, used: slice, ends: tuple[int, int], noise: float):
-    """Return the least value of a parabola through samples, its standard error, and where it is hardly more."""
+def _parabola(
+    z: np.ndarray, force: np.ndarray, used: slice, ends: tuple[int, int], noise: float, *, torn_off: bool
+) -> _Low:
+    """Return the lowest point of a parabola through the used samples, looked at between the ends."""
     scale = float(np.abs(z[used] - z[used].mean()).max())
     x = (z[slice(*ends)] - z[used].mean()) / scale
     design = np.c_[np.ones(x.size), x, x**2]
@@ -303,10 +319,19 @@ def _parabola(z: np.ndarray, force: np.ndarray, used: slice, ends: tuple[int, in
     found, *_ = np.linalg.lstsq(design[own], force[used], rcond=None)
     lowest = own.start + int(np.argmin(design[own] @ found))
     where = np.clip(-found[1] / (2 * found[2]), x[own].min(), x[own].max()) if found[2] > 0 else x[lowest]
-    row = np.array([1.0, where, where**2])
+    high = np.flatnonzero(design @ found - _row(where) @ found > _HARDLY * noise)
+    before, after = high[high < lowest], high[high > lowest]
+    reach = (int(before[-1]) + 1 if before.size else 0), (int(after[0]) if after.size else x.size)
+    row, unseen = _row(where), 0.0
+    if torn_off:
+        beyond = _row(2 * x[-1] - x[-2])
+        unseen = max(float((row - beyond) @ found), 0.0)
+        row = (row + beyond) / 2 if unseen else row
     error = noise * np.sqrt(row @ np.linalg.inv(design[own].T @ design[own]) @ row)
-    high = design @ found - row @ found > _HARDLY * noise
-    before, after = np.flatnonzero(high[:lowest]), np.flatnonzero(high[lowest:])
-    first = int(before[-1]) + 1 if before.size else 0
-    last = lowest + int(after[0]) if after.size else x.size
-    return float(row @ found), float(error), (ends[0] + first, ends[0] + last)
+    return _Low(
+        float(row @ found), float(np.hypot(error, unseen / np.sqrt(12))), (ends[0] + reach[0], ends[0] + reach[1])
+    )
+
+
+def _row(x: float) -> np.ndarray:
+    return np.array([1.0, x, x**2])
