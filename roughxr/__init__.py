@@ -48,6 +48,7 @@ from .reconstruction import reconstruct
 from .scans import (
     add_fine_roughness,
     autocorrelation,
+    combined_spectrum,
     crop,
     fill,
     level,
@@ -81,6 +82,7 @@ __all__ = [
     "bootstrap",
     "cdf",
     "checkpointed",
+    "combined_spectrum",
     "compare",
     "compute",
     "contact_modulus",

@@ -86,6 +86,8 @@ VARIABLES: dict[str, Variable] = {
     "s_dr": Variable("1", "developed interfacial area ratio S_dr"),
     "psd": Variable("nm4", "power spectrum", "ring mean of |dx dy FFT(h)|^2/A; sum(psd modes)/A = mean h^2"),
     "psd_modes": Variable("1", "modes in the ring"),
+    "psd_between_std": Variable("nm4", "standard deviation of the power spectrum between scans"),
+    "psd_scans": Variable("1", "scans that reach the wavevector"),
     "wavevector": Variable("nm-1", "wavevector", "2 pi over wavelength"),
     "acf": Variable("nm2", "autocorrelation", "mean h(r) h(r + lag) over pixels with a partner"),
     "lag": Variable("nm", "lag"),

@@ -52,10 +52,18 @@ def over_scans(
     parts = [solve(one, **options) for one in each]
     if any("delta" in part.dims and not part["delta"].equals(parts[0]["delta"]) for part in parts):
         raise ValueError("delta: expected displacements in nm, since their default differs from one scan to the next")
+    parts = _padded(parts)
     how = {"coords": "different", "compat": "equals", "join": "outer", "combine_attrs": "drop_conflicts"}
     along = xr.Variable("scan", names)
     out = xr.concat(parts, xr.DataArray(along, coords={"scan": along}, name="scan"), data_vars="all", **how)
     return schema.record(schema.label(out), "over_scans", parts[0], solve=solve.__name__, scans=len(each))
+
+
+def _padded(parts: list[xr.Dataset]) -> list[xr.Dataset]:
+    """Return parts of unlike sizes with flags as numbers, so that NaN can stand beyond the end of the shorter."""
+    if all(dict(part.sizes) == dict(parts[0].sizes) for part in parts):
+        return parts
+    return [part.assign({k: v.astype(float) for k, v in part.data_vars.items() if v.dtype == bool}) for part in parts]
 
 
 def _named(scans: Any) -> tuple[list[Any], list[xr.Dataset]]:

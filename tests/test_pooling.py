@@ -108,3 +108,49 @@ def test_what_cannot_be_pooled_is_refused(scans):
         roughxr.over_scans([], roughxr.roughness)
     with pytest.raises(ValueError, match="delta: expected displacements"):
         roughxr.over_scans(scans[:2], roughxr.direct)
+
+
+def test_catalogues_of_unlike_sizes_lie_side_by_side(scans, tmp_path):
+    found = roughxr.over_scans(scans, roughxr.asperities)
+    assert found.height.dtype == float and found.edge.dtype == float
+    for k, one in enumerate(scans):
+        own = found.isel(scan=k).height.dropna("asperity")
+        np.testing.assert_array_equal(own, roughxr.asperities(one).height)
+    found.to_netcdf(tmp_path / "both.nc")
+    assert found.contact.pooled("curvature_max", statistics=["q50"], resamples=99).pooled.units == "nm-1"
+
+
+def law_of(q, rms=2.0, hurst=0.8, rolloff=400.0, cutoff=45.0, side=2560.0):
+    """Return the spectrum (nm⁴) that `self_affine` draws from."""
+    falling = lambda q: (1 + (q * rolloff / (2 * np.pi)) ** 2) ** (-1 - hurst)  # noqa: E731
+    waves = 2 * np.pi / side * np.arange(-100, 101)
+    modes = np.hypot(waves[:, None], waves)
+    inside = (modes > 0) & (modes <= 2 * np.pi / cutoff)
+    return rms**2 * side**2 / falling(modes[inside]).sum() * falling(q)
+
+
+def test_scans_of_several_sizes_are_one_spectrum():
+    scans = []
+    for seed in range(4):
+        whole = self_affine((512, 512), 5, rms=2.0, hurst=0.8, rolloff=400, cutoff=45, seed=seed)
+        coarse = whole.isel(x=slice(None, None, 4), y=slice(None, None, 4))
+        scans += [one.contact.level() for one in (coarse, whole.isel(x=slice(64, 192), y=slice(256, 384)))]
+    found = roughxr.combined_spectrum(scans)
+    assert int(found.psd_scans[0]) == 4 and found.psd_scans.max() == 8 and int(found.psd_scans[-1]) == 4
+    off = found.psd / law_of(found.wavevector) - 1
+    shown = (found.wavevector < 2 * np.pi / 60).values  # above the cut-off, and what the window smears of it
+    assert shown.sum() > 10 and bool((abs(off) < 0.15 + 5 / np.sqrt(found.psd_modes))[shown].all())
+    assert abs(float(off[shown].weighted(found.psd_modes[shown]).mean())) < 0.1
+    assert int(found.psd_between_std.notnull().sum()) == int((found.psd_scans > 1).sum())
+
+
+def test_one_scan_is_its_own_spectrum_and_what_it_cannot_tell_is_left_out(scans):
+    found, rings = roughxr.combined_spectrum(scans[:1], window=None), roughxr.power_spectrum(scans[0])
+    kept = rings.where((rings.wavevector > 2 * np.pi / 320) & (rings.wavevector <= 2 * np.pi / 40), drop=True)
+    assert float((found.psd * found.psd_modes).sum()) == pytest.approx(float((kept.psd * kept.psd_modes).sum()))
+    blunt = roughxr.combined_spectrum(scans, shortest="100 nm")
+    assert float(blunt.wavevector.max()) < 2 * np.pi / 100
+    with pytest.raises(ValueError, match="found none down to 10000 nm"):
+        roughxr.combined_spectrum(scans, shortest=1e4)
+    with pytest.raises(ValueError, match="scans: expected at least one"):
+        roughxr.combined_spectrum([])

@@ -104,8 +104,10 @@ def both_rough(scan: xr.Dataset, probe: xr.Dataset) -> xr.Dataset:
 
 def several(scans: list[xr.Dataset]) -> xr.Dataset:
     """Take scans of one surface together."""
+    spectrum: xr.Dataset = roughxr.combined_spectrum(scans, window=None, shortest="20 nm", per_decade=5)
     pulls: xr.Dataset = roughxr.over_scans(scans, roughxr.pull_off_map, subregions=(8, 8))
-    return roughxr.pooled(pulls, "pull_off_force", over="scan", statistics=["mean", "q95"], resamples=99)
+    pooled: xr.Dataset = roughxr.pooled(pulls, "pull_off_force", over="scan", statistics=["mean"], resamples=99)
+    return pooled if spectrum else pulls
 
 
 def stiff(scan: xr.Dataset) -> xr.Dataset:
