@@ -106,3 +106,55 @@ def _wave_header(rows, columns):
     struct.pack_into("<4i", head, 68, rows, columns, 0, 0)
     struct.pack_into("<4d", head, 84, 1.0, 1.0, 1.0, 1.0)
     return bytes(head)
+
+
+def write_jpk(path, cycles, places=None, stated=True):
+    """Write cycles as a JPK force map: an archive of properties and big-endian integers, scaled in steps V → m → N."""
+    import zipfile
+
+    places = places or [(0.0, 0.0)] * len(cycles)
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("header.properties", "jpk-data-file=spm-forcefile\ntype=force-scan-map\n")
+        archive.writestr("index/", "")
+        for k, (both, place) in enumerate(zip(cycles, places)):
+            told = "".join(f"force-scan-series.header.position.{a}={v * 1e-9!r}\n" for a, v in zip("xy", place))
+            told += f"force-scan-series.header.position-index={k}\n"
+            archive.writestr(f"index/{k}/", "")
+            archive.writestr(f"index/{k}/header.properties", told)
+            archive.writestr(f"index/{k}/segments/", "")
+            for segment, (piezo, force) in enumerate(both):
+                _write_jpk_segment(archive, f"index/{k}/segments/{segment}/", segment, piezo, force, stated)
+
+
+def _write_jpk_segment(archive, folder, segment, piezo, force, stated):
+    archive.writestr(folder, "")
+    style = ("extend", "retract")[segment]
+    settings = {"duration": 1.0, "z-start": 0.0, "z-end": 1e-6, "type": f"z-{style}-force"}
+    lines = {f"settings.segment-settings.{key}": value for key, value in settings.items()}
+    lines |= {"settings.style": style, "settings.feedback-mode.name": "contact", "approach-id": "one"}
+    lines |= {"duration": 1.0, "num-points": piezo.size, "time-stamp": "2026-01-01 10\\:00\\:00 +0000"}
+    text = "".join(f"force-segment-header.{key}={value}\n" for key, value in lines.items())
+    volts = force / (50.0 * STIFFNESS)
+    text += _jpk_channel(archive, folder, "measuredHeight", -piezo * 1e-9, [("nominal", "volts", 1.0, "m")])
+    slots = [("distance", "volts", 5e-8, "m"), ("force", "distance", STIFFNESS, "N")]
+    vertical = _jpk_channel(archive, folder, "vDeflection", volts, slots)
+    text += (
+        vertical
+        if stated
+        else "\n".join(line for line in vertical.split("\n") if "conversion." not in line or ".name" in line)
+    )
+    archive.writestr(f"{folder}segment-header.properties", text)
+
+
+def _jpk_channel(archive, folder, name, values, slots):
+    """Write a channel's integers; return the properties that tell its values of them, and what these are worth."""
+    step = np.abs(values).max() / 2**30
+    archive.writestr(f"{folder}channels/{name}.dat", np.rint(values / step).astype(">i4").tobytes())
+    said = {"data.encoder.type": "signedinteger", "data.encoder.scaling.offset": 0.0}
+    said |= {"data.encoder.scaling.multiplier": step, "conversion-set.conversions.base": "volts"}
+    for slot, base, times, unit in slots:
+        scaling = {"offset": 0.0, "multiplier": times, "unit.unit": unit}
+        said |= {f"conversion-set.conversion.{slot}.scaling.{key}": value for key, value in scaling.items()}
+        said[f"conversion-set.conversion.{slot}.base-calibration-slot"] = base
+        said[f"conversion-set.conversion.{slot}.name"] = slot
+    return "".join(f"channel.{name}.{key}={value!s}\n" for key, value in said.items())

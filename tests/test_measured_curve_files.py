@@ -80,6 +80,8 @@ WRITERS = {
     ),
     "nova.txt": (made.write_nt_mdt, CURRENT),
     "asylum.ibw": (made.write_asylum, {}),
+    "map.jpk-force-map": (lambda path, both: made.write_jpk(path, [both]), {}),
+    "bare.jpk-force-map": (lambda path, both: made.write_jpk(path, [both], stated=False), GIVEN),
 }
 
 
@@ -96,6 +98,20 @@ def test_every_format_tells_the_same_whatever_its_name(tmp_path, name):
     found = roughxr.open_pull_off(tmp_path / "renamed.dat", **given)
     for variable in ("pull_off_force", "pull_off_uncertainty", "pull_off_distance", "contact_slope", "baseline_tilt"):
         np.testing.assert_allclose(found[variable], expected[variable], rtol=2e-4, atol=1e-6)
+
+
+def test_a_jpk_map_brings_its_places(tmp_path):
+    rng = np.random.default_rng(2)
+    cycles, places = [made.cycle(rng) for _ in range(11)], [(100.0 * k, -50.0 * k) for k in range(11)]
+    made.write_jpk(tmp_path / "map.jpk-force-map", cycles, places)
+    found = roughxr.open_pull_off(tmp_path / "map.jpk-force-map")
+    np.testing.assert_allclose(found.subregion_x, 100.0 * np.arange(11))
+    np.testing.assert_allclose(found.subregion_y, -50.0 * np.arange(11))
+    off = (found.pull_off_force - made.PULL) / found.pull_off_uncertainty
+    assert float(np.abs(off).max()) < 4 and "JPK Instruments" in found.source_format
+    made.write_jpk(tmp_path / "bare.jpk-force", cycles[:1], stated=False)
+    with pytest.raises(UnreadableScan, match=r"no spring_constant and no sensitivity; state spring_constant='0.2 N/m'"):
+        roughxr.open_pull_off(tmp_path / "bare.jpk-force")
 
 
 def test_what_a_file_lacks_is_asked_for(tmp_path):
@@ -144,7 +160,7 @@ def test_several_files_are_one(tmp_path):
         roughxr.open_pull_off([])
 
 
-@pytest.mark.parametrize("name", ["map.h5", "one.tab", "volts.csv", "nova.txt", "asylum.ibw"])
+@pytest.mark.parametrize("name", ["map.h5", "one.tab", "volts.csv", "nova.txt", "asylum.ibw", "map.jpk-force-map"])
 @pytest.mark.parametrize("keep", [0.02, 0.4, 0.97])
 def test_a_file_cut_short_is_refused_or_its_curve_is_short(tmp_path, name, keep):
     both = made.cycle(np.random.default_rng(0))
