@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 import roughxr
+from roughxr.cli import main
 from roughxr.measured import curve_reader
 from roughxr.scans import UnreadableScan, vendor_process
 
@@ -240,3 +241,13 @@ def test_every_file_that_afmformats_is_tested_with_opens():
         given = next((one for key, one in asked.items() if key in path.name), CURRENT if "ntmdt" in path.name else {})
         curves = roughxr.open_curves(path, **given)
         assert np.isfinite(curves.force.sel(branch="retraction")).any("sample").all(), path.name
+
+
+def test_the_command_line_tells_what_became_of_the_curves(volume, tmp_path, capsys):
+    assert main(["measured", str(volume[0]), "-o", str(tmp_path / "pulls.csv")]) == 0
+    said = capsys.readouterr().out
+    assert "measured: force-distance curves" in said and "curves: 9 used" in said and "places: known" in said
+    again = roughxr.open_pull_off(tmp_path / "pulls.csv")
+    np.testing.assert_allclose(again.pull_off_force, roughxr.open_pull_off(volume[0]).pull_off_force)
+    assert main(["measured", str(volume[0]), "--spring-constant", "3"]) == 1
+    assert "leave spring_constant= out" in capsys.readouterr().err
