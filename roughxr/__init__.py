@@ -32,12 +32,23 @@ from .figures import plot
 from .jobs.lazy import compute
 from .jobs.run import checkpointed
 from .materials import assign_pair, contact_modulus, gilman_surface_energy, hamaker_constant
-from .measured import against, curves_pull_off, fit_work_of_adhesion, open_curves, open_pull_off
+from .measured import (
+    against,
+    curves_pull_off,
+    fit_adhesion_range,
+    fit_hardness,
+    fit_work_of_adhesion,
+    open_curves,
+    open_pull_off,
+    predict_others,
+)
 from .parameter_grid import vary
+from .probes import fit_sphere, placements
 from .reconstruction import reconstruct
 from .scans import (
     add_fine_roughness,
     autocorrelation,
+    combined_spectrum,
     crop,
     fill,
     level,
@@ -54,7 +65,8 @@ from .scans import (
     to_tiff,
 )
 from .sensitivities import error_budget, sensitivity
-from .statistics import bootstrap, cdf, compare, debris, fit, pdf, pull_off, reduction, summary
+from .several_scans import over_scans
+from .statistics import bootstrap, cdf, compare, debris, fit, pdf, pooled, pull_off, reduction, summary
 from .tip import dilate, erode, tip_flags
 
 __all__ = [
@@ -70,6 +82,7 @@ __all__ = [
     "bootstrap",
     "cdf",
     "checkpointed",
+    "combined_spectrum",
     "compare",
     "compute",
     "contact_modulus",
@@ -86,6 +99,9 @@ __all__ = [
     "figures",
     "fill",
     "fit",
+    "fit_adhesion_range",
+    "fit_hardness",
+    "fit_sphere",
     "fit_work_of_adhesion",
     "formulas",
     "gilman_surface_energy",
@@ -95,10 +111,14 @@ __all__ = [
     "open_pull_off",
     "open_sample",
     "open_scan",
+    "over_scans",
     "paper",
     "pdf",
+    "placements",
     "plot",
+    "pooled",
     "power_spectrum",
+    "predict_others",
     "pull_off",
     "pull_off_map",
     "reconstruct",

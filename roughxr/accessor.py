@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import xarray as xr
 
-from . import exports, figures, scans, schema, statistics, tip
+from . import exports, figures, probes, scans, schema, statistics, tip
 from .catalogue import asperities
 from .contact.adhesion import adhesive
 from .contact.elastic import direct
@@ -23,7 +23,7 @@ from .contact.short_waves import scale_dependence
 from .contact.superposition import superpose
 from .detachment import critical_load, resuspension
 from .materials import assign_pair
-from .measured import against, curves_pull_off, fit_work_of_adhesion
+from .measured import against, curves_pull_off, fit_adhesion_range, fit_hardness, fit_work_of_adhesion
 from .parameter_grid import vary
 from .reconstruction import reconstruct
 from .sensitivities import error_budget, sensitivity
@@ -62,6 +62,8 @@ class ContactAccessor:
     dilate = _method(tip.dilate)
     erode = _method(tip.erode)
     smooth = _method(scans.smooth)
+    fit_sphere = _method(probes.fit_sphere)
+    placements = _method(probes.placements)
     add_fine_roughness = _method(scans.add_fine_roughness)
     roughness = _method(scans.roughness)
     power_spectrum = _method(scans.power_spectrum)
@@ -97,6 +99,7 @@ class ContactAccessor:
     fit = _method(statistics.fit)
     summary = _method(statistics.summary)
     bootstrap = _method(statistics.bootstrap)
+    pooled = _method(statistics.pooled)
     reduction = _method(statistics.reduction)
     debris = _method(statistics.debris)
 
@@ -104,6 +107,8 @@ class ContactAccessor:
     against = _method(against)
     curves_pull_off = _method(curves_pull_off)
     fit_work_of_adhesion = _method(fit_work_of_adhesion)
+    fit_adhesion_range = _method(fit_adhesion_range)
+    fit_hardness = _method(fit_hardness)
 
     vary = _method(vary)
     plot = _method(figures.plot)

@@ -187,6 +187,7 @@ def _add_report(commands) -> None:
     command = commands.add_parser("report", help="one self-contained page about a finished run")
     command.add_argument("run", metavar="RUN", help="the archive of a run, such as run.nc, or its folder")
     command.add_argument("-o", "--output", metavar="HTML", help="default: report.html beside the archive")
+    _add_measurement(command, "--measured", help="measured pull-offs to set beside the prediction, as of `compare`")
     command.set_defaults(command=_report)
 
 
@@ -244,8 +245,11 @@ def _add_compare(commands) -> None:
     command.set_defaults(command=_compare)
 
 
-def _add_measurement(command) -> None:
-    command.add_argument("file", metavar="FILE", help="a table with named columns, or an AFM file's adhesion image")
+_MEASURED = "a table with named columns, an AFM file's adhesion image, or force-distance curves; several become one"
+
+
+def _add_measurement(command, name: str = "file", *, help: str = _MEASURED) -> None:
+    command.add_argument(name, metavar="FILE", nargs="+", help=help)
     group = command.add_argument_group("what to read of the file, and what it does not state")
     group.add_argument("--channel", help="name of the column, name or number of the image")
     group.add_argument("--direction", choices=("trace", "retrace"), help="of an image; default: the forward one")
@@ -255,6 +259,13 @@ def _add_measurement(command) -> None:
     group.add_argument("--sensitivity", metavar="S", help="of values in V, such as '12 nN/V' or '50 nm/V'")
     group.add_argument("--spring-constant", metavar="K", help="of deflections, N/m")
     group.add_argument("--pulls", choices=("positive", "negative"), help="which sign a pull has")
+    group.add_argument(
+        "--baseline",
+        type=float,
+        default=0.3,
+        metavar="PART",
+        help="of a curve's travel, the farthest, in which nothing but the instrument acts; default: %(default)s",
+    )
 
 
 def _add_cite(commands) -> None:
@@ -360,7 +371,9 @@ def _numbers(value):
 def _report(options) -> None:
     from .report import write_report
 
-    print(f"written to {write_report(options.run, options.output)}")
+    options.file = options.measured
+    measured = _measurement(options) if options.file else None
+    print(f"written to {write_report(options.run, options.output, measured=measured)}")
 
 
 def _explore(options) -> None:
@@ -414,7 +427,11 @@ def _measured(options) -> None:
     ds = _measurement(options)
     told = {key: value for key, value in ds.attrs.items() if key != "history"}
     print("\n".join(f"{key}: {value}" for key, value in told.items()))
-    print(f"places: {'known' if 'subregion_x' in ds.coords else 'not known'}\n\npull-off force, nN:")
+    print(f"places: {'known' if 'subregion_x' in ds.coords else 'not known'}")
+    if "reason" in ds:
+        left = ds["reason"].where(ds["reason"] != "", "used").to_series().value_counts()
+        print("curves: " + ", ".join(f"{count} {reason}" for reason, count in left.items()))
+    print("\npull-off force, nN:")
     found = statistics.bootstrap(ds, "pull_off_force").sel(resampling="block", drop=True)
     print(found[["estimate", "low", "high"]].to_dataframe().to_string(float_format=lambda v: f"{v:.4g}"))
     if options.output:
@@ -473,6 +490,7 @@ def _measurement(options):
         sensitivity=options.sensitivity,
         spring_constant=options.spring_constant and _number(options.spring_constant),
         pulls=options.pulls,
+        baseline=options.baseline,
     )
 
 

@@ -1,4 +1,4 @@
-"""Runs over parameters: sphere radii, moduli and works of adhesion as further dimensions of one result.
+"""Runs over parameters: radii, moduli, works of adhesion and rough indenters as further dimensions of one result.
 
 The scan fixes all lengths, so that the modulus is the only unit of stress: at the same displacement and the same
 w/E*, forces and pressures are proportional to E*, and shapes the same. What shares a radius and w/E* is solved once;
@@ -31,9 +31,10 @@ def vary(
     sphere_radius: Any = None,
     contact_modulus: Any = None,
     work_of_adhesion: Any = None,
+    indenter: xr.Dataset | None = None,
     **options: Any,
 ) -> xr.Dataset:
-    """Solve for every combination of radii, moduli and works of adhesion.
+    """Solve for every combination of radii, moduli, works of adhesion and placements of a rough indenter.
 
     Parameters
     ----------
@@ -43,19 +44,21 @@ def vary(
         `direct`, `superpose`, `pull_off_map` or `adhesive`.
     sphere_radius, contact_modulus, work_of_adhesion : array_like, optional
         Values in nm, GPa and J/m², ascending; what is not given stays as assigned, and no dimension.
+    indenter : Dataset, optional
+        From `placements`, in place of the assigned sphere.
     **options
         For ``solve``.
 
     Returns
     -------
     Dataset
-        What ``solve`` returns, with a dimension for each parameter that is given.
+        What ``solve`` returns, with a dimension for each parameter that is given, and ``placement`` for an indenter.
 
     Raises
     ------
     ValueError
-        If no parameter is given, one is not ascending or not positive (w may be 0), no pair is assigned, or fields
-        are asked for at several radii.
+        If no parameter is given, one is not ascending or not positive (w may be 0), no pair is assigned, fields
+        are asked for at several radii, or radii beside an indenter.
 
     References
     ----------
@@ -71,6 +74,8 @@ def vary(
     {'contact_modulus': 2, 'work_of_adhesion': 2, 'subregion': 1, 'delta': 1}
     """
     given = {"sphere_radius": sphere_radius, "contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion}
+    if indenter is not None:
+        return _placed(ds, solve, indenter, given, options)
     axes = _axes(ds, given)
     if options.get("fields") and len(axes.get("sphere_radius", ())) > 1:
         raise ValueError(
@@ -88,12 +93,41 @@ def vary(
         if key not in solved:
             solved[key] = solve(ds.assign_coords(pair), **options)
         parts.append(_scaled(solved[key], pair).expand_dims(varied))
-    if any("delta" in part.dims and not part["delta"].equals(parts[0]["delta"]) for part in parts):
-        raise ValueError("delta: expected displacements in nm, since their default differs from one pair to the next")
+    _same_deltas(parts)
     how = {"join": "exact", "combine_attrs": "drop_conflicts", "data_vars": "all", "coords": "minimal"}
     out = xr.combine_by_coords(parts, compat="override", **how)
     arguments = {name: given[name] for name in varied}
     return schema.record(schema.label(out), "vary", parts[0], solve=solve.__name__, **arguments)
+
+
+def _placed(ds: xr.Dataset, solve: Callable, indenter: xr.Dataset, given: dict[str, Any], options: dict[str, Any]):
+    """Return the solutions under every placement of a rough indenter."""
+    if given["sphere_radius"] is not None:
+        raise ValueError(
+            "sphere_radius: expected none beside an indenter, which brings its own; make `placements` of it"
+        )
+    if not isinstance(indenter, xr.Dataset) or "placement" not in indenter.dims or "indenter_height" not in indenter:
+        raise ValueError("indenter: expected a Dataset from `placements`, with indenter_height along placement")
+    others = {name: values for name, values in given.items() if values is not None}
+    bare = ds.drop_vars(["sphere_radius", "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
+    parts = []
+    for k in range(indenter.sizes["placement"]):
+        face = indenter["indenter_height"].isel(placement=k).reset_coords(drop=True)
+        pair = bare.assign(indenter_height=face)
+        parts.append(vary(pair, solve, **others, **options) if others else solve(pair, **options))
+    _same_deltas(parts)
+    how = {"join": "exact", "combine_attrs": "drop_conflicts", "data_vars": "all", "coords": "minimal"}
+    out = xr.concat(parts, indenter["placement"].reset_coords(drop=True), compat="override", **how)
+    told = {name: indenter[name] for name in ("patch_x", "patch_y", "rotation") if name in indenter.coords}
+    out = schema.label(out.assign_coords(told))
+    made = schema.history(indenter)[-1:] or [{"arguments": "given"}]
+    return schema.record(out, "vary", parts[0], solve=solve.__name__, indenter=made[0]["arguments"], **others)
+
+
+def _same_deltas(parts: list[xr.Dataset]) -> None:
+    """Say that displacements have to be given where their default differs from part to part."""
+    if any("delta" in part.dims and not part["delta"].equals(parts[0]["delta"]) for part in parts):
+        raise ValueError("delta: expected displacements in nm, since their default differs from one pair to the next")
 
 
 def _axes(ds: xr.Dataset, given: dict[str, Any]) -> dict[str, list[float]]:

@@ -31,6 +31,7 @@ CALLS = {
     "formulas": {"subregions": (1, 1)},
     "autocorrelation": {},
     "rotate90": {},
+    "placements": {"sphere_radius": 2000, "count": 2},
 }
 VERBS = [name for name, value in vars(ContactAccessor).items() if inspect.isfunction(value) and name[0] != "_"]
 

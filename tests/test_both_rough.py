@@ -1,7 +1,11 @@
 """A rough probe on a rough surface is their composite roughness under the smooth probe, in the elastic half space."""
 
 import numpy as np
+import pytest
 import xarray as xr
+
+import roughxr
+from roughxr import probes
 
 from .surfaces import rough, scan
 
@@ -44,3 +48,150 @@ def test_a_probes_roughness_takes_contact_away():
     smooth = pressed(flat, probe(np.zeros((N, N))), load=[500.0])
     worn = pressed(flat, probe(rough(N, rms=0.7, seed=2)), load=[500.0])
     assert bool((worn.contact_area < 0.8 * smooth.contact_area).all())
+
+
+WIDTH = N * PIXEL
+
+
+@pytest.fixture(scope="module")
+def ensemble():
+    """Return the roughness of a probe, and spheres of it as they may land."""
+    roughness = scan(rough(2 * N, rms=0.7, seed=3), PIXEL)
+    return roughness, roughxr.placements(roughness, sphere_radius=RADIUS, width=WIDTH, count=4, seed=5)
+
+
+def turned_patch(roughness, member):
+    """Return the part of a roughness that a placement says faces the surface, by its own coordinates."""
+    half = (N - 1) / 2 * PIXEL
+    near = {axis: slice(member[f"patch_{axis}"] - half - 1e-6, member[f"patch_{axis}"] + half + 1e-6) for axis in "xy"}
+    facing = roughness.height.sel(near).values[:, ::-1]
+    return np.rot90(facing, int(np.rint(float(member.rotation) / (np.pi / 2))))
+
+
+def test_every_placement_is_the_composite_single_rough_surface(ensemble):
+    roughness, indenters = ensemble
+    own, delta = rough(N, rms=1.0, seed=1), [1.0, 4.0]
+    pair = scan(own, PIXEL).contact.assign_pair(sphere_radius=RADIUS, contact_modulus=40.0)
+    both = pair.contact.vary(roughxr.direct, indenter=indenters, delta=delta, datum="first_contact")
+    assert both.force.dims == ("placement", "subregion", "delta") and bool(both.converged.all())
+    assert np.unique(indenters.rotation).size > 1
+    for k in range(indenters.sizes["placement"]):
+        sum_of_both = own + turned_patch(roughness, indenters.isel(placement=k))
+        smooth = scan(sum_of_both, PIXEL).contact.assign_pair(sphere_radius=RADIUS, contact_modulus=40.0)
+        composite = smooth.contact.direct(delta=delta, datum="first_contact")
+        np.testing.assert_allclose(both.force.isel(placement=k), composite.force, rtol=1e-9)
+        np.testing.assert_allclose(both.contact_area.isel(placement=k), composite.contact_area, rtol=1e-9)
+
+
+def test_an_ensemble_is_lazy_and_goes_on_where_it_was_stopped(ensemble, tmp_path):
+    _, indenters = ensemble
+    pair = scan(rough(3 * N, seed=1), PIXEL).contact.assign_pair(sphere_radius=RADIUS, contact_modulus=40.0)
+    options = {"indenter": indenters, "delta": [1.0], "datum": "first_contact", "subregions": (2, 2)}
+    now = pair.contact.vary(roughxr.direct, **options)
+    later = pair.chunk(x=N, y=N).contact.vary(roughxr.direct, **options)
+    assert later.chunks
+    xr.testing.assert_allclose(later.compute(), now)
+    stopped = []
+
+    def compute():
+        found = pair.contact.vary(roughxr.direct, **options)
+        if not stopped:
+            stopped.append(True)
+            raise KeyboardInterrupt
+        return {"solutions/direct": found}
+
+    for refused in (True, False):
+        try:
+            groups = roughxr.checkpointed(compute, tmp_path / "run.nc", scan=pair)
+        except KeyboardInterrupt:
+            assert refused
+    xr.testing.assert_allclose(groups["solutions/direct"].force, now.force)
+
+
+def test_placements_vary_with_the_other_parameters(ensemble):
+    _, indenters = ensemble
+    pair = scan(rough(N, seed=1), PIXEL).contact.assign_pair(sphere_radius=RADIUS, contact_modulus=40.0)
+    options = {"indenter": indenters.isel(placement=[0, 2]), "delta": [2.0], "datum": "first_contact"}
+    found = pair.contact.vary(roughxr.direct, contact_modulus=[20.0, 40.0], **options)
+    assert found.force.dims[:2] == ("placement", "contact_modulus")
+    np.testing.assert_allclose(found.force.sel(contact_modulus=40), 2 * found.force.sel(contact_modulus=20), rtol=1e-9)
+    with pytest.raises(ValueError, match="sphere_radius: expected none beside an indenter"):
+        pair.contact.vary(roughxr.direct, sphere_radius=[300.0], **options)
+    with pytest.raises(ValueError, match="expected a Dataset from `placements`"):
+        pair.contact.vary(roughxr.direct, indenter=pair, delta=[2.0])
+    with pytest.raises(ValueError, match="found an indenter's map"):
+        pair.contact.vary(roughxr.superpose, **options)
+
+
+def test_a_turn_by_any_angle_is_one_from_x_towards_y():
+    field = scan(rough(101, smooth=8.0, seed=4), PIXEL).height.values
+    exact = probes._turned(field, np.pi / 2, 41)
+    np.testing.assert_allclose(probes._turned(field, np.pi / 2 + 1e-9, 41), exact, atol=1e-6)
+    eighths = probes._turned(field, np.pi / 4, 71)
+    np.testing.assert_allclose(probes._turned(eighths, np.pi / 4, 31), exact[5:36, 5:36], atol=0.01 * field.std())
+
+
+def test_the_same_seed_lands_alike_and_a_scan_too_small_is_refused(ensemble):
+    roughness, indenters = ensemble
+    again = roughness.contact.placements(sphere_radius=RADIUS, width=WIDTH, count=4, seed=5)
+    xr.testing.assert_identical(again, indenters)
+    anyhow = roughxr.placements(roughness, sphere_radius=RADIUS, count=3, rotation="any", width=WIDTH)
+    assert np.ptp(anyhow.rotation.values) > 0.1 and anyhow.indenter_height.notnull().all()
+    for width, rotation in ((3 * WIDTH, "none"), (1.8 * WIDTH, "any"), (PIXEL, "none")):
+        with pytest.raises(ValueError, match="width: expected from 40 nm"):
+            roughxr.placements(roughness, sphere_radius=RADIUS, width=width, rotation=rotation)
+
+
+def face(radius, top, rms, n=101, seed=0):
+    """Return the scan of a rough sphere's face whose apex lies at ``top`` from the middle."""
+    x = (np.arange(n) - (n - 1) / 2) * PIXEL
+    r2 = (x[:, None] - top[0]) ** 2 + (x[None, :] - top[1]) ** 2
+    roughness = rough(n, rms=rms, seed=seed)
+    return scan(np.sqrt(radius**2 - r2) + roughness, PIXEL), roughness
+
+
+@pytest.mark.parametrize(("radius", "top"), [(2000.0, (0.0, 0.0)), (900.0, (80.0, -150.0)), (20000.0, (300.0, 0.0))])
+def test_a_sphere_is_fitted_and_taken_out(radius, top):
+    ds, roughness = face(radius, top, rms=0.5)
+    found = roughxr.fit_sphere(ds)
+    assert float(found.fitted_radius) == pytest.approx(radius, rel=0.01 + radius * 3e-6)
+    assert float(found.apex_tilt) == pytest.approx(np.hypot(*top) / radius, rel=0.05, abs=3e-3)
+    assert float(found.fit_rms) < 0.5 * 1.001
+    smooth, _ = face(radius, top, rms=1e-9)
+    exact = roughxr.fit_sphere(smooth)
+    assert float(exact.fitted_radius) == pytest.approx(radius, rel=1e-5)
+    assert (float(exact.apex_x), float(exact.apex_y)) == pytest.approx(top, abs=1e-2)
+    assert float(abs(exact.height).max()) < 1e-5
+    assert np.corrcoef(found.height.values.ravel(), roughness.ravel())[0, 1] > 0.93  # its longest waves are curvature
+
+
+def test_a_probes_own_face_lands_as_its_sphere_and_its_roughness():
+    ds, _ = face(2000.0, (0.0, 0.0), rms=0.5)
+    found = roughxr.fit_sphere(ds)
+    whole = roughxr.placements(
+        found, sphere_radius=float(found.fitted_radius), width=101 * PIXEL, rotation="none", count=1
+    )
+    facing = ds.height.values[:, ::-1]
+    off = whole.indenter_height.isel(placement=0).values - facing
+    assert np.ptp(off - off.mean()) < 0.5  # but for where the fitted apex lies
+
+
+@pytest.mark.parametrize(
+    ("height", "message"),
+    [
+        (rough(41, seed=1), "expected a sphere's face"),
+        (np.linspace(0, 1, 41)[:, None] ** 2 * np.ones(41) * 100, "falls off from its apex"),
+        (np.full((41, 41), np.nan), "expected at least 10 heights"),
+    ],
+)
+def test_what_is_no_sphere_is_refused(height, message):
+    with pytest.raises(ValueError, match=message):
+        roughxr.fit_sphere(scan(height, PIXEL))
+
+
+def test_missing_pixels_of_a_probe_are_left_out():
+    ds, _ = face(2000.0, (50.0, 0.0), rms=0.1)
+    holed = ds.assign(height=ds.height.where(ds.height < ds.height.quantile(0.98)).transpose("x", "y"))
+    found = roughxr.fit_sphere(holed)
+    assert float(found.fitted_radius) == pytest.approx(2000.0, rel=0.01)
+    np.testing.assert_array_equal(found.height.isnull(), holed.height.isnull())

@@ -6,19 +6,13 @@ import xarray as xr
 
 import roughxr
 
-RADIUS, MODULUS, WORK, STIFFNESS = 2000.0, 40.0, 0.02, 1.0
-PULL = 1.5 * np.pi * WORK * RADIUS
+from .force_curves import PULL, RADIUS, STIFFNESS, WORK, sphere
 
 
 def retraction(n=2000):
     """Return piezo (nm) and force (nN), without noise, of a JKR sphere drawn off by a spring."""
-    a = np.linspace(1.0, 120.0, 20000)
-    force = 4 * MODULUS * a**3 / (3 * RADIUS) - np.sqrt(8 * np.pi * WORK * MODULUS * a**3)
-    delta = a**2 / RADIUS - np.sqrt(2 * np.pi * WORK * a / MODULUS)
-    travel = delta + force / STIFFNESS
-    fold = int(np.argmin(travel))  # where the spring tears it off
     piezo = np.linspace(150.0, -800.0, n)
-    return piezo, np.where(piezo > travel[fold], np.interp(piezo, travel[fold:], force[fold:]), 0.0)
+    return piezo, sphere(piezo)
 
 
 def curves(count=60, noise=1.0, seed=0, **changed):
@@ -40,6 +34,8 @@ def test_pull_offs_lie_within_their_stated_error(noise):
     found = roughxr.curves_pull_off(curves(noise=noise), spring_constant=STIFFNESS)
     off = (found.pull_off_force - PULL) / found.pull_off_uncertainty
     assert float((np.abs(off) < 2).mean()) > 0.85
+    bias = abs(float(found.pull_off_force.mean()) / PULL - 1)
+    assert bias < 0.0015 or abs(float(off.mean())) < 3 / np.sqrt(off.size)  # no pull is larger by its noise
     assert float(found.force_noise.mean()) == pytest.approx(noise, rel=0.05)
     work = float(found.pull_off_force.mean()) / (1.5 * np.pi * RADIUS)
     assert work == pytest.approx(WORK, rel=0.01)
@@ -56,11 +52,31 @@ def test_distance_and_work_are_the_spheres():
 
 def test_deflections_need_their_spring_constant():
     ds = curves(2)
-    bent = ds.drop_vars("force").assign(deflection=(ds.force / 0.5).assign_attrs(units="nm"))
+    bent = ds.drop_vars("force").assign(deflection=(ds.force / 2.0).assign_attrs(units="nm"))
     with pytest.raises(ValueError, match="spring_constant: expected it in N/m"):
         bent.contact.curves_pull_off()
-    found = bent.contact.curves_pull_off(spring_constant="0.5 N/m")
+    found = bent.contact.curves_pull_off(spring_constant="2 N/m")
     np.testing.assert_allclose(found.pull_off_force, ds.contact.curves_pull_off().pull_off_force)
+
+
+def test_a_baseline_that_is_not_straight_is_told_from_one_that_is_uncertain():
+    ds = curves(20, noise=20.0)
+    weak = ds.assign(force=ds.force - 0.3 * ds.force.where(ds.force < -1e9, 0.0))
+    assert "" in set(weak.contact.curves_pull_off(spring_constant=STIFFNESS).reason.values)
+    bent = ds.force + 0.002 * np.maximum(ds.piezo + 500.0, 0.0) ** 2
+    found = ds.assign(force=bent.transpose(*ds.force.dims).assign_attrs(units="nN")).contact.curves_pull_off()
+    assert set(found.reason.values) <= {
+        "the baseline is not straight: it pushes more than the surface pulls",
+        "no pull stands out of the noise",
+    }
+    assert found.pull_off_force.isnull().all()
+
+
+def test_a_force_that_falls_towards_the_surface_is_no_contact():
+    ds = curves(3)
+    pushed = ds.force.where(ds.piezo < 20, 200.0 - ds.piezo)
+    found = ds.assign(force=pushed.transpose(*ds.force.dims).assign_attrs(units="nN")).contact.curves_pull_off()
+    assert set(found.reason.values) == {"the force does not rise towards the surface where it is pressed"}
 
 
 def test_what_cannot_be_used_says_why():

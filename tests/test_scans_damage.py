@@ -189,7 +189,7 @@ def test_a_file_that_keeps_its_reader_busy_is_given_up(tmp_path, monkeypatch):
     rows = picture()
     sound = WRITERS["bruker"](tmp_path, rows, size_of(rows))
     whole = open_scan(sound)  # the process is there: what follows is the file's own time
-    process = vendor_process._running[os.getpid()]
+    process = vendor_process._running[os.getpid(), vendor_process.__file__]
     monkeypatch.setattr(vendor_process, "SECONDS", 0.5)
     start = time.monotonic()
     with pytest.raises(UnreadableScan, match=r"pages.tiff: reading it was ended after 1 s.*save or export it again"):
@@ -198,15 +198,15 @@ def test_a_file_that_keeps_its_reader_busy_is_given_up(tmp_path, monkeypatch):
     assert process.wait(5) != 0
     monkeypatch.undo()
     xr.testing.assert_identical(open_scan(sound), whole)
-    assert vendor_process._running[os.getpid()] is not process
+    assert vendor_process._running[os.getpid(), vendor_process.__file__] is not process
 
 
 def test_a_reader_that_dies_is_said_and_started_again(tmp_path):
     rows = picture()
     sound = WRITERS["bruker"](tmp_path, rows, size_of(rows))
     whole = open_scan(sound)
-    vendor_process._running[os.getpid()].kill()
-    vendor_process._running[os.getpid()].wait()
+    vendor_process._running[os.getpid(), vendor_process.__file__].kill()
+    vendor_process._running[os.getpid(), vendor_process.__file__].wait()
     xr.testing.assert_identical(open_scan(sound), whole)
 
 

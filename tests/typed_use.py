@@ -79,12 +79,35 @@ def measured(scan: xr.Dataset, path: Path) -> xr.Dataset:
     curves: xr.Dataset = roughxr.open_curves(path, piezo_units="nm", sensitivity="50 nm/V", spring_constant=0.2)
     forces: list[xr.Dataset] = [
         roughxr.open_pull_off(path, channel="adhesion", units="V", sensitivity="12 nN/V", pulls="positive"),
-        roughxr.curves_pull_off(curves, spring_constant="0.2 N/m"),
+        roughxr.open_pull_off([path, path], baseline=0.4, curves=True),
+        roughxr.curves_pull_off(curves, spring_constant="0.2 N/m", curves=True),
     ]
     fitted: xr.Dataset = roughxr.fit_work_of_adhesion(
         scan, forces[0], method="superposed", subregions=(4, 4), law="jkr"
     )
-    return roughxr.against(roughxr.pull_off_map(scan), forces[1], shift=("5 nm", 0.0)) if fitted else forces[0]
+    others: list[xr.Dataset] = [
+        roughxr.fit_adhesion_range(scan, forces[0], method="rigid", subregions=(2, 2)),
+        roughxr.fit_hardness(scan, forces[0], subregions=(2, 2), preload=10.0),
+    ]
+    others.append(roughxr.predict_others({"a": (scan, forces[0]), "b": (scan, forces[1])}, fit_on="a", law="jkr"))
+    if fitted and others:
+        return roughxr.against(roughxr.pull_off_map(scan), forces[1], shift=("5 nm", 0.0))
+    return forces[0]
+
+
+def both_rough(scan: xr.Dataset, probe: xr.Dataset) -> xr.Dataset:
+    """Land a rough probe's face in several ways."""
+    roughness: xr.Dataset = roughxr.fit_sphere(probe)
+    indenters: xr.Dataset = roughxr.placements(roughness, sphere_radius="3 um", count=4, width=500.0, rotation="any")
+    return roughxr.vary(scan, roughxr.direct, indenter=indenters, delta=[1.0])
+
+
+def several(scans: list[xr.Dataset]) -> xr.Dataset:
+    """Take scans of one surface together."""
+    spectrum: xr.Dataset = roughxr.combined_spectrum(scans, window=None, shortest="20 nm", per_decade=5)
+    pulls: xr.Dataset = roughxr.over_scans(scans, roughxr.pull_off_map, subregions=(8, 8))
+    pooled: xr.Dataset = roughxr.pooled(pulls, "pull_off_force", over="scan", statistics=["mean"], resamples=99)
+    return pooled if spectrum else pulls
 
 
 def stiff(scan: xr.Dataset) -> xr.Dataset:

@@ -1,14 +1,9 @@
-"""The work of adhesion at which a surface's predicted pull-offs are distributed as the measured ones are.
-
-One number is fitted: that which brings the logarithms of the predicted quantiles nearest to the measured ones. The
-shape of the distribution stays what the surface makes it; whether it is the measured one is told, not fitted.
-"""
+"""The work of adhesion at which a surface's predicted pull-offs are distributed as the measured ones are."""
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,27 +11,15 @@ import xarray as xr
 from .. import schema
 from ..contact.adhesion import adhesive
 from ..contact.maps import pull_off_map
-from ..statistics.sampling import Samples, samples
-from ..statistics.uncertainty import interval_of
+from ..statistics.sampling import Samples
 from ..units import fraction
+from .matching import CHANGE, ln_quantiles, matching, positive_forces, predicted_forces, trade
 
-METHODS = ("superposed", "adhesive")
-
-#: Quantiles that are matched: a tail of few places is chance.
-_LEVELS = np.linspace(0.05, 0.95, 19)
+#: What predicts pull-offs.
+VERBS = {"superposed": pull_off_map, "adhesive": adhesive}
 
 #: Works of adhesion tried, and over how many times the first guess on either side.
 _TRIALS = {"superposed": (9, 4.0), "adhesive": (5, 2.0)}
-
-#: By how much the modulus is changed to see what the fit makes of it.
-_CHANGE = 1.2
-
-
-class _Curves(NamedTuple):
-    """Logarithms of predicted quantiles against that of the work of adhesion."""
-
-    ln_work: np.ndarray
-    ln_force: np.ndarray  # (works, levels)
 
 
 def fit_work_of_adhesion(
@@ -106,31 +89,24 @@ def fit_work_of_adhesion(
     >>> bool(found.fitted_work_low < 0.5 < found.fitted_work_high)
     True
     """
-    schema.one_of(method, METHODS, "method")
+    schema.one_of(method, tuple(VERBS), "method")
     fraction(confidence, "confidence")
     schema.pair(ds, "contact_modulus", "work_of_adhesion")
-    found = _positive(measured)
+    found = positive_forces(measured)
     predict = _prediction(ds, method, {"subregions": subregions, "progress": progress, **options})
-    target = _ln_quantiles(found.values)
-    curves = _tried(predict, target, float(ds["work_of_adhesion"]), *_TRIALS[method])
-    work = float(np.exp(_best(curves, target)))
-    there = predict(work, 1.0)
-    own = _ln_quantiles(there.values)
-    given = {"confidence": confidence, "resamples": resamples}
-    of_measured = interval_of(found, _fit_to_measured(curves), seed=seed, **given)
-    of_predicted = interval_of(there, _fit_of_predicted(curves, target, own), seed=seed + 1, **given)
-    low, high = _both(work, of_measured, of_predicted, curves)
-    stiffer = _ln_quantiles(predict(work, _CHANGE).values)
+    works = _works(predict, found, float(ds["work_of_adhesion"]), *_TRIALS[method])
+    given = {"confidence": confidence, "resamples": resamples, "seed": seed}
+    fit = matching(found, lambda work: predict(work, 1.0), works, **given)
     out = xr.Dataset(
         {
-            "fitted_work_of_adhesion": work,
-            "fitted_work_low": low,
-            "fitted_work_high": high,
-            "quantile_distance": ("trial_work_of_adhesion", _distances(curves.ln_force, target)),
-            "spread_ratio": float(target.std() / own.std()) if own.std() > 0 else np.nan,
-            "modulus_trade": _trade(curves, own, stiffer, work),
+            "fitted_work_of_adhesion": fit.value,
+            "fitted_work_low": fit.low,
+            "fitted_work_high": fit.high,
+            "quantile_distance": ("trial_work_of_adhesion", fit.distance),
+            "spread_ratio": fit.spread_ratio,
+            "modulus_trade": trade(fit, predict(fit.value, CHANGE)),
         },
-        coords={"trial_work_of_adhesion": np.exp(curves.ln_work)},
+        coords={"trial_work_of_adhesion": works},
     )
     out.attrs = {
         "method": method,
@@ -142,96 +118,30 @@ def fit_work_of_adhesion(
     return schema.record(schema.label(out), "fit_work_of_adhesion", ds, method=method, confidence=confidence, **options)
 
 
-def _positive(measured: xr.Dataset) -> Samples:
-    """Return measured forces, all positive, or say what is wrong with them."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", ".*the others are missing")
-        found = samples(measured, "pull_off_force")
-    low = int((found.values <= 0).sum())
-    if low:
-        raise ValueError(
-            f"measured: expected positive pull-off forces, found {low} of {found.values.size} at zero or below; leave "
-            "them out, measured.where(measured.pull_off_force > 0), and know that the rest is no longer the whole"
-        )
-    return found
-
-
 def _prediction(ds: xr.Dataset, method: str, options: dict[str, Any]) -> Callable[[float, float], Samples]:
     """Return the function of (work of adhesion, factor of the modulus) that predicts pull-offs."""
-    verb = pull_off_map if method == "superposed" else adhesive
+    verb = VERBS[method]
 
     def predict(work: float, stiffer: float) -> Samples:
         modulus = float(ds["contact_modulus"]) * stiffer
         pair = schema.label(ds.assign_coords(work_of_adhesion=work, contact_modulus=modulus))
-        forces = verb(pair, **options)["pull_off_force"].to_dataset()
-        without = int((~(forces["pull_off_force"] > 0)).sum())
-        if without:  # to leave them out would set other places beside the measured ones at each w
-            raise ValueError(
-                f"expected a pull-off at every place, found none at {without} of {forces['pull_off_force'].size} for "
-                f"w = {work:.3g} J/m²; choose other subregions, or start nearer with another work_of_adhesion"
-            )
-        return samples(forces, "pull_off_force")
+        words = f"w = {work:.3g} J/m²; choose other subregions, or start nearer with another work_of_adhesion"
+        return predicted_forces(verb(pair, **options), words)
 
     return predict
 
 
-def _ln_quantiles(values: np.ndarray, axis: int = -1) -> np.ndarray:
-    return np.log(np.moveaxis(np.quantile(values, _LEVELS, axis=axis), 0, -1))
-
-
-def _tried(predict, target: np.ndarray, work: float, count: int, times: float) -> _Curves:
-    """Return predicted quantiles around the work of adhesion at which the median is the measured one."""
-    work = work if work > 0 else 0.1
+def _works(predict, found: Samples, work: float, count: int, times: float) -> np.ndarray:
+    """Return works of adhesion around that at which the median force is the measured one."""
+    work, target = work if work > 0 else 0.1, ln_quantiles(found.values)
     for _ in range(2):  # pull-offs grow about as the work of adhesion does
-        ratio = float(np.exp(np.mean(target - _ln_quantiles(predict(work, 1.0).values))))
+        ratio = float(np.exp(np.mean(target - ln_quantiles(predict(work, 1.0).values))))
         work *= ratio
     if not np.isfinite(work) or not 1e-7 < work < 1e4:
         raise ValueError(
             f"expected a work of adhesion that predicts the measured forces, found none (w = {work:g} J/m²)"
         )
-    works = work * np.geomspace(1 / times, times, count)
-    return _Curves(np.log(works), np.array([_ln_quantiles(predict(one, 1.0).values) for one in works]))
-
-
-def _distances(ln_force: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return the rms distance of predicted from measured logarithms of quantiles, at each work of adhesion."""
-    return np.sqrt(np.mean((ln_force - target[..., None, :]) ** 2, axis=-1))
-
-
-def _best(curves: _Curves, target: np.ndarray) -> np.ndarray:
-    """Return ln w of the least distance, by a spline through the squares, within the works tried."""
-    from scipy.interpolate import CubicSpline
-
-    fine = np.linspace(curves.ln_work[0], curves.ln_work[-1], 401)
-    squares = CubicSpline(curves.ln_work, _distances(curves.ln_force, target) ** 2, axis=-1)(fine)
-    return fine[np.argmin(squares, axis=-1)]
-
-
-def _fit_to_measured(curves: _Curves) -> Callable[..., np.ndarray]:
-    """Return w as a statistic of measured forces."""
-    return lambda values, axis=-1: np.exp(_best(curves, _ln_quantiles(values, axis)))
-
-
-def _fit_of_predicted(curves: _Curves, target: np.ndarray, own: np.ndarray) -> Callable[..., np.ndarray]:
-    """Return w as a statistic of forces predicted at the fit: to first order, all works' quantiles shift as theirs."""
-    return lambda values, axis=-1: np.exp(_best(curves, target - (_ln_quantiles(values, axis) - own)))
-
-
-def _both(work: float, first: tuple, second: tuple, curves: _Curves) -> tuple[float, float]:
-    """Return the interval of independent errors, added in squares on the logarithms; NaN beyond what was tried."""
-    low, high = (
-        float(np.exp(np.log(work) + sign * np.hypot(np.log(a / work), np.log(b / work))))
-        for sign, a, b in zip((-1, 1), first, second)
-    )
-    ends = np.exp(curves.ln_work[[1, -2]])
-    return (low if low > ends[0] else np.nan), (high if high < ends[1] else np.nan)
-
-
-def _trade(curves: _Curves, own: np.ndarray, stiffer: np.ndarray, work: float) -> float:
-    """Return d ln w / d ln E* at equal forces."""
-    growth = np.gradient(curves.ln_force.mean(axis=1), curves.ln_work)
-    by_work = float(np.interp(np.log(work), curves.ln_work, growth))
-    return float(-(stiffer - own).mean() / np.log(_CHANGE) / by_work) if by_work else np.nan
+    return work * np.geomspace(1 / times, times, count)
 
 
 def _words(out: xr.Dataset, ds: xr.Dataset) -> str:

@@ -6,6 +6,7 @@ piezo's travel. It is fitted there and taken off everywhere.
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,15 +14,28 @@ import xarray as xr
 
 from .. import schema
 from ..units import converted, fraction, positive
+from .baselines import Baseline, baseline_of, fitted
+from .kept_curves import kept
 
-#: Samples of a retraction at least, and of its baseline.
-_FEWEST, _FAR = 50, 10
+#: Samples of a retraction at least, of its baseline, and of the part that is pressed.
+_FEWEST, _FAR, _PRESSED = 50, 10, 5
 
 #: A pull is one if it stands so many standard deviations of the noise below the baseline.
 _STANDS_OUT = 5.0
 
-#: Samples at most that tell the largest pull; within so many standard deviations of the lowest one.
-_BOTTOM, _WITHIN = 41, 4.0
+#: Samples at most on either side that tell the largest pull, and at least in all; within so many standard deviations of
+#: the lowest one at first, then of the parabola's vertex, in so many rounds.
+_BOTTOM, _FEWEST_LOW, _WITHIN, _HARDLY, _ROUNDS = 41, 8, 4.0, 3.0, 3
+
+#: So many equal samples at the lowest force are a detector's end, unless the baseline has half as many.
+_CLIPPED = 8
+
+#: In contact the force cannot rise faster with the travel than the cantilever's spring constant, but for its error.
+_STIFFEST = 1.1
+
+
+class ImplausibleCurves(UserWarning):
+    """Force-distance curves were taken as their file states them, but no surface makes such."""
 
 
 class _Pull(NamedTuple):
@@ -32,10 +46,31 @@ class _Pull(NamedTuple):
     distance: float = np.nan
     work: float = np.nan
     noise: float = np.nan
+    contact_point: float = np.nan
+    contact_slope: float = np.nan
+    offset: float = np.nan
+    tilt: float = np.nan
     reason: str = ""
 
 
-def curves_pull_off(ds: xr.Dataset, *, spring_constant: Any = None, baseline: float = 0.3) -> xr.Dataset:
+#: What it is called in a Dataset.
+_NAMES = (
+    "pull_off_force",
+    "pull_off_uncertainty",
+    "pull_off_distance",
+    "work_of_separation",
+    "force_noise",
+    "contact_point",
+    "contact_slope",
+    "baseline_offset",
+    "baseline_tilt",
+    "reason",
+)
+
+
+def curves_pull_off(
+    ds: xr.Dataset, *, spring_constant: Any = None, baseline: float = 0.3, curves: bool = False
+) -> xr.Dataset:
     """Return the pull-off of force-distance curves.
 
     Parameters
@@ -43,11 +78,16 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Any = None, baseline: fl
     ds : Dataset
         ``piezo`` (units of a length, growing towards the surface, from any zero) and either ``force`` (units of a
         force, > 0 pushes) or ``deflection`` (units of a length, > 0 pushes), along ``sample`` or (subregion, sample):
-        retractions, the first sample the most pressed. Coordinates of places come along.
+        retractions, the first sample the most pressed; or along (subregion, branch, sample), of which the branch
+        "retraction" is taken. Coordinates of places come along.
     spring_constant : number or quantity, optional
-        N/m; of deflections it must be given. Of forces it tells how far the cantilever gives way.
+        N/m, where ``ds`` does not state it; of deflections it must be given. Of forces it tells how far the cantilever
+        gives way.
     baseline : float
         The part of the travel, the farthest, in which nothing but the instrument acts.
+    curves : bool
+        Keep the curves: ``force`` less its baseline (nN) along (subregion, branch, piezo_distance), the distance
+        counted from the contact point in steps of the recorded samples, NaN beyond a curve's ends.
 
     Returns
     -------
@@ -55,17 +95,28 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Any = None, baseline: fl
         Along ``subregion``: ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_uncertainty``, its standard
         error by noise and baseline (not by the spring constant); ``pull_off_distance`` (nm), from where the force is
         zero to the largest pull, the cantilever's give taken off where its spring constant is known;
-        ``work_of_separation`` (nN nm), done by the piezo against the pull; ``force_noise`` (nN); ``reason``, why a
-        curve has no pull-off, which then is NaN.
+        ``work_of_separation`` (nN nm), done by the piezo against the pull; ``force_noise`` (nN); ``contact_point``
+        (nm), the piezo's travel where the force is zero; ``contact_slope`` (nN/nm), by which the force rises with the
+        travel in its upper half; ``baseline_offset`` (nN) at the contact point and ``baseline_tilt`` (nN/nm);
+        ``reason``, why a curve has no pull-off, which then is NaN.
 
     Raises
     ------
     ValueError
-        If variables, dimensions or units are missing, or deflections have no spring constant.
+        If variables, dimensions or units are missing, deflections have no spring constant, or another one is given
+        than ``ds`` states.
+
+    Warns
+    -----
+    ImplausibleCurves
+        If the median slope in contact is more than 1.1 times the spring constant: spring and surface in series are no
+        stiffer than the spring, so that the sensitivity is too large by that factor at least.
 
     Notes
     -----
     A baseline that bends is not a straight line continued: what it is off at the pull-off is not in the uncertainty.
+    The largest pull is that of a parabola through the samples before the jump; where a soft spring tears a sphere off
+    close to its largest pull it may be off by about 0.1 %, which is not in it either.
 
     Examples
     --------
@@ -76,93 +127,211 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Any = None, baseline: fl
     >>> found = curves_pull_off(curve)
     >>> bool(abs(found.pull_off_force[0] - 20) < 0.6), bool(found.pull_off_uncertainty[0] < 0.3)
     (True, True)
+    >>> round(float(found.contact_slope[0]), 1), abs(round(float(found.contact_point[0])))
+    (2.0, 0)
     """
     fraction(baseline, "baseline")
-    piezo, force, stiffness = _read(ds, spring_constant)
-    found = [_pull(z, f, stiffness, baseline) for z, f in zip(piezo, force)]
-    names = (
-        "pull_off_force",
-        "pull_off_uncertainty",
-        "pull_off_distance",
-        "work_of_separation",
-        "force_noise",
-        "reason",
-    )
-    out = xr.Dataset({name: ("subregion", list(values)) for name, values in zip(names, zip(*found))})
-    kept = {name: ds[name] for name in ("subregion", "subregion_x", "subregion_y") if name in ds.coords}
-    out = out.assign_coords({"subregion": np.arange(len(found)), **kept} if "subregion" in ds.dims else {})
+    recorded, stiffness = _read(ds, spring_constant)
+    back = recorded.sel(branch="retraction") if "branch" in recorded.dims else recorded
+    found = [_pull(z, f, stiffness, baseline) for z, f in zip(back["piezo"].values, back["force"].values)]
+    out = xr.Dataset({name: ("subregion", list(values)) for name, values in zip(_NAMES, zip(*found))})
+    places = {name: ds[name] for name in ("subregion", "subregion_x", "subregion_y") if name in ds.coords}
+    out = out.assign_coords({"subregion": np.arange(len(found)), **places} if "subregion" in ds.dims else {})
+    if curves:
+        out = out.merge(kept(recorded, out["contact_point"].values, baseline))
+    _question(out, stiffness)
     out.attrs = {"measured": "force-distance curves", "baseline": baseline, "missing": "NaN where reason says why"}
     out.attrs |= {} if np.isinf(stiffness) else {"spring_constant": stiffness}
     return schema.record(schema.label(out), "curves_pull_off", ds, spring_constant=spring_constant, baseline=baseline)
 
 
-def _read(ds: xr.Dataset, spring_constant: Any) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return travel and force along (subregion, sample), and the stiffness, inf where it is not known."""
+def _question(out: xr.Dataset, stiffness: float) -> None:
+    """Say that curves rise faster in contact than their cantilever can be bent."""
+    slopes = out["contact_slope"].values[np.isfinite(out["contact_slope"].values)]
+    times = float(np.median(slopes)) / stiffness if slopes.size else 0.0
+    if times > _STIFFEST:
+        words = (
+            f"in contact the force rises by {times * stiffness:.3g} nN per nm of the piezo's travel, {times:.2f} times"
+        )
+        words += (
+            " the spring constant: the sensitivity (nm/V) is too large by that factor at least, and so are the forces"
+        )
+        warnings.warn(words, ImplausibleCurves, stacklevel=3)
+
+
+def _read(ds: xr.Dataset, spring_constant: Any) -> tuple[xr.Dataset, float]:
+    """Return travel and force along (subregion, …, sample), and the stiffness, inf where it is not known."""
     name = "force" if "force" in ds else "deflection"
     for one in ("piezo", name):
-        if one not in ds or "sample" not in ds[one].dims or not set(ds[one].dims) <= {"subregion", "sample"}:
+        if one not in ds or "sample" not in ds[one].dims or not set(ds[one].dims) <= {"subregion", "branch", "sample"}:
             found = (
                 f"dimensions {tuple(ds[one].dims)}" if one in ds else f"variables {', '.join(map(str, ds.data_vars))}"
             )
             raise ValueError(f"{one}: expected it along 'sample' or ('subregion', 'sample'), found {found}")
-    stiffness = np.inf if spring_constant is None else positive(spring_constant, "nN/nm", "spring_constant")
+    stiffness = _stiffness(ds, spring_constant)
     if name == "deflection" and np.isinf(stiffness):
         raise ValueError("spring_constant: expected it in N/m to make forces of deflections, found none")
     force = converted(ds["force"], "nN", "force") if name == "force" else converted(ds[name], "nm", name) * stiffness
     both = xr.broadcast(converted(ds["piezo"], "nm", "piezo"), force)
     both = [one if "subregion" in one.dims else one.expand_dims("subregion") for one in both]
-    piezo, force = (one.transpose("subregion", "sample").values.astype(float) for one in both)
-    return piezo, force, stiffness
+    out = xr.Dataset(dict(zip(("piezo", "force"), both))).transpose("subregion", ..., "sample")
+    if "branch" in out.dims and "retraction" not in out.get_index("branch"):
+        raise ValueError(f"branch: expected 'retraction' among them, found {out['branch'].values.tolist()}")
+    return out.astype(float), stiffness
+
+
+def _stiffness(ds: xr.Dataset, given: Any) -> float:
+    """Return the spring constant (nN/nm) that is stated or given, inf without one."""
+    stated = ds.attrs.get("spring_constant", np.inf)
+    if given is None:
+        return float(stated)
+    found = positive(given, "nN/nm", "spring_constant")
+    if np.isfinite(stated) and not np.isclose(found, stated, rtol=1e-6, atol=0):
+        raise ValueError(f"spring_constant: the curves state {stated:.6g} N/m, found {found:.6g}; leave it out")
+    return found
 
 
 def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _Pull:
-    """Return the pull-off of one retraction."""
+    """Return what one retraction tells."""
     known = np.isfinite(z) & np.isfinite(force)
     z, force = z[known], force[known]
+    reason = _unusable(z, share)
+    if reason:
+        return _Pull(reason=reason)
+    line = baseline_of(z, force, share)
+    flat, far = force - line.at(z), line.far
+    at = int(np.argmin(flat))
+    found = _Pull(noise=line.noise, tilt=float(line.coefficients[1]))
+    pulled = -flat[at] >= _STANDS_OUT * np.hypot(line.noise, line.error(z[at]))
+    zero = _zero(flat, at if pulled else flat.size, line.noise)
+    if zero is not None:
+        found = found._replace(**_contact(z, flat, zero, line))
+    if not pulled or zero is None:
+        return found._replace(reason="never pressed" if pulled else "no pull stands out of the noise")
+    if found.contact_slope <= 0:
+        return found._replace(reason="the force does not rise towards the surface where it is pressed")
+    if far[at]:
+        return found._replace(reason="the pull reaches into the baseline")
+    if _clipped(force, at, far):
+        return found._replace(reason="the detector's range ends before the largest pull")
+    travel = float(z[zero] - z[at] + (flat[at] - flat[zero]) / stiffness)
+    work = float(np.trapezoid(flat[zero:], z[zero:]))
+    if work < -_STANDS_OUT * line.work_error(z[zero:]):
+        return found._replace(reason="the baseline is not straight: it pushes more than the surface pulls")
+    lowest, own = _bottom(z, flat, at, line.noise)
+    uncertainty = float(np.hypot(own, line.error(z[at])))
+    return found._replace(force=-lowest, uncertainty=uncertainty, distance=travel, work=work)
+
+
+def _unusable(z: np.ndarray, share: float) -> str:
+    """Return why a retraction of such a travel cannot be used, nothing where it can."""
     if z.size < _FEWEST:
-        return _Pull(reason=f"fewer than {_FEWEST} samples")
+        return f"fewer than {_FEWEST} samples"
     if z[0] <= z[-1]:
-        return _Pull(reason="the piezo does not retract from the first sample to the last")
-    far = z < z.min() + share * np.ptp(z)
-    if far.sum() < _FAR:
-        return _Pull(reason=f"fewer than {_FAR} samples in the baseline")
-    design = np.c_[np.ones(z.size), z - z[far].mean()]
-    line, noise, covariance = _fitted(design[far], force[far])
-    force = force - design @ line
-    at = int(np.argmin(force))
-    beside = float(np.sqrt(design[at] @ covariance @ design[at]))
-    if -force[at] < _STANDS_OUT * np.hypot(noise, beside):
-        return _Pull(noise=noise, reason="no pull stands out of the noise")
-    if far[at] or not (force[:at] > 0).any():
-        return _Pull(noise=noise, reason="the pull reaches into the baseline" if far[at] else "never pressed")
-    lowest, own = _bottom(z, force, at, noise)
-    zero = int(np.flatnonzero(force[:at] > 0)[-1])
-    travel = float(z[zero] - z[at] + (force[at] - force[zero]) / stiffness)
-    work = float(np.trapezoid(force[zero:], z[zero:]))
-    return _Pull(-lowest, float(np.hypot(own, beside)), travel, work, noise)
+        return "the piezo does not retract from the first sample to the last"
+    return f"fewer than {_FAR} samples in the baseline" if (z < z.min() + share * np.ptp(z)).sum() < _FAR else ""
 
 
-def _fitted(design: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
-    """Return coefficients, standard deviation of the residual, and the coefficients' covariance."""
-    found, *_ = np.linalg.lstsq(design, values, rcond=None)
-    noise = float(np.sqrt(((values - design @ found) ** 2).sum() / (values.size - design.shape[1])))
-    return found, noise, noise**2 * np.linalg.inv(design.T @ design)
+def _zero(flat: np.ndarray, end: int, noise: float) -> int | None:
+    """Return the last sample that pushes before the largest pull; without a pull, before the first that does not.
+
+    None where nothing pushes that stands out of the noise.
+    """
+    if flat[:end].max(initial=0.0) <= _STANDS_OUT * noise:
+        return None
+    if end < flat.size:
+        return int(np.flatnonzero(flat[:end] > 0)[-1])
+    return int(np.argmax(flat <= 0)) - 1 if flat[0] > 0 else None
+
+
+def _contact(z: np.ndarray, flat: np.ndarray, zero: int, line: Baseline) -> dict[str, float]:
+    """Return where the contact ends, how steep it is in its upper half, and the baseline there."""
+    drop = flat[zero] - flat[zero + 1]
+    point = float(z[zero] + (z[zero + 1] - z[zero]) * (flat[zero] / drop if drop > 0 else 0.0))
+    upper = np.flatnonzero(flat[: zero + 1] > 0.5 * flat[: zero + 1].max())
+    enough = upper.size >= _PRESSED and np.ptp(z[upper]) > 0
+    slope = float(fitted(np.c_[np.ones(upper.size), z[upper]], flat[upper])[0][1]) if enough else np.nan
+    return {"contact_point": point, "contact_slope": slope, "offset": float(line.at(point))}
+
+
+def _clipped(force: np.ndarray, at: int, far: np.ndarray) -> bool:
+    """Return whether the lowest force is one value over many samples, as at the end of a detector's range."""
+    return _longest_run(force[max(at - 200, 0) : at + 200] == force.min()) >= max(
+        _CLIPPED, 2 * (1 + _longest_run(np.diff(force[far]) == 0))
+    )
+
+
+def _longest_run(true: np.ndarray) -> int:
+    """Return how many in a row are true at most."""
+    ends = np.flatnonzero(np.diff(np.concatenate(([0], true.astype(int), [0]))))
+    return int((ends[1::2] - ends[::2]).max(initial=0))
+
+
+class _Low(NamedTuple):
+    """The lowest point of a parabola through samples; nN."""
+
+    force: float
+    error: float
+    reach: tuple[int, int]  # the samples at which it is hardly higher
 
 
 def _bottom(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[float, float]:
-    """Return the least force and its standard error: of a parabola through the samples about the lowest one."""
-    near = np.abs(force - force[at]) <= _WITHIN * noise
-    first = at - int(np.argmin(near[: at + 1][::-1])) + 1 if not near[: at + 1].all() else 0
-    last = at + (int(np.argmin(near[at:])) if not near[at:].all() else z.size - at)
-    first, last = max(first, at - _BOTTOM), min(last, at + _BOTTOM)
-    if last - first < 6:
-        step = abs(force[at] - force[at - 1])  # it may have let go anywhere until the next sample
-        return float(force[at]), float(np.hypot(noise, step / np.sqrt(12)))
-    x = z[first:last] - z[at]
-    x = x / np.abs(x).max()
+    """Return the least force and its standard error: of a parabola through the samples about the lowest one.
+
+    Which samples these are the parabola tells, not their own noise: to leave out those that noise lifts would make the
+    rest too low. Where the force still falls at the last sample, the surface let go at any time until the next.
+    """
+    end = _torn_off(force, at, noise)
+    ends = max(at - _BOTTOM, 0), min(at + _BOTTOM, end)
+    first, last = _near(force[:end], at, noise)
+    for _ in range(_ROUNDS):
+        first, last = max(first, ends[0]), min(last, ends[1])
+        first = max(min(first, last - _FEWEST_LOW), 0)
+        if last - first < _FEWEST_LOW:
+            step = abs(force[at] - force[at - 1])
+            return float(force[at]), float(np.hypot(noise, step / np.sqrt(12)))
+        low = _parabola(z, force, slice(first, last), (min(first, ends[0]), ends[1]), noise, torn_off=ends[1] == end)
+        first, last = low.reach
+    return low.force, low.error
+
+
+def _near(force: np.ndarray, at: int, noise: float) -> tuple[int, int]:
+    """Return the samples about the lowest that lie as low as it but for noise, and the end of them."""
+    away = np.abs(force - force[at]) > _WITHIN * noise
+    before, after = np.flatnonzero(away[:at]), np.flatnonzero(away[at:])
+    return (int(before[-1]) + 1 if before.size else 0), (at + int(after[0]) if after.size else force.size)
+
+
+def _torn_off(force: np.ndarray, at: int, noise: float) -> int:
+    """Return the first sample after the largest pull at which the surface has let go."""
+    gone = np.flatnonzero(force[at:] - force[at] > 2 * _WITHIN * noise)
+    return at + int(gone[0]) if gone.size else force.size
+
+
+def _parabola(
+    z: np.ndarray, force: np.ndarray, used: slice, ends: tuple[int, int], noise: float, *, torn_off: bool
+) -> _Low:
+    """Return the lowest point of a parabola through the used samples, looked at between the ends."""
+    scale = float(np.abs(z[used] - z[used].mean()).max())
+    x = (z[slice(*ends)] - z[used].mean()) / scale
     design = np.c_[np.ones(x.size), x, x**2]
-    found, *_ = np.linalg.lstsq(design, force[first:last], rcond=None)
-    where = np.clip(-found[1] / (2 * found[2]), x.min(), x.max()) if found[2] > 0 else x[np.argmin(design @ found)]
-    row = np.array([1.0, where, where**2])
-    inverse = np.linalg.inv(design.T @ design)
-    return float(row @ found), float(noise * np.sqrt(row @ inverse @ row))
+    own = slice(used.start - ends[0], used.stop - ends[0])
+    found, *_ = np.linalg.lstsq(design[own], force[used], rcond=None)
+    lowest = own.start + int(np.argmin(design[own] @ found))
+    where = np.clip(-found[1] / (2 * found[2]), x[own].min(), x[own].max()) if found[2] > 0 else x[lowest]
+    high = np.flatnonzero(design @ found - _row(where) @ found > _HARDLY * noise)
+    before, after = high[high < lowest], high[high > lowest]
+    reach = (int(before[-1]) + 1 if before.size else 0), (int(after[0]) if after.size else x.size)
+    row, unseen = _row(where), 0.0
+    if torn_off:
+        beyond = _row(2 * x[-1] - x[-2])
+        unseen = max(float((row - beyond) @ found), 0.0)
+        row = (row + beyond) / 2 if unseen else row
+    error = noise * np.sqrt(row @ np.linalg.inv(design[own].T @ design[own]) @ row)
+    return _Low(
+        float(row @ found), float(np.hypot(error, unseen / np.sqrt(12))), (ends[0] + reach[0], ends[0] + reach[1])
+    )
+
+
+def _row(x: float) -> np.ndarray:
+    return np.array([1.0, x, x**2])

@@ -91,16 +91,21 @@ def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[n
 
 
 def _per_volt(sensitivity: Any, units: str) -> tuple[float, str]:
-    """Return how much a volt is, and of what: a plain number might be nN/V as well as nm/V."""
+    """Return how much a volt is, and of what."""
     if sensitivity is None:
         raise ValueError(f"expected forces, found {units}; {_HOW}")
-    unitless = re.fullmatch(r"[-+.\deE\s]+", sensitivity) if isinstance(sensitivity, str) else None
-    if unitless or isinstance(sensitivity, Real):
-        raise ValueError(f"sensitivity: expected its units, such as '12 nN/V' or '50 nm/V', found {sensitivity!r}")
+    has_units(sensitivity)
     try:
         return positive(sensitivity, "nN/V", "sensitivity"), "nN/V"
     except ValueError:
         return positive(sensitivity, "nm/V", "sensitivity"), "nm/V"
+
+
+def has_units(sensitivity: Any) -> None:
+    """Refuse a sensitivity that is a plain number: it might be nN/V as well as nm/V."""
+    unitless = re.fullmatch(r"[-+.\deE\s]+", sensitivity) if isinstance(sensitivity, str) else None
+    if unitless or isinstance(sensitivity, Real):
+        raise ValueError(f"sensitivity: expected its units, such as '12 nN/V' or '50 nm/V', found {sensitivity!r}")
 
 
 def _stiffness(given: Calibration, units: str) -> float:

@@ -1,10 +1,11 @@
-"""From a file to measured pull-off forces: a table of places, or the image of adhesion that the microscope wrote."""
+"""From files to measured pull-off forces: tables of places, images of adhesion, force-distance curves."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -13,14 +14,20 @@ from .. import schema
 from ..scans import files
 from ..scans.channel import Channel, UnreadableScan, along, listing, named
 from ..statistics.sampling import of_a_map
-from ..units import factor
+from ..units import fraction
+from .curve_files import calibration, curve_kind, curves_of, opened
+from .force_curves import curves_pull_off
 from .forces import Calibration, converts, forces, magnitudes
-from .tables import Column, force_column, place_columns, read_table
+from .several import together
+from .tables import force_column, lengths, place_columns, read_table
 from .vendor_scales import in_true_units
+
+#: Curves of a file that are in memory at a time.
+_AT_ONCE = 64
 
 
 def open_pull_off(
-    path: str | os.PathLike,
+    path: str | os.PathLike | Sequence[str | os.PathLike],
     *,
     channel: str | int | None = None,
     direction: str | None = None,
@@ -30,14 +37,17 @@ def open_pull_off(
     sensitivity: Any = None,
     spring_constant: Any = None,
     pulls: str | None = None,
+    baseline: float = 0.3,
+    curves: bool = False,
 ) -> xr.Dataset:
-    """Open pull-off forces that were measured: a table of them, or an adhesion image of an AFM file.
+    """Open pull-off forces that were measured: a table, an adhesion image of an AFM file, or force-distance curves.
 
     Parameters
     ----------
-    path : str or path
-        A text table (CSV and the like) with names above its columns, such as ``x [um], y [um], force [nN]``; or any AFM
-        file that `open_scan` reads and that holds an image of adhesion. The content decides, not the extension.
+    path : str, path or sequence of them
+        A text table (CSV and the like) with names above its columns, such as ``x [um], y [um], force [nN]``; any AFM
+        file that `open_scan` reads and that holds an image of adhesion; or a file of curves, see `open_curves`. The
+        content decides, not the extension. Several files, such as one for each curve, are read alike and put together.
     channel : str or int, optional
         Name of the column, or name or number of the image; by default the only one that can be meant.
     direction : {"trace", "retrace"}, optional
@@ -50,27 +60,32 @@ def open_pull_off(
     place_units : str, optional
         Of the columns x and y, where the file does not state them.
     sensitivity : quantity, optional
-        Of values in V: force per volt, "12 nN/V", or deflection per volt, "50 nm/V".
+        Of values in V: force per volt, "12 nN/V", or deflection per volt, "50 nm/V"; of curves the latter.
     spring_constant : number or quantity, optional
         Of values that are deflections, or of a sensitivity in nm/V: N/m.
     pulls : {"positive", "negative"}, optional
         Which sign a pull has in the file; needed where there are values of both.
+    baseline, curves : float, bool
+        Of force-distance curves, see `curves_pull_off`.
 
     Returns
     -------
     Dataset
         ``pull_off_force`` (nN, a positive magnitude) along ``subregion``, NaN where nothing was measured; coordinates
         ``subregion_x``, ``subregion_y`` (nm) where places are known, those of an image from its lower left corner as of
-        a scan of the same file. The attribute ``measured`` is "table" or "adhesion image"; others keep file name,
-        SHA-256, channel, and by what the values became forces.
+        a scan of the same file, and ``file`` where there are several. Of curves what `curves_pull_off` tells, with the
+        ``reason`` of each that could not be used. The attribute ``measured`` is "table", "adhesion image" or
+        "force-distance curves"; others keep file name, SHA-256, channel, and by what the values became forces.
 
     Raises
     ------
     UnreadableScan
-        If the file holds no such thing, is damaged, or several columns or images can be meant. It is a ValueError, as
+        If a file holds no such thing, is damaged, or several columns or images can be meant. It is a ValueError, as
         where units, a sensitivity or a spring constant are missing: none of them is ever guessed.
+    ImportError
+        If a file needs a package that is not installed: the message says how to.
     OSError
-        If the file is absent, a directory, or may not be read.
+        If a file is absent, a directory, or may not be read.
 
     Examples
     --------
@@ -81,27 +96,70 @@ def open_pull_off(
     >>> found.pull_off_force.values, found.subregion_x.values, found.measured
     (array([12.5,  nan,  9.5]), array([   0., 1000.,    0.]), 'table')
     """
-    path = files.regular_file(path)
-    family, read = files.reader_of(path)
-    if family == "netcdf":
-        raise UnreadableScan(path, "expected a table or an AFM file, found NetCDF; open it with xarray.open_dataset")
     given = Calibration(units, sensitivity, spring_constant, pulls)
-    tabular = family == "text" and size is None and not _is_matrix(path)
-    if tabular:
-        ds = _of_table(path, channel, place_units, given)
+    image = _Image(channel, direction, size)
+    asked = _Curves(fraction(baseline, "baseline"), curves)
+    paths = [path] if isinstance(path, (str, os.PathLike)) else list(path)
+    ds = together(paths, [_of_file(files.regular_file(one), image, place_units, given, asked) for one in paths])
+    said = {**image._asdict(), **given._asdict(), "place_units": place_units}
+    said |= asked._asdict() if ds.attrs["measured"] == "force-distance curves" else {}
+    return schema.record(schema.label(ds), "open_pull_off", file=ds.attrs["source_file"], **said)
+
+
+class _Image(NamedTuple):
+    """Which image, or column, of a file is meant."""
+
+    channel: str | int | None
+    direction: str | None
+    size: Any
+
+
+class _Curves(NamedTuple):
+    """What is done with curves."""
+
+    baseline: float
+    curves: bool
+
+
+def _of_file(path: Path, image: _Image, place_units: str | None, given: Calibration, asked: _Curves) -> xr.Dataset:
+    """Return what one file holds."""
+    family, read = files.reader_of(path)
+    kind = None if image.size is not None else files.guarded(path, curve_kind, path, family, given)
+    if family == "netcdf" and kind is None:
+        raise UnreadableScan(path, "expected a table or an AFM file, found NetCDF; open it with xarray.open_dataset")
+    if kind is not None:
+        ds = _of_curves(path, kind, given, asked)
+    elif family == "text" and image.size is None and not _is_matrix(path):
+        ds = _of_table(path, image.channel, place_units, given)
     else:
         found = files.guarded(path, read, path)
-        chosen = in_true_units(path, found, _adhesion(found, channel, direction, path), family)
-        ds = _of_image(path, chosen, size, given)
-        ds.attrs.update(channels=listing(found))
+        chosen = in_true_units(path, found, _adhesion(found, image.channel, image.direction, path), family)
+        ds = _of_image(path, chosen, image.size, given).assign_attrs(channels=listing(found))
     if ds["pull_off_force"].isnull().all():
-        raise UnreadableScan(path, "expected pull-off forces, found missing values only")
-    ds.attrs.update(
-        source_file=path.name, source_sha256=files.file_hash(path), missing="NaN where nothing was measured"
-    )
-    said = {"channel": channel, "direction": direction, "size": size, "units": units, "place_units": place_units}
-    said |= {"sensitivity": sensitivity, "spring_constant": spring_constant, "pulls": pulls}
-    return schema.record(schema.label(ds), "open_pull_off", file=path.name, **said)
+        raise UnreadableScan(path, f"expected pull-off forces, found missing values only{_why(ds)}")
+    told = {"source_file": path.name, "source_sha256": files.file_hash(path)}
+    return ds.assign_attrs(missing="NaN where nothing was measured", **told)
+
+
+def _of_curves(path: Path, kind: str, given: Calibration, asked: _Curves) -> xr.Dataset:
+    """Return the pull-offs of a file's curves, so many of them in memory at a time as need be."""
+    file = opened(path, kind, given)
+    at_once = len(file.curves) if asked.curves else _AT_ONCE
+    parts = []
+    for first in range(0, len(file.curves), at_once):
+        recorded = curves_of(file, first, first + at_once)
+        parts.append(curves_pull_off(schema.label(recorded), **asked._asdict()))
+    ds = xr.concat(parts, "subregion", coords="minimal", compat="override", join="override", combine_attrs="override")
+    ds.attrs.pop("history")  # of one part
+    return ds.assign_attrs(source_format=file.format, **calibration(file))
+
+
+def _why(ds: xr.Dataset) -> str:
+    """Return why no curve could be used."""
+    if "reason" not in ds:
+        return ""
+    reasons, counts = np.unique(ds["reason"].values, return_counts=True)
+    return ": " + ", ".join(f"{reason} ({count})" for reason, count in zip(reasons, counts))
 
 
 def _is_matrix(path: Path) -> bool:
@@ -120,19 +178,6 @@ def _of_table(path: Path, channel: Any, place_units: str | None, given: Calibrat
     for axis, one in place_columns(columns).items():
         ds.coords[f"subregion_{axis}"] = ("subregion", lengths(path, one, place_units))
     return ds.assign_attrs(measured="table", channel=column.name, **how)
-
-
-def lengths(path: Path, column: Column, place_units: str | None) -> np.ndarray:
-    """Return a column of lengths in nm, in the units that the file or else the caller states."""
-    units = column.units or place_units
-    if units is None or not converts(units, "nm"):
-        found = repr(units) if units else "none"
-        raise UnreadableScan(
-            path, f"expected units of a length for {column.name!r}, found {found}; state place_units=, such as 'um'"
-        )
-    if not np.isfinite(column.values).all():
-        raise UnreadableScan(path, f"expected a place in every row, found empty cells in column {column.name!r}")
-    return column.values * factor(units, "nm")
 
 
 def _as_pulls(path: Path, values: np.ndarray, units: str | None, given: Calibration):

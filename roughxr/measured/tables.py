@@ -11,6 +11,7 @@ import numpy as np
 
 from ..scans.channel import UnreadableScan
 from ..scans.plain import decoded, separators
+from ..units import factor
 from .forces import converts
 
 #: "force [nN]", "force (nN)", "force / nN"
@@ -69,7 +70,7 @@ def read_table(path: Path) -> list[Column]:
         raise UnreadableScan(
             path,
             f"expected a line of names above {width} columns, such as 'x [um], y [um], force [nN]', found numbers; "
-            "if they are an image, give its size=",
+            "if they are an image, give its size=; if NT-MDT's force curve, sensitivity= in nm/nA and spring_constant=",
         )
     names = names or [path.stem]
     _same_width(path, cells, len(names))
@@ -160,3 +161,16 @@ def place_columns(columns: list[Column]) -> dict[str, Column]:
         axis: one for axis in "xy" for one in columns if re.fullmatch(f"(subregion_)?{axis}", one.name, re.IGNORECASE)
     }
     return found if len(found) == 2 else {}
+
+
+def lengths(path: Path, column: Column, place_units: str | None) -> np.ndarray:
+    """Return a column of lengths in nm, in the units that the file or else the caller states."""
+    units = column.units or place_units
+    if units is None or not converts(units, "nm"):
+        found = repr(units) if units else "none"
+        raise UnreadableScan(
+            path, f"expected units of a length for {column.name!r}, found {found}; state place_units=, such as 'um'"
+        )
+    if not np.isfinite(column.values).all():
+        raise UnreadableScan(path, f"expected a place in every row, found empty cells in column {column.name!r}")
+    return column.values * factor(units, "nm")

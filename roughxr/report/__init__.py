@@ -1,5 +1,6 @@
 """A run told to its readers: tables as text, the main numbers with their intervals, a page to read and one to click."""
 
+from .beside_measured import measured_table, measured_words
 from .budget import budget_table, headline
 from .explorer import explorer_page, write_explorer
 from .html import page, write_report
@@ -18,6 +19,8 @@ __all__ = [
     "formula_table",
     "headline",
     "interval_table",
+    "measured_table",
+    "measured_words",
     "page",
     "scan_table",
     "superposed",

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from .. import figures, statistics
+from .beside_measured import COMPARED, MEASURED, prediction
 from .intervals import flagged
 
 Run = Mapping[str, xr.Dataset]
@@ -123,12 +124,6 @@ def _pulling(run: Run):
     return figures.force_fan(sweep, force_limits=(-1.2 * deepest, 3 * deepest))
 
 
-def _pull_off(run: Run) -> xr.Dataset:
-    """Return the pull-off that the main numbers are about: of the first preload, where there are several."""
-    found = run.get("statistics/adhesive", run["statistics/energy"])
-    return found.isel(preload=0) if "preload" in found.dims else found
-
-
 def _loop(run: Run):
     """Draw both ways of a body that yields."""
     both = [run[f"solutions/{way}"][["force"]] for way in ("direct", "retraction")]
@@ -201,14 +196,21 @@ _DRAWINGS = {
     ),
     "Pull-off force": _Drawing(
         ("statistics/energy",),
-        lambda run: figures.fitted_distribution(_pull_off(run)),
+        lambda run: figures.fitted_distribution(prediction(run)),
         "By the method of the main numbers: histogram with a 95 % interval for each bar, the mean with its own on top, "
         "and fitted laws, the best first; ΔAIC tells how much worse the others are.",
     ),
     "Where it sticks": _Drawing(
         ("statistics/energy",),
-        lambda run: figures.subregion_map(_pull_off(run)),
+        lambda run: figures.subregion_map(prediction(run)),
         "Pull-off force of every place, by the method of the main numbers; grey where nothing pulls.",
+    ),
+    "Predicted beside measured": _Drawing(
+        (MEASURED, COMPARED),
+        lambda run: figures.predicted_and_measured(prediction(run), run[MEASURED], found=run[COMPARED]),
+        "Left both distributions, right their quantiles against one another: equal on the grey line, and different "
+        "by a factor alone along the dashed one.",
+        optional=True,
     ),
     "Superposition against direct simulation": _Drawing(
         ("solutions/hertz", "solutions/direct"),

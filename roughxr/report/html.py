@@ -19,6 +19,7 @@ from .._version import __version__
 from ..disk import whole
 from ..regions import extent
 from ..scans import level
+from .beside_measured import COMPARED, MEASURED, compared, measured_table, measured_words
 from .budget import BUDGET, budget_table, headline
 from .embedded_figures import budget_picture, pictures
 from .intervals import interval_table
@@ -33,7 +34,9 @@ CITATION = (
 )
 
 
-def write_report(path: str | os.PathLike, output: str | os.PathLike | None = None) -> Path:
+def write_report(
+    path: str | os.PathLike, output: str | os.PathLike | None = None, *, measured: xr.Dataset | None = None
+) -> Path:
     """Write a run's archive as one self-contained HTML page.
 
     Parameters
@@ -42,6 +45,9 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike | None = Non
         The archive of a run, NetCDF-4, or the folder that `roughxr run` or `paper` made.
     output : path, optional
         The page, by default ``report.html`` beside the archive; it appears under this name once it is complete.
+    measured : Dataset, optional
+        From `open_pull_off`: set beside the run's prediction in a section of its own. An archive may hold it too, as
+        its group ``measured/pull_off``.
 
     Returns
     -------
@@ -68,6 +74,7 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike | None = Non
     if not set(run) & {"scan", "solutions/direct", "statistics/energy"}:
         found = ", ".join(run) or "none"
         raise ValueError(f"{path}: expected the archive of a run, found groups: {found}; make one with roughxr run")
+    run = run if measured is None else {**run, MEASURED: measured}
     text = page(run, archive_name=path.name)
     output = path.with_name("report.html") if output is None else Path(output)
     with whole(output) as temporary:
@@ -99,6 +106,7 @@ def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
     import jinja2
 
     loader = jinja2.PackageLoader("roughxr.report", ".")
+    run = compared(run)
     environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     return environment.get_template("page.html").render(
         title=_title(run),
@@ -111,6 +119,7 @@ def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
         budget_picture=budget_picture(run),
         adhesion=_adhesion(run),
         model=_model(run),
+        measured=measured_words(run),
         pictures=list(pictures(run)),
         tables=_tables(run),
         steps=_steps(run),
@@ -211,6 +220,7 @@ def _tables(run: Mapping[str, xr.Dataset]) -> list[tuple[str, list[str], list[li
     makers: dict[str, Any] = {
         "Scan and asperities": (scan_table, {"scan", "asperities", "reconstruction"}),
         "Contact, by method": (contact_table, {"solutions/energy", "statistics/energy", "solutions/direct"}),
+        "Predicted beside measured": (measured_table, {COMPARED}),
         "What the usual formulas say": (formula_table, {"statistics/formulas"}),
     }
     return [(title, *_as_text(make(run))) for title, (make, needs) in makers.items() if needs <= set(run)]

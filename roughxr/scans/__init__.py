@@ -2,6 +2,7 @@
 
 from .backend import RoughxrBackend, open_scan
 from .channel import UnreadableScan
+from .combined_spectra import combined_spectrum
 from .description import describe
 from .editing import crop, fill, resample, rotate90
 from .export import to_gsf, to_netcdf, to_surfacetopography, to_tiff
@@ -18,6 +19,7 @@ __all__ = [
     "UnreadableScan",
     "add_fine_roughness",
     "autocorrelation",
+    "combined_spectrum",
     "crop",
     "describe",
     "doubts",

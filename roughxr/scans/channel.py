@@ -97,11 +97,11 @@ def optional(module: str) -> ModuleType:
         raise not_installed(module.partition(".")[0], error) from error
 
 
-def not_installed(package: str, found: Any) -> ImportError:
-    """Return the error that says how to install what the ``afm`` extra brings."""
+def not_installed(package: str, found: Any, extra: str = "afm") -> ImportError:
+    """Return the error that says how to install what an extra brings."""
     return ImportError(
         f"this file needs {package}, found {found}; install it with: "
-        'pip install "roughxr[afm]", in a clone pip install ".[afm]"'
+        f'pip install "roughxr[{extra}]", in a clone pip install ".[{extra}]"'
     )
 
 

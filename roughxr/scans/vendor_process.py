@@ -1,12 +1,17 @@
 """A process that reads vendors' files and can be ended: no damaged file may keep, or take down, who opens it.
 
-One process serves all files of a session. It starts with the first, imports SurfaceTopography in the caller's stead and
-nothing of roughxr, and goes when its caller goes. This file is both sides: imported, it asks; as a script, it answers.
+One process serves all files of a session that one reader reads. It starts with the first, imports the reader's library
+in the caller's stead and nothing of roughxr, and goes when its caller goes. This file is both sides: imported, it asks;
+as a script, it answers.
+
+A reader is a file with the name of its ``LIBRARY``, and ``read(path, **question)``, which returns what can be pickled.
+This file is one: it reads images through SurfaceTopography.
 """
 
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import json
 import logging
 import os
@@ -16,9 +21,11 @@ import subprocess
 import sys
 import threading
 import warnings
+from collections.abc import Callable
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
+from types import ModuleType
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -30,49 +37,47 @@ SECONDS, BYTES_PER_SECOND = 60.0, 1e6
 #: a signature, which would take any file (a height map of unknown size, bare text, archives of arrays).
 NOT_ASKED = {"asc", "xyz", "nc", "h5", "gwy", "npy", "npz", "mat", "hgt", "nms"}
 
-_COMMAND = (sys.executable, "-P", __file__)
+#: What `read` of this file, as a reader, needs.
+LIBRARY = "SurfaceTopography.IO"
+
 _LOCK = threading.Lock()
-_running: dict[int, subprocess.Popen] = {}
+_running: dict[tuple[int, str], subprocess.Popen] = {}
 
 
 class ReadingFailed(Exception):
     """What became of a reading, in words: its time was over, its process died, or what its library said."""
 
 
-def ask(path: Path, index: int | None = None) -> dict[str, Any]:
-    """Return what a vendor's file holds, or of the image ``index`` its heights.
+def ask(path: Path, reader: str = __file__, **question: Any) -> dict[str, Any]:
+    """Return what a reader says of a vendor's file; see `read` for that of images.
 
     Parameters
     ----------
     path : Path
-    index : int, optional
-        Number of the image, of those of all dimensions.
-
-    Returns
-    -------
-    dict
-        ``format`` and ``images``, or ``unit`` and ``heights`` as SurfaceTopography has them; ``said``, by reader, if
-        none takes the file.
+    reader : str
+        The reader's file.
+    **question
+        For the reader.
 
     Raises
     ------
     ReadingFailed
         Also if it takes longer than a file of its length can: the process is ended, the next call starts another.
     ImportError
-        If SurfaceTopography cannot be imported there.
+        If the reader's library cannot be imported there.
     """
     limit = SECONDS + path.stat().st_size / BYTES_PER_SECOND
     with _LOCK:
-        answer = _answer({"path": str(path), "index": index}, limit)
+        answer = _answer({"path": str(path), **question}, reader, limit)
     if "failed" in answer:
         raise ReadingFailed(f"damaged, or a variant not supported: {answer['failed']}")
     return answer
 
 
-def _answer(request: dict[str, Any], limit: float) -> dict[str, Any]:
+def _answer(request: dict[str, Any], reader: str, limit: float) -> dict[str, Any]:
     late = threading.Event()
     try:
-        process = _process()
+        process = _process(reader)
         clock = threading.Timer(limit, lambda: (late.set(), process.kill()))
         clock.daemon = True
         clock.start()
@@ -81,9 +86,9 @@ def _answer(request: dict[str, Any], limit: float) -> dict[str, Any]:
         finally:
             clock.cancel()
     except (EOFError, OSError, pickle.UnpicklingError):
-        raise ReadingFailed(_why(late.is_set(), limit, _end())) from None
+        raise ReadingFailed(_why(late.is_set(), limit, _end(reader))) from None
     except BaseException:
-        _end()  # interrupted: what it says later would be taken for the answer to the next question
+        _end(reader)  # interrupted: what it says later would be taken for the answer to the next question
         raise
 
 
@@ -96,13 +101,13 @@ def _why(late: bool, limit: float, code: int | None) -> str:
     return f"damaged: the process that read it ended with code {code}"
 
 
-def _process() -> subprocess.Popen:
+def _process(reader: str) -> subprocess.Popen:
     """Return this process's own reader, ready to be asked; one that was inherited by a fork is another's."""
-    process = _running.get(os.getpid())
+    process = _running.get((os.getpid(), reader))
     if process is None or process.poll() is not None:
-        pipe = subprocess.PIPE
-        process = subprocess.Popen(_COMMAND, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
-        _running[os.getpid()] = process
+        pipe, command = subprocess.PIPE, (sys.executable, "-P", __file__, reader)
+        process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
+        _running[os.getpid(), reader] = process
         missing = _exchange(process, sys.path)  # what it imports takes its time, which is not the file's
         if missing:
             raise ImportError(missing)
@@ -115,9 +120,9 @@ def _exchange(process: subprocess.Popen, question: Any) -> Any:
     return pickle.load(process.stdout)
 
 
-def _end() -> int | None:
+def _end(reader: str) -> int | None:
     """End this process's reader, so that the next question starts another; return the code that it ended with."""
-    process = _running.pop(os.getpid(), None)
+    process = _running.pop((os.getpid(), reader), None)
     if process is None:
         return None
     process.kill()
@@ -128,19 +133,20 @@ def _end() -> int | None:
     return code
 
 
-def serve(questions: BinaryIO, answers: BinaryIO) -> None:
-    """Answer questions until there are no more; the first is where to import from."""
+def serve(path: str, questions: BinaryIO, answers: BinaryIO) -> None:
+    """Answer questions to a reader until there are no more; the first is where to import from."""
     sys.path[:] = pickle.load(questions)
     warnings.simplefilter("ignore")  # that it runs without MPI is no news to anyone here
     # readers that try a file and find it another's may say so on standard error, through this log
     logging.getLogger("tifffile").addHandler(logging.NullHandler())
-    _send(_imported(), answers)
+    reader = _loaded(path)
+    _send(_imported(reader.LIBRARY), answers)
     while True:
         try:
             question = pickle.load(questions)
         except EOFError:
             return
-        _send(_safely(question), answers)
+        _send(_safely(reader.read, question), answers)
 
 
 def _send(answer: Any, answers: BinaryIO) -> None:
@@ -148,18 +154,26 @@ def _send(answer: Any, answers: BinaryIO) -> None:
     answers.flush()
 
 
-def _imported() -> str:
+def _loaded(path: str) -> ModuleType:
+    """Return the reader that a file is."""
+    spec = importlib.util.spec_from_file_location("reader", path)
+    reader = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(reader)
+    return reader
+
+
+def _imported(library: str) -> str:
     """Import what reads; return what was missing, or nothing."""
     try:
-        importlib.import_module("SurfaceTopography.IO")
+        importlib.import_module(library)
     except ImportError as error:
         return str(error)
     return ""
 
 
-def _safely(question: dict[str, Any]) -> dict[str, Any]:
+def _safely(read: Callable[..., dict[str, Any]], question: dict[str, Any]) -> dict[str, Any]:
     try:
-        return _read(**question)
+        return read(**question)
     except Exception as error:  # whatever a library stumbles over
         return {"failed": _words(error)}
 
@@ -168,7 +182,15 @@ def _words(error: Exception) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())[:300] or 'no reason given'}"
 
 
-def _read(path: str, index: int | None) -> dict[str, Any]:
+def read(path: str, index: int | None = None) -> dict[str, Any]:
+    """Return what a file holds, or of the image ``index``, of those of all dimensions, its heights.
+
+    Returns
+    -------
+    dict
+        ``format`` and ``images``, or ``unit`` and ``heights`` as SurfaceTopography has them; ``said``, by reader, if
+        none takes the file.
+    """
     stat = os.stat(path)
     reader, said = _opened(path, stat.st_mtime_ns, stat.st_size)
     if reader is None:
@@ -224,4 +246,4 @@ if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is its caller's, who ends it
     own = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a library prints is no answer
-    serve(sys.stdin.buffer, own)
+    serve(sys.argv[1], sys.stdin.buffer, own)

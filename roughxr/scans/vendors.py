@@ -85,7 +85,7 @@ def _asked(path: Path, index: int | None = None) -> dict[str, Any]:
     if find_spec("SurfaceTopography") is None:
         raise not_installed("SurfaceTopography", "none")
     try:
-        return vendor_process.ask(path, index)
+        return vendor_process.ask(path, index=index)
     except vendor_process.ReadingFailed as failure:
         raise UnreadableScan(path, str(failure)) from None
     except ImportError as error:

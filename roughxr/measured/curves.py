@@ -1,4 +1,4 @@
-"""Force-distance curves in text tables: one row for each sample, columns that are named."""
+"""Force-distance curves as they were recorded: of microscopes' files, and of text tables with a row for each sample."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ import xarray as xr
 from .. import schema
 from ..scans import files
 from ..scans.channel import UnreadableScan
+from .curve_files import curve_kind, curves_of, opened
 from .forces import Calibration, converts, forces
-from .opening import lengths
-from .tables import Column, place_columns, read_table
+from .tables import Column, lengths, place_columns, read_table
 
 
 def open_curves(
@@ -25,28 +25,35 @@ def open_curves(
     sensitivity: Any = None,
     spring_constant: Any = None,
 ) -> xr.Dataset:
-    """Open the retractions of force-distance curves in a text table, for `curves_pull_off`.
+    """Open force-distance curves, for `curves_pull_off`.
 
     Parameters
     ----------
     path : str or path
-        Columns ``piezo`` and ``force`` or ``deflection``, with their units in brackets, one row for each sample, from
-        the most pressed on; ``piezo`` grows towards the surface. Where there are several curves, a column ``curve``
-        numbers them; columns ``x`` and ``y`` say where each was taken.
+        A microscope's file of one curve or of a map of them, in a format that afmformats knows (extra ``curves``: JPK,
+        Asylum, AFM Workshop, NT-MDT's and Chiaro's text, afmformats' own); the content decides, not the extension.
+        Or a table of retractions: columns ``piezo`` and ``force`` or ``deflection``, with their units in brackets, one
+        row for each sample, from the most pressed on; ``piezo`` grows towards the surface. Where there are several
+        curves, a column ``curve`` numbers them; columns ``x`` and ``y`` say where each was taken.
     units, piezo_units : str, optional
-        Of the force or deflection and of the piezo, where the file does not state them, and only there.
+        Of a table's force or deflection and of its piezo, where it does not state them, and only there.
     sensitivity, spring_constant : quantity, optional
-        As for `open_pull_off`.
+        As for `open_pull_off`, where the file does not state them, and only there. Three bare columns of numbers are
+        NT-MDT's curves if the sensitivity is in nm/nA.
 
     Returns
     -------
     Dataset
-        ``piezo`` (nm) and ``force`` (nN) along (subregion, sample), NaN after the end of shorter curves; the places.
+        ``piezo`` (nm) and ``force`` (nN) along (subregion, sample), of a microscope's file along (subregion, branch,
+        sample), NaN after the end of shorter curves; the places; spring constant (N/m) and sensitivity as attributes.
 
     Raises
     ------
     UnreadableScan
-        If columns or units are missing, the file is damaged, or a curve moves from place to place.
+        If columns or units, spring constant or sensitivity are missing, the file is damaged, or a curve of a table
+        moves from place to place.
+    ImportError
+        If the file needs afmformats, which is not installed.
     OSError
         If the file is absent, a directory, or may not be read.
 
@@ -60,15 +67,27 @@ def open_curves(
            [10., nan]])
     """
     path = files.regular_file(path)
+    family, _ = files.reader_of(path)
+    given = Calibration(units, sensitivity, spring_constant)
+    kind = files.guarded(path, curve_kind, path, family, given)
+    if kind is None:
+        ds = _of_table(path, piezo_units, given)
+    elif piezo_units is not None:
+        raise UnreadableScan(path, f"piezo_units: the file states them, found {piezo_units!r}; leave piezo_units= out")
+    else:
+        ds = curves_of(opened(path, kind, given))
+    ds.attrs.update(source_file=path.name, source_sha256=files.file_hash(path))
+    said = {"units": units, "piezo_units": piezo_units, "sensitivity": sensitivity, "spring_constant": spring_constant}
+    return schema.record(schema.label(ds), "open_curves", file=path.name, **said)
+
+
+def _of_table(path: Path, piezo_units: str | None, given: Calibration) -> xr.Dataset:
     columns = {one.name.lower(): one for one in files.guarded(path, read_table, path)}
-    force, how = _forces(path, columns, Calibration(units, sensitivity, spring_constant))
+    force, how = _forces(path, columns, given)
     own = _curves(path, columns, force.size)
     recorded = {"piezo": lengths(path, columns["piezo"], piezo_units), "force": force}
     made = {name: (("subregion", "sample"), _padded(values, own)) for name, values in recorded.items()}
-    ds = xr.Dataset(made, {"subregion": np.arange(len(own)), **_places(path, columns, own)}, how)
-    ds.attrs.update(source_file=path.name, source_sha256=files.file_hash(path))
-    given = {"units": units, "piezo_units": piezo_units, "sensitivity": sensitivity, "spring_constant": spring_constant}
-    return schema.record(schema.label(ds), "open_curves", file=path.name, **given)
+    return xr.Dataset(made, {"subregion": np.arange(len(own)), **_places(path, columns, own)}, how)
 
 
 def _forces(path: Path, columns: dict[str, Column], given: Calibration) -> tuple[np.ndarray, dict[str, Any]]:

@@ -1,0 +1,223 @@
+"""Force-distance curves and force volumes in microscopes' files, read through afmformats (extra ``curves``).
+
+A file is known by its content, and read in a process that is ended when it takes too long. What makes forces of its
+values is what the file states or what the caller states, never both and never a default.
+"""
+
+from __future__ import annotations
+
+import struct
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ..scans import vendor_process
+from ..scans.channel import UnreadableScan, not_installed
+from ..scans.netcdf import HDF5
+from ..scans.plain import decoded, separators
+from ..units import factor, positive
+from . import curve_reader
+from .forces import Calibration, has_units
+
+BRANCHES = ("loading", "retraction")
+
+#: First bytes of an archive, and what text files of curves say on their first lines.
+_ZIP = b"PK\x03\x04"
+_WORDS = {"afmformats": b"# afmformats", "workshop": b"Force-Distance Curve", "chiaro": b"Device:\tChiaro"}
+
+
+class CurveFile(NamedTuple):
+    """A file of curves, unread but for what it states."""
+
+    path: Path
+    kind: str
+    known: dict[str, float]  # what the caller states, m/V or m/A and N/m
+    format: str
+    curves: list[dict[str, float]]  # what the file states of each curve
+
+
+def curve_kind(path: Path, family: str, given: Calibration) -> str | None:
+    """Return what kind of file of curves a file is, by its content; None where it is none.
+
+    Parameters
+    ----------
+    path : Path
+    family : str
+        As `scans.files.reader_of` has it.
+    given : Calibration
+        Bare columns of numbers are an NT-MDT export where the sensitivity is in nm/nA.
+    """
+    with path.open("rb") as file:
+        head = file.read(4096)
+    if head.startswith(_ZIP):
+        return "zip"
+    if head.startswith(HDF5):
+        return "hdf5" if _software(path) == "afmformats" else None
+    if family == "text":
+        return next((kind for kind, words in _WORDS.items() if words in head), _nt_mdt(head, given))
+    return "igor" if _is_wave_of_columns(head) else None
+
+
+def _software(path: Path) -> str:
+    with xr.open_dataset(path, engine="netcdf4") as ds:
+        return str(ds.attrs.get("software", ""))
+
+
+def _is_wave_of_columns(head: bytes) -> bool:
+    """Return whether an Igor wave of version 5 has two dimensions; images have a third, of channels."""
+    if len(head) < 384 or head[:2] not in (b"\x05\0", b"\0\x05"):
+        return False
+    samples, columns, layers, _ = struct.unpack("<4i" if head[0] else ">4i", head[132:148])
+    return samples > columns > 1 and layers == 0
+
+
+def _nt_mdt(head: bytes, given: Calibration) -> str | None:
+    """Return "nt-mdt" for three bare columns of numbers whose sensitivity is one of a current."""
+    first = decoded(head).splitlines()[0]
+    delimiter, _ = separators(first)
+    bare = len(first.split(delimiter)) == 3 and not any(letter.isalpha() for letter in first)
+    return "nt-mdt" if bare and _of_a_current(given.sensitivity) else None
+
+
+def _of_a_current(sensitivity: Any) -> bool:
+    try:
+        return sensitivity is not None and positive(sensitivity, "nm/nA", "sensitivity") > 0
+    except ValueError:
+        return False
+
+
+def opened(path: Path, kind: str, given: Calibration) -> CurveFile:
+    """Return a file of curves, its samples unread.
+
+    Raises
+    ------
+    UnreadableScan
+        If it is damaged or holds no curves; if it does not state how its values become forces and the caller does not
+        either; or if both do.
+    """
+    stated = _stated(path, kind, given)
+    found = _asked(path, kind, {})
+    used = {name: stated[name] for name in _needed(path, kind, found, stated)}
+    found = _asked(path, kind, used) if used else found
+    curves = found["curves"]
+    if not curves:
+        raise UnreadableScan(path, "expected force-distance curves, found none")
+    for name in set(stated) - set(used):
+        _refuse_both(path, name, stated[name], [one[name] for one in curves if name in one])
+    return CurveFile(path, kind, used, found["format"], [{**stated, **one} for one in curves])
+
+
+def _stated(path: Path, kind: str, given: Calibration) -> dict[str, float]:
+    """Return what the caller states as afmformats names it, m/V (m/A) and N/m."""
+    for option in ("units", "pulls"):
+        if getattr(given, option) is not None:
+            raise UnreadableScan(path, f"{option}: expected none of curves, whose file states it; leave {option}= out")
+    found = {}
+    try:
+        if given.sensitivity is not None:
+            has_units(given.sensitivity)
+            found["sensitivity"] = positive(given.sensitivity, _per_volt(kind), "sensitivity")
+        if given.spring_constant is not None:
+            found["spring constant"] = positive(given.spring_constant, "N/m", "spring_constant")
+    except ValueError as error:
+        raise UnreadableScan(path, str(error)) from error
+    return found
+
+
+def _per_volt(kind: str) -> str:
+    return "m/A" if kind == "nt-mdt" else "m/V"
+
+
+def _needed(path: Path, kind: str, found: dict[str, Any], stated: dict[str, float]) -> list[str]:
+    """Return what the file does not state and forces need, if the caller states it."""
+    needed = found.get("missing", [])
+    lacking = [name.replace(" ", "_") for name in needed if name not in stated]
+    if lacking:
+        units = {"sensitivity": "'50 nm/nA'" if kind == "nt-mdt" else "'50 nm/V'", "spring_constant": "'0.2 N/m'"}
+        asked = ", ".join(f"{name}={units[name]}" for name in lacking)
+        raise UnreadableScan(path, f"expected forces, found none and no {' and no '.join(lacking)}; state {asked}")
+    return needed
+
+
+def _refuse_both(path: Path, name: str, given: float, own: list[float]) -> None:
+    """Refuse what the caller states beside the file, unless it is the same, or a spring constant beside bare forces."""
+    same = all(np.isclose(given, one, rtol=1e-6, atol=0) for one in own)
+    if same and (own or name == "spring constant"):
+        return
+    option = name.replace(" ", "_")
+    found = f"the file states {own[0]:.6g}" if own else "the file states forces"
+    raise UnreadableScan(
+        path,
+        f"{option}: {found}, found {given:.6g}; leave {option}= out; if the file's calibration is not to be believed, "
+        "multiply the forces by the ratio",
+    )
+
+
+def _asked(path: Path, kind: str, known: dict[str, float], **which: int) -> dict[str, Any]:
+    if find_spec("afmformats") is None:
+        raise not_installed("afmformats", "none", "curves")
+    try:
+        return vendor_process.ask(path, curve_reader.__file__, kind=kind, known=known, **which)
+    except vendor_process.ReadingFailed as failure:
+        raise UnreadableScan(path, str(failure)) from None
+    except ImportError as error:
+        raise not_installed("afmformats", error, "curves") from error
+
+
+def curves_of(file: CurveFile, first: int = 0, last: int | None = None) -> xr.Dataset:
+    """Return curves of a file, as `open_curves` does.
+
+    Parameters
+    ----------
+    file : CurveFile
+    first, last : int
+        Of those in the file; all by default.
+    """
+    curves = file.curves[first:last]
+    found = _asked(file.path, file.kind, file.known, first=first, last=first + len(curves))["branches"]
+    size = max((one[0].size for both in found for one in both if one is not None), default=0)
+    values = np.full((2, len(found), 2, size), np.nan)
+    for number, both in enumerate(found):
+        for branch, one in enumerate(both):
+            if one is not None:
+                values[:, number, branch, : one[0].size] = one
+    dims = "subregion", "branch", "sample"
+    made = {"piezo": (dims, values[0] * factor("m", "nm")), "force": (dims, values[1] * factor("N", "nN"))}
+    coords = {"subregion": np.arange(first, first + len(curves)), "branch": list(BRANCHES), **_places(curves)}
+    return xr.Dataset(made, coords, {"source_format": file.format, **calibration(file)})
+
+
+def _places(curves: list[dict[str, float]]) -> dict[str, Any]:
+    """Return where the curves were taken, nothing where that is not stated of each."""
+    if not all(f"position {axis}" in one for one in curves for axis in "xy"):
+        return {}
+    return {
+        f"subregion_{axis}": ("subregion", [one[f"position {axis}"] * factor("m", "nm") for one in curves])
+        for axis in "xy"
+    }
+
+
+def calibration(file: CurveFile) -> dict[str, float | str]:
+    """Return spring constant (N/m) and sensitivity of a file's curves, as attributes.
+
+    Raises
+    ------
+    UnreadableScan
+        If they change from curve to curve.
+    """
+    found: dict[str, float | str] = {}
+    for name in ("spring constant", "sensitivity"):
+        values = {one.get(name) for one in file.curves}
+        if len(values) > 1:
+            raise UnreadableScan(file.path, f"expected one {name} in a file, found {len(values)}; split it")
+        value = values.pop()
+        if value is not None:
+            found[name.replace(" ", "_")] = value
+    if "sensitivity" in found:
+        units = "nm/nA" if file.kind == "nt-mdt" else "nm/V"
+        found["sensitivity"] = float(f"{found['sensitivity'] * factor(_per_volt(file.kind), units):.12g}")
+        found["sensitivity_units"] = units
+    return found

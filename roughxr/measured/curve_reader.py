@@ -1,0 +1,114 @@
+"""Force-distance curves in microscopes' files, through afmformats (extra ``curves``).
+
+A reader as `scans.vendor_process` runs it, in a process that can be ended; it imports nothing of roughxr. What is added
+to afmformats: a file is taken for what its content is, whatever its name; the way towards the surface and the way back
+are told by the piezo's travel, since not every format marks them.
+"""
+
+from __future__ import annotations
+
+import os
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+LIBRARY = "afmformats"
+
+#: afmformats' readers by the kind of file that the caller found, the first that takes the file.
+_MODULES = {
+    "zip": ("fmt_jpk", "fmt_workshop.ws_map"),
+    "hdf5": ("fmt_hdf5",),
+    "igor": ("fmt_igor",),
+    "afmformats": ("fmt_tab",),
+    "workshop": ("fmt_workshop.ws_single",),
+    "chiaro": ("fmt_chiaro_txt",),
+    "nt-mdt": ("fmt_ntmdt_txt",),
+}
+
+#: Where a sensor measured the travel, that is it; what Chiaro's file has under this name is an indentation.
+_TRAVELS = {"chiaro": ("height (piezo)",)}
+_TRAVEL = ("height (measured)", "height (piezo)")
+
+#: What is told of each curve.
+_TOLD = ("spring constant", "sensitivity", "position x", "position y")
+
+
+def read(path: str, kind: str, known: dict[str, float], first: int = 0, last: int | None = None) -> dict[str, Any]:
+    """Return what a file of curves holds, or its curves from ``first`` to before ``last``.
+
+    Parameters
+    ----------
+    path : str
+    kind : str
+        What the file is by its content, one of `_MODULES`.
+    known : dict
+        ``sensitivity`` (m/V) and ``spring constant`` (N/m) as far as the caller states them.
+    first, last : int, optional
+
+    Returns
+    -------
+    dict
+        ``format`` and ``curves``, what the file states of each; ``missing`` where it lacks what makes forces of its
+        values; or ``branches``: of each curve a pair of (piezo towards the surface in m, force in N), or None.
+    """
+    from afmformats import errors
+
+    stat = os.stat(path)
+    try:
+        name, found = _opened(path, kind, tuple(sorted(known.items())), stat.st_mtime_ns, stat.st_size)
+        if last is None:
+            return {"format": name, "curves": [_told(one["metadata"]) for one in found]}
+        return {"branches": [_branches(one["data"], kind) for one in found[first:last]]}
+    except errors.MissingMetaDataError as error:
+        return {"missing": list(error.meta_keys)}
+    except errors.AFMFileFormatError as error:  # no Exception, by afmformats' choice
+        raise ValueError(str(error)) from None
+
+
+@lru_cache(maxsize=1)
+def _opened(path: str, kind: str, known: tuple, *_state: int) -> tuple[str, list[dict[str, Any]]]:
+    """Return the name of a file's format and its curves, their samples unread where the format allows."""
+    from afmformats.formats import formats_available
+    from afmformats.formats.fmt_jpk.jpk_reader import ArchiveCache
+
+    ArchiveCache.open_archives.clear()  # it knows files by their names, also those that have changed since
+    for module in _MODULES[kind]:
+        recipe = next(one for one in formats_available if one.loader.__module__ == f"afmformats.formats.{module}")
+        if recipe.recipe.get("detect", lambda _: True)(Path(path)):
+            return f"{recipe.maker} ({recipe.descr})", recipe.loader(Path(path), meta_override=dict(known))
+    raise ValueError("expected force-distance curves, found none that afmformats knows")
+
+
+def _told(metadata: Any) -> dict[str, float]:
+    return {name: float(metadata[name]) for name in _TOLD if name in metadata and np.isfinite(metadata[name])}
+
+
+def _branches(data: Any, kind: str) -> list[tuple[np.ndarray, np.ndarray] | None]:
+    """Return the last way towards the surface and the way back after it, None where there is none."""
+    names = list(data.keys())
+    travel = next((name for name in _TRAVELS.get(kind, _TRAVEL) if name in names), None)
+    if travel is None or "force" not in names:
+        raise ValueError(f"expected a force and a height of the piezo, found columns {', '.join(sorted(names))}")
+    piezo, force = (np.asarray(values, dtype=float) for values in (-np.asarray(data[travel]), data["force"]))
+    if piezo.shape != force.shape:
+        raise ValueError(f"expected as many heights as forces, found {piezo.size} and {force.size}")
+    parts = _segments(piezo, np.asarray(data["segment"]) if "segment" in names else np.zeros(piezo.size))
+    gains = [piezo[part][-1] - piezo[part][0] for part in parts]
+    back = next((k for k in range(len(parts) - 1, -1, -1) if gains[k] < 0), None)
+    there = next((k for k in range(len(parts) - 1 if back is None else back - 1, -1, -1) if gains[k] > 0), None)
+    return [None if k is None else (piezo[parts[k]], force[parts[k]]) for k in (there, back)]
+
+
+def _segments(piezo: np.ndarray, number: np.ndarray) -> list[slice]:
+    """Return the file's segments, one of them split where the piezo turns back."""
+    if piezo.size == 0:
+        return []
+    cuts = np.flatnonzero(np.diff(number)) + 1
+    if cuts.size == 0:
+        turn = int(np.nanargmax(piezo))
+        cuts = np.array([turn + 1] if 0 < turn < piezo.size - 1 else [], dtype=int)
+    ends = [0, *cuts.tolist(), piezo.size]
+    return [slice(a, b) for a, b in pairwise(ends)]

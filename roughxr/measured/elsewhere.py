@@ -1,0 +1,133 @@
+"""The test that counts: the work of adhesion that is fitted on one surface has to hold on the others.
+
+Each surface lets a fit of its own pass. A model is believed where one number, fitted once, predicts mean and spread of
+surfaces that it has not seen, within what its interval and the chance of places allow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from ..units import fraction
+from .comparison import against
+from .fitting import VERBS, fit_work_of_adhesion
+
+_ENDS = ("", "_low", "_high")
+
+
+def predict_others(
+    surfaces: Mapping[str, tuple[xr.Dataset, xr.Dataset]],
+    *,
+    fit_on: str,
+    statistics: Sequence[str] = ("mean", "std"),
+    method: str = "superposed",
+    subregions: Any = (8, 8),
+    confidence: float = 0.95,
+    resamples: int = 399,
+    seed: int = 0,
+    **options: Any,
+) -> xr.Dataset:
+    """Fit the work of adhesion on one surface, predict the others, and say whether what was measured lies inside.
+
+    Parameters
+    ----------
+    surfaces : mapping of str to (Dataset, Dataset)
+        Of each surface a scan with an assigned pair, and what was measured on it, from `open_pull_off`.
+    fit_on : str
+        The surface that the work of adhesion is fitted on, see `fit_work_of_adhesion`.
+    statistics : sequence of str
+        Which have to lie inside, see `bootstrap`.
+    method, subregions, confidence, resamples, seed, **options
+        As for `fit_work_of_adhesion`.
+
+    Returns
+    -------
+    Dataset
+        Along (surface, statistic), the fitted surface among them: ``predicted`` (nN) at the fitted work of adhesion,
+        with ``predicted_low`` and ``predicted_high``, between which the measured statistic is expected by the fit's
+        interval and the chance of both predicted and measured places; ``measured``; ``inside``; ``ratio``, measured
+        over predicted. Along ``surface`` ``was_fitted``. And the fit, see `fit_work_of_adhesion`. The attribute
+        ``verdict`` says it in words.
+
+    Raises
+    ------
+    ValueError
+        If there is no second surface, the one to fit on is unknown, or the fit's interval has no end: then it predicts
+        nothing.
+
+    Notes
+    -----
+    The errors are taken for independent and added in squares on the logarithms. What is wrong alike everywhere, such as
+    a spring constant, is fitted away and does not show here.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> from roughxr.synthetic import self_affine
+    >>> make = {"rms": 2.0, "hurst": 0.9, "rolloff": 300}
+    >>> scans = [self_affine((96, 96), 10, seed=seed, **make).contact.assign_pair(
+    ...     sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1) for seed in (1, 2)]
+    >>> pulls = [one.assign_coords(work_of_adhesion=0.3).contact.pull_off_map(subregions=(7, 7)) for one in scans]
+    >>> found = predict_others(dict(zip("ab", zip(scans, pulls))), fit_on="a", resamples=99)
+    >>> bool(found.inside.sel(surface="b", statistic="mean"))
+    True
+    """
+    fraction(confidence, "confidence")
+    schema.one_of(fit_on, tuple(surfaces), "fit_on")
+    if len(surfaces) < 2:
+        raise ValueError(f"surfaces: expected another beside {fit_on!r}, found none")
+    chance = {"confidence": confidence, "resamples": resamples, "seed": seed}
+    fit = fit_work_of_adhesion(*surfaces[fit_on], method=method, subregions=subregions, **chance, **options)
+    works = _works(fit, fit_on)
+    given = {"subregions": subregions, **options}
+    parts = [_compared(*both, works, VERBS[method], given, statistics, chance) for both in surfaces.values()]
+    out = xr.concat(parts, xr.DataArray(list(surfaces), dims="surface", name="surface"))
+    out["was_fitted"] = ("surface", [name == fit_on for name in surfaces])
+    out = schema.label(out.merge(fit.drop_attrs(deep=False), compat="override"))
+    for name in ("predicted", "predicted_low", "predicted_high", "measured"):
+        out[name].attrs["units"] = "nN"
+    out.attrs = {key: fit.attrs[key] for key in ("method", "confidence", "not_identifiable")}
+    out.attrs |= {"fit_on": fit_on, "verdict": _verdict(out, fit_on)}
+    return schema.record(out, "predict_others", surfaces[fit_on][0], fit_on=fit_on, method=method, **chance, **options)
+
+
+def _works(fit: xr.Dataset, fit_on: str) -> list[float]:
+    """Return the fitted work of adhesion and the ends of its interval."""
+    works = [float(fit[name]) for name in ("fitted_work_of_adhesion", "fitted_work_low", "fitted_work_high")]
+    if not np.isfinite(works).all():
+        raise ValueError(
+            f"fit_on: expected a surface whose forces tell the work of adhesion, found {fit_on!r}: "
+            f"{fit.attrs['not_identifiable']}"
+        )
+    return works
+
+
+def _compared(ds, measured, works, verb, given, statistics, chance) -> xr.Dataset:
+    """Return the statistics of one surface, predicted with their interval and measured."""
+    found = [verb(schema.label(ds.assign_coords(work_of_adhesion=work)), **given) for work in works]
+    sides = [against(one, measured, statistics=statistics, shift=None, **chance) for one in found]
+    own = sides[0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        p, m = ({end: np.log(own[f"{name}{end}"].values) for end in _ENDS} for name in ("predicted", "measured"))
+        less, more = (np.log(one["predicted"].values) for one in sides[1:])
+    low = p[""] - np.sqrt((p[""] - less) ** 2 + (p[""] - p["_low"]) ** 2 + (m["_high"] - m[""]) ** 2)
+    high = p[""] + np.sqrt((more - p[""]) ** 2 + (p["_high"] - p[""]) ** 2 + (m[""] - m["_low"]) ** 2)
+    out = own[["predicted", "measured", "ratio"]].drop_attrs(deep=False)
+    out["predicted_low"], out["predicted_high"] = ("statistic", np.exp(low)), ("statistic", np.exp(high))
+    return out.assign(inside=("statistic", (low <= m[""]) & (m[""] <= high)))
+
+
+def _verdict(out: xr.Dataset, fit_on: str) -> str:
+    """Return in words which surfaces lie inside."""
+    others = out.isel(surface=np.flatnonzero(~out["was_fitted"].values))
+    said = []
+    for name in others["surface"].values:
+        one = others.sel(surface=name)
+        off = [str(label) for label in one["statistic"].values[~one["inside"].values]]
+        said.append(f"{name}: {' and '.join(off)} outside" if off else f"{name}: inside")
+    return f"fitted on {fit_on}; " + "; ".join(said)

@@ -1,0 +1,49 @@
+"""Pull-offs of several files as one: places one after another, and the file that each comes from."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+
+def together(paths: Sequence[Any], found: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Return what was found in files along one ``subregion``.
+
+    Parameters
+    ----------
+    paths : sequence of path
+    found : sequence of Dataset
+        As many, each of one file.
+
+    Returns
+    -------
+    Dataset
+        Variables and coordinates that all of them have, and ``file``, where there are several: of each place its.
+
+    Raises
+    ------
+    ValueError
+        If there are none, or they were not measured alike.
+    """
+    if len(found) == 1:
+        return found[0]
+    kinds = sorted({ds.attrs["measured"] for ds in found})
+    if len(kinds) != 1:
+        raise ValueError(f"path: expected files that hold the same, found {', '.join(kinds) or 'no file'}")
+    common = set.intersection(*(set(map(str, ds.variables)) for ds in found))
+    named = [
+        ds[sorted(common)].assign_coords(file=("subregion", [Path(path).name] * ds.sizes["subregion"]))
+        for path, ds in zip(paths, found)
+    ]
+    parts = [ds.drop_vars("subregion", errors="ignore") for ds in named]
+    how = {"data_vars": "minimal", "coords": "minimal", "compat": "override", "combine_attrs": "drop_conflicts"}
+    out = xr.concat(parts, "subregion", join="outer", **how)
+    out = out.assign_coords(subregion=range(out.sizes["subregion"]))
+    hashes = "".join(ds.attrs["source_sha256"] for ds in found)
+    out.attrs["source_file"] = f"{Path(paths[0]).name} and {len(paths) - 1} more"
+    out.attrs["source_sha256"] = hashlib.sha256(hashes.encode()).hexdigest()
+    return out

@@ -1,0 +1,185 @@
+"""Several scans of one surface, or several placements, as one sample: what is common, and how far they differ.
+
+Scans of a surface differ by more than the chance of their places. Each statistic is taken scan by scan, and pooled as
+random effects: y_i = μ + b_i + e_i, with the variance τ² of b from scan to scan and that of e, known by the bootstrap,
+within each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from ..units import fraction
+from .sampling import SAMPLES, of_a_map
+from .uncertainty import bootstrap
+
+
+class Pool(NamedTuple):
+    """A mean of several estimates."""
+
+    mean: float
+    low: float
+    high: float
+    between: float  # standard deviation from one to the next, beyond their own errors
+    p_value: float  # of so large a spread by their own errors alone
+
+
+def pooled(
+    ds: xr.Dataset,
+    name: str,
+    *,
+    over: str = "scan",
+    statistics: Sequence[str] = ("mean", "std", "q5", "q50", "q95"),
+    confidence: float = 0.95,
+    resamples: int = 399,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Return statistics of several scans as of one surface, with intervals that hold what differs between scans.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Along ``over``, such as from `over_scans` or, of placements, from `vary`.
+    name : str
+        A variable along ``over`` and its samples (``subregion``, ``asperity``, or a map), or along ``over`` alone, such
+        as a roughness.
+    over : str
+        The dimension that is pooled.
+    statistics : sequence of str
+        See `bootstrap`; of a variable along ``over`` alone only its mean.
+    confidence : float
+    resamples, seed : int
+        Of the bootstrap within each scan.
+
+    Returns
+    -------
+    Dataset
+        Along ``statistic``: ``pooled`` with ``pooled_low`` and ``pooled_high``, about which scans' own are spread;
+        ``between_std``, the standard deviation from scan to scan that is left when the chance of their places is taken
+        off, 0 where there is none; ``between_p_value``, how likely they would differ so by that chance alone. Along
+        (``over``, statistic): each scan's ``estimate`` and its ``standard_error``.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two scans, a name is unknown, or a scan has fewer than two samples.
+
+    Notes
+    -----
+    τ² is Paule and Mandel's; the interval Hartung and Knapp's with Student's t of one less than there are scans, and
+    never narrower than the scans' own errors ask for. Of two scans it is wide, because two scans say little of others.
+
+    References
+    ----------
+    Paule & Mandel, J. Res. Natl. Bur. Stand. 87 (1982) 377; Hartung & Knapp, Stat. Med. 20 (2001) 3875.
+
+    Examples
+    --------
+    >>> values = np.random.default_rng(0).normal([[10.0], [12.0], [14.0]], 1.0, (3, 200))
+    >>> ds = xr.Dataset({"pull_off_force": (("scan", "subregion"), values)})
+    >>> found = pooled(ds, "pull_off_force", statistics=["mean"]).squeeze()
+    >>> bool(found.pooled_low < 12 < found.pooled_high), round(float(found.between_std)), float(found.between_p_value)
+    (True, 2, 0.0)
+    """
+    fraction(confidence, "confidence")
+    if name not in ds or over not in ds[name].dims:
+        found = tuple(ds[name].dims) if name in ds else f"variables {', '.join(map(str, ds.data_vars))}"
+        raise ValueError(f"{name}: expected it along {over!r}, found {found}")
+    if ds.sizes[over] < 2:
+        raise ValueError(f"{over}: expected at least two, found {ds.sizes[over]}; `bootstrap` is for one")
+    if ds[name].ndim == 1:
+        estimate, error, labels = ds[name].values[:, None].astype(float), np.zeros((ds.sizes[over], 1)), ["mean"]
+    else:
+        options = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "seed": seed}
+        estimate, error, labels = _each(ds, name, over, options)
+    pools = [random_effects(*both, confidence=confidence) for both in zip(estimate.T, error.T)]
+    out = xr.Dataset(
+        {key: ("statistic", list(values)) for key, values in zip(_NAMES, zip(*pools))}
+        | {"estimate": ((over, "statistic"), estimate), "standard_error": ((over, "statistic"), error)},
+        {"statistic": labels, over: ds[over].values if over in ds.coords else np.arange(ds.sizes[over])},
+    )
+    out = schema.label(out)
+    for variable in (*_NAMES[:4], "estimate", "standard_error"):
+        out[variable].attrs["units"] = ds[name].attrs.get("units", "1")
+    out.attrs = {"variable": name, "confidence": confidence, "pooled_over": over}
+    return schema.record(out, "pooled", ds, name=name, over=over, statistics=labels, confidence=confidence)
+
+
+_NAMES = ("pooled", "pooled_low", "pooled_high", "between_std", "between_p_value")
+
+
+def _each(ds: xr.Dataset, name: str, over: str, options: dict) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Return each scan's statistics and their standard errors, (scans, statistics)."""
+    from scipy.stats import norm
+
+    parts = [_alone(ds.isel({over: k}), name) for k in range(ds.sizes[over])]
+    found = [bootstrap(part, name, **options).sel(resampling="block") for part in parts]
+    width = 2 * norm.ppf(0.5 + options["confidence"] / 2)
+    estimate = np.stack([one["estimate"].values for one in found])
+    error = np.stack([(one["high"] - one["low"]).values / width for one in found])
+    return estimate, error, list(options["statistics"])
+
+
+def _alone(part: xr.Dataset, name: str) -> xr.Dataset:
+    """Return one scan's variable with its places, without samples that it does not have and others do."""
+    part = of_a_map(part[[name]])
+    dim = next((dim for dim in SAMPLES if dim in part[name].dims), None)
+    return part if dim is None else part.isel({dim: np.isfinite(part[name].values)})
+
+
+def random_effects(estimate: np.ndarray, error: np.ndarray, *, confidence: float) -> Pool:
+    """Return the mean of estimates that differ by more than their own errors.
+
+    Parameters
+    ----------
+    estimate, error : ndarray
+        And their standard errors, 0 where they are exact.
+    confidence : float
+
+    Examples
+    --------
+    >>> found = random_effects(np.array([1.0, 2.0, 3.0]), np.zeros(3), confidence=0.95)
+    >>> found.mean, found.between, round(found.high, 2)
+    (2.0, 1.0, 4.48)
+    """
+    from scipy.stats import chi2, t
+
+    k = estimate.size
+    tau2 = _between(estimate, error)
+    weight = _weights(error, tau2)
+    mean = float((weight * estimate).sum() / weight.sum())
+    own = (weight * (estimate - mean) ** 2).sum() / (k - 1)
+    exact = not (error > 0).any()
+    half = t.ppf(0.5 + confidence / 2, k - 1) * np.sqrt((own if exact else max(own, 1.0)) / weight.sum())
+    bare = _weights(error, 0.0)
+    spread = (bare * (estimate - (bare * estimate).sum() / bare.sum()) ** 2).sum()
+    p_value = np.nan if exact else float(chi2.sf(spread, k - 1))
+    return Pool(mean, float(mean - half), float(mean + half), float(np.sqrt(tau2)), p_value)
+
+
+def _weights(error: np.ndarray, tau2: float) -> np.ndarray:
+    """Return inverse variances; all alike where there is neither error nor spread."""
+    variance = error**2 + tau2
+    return np.ones(error.size) if not variance.all() else 1 / variance
+
+
+def _between(estimate: np.ndarray, error: np.ndarray) -> float:
+    """Return Paule and Mandel's variance between estimates: that by which weighted squares come out as expected."""
+    from scipy.optimize import brentq
+
+    k = estimate.size
+    if not (error > 0).any():
+        return float(estimate.var(ddof=1))
+
+    def excess(tau2):
+        weight = _weights(error, tau2)
+        mean = (weight * estimate).sum() / weight.sum()
+        return (weight * (estimate - mean) ** 2).sum() - (k - 1)
+
+    most = k * float(np.ptp(estimate)) ** 2
+    return 0.0 if excess(0.0) <= 0 or most == 0 else float(brentq(excess, 0.0, most))

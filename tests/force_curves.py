@@ -1,0 +1,160 @@
+"""Force-distance curves of JKR spheres, as an instrument records them, and the files that hold them."""
+
+import struct
+
+import numpy as np
+
+RADIUS, MODULUS, WORK, STIFFNESS = 2000.0, 40.0, 0.02, 1.0
+PULL = 1.5 * np.pi * WORK * RADIUS
+
+
+def sphere(piezo, work=WORK, stiffness=STIFFNESS):
+    """Return the force (nN), without noise, of a JKR sphere on a spring: jumping on (loading) or torn off."""
+    a = np.linspace(1.0, 140.0, 20000)
+    force = 4 * MODULUS * a**3 / (3 * RADIUS) - np.sqrt(8 * np.pi * work * MODULUS * a**3)
+    travel = a**2 / RADIUS - np.sqrt(2 * np.pi * work * a / MODULUS) + force / stiffness
+    fold = int(np.argmin(travel))  # where the spring tears it off
+    away = piezo[0] > piezo[-1]
+    touching = piezo > (travel[fold] if away else 0.0)
+    return np.where(touching, np.interp(piezo, travel[fold:], force[fold:]), 0.0)
+
+
+def recorded(rng, piezo, noise=1.0, **sphere_options):
+    """Return a sphere's force with noise, an offset, a drift in time and a virtual deflection."""
+    drift = rng.normal(0, 5) * np.linspace(0, 1, piezo.size)
+    line = rng.normal(0, 30) + rng.normal(0, 0.02) * piezo
+    return sphere(piezo, **sphere_options) + line + drift + rng.normal(0, noise, piezo.size)
+
+
+def cycle(rng, n=800, **options):
+    """Return piezo (nm) and force (nN) of both branches."""
+    there = np.linspace(-800.0, 150.0, n)
+    return [(piezo, recorded(rng, piezo, **options)) for piezo in (there, there[::-1])]
+
+
+def write_afmformats(path, count=4, fmt="hdf5", seed=0, **options):
+    """Write cycles on a square grid of 500 nm as afmformats exports them; return them."""
+    import h5py
+    from afmformats import AFMForceDistance
+
+    rng = np.random.default_rng(seed)
+    cycles = [cycle(rng, **options) for _ in range(count)]
+    side = int(np.ceil(np.sqrt(count)))
+    curves = [AFMForceDistance(*_contents(path, k, side, both)) for k, both in enumerate(cycles)]
+    if fmt == "tab":
+        curves[0].export_data(path, fmt="tab")
+        return cycles
+    with h5py.File(path, "w") as file:
+        for one in curves:
+            one.export_data(file, fmt="hdf5")
+    return cycles
+
+
+def _contents(path, number, side, both):
+    piezo, force = (np.concatenate(parts) for parts in zip(*both))
+    segment = np.repeat([0, 1], [both[0][0].size, both[1][0].size]).astype(np.uint8)
+    data = {"force": force * 1e-9, "height (measured)": -piezo * 1e-9, "segment": segment}
+    told = {"spring constant": STIFFNESS, "sensitivity": 5e-8, "imaging mode": "force-distance", "enum": number}
+    told |= {"position x": (number // side) * 5e-7, "position y": (number % side) * 5e-7, "path": path}
+    return data, told | {"point count": force.size}
+
+
+def write_workshop(path, both, volts=True):
+    """Write a cycle as AFM Workshop does: without what a volt is, or in forces."""
+    (there, pushed), (back, drawn) = both
+    unit, scale = ("T-B(V)", 1 / (50.0 * STIFFNESS)) if volts else ("Force(nN)", 1.0)
+    head = ["Force-Distance Curve", "File Format:\t3", "", "Date:\tWednesday, August 1, 2018", "Time:\t1:06:09 PM"]
+    head += ["Mode:\tSingle", "Point:\t1", "X, um:\t2.5", "Y, um:\t4.0", ""]
+    head += [f"Extend Z-Sense(nm),Extend {unit},Retract Z-Sense(nm),Retract {unit}"]
+    rows = np.c_[there, pushed * scale, back, drawn * scale]
+    path.write_text("\n".join(head + [",".join(f"{v:.10g}" for v in row) for row in rows]) + "\n")
+
+
+def write_nt_mdt(path, both):
+    """Write a cycle as NT-MDT's Nova exports it: height in nm, deflection in nA of both branches, one line a height."""
+    (there, pushed), (_, drawn) = both
+    rows = np.c_[-there, pushed / (50.0 * STIFFNESS), drawn[::-1] / (50.0 * STIFFNESS)][::-1]
+    path.write_text("\n".join("\t".join(f"{v:.10g}".replace(".", ",") for v in row) for row in rows) + "\n")
+
+
+def write_asylum(path, both):
+    """Write a cycle as an Igor wave of version 5 of three columns: Raw, Defl, ZSnsr in m, nothing marks the turn."""
+    piezo, force = (np.concatenate(parts) for parts in zip(*both))
+    columns = np.stack([piezo, force / STIFFNESS, piezo]).astype("<f4") * np.float32(1e-9)
+    note = "\r".join(f"{key}:{value}" for key, value in _NOTE.items()).encode()
+    labels = b"".join(name.encode().ljust(32, b"\0") for name in ("", "Raw", "Defl", "ZSnsr"))
+    wave = _wave_header(piezo.size, 3)
+    sizes = struct.pack("<15i", len(wave) + columns.nbytes, 0, len(note), 0, 0, 0, 0, 0, 0, len(labels), *[0] * 5)
+    head = struct.pack("<hh", 5, 0) + sizes[:60]
+    checksum = -int(np.frombuffer(head + wave, "<i2").sum(dtype=np.int64)) & 0xFFFF
+    head = struct.pack("<hH", 5, checksum) + sizes[:60]
+    path.write_bytes(head + wave + columns.tobytes() + note + labels)
+
+
+_NOTE = {"BaseName": "curve", "ImagingMode": "Contact", "NumPtsPerSec": 1000, "InvOLS": 5e-8}
+_NOTE |= {"SpringConstant": STIFFNESS, "InputTime": 1, "TriggerChannel": "Force", "TriggerPoint": 1e-7}
+_NOTE |= {"ApproachVelocity": 1e-6, "RetractVelocity": 1e-6, "MicroscopeModel": "MFP3D", "Version": 1}
+_NOTE |= {"Date": "2018-08-01", "Time": "13:06:09"}
+
+
+def _wave_header(rows, columns):
+    """Return the 320 bytes of an Igor wave's header of version 5."""
+    head = bytearray(320)
+    struct.pack_into("<IIi", head, 4, 0, 0, rows * columns)  # dates, samples
+    struct.pack_into("<h", head, 16, 2)  # single precision
+    head[28:32] = b"wave"
+    struct.pack_into("<4i", head, 68, rows, columns, 0, 0)
+    struct.pack_into("<4d", head, 84, 1.0, 1.0, 1.0, 1.0)
+    return bytes(head)
+
+
+def write_jpk(path, cycles, places=None, stated=True):
+    """Write cycles as a JPK force map: an archive of properties and big-endian integers, scaled in steps V → m → N."""
+    import zipfile
+
+    places = places or [(0.0, 0.0)] * len(cycles)
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("header.properties", "jpk-data-file=spm-forcefile\ntype=force-scan-map\n")
+        archive.writestr("index/", "")
+        for k, (both, place) in enumerate(zip(cycles, places)):
+            told = "".join(f"force-scan-series.header.position.{a}={v * 1e-9!r}\n" for a, v in zip("xy", place))
+            told += f"force-scan-series.header.position-index={k}\n"
+            archive.writestr(f"index/{k}/", "")
+            archive.writestr(f"index/{k}/header.properties", told)
+            archive.writestr(f"index/{k}/segments/", "")
+            for segment, (piezo, force) in enumerate(both):
+                _write_jpk_segment(archive, f"index/{k}/segments/{segment}/", segment, piezo, force, stated)
+
+
+def _write_jpk_segment(archive, folder, segment, piezo, force, stated):
+    archive.writestr(folder, "")
+    style = ("extend", "retract")[segment]
+    settings = {"duration": 1.0, "z-start": 0.0, "z-end": 1e-6, "type": f"z-{style}-force"}
+    lines = {f"settings.segment-settings.{key}": value for key, value in settings.items()}
+    lines |= {"settings.style": style, "settings.feedback-mode.name": "contact", "approach-id": "one"}
+    lines |= {"duration": 1.0, "num-points": piezo.size, "time-stamp": "2026-01-01 10\\:00\\:00 +0000"}
+    text = "".join(f"force-segment-header.{key}={value}\n" for key, value in lines.items())
+    volts = force / (50.0 * STIFFNESS)
+    text += _jpk_channel(archive, folder, "measuredHeight", -piezo * 1e-9, [("nominal", "volts", 1.0, "m")])
+    slots = [("distance", "volts", 5e-8, "m"), ("force", "distance", STIFFNESS, "N")]
+    vertical = _jpk_channel(archive, folder, "vDeflection", volts, slots)
+    text += (
+        vertical
+        if stated
+        else "\n".join(line for line in vertical.split("\n") if "conversion." not in line or ".name" in line)
+    )
+    archive.writestr(f"{folder}segment-header.properties", text)
+
+
+def _jpk_channel(archive, folder, name, values, slots):
+    """Write a channel's integers; return the properties that tell its values of them, and what these are worth."""
+    step = np.abs(values).max() / 2**30
+    archive.writestr(f"{folder}channels/{name}.dat", np.rint(values / step).astype(">i4").tobytes())
+    said = {"data.encoder.type": "signedinteger", "data.encoder.scaling.offset": 0.0}
+    said |= {"data.encoder.scaling.multiplier": step, "conversion-set.conversions.base": "volts"}
+    for slot, base, times, unit in slots:
+        scaling = {"offset": 0.0, "multiplier": times, "unit.unit": unit}
+        said |= {f"conversion-set.conversion.{slot}.scaling.{key}": value for key, value in scaling.items()}
+        said[f"conversion-set.conversion.{slot}.base-calibration-slot"] = base
+        said[f"conversion-set.conversion.{slot}.name"] = slot
+    return "".join(f"channel.{name}.{key}={value!s}\n" for key, value in said.items())

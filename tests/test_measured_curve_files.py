@@ -1,0 +1,253 @@
+"""Curves in microscopes' files are what was written, by the file's calibration or the caller's and by no other."""
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import roughxr
+from roughxr.cli import main
+from roughxr.measured import curve_reader
+from roughxr.scans import UnreadableScan, vendor_process
+
+from . import force_curves as made
+
+pytest.importorskip("afmformats", reason="microscopes' curves need the extra roughxr[curves]")
+
+GIVEN = {"sensitivity": "50 nm/V", "spring_constant": f"{made.STIFFNESS} N/m"}
+CURRENT = GIVEN | {"sensitivity": "50 nm/nA"}
+
+
+@pytest.fixture(scope="module")
+def volume(tmp_path_factory):
+    """Return the path of a map of nine curves, and what was written."""
+    path = tmp_path_factory.mktemp("volume") / "map.h5"
+    return path, made.write_afmformats(path, 9)
+
+
+def test_a_force_volume_is_what_was_written(volume):
+    path, cycles = volume
+    curves = roughxr.open_curves(path)
+    assert dict(curves.force.sizes) == {"subregion": 9, "branch": 2, "sample": 800}
+    for k, both in enumerate(cycles):
+        for branch, (piezo, force) in zip(curves.branch.values, both):
+            one = curves.sel(subregion=k, branch=branch)
+            np.testing.assert_allclose(one.piezo, piezo, atol=1e-9)
+            np.testing.assert_allclose(one.force, force, rtol=1e-12)
+    assert curves.spring_constant == made.STIFFNESS and curves.sensitivity == 50.0
+    np.testing.assert_allclose(curves.subregion_x, np.repeat([0, 500, 1000], 3))
+
+
+def test_pull_offs_of_a_volume_lie_within_their_stated_error(volume):
+    found = roughxr.open_pull_off(volume[0])
+    assert roughxr.schema.kind_of(found) == "pull_off" and found.measured == "force-distance curves"
+    off = (found.pull_off_force - made.PULL) / found.pull_off_uncertainty
+    assert float(np.abs(off).max()) < 4 and float((np.abs(off) < 2).mean()) > 0.7
+    assert set(found.reason.values) == {""} and "map.h5" in found.source_file
+    assert found.spring_constant == made.STIFFNESS
+    np.testing.assert_allclose(found.subregion_y, np.tile([0, 500, 1000], 3))
+
+
+def test_only_so_many_curves_are_in_memory_at_a_time(volume, monkeypatch):
+    whole = roughxr.open_pull_off(volume[0])
+    monkeypatch.setattr(roughxr.measured.opening, "_AT_ONCE", 4)
+    xr.testing.assert_identical(roughxr.open_pull_off(volume[0]), whole)
+
+
+def test_kept_curves_are_forces_over_the_distance_from_contact(volume):
+    found = roughxr.open_pull_off(volume[0], curves=True)
+    assert found.force.dims == ("subregion", "branch", "piezo_distance")
+    fine = np.linspace(150.0, -800.0, 100_000)
+    zero = fine[np.flatnonzero(made.sphere(fine) > 0)[-1]]
+    assert found.contact_point.mean() == pytest.approx(zero, abs=1.0)
+    ends = found.where((found.piezo_distance < 170) | (found.piezo_distance > 220)).force.mean("subregion")
+    there = zero - found.piezo_distance.values
+    for branch, piezo in (("loading", there[::-1]), ("retraction", there)):
+        expected = made.sphere(piezo)[:: -1 if branch == "loading" else 1]
+        off = ends.sel(branch=branch) - np.where(np.abs(there) < 5, np.nan, expected)
+        assert float(np.abs(off).quantile(0.99)) < 5.0
+
+
+WRITERS = {
+    "map.h5": (lambda path, both: made.write_afmformats(path, 1), {}),
+    "one.tab": (lambda path, both: made.write_afmformats(path, 1, "tab"), {}),
+    "volts.csv": (made.write_workshop, GIVEN),
+    "forces.csv": (
+        lambda path, both: made.write_workshop(path, both, volts=False),
+        {"spring_constant": made.STIFFNESS},
+    ),
+    "nova.txt": (made.write_nt_mdt, CURRENT),
+    "asylum.ibw": (made.write_asylum, {}),
+    "map.jpk-force-map": (lambda path, both: made.write_jpk(path, [both]), {}),
+    "bare.jpk-force-map": (lambda path, both: made.write_jpk(path, [both], stated=False), GIVEN),
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_every_format_tells_the_same_whatever_its_name(tmp_path, name):
+    both = made.cycle(np.random.default_rng(0))
+    write, given = WRITERS[name]
+    expected = roughxr.curves_pull_off(
+        xr.Dataset({n: ("sample", v, {"units": u}) for n, v, u in zip(("piezo", "force"), both[1], ("nm", "nN"))}),
+        spring_constant=made.STIFFNESS,
+    )
+    write(tmp_path / name, both)
+    (tmp_path / name).rename(tmp_path / "renamed.dat")
+    found = roughxr.open_pull_off(tmp_path / "renamed.dat", **given)
+    for variable in ("pull_off_force", "pull_off_uncertainty", "pull_off_distance", "contact_slope", "baseline_tilt"):
+        np.testing.assert_allclose(found[variable], expected[variable], rtol=2e-4, atol=1e-6)
+
+
+def test_a_jpk_map_brings_its_places(tmp_path):
+    rng = np.random.default_rng(2)
+    cycles, places = [made.cycle(rng) for _ in range(11)], [(100.0 * k, -50.0 * k) for k in range(11)]
+    made.write_jpk(tmp_path / "map.jpk-force-map", cycles, places)
+    found = roughxr.open_pull_off(tmp_path / "map.jpk-force-map")
+    np.testing.assert_allclose(found.subregion_x, 100.0 * np.arange(11))
+    np.testing.assert_allclose(found.subregion_y, -50.0 * np.arange(11))
+    off = (found.pull_off_force - made.PULL) / found.pull_off_uncertainty
+    assert float(np.abs(off).max()) < 4 and "JPK Instruments" in found.source_format
+    made.write_jpk(tmp_path / "bare.jpk-force", cycles[:1], stated=False)
+    with pytest.raises(UnreadableScan, match=r"no spring_constant and no sensitivity; state spring_constant='0.2 N/m'"):
+        roughxr.open_pull_off(tmp_path / "bare.jpk-force")
+
+
+def test_what_a_file_lacks_is_asked_for(tmp_path):
+    both = made.cycle(np.random.default_rng(0))
+    made.write_workshop(tmp_path / "volts.csv", both)
+    with pytest.raises(UnreadableScan, match="no sensitivity and no spring_constant; state sensitivity='50 nm/V'"):
+        roughxr.open_pull_off(tmp_path / "volts.csv")
+    with pytest.raises(UnreadableScan, match=r"no spring_constant; state spring_constant='0.2 N/m'"):
+        roughxr.open_pull_off(tmp_path / "volts.csv", sensitivity="50 nm/V")
+    with pytest.raises(UnreadableScan, match="sensitivity: expected its units"):
+        roughxr.open_pull_off(tmp_path / "volts.csv", sensitivity=50, spring_constant=1)
+    made.write_nt_mdt(tmp_path / "nova.txt", both)
+    with pytest.raises(UnreadableScan, match="if NT-MDT's force curve, sensitivity= in nm/nA"):
+        roughxr.open_pull_off(tmp_path / "nova.txt")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"spring_constant": "2 N/m"}, "the file states 1, found 2; leave spring_constant= out"),
+        ({"sensitivity": "60 nm/V"}, "leave sensitivity= out; if the file"),
+        ({"units": "nN"}, "leave units= out"),
+        ({"pulls": "negative"}, "leave pulls= out"),
+    ],
+)
+def test_what_a_file_states_is_not_said_again(volume, options, message):
+    with pytest.raises(UnreadableScan, match=message):
+        roughxr.open_pull_off(volume[0], **options)
+    roughxr.open_pull_off(volume[0], spring_constant=made.STIFFNESS, sensitivity="50 nm/V")
+
+
+def test_several_files_are_one(tmp_path):
+    rng = np.random.default_rng(1)
+    paths = [tmp_path / f"curve{k}.ibw" for k in range(3)]
+    for path in paths:
+        made.write_asylum(path, made.cycle(rng))
+    found = roughxr.open_pull_off(paths)
+    assert found.file.values.tolist() == [path.name for path in paths]
+    assert found.source_file == "curve0.ibw and 2 more" and found.sizes["subregion"] == 3
+    for k, path in enumerate(paths):
+        assert float(found.pull_off_force[k]) == float(roughxr.open_pull_off(path).pull_off_force[0])
+    (tmp_path / "table.csv").write_text("adhesion [nN]\n1\n2\n")
+    with pytest.raises(ValueError, match="expected files that hold the same, found force-distance curves, table"):
+        roughxr.open_pull_off([paths[0], tmp_path / "table.csv"])
+    with pytest.raises(ValueError, match="found no file"):
+        roughxr.open_pull_off([])
+
+
+@pytest.mark.parametrize("name", ["map.h5", "one.tab", "volts.csv", "nova.txt", "asylum.ibw", "map.jpk-force-map"])
+@pytest.mark.parametrize("keep", [0.02, 0.4, 0.97])
+def test_a_file_cut_short_is_refused_or_its_curve_is_short(tmp_path, name, keep):
+    both = made.cycle(np.random.default_rng(0))
+    write, given = WRITERS[name]
+    path = tmp_path / name
+    write(path, both)
+    whole = roughxr.open_pull_off(path, **given)
+    path.write_bytes(path.read_bytes()[: int(keep * path.stat().st_size)])
+    try:
+        found = roughxr.open_pull_off(path, **given)
+    except UnreadableScan as error:
+        assert str(path) in str(error)
+    else:  # a text that ends between two samples of the baseline is whole
+        assert name.endswith((".tab", ".csv", ".txt"))
+        np.testing.assert_allclose(found.pull_off_force, whole.pull_off_force, rtol=0.05)
+
+
+def test_foreign_files_are_refused(tmp_path):
+    (tmp_path / "archive.zip").write_bytes(b"PK\x03\x04" + np.random.default_rng(0).bytes(500))
+    xr.Dataset({"a": ("x", [1.0])}, attrs={"software": "afmformats"}).to_netcdf(tmp_path / "other.h5")
+    (tmp_path / "empty.tab").write_text("# afmformats 0.18\n#\n# BEGIN METADATA\n# {}\n# END METADATA\n")
+    (tmp_path / "head.csv").write_text("Force-Distance Curve\nFile Format:\t3\n")
+    for name in ("archive.zip", "other.h5", "empty.tab", "head.csv"):
+        for read in (roughxr.open_pull_off, roughxr.open_curves):
+            with pytest.raises(UnreadableScan, match=name):
+                read(tmp_path / name)
+
+
+def test_a_file_that_keeps_its_reader_busy_is_given_up(tmp_path, volume, monkeypatch):
+    whole = roughxr.open_pull_off(volume[0])
+    monkeypatch.setattr(vendor_process, "SECONDS", 0.3)
+    monkeypatch.setattr(vendor_process, "BYTES_PER_SECOND", 1e12)
+    rows = "1\t2\t3\t1\n" * 1_500_000
+    (tmp_path / "long.tab").write_text(f"{_tab_head('force', 'height (piezo)', 'time', 'segment')}{rows}")
+    start = time.monotonic()
+    with pytest.raises(UnreadableScan, match="reading it was ended after 0 s"):
+        roughxr.open_pull_off(tmp_path / "long.tab")
+    assert time.monotonic() - start < 30
+    monkeypatch.undo()
+    xr.testing.assert_identical(roughxr.open_pull_off(volume[0]), whole)
+    assert (os.getpid(), curve_reader.__file__) in vendor_process._running
+
+
+def _tab_head(*columns):
+    return "# afmformats 0.18\n#\n# BEGIN METADATA\n# {}\n# END METADATA\n#\n# " + "\t".join(columns) + "\n"
+
+
+def test_without_afmformats_the_extra_is_named(volume, monkeypatch):
+    monkeypatch.setattr(roughxr.measured.curve_files, "find_spec", lambda name: None)
+    with pytest.raises(ImportError, match=r'pip install "roughxr\[curves\]"'):
+        roughxr.open_pull_off(volume[0])
+
+
+def test_a_detector_that_ends_before_the_pull_is_no_measurement(volume):
+    curves = roughxr.open_curves(volume[0])
+    force = curves.force.where(curves.force > curves.force.min("sample") + 20, curves.force.min("sample") + 20)
+    found = roughxr.curves_pull_off(curves.assign(force=force.assign_attrs(units="nN")))
+    assert set(found.reason.values) == {"the detector's range ends before the largest pull"}
+    assert found.pull_off_force.isnull().all() and found.contact_point.notnull().all()
+
+
+def test_a_slope_that_no_spring_has_is_said(volume):
+    curves = roughxr.open_curves(volume[0])
+    with pytest.warns(roughxr.measured.ImplausibleCurves, match="times the spring constant: the sensitivity"):
+        roughxr.curves_pull_off(curves.assign_attrs(spring_constant=0.5))
+
+
+FOREIGN = os.environ.get("ROUGHXR_CURVES", "")
+
+
+@pytest.mark.skipif(not FOREIGN, reason="ROUGHXR_CURVES names no folder of afmformats' test data")
+def test_every_file_that_afmformats_is_tested_with_opens():
+    asked = {"2018-08-01": GIVEN, "2021-01-15": GIVEN, "calibration": GIVEN, "modified_2023": {"spring_constant": 1}}
+    paths = [path for path in sorted(Path(FOREIGN).glob("fmt-*")) if "chiaro" not in path.name]
+    assert paths
+    for path in paths:
+        given = next((one for key, one in asked.items() if key in path.name), CURRENT if "ntmdt" in path.name else {})
+        curves = roughxr.open_curves(path, **given)
+        assert np.isfinite(curves.force.sel(branch="retraction")).any("sample").all(), path.name
+
+
+def test_the_command_line_tells_what_became_of_the_curves(volume, tmp_path, capsys):
+    assert main(["measured", str(volume[0]), "-o", str(tmp_path / "pulls.csv")]) == 0
+    said = capsys.readouterr().out
+    assert "measured: force-distance curves" in said and "curves: 9 used" in said and "places: known" in said
+    again = roughxr.open_pull_off(tmp_path / "pulls.csv")
+    np.testing.assert_allclose(again.pull_off_force, roughxr.open_pull_off(volume[0]).pull_off_force)
+    assert main(["measured", str(volume[0]), "--spring-constant", "3"]) == 1
+    assert "leave spring_constant= out" in capsys.readouterr().err

@@ -1,0 +1,156 @@
+"""Several scans of one surface: their mean has an interval that holds what differs from scan to scan."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import roughxr
+from roughxr.statistics.pooling import random_effects
+from roughxr.synthetic import self_affine
+
+
+def several(rng, *, scans=4, places=100, within=2.0, between=1.0, mean=20.0):
+    values = mean + between * rng.standard_normal((scans, 1)) + within * rng.standard_normal((scans, places))
+    return xr.Dataset({"pull_off_force": (("scan", "subregion"), values, {"units": "nN"})})
+
+
+def test_the_interval_holds_the_surfaces_mean_at_its_nominal_rate():
+    rng = np.random.default_rng(0)
+    held, naive = [], []
+    for _ in range(80):
+        ds = several(rng)
+        found = ds.contact.pooled("pull_off_force", statistics=["mean"], resamples=99).squeeze()
+        held.append(bool(found.pooled_low < 20 < found.pooled_high))
+        every = ds.pull_off_force.values.ravel()
+        naive.append(abs(every.mean() - 20) < 1.96 * every.std() / np.sqrt(every.size))
+    assert np.mean(held) >= 0.9 and np.mean(naive) < 0.5
+
+
+def test_what_is_left_between_scans_is_found_and_nothing_where_there_is_nothing():
+    rng = np.random.default_rng(1)
+    options = {"statistics": ["mean"], "resamples": 99}
+    apart = [roughxr.pooled(several(rng, scans=8), "pull_off_force", **options) for _ in range(30)]
+    alike = [roughxr.pooled(several(rng, scans=8, between=0.0), "pull_off_force", **options) for _ in range(30)]
+    assert np.sqrt(np.mean([float(one.between_std[0]) ** 2 for one in apart])) == pytest.approx(1.0, rel=0.2)
+    assert np.median([float(one.between_std[0]) for one in alike]) < 0.1
+    assert np.mean([float(one.between_p_value[0]) < 0.05 for one in apart]) > 0.9
+    assert np.mean([float(one.between_p_value[0]) < 0.05 for one in alike]) < 0.2
+
+
+def test_of_equal_errors_it_is_the_analysis_of_variance():
+    estimate, error = np.array([1.0, 2.0, 4.0, 5.0]), np.full(4, 0.5)
+    found = random_effects(estimate, error, confidence=0.95)
+    assert found.mean == pytest.approx(3.0)
+    assert found.between**2 == pytest.approx(estimate.var(ddof=1) - 0.25)
+    assert found.high - found.mean == pytest.approx(3.1824463 * estimate.std(ddof=1) / 2)
+    same = random_effects(np.full(4, 2.0), error, confidence=0.95)
+    assert (same.mean, same.between, same.p_value) == (2.0, 0.0, 1.0)
+    assert same.high - same.mean == pytest.approx(3.1824463 * 0.25)  # no narrower than the errors ask for
+
+
+def test_a_worse_scan_counts_for_less():
+    alike, worse = (
+        random_effects(np.array([1.0, 1.1, 2.0]), np.array(e), confidence=0.9) for e in ([1] * 3, [1, 1, 9])
+    )
+    assert worse.mean < alike.mean
+
+
+@pytest.fixture(scope="module")
+def scans():
+    """Return three scans of one surface, one of them smaller, with a pair."""
+    made = [self_affine((n, n), 10, rms=1, hurst=0.8, rolloff=200, seed=k) for k, n in enumerate((64, 64, 48))]
+    return [one.contact.assign_pair(sphere_radius=2000, contact_modulus=40, work_of_adhesion=0.1) for one in made]
+
+
+def test_several_scans_are_what_each_is(scans):
+    named = {"left": scans[0], "right": scans[1], "small": scans[2]}
+    found = roughxr.over_scans(named, roughxr.pull_off_map, subregions=(4, 4))
+    assert found.pull_off_force.dims == ("scan", "subregion") and found.subregion_x.dims == ("scan", "subregion")
+    for name, one in named.items():
+        alone = one.contact.pull_off_map(subregions=(4, 4))
+        np.testing.assert_array_equal(found.pull_off_force.sel(scan=name), alone.pull_off_force)
+        np.testing.assert_array_equal(found.subregion_x.sel(scan=name), alone.subregion_x)
+    assert found.sphere_radius.ndim == 0
+    pooled = found.contact.pooled("pull_off_force", resamples=99)
+    assert pooled.estimate.dims == ("scan", "statistic") and pooled.pooled.units == "nN"
+    mean = pooled.sel(statistic="mean")
+    assert float(mean.estimate.min()) <= float(mean.pooled) <= float(mean.estimate.max())
+
+
+def test_scans_of_fewer_places_are_pooled_by_those_they_have(scans):
+    parts = [one.contact.pull_off_map(subregions=grid) for one, grid in zip(scans, ((4, 4), (4, 4), (3, 3)))]
+    grids = iter(((4, 4), (4, 4), (3, 3)))
+    found = roughxr.over_scans(scans, lambda ds: ds.contact.pull_off_map(subregions=next(grids)))
+    assert int(found.pull_off_force.isnull().sum()) == 7
+    pooled = found.contact.pooled("pull_off_force", statistics=["mean"], resamples=99)
+    np.testing.assert_allclose(pooled.estimate[:, 0], [float(part.pull_off_force.mean()) for part in parts])
+
+
+def test_roughness_is_pooled_over_scans_and_pull_off_over_placements(scans):
+    table = roughxr.over_scans(scans, roughxr.roughness, spectra=False)
+    found = table.contact.pooled("s_q").squeeze()
+    values = table.s_q.values
+    assert float(found.pooled) == pytest.approx(values.mean())
+    assert float(found.between_std) == pytest.approx(values.std(ddof=1)) and np.isnan(found.between_p_value)
+    placed = several(np.random.default_rng(0)).rename(scan="placement")
+    assert placed.contact.pooled("pull_off_force", over="placement", resamples=99).pooled_over == "placement"
+
+
+def test_what_cannot_be_pooled_is_refused(scans):
+    ds = several(np.random.default_rng(0))
+    with pytest.raises(ValueError, match="expected at least two, found 1"):
+        ds.isel(scan=[0]).contact.pooled("pull_off_force")
+    with pytest.raises(ValueError, match="expected it along 'scan', found"):
+        ds.rename(scan="other").contact.pooled("pull_off_force")
+    with pytest.raises(ValueError, match="expected it along 'scan', found variables pull_off_force"):
+        ds.contact.pooled("force")
+    with pytest.raises(ValueError, match="scans: expected at least one"):
+        roughxr.over_scans([], roughxr.roughness)
+    with pytest.raises(ValueError, match="delta: expected displacements"):
+        roughxr.over_scans(scans[:2], roughxr.direct)
+
+
+def test_catalogues_of_unlike_sizes_lie_side_by_side(scans, tmp_path):
+    found = roughxr.over_scans(scans, roughxr.asperities)
+    assert found.height.dtype == float and found.edge.dtype == float
+    for k, one in enumerate(scans):
+        own = found.isel(scan=k).height.dropna("asperity")
+        np.testing.assert_array_equal(own, roughxr.asperities(one).height)
+    found.to_netcdf(tmp_path / "both.nc")
+    assert found.contact.pooled("curvature_max", statistics=["q50"], resamples=99).pooled.units == "nm-1"
+
+
+def law_of(q, rms=2.0, hurst=0.8, rolloff=400.0, cutoff=45.0, side=2560.0):
+    """Return the spectrum (nm⁴) that `self_affine` draws from."""
+    falling = lambda q: (1 + (q * rolloff / (2 * np.pi)) ** 2) ** (-1 - hurst)  # noqa: E731
+    waves = 2 * np.pi / side * np.arange(-100, 101)
+    modes = np.hypot(waves[:, None], waves)
+    inside = (modes > 0) & (modes <= 2 * np.pi / cutoff)
+    return rms**2 * side**2 / falling(modes[inside]).sum() * falling(q)
+
+
+def test_scans_of_several_sizes_are_one_spectrum():
+    scans = []
+    for seed in range(4):
+        whole = self_affine((512, 512), 5, rms=2.0, hurst=0.8, rolloff=400, cutoff=45, seed=seed)
+        coarse = whole.isel(x=slice(None, None, 4), y=slice(None, None, 4))
+        scans += [one.contact.level() for one in (coarse, whole.isel(x=slice(64, 192), y=slice(256, 384)))]
+    found = roughxr.combined_spectrum(scans)
+    assert int(found.psd_scans[0]) == 4 and found.psd_scans.max() == 8 and int(found.psd_scans[-1]) == 4
+    off = found.psd / law_of(found.wavevector) - 1
+    shown = (found.wavevector < 2 * np.pi / 60).values  # above the cut-off, and what the window smears of it
+    assert shown.sum() > 10 and bool((abs(off) < 0.15 + 5 / np.sqrt(found.psd_modes))[shown].all())
+    assert abs(float(off[shown].weighted(found.psd_modes[shown]).mean())) < 0.1
+    assert int(found.psd_between_std.notnull().sum()) == int((found.psd_scans > 1).sum())
+
+
+def test_one_scan_is_its_own_spectrum_and_what_it_cannot_tell_is_left_out(scans):
+    found, rings = roughxr.combined_spectrum(scans[:1], window=None), roughxr.power_spectrum(scans[0])
+    kept = rings.where((rings.wavevector > 2 * np.pi / 320) & (rings.wavevector <= 2 * np.pi / 40), drop=True)
+    assert float((found.psd * found.psd_modes).sum()) == pytest.approx(float((kept.psd * kept.psd_modes).sum()))
+    blunt = roughxr.combined_spectrum(scans, shortest="100 nm")
+    assert float(blunt.wavevector.max()) < 2 * np.pi / 100
+    with pytest.raises(ValueError, match="found none down to 10000 nm"):
+        roughxr.combined_spectrum(scans, shortest=1e4)
+    with pytest.raises(ValueError, match="scans: expected at least one"):
+        roughxr.combined_spectrum([])
