@@ -266,6 +266,54 @@ def test_the_rose_and_the_fraction_remaining_are_drawn():
         roughxr.figures.fraction_remaining(ground)
 
 
+def placed(ground, columns):
+    """Return a result with contact centres on a grid."""
+    x, y = np.divmod(np.arange(ground.sizes["subregion"]), columns)
+    return ground.assign_coords(subregion_x=("subregion", 100.0 * x), subregion_y=("subregion", 100.0 * y))
+
+
+def test_the_map_shows_what_goes_first_at_each_place():
+    from matplotlib.figure import Figure
+
+    moment = [[1e3], [1e9], [1e9], [1e9], [np.nan], [1e3]]
+    ground = placed(held(moment, hinge=0.0, pull_off=[100.0, 100.0, 0.01, 100.0, 100.0, 100.0]), 2)
+    slides = ground.contact.critical_load(friction_coefficient=0.3)
+    assert slides["mode"].values.tolist() == ["roll", "slide", "slide", "slide", "no contact", "roll"]
+    ax = slides.contact.plot("mode", ax=Figure().subplots())
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["roll (2)", "slide (3)", "no contact (1)"]
+    colours = ax.collections[0].to_rgba(ax.collections[0].get_array().ravel())
+    by_place = dict(zip(slides["mode"].values[[0, 2, 4, 1, 3, 5]], colours))  # rows of the picture run along x
+    keys = dict(
+        zip(("roll", "slide", "no contact"), (handle.get_facecolor() for handle in ax.get_legend().legend_handles))
+    )
+    for mode, key in keys.items():
+        np.testing.assert_allclose(by_place[mode], np.ravel(key), atol=1e-6)
+    assert sorted(text.get_text() for text in ax.texts) == ["", "r", "r", "s", "s", "s"]
+    lifted = placed(held([[1e12]], hinge=0.0, pull_off=0.01), 1).contact.critical_load()
+    assert roughxr.figures.mode_map(lifted, ax=Figure().subplots()).texts[0].get_text() == "l"
+    with pytest.raises(ValueError, match="critical_load"):
+        roughxr.figures.mode_map(ground)
+
+
+def test_pull_offs_of_another_method_act_at_the_same_levers():
+    ground = placed(held(np.linspace(1000, 4000, 72) * np.array([[1.0], [2.0]]), load=7.0, hinge=60.0), 1)
+    ground["lever"] = ground.resisting_moment / ground.pull_off_force
+    ground["tipping_pull"] = ground.resisting_moment * 0 + 90.0
+    other = ground[["pull_off_force"]] * np.array([0.5, 3.0])
+    changed = detachment.with_pull_off(ground, other)
+    ratio = np.array([[0.5], [3.0]])
+    weight = 7.0 * 60.0
+    np.testing.assert_allclose(changed.resisting_moment, (ground.resisting_moment - weight) * ratio + weight)
+    np.testing.assert_allclose(changed.tipping_pull, (90.0 - 7.0) * ratio + 7.0 + 0 * ground.tipping_pull)
+    np.testing.assert_allclose(changed.pull_off_force, other.pull_off_force)
+    xr.testing.assert_equal(changed.hinge_distance, ground.hinge_distance)
+    same = detachment.with_pull_off(ground, ground)
+    np.testing.assert_allclose(same.resisting_moment, ground.resisting_moment)
+    for wrong in (other.isel(subregion=[0]), other.isel(subregion=[1, 0]), ground[["contact_area"]]):
+        with pytest.raises(ValueError, match="pull_off: expected"):
+            detachment.with_pull_off(ground, wrong)
+
+
 def test_levers_stand_beside_the_forces_of_their_places_in_the_file_for_resuspension_codes(tmp_path):
     surface = glass_pair(scan(rough(48, seed=1)))
     ground = surface.contact.rolling(directions=6, subregions=(3, 3))

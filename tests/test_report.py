@@ -61,7 +61,7 @@ class Page(html.parser.HTMLParser):
 def test_page_holds_everything_itself(written):
     text = written.read_text(encoding="utf-8")
     page = Page(text)
-    assert page.tags.count("img") == 12 and "script" not in page.tags and "link" not in page.tags
+    assert page.tags.count("img") == 15 and "script" not in page.tags and "link" not in page.tags
     assert all(link.startswith("data:image/png;base64,") for link in page.links)
     assert "url(" not in text and "@import" not in text
     assert len(text) < 4e6
@@ -83,6 +83,29 @@ def test_intervals_hold_their_estimates_and_debris_makes_a_second_row(run):
     assert (table.low <= table.estimate).all() and (table.estimate <= table.high).all()
     assert set(table.index.get_level_values("places")) == {"all places", "without debris"}
     assert (table["independent places"] <= 9).all()
+
+
+def test_the_flow_that_rolls_it_off_is_told_by_both_pull_offs(written, run):
+    table = report.detachment_table(run)
+    held, critical = run["solutions/rolling"], run["statistics/detachment_superposed"]
+    again = held.contact.critical_load().critical_friction_velocity
+    np.testing.assert_allclose(critical.critical_friction_velocity, again)
+    words = "critical friction velocity, median [m/s]"
+    assert table.loc[words, "energy"] == pytest.approx(float(again.median()))
+    ratio = run["statistics/adhesive"].pull_off_force / held.pull_off_force  # rolled off, u* goes as the root of it
+    expected = again * np.sqrt(ratio)
+    assert (run["statistics/detachment"]["mode"] == "roll").all()
+    np.testing.assert_allclose(run["statistics/detachment"].critical_friction_velocity, expected, rtol=0.05)
+    assert table.loc["places that roll first"].tolist() == [9, 9]
+    text = re.sub(r"data:image[^\"]*", "", written.read_text(encoding="utf-8"))
+    few = int((held.contacts < 3).sum())
+    assert "Coming off in a flow of air" in text and f"At {few} of 9 places the sphere rests on fewer" in text
+    assert "Where it comes off" in text and "How many stay" in text and "Which way it rolls" in text
+
+
+def test_a_run_without_moments_says_nothing_of_a_flow(run):
+    less = {name: ds for name, ds in run.items() if name != "solutions/rolling"}
+    assert report.coming_off_words(less) == [] and "Coming off" not in report.page(less)
 
 
 def test_cautions_say_what_is_wrong(run):
@@ -279,7 +302,7 @@ def test_page_is_whole_in_a_browser(written, width, tmp_path):
     dom = browse(page, f"--window-size={width},900", "--dump-dom")
     seen = json.loads(re.search(r'<pre id="probe">(.*?)</pre>', dom).group(1))
     assert seen["wrong"] == [] and seen["asked"] == 0
-    assert len(seen["pictures"]) == 12 and min(seen["pictures"]) > 500
+    assert len(seen["pictures"]) == 15 and min(seen["pictures"]) > 500
     assert seen["window"] <= max(width, 500) and seen["page"] <= seen["window"]
 
 

@@ -8,7 +8,7 @@ remaining   `resuspension`: the fraction of particles left, from computed moment
 A new load is one function ``(strength, body) -> Push`` and its row in `LOADS`, or a `Load` of one's own.
 """
 
-from .balance import critical_load
+from .balance import critical_load, with_pull_off
 from .kinetics import LogNormal, biasi_adhesion, resuspension_rate, rock_n_roll
 from .loads import LOADS, Body, Load, Push, drag, friction_reynolds, lift, torque, vibration_acceleration, weight
 from .remaining import resuspension
@@ -30,4 +30,5 @@ __all__ = [
     "torque",
     "vibration_acceleration",
     "weight",
+    "with_pull_off",
 ]

@@ -1,6 +1,7 @@
 """A run told to its readers: tables as text, the main numbers with their intervals, and one page that holds all."""
 
 from .budget import budget_table, headline
+from .coming_off import COMING_OFF, coming_off_words, detachment_table
 from .html import page, write_report
 from .intervals import interval_table
 from .repeat import command
@@ -8,11 +9,14 @@ from .tables import METHODS, contact_table, formula_table, scan_table, text
 from .warnings_shown import cautions, superposed
 
 __all__ = [
+    "COMING_OFF",
     "METHODS",
     "budget_table",
     "cautions",
+    "coming_off_words",
     "command",
     "contact_table",
+    "detachment_table",
     "formula_table",
     "headline",
     "interval_table",

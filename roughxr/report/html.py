@@ -20,6 +20,7 @@ from ..disk import whole
 from ..regions import extent
 from ..scans import level
 from .budget import BUDGET, budget_table, headline
+from .coming_off import COMING_OFF, coming_off_words, detachment_table
 from .embedded_figures import budget_picture, pictures
 from .intervals import interval_table
 from .repeat import command
@@ -111,6 +112,8 @@ def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
         budget_picture=budget_picture(run),
         adhesion=_adhesion(run),
         model=_model(run),
+        coming_off=coming_off_words(run),
+        coming_off_table=_as_text(detachment_table(run)) if set(COMING_OFF) <= set(run) else None,
         pictures=list(pictures(run)),
         tables=_tables(run),
         steps=_steps(run),
