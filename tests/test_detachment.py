@@ -314,6 +314,66 @@ def test_pull_offs_of_another_method_act_at_the_same_levers():
             detachment.with_pull_off(ground, wrong)
 
 
+def adhering(force, lever):
+    """Return what `rolling` would of pull-offs (nN) and levers (nm), one for each place and direction."""
+    force, lever = np.asarray(force, float), np.asarray(lever, float)
+    ground = held(force[:, None] * lever, directions=lever.shape[1])
+    ground["pull_off_force"] = ("subregion", force)
+    ground["lever"] = ground.resisting_moment / ground.pull_off_force
+    return roughxr.schema.label(ground.assign_coords(work_of_adhesion=0.1, contact_modulus=40.0))
+
+
+def test_parameters_are_those_that_the_samples_were_drawn_with():
+    rng, smooth = np.random.default_rng(5), 1.5 * np.pi * 0.1 * RADIUS
+    ground = adhering(smooth * 0.03 * 2.5 ** rng.normal(size=4000), 50 * 1.5 ** rng.normal(size=(4000, 4)))
+    found = detachment.parameters(ground)
+    assert float(found.adhesion_mean) == pytest.approx(0.03, rel=0.05)
+    assert float(found.adhesion_spread) == pytest.approx(2.5, rel=0.03) and float(found.adhesion_law_distance) < 0.03
+    assert float(found.lever_median) == pytest.approx(50 / RADIUS, rel=0.02)
+    assert float(found.moment_mean) == pytest.approx(smooth * 0.03 * 50, rel=0.05)
+    assert float(found.moment_spread) == pytest.approx(np.exp(np.hypot(np.log(2.5), np.log(1.5))), rel=0.03)
+    assert float(found.work_of_adhesion_low) == pytest.approx(0.1 * 0.03 * 2.5**-1.6449, rel=0.1)
+    assert float(found.work_of_adhesion_high) == pytest.approx(0.1 * 0.03 * 2.5**1.6449, rel=0.1)
+
+
+def test_lammps_numbers_give_its_pull_off_and_its_largest_moment():
+    """3πγR, and μ_roll R (0 + 2 · 3πγR) without a load: what its manual says of jkr and rolling sds."""
+    found = detachment.parameters(adhering([200.0, 300.0, 400.0], np.full((3, 4), 60.0)))
+    pull = 3 * np.pi * float(found.surface_energy_median) * RADIUS
+    assert pull == pytest.approx(300.0)
+    assert float(found.rolling_friction_median) * RADIUS * 2 * pull == pytest.approx(300.0 * 60.0)
+
+
+def test_saturnes_asperities_are_counted_on_the_scan(tmp_path):
+    x = (np.arange(120) + 0.5) * 10.0
+    bumps = [(200.0 + 400 * i, 200.0 + 400 * j) for i in range(3) for j in range(3)]
+    far = np.min([(x[:, None] - a) ** 2 + (x[None, :] - b) ** 2 for a, b in bumps], axis=0)
+    surface = glass_pair(scan(-far / (2 * 500.0), pixel=10.0))
+    catalogue = roughxr.asperities(surface, patch=5)
+    ground = adhering([200.0, 300.0, 400.0], np.full((3, 4), 60.0))
+    found = detachment.parameters(ground, catalogue=catalogue, large=catalogue)
+    assert float(found.asperity_density) == pytest.approx(9 / 1200**2)
+    assert float(found.asperity_radius) == pytest.approx(500.0, rel=1e-6)
+    assert float(found.asperity_coverage) == pytest.approx(np.pi * 500.0**2 * 9 / 1200**2, rel=1e-6)
+    assert float(found.large_asperity_spacing) == pytest.approx(400.0)
+    listed = pd.read_csv(found.contact.to_table(tmp_path / "numbers.csv"), index_col="quantity")
+    assert listed.loc["asperity_density", "units"] == "nm-2" and "denasp" in listed.loc["asperity_density", "meaning"]
+    assert listed.loc["surface_energy_median", "meaning"].endswith("(gamma of LAMMPS' jkr)")
+    with pytest.raises(ValueError, match="catalogue: expected summits"):
+        detachment.parameters(ground, catalogue=catalogue.assign(curvature_min=-catalogue.curvature_min))
+
+
+def test_each_place_has_its_row(tmp_path):
+    ground = adhering([200.0, 300.0], [[10.0, 20, 30, 40], [50.0, 50, 50, 50]])
+    found = detachment.by_place(ground)
+    assert found.lever.values.tolist() == [25.0, 50.0] and found.moment_least.values.tolist() == [2000.0, 15000.0]
+    assert found.moment_mean.values.tolist() == [5000.0, 15000.0]
+    assert found.moment_largest.values.tolist() == [8000.0, 15000.0]
+    assert len(pd.read_csv(found.contact.to_table(tmp_path / "places.csv"))) == 2
+    with pytest.raises(ValueError, match="rolling"):
+        detachment.by_place(found)
+
+
 def test_levers_stand_beside_the_forces_of_their_places_in_the_file_for_resuspension_codes(tmp_path):
     surface = glass_pair(scan(rough(48, seed=1)))
     ground = surface.contact.rolling(directions=6, subregions=(3, 3))

@@ -9,11 +9,12 @@ import subprocess
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import analysis, archive, report, schema
+from roughxr import analysis, archive, cli, report, schema
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
@@ -101,6 +102,35 @@ def test_the_flow_that_rolls_it_off_is_told_by_both_pull_offs(written, run):
     few = int((held.contacts < 3).sum())
     assert "Coming off in a flow of air" in text and f"At {few} of 9 places the sphere rests on fewer" in text
     assert "Where it comes off" in text and "How many stay" in text and "Which way it rolls" in text
+
+
+def test_the_command_line_says_how_the_sphere_of_a_run_comes_off(written, run, tmp_path, capsys):
+    names = {name: str(tmp_path / f"{name}.csv") for name in ("output", "parameters", "resuspension")}
+    files = [word for name, path in names.items() for word in (f"--{name}", path)]
+    slides = ["--shear-strength", "5 MPa", "--picture", str(tmp_path / "map.png")]
+    assert cli.main(["detach", str(written.parent), *slides, *files]) == 0
+    told = capsys.readouterr().out
+    held = report.moments_of(run, "adhesive")
+    critical = held.contact.critical_load(shear_strength="5 MPa")
+    middle = float(critical.critical_friction_velocity.median())
+    assert f"median {middle:.4g}" in told and f"slide at {int((critical['mode'] == 'slide').sum())}" in told
+    table = pd.read_csv(names["output"])
+    np.testing.assert_allclose(table["critical_friction_velocity [m s-1]"], critical.critical_friction_velocity)
+    np.testing.assert_allclose(table["moment_mean [nN nm]"], held.resisting_moment.mean("direction"))
+    assert table["mode"].tolist() == critical["mode"].values.tolist()
+    numbers = pd.read_csv(names["parameters"], index_col="quantity")["value"]
+    ratio = held.pull_off_force / (1.5 * np.pi * 0.5 * 500)
+    assert float(numbers["adhesion_mean"]) == pytest.approx(float(np.exp(np.log(ratio).mean())))
+    assert "lever_over_radius" in pd.read_csv(names["resuspension"], comment="#")
+    assert (tmp_path / "map.png").stat().st_size > 10_000
+
+
+def test_the_command_line_asks_for_what_is_missing(run, written, tmp_path, capsys):
+    assert cli.main(["detach", str(written.parent), "--load", "tilt"]) == 1
+    assert "particle_density: expected a density" in capsys.readouterr().err
+    less = archive.save({name: ds for name, ds in run.items() if name != "solutions/rolling"}, tmp_path / "run.nc")
+    assert cli.main(["detach", str(less)]) == 1
+    assert "expected a run that holds resisting moments" in capsys.readouterr().err
 
 
 def test_a_run_without_moments_says_nothing_of_a_flow(run):
@@ -311,4 +341,4 @@ def test_page_prints(written, tmp_path):
     sheet = tmp_path / "report.pdf"
     browse(written, f"--print-to-pdf={sheet}")
     pages = len(re.findall(rb"/Type\s*/Page\b", sheet.read_bytes()))
-    assert 2 <= pages <= 8
+    assert 2 <= pages <= 10

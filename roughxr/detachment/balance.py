@@ -155,7 +155,7 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     >>> bool(np.allclose(half.resisting_moment, 0.5 * held.resisting_moment)), bool((half.lever == held.lever).all())
     (True, True)
     """
-    _expect_moments(ds)
+    expect_moments(ds)
     force = pull_off.get("pull_off_force")
     if force is None or force.dims != ("subregion",) or not _same_places(ds, pull_off):
         raise ValueError("pull_off: expected pull_off_force along subregion, of the same places in the same order")
@@ -195,7 +195,7 @@ def _load_of(load: str | Load) -> Load:
 
 def held_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_strength: Any) -> Held:
     """Return what holds the sphere at each place of `rolling`, or say what is missing."""
-    _expect_moments(ds)
+    expect_moments(ds)
     if friction_coefficient is not None and shear_strength is not None:
         raise ValueError("expected either friction_coefficient or shear_strength, found both")
     names = ("resisting_moment", "hinge_distance", "tipping_pull", "tipping_hinge_distance")
@@ -214,8 +214,14 @@ def held_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_str
     )
 
 
-def _expect_moments(ds: xr.Dataset):
-    """Refuse what is no result of `rolling`."""
+def expect_moments(ds: xr.Dataset):
+    """Refuse what is no result of `rolling`.
+
+    Raises
+    ------
+    ValueError
+        If it is not.
+    """
     if "resisting_moment" not in ds or set(ds["resisting_moment"].dims) != {"subregion", "direction"}:
         found = ", ".join(map(str, ds.data_vars)) or "none"
         raise ValueError(f"expected resisting moments, of ds.contact.rolling(), found variables: {found}")

@@ -1,7 +1,7 @@
 """A run told to its readers: tables as text, the main numbers with their intervals, and one page that holds all."""
 
 from .budget import budget_table, headline
-from .coming_off import COMING_OFF, coming_off_words, detachment_table
+from .coming_off import COMING_OFF, coming_off_words, detachment_table, moments_of
 from .html import page, write_report
 from .intervals import interval_table
 from .repeat import command
@@ -20,6 +20,7 @@ __all__ = [
     "formula_table",
     "headline",
     "interval_table",
+    "moments_of",
     "page",
     "scan_table",
     "superposed",
