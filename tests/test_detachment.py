@@ -135,6 +135,14 @@ def test_reynolds_numbers_out_of_range_are_flagged():
     assert found.in_range.values.tolist() == [True, False]
 
 
+def test_hall_s_lift_and_creeping_drag_hold_together_nowhere():
+    """Hall measured from r⁺ = 1.8 on, creeping flow ends at 1: between and on either side one of both is stretched."""
+    assert detachment.loads.HALL_RANGE[0] > detachment.loads.CREEPING
+    ground = held(np.geomspace(1e-3, 1e9, 30)[:, None])
+    assert not ground.contact.critical_load(lift="hall").in_range.any()
+    assert ground.contact.critical_load(lift="leighton_acrivos").in_range.any()
+
+
 def test_the_weakest_direction_is_where_it_rolls_first():
     ground = held(np.tile(np.linspace(1000, 4000, 72), (2, 1)))
     every = [ground.contact.critical_load(direction=e).critical_friction_velocity[0].item() for e in ground.direction]
@@ -220,6 +228,44 @@ def test_from_a_scan_to_the_fraction_left():
     assert not found.in_range[-1]
     assert all(found[name].attrs["units"] for name in found.data_vars)
     assert [step["operation"] for step in roughxr.schema.history(found)][-2:] == ["rolling", "resuspension"]
+
+
+@pytest.fixture(scope="module")
+def sizes():
+    """Return moments of spheres of three radii, and the scan."""
+    surface = glass_pair(scan(rough(48, seed=1)))
+    radii = [1000.0, 2000.0, 4000.0]
+    return surface, roughxr.vary(surface, roughxr.rolling, sphere_radius=radii, directions=6, subregions=(3, 3))
+
+
+@pytest.mark.parametrize("load", ["wall_shear", "centrifuge"])
+def test_sizes_go_through_to_critical_values(sizes, load):
+    surface, held_by_size = sizes
+    found = held_by_size.contact.critical_load(load, particle_density=2500)
+    name = next(iter(found.data_vars))
+    assert dict(found[name].sizes) == {"sphere_radius": 3, "subregion": 9}
+    for radius in (1000.0, 4000.0):
+        one = roughxr.rolling(surface.assign_coords(sphere_radius=radius), directions=6, subregions=(3, 3))
+        alone = one.contact.critical_load(load, particle_density=2500)
+        part = found.sel(sphere_radius=radius)
+        np.testing.assert_allclose(part[name], alone[name], rtol=1e-6)
+        assert (part["mode"] == alone["mode"]).all()
+    if load == "wall_shear":
+        assert (found[name].median("subregion").diff("sphere_radius") < 0).all()  # large ones go first
+
+
+def test_a_powder_of_several_sizes_is_left_in_their_shares(sizes):
+    _, held_by_size = sizes
+    speeds = np.geomspace(0.5, 500, 12)
+    found = held_by_size.contact.resuspension(friction_velocity=speeds, resamples=99)
+    assert dict(found.remaining.sizes) == {"sphere_radius": 3, "friction_velocity": 12, "time": 1}
+    alone = held_by_size.isel(sphere_radius=1).contact.resuspension(friction_velocity=speeds, resamples=99)
+    np.testing.assert_allclose(found.remaining.isel(sphere_radius=1), alone.remaining)
+    shares = xr.DataArray([0.2, 0.5, 0.3], dims="sphere_radius")
+    powder = (found.remaining * shares).sum("sphere_radius")
+    assert (powder <= found.remaining.max("sphere_radius") + 1e-12).all() and (
+        powder.diff("friction_velocity") <= 0
+    ).all()
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ pushed along e may tip about any edge of its contact.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -63,7 +64,7 @@ def critical_load(
     Parameters
     ----------
     ds : Dataset
-        Of `rolling`.
+        Of `rolling`; or of `vary` over it, for spheres of several radii, say.
     load : {"wall_shear", "tilt", "centrifuge", "vibration"} or Load
         Of `detachment.LOADS`, or one's own. "centrifuge" pulls away from the wall, "vibration" shakes along it.
     direction : number, quantity or "weakest"
@@ -84,10 +85,11 @@ def critical_load(
     Returns
     -------
     Dataset
-        Along subregion: ``critical_friction_velocity`` (m/s), ``critical_acceleration`` (m/s²) or ``critical_angle``
-        (rad), 0 where a place rolls by itself and NaN where no strength suffices or nothing is in contact; ``mode``,
-        what goes first: roll, slide, lift, "none" or "no contact"; ``in_range``, whether the load's formulas hold
-        there.
+        Along subregion, and what was varied: ``critical_friction_velocity`` (m/s), ``critical_acceleration`` (m/s²) or
+        ``critical_angle`` (rad), 0 where a place rolls by itself and NaN where no strength suffices or nothing is in
+        contact; ``mode``, what goes first: roll, slide, lift, "none" or "no contact"; ``in_range``, whether all
+        formulas of the load hold there. In wall shear those of drag and torque hold for r⁺ up to 1. Hall measured
+        lift above 1.8, so that with lift="hall" it is False everywhere: no r⁺ suits both.
 
     Raises
     ------
@@ -105,6 +107,11 @@ def critical_load(
     >>> found.critical_friction_velocity.units, set(found["mode"].values.tolist())
     ('m s-1', {'roll'})
     """
+    if (name := a_parameter(ds)) is not None:
+        given = {"direction": direction, "particle_density": particle_density, "medium_density": medium_density}
+        given |= {"viscosity": viscosity, "lift": lift, "friction_coefficient": friction_coefficient}
+        given |= {"shear_strength": shear_strength, "gravity": gravity}
+        return for_each(name, ds, critical_load, load=load, **given)
     kind = _load_of(load)
     body = body_of(ds, particle_density, medium_density, viscosity, lift, gravity)
     if kind.critical != "critical_friction_velocity" and np.isnan(body.density):
@@ -174,6 +181,18 @@ def _same_places(one: xr.Dataset, other: xr.Dataset) -> bool:
     if one.sizes["subregion"] != other.sizes.get("subregion"):
         return False
     return all(np.allclose(one[name], other[name]) for name in ("subregion_x", "subregion_y") if name in one.coords)
+
+
+def a_parameter(ds: xr.Dataset) -> str | None:
+    """Return a dimension of resisting moments beside place and direction, such as `vary`'s, or None."""
+    dims = ds["resisting_moment"].dims if "resisting_moment" in ds else ()
+    return next((str(name) for name in dims if name not in ("subregion", "direction")), None)
+
+
+def for_each(name: str, ds: xr.Dataset, function: Callable, **options: Any) -> xr.Dataset:
+    """Return what a function makes of each of a dimension's entries, side by side along it."""
+    parts = [function(ds.isel({name: k}), **options) for k in range(ds.sizes[name])]
+    return xr.concat(parts, name, combine_attrs="drop_conflicts", coords="minimal", compat="override")
 
 
 def body_of(ds: xr.Dataset, density: Any, medium_density: Any, viscosity: Any, lift: str, gravity: float) -> Body:

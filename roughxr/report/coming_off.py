@@ -138,7 +138,7 @@ def coming_off_words(run: Run) -> list[str]:
     if few:
         said.append(
             f"At {few} of {known.size} places the sphere rests on fewer than three asperities: a real one would roll "
-            "on until three hold it, and these are the first to go here."
+            "on until three hold it, and the simulation's contact may be wider; these are the first to go here."
         )
     return said
 
