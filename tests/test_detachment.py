@@ -1,5 +1,7 @@
 """Coming off: loads, what gives way first, and how many particles stay, against closed forms."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,6 +12,7 @@ import roughxr
 from roughxr import detachment
 from roughxr.detachment import Load, Push, biasi_adhesion, rock_n_roll
 
+from .benchmarks import reeks_hall
 from .surfaces import glass_pair, rough, scan
 
 RADIUS = 5000.0  # nm
@@ -180,6 +183,19 @@ def test_rock_n_roll_with_biasis_adhesion():
 
     assert left(1.0) == pytest.approx(0.34026, abs=5e-6)
     assert brentq(lambda speed: left(speed) - 0.5, 0.3, 2.0) == pytest.approx(0.80040, abs=5e-6)
+
+
+@pytest.mark.parametrize("diameter", [10.0, 20.0])
+def test_rock_n_roll_with_biasis_fit_goes_through_the_published_runs(diameter):
+    """Its middle lies among those of the three runs of each size; it is off by less than 0.15 in the mean square."""
+    path = Path(__file__).resolve().parents[2] / "shared" / "measured" / "reeks_hall_2001.csv"
+    if not path.is_file():
+        pytest.skip("no measured runs of Reeks & Hall beside the checkout")
+    runs = {run: curve for (size, run), curve in reeks_hall.measured(path).items() if size == diameter}
+    middles = [reeks_hall.half_and_spread(*curve)[0] for curve in runs.values()]
+    fitted = reeks_hall.by_the_fit(500.0 * diameter, reeks_hall.SPEEDS)
+    assert len(runs) == 3 and min(middles) < reeks_hall.half_and_spread(reeks_hall.SPEEDS, fitted)[0] < max(middles)
+    assert reeks_hall.off_by(fitted, runs) < 0.15
 
 
 def test_static_balance_lets_the_median_go_where_the_mean_force_is_the_median_adhesion():
