@@ -334,7 +334,7 @@ def _need_hardness_above(hardness: float, work: float, length: float, law: str) 
     if hardness <= work / length:
         raise ValueError(
             f"hardness: expected more than the pull of adhesion, {work / length:.3g} GPa over {length:.3g} nm, found "
-            f"{hardness:.3g} GPa; assign the adhesion_range that belongs to the work of adhesion, {advice}"
+            f"{hardness:.3g} GPa; give the adhesion_range that belongs to the work of adhesion, {advice}"
         )
 
 

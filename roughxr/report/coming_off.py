@@ -121,11 +121,13 @@ def coming_off_words(run: Run) -> list[str]:
     """
     if not set(COMING_OFF) <= set(run):
         return []
-    critical = run["statistics/detachment"]
+    critical, hard = run["statistics/detachment"], "hardness" in run["solutions/rolling"].coords
     said = [
         "Air flows along x over a sphere without weight that lies as it was put down; nothing slides, no friction "
         "being given. What is resisted is the superposed asperities' moment about the contact's edge as they let go "
         "one after the other; of the simulation the pull-off forces are taken at the same levers, not its pressures."
+        + hard
+        * " These asperities stay elastic: flattened ones would be wider."
     ]
     known = np.isfinite(critical["critical_friction_velocity"].values)
     out = int((known & ~critical["in_range"].values.astype(bool)).sum())
