@@ -69,6 +69,12 @@ def moments_of(run: Run, method: str = "adhesive") -> xr.Dataset:
     -------
     Dataset
         As of `rolling`.
+
+    Examples
+    --------
+    >>> held = xr.Dataset({"resisting_moment": (("subregion", "direction"), [[1.0, 2.0]])})
+    >>> moments_of({"solutions/rolling": held}, "energy") is held
+    True
     """
     held = run["solutions/rolling"]
     if method == "energy":
