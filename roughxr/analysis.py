@@ -4,9 +4,9 @@ A run is a dictionary of Datasets, the groups of its archive:
 
     scan, asperities, reconstruction
     solutions/adhesive, /rigid, /direct, /contact (fields of one place), /smooth (the same sphere on a flat), /hertz,
-    /published, …
+    /published, …, /rolling (the moments that it resists)
     statistics/adhesive, /rigid, /published, …, /roughness, /regime (which model suits), /formulas (what they say here),
-    /error_budget, /sensitivity, /shorter_waves
+    /detachment and /detachment_superposed (the flow that rolls it off), /error_budget, /sensitivity, /shorter_waves
 """
 
 from __future__ import annotations
@@ -24,11 +24,13 @@ from . import figures, regions, report, schema
 from .catalogue import asperities
 from .contact.adhesion import MOST_REFINED, adhesive
 from .contact.elastic import direct
+from .contact.moments import rolling
 from .contact.problem import default_deltas, indenter_of
 from .contact.records import loading
 from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
 from .contact.superposition import superpose
+from .detachment import critical_load, with_pull_off
 from .disk import whole
 from .jobs.progress import teller
 from .jobs.run import checkpointed
@@ -386,6 +388,9 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
         groups[f"solutions/{name}"] = superpose(summed, delta=plan.sweep, formulation=name, **elastic)
     for name in COMPARED:
         groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
+    if "solutions/adhesive" in groups and "sphere_radius" in scan.coords:
+        say("what it takes to roll the sphere off")
+        groups |= _coming_off(suited, options, groups["statistics/adhesive"])
     if plan.budget and "solutions/adhesive" in groups:
         groups |= _error_budget(scan, plan, groups["solutions/adhesive"], progress)
     return groups
@@ -402,6 +407,20 @@ def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, progress: bo
     budget = error_budget(scan, solved=solved, changes=changes, scales=scales, seeds=0, **how)
     found = {"statistics/error_budget": budget, "statistics/sensitivity": changes}
     return found if scales is None else found | {"statistics/shorter_waves": scales}
+
+
+def _coming_off(catalogue: xr.Dataset, options: dict[str, Any], pulled: xr.Dataset) -> dict[str, xr.Dataset]:
+    """Return the moments that superposed asperities resist, and the flow that overcomes them by either pull-off.
+
+    The simulation's states are not kept: its pull-off acts at the levers of the superposed asperities.
+    """
+    held = rolling(catalogue, **options)
+    simulated = with_pull_off(held, pulled.isel(preload=0) if "preload" in pulled.dims else pulled)
+    return {
+        "solutions/rolling": held,
+        "statistics/detachment": critical_load(simulated),
+        "statistics/detachment_superposed": critical_load(held),
+    }
 
 
 def _pressed(scan: xr.Dataset, plan: Plan, options: dict[str, Any]) -> dict[str, xr.Dataset]:
@@ -509,6 +528,9 @@ def _print(tables: tuple, notes: list[str], groups: dict[str, xr.Dataset]) -> st
     parts = [report.text(table, title) for table, title in zip(tables, ("Scan and asperities", "Contact"))]
     if "statistics/error_budget" in groups:
         parts.append(report.text(report.budget_table(groups), "Error budget of the mean pull-off"))
+    if set(report.COMING_OFF) <= set(groups):
+        parts.append(report.text(report.detachment_table(groups), "Coming off in a flow of air"))
+        notes = [*notes, *report.coming_off_words(groups)]
     lines = "\n".join([*parts, *(fill(note, 100) for note in notes)])
     print(lines)
     return lines + "\n" * bool(notes)

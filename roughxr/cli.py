@@ -1,4 +1,4 @@
-"""The command line: ``roughxr paper``, ``run``, ``report``, ``explore``, ``info``, ``convert``, ``measured``, …"""
+"""The command line: ``roughxr paper``, ``run``, ``report``, ``explore``, ``detach``, ``info``, ``convert``, …"""
 
 from __future__ import annotations
 
@@ -12,6 +12,10 @@ from .substances import MATERIALS
 
 #: Laws of attraction, those of `adhesive`, written here so that help needs no solver.
 LAWS = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
+
+#: Loads of `critical_load`, and what may flow, kg/m³ and m²/s at 20 °C.
+LOADS = ("wall_shear", "tilt", "centrifuge", "vibration")
+FLUIDS = {"air": (1.181, 1.539e-5), "water": (998.2, 1.004e-6)}
 
 #: What went wrong with the input is said in a line; anything else is a fault of ours and shows its trace.
 _REFUSALS = (ValueError, TypeError, OSError, ImportError, RuntimeError)
@@ -55,6 +59,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_convert(commands)
     _add_measured(commands)
     _add_compare(commands)
+    _add_detach(commands)
     _add_cite(commands)
     return parser
 
@@ -268,6 +273,32 @@ def _add_measurement(command, name: str = "file", *, help: str = _MEASURED) -> N
     )
 
 
+def _add_detach(commands) -> None:
+    command = commands.add_parser("detach", help="say at what flow, shake or tilt the sphere of a run comes off")
+    command.add_argument("run", metavar="RUN", help="the archive of a run, such as run.nc, or its folder")
+    command.add_argument("--load", default="wall_shear", choices=LOADS, help="default: %(default)s")
+    command.add_argument(
+        "--fluid", default="air", choices=sorted(FLUIDS), help="at 20 °C; adhesion stays as in the run"
+    )
+    command.add_argument("--particle-density", metavar="RHO", help="kg/m³; default: no weight, in a flow")
+    slides = command.add_mutually_exclusive_group()
+    slides.add_argument("--friction-coefficient", type=float, metavar="MU", help="default: nothing slides")
+    slides.add_argument("--shear-strength", metavar="TAU", help="of the contact, GPa, or text such as '5 MPa'")
+    command.add_argument(
+        "--method",
+        default="adhesive",
+        choices=("adhesive", "energy"),
+        help="whose pull-off forces: of the simulation, or superposed asperities; default: %(default)s",
+    )
+    command.add_argument("-o", "--output", metavar="TABLE", help="one row for each place, OUT.csv or OUT.parquet")
+    command.add_argument(
+        "--parameters", metavar="TABLE", help="what Rock'n'Roll, LAMMPS and code_saturne take, OUT.csv or OUT.parquet"
+    )
+    command.add_argument("--resuspension", metavar="CSV", help="the distribution of adhesion and lever")
+    command.add_argument("--picture", metavar="PNG", help="draw what goes first at each place, and the rose of moments")
+    command.set_defaults(command=_detach)
+
+
 def _add_cite(commands) -> None:
     command = commands.add_parser("cite", help="print what to cite, for BibTeX")
     command.set_defaults(command=lambda _: print(_BIBTEX))
@@ -463,6 +494,71 @@ def _compare(options) -> None:
         figures.predicted_and_measured(predicted, own, found=found, ax=axes)
         figures.save(axes[0].figure, options.picture, dpi=150)
         print(f"drawn in {options.picture}")
+
+
+def _detach(options) -> None:
+    from pathlib import Path
+
+    from . import archive, detachment, exports, report
+
+    groups = archive.load(archive.of_run(Path(options.run)))
+    if not set(report.COMING_OFF) <= set(groups):
+        raise ValueError(
+            f"{options.run}: expected a run that holds resisting moments, found none; runs without adhesion, of an "
+            "indenter's map or of an older roughxr hold none: run it again"
+        )
+    held = report.moments_of(groups, options.method)
+    density, viscosity = FLUIDS[options.fluid]
+    critical = detachment.critical_load(
+        held,
+        options.load,
+        particle_density=options.particle_density and _number(options.particle_density),
+        medium_density=density,
+        viscosity=viscosity,
+        friction_coefficient=options.friction_coefficient,
+        shear_strength=options.shear_strength and _number(options.shear_strength),
+    )
+    _tell_critical(critical, options)
+    if options.output:
+        table = detachment.by_place(held).merge(critical, compat="override", combine_attrs="override")
+        print(f"written to {exports.to_table(table, options.output)}")
+    if options.parameters:
+        numbers = detachment.parameters(held, catalogue=groups["asperities"])
+        print(f"written to {exports.to_table(numbers, options.parameters)}")
+    if options.resuspension:
+        print(f"written to {exports.to_resuspension(held, options.resuspension)}")
+    if options.picture:
+        _draw_coming_off(critical, held, options.picture)
+
+
+def _tell_critical(critical, options) -> None:
+    """Print how strong a load must be, and how the sphere comes off."""
+    import numpy as np
+
+    name = next(iter(critical.data_vars))
+    values = critical[name].values[np.isfinite(critical[name].values)]
+    words = f"{critical[name].attrs['long_name']}, {critical[name].attrs['units']}"
+    print(f"{options.load} in {options.fluid}, pull-off forces of {options.method!r}; {words}:")
+    if values.size:
+        least, middle, most = np.quantile(values, (0.05, 0.5, 0.95))
+        print(f"  5 % of places {least:.4g}, median {middle:.4g}, 95 % {most:.4g}")
+    counts = ((mode, int((critical["mode"] == mode).sum())) for mode in np.unique(critical["mode"].values.astype(str)))
+    print("what goes first: " + ", ".join(f"{mode} at {count}" for mode, count in counts))
+    inside = int(critical["in_range"].sum())
+    print(f"within the formulas' range: {inside} of {critical.sizes['subregion']} places")
+
+
+def _draw_coming_off(critical, held, path: str) -> None:
+    """Draw the map of what goes first beside the rose of resisting moments."""
+    from matplotlib.figure import Figure
+
+    from . import figures
+
+    figure = Figure(figsize=(6.9, 3.4), layout="constrained")
+    figures.mode_map(critical, ax=figure.add_subplot(1, 2, 1))
+    figures.moment_rose(held, ax=figure.add_subplot(1, 2, 2, projection="polar"))
+    figures.save(figure, path, dpi=150)
+    print(f"drawn in {path}")
 
 
 def _pulls(ds) -> bool:

@@ -11,6 +11,7 @@ import itertools
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from . import materials, schema
@@ -18,10 +19,16 @@ from .catalogue import asperities
 from .contact.asperity_sum import fit_of
 
 #: Units of what is proportional to E*.
-_STRESSES = ("nN", "GPa")
+_STRESSES = ("nN", "GPa", "nN nm")
 
 #: Solves that sum over asperities: a scan's catalogue is made once for all of them.
-_OF_ASPERITIES = ("superpose", "pull_off_map")
+_OF_ASPERITIES = ("superpose", "pull_off_map", "rolling")
+
+#: Solves whose results are known to scale so; what others return is solved for every pair.
+_SCALING = (*_OF_ASPERITIES, "direct", "adhesive", "rigid")
+
+#: Options and coordinates that are forces or pressures of their own: with them nothing scales.
+_FIXED = ("load", "preload"), ("hardness", "hardness_estimate")
 
 
 def vary(
@@ -41,7 +48,8 @@ def vary(
     ds : Dataset
         A scan, or an asperity catalogue where ``solve`` takes one, with an assigned pair.
     solve : callable
-        `direct`, `superpose`, `pull_off_map` or `adhesive`.
+        `direct`, `superpose`, `pull_off_map`, `adhesive` or `rolling`; or a function of a Dataset and options of one's
+        own.
     sphere_radius, contact_modulus, work_of_adhesion : array_like, optional
         Values in nm, GPa and J/m², ascending; what is not given stays as assigned, and no dimension.
     indenter : Dataset, optional
@@ -83,13 +91,13 @@ def vary(
             f"{len(axes['sphere_radius'])}; vary the other parameters, or leave the fields out"
         )
     varied = [name for name, values in given.items() if values is not None]
-    if solve.__name__ in _OF_ASPERITIES and "asperity" not in ds.dims:
+    if getattr(solve, "__name__", "") in _OF_ASPERITIES and "asperity" not in ds.dims:
         ds = asperities(ds, **fit_of(options.get("formulation")))
     solved: dict[tuple, xr.Dataset] = {}
     parts = []
     for values in itertools.product(*axes.values()):
         pair = dict(zip(axes, values))
-        key = _shared(pair, solve, options)
+        key = _shared(pair, solve, options) if _scales(ds, solve, options) else tuple(pair.values())
         if key not in solved:
             solved[key] = solve(ds.assign_coords(pair), **options)
         parts.append(_scaled(solved[key], pair).expand_dims(varied))
@@ -97,7 +105,9 @@ def vary(
     how = {"join": "exact", "combine_attrs": "drop_conflicts", "data_vars": "all", "coords": "minimal"}
     out = xr.combine_by_coords(parts, compat="override", **how)
     arguments = {name: given[name] for name in varied}
-    return schema.record(schema.label(out), "vary", parts[0], solve=solve.__name__, **arguments)
+    return schema.record(
+        schema.label(out), "vary", parts[0], solve=getattr(solve, "__name__", "a function"), **arguments
+    )
 
 
 def _placed(ds: xr.Dataset, solve: Callable, indenter: xr.Dataset, given: dict[str, Any], options: dict[str, Any]):
@@ -145,10 +155,17 @@ def _axes(ds: xr.Dataset, given: dict[str, Any]) -> dict[str, list[float]]:
     return axes
 
 
+def _scales(ds: xr.Dataset, solve: Callable, options: dict[str, Any]) -> bool:
+    """Say whether solutions of pairs with the same w/E* differ by a factor only."""
+    given, assigned = _FIXED
+    forced = any(options.get(name) is not None and np.any(options[name]) for name in given)
+    return getattr(solve, "__name__", "") in _SCALING and not forced and not set(assigned) & set(ds.coords)
+
+
 def _shared(pair: dict[str, float], solve: Callable, options: dict[str, Any]) -> tuple:
     """Return what the solution depends on, but for its scale."""
     radius, modulus = pair.get("sphere_radius"), pair.get("contact_modulus")
-    if options.get("load") is not None or modulus is None:
+    if modulus is None:
         return tuple(pair.values())
     adhesionless = solve.__name__ == "direct" or options.get("law") == "hertz" or "work_of_adhesion" not in pair
     return radius, None if adhesionless else float(f"{pair['work_of_adhesion'] / modulus:.13g}")

@@ -321,6 +321,33 @@ VARIABLES: dict[str, Variable] = {
     "remaining_low": Variable("1", "fraction remaining, lower end of its confidence interval"),
     "remaining_high": Variable("1", "fraction remaining, upper end of its confidence interval"),
     "remaining_here": Variable("1", "probability that the particle is still there"),
+    # what other codes take
+    "moment_mean": Variable("nN nm", "resisting moment, mean", "of all places the geometric one"),
+    "moment_spread": Variable("1", "resisting moment, geometric standard deviation"),
+    "moment_least": Variable("nN nm", "resisting moment, smallest over directions"),
+    "moment_largest": Variable("nN nm", "resisting moment, largest over directions"),
+    "adhesion_mean": Variable("1", "pull-off over 3/2 pi w R, geometric mean of a log-normal law"),
+    "adhesion_spread": Variable("1", "pull-off over 3/2 pi w R, geometric standard deviation of that law"),
+    "adhesion_law_distance": Variable("1", "Kolmogorov-Smirnov distance of the places from that law"),
+    "work_of_adhesion_median": Variable(
+        "J m-2", "work of adhesion of a smooth JKR sphere that pulls off as hard, median"
+    ),
+    "work_of_adhesion_low": Variable("J m-2", "work of adhesion of a smooth JKR sphere that pulls off as hard, 5 %"),
+    "work_of_adhesion_high": Variable("J m-2", "work of adhesion of a smooth JKR sphere that pulls off as hard, 95 %"),
+    "surface_energy_median": Variable("J m-2", "half of that work, median (gamma of LAMMPS' jkr)"),
+    "lever_median": Variable("1", "lever over the sphere's radius, median"),
+    "lever_low": Variable("1", "lever over the sphere's radius, 5 %"),
+    "lever_high": Variable("1", "lever over the sphere's radius, 95 %"),
+    "rolling_friction_median": Variable(
+        "1", "half of that lever, median (mu_roll of LAMMPS' rolling sds, without load)"
+    ),
+    "asperity_density": Variable("nm-2", "asperities on each area (denasp of code_saturne)"),
+    "asperity_radius": Variable("nm", "median radius of asperities (rayasp of code_saturne)"),
+    "asperity_coverage": Variable(
+        "1", "pi times density and squared radius of asperities", "1 at most, of hemispheres"
+    ),
+    "large_asperity_spacing": Variable("nm", "mean distance of large asperities (espasg of code_saturne)"),
+    "large_asperity_radius": Variable("nm", "median radius of large asperities (rayasg of code_saturne)"),
     # one asperity, one sphere
     "distance": Variable("nm", "distance from the plane", "of the sphere's lowest point"),
     "semi_axis_a": Variable("nm", "longer semi-axis of the contact ellipse"),

@@ -46,28 +46,43 @@ class Material(NamedTuple):
 #: Chemistry of Foods, table 12.2, which has 90 for glass; silicon's 130 and 0.279 in MEMS practice (memsnet.org, mems-
 #: talk, 2001); gold's 0.42 in tables of Poisson's ratio, which have 0.27 to 0.30 for steel and 0.18 to 0.3 for glass.
 #: Dowling, Mechanical Behavior of Materials, table 5.2, has 400 and 0.22 for alumina, 70 and 0.18 for fused silica, 69
-#: and 0.20 for soda-lime glass, 212 and 0.293 for steel. Fused silica's hardness at large indents is 7.3 (an
-#: interlaboratory comparison of 2008). Not looked up again: alumina's 380, silica's 73 and 0.17, gold's 77, the ratios
-#: of polystyrene and PTFE, and A of silica, alumina and PTFE.
+#: and 0.20 for soda-lime glass, 212 and 0.293 for steel. Not looked up again: alumina's 380, silica's 73 and 0.17,
+#: gold's 77, the ratios of polystyrene and PTFE, and A of silica, alumina and PTFE.
+#:
+#: Of hardness, looked up again: fused silica's at large indents is 7.3 (an interlaboratory comparison of 2008); that of
+#: a gold film of 504 nm is 1.3 (Zhou et al., Mater. Sci. Forum 561-565 (2007) 2005), and on one gold crystal it
+#: differed by more than two times (Virginia Tech, Nanoindentation of gold single crystals); dense alumina of submicron
+#: grain has 25 to 30 at small loads (Krell & Schädlich, Nanoindentation hardness of submicrometer alumina ceramics).
+#: Not looked up again: glass's, silica's and silicon's, and the yield strengths of steel and the polymers.
 MATERIALS = {
     "glass": Material(
         75.0,
         0.22,
         "Cheng, Dunn & Brach (2002)",
         6.0,
-        f"{_OLIVER}, of soda-lime glass",
+        f"estimate: {_OLIVER}, of soda-lime glass",
         0.065,
         f"{_BERGSTROM}, of silica",
     ),
-    "silica": Material(73.0, 0.17, _HANDBOOK, 9.0, _OLIVER, 0.065, _BERGSTROM),
-    "alumina": Material(380.0, 0.22, _HANDBOOK, 20.0, f"{_OLIVER}, less than sapphire's", 0.152, _BERGSTROM),
-    "polystyrene": Material(2.8, 0.33, _HANDBOOK, 0.2, _THIRD, 0.065, _ISRAELACHVILI),
-    "ptfe": Material(0.5, 0.46, _HANDBOOK, 0.05, _THIRD, 0.038, _ISRAELACHVILI),
-    "silicon": Material(
-        130.0, 0.28, "Hopcroft, Nix & Kenny, J. MEMS 19 (2010) 229, <100>", 12.0, f"{_OLIVER} and others"
+    "silica": Material(73.0, 0.17, _HANDBOOK, 9.0, f"estimate: {_OLIVER}; 7.3 of large indents", 0.065, _BERGSTROM),
+    "alumina": Material(
+        380.0,
+        0.22,
+        _HANDBOOK,
+        20.0,
+        f"estimate: {_OLIVER}, less than sapphire's; 25 to 30 of dense fine grain",
+        0.152,
+        _BERGSTROM,
     ),
-    "steel": Material(207.0, 0.30, _HANDBOOK, 2.0, f"{_THIRD}, annealed; 8 if hardened"),
-    "gold": Material(77.0, 0.42, _HANDBOOK, 1.0, "of thin films and small indents; 0.3 of annealed bulk"),
+    "polystyrene": Material(2.8, 0.33, _HANDBOOK, 0.2, f"estimate: {_THIRD}", 0.065, _ISRAELACHVILI),
+    "ptfe": Material(0.5, 0.46, _HANDBOOK, 0.05, f"estimate: {_THIRD}", 0.038, _ISRAELACHVILI),
+    "silicon": Material(
+        130.0, 0.28, "Hopcroft, Nix & Kenny, J. MEMS 19 (2010) 229, <100>", 12.0, f"estimate: {_OLIVER} and others"
+    ),
+    "steel": Material(207.0, 0.30, _HANDBOOK, 2.0, f"estimate: {_THIRD}, annealed; 8 if hardened"),
+    "gold": Material(
+        77.0, 0.42, _HANDBOOK, 1.0, "estimate: a film of 504 nm has 1.3, Zhou et al. (2007); annealed bulk 0.3"
+    ),
 }
 
 #: Hamaker constants (nN nm) of what may lie between the bodies, against itself across vacuum.

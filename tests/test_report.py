@@ -8,11 +8,12 @@ import subprocess
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import analysis, archive, report, schema
+from roughxr import analysis, archive, cli, report, schema
 
 from .browser import BROWSER, NO_BROWSER
 
@@ -60,7 +61,7 @@ class Page(html.parser.HTMLParser):
 def test_page_holds_everything_itself(written):
     text = written.read_text(encoding="utf-8")
     page = Page(text)
-    assert page.tags.count("img") == 12 and "script" not in page.tags and "link" not in page.tags
+    assert page.tags.count("img") == 15 and "script" not in page.tags and "link" not in page.tags
     assert all(link.startswith("data:image/png;base64,") for link in page.links)
     assert "url(" not in text and "@import" not in text
     assert len(text) < 4e6
@@ -82,6 +83,58 @@ def test_intervals_hold_their_estimates_and_debris_makes_a_second_row(run):
     assert (table.low <= table.estimate).all() and (table.estimate <= table.high).all()
     assert set(table.index.get_level_values("places")) == {"all places", "without debris"}
     assert (table["independent places"] <= 9).all()
+
+
+def test_the_flow_that_rolls_it_off_is_told_by_both_pull_offs(written, run):
+    table = report.detachment_table(run)
+    held, critical = run["solutions/rolling"], run["statistics/detachment_superposed"]
+    again = held.contact.critical_load().critical_friction_velocity
+    np.testing.assert_allclose(critical.critical_friction_velocity, again)
+    words = "critical friction velocity, median [m/s]"
+    assert table.loc[words, "energy"] == pytest.approx(float(again.median()))
+    ratio = run["statistics/adhesive"].pull_off_force / held.pull_off_force  # rolled off, u* goes as the root of it
+    expected = again * np.sqrt(ratio)
+    assert (run["statistics/detachment"]["mode"] == "roll").all()
+    np.testing.assert_allclose(run["statistics/detachment"].critical_friction_velocity, expected, rtol=0.05)
+    assert table.loc["places that roll first"].tolist() == [9, 9]
+    text = re.sub(r"data:image[^\"]*", "", written.read_text(encoding="utf-8"))
+    few = int((held.contacts < 3).sum())
+    assert "Coming off in a flow of air" in text and f"At {few} of 9 places the sphere rests on fewer" in text
+    assert "Where it comes off" in text and "How many stay" in text and "Which way it rolls" in text
+
+
+def test_the_command_line_says_how_the_sphere_of_a_run_comes_off(written, run, tmp_path, capsys):
+    names = {name: str(tmp_path / f"{name}.csv") for name in ("output", "parameters", "resuspension")}
+    files = [word for name, path in names.items() for word in (f"--{name}", path)]
+    slides = ["--shear-strength", "5 MPa", "--picture", str(tmp_path / "map.png")]
+    assert cli.main(["detach", str(written.parent), *slides, *files]) == 0
+    told = capsys.readouterr().out
+    held = report.moments_of(run, "adhesive")
+    critical = held.contact.critical_load(shear_strength="5 MPa")
+    middle = float(critical.critical_friction_velocity.median())
+    assert f"median {middle:.4g}" in told and f"slide at {int((critical['mode'] == 'slide').sum())}" in told
+    table = pd.read_csv(names["output"])
+    np.testing.assert_allclose(table["critical_friction_velocity [m s-1]"], critical.critical_friction_velocity)
+    np.testing.assert_allclose(table["moment_mean [nN nm]"], held.resisting_moment.mean("direction"))
+    assert table["mode"].tolist() == critical["mode"].values.tolist()
+    numbers = pd.read_csv(names["parameters"], index_col="quantity")["value"]
+    ratio = held.pull_off_force / (1.5 * np.pi * 0.5 * 500)
+    assert float(numbers["adhesion_mean"]) == pytest.approx(float(np.exp(np.log(ratio).mean())))
+    assert "lever_over_radius" in pd.read_csv(names["resuspension"], comment="#")
+    assert (tmp_path / "map.png").stat().st_size > 10_000
+
+
+def test_the_command_line_asks_for_what_is_missing(run, written, tmp_path, capsys):
+    assert cli.main(["detach", str(written.parent), "--load", "tilt"]) == 1
+    assert "particle_density: expected a density" in capsys.readouterr().err
+    less = archive.save({name: ds for name, ds in run.items() if name != "solutions/rolling"}, tmp_path / "run.nc")
+    assert cli.main(["detach", str(less)]) == 1
+    assert "expected a run that holds resisting moments" in capsys.readouterr().err
+
+
+def test_a_run_without_moments_says_nothing_of_a_flow(run):
+    less = {name: ds for name, ds in run.items() if name != "solutions/rolling"}
+    assert report.coming_off_words(less) == [] and "Coming off" not in report.page(less)
 
 
 def test_cautions_say_what_is_wrong(run):
@@ -278,7 +331,7 @@ def test_page_is_whole_in_a_browser(written, width, tmp_path):
     dom = browse(page, f"--window-size={width},900", "--dump-dom")
     seen = json.loads(re.search(r'<pre id="probe">(.*?)</pre>', dom).group(1))
     assert seen["wrong"] == [] and seen["asked"] == 0
-    assert len(seen["pictures"]) == 12 and min(seen["pictures"]) > 500
+    assert len(seen["pictures"]) == 15 and min(seen["pictures"]) > 500
     assert seen["window"] <= max(width, 500) and seen["page"] <= seen["window"]
 
 
@@ -287,4 +340,4 @@ def test_page_prints(written, tmp_path):
     sheet = tmp_path / "report.pdf"
     browse(written, f"--print-to-pdf={sheet}")
     pages = len(re.findall(rb"/Type\s*/Page\b", sheet.read_bytes()))
-    assert 2 <= pages <= 8
+    assert 2 <= pages <= 10

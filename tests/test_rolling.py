@@ -7,6 +7,7 @@ from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
 import roughxr
+from roughxr.contact import moments
 from roughxr.kernels.asperity import jkr
 
 from .surfaces import glass_pair, rough, scan
@@ -135,7 +136,7 @@ def test_the_pull_off_is_that_of_the_map_and_nothing_is_nan():
 
 def test_states_of_the_simulation_hold_a_jkr_spheres_moment():
     surface = glass_pair(scan(np.zeros((24, 24)), pixel=20.0))
-    deltas = [-2.0, -1.0, -0.5, 0.0, 1.0]
+    deltas = [-6.0, -2.0, -1.0, -0.5, 0.0, 1.0]  # at the first it has come off
     states = surface.contact.adhesive(delta=deltas, step=1.0, law="griffith", refine=1, fields=True)
     held = states.contact.rolling(directions=4).isel(subregion=0)
     pair = {name: float(surface[name]) for name in roughxr.schema.PAIR}
@@ -143,7 +144,20 @@ def test_states_of_the_simulation_hold_a_jkr_spheres_moment():
     ratio = held.resisting_moment / (pull * a)
     assert float(ratio.mean()) == pytest.approx(1.0879, rel=0.05)
     assert (abs(ratio - 1.0879) < 0.25).all()  # an edge moves by a whole cell of 20 nm, a_c is 103 nm
-    assert (held.lever > 0).all() and held.contact_area > 0
+    assert (held.lever > 0).all()
+    back = states.sel(branch="retraction").isel(subregion=0)
+    assert back.contact_area[0] == 0 == back.force[0]  # the nearest to no load, but no rest
+    touching = back.isel(delta=slice(1, None))
+    assert float(held.contact_area) == float(touching.contact_area[int(np.abs(touching.force.values).argmin())])
+
+
+def test_the_area_at_rest_is_that_of_the_way_back_and_not_of_a_last_thread():
+    """Forces on the way out, from the deepest (last) on: rest lies between 8 and −9; near its end a thread pulls −1."""
+    area, force = np.array([0.0, 5.0, 60.0, 80.0, 90.0]), np.array([0.0, -1.0, -9.0, 8.0, 30.0])
+    assert moments._area_at_rest(area, force, 0.0) == 80.0
+    assert moments._area_at_rest(area, force, -6.0) == 60.0
+    assert moments._area_at_rest(area, force, 50.0) == 90.0  # never as heavy
+    assert np.isnan(moments._area_at_rest(0 * area, 0 * force, 0.0))
 
 
 def reference_sphere(sphere_radius, contact_modulus, work_of_adhesion):

@@ -7,7 +7,9 @@ import xarray as xr
 from roughxr import checkpointed, vary
 from roughxr.contact.elastic import direct
 from roughxr.contact.maps import pull_off_map
+from roughxr.contact.moments import rolling
 from roughxr.contact.superposition import superpose
+from roughxr.detachment import critical_load
 
 from .surfaces import glass_pair, rough, scan
 
@@ -25,6 +27,7 @@ CASES = [
     (superpose, {"delta": np.arange(-2, 5, 0.5), "subregions": (2, 2), "formulation": "published"}),
     (superpose, {"delta": np.arange(-2, 5, 0.5), "law": "hertz"}),
     (pull_off_map, {"subregions": (3, 3)}),
+    (rolling, {"subregions": (2, 2), "directions": 5}),
 ]
 
 
@@ -35,7 +38,15 @@ def test_each_combination_is_the_solve_with_that_pair(surface, solve, options):
         pair = {"sphere_radius": radius, "contact_modulus": modulus, "work_of_adhesion": work}
         one = solve(surface.assign_coords(pair), **options)
         part = found.sel(pair)
-        for name in ("force", "pull_off_force", "pull_off_delta", "contact_area", "contacts", "pressure"):
+        for name in (
+            "force",
+            "pull_off_force",
+            "pull_off_delta",
+            "contact_area",
+            "contacts",
+            "pressure",
+            "resisting_moment",
+        ):
             if name not in one:
                 continue
             expected, values = xr.align(one[name], part[name], join="left")
@@ -55,6 +66,25 @@ def test_what_can_be_shared_is_solved_once(surface, solve, options, needed):
     counted.__name__ = solve.__name__
     vary(surface, counted, sphere_radius=RADII, contact_modulus=MODULI, work_of_adhesion=WORKS, **options)
     assert len(calls) == needed
+
+
+def test_what_is_not_known_to_scale_is_solved_for_every_pair(surface):
+    """Critical velocities go as the root of forces; a hardness and a preload are stresses and forces of their own."""
+    pairs = {"contact_modulus": [20.0, 40.0], "work_of_adhesion": [0.5, 1.0]}
+    places = {"subregions": (2, 2), "directions": 4}
+    found = vary(surface, lambda ds, **given: critical_load(rolling(ds, **given)), **pairs, **places)
+    for modulus, work in ((20.0, 0.5), (40.0, 1.0)):
+        pair = {"contact_modulus": modulus, "work_of_adhesion": work}
+        one = critical_load(rolling(surface.assign_coords(pair), **places))
+        np.testing.assert_allclose(
+            found.sel(pair).critical_friction_velocity, one.critical_friction_velocity, rtol=1e-6
+        )
+    hard = surface.assign_coords(hardness=4.0)
+    deltas = {"delta": [3.0], "subregions": ([0.0], [0.0])}
+    found = vary(hard, direct, contact_modulus=[20.0, 40.0], **deltas)
+    for modulus in (20.0, 40.0):
+        one = direct(hard.assign_coords(contact_modulus=modulus), **deltas)
+        np.testing.assert_allclose(found.force.sel(contact_modulus=modulus), one.force, rtol=1e-5)
 
 
 def test_loads_are_not_scaled(surface):

@@ -59,6 +59,19 @@ def test_the_command_names_the_hardness(groups):
     assert float(again.hardness) == 3.0 and options.preload == 3000.0
 
 
+@pytest.mark.parametrize("options", [["--hardness", "1"], ["--hardness", "4", "--law", "griffith"]])
+def test_the_command_line_advises_what_can_be_typed_there(options, tmp_path, capsys):
+    path = roughxr.scans.to_netcdf(surface(), tmp_path / "scan.nc")
+    pair = ["--sphere-radius", "500", "--contact-modulus", "40", "--work-of-adhesion", "0.5", "--subregions", "1", "1"]
+    assert cli.main(["run", str(path), "-o", str(tmp_path / "out"), "-q", *pair, *options]) == 1
+    told = capsys.readouterr().err
+    assert "leave the hardness out" in told and "yielding=" not in told
+
+
+def test_a_flow_is_told_with_elastic_levers(groups):
+    assert "These asperities stay elastic" in " ".join(report.coming_off_words(groups))
+
+
 def test_elastic_runs_warn_of_what_lies_above_an_estimate():
     pair = roughxr.assign_pair(surface(), sphere_radius=500, materials="gold", work_of_adhesion=0.05)
     solved = {"solutions/direct": roughxr.direct(pair, delta=[4, 12])}

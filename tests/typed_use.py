@@ -124,7 +124,11 @@ def stiff(scan: xr.Dataset) -> xr.Dataset:
 def lifted(scan: xr.Dataset) -> xr.Dataset:
     """Ask at what flow particles leave."""
     holds: xr.Dataset = roughxr.rolling(scan, directions=8, subregions=(4, 4))
+    holds = roughxr.detachment.with_pull_off(holds, roughxr.pull_off_map(scan, subregions=(4, 4)))
     critical: xr.Dataset = roughxr.critical_load(holds)
+    numbers: xr.Dataset = roughxr.detachment.parameters(holds, catalogue=roughxr.asperities(scan))
+    numbers = numbers.merge(roughxr.detachment.by_place(holds))
+    roughxr.figures.mode_map(critical, ax=None).set_title("what goes first")
     return roughxr.resuspension(holds, friction_velocity=[0.1, 1.0]) if critical else holds
 
 

@@ -326,7 +326,7 @@ def _law(ds: xr.Dataset, law: str, strength: Any, yields: bool) -> dict[str, Any
 
 def _need_hardness_above(hardness: float, work: float, length: float, law: str) -> None:
     """Refuse a body that yields under a law that does not know it, without adhesion or under adhesion alone."""
-    advice = "or yielding=False, which keeps it elastic"
+    advice = "or leave the hardness out, which keeps it elastic"
     if work == 0:
         raise ValueError(f"work_of_adhesion: expected more than 0 where a body yields; take direct, {advice}")
     if law not in SMOOTH:
@@ -334,7 +334,7 @@ def _need_hardness_above(hardness: float, work: float, length: float, law: str) 
     if hardness <= work / length:
         raise ValueError(
             f"hardness: expected more than the pull of adhesion, {work / length:.3g} GPa over {length:.3g} nm, found "
-            f"{hardness:.3g} GPa; assign the adhesion_range that belongs to the work of adhesion, {advice}"
+            f"{hardness:.3g} GPa; give the adhesion_range that belongs to the work of adhesion, {advice}"
         )
 
 

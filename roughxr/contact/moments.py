@@ -281,10 +281,22 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
         if touching.any():
             _of_state(np.nan_to_num(pressure) * cell, touching, x, y, angles, load, found)
     found[rotation.PULL, found[rotation.PULL] == -np.inf] = np.inf
-    known = float(ds["contact_area"].max()) > 0
-    at_rest = ds["contact_area"].values[np.argmin(np.abs(ds["force"].values - load))]
-    record["contact_area"] = at_rest if known else np.nan
+    record["contact_area"] = _area_at_rest(ds["contact_area"].values, ds["force"].values, load)
     return _put(record, layout, found if np.isfinite(found[rotation.MOMENT]).all() else np.full_like(found, np.nan))
+
+
+def _area_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> float:
+    """Return the contact area of the state next to where the sphere, drawn back, first carries no more than the load.
+
+    Further out it hangs by little, or has come off, under forces that are as near to none. NaN where nothing touches.
+    """
+    back = np.flatnonzero(area > 0)[::-1]
+    if not back.size:
+        return np.nan
+    unbalance = force[back] - load
+    rests = int((unbalance <= 0).argmax()) if (unbalance <= 0).any() else back.size - 1
+    around = back[max(rests - 1, 0) : rests + 1]
+    return float(area[around[np.abs(force[around] - load).argmin()]])
 
 
 def _of_state(push, touching, x, y, angles, load, found) -> None:

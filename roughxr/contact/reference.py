@@ -601,6 +601,61 @@ def yield_load(*, radius: Any, contact_modulus: Any, hardness: Any) -> float:
     return np.pi**3 * R**2 * positive(hardness, "GPa", "hardness") ** 3 / (6 * modulus**2)
 
 
+def punch_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, strength: Any = None) -> float:
+    """Return the pull-off force of a flat punch, such as an asperity that was pressed flat.
+
+    Parameters
+    ----------
+    radius : number or quantity
+        Of the punch, nm.
+    contact_modulus, work_of_adhesion : number or quantity
+        E*, GPa, and w, J/m².
+    strength : number or quantity, optional
+        GPa: the adhesion pulls with this traction up to a gap of w/strength (Dugdale's law). By default it has no
+        range.
+
+    Returns
+    -------
+    float
+        nN: √(8π w E* a³) without range. With one the crack's zone, from c to the edge a, takes its part: with m = a/c,
+        2σ₀ [c √(a² − c²) + a² arccos(1/m)], and the gap at the edge, (4σ₀c/πE*) [√(m² − 1) arccos(1/m) + 1 − m], is
+        w/σ₀. Where it is less with all of the punch pulling, π a² σ₀.
+
+    Notes
+    -----
+    With a range of 0.3 nm, w = 0.1 J/m² and E* = 39.4 GPa a punch of 10 nm holds a third of what it would without:
+    the zone, π E* w/(4σ₀²), is 28 nm.
+
+    References
+    ----------
+    Kendall, J. Phys. D 4 (1971) 1186. The zone is that of Maugis, J. Colloid Interface Sci. 150 (1992) 243, on a flat.
+
+    Examples
+    --------
+    >>> flat = {"radius": 10, "contact_modulus": 39.4, "work_of_adhesion": 0.1}
+    >>> round(punch_pull_off(**flat), 1), round(punch_pull_off(strength=1 / 3, **flat), 1)
+    (314.7, 104.7)
+    """
+    from scipy.optimize import brentq
+
+    edge, modulus = positive(radius, "nm", "radius"), positive(contact_modulus, "GPa", "contact_modulus")
+    work = positive(work_of_adhesion, "J m-2", "work_of_adhesion")
+    if strength is None:
+        return float(np.sqrt(8 * np.pi * work * modulus * edge**3))
+    pull = positive(strength, "GPa", "strength")
+
+    def opens_too_far(inner: float) -> float:
+        m = edge / inner
+        gap = 4 * pull * inner / (np.pi * modulus) * (np.sqrt(m * m - 1) * np.arccos(1 / m) + 1 - m)
+        return gap - work / pull
+
+    least, most = 1e-9 * edge, edge * (1 - 1e-12)
+    if opens_too_far(least) < 0:
+        return float(np.pi * edge**2 * pull)
+    inner = brentq(opens_too_far, least, most)
+    return float(2 * pull * (inner * np.sqrt(edge**2 - inner**2) + edge**2 * np.arccos(inner / edge)))
+
+
 def _potential(law: str, work: Any, length: Any, retardation: Any) -> potentials.Potential:
     schema.one_of(law, tuple(potentials.POTENTIALS), "law")
     wavelength = np.inf if retardation is None else positive(retardation, "nm", "retardation")

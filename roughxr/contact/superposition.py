@@ -203,7 +203,10 @@ def _hardness(ds: xr.Dataset, yielding: bool, preload: Any, later_on: bool) -> f
             )
         return flattening.Hardness(np.inf, np.nan)
     if later_on:
-        raise ValueError("expected heights in memory where asperities yield; load them (ds.load()), or yielding=False")
+        raise ValueError(
+            "expected heights in memory where asperities yield; load them (ds.load()), or keep them elastic "
+            "(yielding=False)"
+        )
     load = np.nan if preload is None else positive(preload, "nN", "preload")
     return flattening.Hardness(float(ds["hardness"]), load)
 

@@ -3,12 +3,14 @@
 loads       drag, torque and lift in wall shear, weight and tilt, centrifuge, vibration; the table `LOADS`
 balance     `critical_load`: the strength of a load at which a place gives way, and whether it rolls, slides or lifts
 kinetics    Rock'n'Roll: rates of resuspension in turbulence, and adhesion by Biasi's fit
+for_codes   `parameters`, `by_place`: what other codes take for adhesion
 remaining   `resuspension`: the fraction of particles left, from computed moments and pull-off forces
 
 A new load is one function ``(strength, body) -> Push`` and its row in `LOADS`, or a `Load` of one's own.
 """
 
-from .balance import critical_load
+from .balance import critical_load, with_pull_off
+from .for_codes import by_place, parameters
 from .kinetics import LogNormal, biasi_adhesion, resuspension_rate, rock_n_roll
 from .loads import LOADS, Body, Load, Push, drag, friction_reynolds, lift, torque, vibration_acceleration, weight
 from .remaining import resuspension
@@ -20,14 +22,17 @@ __all__ = [
     "LogNormal",
     "Push",
     "biasi_adhesion",
+    "by_place",
     "critical_load",
     "drag",
     "friction_reynolds",
     "lift",
+    "parameters",
     "resuspension",
     "resuspension_rate",
     "rock_n_roll",
     "torque",
     "vibration_acceleration",
     "weight",
+    "with_pull_off",
 ]

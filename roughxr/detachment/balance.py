@@ -13,6 +13,7 @@ pushed along e may tip about any edge of its contact.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -63,7 +64,7 @@ def critical_load(
     Parameters
     ----------
     ds : Dataset
-        Of `rolling`.
+        Of `rolling`; or of `vary` over it, for spheres of several radii, say.
     load : {"wall_shear", "tilt", "centrifuge", "vibration"} or Load
         Of `detachment.LOADS`, or one's own. "centrifuge" pulls away from the wall, "vibration" shakes along it.
     direction : number, quantity or "weakest"
@@ -84,10 +85,11 @@ def critical_load(
     Returns
     -------
     Dataset
-        Along subregion: ``critical_friction_velocity`` (m/s), ``critical_acceleration`` (m/s²) or ``critical_angle``
-        (rad), 0 where a place rolls by itself and NaN where no strength suffices or nothing is in contact; ``mode``,
-        what goes first: roll, slide, lift, "none" or "no contact"; ``in_range``, whether the load's formulas hold
-        there.
+        Along subregion, and what was varied: ``critical_friction_velocity`` (m/s), ``critical_acceleration`` (m/s²) or
+        ``critical_angle`` (rad), 0 where a place rolls by itself and NaN where no strength suffices or nothing is in
+        contact; ``mode``, what goes first: roll, slide, lift, "none" or "no contact"; ``in_range``, whether all
+        formulas of the load hold there. In wall shear those of drag and torque hold for r⁺ up to 1. Hall measured
+        lift above 1.8, so that with lift="hall" it is False everywhere: no r⁺ suits both.
 
     Raises
     ------
@@ -105,6 +107,11 @@ def critical_load(
     >>> found.critical_friction_velocity.units, set(found["mode"].values.tolist())
     ('m s-1', {'roll'})
     """
+    if (name := a_parameter(ds)) is not None:
+        given = {"direction": direction, "particle_density": particle_density, "medium_density": medium_density}
+        given |= {"viscosity": viscosity, "lift": lift, "friction_coefficient": friction_coefficient}
+        given |= {"shear_strength": shear_strength, "gravity": gravity}
+        return for_each(name, ds, critical_load, load=load, **given)
     kind = _load_of(load)
     body = body_of(ds, particle_density, medium_density, viscosity, lift, gravity)
     if kind.critical != "critical_friction_velocity" and np.isnan(body.density):
@@ -120,6 +127,72 @@ def critical_load(
     given |= {"medium_density": body.medium_density, "viscosity": body.viscosity, "gravity": gravity}
     given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
     return schema.record(schema.label(out), "critical_load", ds, **given)
+
+
+def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
+    """Return resisting moments with the pull-off forces of another method, at the levers that they had.
+
+    What adhesion holds is scaled by the ratio of the pull-off forces of each place; the load's part, and all
+    distances, stay.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Of `rolling`, of superposed asperities say.
+    pull_off : Dataset
+        With ``pull_off_force`` of the same places in the same order, such as of `adhesive` without fields.
+
+    Returns
+    -------
+    Dataset
+        As of `rolling`; the attribute ``levers`` says where the levers came from.
+
+    Raises
+    ------
+    ValueError
+        If ``ds`` is none of `rolling`, or the other's places or forces are not those.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
+    >>> half = with_pull_off(held, held.assign(pull_off_force=0.5 * held.pull_off_force))
+    >>> bool(np.allclose(half.resisting_moment, 0.5 * held.resisting_moment)), bool((half.lever == held.lever).all())
+    (True, True)
+    """
+    expect_moments(ds)
+    force = pull_off.get("pull_off_force")
+    if force is None or force.dims != ("subregion",) or not _same_places(ds, pull_off):
+        raise ValueError("pull_off: expected pull_off_force along subregion, of the same places in the same order")
+    load = float(ds.attrs.get("load", 0.0))
+    scale = xr.DataArray(force.values / ds["pull_off_force"].values, dims="subregion")
+    held = {"resisting_moment": load * ds["hinge_distance"], "tipping_pull": load}
+    changed = {name: (ds[name] - part) * scale + part for name, part in held.items()}
+    changed["pull_off_force"] = xr.zeros_like(ds["pull_off_force"]) + force.values
+    out = ds.drop_vars("pull_off_delta", errors="ignore").assign(changed)
+    out.attrs["levers"] = str(ds.attrs.get("method", "rolling"))
+    return schema.record(schema.label(out), "with_pull_off", ds)
+
+
+def _same_places(one: xr.Dataset, other: xr.Dataset) -> bool:
+    """Say whether two results are of the same contact centres in the same order."""
+    if one.sizes["subregion"] != other.sizes.get("subregion"):
+        return False
+    return all(np.allclose(one[name], other[name]) for name in ("subregion_x", "subregion_y") if name in one.coords)
+
+
+def a_parameter(ds: xr.Dataset) -> str | None:
+    """Return a dimension of resisting moments beside place and direction, such as `vary`'s, or None."""
+    dims = ds["resisting_moment"].dims if "resisting_moment" in ds else ()
+    return next((str(name) for name in dims if name not in ("subregion", "direction")), None)
+
+
+def for_each(name: str, ds: xr.Dataset, function: Callable, **options: Any) -> xr.Dataset:
+    """Return what a function makes of each of a dimension's entries, side by side along it."""
+    parts = [function(ds.isel({name: k}), **options) for k in range(ds.sizes[name])]
+    return xr.concat(parts, name, combine_attrs="drop_conflicts", coords="minimal", compat="override")
 
 
 def body_of(ds: xr.Dataset, density: Any, medium_density: Any, viscosity: Any, lift: str, gravity: float) -> Body:
@@ -141,9 +214,7 @@ def _load_of(load: str | Load) -> Load:
 
 def held_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_strength: Any) -> Held:
     """Return what holds the sphere at each place of `rolling`, or say what is missing."""
-    if "resisting_moment" not in ds or set(ds["resisting_moment"].dims) != {"subregion", "direction"}:
-        found = ", ".join(map(str, ds.data_vars)) or "none"
-        raise ValueError(f"expected resisting moments, of ds.contact.rolling(), found variables: {found}")
+    expect_moments(ds)
     if friction_coefficient is not None and shear_strength is not None:
         raise ValueError("expected either friction_coefficient or shear_strength, found both")
     names = ("resisting_moment", "hinge_distance", "tipping_pull", "tipping_hinge_distance")
@@ -160,6 +231,19 @@ def held_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_str
         strength=_optional(shear_strength, "GPa", "shear_strength"),
         known=np.isfinite(moment).all(axis=1),
     )
+
+
+def expect_moments(ds: xr.Dataset):
+    """Refuse what is no result of `rolling`.
+
+    Raises
+    ------
+    ValueError
+        If it is not.
+    """
+    if "resisting_moment" not in ds or set(ds["resisting_moment"].dims) != {"subregion", "direction"}:
+        found = ", ".join(map(str, ds.data_vars)) or "none"
+        raise ValueError(f"expected resisting moments, of ds.contact.rolling(), found variables: {found}")
 
 
 def _optional(value: Any, units: str, name: str) -> float | None:

@@ -9,7 +9,7 @@ import xarray as xr
 
 from .. import schema
 from ..statistics import bootstrap
-from .balance import Body, Held, body_of, drive_ratios, held_of
+from .balance import Body, Held, a_parameter, body_of, drive_ratios, for_each, held_of
 from .kinetics import survival
 from .loads import AIR_DENSITY, AIR_VISCOSITY, GRAVITY, LOADS
 
@@ -41,7 +41,7 @@ def resuspension(
     Parameters
     ----------
     ds : Dataset
-        Of `rolling`.
+        Of `rolling`; or of `vary` over it: of a powder's sizes, weigh ``remaining`` with their shares.
     friction_velocity : array_like or quantity
         m/s, ascending, not negative.
     time : array_like or quantity
@@ -59,10 +59,11 @@ def resuspension(
     Returns
     -------
     Dataset
-        ``remaining`` along (friction_velocity, time), with ``remaining_low`` and ``remaining_high`` where there are
-        two places at least; ``remaining_here`` along (subregion, friction_velocity, time), the probability at each
-        place; ``in_range`` along friction_velocity, whether drag, torque and lift are in their ranges. Places without
-        contact are NaN and left out; the attribute ``places`` counts the others.
+        ``remaining`` along (friction_velocity, time) and what was varied, with ``remaining_low`` and
+        ``remaining_high`` where there are two places at least; ``remaining_here`` along (subregion, friction_velocity,
+        time), the probability at each place; ``in_range`` along friction_velocity, whether drag, torque and lift are
+        in their ranges, see `critical_load`. Places without contact are NaN and left out; the attribute ``places``
+        counts the others.
 
     Raises
     ------
@@ -84,6 +85,12 @@ def resuspension(
     [1.0, 0.0]
     """
     schema.one_of(model, MODELS, "model")
+    if (name := a_parameter(ds)) is not None:
+        given = {"time": time, "model": model, "direction": direction, "particle_density": particle_density}
+        given |= {"medium_density": medium_density, "viscosity": viscosity, "lift": lift, "gravity": gravity}
+        given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
+        band = {"confidence": confidence, "resamples": resamples}
+        return for_each(name, ds, resuspension, friction_velocity=friction_velocity, **given, **band)
     speed = _not_negative(friction_velocity, "m s-1", "friction_velocity")
     seconds = _not_negative(time, "s", "time")
     body = body_of(ds, particle_density, medium_density, viscosity, lift, gravity)

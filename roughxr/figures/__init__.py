@@ -7,7 +7,7 @@ when something is drawn.
 from .any_result import plot, plot_array
 from .budget_figure import budget_figures, cut_off, error_budget
 from .comparison import method_comparison
-from .detachment_figure import fraction_remaining, moment_rose
+from .detachment_figure import fraction_remaining, mode_map, moment_rose
 from .distributions import asperity_statistics, distribution
 from .fits import fitted_distribution
 from .forces import against_hertz, force_fan, force_ratio, mean_force, sweep
@@ -51,6 +51,7 @@ __all__ = [
     "fraction_remaining",
     "mean_force",
     "method_comparison",
+    "mode_map",
     "moment_rose",
     "orientation_rose",
     "overview",

@@ -9,7 +9,7 @@ import xarray as xr
 
 from .. import schema
 from .budget_figure import cut_off, error_budget
-from .detachment_figure import fraction_remaining, moment_rose
+from .detachment_figure import fraction_remaining, mode_map, moment_rose
 from .distributions import asperity_statistics, distribution, label_density
 from .forces import force_fan
 from .maps import field_map, scan_map, subregion_map
@@ -72,6 +72,8 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
         return force_fan(ds.expand_dims("subregion"), ax=ax, **{"interval": None, **options})
     if name == "force" and dims == {"subregion", "branch", "delta"}:
         return force_loop(ds, ax=ax, **options)
+    if name == "mode" and dims == {"subregion"}:
+        return mode_map(ds, ax=ax, **options)
     if dims in ({"subregion"}, {"asperity"}):
         return _samples(ds, name, ax, **options)
     if not dims:

@@ -8,8 +8,16 @@ import numpy as np
 import xarray as xr
 
 from .. import schema
+from ..detachment.balance import MODES, NEITHER, NO_CONTACT
+from .maps import draw_places
 from .rose import polar
-from .style import BLACK, BLUE, GREY, SMALL, axes, label_axes, legend, stroke, styled
+from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, axes, label_axes, legend, stroke, styled
+
+#: Colours of what goes first; light where nothing does.
+_MODES = dict(zip((*MODES, NEITHER, NO_CONTACT), (BLUE, ORANGE, GREEN, "#f2f2f2", "#c8c8c8")))
+
+#: Places up to which each is marked by its mode's first letter, for print in grey.
+_LETTERED = 150
 
 
 @styled
@@ -63,6 +71,57 @@ def moment_rose(ds: xr.Dataset, *, ax: Any = None):
     words = schema.VARIABLES["resisting_moment"].long_name
     ax.set_xlabel(f"{words}, median and middle half\n({moment.sizes['subregion']} places)")
     return ax
+
+
+@styled
+def mode_map(ds: xr.Dataset, *, ax: Any = None):
+    """Draw how the sphere comes off at each place: it rolls, slides or lifts, whichever needs the least load.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Of `critical_load`, of one load.
+    ax : Axes, optional
+
+    Returns
+    -------
+    Axes
+        Tiles where the centres lie on a grid, else points; the legend counts the places. Each of up to 150
+        tiles bears its mode's first letter.
+
+    Raises
+    ------
+    ValueError
+        If it holds no modes along ``subregion`` alone.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> modes = {"mode": ("subregion", ["roll", "slide", "roll", "roll"])}
+    >>> centres = {"subregion_x": ("subregion", [0.0, 0, 1, 1]), "subregion_y": ("subregion", [0.0, 1, 0, 1])}
+    >>> ax = mode_map(xr.Dataset(modes, coords=centres), ax=Figure().subplots())
+    >>> [text.get_text() for text in ax.get_legend().get_texts()]
+    ['roll (3)', 'slide (1)']
+    """
+    from matplotlib.collections import QuadMesh
+    from matplotlib.colors import ListedColormap
+
+    if "mode" not in ds or ds["mode"].dims != ("subregion",):
+        raise ValueError("expected mode along subregion alone, of ds.contact.critical_load(), found none")
+    ax, mode = axes(ax, aspect=0.95), ds["mode"].values.astype(str)
+    counts = {word: int((mode == word).sum()) for word in _MODES}
+    order = np.array([list(_MODES).index(word) for word in mode], float)
+    colours = {"cmap": ListedColormap(list(_MODES.values())), "vmin": -0.5, "vmax": len(_MODES) - 0.5}
+    drawn = draw_places(ax, ds, order, **colours)
+    if mode.size <= _LETTERED and isinstance(drawn, QuadMesh):
+        for x, y, word in zip(ds["subregion_x"].values, ds["subregion_y"].values, mode):
+            ax.text(x, y, word[0] if word in MODES else "", ha="center", va="center", color="white", fontsize=SMALL)
+    found = [word for word, count in counts.items() if count]
+    keys = [
+        ax.scatter([], [], color=_MODES[word], marker="s", s=22, label=f"{word} ({counts[word]})") for word in found
+    ]
+    ax.legend(handles=keys, loc="lower left", bbox_to_anchor=(0, 1), ncols=len(found), handletextpad=0.1)
+    return label_axes(ax, "subregion_x", "subregion_y")
 
 
 @styled

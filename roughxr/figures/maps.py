@@ -210,19 +210,41 @@ def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Any = Non
     if name not in ds or ds[name].dims != ("subregion",):
         raise ValueError(f"{name}: expected a variable along 'subregion' alone; select one displacement first")
     ax = axes(ax, aspect=0.85)
+    drawn = draw_places(ax, ds, ds[name].values, cmap=_cmap(cmap))
+    _colorbar(ax, drawn, name)
+    return label_axes(ax, "subregion_x", "subregion_y")
+
+
+def draw_places(ax, ds: xr.Dataset, values: np.ndarray, **colours: Any):
+    """Draw a number for each contact centre: tiles where the centres lie on a grid, else points.
+
+    Parameters
+    ----------
+    ax : Axes
+    ds : Dataset
+        With the centres ``subregion_x``, ``subregion_y``.
+    values : array
+        One for each centre; NaN is left grey.
+    **colours
+        Colour map and norm of matplotlib.
+
+    Returns
+    -------
+    matplotlib artist
+        What a colour bar is made of.
+    """
     x, y = ds["subregion_x"].values, ds["subregion_y"].values
     grid = _grid(x, y)
     if grid is None:
-        drawn = ax.scatter(x, y, c=ds[name].values, cmap=_cmap(cmap), s=22, edgecolor=BLACK, linewidth=0.4)
+        drawn = ax.scatter(x, y, c=values, s=22, edgecolor=BLACK, linewidth=0.4, **colours)
     else:
-        values = np.full(tuple(axis.size for axis in grid), np.nan)
-        values[np.searchsorted(grid[0], x), np.searchsorted(grid[1], y)] = ds[name].values
+        tiles = np.full(tuple(axis.size for axis in grid), np.nan)
+        tiles[np.searchsorted(grid[0], x), np.searchsorted(grid[1], y)] = values
         edges = [_edges(axis) for axis in grid]
-        drawn = ax.pcolormesh(*edges, values.T, cmap=_cmap(cmap), edgecolor="white", linewidth=0.4)
+        drawn = ax.pcolormesh(*edges, tiles.T, edgecolor="white", linewidth=0.4, **colours)
         ax.set_facecolor("#dddddd")
     ax.set_aspect("equal")
-    _colorbar(ax, drawn, name)
-    return label_axes(ax, "subregion_x", "subregion_y")
+    return drawn
 
 
 @styled

@@ -12,6 +12,7 @@ import xarray as xr
 
 from .. import figures, statistics
 from .beside_measured import COMPARED, MEASURED, prediction
+from .coming_off import COMING_OFF, moments_of, remaining
 from .intervals import flagged
 
 Run = Mapping[str, xr.Dataset]
@@ -136,6 +137,14 @@ def _compared(run: Run):
     return figures.method_comparison(found, mark=float(parting.median()) if parting.size else None)
 
 
+def _rolls_off(run: Run):
+    """Draw the flow that each place stands, or what goes first where places differ in that."""
+    found = run["statistics/detachment"]
+    if np.unique(found["mode"].values.astype(str)).size > 1:
+        return figures.mode_map(found)
+    return figures.subregion_map(found, "critical_friction_velocity")
+
+
 _BUDGET = _Drawing(
     ("statistics/error_budget",),
     lambda run: figures.error_budget(run["statistics/error_budget"]),
@@ -210,6 +219,28 @@ _DRAWINGS = {
         lambda run: figures.predicted_and_measured(prediction(run), run[MEASURED], found=run[COMPARED]),
         "Left both distributions, right their quantiles against one another: equal on the grey line, and different "
         "by a factor alone along the dashed one.",
+        optional=True,
+    ),
+    "Which way it rolls": _Drawing(
+        COMING_OFF,
+        lambda run: figures.moment_rose(moments_of(run)),
+        "Moment that places resist by the direction in which the sphere begins to roll, at the levers of the "
+        "superposed asperities and the pull-off of the main numbers: the median place, and half of all places around "
+        "it.",
+        optional=True,
+    ),
+    "Where it comes off": _Drawing(
+        COMING_OFF,
+        _rolls_off,
+        "Friction velocity of air along x that each place stands, or how the sphere comes off where places differ in "
+        "that.",
+        optional=True,
+    ),
+    "How many stay": _Drawing(
+        COMING_OFF,
+        lambda run: figures.fraction_remaining(remaining(run)),
+        "Fraction of spheres left after a second in turbulent air by Rock'n'Roll, from the computed moments, with its "
+        "95 % band; dotted where the formulas of drag and torque are stretched.",
         optional=True,
     ),
     "Superposition against direct simulation": _Drawing(

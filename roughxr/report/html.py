@@ -21,6 +21,7 @@ from ..regions import extent
 from ..scans import level
 from .beside_measured import COMPARED, MEASURED, compared, measured_table, measured_words
 from .budget import BUDGET, budget_table, headline
+from .coming_off import COMING_OFF, coming_off_words, detachment_table
 from .embedded_figures import budget_picture, pictures
 from .intervals import interval_table
 from .repeat import command
@@ -120,6 +121,8 @@ def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
         adhesion=_adhesion(run),
         model=_model(run),
         measured=measured_words(run),
+        coming_off=coming_off_words(run),
+        coming_off_table=_as_text(detachment_table(run)) if set(COMING_OFF) <= set(run) else None,
         pictures=list(pictures(run)),
         tables=_tables(run),
         steps=_steps(run),

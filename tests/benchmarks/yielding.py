@@ -5,7 +5,8 @@
 Processor time, both sides alternating in one process on one thread; medians of the ratios. 1. A sweep of loading on
 rough windows, elastic and yielding, and the same by loads. 2. The same job through the labelled function, where the
 yielding side draws back as well. 3. A paraboloid that yields, against the figures of axisymmetric rings. 4. Pull-offs
-of superposed asperities over those of the adhesive simulation on the glass twin, elastic and yielding.
+of superposed asperities over those of the adhesive simulation on the glass twin, elastic and yielding. 5. Pull-offs of
+a flat punch, as an asperity that was pressed flat is one, by law and mesh over those in closed form.
 """
 
 import argparse
@@ -20,8 +21,13 @@ import dask
 import numpy as np
 
 import roughxr
+from roughxr.contact import reference
+from roughxr.kernels.adhesion import cohesive_laws, smooth_laws
+from roughxr.kernels.adhesion.path import FORCE, follow
+from roughxr.kernels.adhesion.smooth_path import follow_smooth
 from roughxr.kernels.halfspace import displacement_control as kalker
 from roughxr.kernels.halfspace.load_control import loaded_arrays
+from roughxr.kernels.halfspace.products import coefficients_for
 from roughxr.synthetic import self_affine
 
 DX, RADIUS, MODULUS = 9.77, 3000.0, 39.4
@@ -124,6 +130,34 @@ def superposed_rows():
             print(f"{words}, preload {preload:g} nN: superposed / adhesive {float(summed.mean() / solved.mean()):.2f}")
 
 
+def punch_rows():
+    """Print pull-offs of a flat punch of 10 nm over Griffith's, and Dugdale's over their closed form."""
+    flat = {"radius": 10.0, "contact_modulus": MODULUS, "work_of_adhesion": 0.1}
+    griffith = reference.punch_pull_off(**flat)
+    options = {"tolerance": 1e-8, "max_iterations": 1000, "max_cells": 4000}
+    for cells in (5, 10, 20):
+        x = np.arange(-cells - 3, cells + 4)
+        disc = np.hypot(x[:, None], x) <= cells
+        separation, dx = np.where(disc, 0.0, np.inf), 10.0 / np.sqrt(disc.sum() / np.pi)
+        w, row = 0.1 * dx / MODULUS, []
+        for words, law, exact in (
+            ("no range", cohesive_laws.griffith(w), griffith),
+            (
+                "1 GPa",
+                cohesive_laws.finite_range("dugdale", w, dx / MODULUS),
+                reference.punch_pull_off(strength=1, **flat),
+            ),
+        ):
+            found = follow(separation, np.array([0.2]), 0.02, law, w, **options)
+            row.append(f"{words} {-found.states[:, FORCE].min() * MODULUS * dx / exact:.3f} of the closed form")
+        for length in (0.3, 0.1):
+            law = smooth_laws.smooth_law("exponential", w, length)
+            (found,) = follow_smooth(separation, np.array([0.2]), 0.02, coefficients_for(separation.shape), law)
+            pull = -found.states[:, FORCE].min() * MODULUS * dx
+            row.append(f"exponential over {length} nm {pull / griffith:.3f} of Griffith's")
+        print(f"flat punch, {cells:2d} cells in radius: {', '.join(row)}")
+
+
 def main():
     """Run all rows."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -134,6 +168,7 @@ def main():
     labelled_rows(options.repeat)
     accuracy_rows()
     superposed_rows()
+    punch_rows()
 
 
 if __name__ == "__main__":

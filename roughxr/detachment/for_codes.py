@@ -1,0 +1,166 @@
+"""`parameters` and `by_place`: adhesion and moments boiled down to the numbers that other codes ask for.
+
+    Rock'n'Roll    a log-normal law of the pull-off over 3/2 π w R, and a lever over the radius (Reeks & Hall 2001)
+    LAMMPS         pair_style granular, normal jkr: E_eff and γ, pull-off 3πγR; rolling sds: μ_roll, whose largest
+                   moment is μ_roll R (N + 2 · 3πγR) (its manual, "pair_style granular")
+    code_saturne   deposition with resuspension: denasp, rayasp, espasg, rayasg of cs_lagr_reentrained_model_t, of
+                   hemispheres at two scales (src/lagr/cs_lagr_adh.c)
+
+LIGGGHTS' sjkr has a pull that grows with the overlap and no pull-off of its own: no number fits it to these.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from ..regions import extent
+from ..statistics import fit, reduction
+from .balance import expect_moments
+
+#: Shares of the places whose quantiles are given, and how their names end.
+_QUANTILES = {"low": 0.05, "median": 0.5, "high": 0.95}
+
+
+def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr.Dataset | None = None) -> xr.Dataset:
+    """Return what resuspension and discrete-element codes take for adhesion, from the places of a result.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Of `rolling`; or a pull-off with its pair, which has no levers.
+    catalogue : Dataset, optional
+        The scan's asperities, for code_saturne's small scale.
+    large : Dataset, optional
+        Asperities of the same scan without its short waves, for code_saturne's large scale.
+
+    Returns
+    -------
+    Dataset
+        Scalars; `table` lists them, `to_table` writes them as CSV. Of the log-normal law, fitted by maximum likelihood:
+        ``adhesion_mean`` and ``adhesion_spread`` (geometric, of the pull-off over 3/2 π w R) and
+        ``adhesion_law_distance`` (Kolmogorov's, by which the places differ from it). ``work_of_adhesion_median``, the
+        work with which a smooth JKR sphere pulls off as hard, with ``_low`` and ``_high``, 5 and 95 % of the places,
+        and ``surface_energy_median``, half of it, LAMMPS' γ. Of `rolling`, over all places and directions:
+        ``moment_mean`` (nN nm) and ``moment_spread`` (both geometric, of positive ones), ``lever_median`` over the
+        radius, with ``_low`` and ``_high``, and ``rolling_friction_median``, LAMMPS' μ_roll that holds as much of a
+        sphere without load. Of asperities ``asperity_density`` (denasp), ``asperity_radius`` (rayasp),
+        ``asperity_coverage``, and ``large_asperity_spacing`` (espasg), ``large_asperity_radius`` (rayasg). Lengths are
+        nm: code_saturne wants m.
+
+    Raises
+    ------
+    ValueError
+        If ``ds`` is no pull-off with a pair that adheres, or fewer than three places pull.
+
+    Notes
+    -----
+    A smooth JKR sphere with ``work_of_adhesion_median`` lets go at the same force as the rough contact, but not with
+    its area or its stiffness, and every place alike: for the spread, draw each particle's from the places.
+
+    code_saturne takes asperities for hemispheres, whose height is their radius. Those of an AFM scan are flat caps:
+    where ``asperity_coverage``, π times density and squared radius, is above 1 its count of contacts means nothing.
+
+    References
+    ----------
+    Reeks & Hall, J. Aerosol Sci. 32 (2001) 1; LAMMPS manual, pair_style granular; code_saturne, src/lagr/cs_lagr_adh.c.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> found = parameters(roughxr.rolling(scan, directions=8, subregions=(3, 3)))
+    >>> bool(0 < found.adhesion_mean < 1), found.work_of_adhesion_median.units
+    (True, 'J m-2')
+    """
+    ds = reduction(ds)
+    found = _of_pull_offs(ds)
+    if "lever" in ds:
+        found |= _of_moments(ds)
+    if catalogue is not None:
+        density, radius = _of_asperities(catalogue)
+        found |= {"asperity_density": density, "asperity_radius": radius}
+        found["asperity_coverage"] = np.pi * radius**2 * density
+    if large is not None:
+        density, radius = _of_asperities(large)
+        found |= {"large_asperity_spacing": density**-0.5, "large_asperity_radius": radius}
+    pair = {name: ds[name] for name in schema.TRAVELLING if name in ds.coords}
+    return schema.record(schema.label(xr.Dataset(found, coords=pair)), "parameters", ds)
+
+
+def by_place(ds: xr.Dataset) -> xr.Dataset:
+    """Return adhesion, lever and moment of each place, all directions taken together.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Of `rolling`.
+
+    Returns
+    -------
+    Dataset
+        Along subregion: ``pull_off_force`` (nN), ``pull_off_ratio`` (over the smooth sphere's), ``contact_area``,
+        ``lever`` (nm, mean over directions), ``moment_mean``, ``moment_least`` and ``moment_largest`` (nN nm).
+        `to_table` writes it as CSV, one row for each place.
+
+    Raises
+    ------
+    ValueError
+        If ``ds`` is none of `rolling`, or has no pair that adheres.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> found = by_place(roughxr.rolling(scan, directions=8, subregions=(2, 2)))
+    >>> found.moment_mean.dims, found.moment_mean.units, bool((found.moment_least < found.moment_largest).all())
+    (('subregion',), 'nN nm', True)
+    """
+    expect_moments(ds)
+    kept = reduction(ds)[["pull_off_force", "pull_off_ratio", "contact_area"]]
+    moment = ds["resisting_moment"]
+    found = {
+        "lever": ds["lever"].mean("direction"),
+        "moment_mean": moment.mean("direction"),
+        "moment_least": moment.min("direction"),
+        "moment_largest": moment.max("direction"),
+    }
+    out = kept.assign(found).assign_attrs(missing=ds.attrs.get("missing", ""))
+    return schema.record(schema.label(out), "by_place", ds)
+
+
+def _of_pull_offs(ds: xr.Dataset) -> dict[str, float]:
+    law = fit(ds, "pull_off_ratio", laws=["log_normal"], simulations=0).isel(law=0)
+    work = ds["pull_off_ratio"] * ds["work_of_adhesion"]
+    found = {
+        "adhesion_mean": float(law["scale"]),
+        "adhesion_spread": float(np.exp(law["shape"])),
+        "adhesion_law_distance": float(law["ks_distance"]),
+        **_quantiles("work_of_adhesion", work),
+    }
+    return found | {"surface_energy_median": 0.5 * found["work_of_adhesion_median"]}
+
+
+def _of_moments(ds: xr.Dataset) -> dict[str, float]:
+    moment = np.log(ds["resisting_moment"].where(ds["resisting_moment"] > 0))
+    lever = _quantiles("lever", ds["lever"] / ds["sphere_radius"])
+    spread = {"moment_mean": float(np.exp(moment.mean())), "moment_spread": float(np.exp(moment.std(ddof=1)))}
+    return spread | lever | {"rolling_friction_median": 0.5 * lever["lever_median"]}
+
+
+def _quantiles(name: str, values: xr.DataArray) -> dict[str, float]:
+    return {f"{name}_{end}": float(values.quantile(share)) for end, share in _QUANTILES.items()}
+
+
+def _of_asperities(catalogue: xr.Dataset) -> tuple[float, float]:
+    """Return density (nm⁻²) and median radius (nm) of the summits of a catalogue."""
+    catalogue = schema.validate(catalogue, "asperities")
+    curvature = catalogue["curvature_min"] * catalogue["curvature_max"]
+    summits = curvature.values[catalogue["curvature_min"].values > 0]
+    if not summits.size:
+        raise ValueError("catalogue: expected summits, found none")
+    x_low, x_high, y_low, y_high = extent(catalogue)
+    return summits.size / ((x_high - x_low) * (y_high - y_low)), float(np.median(summits**-0.5))
