@@ -1,5 +1,6 @@
 """The documentation: ``sphinx-build -W notebooks build/site`` builds it from docstrings, pages and stored notebooks."""
 
+import re
 import shutil
 import warnings
 from pathlib import Path
@@ -40,6 +41,9 @@ default_role = "autolink"
 nb_execution_mode = "off"
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
+myst_title_to_header = True
+myst_footnote_sort = True
+myst_footnote_transition = False
 
 autodoc_typehints = "none"
 napoleon_google_docstring = False
@@ -73,6 +77,55 @@ def _block(writer, node):
     raise SkipNode
 
 
+def _entries(bibliography: Path) -> dict[str, dict[str, str]]:
+    """Return the fields of each entry of a BibTeX file, one field to a line."""
+    found = re.findall(r"@\w+\{(\w+),\n(.*?)\n\}", bibliography.read_text(encoding="utf-8"), re.DOTALL)
+    fields = {key: dict(re.findall(r"^  (\w+) = \{(.*)\},?$", body, re.MULTILINE)) for key, body in found}
+    return {key: {name: re.sub("[{}]", "", value) for name, value in row.items()} for key, row in fields.items()}
+
+
+def _in_words(entry: dict[str, str]) -> str:
+    """Return an entry as it stands in a list of references."""
+    authors = entry["author"].replace(" and others", " et al.").replace(" and ", "; ")
+    where = next(entry[name] for name in ("journal", "booktitle", "publisher", "howpublished") if name in entry)
+    place = " ".join(entry.get(name, "").replace("--", "–") for name in ("volume", "pages")).strip()
+    doi = f", <https://doi.org/{entry['doi']}>" if "doi" in entry else ""
+    return f"{authors}: {entry['title']}. *{where}*{place and ' ' + place} ({entry['year']}){doi}."
+
+
+def _cited(app, page, source):
+    """Let pages be written as journals ask: [@key] of the bibliography that their head names, figures with captions."""
+    named = re.match(r"---\n.*?^bibliography: (\S+)$.*?^---$", source[0], re.DOTALL | re.MULTILINE)
+    if not named:
+        return
+    entries = _entries((Path(app.srcdir) / page).parent / named[1])
+    keys = re.findall(r"\[@(\w+)\]", source[0])
+    notes = (f"[^{key}]: {_in_words(entries[key])}" for key in dict.fromkeys(keys))
+    text = re.sub(r"^!\[([^]]*)\]\((.*)\)$", r":::{figure} \2\n\1\n:::", source[0], flags=re.MULTILINE)
+    source[0] = re.sub(r"\s?\[@(\w+)\]", r"[^\1]", text) + "\n" + "\n".join(notes) + "\n"
+
+
+def _explored(app, error):
+    """Write the page to click through that how-to links to: few places, two works of adhesion, a coarse mesh."""
+    if error or app.builder.name != "html":
+        return
+    pair = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "work_of_adhesion": 0.1}
+    scan = roughxr.assign_pair(roughxr.open_sample("glass"), **pair)
+    places = roughxr.regions.centres(scan, (4, 4))
+    how = {"law": "griffith", "refine": 2, "subregions": places}
+    groups = {
+        "scan": scan,
+        "asperities": roughxr.asperities(scan),
+        "solutions/adhesive": roughxr.vary(scan, roughxr.adhesive, work_of_adhesion=[0.5, 1.35], **how),
+        "solutions/direct": roughxr.direct(scan, subregions=places),
+        "solutions/energy": roughxr.superpose(scan, subregions=places),
+    }
+    page = roughxr.report.explorer_page(groups, archive_name="example.nc")
+    (Path(app.outdir) / "explore.html").write_text(page, encoding="utf-8")
+
+
 def setup(app):
-    """Let browsers draw formulas by themselves, so that the pages need no network."""
+    """Let browsers draw formulas by themselves, so that the pages need no network; let pages cite."""
+    app.connect("source-read", _cited)
+    app.connect("build-finished", _explored)
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))

@@ -45,6 +45,9 @@ COMPARED = ("published", "self_similar", "energy")
 #: Largest cells (nm) on which the pull between rigid bodies is summed, and no more than eight to a pixel.
 _RIGID_CELL = 2.5
 
+#: A mesh will do where the pull-off of half of the places that are tried changes by less than this part on a finer one.
+_SETTLED = 0.05
+
 #: The paper's pair. Its printed pull-off of the smooth sphere, 19.1 µN, takes Gilman's estimate with E/(1 − ν²).
 PAPER_PAIR = {
     "sphere_radius": 3000.0,
@@ -247,8 +250,9 @@ def run(
     preload : number or quantity
         How hard the sphere is pressed on before it is drawn off, nN; 0: it settles under its own adhesion.
     law, refine
-        Of the simulation with adhesion, see `adhesive`. By default all places are solved on the coarsest mesh that the
-        law holds on, and four of them on one twice as fine in half the steps, which tells the error of both.
+        Of the simulation with adhesion, see `adhesive`. By default the mesh is refined until the pull-off of four
+        places settles to 5 % in the median, or to sixteen cells to a pixel; these are solved on one twice as fine in
+        half the steps too, which tells the error of both.
     levelling : {"plane", "quadratic", "none"}
         What is taken off the scan first.
     budget : int
@@ -391,7 +395,7 @@ def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, progress: bo
     """Return what the simulated pull-off hangs on, at a few of its places, and the budget made of it."""
     preload = float(np.min(plan.preload))
     how = {"preload": preload, "law": solved.attrs["law"], "step": plan.step, "places": plan.budget}
-    how |= {"refine": plan.refine, "subregions": solved}
+    how |= {"refine": solved.attrs["refine"], "subregions": solved}
     changes = sensitivity(scan, method="adhesive", progress=progress, **how)
     teller(progress)("the same with shorter waves added or cut off")
     scales = cut_off_waves(scan, **how)
@@ -412,16 +416,32 @@ def _pressed(scan: xr.Dataset, plan: Plan, options: dict[str, Any]) -> dict[str,
 def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
     """Return the simulation with adhesion at all places, and at some on a mesh twice as fine in half the steps."""
     how = {"preload": plan.preload, "law": plan.law}
-    say(f"simulation with adhesion at {_count(scan, plan)} places")
-    solved = adhesive(scan, refine=plan.refine, accuracy=None, step=plan.step, **how, **options)
-    groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
-    finer = 2 * int(solved["refinement"].max())
-    if plan.refine == "auto" and finer <= MOST_REFINED:
+    refine, finer = plan.refine, None
+    if plan.refine == "auto":
         some = regions.sample(regions.centres(scan, plan.subregions), plan.checked)
-        say(f"the same on a mesh twice as fine at {some.sizes['subregion']} places")
-        checked = options | {"subregions": some}
-        groups["solutions/finer"] = adhesive(scan, refine=finer, step=0.5 * plan.step, **how, **checked)
-    return groups
+        refine, finer = _mesh_that_holds(scan, plan, options | how | {"subregions": some}, say)
+    say(f"simulation with adhesion at {_count(scan, plan)} places")
+    solved = adhesive(scan, refine=refine, accuracy=None, step=plan.step, **how, **options)
+    groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
+    return groups if finer is None else groups | {"solutions/finer": finer}
+
+
+def _mesh_that_holds(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> tuple[int | str, Any]:
+    """Return the refinement on which the pull-off of most places has settled, and some on a mesh twice as fine.
+
+    On pixels wider than the contacts the coarsest mesh that the law holds on may be off by a factor.
+    """
+    say(f"the mesh: the simulation with adhesion at {options['subregions'].sizes['subregion']} places")
+    refine, coarse = "auto", adhesive(scan, refine="auto", accuracy=None, step=plan.step, **options)
+    n = int(coarse["refinement"].max())
+    while 2 * n <= MOST_REFINED:
+        say(f"the same on a mesh twice as fine, {2 * n} cells to a pixel")
+        finer = adhesive(scan, refine=2 * n, step=0.5 * plan.step, **options)
+        change = abs(coarse["pull_off_force"] / finer["pull_off_force"] - 1).median()
+        if not change > _SETTLED or 4 * n > MOST_REFINED:
+            return refine, finer
+        refine, coarse, n = 2 * n, finer, 2 * n
+    return refine, None
 
 
 def _too_stiff_to_bend(scan: xr.Dataset, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:

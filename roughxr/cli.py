@@ -1,4 +1,4 @@
-"""The command line: ``roughxr paper``, ``run``, ``report``, ``info``, ``convert``, ``measured``, ``compare``, …"""
+"""The command line: ``roughxr paper``, ``run``, ``report``, ``explore``, ``info``, ``convert``, ``measured``, …"""
 
 from __future__ import annotations
 
@@ -50,6 +50,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_paper(commands)
     _add_run(commands)
     _add_report(commands)
+    _add_explore(commands)
     _add_info(commands)
     _add_convert(commands)
     _add_measured(commands)
@@ -187,6 +188,23 @@ def _add_report(commands) -> None:
     command.add_argument("run", metavar="RUN", help="the archive of a run, such as run.nc, or its folder")
     command.add_argument("-o", "--output", metavar="HTML", help="default: report.html beside the archive")
     command.set_defaults(command=_report)
+
+
+def _add_explore(commands) -> None:
+    command = commands.add_parser("explore", help="a page to click through a finished run, place by place")
+    command.add_argument("run", metavar="RUN", help="the archive of a run, such as run.nc, or its folder")
+    command.add_argument("-o", "--output", metavar="HTML", help="default: explore.html beside the archive")
+    command.add_argument(
+        "--loops",
+        type=int,
+        default=16,
+        metavar="PLACES",
+        help="places at which the simulation with adhesion is followed again for its loop and contact maps, a second "
+        "or more each; default: %(default)s",
+    )
+    command.add_argument("--open", action="store_true", help="show the page in the browser")
+    _add_quiet(command)
+    command.set_defaults(command=_explore)
 
 
 def _add_info(commands) -> None:
@@ -343,6 +361,17 @@ def _report(options) -> None:
     from .report import write_report
 
     print(f"written to {write_report(options.run, options.output)}")
+
+
+def _explore(options) -> None:
+    import webbrowser
+
+    from .report import write_explorer
+
+    page = write_explorer(options.run, options.output, loops=options.loops, progress=not options.quiet)
+    print(f"written to {page}")
+    if options.open:
+        webbrowser.open(page.resolve().as_uri())
 
 
 def _info(options) -> None:

@@ -4,6 +4,10 @@ Run as a script: ``python tests/notebooks.py`` executes all, one on every core, 
 count of pictures differ from what a notebook holds (one that holds no outputs is executed only);
 ``python tests/notebooks.py --store`` writes the outputs into the notebooks, pictures as small PNG files, with a mark of
 the code that made them. Names of notebooks restrict either.
+
+A notebook that takes minutes may hold, in its own metadata under ``quick``, a line of code that lets it do with less:
+that line goes before its cells, unless ``--all`` or ``--store`` asks for the whole. What then differs are the numbers
+of cells with the tag ``whole``, which are not compared; all else is.
 """
 
 import argparse
@@ -21,14 +25,16 @@ from pathlib import Path
 import nbformat
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
+from nbformat.v4 import new_code_cell
 
 FOLDER = Path(__file__).parents[1] / "notebooks"
 
 #: Numbers in outputs agree within this part: machines differ in the last digits.
 _AGREE = 2e-3
 
-#: Most pixels that a stored picture is wide, and its colours: it is for reading where it lies.
-_WIDTH, _COLOURS = 640, 64
+#: Pixels that a stored picture is wide, the most that do not make it too large, and its colours: it is for reading
+#: where it lies.
+_WIDTHS, _LARGE, _COLOURS = (640, 520, 420), 50_000, 64
 
 #: What takes longest begins first, so that no core is left alone with it.
 _FIRST = ("the-paper", "rigid-bodies", "adhesion-verdict")
@@ -67,14 +73,15 @@ def agree(one: str, other: str) -> bool:
     return all(math.isclose(a, b, rel_tol=_AGREE, abs_tol=1e-9) for a, b in pairs)
 
 
-def differences(stored, made) -> list[str]:
-    """Return in words which cells came out other than they are stored."""
+def differences(stored, made, quick: bool = False) -> list[str]:
+    """Return in words which cells came out other than they are stored, of a quick run but for some cells' numbers."""
     code = [(k, *cells) for k, cells in enumerate(zip(stored.cells, made.cells)) if cells[0].cell_type == "code"]
     found = [
         f"cell {k}: {pictures_of(a)} pictures stored, {pictures_of(b)} made"
         for k, a, b in code
         if pictures_of(a) != pictures_of(b)
     ]
+    code = [(k, a, b) for k, a, b in code if not (quick and "whole" in a.metadata.get("tags", ()))]
     return found + [f"cell {k}: its words or numbers differ" for k, a, b in code if not agree(words_of(a), words_of(b))]
 
 
@@ -108,32 +115,39 @@ def _small_picture(encoded: str) -> str:
     from PIL import Image
 
     picture = Image.open(io.BytesIO(base64.b64decode(encoded))).convert("RGB")
-    if picture.width > _WIDTH:
-        picture = picture.resize((_WIDTH, round(picture.height * _WIDTH / picture.width)), Image.Resampling.LANCZOS)
-    buffer = io.BytesIO()
-    picture.quantize(_COLOURS).save(buffer, "PNG", optimize=True)
+    for width in _WIDTHS:
+        if picture.width > width:
+            picture = picture.resize((width, round(picture.height * width / picture.width)), Image.Resampling.LANCZOS)
+        buffer = io.BytesIO()
+        picture.quantize(_COLOURS).save(buffer, "PNG", optimize=True)
+        if buffer.tell() < _LARGE:
+            break
     return base64.b64encode(buffer.getvalue()).decode("ascii")
 
 
-def executed(path: Path):
-    """Return a notebook as it comes out of a run from its own folder."""
+def executed(path: Path, first: str = ""):
+    """Return a notebook as it comes out of a run from its own folder, some code before its own."""
     notebook = nbformat.read(path, as_version=4)
+    before = [new_code_cell(first)] if first else []
+    notebook.cells = before + notebook.cells
     NotebookClient(notebook, timeout=1200, resources={"metadata": {"path": str(FOLDER)}}).execute()
+    notebook.cells = notebook.cells[len(before) :]
     return notebook
 
 
-def judged(path: Path, store: bool) -> tuple[str, bool]:
+def judged(path: Path, store: bool, whole: bool) -> tuple[str, bool]:
     """Execute a notebook, and return what came of it in words, and whether it is wrong."""
     start, stored = time.perf_counter(), nbformat.read(path, as_version=4)
+    quick = "" if store or whole else stored.metadata.get("quick", "")
     try:
-        made = executed(path)
+        made = executed(path, quick)
     except CellExecutionError as error:
         return f"{path.name}: {error}", True
     if store:
         nbformat.write(small(made), path)
     bare = not any(cell.get("outputs") for cell in stored.cells)
-    found = [] if store or bare else differences(stored, made)
-    state = "stored" if store else "bare" if bare else "; ".join(found) or "as stored"
+    found = [] if store or bare else differences(stored, made, bool(quick))
+    state = "stored" if store else "bare" if bare else "; ".join(found) or "as stored" + ", but for size" * bool(quick)
     return f"{path.name}: {time.perf_counter() - start:.0f} s, {state}", bool(found)
 
 
@@ -142,6 +156,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("names", nargs="*", help="notebooks such as first-steps; default: all")
     parser.add_argument("--store", action="store_true", help="write the outputs into the notebooks")
+    parser.add_argument("--all", action="store_true", help="execute all of those, too, that can do with less")
     options = parser.parse_args()
     os.environ.pop("MPLBACKEND", None)  # a notebook's own shows pictures where they are asked for
     order = {name: k for k, name in enumerate(_FIRST)}
@@ -149,7 +164,7 @@ def main() -> int:
     paths.sort(key=lambda path: order.get(path.stem, len(order)))
     wrong = 0
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for done in as_completed([pool.submit(judged, path, options.store) for path in paths]):
+        for done in as_completed([pool.submit(judged, path, options.store, options.all) for path in paths]):
             told, failed = done.result()
             print(told, flush=True)
             wrong += failed

@@ -4,7 +4,6 @@ import html.parser
 import json
 import re
 import shlex
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -15,7 +14,7 @@ import xarray as xr
 import roughxr
 from roughxr import analysis, archive, report, schema
 
-BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+from .browser import BROWSER, NO_BROWSER
 
 #: Asks a loaded page for what went wrong, and writes the answer where ``--dump-dom`` shows it.
 PROBE = """<script>
@@ -271,7 +270,7 @@ def browse(path, *options):
     return done.stdout
 
 
-@pytest.mark.skipif(BROWSER is None, reason="no Chromium to open the page with")
+@pytest.mark.skipif(BROWSER is None, reason=NO_BROWSER)
 @pytest.mark.parametrize("width", [390, 1300])
 def test_page_is_whole_in_a_browser(written, width, tmp_path):
     page = tmp_path / "probed.html"
@@ -283,7 +282,7 @@ def test_page_is_whole_in_a_browser(written, width, tmp_path):
     assert seen["window"] <= max(width, 500) and seen["page"] <= seen["window"]
 
 
-@pytest.mark.skipif(BROWSER is None, reason="no Chromium to open the page with")
+@pytest.mark.skipif(BROWSER is None, reason=NO_BROWSER)
 def test_page_prints(written, tmp_path):
     sheet = tmp_path / "report.pdf"
     browse(written, f"--print-to-pdf={sheet}")

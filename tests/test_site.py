@@ -44,6 +44,15 @@ def test_python_that_pages_show_is_python(page):
         compile(block, str(page), "exec")
 
 
+def test_the_paper_cites_what_its_bibliography_holds():
+    text, entries = ((PAGES / f"paper.{kind}").read_text(encoding="utf-8") for kind in ("md", "bib"))
+    cited, held = set(re.findall(r"@(\w+)\]", text)), re.findall(r"^@\w+\{(\w+),$", entries, re.MULTILINE)
+    assert cited == set(held) and len(held) == len(set(held))
+    for field in ("title", "tags", "authors", "affiliations", "date", "bibliography"):
+        assert re.search(rf"^{field}:", text.split("---")[1], re.MULTILINE)
+    assert all(re.fullmatch(r"10\.\d{4,5}/\S+", doi) for doi in re.findall(r"doi = \{(.*)\}", entries))
+
+
 def test_readme_points_to_the_documentation():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert "sphinx-build -W notebooks build/site" in readme

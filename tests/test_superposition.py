@@ -187,7 +187,7 @@ def test_ellipses_overlap_by_the_radii_that_face_each_other():
         middle = ([20.0 * np.cos(along)], [20.0 * np.sin(along)])
         found = superpose(two, delta=deltas, subregions=middle, law="hertz", profile="parabola")
         overlapping = found.contacts_overlapping[0] > 0
-        return float(found.delta[int(overlapping.argmax())]) if overlapping.any() else np.inf
+        return float(found.delta[int(np.argmax(overlapping.values))]) if overlapping.any() else np.inf
 
     end_to_end, side_by_side = begins(0.0, 0.0), begins(np.pi / 2 - 1e-12, 0.0)
     assert end_to_end < 0.2 * side_by_side

@@ -117,5 +117,6 @@ def runs(scan: xr.Dataset, path: Path) -> dict[str, xr.Dataset]:
     groups |= roughxr.paper(str(path), progress=True)
     groups |= roughxr.checkpointed(lambda: {"solutions/direct": roughxr.direct(scan, delta=[1.0])}, path, scan=scan)
     written: tuple[Path, Path] = roughxr.to_table(groups["asperities"], path), roughxr.to_resuspension(scan, path)
+    pages: tuple[Path, Path] = roughxr.report.write_report(path), roughxr.report.write_explorer(path, loops=2)
     version: str = roughxr.__version__
-    return groups if written and version else {}
+    return groups if written and pages and version else {}

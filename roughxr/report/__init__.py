@@ -1,6 +1,7 @@
-"""A run told to its readers: tables as text, the main numbers with their intervals, and one page that holds all."""
+"""A run told to its readers: tables as text, the main numbers with their intervals, a page to read and one to click."""
 
 from .budget import budget_table, headline
+from .explorer import explorer_page, write_explorer
 from .html import page, write_report
 from .intervals import interval_table
 from .repeat import command
@@ -13,6 +14,7 @@ __all__ = [
     "cautions",
     "command",
     "contact_table",
+    "explorer_page",
     "formula_table",
     "headline",
     "interval_table",
@@ -20,5 +22,6 @@ __all__ = [
     "scan_table",
     "superposed",
     "text",
+    "write_explorer",
     "write_report",
 ]

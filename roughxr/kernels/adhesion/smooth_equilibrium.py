@@ -90,11 +90,14 @@ class Outcome(NamedTuple):
     fine: bool
 
 
-def settle(body, delta, last, state):
-    """Bring ``state`` into equilibrium at a displacement (nm), from what stands in it or else from ``last``."""
+def settle(body, delta, last, state, near=False):
+    """Bring ``state`` into equilibrium at a displacement (nm), from what stands in it or else from ``last``.
+
+    With ``near`` only by Newton's method: what is not near the guess is not looked for.
+    """
     out = _newton(body, delta, state)
     products, rounds, steps = out.products, out.rounds, _TANGENTS
-    if out.fine or out.residual == np.inf:
+    if out.fine or out.residual == np.inf or near:
         return out
     anchor = State(*(values.copy() for values in last))
     while rounds < body.max_rounds:

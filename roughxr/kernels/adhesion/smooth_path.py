@@ -4,8 +4,8 @@ From each state the next is sought from where the last two point to: gaps where 
 touch. So a path follows a branch to its end and goes downhill from there, as a body held by a stiff device does.
 Displacement moves in steps; what a path passes between two of them must not matter:
 
-- where a step ran past the end of a branch, or past the last contact of a stiff body, and the pull may have grown
-  beyond the largest on the way, it is shortened;
+- while the pull may grow beyond the largest, states are sought near to where the last two lead; where there is none, a
+  branch or the last contact of a stiff body has ended, which is closed in upon and left by a leap;
 - where the force passed a minimum, one more state is sought at the vertex of the parabola through three;
 - a preload is closed in upon by regula falsi.
 
@@ -49,6 +49,11 @@ _JUMP, _EDGE = 0.15, 0.05
 
 #: Keeps a ratio of nothing to nothing finite.
 _TINY = 1e-300
+
+#: Where a branch has ended the next one is sought some way on: the nearer to the end, the slower is the way there, as
+#: one over the root of the distance. At most so many longest steps, and so that at most this part of the largest pull
+#: is passed by. It saves a quarter of the work, with pull-offs nearer to those of short steps than without it.
+_LEAP, _PASSED = 1.0 / 16, 0.02
 
 #: How much of the largest pull may be missed between two states, and the part of the longest step that is not halved.
 _MISSED, _LEAST_STEP = 0.002, 1.0 / 64
@@ -236,8 +241,11 @@ class _Solver:
         left[at] += yielding.residual_heights(pressure, displacement, separation, deltas, hardness.pressure)[0]
         return left
 
-    def seek(self, delta, before, last):
-        """Return the state at a displacement, from where two others point to, on the surface that the last one left."""
+    def seek(self, delta, before, last, near=False):
+        """Return the state at a displacement, from where two others point to, on the surface that the last one left.
+
+        With ``near`` it is given up, and not ``fine``, where no state is near to where they point.
+        """
         rows, columns = self._box(delta)
         start = self._moved(last, rows, columns)
         trial = State(*(values.copy() for values in start))
@@ -249,7 +257,7 @@ class _Solver:
         for part in (self._part(trial), (slice(0, shape[0]), slice(0, shape[1]))):
             body = self._body(separation, part)
             state = State(*(values.copy() for values in trial))
-            out = settle(body, delta, start, state)
+            out = settle(body, delta, start, state, near)
             if out.residual < np.inf:
                 break
         force = float(state.pressure.sum())
@@ -348,7 +356,7 @@ class _Branch:
         self.solver, self.step, self.deltas, self.fields = solver, step, deltas, fields
         self.seek = solver.press if yields else solver.seek
         self.rows, self.pressures, self.left, self.largest, self.dissipated = [], [], [], 0.0, 0.0
-        self.before, self.next = None, 0
+        self.before, self.next, self.stiffness = None, 0, np.inf
         self.first = float(solver.separation.min()) - _BEFORE * solver.law.length
         ahead = max(deltas[0] - self.first, 0.0)  # from there in whole steps: both branches pass the same displacements
         self.last = solver.nothing(deltas[0] - step * np.ceil(ahead / step), left)
@@ -356,7 +364,7 @@ class _Branch:
     def turned(self):
         """Return the branch that leads back from here; it begins with the same state."""
         back = _Branch(self.solver, self.step, self.deltas, self.fields, self.last.left)
-        back.before, back.last, back.next = self.before, self.last, self.next
+        back.before, back.last, back.next, back.stiffness = self.before, self.last, self.next, self.stiffness
         back.dissipated = self.dissipated
         if self.rows:
             back.rows.append(self.rows[-1].copy())
@@ -388,28 +396,45 @@ class _Branch:
         return True
 
     def retract(self):
-        """Go back through the displacements asked for below, then on until contact is lost."""
-        change = self.step
+        """Go back through the displacements asked for below, then on until contact is lost.
+
+        While a larger pull may lie ahead, the next state is sought near to where the last two lead. Where there is
+        none the branch has ended on the way: its end is closed in upon, and left by a leap.
+        """
+        change, beyond, least = self.step, None, _LEAST_STEP * self.step
         while self.next > 0 and self.deltas[self.next - 1] >= self.last.delta - _SAME * self.step:
             self.next -= 1
-        while True:
+        while not (self._is_lost() and self.next == 0):
             last, target = self.last, self.deltas[self.next - 1] if self.next > 0 else -np.inf
             if self._is_lost():
-                if self.next == 0:
-                    return True
-                change = last.delta - target  # nothing happens on the way
-            back = min(change, last.delta - target)
+                change, beyond = last.delta - target, None  # nothing happens on the way
+            leaps = beyond is not None and last.delta - beyond < 2.0 * least
+            back = min(self._leap() if leaps else change, last.delta - target)
             delta = float(target) if last.delta - back - target < _SAME * self.step else last.delta - back
-            found = self.solver.seek(delta, self.before, last)
+            near = not leaps and back > least and self._leads_to_more(back)
+            found = self.solver.seek(delta, self.before, last, near)
             if not np.isfinite(found.force):
                 return False
-            if back > _LEAST_STEP * self.step and self._passed_more(found):
-                change = self._shorter(found)
+            if near and (not found.fine or self._passed_more(found)):
+                beyond, change = delta, self._shorter(found)
                 continue
             self._accept(found, delta == target)
             self.next -= delta == target
-            change = min(self.step, 2.0 * back) if back == change else change
+            if near and beyond is not None and beyond < delta:
+                change = 0.5 * (delta - beyond)
+            else:
+                change, beyond = min(self.step, max(change, 2.0 * back)), None
             self._vertex()
+        return True
+
+    def _leap(self):
+        """Return how far to go beyond the end of a branch."""
+        far = _PASSED * self.largest / max(self.stiffness, _TINY)
+        return min(max(far, 2.0 * _LEAST_STEP * self.step), _LEAP * self.step)
+
+    def _leads_to_more(self, back):
+        """Say whether the branch, as stiff as it was last, leads to a larger pull than any, a step on."""
+        return self.stiffness * back - self.last.force > (1.0 + _MISSED) * self.largest
 
     def _is_lost(self):
         """Say whether nothing touches, and next to nothing pulls."""
@@ -421,18 +446,18 @@ class _Branch:
 
         That is so if it jumped or let go of what is stiff, by its energy, or if the pull fell though it was growing.
         """
-        last = self.last
-        back = last.delta - found.delta
-        smooth = -_EDGE <= self._freed(found) / (abs(last.force - found.force) * back + _TINY) <= _JUMP
+        last, smooth = self.last, self._is_smooth(found)
         if smooth and found.force <= last.force:
             return False
         missed = _MISSED_IN_A_CURVE if smooth else _MISSED
-        return self._slope() * back - last.force > (1.0 + missed) * max(self.largest, -found.force)
+        most = self.stiffness * (last.delta - found.delta) - last.force
+        return most > (1.0 + missed) * max(self.largest, -found.force)
 
-    def _slope(self):
-        """Return the stiffness by the last two states."""
-        last, before = self.last, self.before
-        return (last.force - before.force) / (last.delta - before.delta) if before.delta > last.delta else np.inf
+    def _is_smooth(self, found):
+        """Say whether a step follows a branch, by what it dissipates."""
+        last = self.last
+        apart = abs((last.force - found.force) * (last.delta - found.delta)) + _TINY
+        return -_EDGE <= self._freed(found) / apart <= _JUMP
 
     def _shorter(self, found):
         """Return a step to where the last two states lead to the pull that was found, or half as far as it.
@@ -440,8 +465,8 @@ class _Branch:
         A stiff body lets go within a small part of a step: so it is found in three tries and not in ten.
         """
         last = self.last
-        half, leads = 0.5 * (last.delta - found.delta), (last.force - found.force) / self._slope()
-        return max(min(half, leads) if leads > 0.0 else half, _LEAST_STEP * self.step)
+        half, leads = 0.5 * (last.delta - found.delta), (last.force - found.force) / self.stiffness
+        return max(min(half, leads) if leads > 0.0 and found.fine else half, _LEAST_STEP * self.step)
 
     def _freed(self, found):
         """Return what the step to a state dissipates, nm²."""
@@ -451,6 +476,9 @@ class _Branch:
     def _accept(self, found, asked):
         """Make a state the last one, and write it down."""
         self.dissipated += self._freed(found)
+        moved = self.last.delta - found.delta
+        if moved != 0.0 and self._is_smooth(found):  # across a jump two states tell nothing of the stiffness
+            self.stiffness = (self.last.force - found.force) / moved
         self.before, self.last = self.last, found
         self.largest = max(self.largest, -found.force)
         self.rows.append(self._row(found, asked))

@@ -1,0 +1,148 @@
+"""Maps as pictures inside the page: PNG files of at most 256 colours, one byte to a pixel."""
+
+from __future__ import annotations
+
+import base64
+import struct
+import zlib
+
+import numpy as np
+
+#: Colours that pull and that push: index 0 is nothing, the first half pulls, strongest first, the second half pushes.
+_PULLS, _PUSHES = np.arange(1, 128), np.arange(128, 256)
+
+
+def picture(indices: np.ndarray, colours: np.ndarray) -> str:
+    """Return a picture as a data URI.
+
+    Parameters
+    ----------
+    indices : ndarray of uint8, shape (rows, columns)
+        Which colour each pixel has, the top row first.
+    colours : ndarray of uint8, shape (256, 4)
+        Red, green, blue and opacity.
+
+    Returns
+    -------
+    str
+
+    References
+    ----------
+    W3C, Portable Network Graphics, 2nd edition (2003).
+
+    Examples
+    --------
+    >>> picture(np.zeros((2, 3), np.uint8), heights_palette())[:27]
+    'data:image/png;base64,iVBOR'
+    """
+    rows, columns = indices.shape
+    lines = np.zeros((rows, columns + 1), np.uint8)  # each line begins with its filter: none
+    lines[:, 1:] = indices
+    parts = (
+        (b"IHDR", struct.pack(">IIBBBBB", columns, rows, 8, 3, 0, 0, 0)),
+        (b"PLTE", np.ascontiguousarray(colours[:, :3]).tobytes()),
+        (b"tRNS", np.ascontiguousarray(colours[:, 3]).tobytes()),
+        (b"IDAT", zlib.compress(lines.tobytes(), 9)),
+        (b"IEND", b""),
+    )
+    file = b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(kind, data) for kind, data in parts)
+    return "data:image/png;base64," + base64.b64encode(file).decode("ascii")
+
+
+def _chunk(kind: bytes, data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def heights_palette() -> np.ndarray:
+    """Return the colours of heights, dark to light; the last one, of what is missing, is transparent."""
+    colours = _of_map("mako", np.linspace(0.0, 1.0, 256))
+    colours[255] = 0
+    return colours
+
+
+def tractions_palette() -> np.ndarray:
+    """Return the colours of what pulls and what pushes, the stronger the darker; the first one is transparent."""
+    colours = np.zeros((256, 4), np.uint8)
+    colours[_PULLS] = _of_map("Blues_r", np.linspace(0.05, 0.75, _PULLS.size))
+    colours[_PUSHES] = _of_map("rocket_r", np.linspace(0.12, 0.95, _PUSHES.size))
+    return colours
+
+
+def _of_map(name: str, values: np.ndarray) -> np.ndarray:
+    import matplotlib
+    import seaborn  # noqa: F401  (makes its colour maps known)
+
+    return (matplotlib.colormaps[name](values) * 255).round().astype(np.uint8)
+
+
+def heights_indices(heights: np.ndarray) -> tuple[np.ndarray, float, float]:
+    """Return which colour each height has, and the heights at both ends of the colours.
+
+    Examples
+    --------
+    >>> indices, low, high = heights_indices(np.array([[0.0, 1.0, np.nan]]))
+    >>> indices.tolist(), low, high
+    ([[0, 254, 255]], 0.0, 1.0)
+    """
+    known = heights[np.isfinite(heights)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+    shares = (heights - low) / ((high - low) or 1.0)
+    return np.where(np.isfinite(shares), np.round(254 * np.nan_to_num(shares)), 255).astype(np.uint8), low, high
+
+
+def tractions_indices(tractions: np.ndarray, pull: float, push: float) -> np.ndarray:
+    """Return which colour each traction has, between the largest pull and push; nothing where it is all but 0 or NaN.
+
+    Examples
+    --------
+    >>> tractions_indices(np.array([-1.0, -0.01, 0.0, 4.0, 99.0, np.nan]), 1.0, 4.0).tolist()
+    [1, 0, 0, 255, 255, 0]
+    """
+    pulls = np.clip(-np.nan_to_num(tractions) / (pull or 1.0), 0.0, 1.0)
+    pushes = np.clip(np.nan_to_num(tractions) / (push or 1.0), 0.0, 1.0)
+    found = np.zeros(tractions.shape, np.uint8)
+    pulling, pushing = (pulls > 0.02) & (pull > 0), pushes > 0
+    found[pulling] = (_PULLS[-1] - np.round(pulls[pulling] * (_PULLS.size - 1))).astype(np.uint8)
+    found[pushing] = (_PUSHES[0] + np.round(pushes[pushing] * (_PUSHES.size - 1))).astype(np.uint8)
+    return found
+
+
+def heights_legend() -> str:
+    """Return the bar of colours from the lowest height to the highest."""
+    return picture(np.arange(255, dtype=np.uint8)[None, :], heights_palette())
+
+
+def tractions_legend(pull: float, push: float) -> str:
+    """Return the bar of colours from the largest pull, where there is any, to the largest push."""
+    bar = np.concatenate([_PULLS if pull > 0 else _PULLS[:0], _PUSHES]).astype(np.uint8)
+    return picture(bar[None, :], tractions_palette())
+
+
+def thinned(values: np.ndarray, most: int) -> np.ndarray:
+    """Return the last two axes averaged over blocks, so that neither is longer than so many; what is over is left out.
+
+    Examples
+    --------
+    >>> thinned(np.arange(10.0).reshape(1, 10), 5).tolist()
+    [[0.5, 2.5, 4.5, 6.5, 8.5]]
+    """
+    rows, columns = (_block(n, most) for n in values.shape[-2:])
+    whole = values[..., : values.shape[-2] // rows * rows, : values.shape[-1] // columns * columns]
+    shape = (*values.shape[:-2], whole.shape[-2] // rows, rows, whole.shape[-1] // columns, columns)
+    return whole.reshape(shape).mean(axis=(-3, -1))
+
+
+def edges(axis: np.ndarray, most: int) -> tuple[float, float]:
+    """Return the outer edges of a uniform axis' cells that `thinned` keeps.
+
+    Examples
+    --------
+    >>> edges(np.arange(5.0), 5), edges(np.arange(5.0), 2)
+    ((-0.5, 4.5), (-0.5, 2.5))
+    """
+    cell, block = (axis[1] - axis[0] if axis.size > 1 else 1.0), _block(axis.size, most)
+    return float(axis[0] - cell / 2), float(axis[axis.size // block * block - 1] + cell / 2)
+
+
+def _block(count: int, most: int) -> int:
+    return max(1, -(-count // most))

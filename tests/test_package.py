@@ -1,0 +1,48 @@
+"""What is released: the source archive holds what its tests read, the wheel what runs and nothing else."""
+
+import importlib.metadata
+import tomllib
+from pathlib import Path
+
+import pytest
+from hatchling.builders.sdist import SdistBuilder
+from hatchling.builders.wheel import WheelBuilder
+
+import roughxr
+
+ROOT = Path(__file__).parents[1]
+
+#: Endings of what programs leave behind: never released, and compiled kernels crash where others compiled them.
+_LEFT_BEHIND = {".pyc", ".nbi", ".nbc"}
+
+
+def released(builder):
+    """Return where an archive's files lie in it."""
+    return {Path(file.distribution_path).as_posix() for file in builder(str(ROOT)).recurse_included_files()}
+
+
+def written(folder):
+    """Return the files below a folder of the top level that somebody wrote."""
+    files = (path.relative_to(ROOT) for path in (ROOT / folder).rglob("*") if path.is_file())
+    kept = (file for file in files if file.suffix not in _LEFT_BEHIND and "generated" not in file.parts)
+    return {file.as_posix() for file in kept if not any(part.startswith(".") for part in file.parts)}
+
+
+@pytest.mark.parametrize("folder", ["roughxr", "tests", "notebooks", "datasets"])
+def test_the_source_archive_holds_what_its_tests_read(folder):
+    found = released(SdistBuilder)
+    assert written(folder) and written(folder) <= found
+    assert "README.md" in found
+    assert not [name for name in found if Path(name).suffix in _LEFT_BEHIND]
+
+
+def test_the_wheel_holds_what_runs_and_nothing_else():
+    found = released(WheelBuilder)
+    assert found == written("roughxr") | {f"roughxr/{name}" for name in written("datasets")}
+    assert {"roughxr/py.typed", "roughxr/LICENSE", "roughxr/report/explorer/page.js"} <= found
+
+
+def test_the_version_stands_in_one_place():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert "version" in project["dynamic"] and "version" not in project
+    assert importlib.metadata.version("roughxr") == roughxr.__version__
