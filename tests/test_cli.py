@@ -13,6 +13,9 @@ from roughxr.cli import main
 
 from .surfaces import rough, scan
 
+#: Adhesion as it is solved fastest, for what is no question of adhesion.
+QUICK = ["--law", "griffith", "--refine", "1"]
+
 
 @pytest.fixture(scope="module")
 def paper_run(tmp_path_factory):
@@ -69,7 +72,7 @@ def test_run_does_the_same_for_any_scan(tmp_path, capsys):
     scan(rough(64, seed=3), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
     arguments = ["run", str(tmp_path / "scan.nc"), "--sphere-radius", "0.3 um", "--subregions", "2", "1", "-q"]
     arguments += ["--young-modulus", "75", "130", "--poisson-ratio", "0.22", "0.28", "--work-of-adhesion", "0.13"]
-    assert main([*arguments, "--budget", "0", "-o", str(tmp_path / "run.nc")]) == 0
+    assert main([*arguments, *QUICK, "--budget", "0", "-o", str(tmp_path / "run.nc")]) == 0
     assert "pull-off, mean" in capsys.readouterr().out
     with xr.open_datatree(tmp_path / "run.nc") as tree:
         assert float(tree["scan/sphere_radius"]) == 300
@@ -225,7 +228,7 @@ def test_a_report_is_one_page(paper_run, tmp_path):
 def test_a_finished_run_is_recognised_and_another_refused(tmp_path, capsys):
     scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
     arguments = ["run", str(tmp_path / "scan.nc"), "--subregions", "1", "2", "-q", "-o", str(tmp_path / "run.nc")]
-    arguments += ["--materials", "glass", "--surface-energy", "0.675"]
+    arguments += ["--materials", "glass", "--surface-energy", "0.675", *QUICK, "--budget", "0"]
     assert main([*arguments, "--sphere-radius", "500"]) == 0
     first = (tmp_path / "run.nc").read_bytes()
     assert main([*arguments, "--sphere-radius", "500"]) == 0
@@ -300,7 +303,7 @@ def test_what_nobody_can_guess_is_asked_for(options, says, tmp_path, capsys):
 )
 def test_a_run_that_finds_nothing_ends_well_and_is_reported_as_what_it_is(options, tmp_path):
     scan(rough(64, rms=1.0, seed=3), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
-    pair = ["--sphere-radius", "500", "--materials", "glass"]
+    pair = ["--sphere-radius", "500", "--materials", "glass", *QUICK, "--budget", "1"]
     assert main(["run", str(tmp_path / "scan.nc"), *pair, *options, "-q", "-o", str(tmp_path / "out")]) == 0
     assert main(["report", str(tmp_path / "out")]) == 0
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")

@@ -151,15 +151,18 @@ def test_the_distributed_scheduler_gives_the_same(surface):
 
 
 @pytest.fixture(scope="module")
-def two_places(surface):
-    return direct(surface, delta=[4, 9], subregions=(2, 1))
+def corner(surface):
+    """A part of the surface, and two places on it: chunks of a pixel are thousands on the whole."""
+    part = surface.isel(x=slice(40), y=slice(40))
+    return part, direct(part, delta=[4, 9], subregions=(2, 1))
 
 
 @settings(max_examples=10, deadline=None)
-@given(x=st.integers(1, 96), y=st.integers(1, 96))
-def test_chunking_does_not_matter(surface, two_places, x, y):
+@given(x=st.integers(1, 40), y=st.integers(1, 40))
+def test_chunking_does_not_matter(corner, x, y):
+    part, expected = corner
     with dask.config.set(scheduler="synchronous"):
-        xr.testing.assert_equal(direct(surface.chunk(x=x, y=y), delta=[4, 9], subregions=(2, 1)).compute(), two_places)
+        xr.testing.assert_equal(direct(part.chunk(x=x, y=y), delta=[4, 9], subregions=(2, 1)).compute(), expected)
 
 
 def refuse(dsk, keys, **kwargs):

@@ -107,6 +107,16 @@ def test_conditions_hold_on_rough_windows(delta, smooth):
         assert_contact(kalker.solve(separation, delta, 9.77, E, start=start), separation, delta, 9.77)
 
 
+@pytest.mark.parametrize("modulus", [0.4, 39.407])
+def test_the_solution_as_a_start_is_all_but_the_solution(modulus):
+    """Whatever the unit that pressures are scaled by: a product to see it, and few to mend it."""
+    separation = sphere_gap(21, 9.77)
+    cold = kalker.solve(separation, 4.0, 9.77, modulus)
+    again = kalker.solve(separation, 4.0, 9.77, modulus, start=guess(cold.pressure))
+    assert again.converged and again.force == pytest.approx(cold.force, rel=1e-6)
+    assert again.iterations <= 3 < cold.iterations
+
+
 def test_a_sweep_equals_cold_solves():
     z = rough(48, seed=5)
     separation = z.max() - z + sphere_gap(48, 9.77)

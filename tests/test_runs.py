@@ -27,10 +27,8 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are POS
 
 SECONDS = 60
 
-#: Children are forked, cheaply, by a server that has imported and compiled everything.
+#: Children are forked, cheaply, by a server that has imported and compiled everything (``conftest``).
 CONTEXT = multiprocessing.get_context("forkserver" if sys.platform != "win32" else "spawn")
-if sys.platform != "win32":
-    CONTEXT.set_forkserver_preload(["tests.a_run_compiled"])
 
 
 @pytest.fixture(scope="module")

@@ -24,6 +24,15 @@ def test_parting_is_after_the_last_agreement():
     assert found.parting_delta.units == "nm" and found.attrs["agree_within"] == 0.1
     assert np.isnan(found.force_difference[3]).all()
     assert float(compare(other, direct, by=0.5).parting_delta[0]) == 4
+    np.testing.assert_allclose(found.mean_difference, [0, 0.1 / 4, 7.2 / 9, 16.3 / 12], atol=1e-12)
+    assert float(found.mean_parting_delta) == 3
+
+
+def test_nothing_is_relative_to_no_force():
+    found = compare(solution([[1, 1], [0, 1]], [1, 2]), solution([[0, 1], [0, 1]], [1, 2]))
+    np.testing.assert_array_equal(found.mean_difference, [np.nan, 0])
+    np.testing.assert_array_equal(found.force_difference, [[np.nan, 0], [np.nan, 0]])
+    np.testing.assert_array_equal(found.agreeing, [np.nan, 1])
 
 
 def test_the_superposed_sweep_is_read_at_the_direct_displacements():

@@ -12,7 +12,7 @@ def test_kernels_run_as_plain_python():
     folder = Path(__file__).parent
     files = [str(folder / name) for name in SELECTION]
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *files]
+    command = [sys.executable, "-m", "pytest", "-n", "0", "-p", "no:cacheprovider", *files]
     command += ["-k", "plain or ellipse or peaks or without_jit_cases"]
     done = subprocess.run(command, env=environment, cwd=folder.parent, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout[-3000:]

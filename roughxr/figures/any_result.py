@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -61,24 +62,35 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
     name = name or _main(ds)
     if name not in ds:
         raise ValueError(f"expected one of the variables {', '.join(map(str, ds.data_vars))}, found {name!r}")
+    drawn, shown = _of_variable(ds, name)
+    return drawn(shown, ax=ax, **options)
+
+
+def _of_variable(ds: xr.Dataset, name: str) -> tuple[Any, Any]:
+    """Return the figure of a variable, and what it is to draw."""
     dims = set(ds[name].dims)
     if name == "height" and dims == {"x", "y"}:
-        return scan_map(ds, ax=ax, **options)
+        return scan_map, ds
     if {"subregion", "x", "y"} <= dims:
-        return field_map(ds, name, ax=ax, **options)
-    if name == "force" and dims == {"subregion", "delta"}:
-        return force_fan(ds, ax=ax, **options)
-    if name == "force" and dims == {"delta"} and "subregion" in ds.coords:
-        return force_fan(ds.expand_dims("subregion"), ax=ax, **{"interval": None, **options})
-    if name == "force" and dims == {"subregion", "branch", "delta"}:
-        return force_loop(ds, ax=ax, **options)
+        return partial(field_map, name=name), ds
+    if name == "force" and (figure := _of_force(ds, dims)) is not None:
+        return figure
     if name == "mode" and dims == {"subregion"}:
-        return mode_map(ds, ax=ax, **options)
+        return mode_map, ds
     if dims in ({"subregion"}, {"asperity"}):
-        return _samples(ds, name, ax, **options)
+        return partial(_samples, name=name), ds
     if not dims:
         raise ValueError(f"expected a variable with a dimension to draw it along, found {name!r}, a single number")
-    return plot_array(ds[name], ax=ax, **options)
+    return plot_array, ds[name]
+
+
+def _of_force(ds: xr.Dataset, dims: set) -> tuple[Any, Any] | None:
+    """Return the figure of forces over displacement; None of other forces."""
+    if dims == {"subregion", "delta"}:
+        return force_fan, ds
+    if dims == {"delta"} and "subregion" in ds.coords:
+        return partial(force_fan, interval=None), ds.expand_dims("subregion")
+    return (force_loop, ds) if dims == {"subregion", "branch", "delta"} else None
 
 
 def _by_kind(ds: xr.Dataset) -> Any:
@@ -104,7 +116,7 @@ def _main(ds: xr.Dataset) -> str:
     return next((name for name in names if name in ds.data_vars), first)
 
 
-def _samples(ds: xr.Dataset, name: str, ax: Any, on: str = "distribution", **options: Any):
+def _samples(ds: xr.Dataset, *, name: str, ax: Any, on: str = "distribution", **options: Any):
     schema.one_of(on, ("distribution", "map"), "on")
     drawn = subregion_map if on == "map" else distribution
     return drawn(ds, name, ax=ax, **options)

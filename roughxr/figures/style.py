@@ -132,7 +132,8 @@ def _settings() -> Iterator[None]:
 def settle(drawn: Any):
     """Lay a new figure out once: constrained layout finds room beside maps of equal scale the second time only."""
     figure = drawn if hasattr(drawn, "draw_without_rendering") else np.ravel(drawn)[0].figure
-    figure.draw_without_rendering()
+    if layout := figure.get_layout_engine():
+        layout.execute(figure)
 
 
 def stroke(order: int) -> dict[str, Any]:

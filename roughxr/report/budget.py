@@ -28,6 +28,13 @@ def headline(run: Run) -> str:
     -------
     str
         Empty where the run holds no error budget.
+
+    Examples
+    --------
+    >>> pull = xr.Dataset({"pull_off_force": ("subregion", [40.0])})
+    >>> budget = xr.Dataset(attrs={"condition": "for a surface that is smooth below 20 nm"})
+    >>> headline({"statistics/adhesive": pull, BUDGET: budget})
+    'Pull-off force: 40 nN in the mean of 1 place, for a surface that is smooth below 20 nm.'
     """
     if BUDGET not in run or "statistics/adhesive" not in run:
         return ""
@@ -78,6 +85,18 @@ def budget_table(run: Run) -> pd.DataFrame:
     -------
     DataFrame
         By entry; the total stands before what is not in it.
+
+    Raises
+    ------
+    KeyError
+        If the run holds no error budget.
+
+    Examples
+    --------
+    >>> entries = {"relative_error": ("entry", [0.03, 0.04, 0.1]), "how": ("entry", ["known", "solved again", "added"])}
+    >>> names = {"entry": ["work of adhesion", "mesh and step", "shorter waves"]}
+    >>> budget_table({BUDGET: xr.Dataset(entries | {"total_error": 0.05}, names)})["error [%]"].to_dict()
+    {'work of adhesion': 3.0, 'mesh and step': 4.0, 'all of these': 5.0, 'shorter waves*': 10.0}
     """
     budget = run[BUDGET]
     rows = {

@@ -31,7 +31,10 @@ ROOT = Path(__file__).resolve().parents[2]
 
 #: The files of each group, and the tests that should notice.
 GROUPS = {
-    "halfspace": ("roughxr/kernels/halfspace/*.py", ["halfspace", "displacement_control", "without_jit_cases"]),
+    "halfspace": (
+        "roughxr/kernels/halfspace/*.py",
+        ["halfspace", "displacement_control", "without_jit_cases", "yielding"],
+    ),
     "adhesion": ("roughxr/kernels/adhesion/*.py", ["constrained_cells", "adhesion_smooth", "reference"]),
     "asperity": (
         "roughxr/kernels/asperity/*.py",
