@@ -436,11 +436,14 @@ def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: C
     """Return the simulation with adhesion at all places, and at some on a mesh twice as fine in half the steps."""
     how = {"preload": plan.preload, "law": plan.law}
     refine, finer = plan.refine, None
-    if plan.refine == "auto":
-        some = regions.sample(regions.centres(scan, plan.subregions), plan.checked)
-        refine, finer = _mesh_that_holds(scan, plan, options | how | {"subregions": some}, say)
-    say(f"simulation with adhesion at {_count(scan, plan)} places")
-    solved = adhesive(scan, refine=refine, accuracy=None, step=plan.step, **how, **options)
+    with warnings.catch_warnings():
+        # of small contacts the mesh that is tried and the report's page say what matters
+        warnings.filterwarnings("ignore", "[^:]*contacts of less than")
+        if plan.refine == "auto":
+            some = regions.sample(regions.centres(scan, plan.subregions), plan.checked)
+            refine, finer = _mesh_that_holds(scan, plan, options | how | {"subregions": some}, say)
+        say(f"simulation with adhesion at {_count(scan, plan)} places")
+        solved = adhesive(scan, refine=refine, accuracy=None, step=plan.step, **how, **options)
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
     return groups if finer is None else groups | {"solutions/finer": finer}
 

@@ -309,7 +309,7 @@ def test_a_real_scan_makes_a_whole_report(shared_scans, tmp_path):
     run = analysis.analyse(scan, analysis.plan(scan, subregions=(2, 2), delta=[30, 60], budget=1))
     path = report.write_report(archive.save(run, tmp_path / "run.nc"), tmp_path / "report.html")
     text = path.read_text(encoding="utf-8")
-    assert Page(text).tags.count("img") == 12 and "10 × 10 µm, 512 × 512 pixels" in text
+    assert Page(text).tags.count("img") == 15 and "10 × 10 µm, 512 × 512 pixels" in text
     assert "roughxr run bruker_10um_512_rough.di --channel Height --sphere-radius 5000 " in text
     assert "--level plane --subregions 2 2 --delta 30 60" in text
 
