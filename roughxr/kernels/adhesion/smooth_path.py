@@ -53,7 +53,7 @@ _TINY = 1e-300
 #: Where a branch has ended the next one is sought some way on: the nearer to the end, the slower is the way there, as
 #: one over the root of the distance. At most so many longest steps, and so that at most this part of the largest pull
 #: is passed by. It saves a quarter of the work, with pull-offs nearer to those of short steps than without it.
-_LEAP, _PASSED = 1.0 / 16, 0.02
+_LEAP, _PASSED = 1.0 / 16, 0.005
 
 #: How much of the largest pull may be missed between two states, and the part of the longest step that is not halved.
 _MISSED, _LEAST_STEP = 0.002, 1.0 / 64
@@ -430,7 +430,7 @@ class _Branch:
     def _leap(self):
         """Return how far to go beyond the end of a branch."""
         far = _PASSED * self.largest / max(self.stiffness, _TINY)
-        return min(max(far, 2.0 * _LEAST_STEP * self.step), _LEAP * self.step)
+        return min(max(far, _LEAST_STEP * self.step), _LEAP * self.step)
 
     def _leads_to_more(self, back):
         """Say whether the branch, as stiff as it was last, leads to a larger pull than any, a step on."""
