@@ -153,13 +153,13 @@ def test_a_file_without_adhesion_says_what_it_holds(tmp_path):
         roughxr.open_pull_off(path)
 
 
-def write_peak_force(folder, rows, sensitivity):
-    """Write a Nanoscope file whose second image is adhesion, stored by a hard scale of 8 V and a sensitivity."""
+def write_peak_force(folder, rows, sensitivity, units="V"):
+    """Write a Nanoscope file whose second image is adhesion, stored by a hard scale of 8 and a sensitivity."""
     path = write_bruker(folder, rows, size_of(rows))
     header, mark, data = path.read_bytes().partition(b"\x1a")
     first, second = header.split(b"\\*Ciao image list")[:1], header.split(b"\\*Ciao image list")[1:]
     image = second[1].replace(b"Height", b"Adhesion").replace(b"Retrace", b"Trace")
-    scale = rb"\@2:Z scale: V [Sens. ForceSens] (0.000122070 V/LSB) 8.0 V"
+    scale = rf"\@2:Z scale: V [Sens. ForceSens] (0.000122070 {units}/LSB) 8.0 {units}".encode()
     image = b"\r\n".join(scale if b"Z scale" in line else line for line in image.split(b"\r\n"))
     start = first[0].replace(b"\\*Ciao scan list", b"\\*Ciao scan list\r\n" + sensitivity.encode())
     header = b"\\*Ciao image list".join([start, second[0], image])
@@ -180,6 +180,19 @@ def test_a_nanoscope_image_of_forces_is_scaled_by_its_own_header(tmp_path, state
     found = roughxr.open_pull_off(path, pulls="positive", **({} if stated else {"sensitivity": "2.5 nN/V"}))
     counts = -np.round(rows / (10.0 * 440.0) * 65536)[::-1].T.ravel()
     np.testing.assert_allclose(found.pull_off_force, counts * 8.0 / 65536 * 2.5, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("stated", "given"), [("2.5 nN/Arb", {}), ("0.5 V/Arb", {"sensitivity": "5 nN/V"})])
+def test_forces_in_arbitrary_units_are_scaled_by_their_sensitivity(tmp_path, stated, given):
+    """As an instrument that maps forces writes them: nN if it is calibrated, else V."""
+    rows = picture()
+    path = write_peak_force(tmp_path, rows, rf"\@Sens. ForceSens: V {stated}", units="Arb")
+    found = roughxr.open_pull_off(path, pulls="positive", **given)
+    counts = -np.round(rows / (10.0 * 440.0) * 65536)[::-1].T.ravel()
+    np.testing.assert_allclose(found.pull_off_force, counts * 8.0 / 65536 * 2.5, rtol=1e-12)
+    path = write_peak_force(tmp_path, rows, r"\@Sens. ForceSens: V 1.0 ", units="Arb")
+    with pytest.raises(UnreadableScan, match=r"unit 'Arb'|arbitrary units"):
+        roughxr.open_pull_off(path, pulls="positive", sensitivity="2.5 nN/V")
 
 
 def test_a_vendors_image_of_unknown_scale_is_refused(tmp_path):

@@ -1,7 +1,8 @@
 """The scale of images that are no lengths, in vendors' files: their reader hands over what is stored, in no unit.
 
 SurfaceTopography scales lengths alone; a Nanoscope image of forces would come as counts that are called nN. Here its
-scale is read from the header: value = count × hard scale / 2^(8 × bytes) × sensitivity, the hard scale in V.
+scale is read from the header: value = count × hard scale / 2^(8 × bytes) × sensitivity, the hard scale in V, or in
+arbitrary units ("Arb") by instruments that map forces.
 """
 
 from __future__ import annotations
@@ -63,14 +64,21 @@ def nanoscope_scale(path: Path, index: int, name: str) -> tuple[str, float]:
     starts = [k for k, line in enumerate(header) if _IMAGE.match(line)]
     block = header[starts[index] : [*starts, len(header)][index + 1]] if index < len(starts) else []
     title, scale, size = (_first(pattern, block) for pattern in (_TITLE, _SCALE, _BYTES))
-    if not (title and scale) or title[1] != name or scale["units"] not in ("V", "mV"):
+    if not (title and scale) or title[1] != name or scale["units"] not in ("V", "mV", "Arb"):
         raise UnreadableScan(path, f"expected the scale of image {name!r} in V, found none that can be read")
-    volts = float(scale[2]) * (1e-3 if scale["units"] == "mV" else 1.0) / 256 ** int(size[1] if size else 2)
+    one_count = float(scale[2]) * (1e-3 if scale["units"] == "mV" else 1.0) / 256 ** int(size[1] if size else 2)
     matches = (_SENSITIVITY.match(line) for line in header)
     found = next((one for one in matches if one and one["quantity"] == scale["quantity"]), None)
-    if found is None or not found["units"] or found["per"] is None:
-        return "V", volts
-    return found["units"], volts * float(found[2]) * (1e3 if found["per"] == "mV" else 1.0)
+    arbitrary = scale["units"] == "Arb"
+    if found is None or not found["units"] or found["per"] is None or arbitrary != (found["per"] == "Arb"):
+        if arbitrary:
+            raise UnreadableScan(
+                path,
+                f"expected a calibrated image {name!r}, found arbitrary units without {scale['quantity']!r} for them: "
+                "calibrate deflection and spring constant in the vendor's program, and save it there in nN",
+            )
+        return "V", one_count
+    return found["units"], one_count * float(found[2]) * (1e3 if found["per"] == "mV" else 1.0)
 
 
 def _first(pattern: re.Pattern, lines: list[str]) -> re.Match | None:
