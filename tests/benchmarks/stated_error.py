@@ -1,8 +1,8 @@
 """Does the error that the adhesive simulation states of its pull-off cover the true one?
 
 Places of the glass twin, and of a rough surface on which nothing was tuned, are solved with ``refine="auto"`` and
-``accuracy``; true is what a mesh of eight cells to a pixel says in half the steps. Printed are the share of places whose
-stated error covers the difference and how large both are. A quarter of an hour on two cores.
+``accuracy``; true is what a mesh of eight cells to a pixel says in half the steps. Printed are the share of places
+whose stated error covers the difference and how large both are. A quarter of an hour on two cores.
 
     python tests/benchmarks/stated_error.py [--places 24] [--accuracy 0.05]
 """
