@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -15,6 +14,7 @@ from ... import regions
 from ...contact.adhesion import adhesive
 from ...contact.elastic import direct
 from ...contact.records import BRANCHES
+from ...contact.short_waves import quietly
 from ...jobs.progress import Progress
 from . import images
 from .places import Placed, asked, cases, number, numbers, over, with_pair
@@ -133,9 +133,8 @@ def _each(solve: Callable, which: Sequence[int], count: int, what: str, progress
         bar.add()
         return found
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the run warned of the same solves, and the page tells its cautions
-        made = dask.compute(*(dask.delayed(told, pure=False)(k) for k in which), scheduler="threads")
+    # the run warned of the same solves, and the page tells its cautions
+    made = quietly(dask.compute, *(dask.delayed(told, pure=False)(k) for k in which), scheduler="threads")
     bar.close()
     by_place = dict(zip(which, made))
     return [by_place.get(k) for k in range(count)]

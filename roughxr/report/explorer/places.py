@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import warnings
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -13,6 +12,7 @@ import xarray as xr
 from ... import schema
 from ...contact.records import BRANCHES
 from ...contact.rigid_bodies import rigid
+from ...contact.short_waves import quietly
 from ...figures.style import in_words
 from ..intervals import flagged
 
@@ -123,9 +123,8 @@ def _first_touch(run: Run, places: xr.Dataset, one: xr.Dataset, radius: float) -
     alike = kept is not None and "sphere_radius" not in kept.dims and _radius(kept, run["scan"]) == radius
     if alike and kept["touch_delta"].dims == ("subregion",):
         return kept["touch_delta"].values
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of its pull, which is not asked for
-        return rigid(with_pair(run["scan"], one), delta=[0.0], subregions=places)["touch_delta"].values
+    # without warnings of its pull, which is not asked for
+    return quietly(rigid, with_pair(run["scan"], one), delta=[0.0], subregions=places)["touch_delta"].values
 
 
 def with_pair(scan: xr.Dataset, one: xr.Dataset) -> xr.Dataset:
