@@ -19,6 +19,7 @@ import numpy as np
 
 from ..jit import kernel
 from . import tuning
+from .cholesky import solve_in_place
 from .cohesive_laws import CohesiveLaw, balance, remaining_work, toughness, traction
 from .constrained_cells import (
     ABSENT,
@@ -235,7 +236,7 @@ def _newton(problem, delta, cells):
         for b in range(a + 1):
             problem.matrix[a, b] = cells.inverse[k, problem.open[b]]
         problem.matrix[a, a] += slope
-    if not _solve(problem.matrix, problem.step, size):
+    if not solve_in_place(problem.matrix, problem.step, size):
         return _PAST_END
     part = _admissible(problem, cells, size)
     if part < 1.0:
@@ -271,31 +272,3 @@ def _admissible(problem, cells, size):
             if (u < corner) != (u + change < corner) and corner > 0.0:
                 part = min(part, (corner - u) / change * (1.0 + 1e-9))
     return part
-
-
-@kernel(inner=True, reorder=True)
-def _solve(matrix, right, size):
-    """Solve in place by Cholesky's factors of the lower triangle; False if it is not positive definite."""
-    for a in range(size):
-        row = matrix[a]
-        for b in range(a + 1):
-            other, total = matrix[b], row[b]
-            for m in range(b):
-                total -= row[m] * other[m]
-            if b < a:
-                row[b] = total / other[b]
-            elif total <= 1e-6:
-                return False
-            else:
-                row[a] = np.sqrt(total)
-    for a in range(size):
-        total = right[a]
-        for m in range(a):
-            total -= matrix[a, m] * right[m]
-        right[a] = total / matrix[a, a]
-    for a in range(size - 1, -1, -1):
-        total = right[a]
-        for m in range(a + 1, size):
-            total -= matrix[m, a] * right[m]
-        right[a] = total / matrix[a, a]
-    return True
