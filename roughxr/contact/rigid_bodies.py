@@ -1,6 +1,6 @@
-"""Bodies too stiff to bend: the pull of all that faces the indenter, whether it touches or not, at one place or at all.
+"""Bodies too stiff to deform: the pull of the whole surface that faces the indenter, in contact or not.
 
-A place is one task, with all its displacements; of every pixel as a place, some rows are one task.
+At given places each place is one task, with all its displacements; for a map of every pixel a task is some rows.
 """
 
 from __future__ import annotations
@@ -24,29 +24,29 @@ from .maps import EVERY_PIXEL
 from .problem import NOT_LOADED, Place, Problem, Surface, first_touches, indenter_of, places, read_problem, surface_at
 from .records import Layout, fields_of, labelled, put_fields, window_axes
 
-#: Laws of attraction, and what keeps the bodies apart.
+#: Laws of attraction, and the limits that keep the bodies apart.
 RIGID_LAWS = tuple(potentials.POTENTIALS)
 LIMITS = ("cut_off", "hardness", "elastic")
 
-#: Height (nm) to which the indenter rises within a window, and at least so many times the range of heights that are
-#: in memory; the ground beyond is taken as its mean plane.
+#: Height (nm) to which the indenter rises within a window, or this many times the range of heights if that is more
+#: (for heights in memory); the ground further out is taken as its mean plane.
 _RISE, _RANGES = 300.0, 10.0
 
-#: Displacements unless they are given: so many, from so far (nm) above the first touch of all.
+#: Default displacements: their number, and the height (nm) above the first touch of all places where they start.
 _COUNT, _ABOVE = 60, 10.0
 
-#: Gap in units of the law's length up to which a cell counts as touching.
+#: Gap, in units of the law's length, up to which a cell counts as in contact.
 _TOUCHING = 2.0
 
-#: Part of the pull from beyond the scan that makes a place truncated.
+#: Share of the pull from beyond the scan above which a place counts as truncated.
 _BEYOND_EDGE = 0.01
 
-#: Gaps at which Lennard-Jones's largest pull is looked for, in ε, of the nearest cell; how far an elastic approach is
-#: followed, nm.
+#: Gaps of the nearest cell, in ε, between which Lennard-Jones's largest pull is searched; range (nm) over which an
+#: elastic approach is followed.
 _NEAREST = np.linspace(0.31, 1.35, 27)
 _DEPTHS = np.geomspace(0.003, 30.0, 41)
 
-#: Part of the pull in one cell from which on its size decides.
+#: Share of the pull in one cell above which the result depends on the size of cells.
 _ONE_CELL = 0.2
 
 #: Rows of places in one task of a map.
@@ -62,13 +62,13 @@ _EVENTS = {
 
 
 class _Options(NamedTuple):
-    """How rigid bodies attract, and what keeps them apart."""
+    """How rigid bodies attract each other, and what keeps them apart."""
 
     law: potentials.Potential
     limit: str
-    hardness: float  # GPa, NaN unless it is the limit
+    hardness: float  # GPa, NaN unless limit="hardness"
     area: float  # nm², of a pixel
-    parabola: bool
+    parabola: bool  # whether the indenter is Hertz's paraboloid
 
 
 def rigid(
@@ -87,35 +87,35 @@ def rigid(
     fields: bool = False,
     progress: bool = False,
 ) -> xr.Dataset:
-    """Sum the attraction between the assigned indenter and the scan across the gap, both too stiff to bend.
+    """Sum the attraction between the assigned indenter and the scan across the gap, both too stiff to deform.
 
     Parameters
     ----------
     ds : Dataset
         A scan with square pixels and an assigned pair with a work of adhesion.
     delta : array_like, optional
-        Displacements, nm, ascending; by default 60 from 10 nm above the highest touch to the deepest. Of every pixel
-        none unless they are given.
+        Displacements, nm, ascending; by default 60 from 10 nm above the highest touch to the deepest, and for a map of
+        every pixel none.
     subregions : (int, int), (array, array), Dataset or "every pixel", optional
         Contact centres, see `regions.centres`.
     law : {"hamaker", "lennard_jones", "exponential", "dugdale"}
-        Traction across a gap, see `reference.rigid_sphere`; all of the same work of adhesion.
+        Traction across a gap, see `reference.rigid_sphere`; all laws have the same work of adhesion.
     length : number or quantity, optional
         nm: the cut-off z₀ of "hamaker", ε of "lennard_jones", ρ of "exponential", the range h of "dugdale". By default
-        such that the assigned Hamaker constant and work of adhesion go together, A = 12π z₀² w = 16π ε² w; where none
-        is assigned 0.165 nm for z₀, else the assigned ``adhesion_range``, else 0.3 nm.
+        the length that relates the assigned Hamaker constant to the work of adhesion, A = 12π z₀² w = 16π ε² w; without
+        a Hamaker constant 0.165 nm for z₀, and for the others the assigned ``adhesion_range``, else 0.3 nm.
     retardation : number or quantity, optional
-        Wavelength, nm, of retarded van der Waals forces (law="hamaker"), about 100 nm; by default none, which overrates
-        what gaps of more than some 10 nm contribute.
+        Wavelength, nm, of retarded van der Waals forces (law="hamaker"), about 100 nm; by default they are not
+        retarded, which overestimates the contribution of gaps of more than some 10 nm.
     limit : {"cut_off", "hardness", "elastic"}
-        What keeps the bodies apart: the nearest cell at its closest approach (law="lennard_jones": its own push);
-        summits flattened until they bear the pull at the hardness; or summits that yield elastically under it, solved
-        as in `direct` while the attraction is that across the gaps that are left (as in Derjaguin, Muller &
-        Toporov's theory).
+        What keeps the bodies apart. "cut_off": the closest approach of the nearest cell (for law="lennard_jones" its
+        own repulsion). "hardness": summits are flattened until they bear the pull at the hardness. "elastic": summits
+        deform elastically under the pull, solved as in `direct`, while the attraction acts across the gaps that are
+        left (as in the theory of Derjaguin, Muller & Toporov).
     hardness : number or quantity, optional
-        GPa, of limit="hardness"; more than the largest traction.
+        GPa, for limit="hardness"; more than the largest traction.
     refine : int
-        Sum over cells so many times smaller than pixels, heights interpolated by bicubic splines; not of every pixel.
+        Sum over refine × refine cells in each pixel, heights interpolated by bicubic splines; not for every pixel.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, as in `direct`.
     profile : {"sphere", "parabola"}
@@ -123,15 +123,15 @@ def rigid(
     fields : bool
         Keep pressure and gap on the window around each centre.
     progress : bool
-        Tell on standard error how far it is.
+        Show progress on standard error.
 
     Returns
     -------
     Dataset
-        ``force`` (nN) along (subregion, delta), NaN where the bodies cannot come so near; along subregion
-        ``pull_off_force`` and ``pull_off_delta``, the largest pull wherever it is, ``touch_delta`` (nm, where they
-        first touch), ``pull_beyond_contact``, the part of that pull from cells more than twice the law's length apart,
-        and ``truncated``, where more than 1 % of it comes from beyond the scan. Of every pixel along (x, y), without
+        ``force`` (nN) along (subregion, delta), NaN where the bodies cannot come so close; along subregion
+        ``pull_off_force`` and ``pull_off_delta``, the largest pull at any displacement, ``touch_delta`` (nm, where they
+        first touch), ``pull_beyond_contact``, the share of that pull from cells more than twice the law's length apart,
+        and ``truncated``, where more than 1 % of it comes from beyond the scan. For every pixel along (x, y), without
         ``pull_beyond_contact``. Lazy where the scan is a dask array.
 
     Raises
@@ -143,14 +143,15 @@ def rigid(
     -----
     UserWarning
         If a cell at closest approach holds more than a fifth of the pull at most centres (input in memory only): the
-        result is then that of the cells' size.
+        result then depends on the size of the cells.
 
     Notes
     -----
-    The pull on a place is the sum of tractions over the pixels' local gaps, on the indenter's front less its back, and
-    the ground beyond 300 nm of the indenter's rise (or ten times the range of heights) is its mean plane. A cell is as
-    flat as its middle. Near a summit of radius r cells should be smaller than √(2 r z₀), some 3 nm; ``refine`` makes
-    them so, and `add_fine_roughness` adds what the scan does not show, which changes the result, as it does in nature.
+    The pull at a place is the sum of tractions over the local gaps of all pixels, on the indenter's front less those on
+    its back. Where the indenter has risen by more than 300 nm (or ten times the range of heights), the ground is taken
+    as its mean plane. Within a cell the gap is that of its middle. Near a summit of radius r cells should be smaller
+    than √(2 r z₀), some 3 nm: ``refine`` makes them so, and `add_fine_roughness` adds roughness finer than the scan
+    shows, which changes the result, as it does in nature.
 
     References
     ----------
@@ -191,7 +192,7 @@ def rigid(
 
 
 def _warn(out: xr.Dataset, options: _Options) -> None:
-    """Say where the pull is that of a single cell at its closest approach."""
+    """Warn where the pull is that of a single cell at its closest approach."""
     pull = out["pull_off_force"]
     if pull.chunks:
         return
@@ -230,7 +231,7 @@ def _options(ds, law, length, retardation, limit, hardness, profile) -> _Options
 
 
 def _hardness(given: Any, law: potentials.Potential) -> float:
-    """Return a hardness (GPa), which summits must have to keep the bodies apart."""
+    """Return a hardness (GPa), which must exceed the largest traction for summits to keep the bodies apart."""
     value, largest = positive(given, "GPa", "hardness"), potentials.traction(kernels.floor(law), law)
     if value <= largest:
         raise ValueError(f"hardness: expected more than the largest traction, {largest:.3g} GPa, found {value:g} GPa")
@@ -238,7 +239,7 @@ def _hardness(given: Any, law: potentials.Potential) -> float:
 
 
 def _length(ds: xr.Dataset, law: str, given: Any, w: float) -> float:
-    """Return the law's length, nm: as given, as the assigned pair has it, or as it is usual."""
+    """Return the law's length, nm: as given, else by the assigned pair, else the usual one."""
     if given is not None:
         return positive(given, "nm", "length")
     if law in ("exponential", "dugdale"):
@@ -249,7 +250,7 @@ def _length(ds: xr.Dataset, law: str, given: Any, w: float) -> float:
 
 
 def _default_deltas(ds: xr.Dataset) -> np.ndarray:
-    """Return displacements, nm, from above the highest touch of all to where the lowest height is reached."""
+    """Return displacements (nm) from above the highest touch of all places to where the lowest height is reached."""
     if parallel.is_lazy(ds):
         raise ValueError(NOT_LOADED)
     middle = regions.centres(ds, tuple(min(16, ds.sizes[axis]) for axis in "xy"))
@@ -265,7 +266,7 @@ def _refuse_on_pixels(options: _Options, problem: Problem, fields: bool) -> None
 
 
 def _reach(ds: xr.Dataset, problem: Problem) -> float:
-    """Return the half-width, nm, of windows."""
+    """Return the half-width of the windows, nm."""
     height_range = 0.0 if parallel.is_lazy(ds) else float(np.ptp(schema.complete(ds)["height"].values))
     return problem.indenter.reach(max(_RISE, _RANGES * height_range))
 
@@ -288,7 +289,7 @@ def _at_places(ds, positions, problem, options, *, fields, progress) -> xr.Datas
 
 
 class _Setting(NamedTuple):
-    """What faces what at one place."""
+    """The indenter and the surface at one place, and the law between them."""
 
     surface: Surface
     ground: float  # nm below the datum, the mean plane beyond the window
@@ -303,7 +304,7 @@ class _Setting(NamedTuple):
         return inside + self.beyond(deltas)
 
     def beyond(self, deltas: np.ndarray) -> np.ndarray:
-        """Return the part of it from beyond the window."""
+        """Return the part of the pull (nN) that comes from beyond the window."""
         indenter, o = self.problem.indenter, self.options
         if indenter.map is not None:
             return np.zeros(deltas.size)
@@ -315,7 +316,7 @@ class _Setting(NamedTuple):
 
 
 def _place(height, datum, window, ends, mean, problem, layout, options) -> np.ndarray:
-    """Solve one place; what a task runs."""
+    """Solve one place; the function that a task runs."""
     surface = surface_at(Place(height, datum, window, ends), problem)
     low = [-(first + problem.pixel * (lost - 0.5)) for first, lost in zip(window.origin, window.missing)]
     sides = [(a, n * problem.pixel - a) for a, n in zip(low, height.shape)]
@@ -336,7 +337,7 @@ def _place(height, datum, window, ends, mean, problem, layout, options) -> np.nd
 
 
 def _touching(here: _Setting, delta: float) -> float:
-    """Return the part of the pull (nN) from cells that are as good as in contact."""
+    """Return the part of the pull (nN) from cells in contact, or close enough to count as such."""
     o = here.options
     gap = np.maximum(here.surface.separation.ravel() - delta, kernels.floor(o.law))
     near = gap[gap < _TOUCHING * o.law.length]
@@ -344,7 +345,7 @@ def _touching(here: _Setting, delta: float) -> float:
 
 
 def _fields(here: _Setting, deltas: np.ndarray) -> dict[str, np.ndarray]:
-    """Return pressures and gaps over the window; rigid bodies do not move."""
+    """Return pressures and gaps on the window; rigid bodies have no displacement field."""
     law = here.options.law
     gap = np.maximum(here.surface.separation - deltas[:, None, None], kernels.floor(law))
     pressure = -potentials.tractions(np.minimum(gap, 1e12).ravel(), law).reshape(gap.shape)
@@ -362,7 +363,7 @@ def _cut_off(here: _Setting) -> tuple[float, tuple[float, float]]:
 
 
 def _largest(deltas: np.ndarray, pulls: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the largest pulls and their displacements, by the quartics through five pulls at even displacements."""
+    """Return the largest pulls and their displacements, by quartics through five pulls at even displacements."""
     best = np.clip(pulls.argmax(-1), 2, pulls.shape[-1] - 3)[..., None]
     around = np.take_along_axis(pulls, best + np.arange(-2, 3), -1)
     quartic = around @ np.linalg.inv(np.vander(np.arange(-2.0, 3.0), increasing=True)).T
@@ -377,9 +378,9 @@ def _largest(deltas: np.ndarray, pulls: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _flattened(here: _Setting) -> tuple[float, tuple[float, float]]:
-    """Return closest approach and pull where flattened summits bear the pull at the hardness.
+    """Return closest approach and largest pull where flattened summits bear the pull at the hardness.
 
-    Between the overlaps of two pixels their area counts in proportion.
+    Between the overlaps of two pixels the flattened area is interpolated.
     """
     from scipy.optimize import brentq
 
@@ -395,10 +396,10 @@ def _flattened(here: _Setting) -> tuple[float, tuple[float, float]]:
 
 
 def _yielding(here: _Setting) -> tuple[float, tuple[float, float]]:
-    """Return closest approach and pull where summits yield elastically under the attraction of all the gaps.
+    """Return closest approach and largest pull where summits deform elastically under the attraction of all the gaps.
 
-    What touches presses as Hertz says, what does not attracts: the largest of their differences over the displacement,
-    or the rigid bodies' pull, from which an elastic approach begins, where that is larger.
+    The pull at a displacement is the attraction across the gaps less Hertz's push in the contacts. The largest over the
+    displacements counts, or the rigid bodies' pull, with which an elastic approach begins, if that is larger.
     """
     law, problem = here.options.law, here.problem
     start, pulls = here.touch(), []
@@ -426,11 +427,11 @@ def _yielding(here: _Setting) -> tuple[float, tuple[float, float]]:
 
 
 class _Prepared(NamedTuple):
-    """What all places of a map share."""
+    """The input that all places of a map share."""
 
     height: np.ndarray  # padded by the indenter's half-width with the mean height
     rise: np.ndarray  # of the indenter over its lowest point, nm
-    near_rise: np.ndarray  # the middle of it, as far as it can touch first
+    near_rise: np.ndarray  # its middle part, which alone can touch first
     top: np.ndarray  # highest point around each place
     mean: float
     split: kernels.Split
@@ -458,7 +459,7 @@ def _every_pixel(ds, problem, options, *, kept, progress) -> xr.Dataset:
 
 
 def _prepare(height, half, problem, options, last) -> _Prepared:
-    """Return what all places share; ``last`` is the deepest of given displacements, NaN for none."""
+    """Return what all places share; ``last`` is the largest of the given displacements, NaN for none."""
     from scipy.ndimage import maximum_filter
 
     height = np.asarray(height, dtype=float)
@@ -480,7 +481,7 @@ def _prepare(height, half, problem, options, last) -> _Prepared:
 
 
 def _touches(padded, near_rise, rise, shape, rows) -> np.ndarray:
-    """Return the height of the indenter's lowest point as it first touches, at places of a slice of rows."""
+    """Return the height of the indenter's lowest point at first touch, at the places in a slice of rows."""
     lost = (rise.shape[0] - near_rise.shape[0]) // 2
     inner = padded[lost : padded.shape[0] - lost, lost : padded.shape[1] - lost]
     chosen = range(*rows.indices(shape[0]))
@@ -494,7 +495,7 @@ def _touches(padded, near_rise, rise, shape, rows) -> np.ndarray:
 
 
 def _some_rows(start, shape, problem, options, prepared) -> np.ndarray:
-    """Return the records of some rows of places; what a task runs."""
+    """Return the records of some rows of places; the function that a task runs."""
     rows = min(_ROWS, shape[0])
     records = np.zeros((rows, shape[1]), _cell(problem.steps.size))
     stop = min(start + rows, shape[0])
@@ -520,7 +521,7 @@ def _some_rows(start, shape, problem, options, prepared) -> np.ndarray:
 
 
 def _from_beyond_scan(start, shape, z, pull, problem, options, prepared) -> np.ndarray:
-    """Say where more than a given part of the pull comes from beyond the nearest side of the scan."""
+    """Return where more than the allowed share of the pull comes from beyond the nearest side of the scan."""
     rows, columns = start + np.arange(z.shape[0]), np.arange(shape[1])
     off = [np.minimum(n, size - 1 - n) + 0.5 for n, size in zip((rows, columns), shape)]
     off = problem.pixel * np.minimum(off[0][:, None], off[1])
