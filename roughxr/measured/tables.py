@@ -1,4 +1,4 @@
-"""Tables of pull-off forces: one row for each place, columns that are named, units in the header or stated."""
+"""Tables of pull-off forces: one row for each place, named columns, units in the header or stated by the caller."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from .forces import converts
 #: "force [nN]", "force (nN)", "force / nN"
 _HEADED = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|/\s*([^/\s]+))$")
 
-#: Cells that say that nothing was measured.
+#: Cells that mean that nothing was measured.
 _EMPTY = ("", "-", "nan", "na", "n/a", "none")
 
-#: Names under which forces of adhesion are written.
+#: Column names that mean a force of adhesion.
 _FORCE = re.compile("adhes|pull|force|snap", re.IGNORECASE)
 
 
@@ -38,13 +38,13 @@ def read_table(path: Path) -> list[Column]:
     Parameters
     ----------
     path : Path
-        Comma, semicolon, tab or blanks between its columns; a line of names above them, which a table of one column
-        may do without. Lines that begin with # are comments, the last of them the names where no other line is.
+        Columns separated by comma, semicolon, tab or blanks; a line of names above them, which a table of one column
+        may lack. Lines that begin with # are comments; the last of them holds the names where no other line does.
 
     Returns
     -------
     list of Column
-        NaN where a cell is empty. Columns of words are left out.
+        NaN where a cell is empty. Columns of text are left out.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def _same_width(path: Path, cells: list[tuple[int, list[str]]], width: int) -> N
 
 
 def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) -> Column | None:
-    """Return a column of numbers, None for one of words; numbers among which a word stands are damaged."""
+    """Return a column of numbers, None for one of text; raise for text among numbers."""
     found = [_number(cell, comma) for _, cell in cells]
     words = [(line, cell) for (line, cell), number in zip(cells, found) if number is None]
     if len(words) > len(cells) / 2:
@@ -126,7 +126,7 @@ def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) ->
 
 
 def force_column(path: Path, columns: list[Column], name: str | None) -> Column:
-    """Return the column of forces: that named, or the only one that can be meant.
+    """Return the column of forces: the one named, else the only one that can be meant.
 
     Raises
     ------
