@@ -25,7 +25,7 @@ def summary(
     quantiles : sequence of float
         Between 0 and 1.
     weights : str or DataArray, optional
-        What each sample counts for: a variable of ``ds``, or an array along its samples.
+        Weight of each sample: a variable of ``ds``, or an array along its samples.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def summary(
 
 
 def _speak_for_known(array: xr.DataArray, dim: str, why: str | None) -> None:
-    """Warn where samples are missing, unless it takes a computation to know."""
+    """Warn where samples are missing, but not for a lazy array, which would have to be computed."""
     if not array.chunks:
         missing = int(array.isnull().any([other for other in array.dims if other != dim]).sum())
         speak_for_some(str(array.name), missing, array.sizes[dim], why)
@@ -80,7 +80,7 @@ def _summarised(array: xr.DataArray, dim: str, quantiles: list[float], weights: 
         "min": array.min(dim),
         "max": array.max(dim),
     }
-    with warnings.catch_warnings():  # where nothing is known, the table says so by its count
+    with warnings.catch_warnings():  # where nothing is known, the count says so
         warnings.filterwarnings("ignore", "All-NaN slice encountered", RuntimeWarning)
         parts |= {f"q{100 * q:g}": counted.quantile(q, dim=dim).drop_vars("quantile") for q in quantiles}
     names = xr.DataArray(list(parts), dims="statistic", name="statistic")
