@@ -5,15 +5,16 @@ each δ the state is a local minimum of the energy
 
     Π = ½ Σ p (δ − S + u) − Σ W(u),    p ≥ −t(0) where u = 0,   p = −t(u) where u > 0,   u ≥ 0,
 
-W the work still needed to open a cell and t its traction (``cohesive_laws``). The displacement moves in small steps,
-and from each state the next is found downhill (``equilibrium``): so the path follows a branch of equilibria to its end
-and then jumps, as a body held by a stiff device does. A step frees energy at fixed displacement; what exceeds the
-½ ΔF Δδ by which a smooth branch curves away from its tangent is dissipated. In the Griffith limit the neighbours of
-constrained cells join when their gap closes to the law's (mesh-sized) range, any other cell only when it touches.
+with W the work left to open a cell and t its traction (``cohesive_laws``). The displacement moves in small steps, and
+each state is reached from the one before by descent (``equilibrium``): so the path follows a branch of equilibria to
+its end and then jumps, as a body held by a stiff device does. A step releases energy at fixed displacement; what
+exceeds the ½ ΔF Δδ by which a smooth branch deviates from its tangent is dissipated. In the Griffith limit the
+neighbours of constrained cells join when their gap is within the law's (mesh-sized) range, any other cell only when it
+touches.
 
-On retraction a step is halved where it ran past the end of a branch, so that each jump begins where it is due, and
-where a larger pull may lie between two states. The bound: in a step back the pull grows no faster than with all gaps
-held, nor, on a branch whose cells open one after the other, than in the step before.
+On retraction a step is halved where it went past the end of a branch, so that each jump begins where it should, and
+where a larger pull may lie between two states. The bound on that pull: in a step back the pull grows no faster than
+with all gaps held, nor, on a branch whose cells open one after the other, faster than in the step before.
 
 Source: own; the criterion of Griffith (1921) on a mesh as in Pohrt & Popov (2015). Unit cells and unit modulus, as in
 ``constrained_cells``: forces and pressures in nm, energies in nm².
@@ -31,10 +32,10 @@ from .constrained_cells import approach, elastic_energy, force, no_cells, restor
 from .contact_patches import contact_patches
 from .equilibrium import Descent, Problem, descend, release_open, root_of, settle
 
-#: How a path ended.
+#: Outcomes of a path.
 CONVERGED, NOT_FINITE, CELL_LIMIT = range(3)
 
-#: Columns of what is kept of a state.
+#: Columns of a state.
 DELTA, FORCE, AREA, ENERGY, DISSIPATED, CONTACTS, RESOLUTION, ITERATIONS, OK, ASKED = range(10)
 
 
@@ -44,8 +45,8 @@ class Path(NamedTuple):
     states: np.ndarray  # (state, DELTA … ASKED)
     turn: int  # first state of the retraction
     status: int
-    pressures: np.ndarray  # (2 deltas or 0, nx, ny) p dx/E*, nm, at the states asked for; NaN where not reached
-    hard: np.ndarray | None = None  # what is said of yield, which these laws do not know
+    pressures: np.ndarray  # (2 deltas or 0, nx, ny) p dx/E*, nm, at the prescribed displacements; NaN where not reached
+    hard: np.ndarray | None = None  # yield of each state, which these laws do not have
     left: np.ndarray | None = None
 
 
@@ -57,16 +58,16 @@ def follow(separation, deltas, step, law, w, *, tolerance, max_iterations, max_c
     separation : (nx, ny) array
         S, nm; NaN or inf where there is nothing to touch.
     deltas : array
-        Displacements at which states are asked for, nm, ascending.
+        Prescribed displacements, nm, ascending.
     step : float
         Longest step between two states, nm.
     law : CohesiveLaw
     w : float
         Work of adhesion, nm² (w dx/E*).
     tolerance, max_iterations, max_cells : float, int, int
-        Residual traction over the largest; rounds per state; cells of the set.
+        Residual traction over the largest; iterations per state; largest number of cells in the set.
     fields : bool
-        Whether to keep pressures.
+        Whether to return pressures.
 
     Returns
     -------
@@ -96,7 +97,7 @@ def follow(separation, deltas, step, law, w, *, tolerance, max_iterations, max_c
 
 
 class _State(NamedTuple):
-    """What is kept of a state, in the order of the columns."""
+    """One state, in the order of the columns."""
 
     delta: float
     force: float
@@ -111,13 +112,13 @@ class _State(NamedTuple):
 
 
 class _Trial(NamedTuple):
-    """A step back that was tried."""
+    """A step back that was tried, and its outcome."""
 
     accepted: bool
     way: Descent
-    before: float  # force, nm, ahead of the step
-    held: float  # and after it with all gaps held
-    after: float
+    before: float  # force before the step, nm
+    held: float  # force after it with all gaps held
+    after: float  # force after it
 
 
 @kernel(inner=True)
@@ -140,7 +141,7 @@ def _table(states):
 
 @kernel(inner=True)
 def _no_states():
-    """Return an empty list that knows what it is to hold."""
+    """Return an empty list of states, typed for numba."""
     zero, no = np.int64(0), np.bool_(False)
     states = [_State(0.0, 0.0, 0.0, 0.0, 0.0, zero, 0.0, zero, no, no)]
     states.pop()
@@ -149,13 +150,13 @@ def _no_states():
 
 @kernel(inner=True)
 def _unmoved():
-    """Return the descent of a state from which nothing has moved."""
+    """Return the descent of a state in which nothing has moved."""
     return Descent(0.0, np.int64(0), np.bool_(True), np.bool_(True))
 
 
 @kernel
 def _load(problem, deltas, step, pressures):
-    """Come together through ascending displacements, from the first at which anything can pull; (states, cells)."""
+    """Go through ascending displacements, from the first at which anything can pull; return (states, cells)."""
     cells, states = no_cells(problem.separation.shape), _no_states()
     first = problem.separation.min() - problem.law.range
     delta = min(deltas[0], first)
@@ -175,7 +176,7 @@ def _load(problem, deltas, step, pressures):
 
 @kernel
 def _retract(problem, deltas, step, cells, dissipated, pressures):
-    """Go back through the displacements asked for, then on until nothing holds; return states and how that ended."""
+    """Go back through the prescribed displacements, then on until contact is lost; return states and outcome."""
     delta, k, length, largest, slope, states = deltas[-1], deltas.size - 2, step, 0.0, np.inf, _no_states()
     if cells.count[0] < problem.max_cells:
         _keep(states, delta, dissipated, problem, cells, _unmoved(), np.bool_(True), pressures)
@@ -212,7 +213,7 @@ def _retract(problem, deltas, step, cells, dissipated, pressures):
 
 @kernel(inner=True)
 def _step_back(problem, delta, back, long_enough, largest, slope, cells):
-    """Try a step back and go downhill; where it went too far, undo it and say so.
+    """Try a step back and descend; where it went too far, undo it and report that.
 
     It went too far if it jumped from beyond the end of a branch, or if a pull larger than the ``largest`` so far may
     lie within it; ``slope`` is that of the force in the step before.
@@ -225,7 +226,7 @@ def _step_back(problem, delta, back, long_enough, largest, slope, cells):
     way = descend(problem, delta - back, cells, patience)
     jumped = way.freed > patience and not way.stable
     after = force(cells)
-    bound = min((before - held) / back, slope) * back - before  # the largest pull that the step may pass
+    bound = min((before - held) / back, slope) * back - before  # the largest pull that the step may pass over
     missed = bound > (1.0 + tuning.MISSED) * max(largest, -after)
     accepted = not (jumped or (missed and may_halve))
     if not accepted:
@@ -235,10 +236,10 @@ def _step_back(problem, delta, back, long_enough, largest, slope, cells):
 
 @kernel(inner=True)
 def _rest(problem, delta, cells):
-    """Come to rest, and again while that changes the toughness of the outlines; return as ``settle`` does.
+    """Settle, and again while this changes the toughness of the outlines; return the same as ``settle``.
 
     Where two patches are about to merge, the toughness of one outline may lead to two patches and that of two to one:
-    after ``UNDAMPED_UPDATES`` it changes by less and less of what it should, and ends in between.
+    after ``UNDAMPED_UPDATES`` only a decreasing part of the change is applied, so that it ends in between.
     """
     before = 0.0 if problem.law.anywhere else _whole_energy(problem, delta, cells)
     cells, way = settle(problem, delta, cells)
@@ -251,15 +252,15 @@ def _rest(problem, delta, cells):
         cells, way = settle(problem, delta, cells)
         release_open(problem, cells)
         updates, rounds = updates + 1, rounds + way.rounds
-        freed = before - _whole_energy(problem, delta, cells)  # outlines that grew tougher on the way freed more
+        freed = before - _whole_energy(problem, delta, cells)  # outlines whose toughness grew in between released more
     return cells, Descent(freed, rounds, way.arrived, way.stable)
 
 
 @kernel(inner=True)
 def _toughen(problem, cells, part):
-    """Bring each cell's factor on w a part of the way to what the curvature of its patch's outline makes it.
+    """Move each cell's factor on w by a part of the way to that for the curvature of its patch's outline.
 
-    Return by how much its root changed at most. Laws of finite range need none of this.
+    Return the largest change of its root. Laws of finite range need no such factor.
     """
     most = 0.0
     if not problem.law.anywhere and cells.count[0] > 0:
@@ -274,7 +275,7 @@ def _toughen(problem, cells, part):
 
 @kernel(inner=True)
 def _closed(problem, cells):
-    """Return the part of each cell that is closed: of the work of opening it, what is still needed."""
+    """Return the closed fraction of each cell: the work left to open it, over the whole work of opening."""
     closed = np.ones(cells.count[0])
     for k in range(cells.count[0]):
         if cells.gap[k] > 0.0:
@@ -286,7 +287,7 @@ def _closed(problem, cells):
 
 @kernel(inner=True)
 def _keep(states, delta, dissipated, problem, cells, way, asked, pressures):
-    """Write one state down; ``dissipated`` is what the step to it has."""
+    """Store one state; ``dissipated`` is the sum up to the step that led to it."""
     closed = _closed(problem, cells)
     patches = contact_patches(closed, cells)
     before = states[-1].dissipated if len(states) > 0 else 0.0
@@ -318,7 +319,7 @@ def _number_asked(states):
 
 @kernel(inner=True)
 def _area(problem, cells, closed):
-    """Return the cells in contact; in the Griffith limit the outline runs through cells."""
+    """Return the area in contact, cells; in the Griffith limit the outline runs through cells."""
     area = 0.0
     for k in range(closed.size):
         if cells.gap[k] <= 0.0 or not problem.law.anywhere:
@@ -336,7 +337,7 @@ def _whole_energy(problem, delta, cells):
 
 @kernel(inner=True)
 def _adhesion(problem, closed, patches):
-    """Return the energy of adhesion, nm²: of all cells, less what the lines around them take."""
+    """Return the energy of adhesion, nm²: of all cells, less that of the line tension around them."""
     energy = -problem.w * np.sum(closed)
     if not problem.law.anywhere:
         for c in range(patches.area.size):
@@ -346,7 +347,7 @@ def _adhesion(problem, closed, patches):
 
 @kernel(inner=True)
 def _resolution(patches, cells):
-    """Return the radius in cells of the smallest contact that bears enough of the tension to matter."""
+    """Return the radius, in cells, of the smallest contact that bears a relevant part of the tension."""
     pulls = np.zeros(patches.area.size)
     for k in range(cells.count[0]):
         pulls[patches.of[k]] += max(-cells.pressure[k], 0.0)

@@ -119,7 +119,7 @@ def tractions_legend(pull: float, push: float) -> str:
 
 
 def thinned(values: np.ndarray, most: int) -> np.ndarray:
-    """Return averages over blocks, so that neither of the last two axes is longer than ``most``; a remainder is cut off.
+    """Return averages over blocks, so that neither of the last two axes exceeds ``most``; a remainder is cut off.
 
     Examples
     --------
