@@ -29,7 +29,7 @@ CORE = 0.2
 
 # --- How closely a path is followed (``path``) -----------------------------------------------------------------------
 
-#: A step past the end of a branch that releases more than w of this many cells is halved, so that jumps begin where due.
+#: A step past the end of a branch that releases more than w of this many cells is halved: jumps begin where due.
 JUMP = 0.02
 
 #: Largest part of the largest pull that may be missed between two states, and so its relative error.
