@@ -1,4 +1,4 @@
-"""How far the pull-off can be trusted: the error budget as bars, and the pull-off over the shortest wave there is."""
+"""The uncertainty of the pull-off: the error budget as bars, and the pull-off over the shortest wave."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def error_budget(ds: xr.Dataset, *, ax: Any = None):
     Returns
     -------
     Axes
-        In the order of the budget from the top. What was not computed has no bar and says so; what the scan does not
-        show stands last, in another colour, for it is not in the total.
+        In the order of the budget from the top. An entry that was not computed has no bar and says so; the waves that
+        the scan does not show come last, in another colour, since they are not part of the total.
 
     Examples
     --------
@@ -73,7 +73,7 @@ def _bar(ax, row: int, value: float, color: str) -> None:
 
 @styled
 def cut_off(ds: xr.Dataset, *, ax: Any = None):
-    """Draw the pull-off over the shortest wave that the surface has: every place, and the mean with its scatter.
+    """Draw the pull-off over the shortest wave of the surface: every place, and the mean with its scatter.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def cut_off(ds: xr.Dataset, *, ax: Any = None):
 
 
 def _plain_ticks(ax, waves: np.ndarray) -> None:
-    """Mark the waves themselves: a logarithmic axis over a factor of four has hardly a tick of its own."""
+    """Put ticks at the waves themselves: a logarithmic axis over a factor of four has hardly a tick of its own."""
     from matplotlib.ticker import NullLocator
 
     ax.xaxis.set_minor_locator(NullLocator())
@@ -132,7 +132,7 @@ def _plain_ticks(ax, waves: np.ndarray) -> None:
 
 
 def budget_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]]:
-    """Yield the figures of a run's error budget, by name, as far as it holds one.
+    """Yield the figures of a run's error budget, by name, as far as the run holds one.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Maps: a scan, what was found on it, where the sphere lands, and what happens there."""
+"""Maps: a scan, its asperities, the contact centres on it, and the fields of one contact."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from .style import (
     tidy,
 )
 
-#: Colour map of each field: dark to light, or light to dark, so that grey print keeps the order.
+#: Colour map of each field: lightness is monotonic, so that the order is kept in grey print.
 COLOURS = {"height": "mako", "pressure": "rocket_r", "displacement": "crest", "gap": "mako_r"}
 
 
@@ -53,7 +53,7 @@ def scan_map(
     cmap : str
         Name of a colour map of matplotlib or seaborn.
     robust : bool
-        Let the colours span the middle 99 % of the heights.
+        Let the colour scale cover the middle 99 % of the heights.
     limits : (float, float), optional
         Heights (nm) at the ends of the colours.
     colorbar : bool
@@ -91,7 +91,7 @@ def contact_grid(ds: xr.Dataset, subregions: Any = None, *, ax: Any = None, high
         Contact centres, see `regions.centres`.
     ax : Axes, optional
     highlight : array of bool, optional
-        One for each centre: those to be framed by their tile, or ringed where they lie on no grid.
+        Mask of centres to be framed by their tile, or ringed where they are not on a grid.
     **options
         As for `scan_map`.
 
@@ -177,7 +177,7 @@ def asperity_map(
 
 @styled
 def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Any = None, cmap: str = "rocket_r"):
-    """Draw one value for each contact centre, such as the pull-off force, where it was found.
+    """Draw one value for each contact centre, such as the pull-off force, at its place on the scan.
 
     Parameters
     ----------
@@ -231,7 +231,7 @@ def draw_places(ax, ds: xr.Dataset, values: np.ndarray, **colours: Any):
     Returns
     -------
     matplotlib artist
-        What a colour bar is made of.
+        The artist that a colour bar can be made for.
     """
     x, y = ds["subregion_x"].values, ds["subregion_y"].values
     grid = _grid(x, y)
@@ -263,16 +263,16 @@ def field_map(
     Parameters
     ----------
     ds : Dataset
-        A direct solution that kept its fields.
+        A direct solution with fields.
     name : {"pressure", "displacement", "gap"}
     subregion : int
         Number along ``subregion``.
     delta : float, optional
-        The nearest displacement (nm) is taken; the largest by default.
+        The nearest displacement (nm) is used; by default the largest.
     ax : Axes, optional
     cmap : str, optional
     location : {"right", "top"}
-        Of the colour bar.
+        Position of the colour bar.
 
     Returns
     -------
@@ -281,7 +281,7 @@ def field_map(
     Raises
     ------
     ValueError
-        If the solution kept no fields.
+        If the solution has no fields.
 
     Examples
     --------
@@ -304,7 +304,7 @@ def field_map(
 
 
 def _nothing_touches(ax, one: xr.Dataset):
-    """Say so on an empty map: a colour bar would show pressures, or displacements, that nothing has."""
+    """Write that nothing touches on an empty map: a colour bar would show values that do not exist."""
     _centred(ax, one)
     ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
     return ax
@@ -325,9 +325,9 @@ def topography_map(
     Parameters
     ----------
     ds : Dataset
-        A direct solution that kept its fields.
+        A direct solution with fields.
     scan : Dataset
-        The scan it was found on.
+        The scan that it was solved on.
     subregion, delta, ax, location
         As for `field_map`.
 
@@ -338,7 +338,7 @@ def topography_map(
     Raises
     ------
     ValueError
-        If the solution kept no fields.
+        If the solution has no fields.
 
     Examples
     --------
@@ -368,14 +368,14 @@ def pressure_on_topography(
 ):
     """Draw the pressure of one contact over the undeformed heights in grey, with the outline of the contact.
 
-    Cells that have yielded are ringed.
+    Cells that have yielded are outlined.
 
     Parameters
     ----------
     ds : Dataset
-        A direct solution that kept its fields.
+        A direct solution with fields.
     scan : Dataset
-        The scan it was found on.
+        The scan that it was solved on.
     subregion, delta, ax
         As for `field_map`.
 
@@ -386,7 +386,7 @@ def pressure_on_topography(
     Raises
     ------
     ValueError
-        If the solution kept no fields.
+        If the solution has no fields.
 
     Examples
     --------
@@ -415,15 +415,15 @@ def contact_section(
 ):
     """Draw a section along x through the highest pressure: surface before and in contact, and the indenter.
 
-    The deformation of both bodies is drawn on the surface, the indenter keeps its shape; where they touch is
+    The deformation of both bodies is drawn on the surface, while the indenter keeps its shape; the contact is
     black.
 
     Parameters
     ----------
     ds : Dataset
-        A direct solution that kept its fields.
+        A direct solution with fields.
     scan : Dataset
-        The scan it was found on.
+        The scan that it was solved on.
     subregion, delta, ax
         As for `field_map`.
 
@@ -434,7 +434,7 @@ def contact_section(
     Raises
     ------
     ValueError
-        If the solution kept no fields.
+        If the solution has no fields.
 
     Examples
     --------
@@ -471,14 +471,14 @@ def contact_section(
 def contact_maps(
     ds: xr.Dataset, scan: xr.Dataset, *, subregion: int = 0, delta: float | None = None, ax: Any = None
 ) -> np.ndarray:
-    """Draw one contact: topography, pressure, displacement, each with the contact's outline, and a section.
+    """Draw one contact: topography, pressure and displacement, each with the contact's outline, and a section.
 
     Parameters
     ----------
     ds : Dataset
-        A direct solution that kept its fields.
+        A direct solution with fields.
     scan : Dataset
-        The scan it was found on.
+        The scan that it was solved on.
     subregion, delta
         As for `field_map`.
     ax : sequence of four Axes, optional
@@ -490,7 +490,7 @@ def contact_maps(
     Raises
     ------
     ValueError
-        If the solution kept no fields.
+        If the solution has no fields.
 
     Examples
     --------
@@ -545,7 +545,7 @@ def _image(ax, values, extent, name: str, cmap: str, *, limits=None, colorbar=Tr
 
 
 def _beyond(values, low: float, high: float) -> str:
-    """Return at which ends of a colour bar there are values beyond."""
+    """Return at which ends of a colour bar values are cut off."""
     below, above = float(np.nanmin(values)) < low, float(np.nanmax(values)) > high
     return {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")
 
@@ -562,7 +562,7 @@ def _colorbar(ax, drawn, name: str, location: str = "right", extend: str = "neit
 
 
 def _cmap(name: str):
-    """Return a colour map by name; seaborn's are known once it is imported."""
+    """Return a colour map by name; seaborn registers its own when it is imported."""
     import matplotlib
     import seaborn  # noqa: F401
 
@@ -582,7 +582,7 @@ def _ring(ax, one: xr.Dataset, cells: np.ndarray, color: str):
 
 
 def _view(one: xr.Dataset) -> float:
-    """Return the half-width (nm) of what is shown of a contact: half as far again as it reaches, if that is there."""
+    """Return the half-width (nm) of the view of a contact: 1.5 times its reach, as far as there are data."""
     inside = one["pressure"] > 0
     whole = float(max(np.abs(regions.extent(one))))
     reach = max(float(np.abs(one[axis]).where(inside).max()) for axis in ("x", "y"))
@@ -590,7 +590,7 @@ def _view(one: xr.Dataset) -> float:
 
 
 def _centred(ax, one: xr.Dataset):
-    """Show the contact and its surroundings, on axes counted from its centre, with few ticks."""
+    """Limit the view to the contact and its surroundings, on axes from its centre, with few ticks."""
     view = _view(one)
     ax.set(xlim=(-view, view), ylim=(-view, view))
     ax.locator_params(nbins=4)
@@ -613,7 +613,7 @@ def _ellipses(ax, catalogue: xr.Dataset, depth: float):
 
 
 def _grid(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return the columns and rows of the grid that centres lie on, or None."""
+    """Return the columns and rows of the grid on which the centres lie, None if they do not lie on one."""
     columns, rows = np.unique(x), np.unique(y)
     full = columns.size * rows.size == x.size and np.unique(np.c_[x, y], axis=0).shape[0] == x.size
     return (columns, rows) if full else None
@@ -626,7 +626,7 @@ def _edges(middle: np.ndarray) -> np.ndarray:
 
 
 def _frames(ax, x: np.ndarray, y: np.ndarray, chosen: np.ndarray):
-    """Frame the tiles of some centres, so that what lies on them is seen; ring centres that lie on no grid."""
+    """Frame the tiles of some centres without covering what is on them; ring centres that are not on a grid."""
     from matplotlib.patches import Rectangle
 
     grid = _grid(x, y)
