@@ -17,15 +17,15 @@ from .units import converted, magnitude, positive
 
 
 class ImplausiblePair(UserWarning):
-    """A pair of bodies was taken as it was given, but is hardly what was meant."""
+    """A pair of bodies was taken as it was given, but is probably not what was meant."""
 
 
-#: Closest approaches, nm, at which a Hamaker constant and a work of adhesion may go together.
+#: Closest approaches, nm, at which a Hamaker constant and a work of adhesion are consistent.
 _CUT_OFFS = 0.08, 0.6
 
 
 class _Range(NamedTuple):
-    """What a quantity can be: refused beyond the outer bounds, questioned beyond the inner ones."""
+    """The range of a quantity: refused beyond the outer bounds, questioned beyond the inner ones."""
 
     units: str
     least: float
@@ -37,7 +37,7 @@ class _Range(NamedTuple):
 
 _MODULUS = _Range("GPa", 1e-9, 1e-7, 1.5e3, 1e5, "gels have 1e-6 GPa, glass 75, diamond 1100")
 
-#: Range of adhesion of dry solids, nm, where none is assigned: about their interatomic distance.
+#: Default range of adhesion, nm, of dry solids: about their interatomic distance.
 DEFAULT_RANGE = 0.3
 
 _RANGES = {
@@ -49,7 +49,7 @@ _RANGES = {
     "work_of_adhesion": _Range("J m-2", 0.0, 1e-6, 6.0, 30.0, "dry glass has 0.06 J/m², cleaved diamond 11"),
 }
 
-#: A sphere of fewer pixels than these in radius is refused, and questioned.
+#: A sphere with fewer pixels than these in its radius is refused, or questioned.
 _FEWEST_PIXELS, _FEW_PIXELS = 1.0, 5.0
 
 
@@ -103,8 +103,8 @@ def gilman_surface_energy(
     young_modulus : number or quantity
         E, GPa.
     poisson_ratio : float, optional
-        Where given, E/(1 − ν²) stands for E. The published pull-off of the smooth sphere, 19.1 µN, takes this
-        reading; the equation as printed takes E.
+        If given, E/(1 − ν²) takes the place of E. The published pull-off of the smooth sphere, 19.1 µN, uses this
+        reading; the equation as printed uses E.
     plane_spacing : number or quantity
         y₀ between cleavage planes, nm.
     atomic_radius : number or quantity
@@ -165,9 +165,9 @@ def assign_pair(
         A scan of the indenter's face, such as of a colloidal probe: its highest point is put at the contact
         centre, and it is turned over about the x axis to face the surface (its y runs against the surface's).
         Or its heights (x, y), pointing out of it, nm or with ``units``, with x, y (nm) counted from the contact
-        centre along the surface's axes. It has to be larger than any contact with it.
+        centre along the surface's axes. It must be larger than any contact with it.
     materials : str or pair of str
-        Names, such as "glass/silicon" or "glass" for two bodies of it: moduli from handbooks, and, where none is
+        Names, such as "glass/silicon" or "glass" for two bodies of it: moduli from handbooks and, unless it is
         given, the work of adhesion of clean, dry bodies by van der Waals forces alone; see `substances`.
     young_modulus, poisson_ratio : number or pair
         Of both bodies alike, or of each; GPa. Either these, ``materials`` or ``contact_modulus``.
@@ -178,20 +178,20 @@ def assign_pair(
     work_of_adhesion : number or quantity, optional
         w, J/m².
     adhesion_range : number or quantity, optional
-        ρ, nm: over which length the pull between the surfaces falls by e as they part; 0.2 to 0.4 nm for dry
-        solids, more where liquids or charges pull. `adhesive` takes 0.3 nm where none is assigned.
+        ρ, nm: the length over which the pull between the surfaces falls by a factor of e; 0.2 to 0.4 nm for dry
+        solids, more where liquids or charges pull. `adhesive` uses 0.3 nm where none is assigned.
     adhesion_strength : number or quantity, optional
-        The largest pull, GPa, in place of its range: ρ = w over it.
+        The largest pull, GPa, in place of its range: ρ is w over it.
     hamaker_constant : number or quantity, optional
-        A of the bodies across what lies between them, nN nm (1e-18 J) or such as "6.5e-20 J"; see `hamaker_constant`.
-        Beside a work of adhesion it says how near the bodies come, z₀ = √(A/(12πw)); without one w = A/(12π z₀²), z₀ =
-        0.165 nm. Named materials bring theirs, unless a work of adhesion is given.
+        A of the bodies across what lies between them, nN nm (1e-18 J) or text such as "6.5e-20 J"; see
+        `hamaker_constant`. Together with a work of adhesion it sets the closest approach, z₀ = √(A/(12πw)); without one
+        w = A/(12π z₀²) with z₀ = 0.165 nm. Named materials have their own, unless a work of adhesion is given.
     medium : {"vacuum", "air", "water", "ethanol", "hexadecane"}
         What lies between named materials.
     hardness : number or quantity, optional
-        H of the softer body, GPa: the largest pressure that it bears, beyond which it yields; see `direct`. Without one
-        all stays elastic, and results tell how much of them lies above the hardness that named materials are estimated
-        to have (`substances`).
+        H of the softer body, GPa: the largest pressure that it bears, beyond which it yields; see `direct`. Without it
+        the bodies stay elastic, and for named materials results report how much of them lies above the hardness
+        estimated for these (`substances`).
 
     Returns
     -------
@@ -203,14 +203,14 @@ def assign_pair(
     Raises
     ------
     ValueError
-        If a quantity is given twice or not at all, is not a positive number (w may be zero) or none that a body can
-        have, the hardness is no larger than the pull of adhesion w/ρ, or an indenter's map does not have the contact
+        If a quantity is given twice or not at all, is not a positive number (w may be zero) or impossible for any body,
+        the hardness is no larger than the pull of adhesion w/ρ, or an indenter's map does not have the contact
         centre in its middle.
 
     Warns
     -----
     ImplausiblePair
-        If a quantity is hardly what was meant, such as a sphere of fewer than five pixels.
+        If a quantity is improbable, such as a sphere with a radius of fewer than five pixels.
 
     Examples
     --------
@@ -258,7 +258,7 @@ def assign_pair(
 
 
 def _told(value: Any) -> Any:
-    """Return what was given in a form that text holds: numbers, words, or a pair of them."""
+    """Return a given value in a form that text can hold: numbers, words, or a pair of them."""
     if isinstance(value, (tuple, list)):
         return [_told(one) for one in value]
     return value if isinstance(value, (int, float, str)) else str(value)
@@ -270,10 +270,10 @@ def hamaker_constant(first: Any, second: Any = None, *, medium: Any = "vacuum") 
     Parameters
     ----------
     first, second : str, number or quantity
-        Names of materials, or Hamaker constants of each against itself across vacuum, nN nm (1e-18 J). One stands for
+        Names of materials, or the Hamaker constant of each across vacuum, nN nm (1e-18 J). One value is used for
         both.
     medium : str, number or quantity
-        What lies between: "vacuum", "air", "water", "ethanol", "hexadecane", or its Hamaker constant.
+        The medium between them: "vacuum", "air", "water", "ethanol", "hexadecane", or its Hamaker constant.
 
     Returns
     -------
@@ -283,12 +283,12 @@ def hamaker_constant(first: Any, second: Any = None, *, medium: Any = "vacuum") 
     Raises
     ------
     ValueError
-        If a name is unknown, or of a material no constant is known.
+        If a name is unknown, or no constant is known for a material.
 
     Notes
     -----
-    A₁₂ = √(A₁A₂) and A₁₃₂ = (√A₁ − √A₃)(√A₂ − √A₃). In media such as water, whose static response differs from all the
-    others', the rules are rough: the zero-frequency part of A is then to be computed by Lifshitz's theory.
+    A₁₂ = √(A₁A₂) and A₁₃₂ = (√A₁ − √A₃)(√A₂ − √A₃). For media such as water, whose static response differs from all the
+    others', the rules are rough, and the zero-frequency part of A should be computed by Lifshitz's theory.
 
     References
     ----------
@@ -318,7 +318,7 @@ def _own_constant(given: Any, known: dict[str, Any]) -> float:
 
 
 def _attracting(constant: float | None, medium: str) -> float | None:
-    """Return a Hamaker constant, or say that bodies repel each other."""
+    """Return a Hamaker constant; raise where the bodies repel each other."""
     if constant is not None and constant <= 0:
         raise ValueError(
             f"medium: expected one across which the bodies attract, found A = {constant:.3g} nN nm in {medium}"
@@ -327,7 +327,7 @@ def _attracting(constant: float | None, medium: str) -> float | None:
 
 
 def _believed_cut_off(constant: float, work: float) -> None:
-    """Question a Hamaker constant and a work of adhesion that would bring the bodies too near, or not near."""
+    """Warn of a Hamaker constant and a work of adhesion that bring the bodies too near, or not near enough."""
     distance = np.sqrt(constant / (12 * np.pi * work)) if work > 0 else np.inf
     if not _CUT_OFFS[0] <= distance <= _CUT_OFFS[1]:
         _question(
@@ -381,7 +381,7 @@ def _adhesion_range(given: Any, strength: Any, work: float | None) -> dict[str, 
 
 
 def _hardness(given: Any, work: float | None, length: float | None) -> float:
-    """Return the hardness (GPa), which has to bear more than the pull of adhesion."""
+    """Return the hardness (GPa); raise unless it exceeds the pull of adhesion."""
     value = _believed(positive(given, "GPa", "hardness"), "hardness", given)
     strength = (work or 0.0) / (length or DEFAULT_RANGE)
     words = (
@@ -396,7 +396,7 @@ def _hardness(given: Any, work: float | None, length: float | None) -> float:
 
 
 def _radius(given: Any, ds: xr.Dataset) -> float:
-    """Return the sphere's radius (nm), which the scan's pixels have to resolve."""
+    """Return the sphere's radius (nm); raise or warn where the scan's pixels do not resolve it."""
     radius = _believed(positive(given, "nm", "sphere_radius"), "sphere_radius", given)
     if "height" not in ds or not {"x", "y"} <= set(ds["height"].dims) & set(ds.indexes):
         return radius
@@ -410,7 +410,7 @@ def _radius(given: Any, ds: xr.Dataset) -> float:
 
 
 def _believed(value: float, quantity: str, given: Any, name: str = "") -> float:
-    """Return a value that a body can have; question one that it hardly has."""
+    """Return a value; raise if no body can have it, warn if it is improbable."""
     known = _RANGES[quantity]
     words = f"{name or quantity}: {given!r} is {value:.4g} {known.units}" + (f" of {quantity}" if name else "")
     advice = f"{known.known}; plain numbers are {known.units}, others say theirs, as in '3 um' or '70e9 Pa'"
@@ -422,12 +422,12 @@ def _believed(value: float, quantity: str, given: Any, name: str = "") -> float:
 
 
 def believed(name: str, value: float, ds: xr.Dataset) -> None:
-    """Refuse or question one of the pair's values (nm, GPa, J/m²) on a scan, as `assign_pair` does.
+    """Raise or warn for one of the pair's values (nm, GPa, J/m²) on a scan, as `assign_pair` does.
 
     Raises
     ------
     ValueError
-        If no body has it.
+        If no body can have it.
     """
     if name == "sphere_radius":
         _radius(value, ds)
@@ -438,7 +438,7 @@ def believed(name: str, value: float, ds: xr.Dataset) -> None:
 
 
 def _question(words: str) -> None:
-    """Warn where the user's own code called."""
+    """Warn at the line of the user's own code."""
     frame, above = sys._getframe(), 1
     while frame.f_back and frame.f_globals.get("__package__") == __package__:
         frame, above = frame.f_back, above + 1
@@ -469,7 +469,7 @@ def _facing(height: xr.DataArray) -> xr.DataArray:
 
 
 def _check_centred(axis: xr.DataArray) -> None:
-    """Say that a map's axis runs from its corner, as an opened scan's does, if the contact centre is not within."""
+    """Raise where the contact centre is not within a map's axis, as when the axis starts at a corner of a scan."""
     first, last = float(axis[0]), float(axis[-1])
     if abs(first + last) / 2 > (last - first) / 4:
         raise ValueError(
@@ -480,7 +480,7 @@ def _check_centred(axis: xr.DataArray) -> None:
 
 
 def _exactly_one(**given: Any) -> None:
-    """Say which of several ways to state a thing was expected, if not exactly one was taken."""
+    """Raise unless exactly one of several ways to state a quantity was used."""
     found = [name for name, value in given.items() if value is not None]
     if len(found) != 1:
         raise ValueError(f"expected one of {', '.join(given)}, found {' and '.join(found) or 'none'}")

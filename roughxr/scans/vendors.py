@@ -1,8 +1,8 @@
 """Vendors' formats, read through SurfaceTopography (extra ``afm``).
 
 SurfaceTopography indexes heights as [x, y] with y counted downwards from the top of the picture; its
-heights, sizes and orientation agree with Gwyddion's. What is added here: a reader is believed only where
-the first bytes are that format's own, and redundant statements in a header must agree. Reading takes place in a
+heights, sizes and orientation agree with Gwyddion's. Added here: a reader is used only where
+the first bytes are those of its format, and redundant statements in a header must agree. Files are read in a
 process that is ended when it takes too long (see :mod:`.vendor_process`).
 """
 
