@@ -123,11 +123,11 @@ def adhesive(
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
     law : {"auto", "exponential", "griffith", "dugdale", "lennard_jones"}
-        The traction t between the surfaces across a gap u, with the same work of adhesion w for all: "exponential", t =
-        (w/ρ) exp(−u/ρ); "griffith", the limit without range (JKR's); "dugdale", a constant pull up to a gap;
-        "lennard_jones", the 9-3 potential of two half spaces beyond a hard contact. "auto" takes "exponential" where
-        the median of Tabor's parameter over the asperities is below 5, so that the range matters, or where the body
-        yields, else "griffith".
+        The traction t between the surfaces across a gap u, with the same work of adhesion w for all laws:
+        "exponential", t = (w/ρ) exp(−u/ρ); "griffith", the limit without range (JKR's); "dugdale", a constant pull up
+        to a gap; "lennard_jones", the 9-3 potential of two half spaces beyond a hard contact. "auto" takes
+        "exponential" where the median of Tabor's parameter over the asperities is below 5, so that the range matters,
+        or where the body yields, else "griffith".
     strength : number or quantity, optional
         Largest pull, GPa, of a law with a range; by default w over the pair's ``adhesion_range``, or w over 0.3 nm.
     refine : "auto" or int
@@ -138,7 +138,7 @@ def adhesive(
         solved, without an estimate of its error, in a fifth of the time or less.
     step : number or quantity
         Longest step of the displacement, nm. Retraction takes shorter ones where a branch of solutions ends, and where
-        a larger pull may lie between two states. Halving the step does not change the pull-off of nearly any place.
+        a larger pull may lie between two states. Halving the step changes the pull-off of hardly any place.
     datum : {"highest_peak", "first_contact"}, optional
         Where delta = 0, as in `direct`; by default the highest peak with ``delta``, first contact with a preload.
     profile : {"sphere", "parabola"}
@@ -168,8 +168,8 @@ def adhesive(
         ``pull_off_force``, ``pull_off_delta``, ``detachment_delta``, ``work_of_separation``, ``hysteresis``,
         ``pull_off_resolution``, ``truncated`` (contact at the edge of the scan or of the indenter's map) and
         ``complete``; also ``refinement`` and, with refine="auto", ``pull_off_error``, the estimated relative error of
-        the pull-off, with its parts ``mesh_error`` and ``step_error``. They are NaN for a subregion that is never
-        touched, whose cycle could not be completed or whose preload was not reached. With a preload also
+        the pull-off, with its parts ``mesh_error`` and ``step_error``. These events are NaN where nothing is
+        touched, the cycle could not be completed or the preload was not reached. With a preload also
         ``preload_delta``, the displacement at which the indenter turned back, and ``contact_area`` there.
 
         With ``delta``, along (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected
@@ -206,7 +206,7 @@ def adhesive(
 
     A body that yields does so on loading, where the net pressure, attraction subtracted, would exceed its hardness, to
     a part of 1e-3 (`direct` describes such a body). Retraction is elastic on the shape that is left; tension there is
-    not limited by any strength of the solid. ``dissipated`` includes the plastic work. Only the smooth laws can yield.
+    not limited by any strength of the solid. ``dissipated`` includes the plastic work. Yield needs a smooth law.
 
     The errors are those of the mesh and of the step. They leave out roughness finer than the scan's pixels.
 
