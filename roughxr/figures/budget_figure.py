@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from .sensitivity_figure import tornado
-from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, axes, label_axis, legend, styled
+from .style import BLACK, BLUE, COLUMN, GREY, ORANGE, SMALL, VERMILION, axes, label_axis, legend, styled, tidy
 
 #: The entry that does not count in the total.
 _APART = "shorter waves"
@@ -150,14 +150,18 @@ def budget_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]
     >>> [name for name, _ in budget_figures({"statistics/error_budget": budget})]
     ['error-budget']
     """
-    from matplotlib.figure import Figure
-
-    from .style import COLUMN, tidy
-
     drawn = {"error_budget": error_budget, "sensitivity": tornado, "shorter_waves": cut_off}
     names = {"error_budget": "error-budget", "sensitivity": "sensitivity", "shorter_waves": "shortest-wave"}
     for group, draw in drawn.items():
         if f"statistics/{group}" in run:
-            figure = Figure(figsize=(COLUMN, 0.8 * COLUMN), layout="constrained")
-            draw(run[f"statistics/{group}"], ax=tidy(figure.subplots()))
-            yield names[group], figure
+            yield names[group], _on_its_own(draw, run[f"statistics/{group}"])
+
+
+@styled
+def _on_its_own(draw: Callable, ds: xr.Dataset):
+    """Return a new Figure that belongs to no pyplot window; its axes are made in the style, labels included."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(COLUMN, 0.8 * COLUMN), layout="constrained")
+    draw(ds, ax=tidy(figure.subplots()))
+    return figure
