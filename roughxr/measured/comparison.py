@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,7 +11,7 @@ import xarray as xr
 from .. import schema
 from ..statistics import bootstrap
 from ..statistics.places import independent_places
-from ..statistics.sampling import Samples, samples
+from ..statistics.sampling import Samples, known_samples
 from ..units import fraction, magnitude
 from .registration import Match, matched
 
@@ -120,9 +119,7 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
     if _NAME not in ds:
         found = ", ".join(map(str, ds.data_vars)) or "nothing"
         raise ValueError(f"{words}: expected {_NAME}, found {found}; take .contact.pull_off() of a solution first")
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", ".*the others are missing")
-        return samples(ds, _NAME)
+    return known_samples(ds, _NAME)
 
 
 def _statistics(both: list[Samples], statistics: list[str], confidence: float, resamples: int, seed: int) -> xr.Dataset:

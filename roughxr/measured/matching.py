@@ -6,14 +6,13 @@ with the measured one is reported, not fitted.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from ..statistics.sampling import Samples, samples
+from ..statistics.sampling import Samples, known_samples
 from ..statistics.uncertainty import interval_of
 
 #: Quantiles that are matched: tails with few places are left out.
@@ -44,9 +43,7 @@ class Fitted(NamedTuple):
 
 def positive_forces(measured: xr.Dataset) -> Samples:
     """Return measured forces; raise where they are not all positive."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", ".*the others are missing")
-        found = samples(measured, "pull_off_force")
+    found = known_samples(measured, "pull_off_force")
     low = int((found.values <= 0).sum())
     if low:
         raise ValueError(
@@ -71,7 +68,7 @@ def predicted_forces(found: xr.Dataset, words: str) -> Samples:
     if without:  # leaving them out would compare with different places at each value
         total = forces["pull_off_force"].size
         raise ValueError(f"expected a pull-off at every place, found none at {without} of {total} for {words}")
-    return samples(forces, "pull_off_force")
+    return known_samples(forces, "pull_off_force")
 
 
 def ln_quantiles(values: np.ndarray, axis: int = -1) -> np.ndarray:

@@ -52,6 +52,13 @@ def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     >>> samples(xr.Dataset({"height": ("asperity", [1.0, np.nan, 3.0])}), "height").missing
     1
     """
+    found = known_samples(ds, name, weights=weights)
+    speak_for_some(name, found.missing, found.values.size + found.missing, ds.attrs.get("missing"))
+    return found
+
+
+def known_samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
+    """Return the same as `samples`, without a warning of missing ones."""
     ds = of_a_map(ds, name)
     dim = sample_dimension(ds, name)
     values = np.asarray(ds[name].values, dtype=float)
@@ -59,7 +66,6 @@ def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     finite = np.isfinite(values)
     if finite.sum() < 2:
         raise ValueError(f"{name}: expected at least two finite samples, found {finite.sum()} of {values.size}")
-    speak_for_some(name, int((~finite).sum()), values.size, ds.attrs.get("missing"))
     places = None
     if all(axis in ds.coords for axis in PLACES[dim]):
         places = np.c_[tuple(ds[axis].values[finite] for axis in PLACES[dim])].astype(float)
