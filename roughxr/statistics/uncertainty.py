@@ -22,8 +22,6 @@ from .. import schema
 from .places import block_side, blocks, independent_places
 from .sampling import Samples, other_dimensions, samples
 
-RESAMPLINGS = ("block", "naive")
-
 #: Largest number of samples that are resampled: neighbours on a map are correlated, and more only take longer.
 _MOST = 20_000
 

@@ -38,9 +38,6 @@ from .tuning import LINE, NARROW, SOFTENING
 
 PLATEAU, EXPONENTIAL = range(2)
 
-#: Laws of finite range, by name.
-FINITE_RANGE = {"dugdale": PLATEAU, "exponential": EXPONENTIAL}
-
 #: Range of the exponential law, in units of its length.
 _CUT = 12.0
 
