@@ -231,23 +231,17 @@ def adhesive(
     datum = datum or ("first_contact" if by_preload else "highest_peak")
     positions = regions.centres(ds, subregions)
     yields = yielding and "hardness" in ds.coords
-    adhesion = Adhesion(
-        work=schema.pair(ds, "work_of_adhesion")[0],
+    adhesion = _adhesion_of(
+        ds,
+        _law(ds, law, strength, yields),
         preloads=_preloads(preload) if by_preload else np.zeros(0),
-        refine=0 if refine == "auto" else whole_number(refine, "refine", least=1, most=MOST_REFINED),
-        accuracy=np.nan if accuracy is None else fraction(accuracy, "accuracy"),
-        step=positive(step, "nm", "step"),
-        tolerance=0.0 if tolerance is None else fraction(tolerance, "tolerance"),
-        max_iterations=whole_number(max_iterations, "max_iterations", least=1),
-        max_cells=0 if max_cells is None else whole_number(max_cells, "max_cells", least=1),
-        cycles=whole_number(cycles, "cycles", least=1),
-        **_law(ds, law, strength, yields),
-    )
-    if adhesion.cycles > 1 and not by_preload:
-        raise ValueError(f"cycles: expected several with a preload, found {cycles} with displacements")
-    smooth = adhesion.law in SMOOTH
-    adhesion = adhesion._replace(
-        max_cells=adhesion.max_cells or _MOST_CELLS[smooth], tolerance=adhesion.tolerance or _TOLERANCES[smooth]
+        refine=refine,
+        accuracy=accuracy,
+        step=step,
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+        max_cells=max_cells,
+        cycles=cycles,
     )
     delta = [_settling_depth(ds, adhesion)] if by_preload else delta
     options = {"datum": datum, "profile": profile, "refine": max(adhesion.refine, 1), "yielding": yielding}
@@ -270,10 +264,42 @@ def adhesive(
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
     arguments = {"preload": preload, "delta": None if by_preload else problem.steps, "subregions": subregions}
     arguments |= {"datum": datum, "profile": profile, "fields": fields, "refine": refine, "accuracy": accuracy}
-    arguments |= {name: getattr(adhesion, name) for name in ("step", "tolerance", "max_iterations", "max_cells")}
-    arguments |= {"yielding": yields} if "hardness" in ds.coords else {}
-    arguments |= {"cycles": adhesion.cycles} if adhesion.cycles > 1 else {}
+    arguments |= _recorded(ds, adhesion, yields)
     out = schema.record(out, "adhesive", ds, law=adhesion.law, strength=strength, **arguments)
+    return _finished(out, ds, adhesion, progress)
+
+
+def _adhesion_of(
+    ds, law, *, preloads, refine, accuracy, step, tolerance, max_iterations, max_cells, cycles
+) -> Adhesion:
+    """Return how the bodies adhere and how they are followed; raise where an option is out of its range."""
+    smooth = law["law"] in SMOOTH
+    found = Adhesion(
+        work=schema.pair(ds, "work_of_adhesion")[0],
+        preloads=preloads,
+        refine=0 if refine == "auto" else whole_number(refine, "refine", least=1, most=MOST_REFINED),
+        accuracy=np.nan if accuracy is None else fraction(accuracy, "accuracy"),
+        step=positive(step, "nm", "step"),
+        tolerance=_TOLERANCES[smooth] if tolerance is None else fraction(tolerance, "tolerance"),
+        max_iterations=whole_number(max_iterations, "max_iterations", least=1),
+        max_cells=_MOST_CELLS[smooth] if max_cells is None else whole_number(max_cells, "max_cells", least=1),
+        cycles=whole_number(cycles, "cycles", least=1),
+        **law,
+    )
+    if found.cycles > 1 and not preloads.size:
+        raise ValueError(f"cycles: expected several with a preload, found {cycles} with displacements")
+    return found
+
+
+def _recorded(ds: xr.Dataset, adhesion: Adhesion, yields: bool) -> dict[str, Any]:
+    """Return the arguments for the history that are recorded as they were used, defaults included."""
+    used = {name: getattr(adhesion, name) for name in ("step", "tolerance", "max_iterations", "max_cells")}
+    used |= {"yielding": yields} if "hardness" in ds.coords else {}
+    return used | ({"cycles": adhesion.cycles} if adhesion.cycles > 1 else {})
+
+
+def _finished(out: xr.Dataset, ds: xr.Dataset, adhesion: Adhesion, progress: bool) -> xr.Dataset:
+    """Return the result, computed where the scan is in memory, with its warnings and the scan's shortest wavelength."""
     lazy = parallel.is_lazy(ds)
     out = parallel.finish(out, lazy=lazy, progress=progress)
     if not lazy:
@@ -504,16 +530,16 @@ def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
             f"{int((resolution < _RESOLVED).sum())} of {size} subregions have contacts of less than {_RESOLVED:g} "
             f"pixels in radius at pull-off (smallest {np.nanmin(resolution):.2g}): compare with a larger refine, or "
             "take refine='auto'",
-            stacklevel=3,
+            stacklevel=4,
         )
     missed = int((out["pull_off_error"].values > adhesion.accuracy).sum())
     if missed:
         warnings.warn(
             f"{missed} of {size} subregions did not reach accuracy={adhesion.accuracy:g} (largest error "
             f"{np.nanmax(out['pull_off_error'].values):.2g}): their mesh does not decide them, see pull_off_error",
-            stacklevel=3,
+            stacklevel=4,
         )
     lost = int((~out["complete"].values).sum())
     if lost:
         what = "did not reach their preload or " if adhesion.preloads.size else ""
-        warnings.warn(f"{lost} subregions {what}needed more than max_cells pixels; their events are NaN", stacklevel=3)
+        warnings.warn(f"{lost} subregions {what}needed more than max_cells pixels; their events are NaN", stacklevel=4)
