@@ -14,6 +14,7 @@ from ..scans import level, smooth
 from ..units import positive
 from . import reference
 from .problem import hardness_of
+from .rigid_attraction import length_of
 from .rigid_bodies import rigid
 
 #: Tabor's parameter below which bodies may be taken as rigid, and above which the range of adhesion may be neglected
@@ -212,9 +213,7 @@ def formulas(
 
 def rigid_cut_off(ds: xr.Dataset, w: float) -> float:
     """Return the closest approach z₀ (nm) at which the pair's Hamaker constant gives its work of adhesion."""
-    from .rigid_bodies import _length
-
-    return _length(ds, "hamaker", None, w)
+    return length_of(ds, "hamaker", None, w)
 
 
 def _inputs(ds: xr.Dataset) -> dict[str, float]:
