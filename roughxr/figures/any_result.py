@@ -10,10 +10,11 @@ import xarray as xr
 
 from .. import schema
 from .budget_figure import cut_off, error_budget
+from .contact_fields import field_map
 from .detachment_figure import fraction_remaining, mode_map, moment_rose
 from .distributions import asperity_statistics, distribution, label_density
 from .forces import force_fan
-from .maps import field_map, scan_map, subregion_map
+from .maps import scan_map, subregion_map
 from .measured_figure import quantile_quantile
 from .sensitivity_figure import tornado
 from .style import axes, label_axis, stroke, styled

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 
 import xarray as xr
 
+from .contact_fields import field_map
 from .distributions import distribution
-from .maps import contact_grid, field_map
+from .maps import contact_grid
 from .style import PAGE, TITLE, styled
 
 #: The methods that are drawn, and their labels.

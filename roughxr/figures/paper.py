@@ -13,9 +13,10 @@ import xarray as xr
 
 from .. import regions
 from ..statistics import debris
+from .contact_fields import contact_maps
 from .distributions import asperity_statistics, distribution
 from .forces import against_hertz, force_ratio, hertz_error, jkr_sphere, mean_force, mean_ratio, sweep
-from .maps import contact_grid, contact_maps, scan_map
+from .maps import contact_grid, scan_map
 from .saving import mean_and_spread, number, sheet
 from .single import asperity_curve
 from .style import GREY, SMALL, display_unit, label_axis, stroke, styled
