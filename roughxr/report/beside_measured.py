@@ -49,6 +49,16 @@ def measured_words(run: Run) -> list[str]:
     ----------
     run : mapping of str to Dataset
         As `compared` returns it.
+
+    Returns
+    -------
+    list of str
+        Empty where nothing was compared.
+
+    Examples
+    --------
+    >>> measured_words({})
+    []
     """
     if COMPARED not in run:
         return []
@@ -67,12 +77,17 @@ def measured_words(run: Run) -> list[str]:
 
 
 def measured_table(run: Run) -> pd.DataFrame:
-    """Return predicted and measured statistics with their ratio, in the unit that suits them.
+    """Return predicted and measured statistics with their ratio, in a suitable unit.
 
     Parameters
     ----------
     run : mapping of str to Dataset
         As `compared` returns it.
+
+    Returns
+    -------
+    DataFrame
+        One row per statistic: predicted and measured, in nN or a larger unit, their ratio and the ends of its interval.
 
     Examples
     --------

@@ -102,6 +102,13 @@ def explorer_page(
     ------
     ValueError
         If there is no scan, or no result at places of it.
+
+    Examples
+    --------
+    >>> explorer_page({})
+    Traceback (most recent call last):
+        ...
+    ValueError: expected the archive of a run, with its scan, found groups: none; make one with roughxr run
     """
     import jinja2
 
