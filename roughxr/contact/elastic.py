@@ -200,7 +200,7 @@ def _sweep(place: Place, problem: Problem, layout: Layout, limits: _Limits) -> n
 
 
 def _put_states(record: np.ndarray, solved: _Solved, surface: Surface, problem: Problem) -> None:
-    """Write what is said of each solve."""
+    """Write the variables of each solve."""
     told = dict(zip(_COLUMNS, np.moveaxis(solved.found, -1, 0)))
     with np.errstate(invalid="ignore"):
         told["yielded_fraction"] = told.pop("hard_force") / told["force"]
@@ -233,7 +233,7 @@ def _cycle(surface: Surface, problem: Problem, limits: _Limits, keep: int) -> _S
 
 
 def _solutions(separation: np.ndarray, surface: Surface, problem: Problem, limits: _Limits, keep: int):
-    """Return displacements below the datum, what is said of each solve, and the fields of the last ``keep``."""
+    """Return displacements below the datum, the columns of each solve, and the fields of the last ``keep``."""
     hardness = displacement_control.Hardness(problem.hardness, problem.yielding)
     options = {"hardness": hardness, "keep": keep, **limits._asdict()}
     half_space = problem.dx, problem.contact_modulus

@@ -171,7 +171,7 @@ def add_fine_roughness(
 
     See Also
     --------
-    smooth : take short waves away in place of adding them.
+    smooth : remove short waves instead of adding them.
     self_affine_fit : the spectrum that is continued.
 
     References
