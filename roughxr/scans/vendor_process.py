@@ -56,8 +56,8 @@ def ask(path: Path, reader: str = __file__, **question: Any) -> dict[str, Any]:
     path : Path
     reader : str
         The reader's file.
-    Arguments of the reader.
-        For the reader.
+    **question
+        Arguments of the reader.
 
     Raises
     ------
