@@ -283,7 +283,7 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
     options = {"subregions": plan.subregions, "progress": progress}
     if float(scan.coords.get("work_of_adhesion", 0.0)) > 0:
         groups |= _with_adhesion(scan, plan, options, say)
-        groups |= _too_stiff_to_bend(scan, options, say)
+        groups |= _rigid_bodies(scan, options, say)
     say(f"direct simulation, {plan.direct_deltas.size} displacements at {_count(scan, plan)} places")
     groups |= _pressed(scan, plan, options)
     groups["solutions/contact"] = _one_contact(scan, plan, groups["solutions/direct"])
@@ -350,14 +350,14 @@ def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: C
         warnings.filterwarnings("ignore", "[^:]*contacts of less than")
         if plan.refine == "auto":
             some = regions.sample(regions.centres(scan, plan.subregions), plan.checked)
-            refine, finer = _mesh_that_holds(scan, plan, options | how | {"subregions": some}, say)
+            refine, finer = _fine_enough_mesh(scan, plan, options | how | {"subregions": some}, say)
         say(f"simulation with adhesion at {_count(scan, plan)} places")
         solved = adhesive(scan, refine=refine, accuracy=None, step=plan.step, **how, **options)
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
     return groups if finer is None else groups | {"solutions/finer": finer}
 
 
-def _mesh_that_holds(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> tuple[int | str, Any]:
+def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> tuple[int | str, Any]:
     """Return the refinement at which the pull-off of most places has settled, and results on a mesh twice as fine.
 
     On pixels wider than the contacts, the coarsest mesh on which the law can be solved may be off by a factor.
@@ -375,7 +375,7 @@ def _mesh_that_holds(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say:
     return refine, None
 
 
-def _too_stiff_to_bend(scan: xr.Dataset, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
+def _rigid_bodies(scan: xr.Dataset, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
     """Return the pull between rigid bodies and, for a sphere, the recommended model and the usual formulas."""
     say("the same bodies, too stiff to bend")
     refine = int(np.clip(np.ceil(schema.square_pixel(scan) / _RIGID_CELL), 1, 8))

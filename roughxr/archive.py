@@ -125,10 +125,10 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     >>> float(groups["solutions/direct"].force.sum())
     3.0
     """
-    return {group: _but_fields(Path(path), group) for group in groups(path)}
+    return {group: _without_fields(Path(path), group) for group in groups(path)}
 
 
-def _but_fields(path: Path, group: str) -> xr.Dataset:
+def _without_fields(path: Path, group: str) -> xr.Dataset:
     """Return a group in memory, except for its fields."""
     with opened(path, group=group) as ds:
         fields = [

@@ -59,7 +59,7 @@ _FITTED = (
 )
 
 
-class _Asked(NamedTuple):
+class _Request(NamedTuple):
     """A scan's pixels, and the options with which its asperities are fitted."""
 
     shape: tuple[int, int]
@@ -174,13 +174,13 @@ def _set_up_later(ds: xr.Dataset, setup: _Setup) -> Any:
     return dask.delayed(_catalogue)(search(da.asarray(ds["height"].data), setup), _without_maps(ds), setup)
 
 
-def _prepared(ds: xr.Dataset, patch: Any, vertex: str) -> tuple[xr.Dataset, _Asked]:
+def _prepared(ds: xr.Dataset, patch: Any, vertex: str) -> tuple[xr.Dataset, _Request]:
     ds = schema.validate(ds, "scan")
     schema.one_of(vertex, ("fitted", "pixel"), "vertex")
-    return ds, _Asked(ds["height"].shape, schema.pixel(ds), _patch(ds, patch), vertex)
+    return ds, _Request(ds["height"].shape, schema.pixel(ds), _patch(ds, patch), vertex)
 
 
-def _setup(asked: _Asked, waves: Waves | None) -> _Setup:
+def _setup(asked: _Request, waves: Waves | None) -> _Setup:
     """Return the set-up of the search for the waves of a scan; None where these were not needed."""
     patch = asked.patch
     if patch == "auto":
@@ -192,7 +192,7 @@ def _setup(asked: _Asked, waves: Waves | None) -> _Setup:
     return _Setup(frame, refine, waves)
 
 
-def _pixels(width: float, asked: _Asked) -> tuple[int, int]:
+def _pixels(width: float, asked: _Request) -> tuple[int, int]:
     """Return the pixels of a patch, an odd number, and the refinement of the scan's pixels, for a width in nm.
 
     The first refinement for which a patch of at least three pixels comes within `_NEAR` of the width, from below.

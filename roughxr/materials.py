@@ -236,7 +236,7 @@ def assign_pair(
             constant = _attracting(substances.hamaker_of(*bodies, medium), medium)
     if constant is not None:
         adhesion = substances.work_of(constant) if adhesion is None else adhesion
-        _believed_cut_off(constant, adhesion)
+        _check_cut_off(constant, adhesion)
     values = {"contact_modulus": _contact_modulus(contact_modulus, young_modulus, poisson_ratio)}
     if sphere_radius is not None:
         values["sphere_radius"] = _radius(sphere_radius, ds)
@@ -253,14 +253,14 @@ def assign_pair(
     out = out.assign_coords(values)
     if indenter is not None:
         out = out.assign(indenter_height=_indenter(indenter))
-    told = {name: _told(value) for name, value in given.items() if value is not None}
+    told = {name: _recordable(value) for name, value in given.items() if value is not None}
     return schema.record(schema.label(out), "assign_pair", **values, **told)
 
 
-def _told(value: Any) -> Any:
+def _recordable(value: Any) -> Any:
     """Return a given value in a form that text can hold: numbers, words, or a pair of them."""
     if isinstance(value, (tuple, list)):
-        return [_told(one) for one in value]
+        return [_recordable(one) for one in value]
     return value if isinstance(value, (int, float, str)) else str(value)
 
 
@@ -326,11 +326,11 @@ def _attracting(constant: float | None, medium: str) -> float | None:
     return constant
 
 
-def _believed_cut_off(constant: float, work: float) -> None:
+def _check_cut_off(constant: float, work: float) -> None:
     """Warn of a Hamaker constant and a work of adhesion that bring the bodies too near, or not near enough."""
     distance = np.sqrt(constant / (12 * np.pi * work)) if work > 0 else np.inf
     if not _CUT_OFFS[0] <= distance <= _CUT_OFFS[1]:
-        _question(
+        _warn_implausible(
             f"hamaker_constant: {constant:.3g} nN nm and a work of adhesion of {work:.3g} J/m2 go together at a "
             f"closest approach of {distance:.2g} nm: is it meant? (solids have 0.1 to 0.5; bonds stick harder)"
         )
@@ -345,7 +345,7 @@ def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | 
 
 def _contact_modulus(given: Any, young_modulus: Any, poisson_ratio: Any) -> float:
     if given is not None:
-        return _believed(positive(given, "GPa", "contact_modulus"), "contact_modulus", given)
+        return _plausible(positive(given, "GPa", "contact_modulus"), "contact_modulus", given)
     if poisson_ratio is None:
         raise ValueError("poisson_ratio: expected one beside young_modulus, found none")
     return contact_modulus(young_modulus, poisson_ratio)
@@ -362,7 +362,7 @@ def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | Non
     if not isinstance(value, float) or value < 0:
         raise ValueError(f"{name}: expected one number >= 0 in J m-2, found {given!r}")
     if value > 0:
-        _believed(times * value, "work_of_adhesion", given, name if times == 2.0 else "")
+        _plausible(times * value, "work_of_adhesion", given, name if times == 2.0 else "")
     return times * value
 
 
@@ -371,18 +371,18 @@ def _adhesion_range(given: Any, strength: Any, work: float | None) -> dict[str, 
     if given is not None and strength is not None:
         raise ValueError("expected adhesion_range or adhesion_strength (= work_of_adhesion/adhesion_range), found both")
     if given is not None:
-        return {"adhesion_range": _believed(positive(given, "nm", "adhesion_range"), "adhesion_range", given)}
+        return {"adhesion_range": _plausible(positive(given, "nm", "adhesion_range"), "adhesion_range", given)}
     if strength is None:
         return {}
     if not work:
         raise ValueError("adhesion_strength: expected a work of adhesion > 0 beside it, found none")
     found = work / positive(strength, "GPa", "adhesion_strength")
-    return {"adhesion_range": _believed(found, "adhesion_range", strength, "adhesion_strength")}
+    return {"adhesion_range": _plausible(found, "adhesion_range", strength, "adhesion_strength")}
 
 
 def _hardness(given: Any, work: float | None, length: float | None) -> float:
     """Return the hardness (GPa); raise unless it exceeds the pull of adhesion."""
-    value = _believed(positive(given, "GPa", "hardness"), "hardness", given)
+    value = _plausible(positive(given, "GPa", "hardness"), "hardness", given)
     strength = (work or 0.0) / (length or DEFAULT_RANGE)
     words = (
         f"hardness: {value:.3g} GPa is no more than the pull of adhesion, w/rho = {strength:.3g} GPa over "
@@ -391,13 +391,13 @@ def _hardness(given: Any, work: float | None, length: float | None) -> float:
     if value <= strength and length is not None:
         raise ValueError(f"{words}; expected a larger hardness, a larger adhesion_range or less work of adhesion")
     if value <= strength:
-        _question(f"{words}; is it meant? (assign the adhesion_range that belongs to this work of adhesion)")
+        _warn_implausible(f"{words}; is it meant? (assign the adhesion_range that belongs to this work of adhesion)")
     return value
 
 
 def _radius(given: Any, ds: xr.Dataset) -> float:
     """Return the sphere's radius (nm); raise or warn where the scan's pixels do not resolve it."""
-    radius = _believed(positive(given, "nm", "sphere_radius"), "sphere_radius", given)
+    radius = _plausible(positive(given, "nm", "sphere_radius"), "sphere_radius", given)
     if "height" not in ds or not {"x", "y"} <= set(ds["height"].dims) & set(ds.indexes):
         return radius
     pixel = max(schema.spacing(converted(ds[axis], "nm", axis)) for axis in ("x", "y"))
@@ -405,11 +405,13 @@ def _radius(given: Any, ds: xr.Dataset) -> float:
     if radius < _FEWEST_PIXELS * pixel:
         raise ValueError(f"{words}: expected more than one; plain numbers are nm, else say '3 um'")
     if radius < _FEW_PIXELS * pixel:
-        _question(f"{words}, too few to show where such a sphere touches; plain numbers are nm, else say '3 um'")
+        _warn_implausible(
+            f"{words}, too few to show where such a sphere touches; plain numbers are nm, else say '3 um'"
+        )
     return radius
 
 
-def _believed(value: float, quantity: str, given: Any, name: str = "") -> float:
+def _plausible(value: float, quantity: str, given: Any, name: str = "") -> float:
     """Return a value; raise if no body can have it, warn if it is improbable."""
     known = _RANGES[quantity]
     words = f"{name or quantity}: {given!r} is {value:.4g} {known.units}" + (f" of {quantity}" if name else "")
@@ -417,11 +419,11 @@ def _believed(value: float, quantity: str, given: Any, name: str = "") -> float:
     if not known.least <= value <= known.greatest:
         raise ValueError(f"{words}, which no body has ({advice})")
     if not known.low <= value <= known.high:
-        _question(f"{words}: is it meant? ({advice})")
+        _warn_implausible(f"{words}: is it meant? ({advice})")
     return value
 
 
-def believed(name: str, value: float, ds: xr.Dataset) -> None:
+def check_plausible(name: str, value: float, ds: xr.Dataset) -> None:
     """Raise or warn for one of the pair's values (nm, GPa, J/m²) on a scan, as `assign_pair` does.
 
     Raises
@@ -434,10 +436,10 @@ def believed(name: str, value: float, ds: xr.Dataset) -> None:
     elif name == "work_of_adhesion":
         _work_of_adhesion(None, value)
     else:
-        _believed(positive(value, "GPa", name), name, value)
+        _plausible(positive(value, "GPa", name), name, value)
 
 
-def _question(words: str) -> None:
+def _warn_implausible(words: str) -> None:
     """Warn at the line of the user's own code."""
     frame, above = sys._getframe(), 1
     while frame.f_back and frame.f_globals.get("__package__") == __package__:
@@ -497,7 +499,7 @@ def _two(value: Any, name: str) -> tuple[Any, Any]:
 def _modulus(value: Any) -> float:
     if isinstance(value, (int, float)) and value == np.inf:
         return np.inf
-    return _believed(positive(value, "GPa", "young_modulus"), "young_modulus", value)
+    return _plausible(positive(value, "GPa", "young_modulus"), "young_modulus", value)
 
 
 def _ratio(value: Any) -> float:

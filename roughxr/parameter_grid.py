@@ -149,7 +149,7 @@ def _axes(ds: xr.Dataset, given: dict[str, Any]) -> dict[str, list[float]]:
         if values is not None:
             axes[name] = schema.ascending(values, schema.VARIABLES[name].units, name).tolist()
             for value in axes[name]:
-                materials.believed(name, value, ds)
+                materials.check_plausible(name, value, ds)
         elif name in ds.coords:
             axes[name] = [float(ds[name])]
     return axes

@@ -523,11 +523,11 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
                 f"if numbers are meant, convert them, for example ds[{name!r}].astype(float)"
             )
     if kind == "asperities":
-        _refuse_twins(ds)
+        _refuse_duplicates(ds)
     return _validated_scan(ds) if kind == "scan" else ds
 
 
-def _refuse_twins(ds: xr.Dataset) -> None:
+def _refuse_duplicates(ds: xr.Dataset) -> None:
     """Raise where a catalogue holds asperities twice, which would then press twice."""
     if not {"x", "y"} <= set(ds.coords) or ds.chunks:
         return

@@ -31,7 +31,7 @@ _PER_WAVE = {"rigid": 8, "adhesive": 4}
 _ALIKE = 0.01
 
 
-class _Way(NamedTuple):
+class _Method(NamedTuple):
     """How the pull-off is computed on each surface."""
 
     method: str
@@ -110,10 +110,10 @@ def scale_dependence(
     spectrum = self_affine_fit(ds, hurst=hurst)
     centres = regions.centres(ds, subregions)
     if method == "rigid":
-        law, way = law or "hamaker", _rigid_way(ds, spectrum, count, law or "hamaker", length)
+        law, way = law or "hamaker", _rigid_method(ds, spectrum, count, law or "hamaker", length)
     else:
         options = {"law": law or "auto", "preload": preload, "step": step}
-        way = _adhesive_way(ds, spectrum, count, refine, options, centres)
+        way = _adhesive_method(ds, spectrum, count, refine, options, centres)
         law = way.options["law"]
     forces = np.stack([_on_surfaces(ds, centres, wave, way) for wave in waves], axis=1)
     out = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), forces)})
@@ -125,23 +125,23 @@ def scale_dependence(
     return schema.record(schema.label(out), "scale_dependence", ds, **arguments, hurst=hurst)
 
 
-def _rigid_way(ds: xr.Dataset, spectrum: xr.Dataset, seeds: int, law: str, length: Any) -> _Way:
+def _rigid_method(ds: xr.Dataset, spectrum: xr.Dataset, seeds: int, law: str, length: Any) -> _Method:
     (radius,) = schema.pair(ds, "sphere_radius")
     cells = int(np.ceil(schema.square_pixel(ds) / _CELL))
     options = {"delta": [0.0], "law": law, "length": length}
-    return _Way("rigid", spectrum, seeds, np.sqrt(2 * radius * _RISE), cells, options)
+    return _Method("rigid", spectrum, seeds, np.sqrt(2 * radius * _RISE), cells, options)
 
 
-def _adhesive_way(ds, spectrum, seeds: int, refine: int | str, options: dict, centres: xr.Dataset) -> _Way:
+def _adhesive_method(ds, spectrum, seeds: int, refine: int | str, options: dict, centres: xr.Dataset) -> _Method:
     """Return how the simulation solves each surface: with the law and on the mesh that suit the scan itself."""
     first = centres.isel(subregion=[0])
     found = quietly(adhesive, ds, subregions=first, refine=refine, accuracy=None, **options)
     law, cells = found.attrs["law"], int(found["refinement"].max())
     half = window_half_width(ds, preload=options["preload"], law=law)
-    return _Way("adhesive", spectrum, seeds, half, cells, options | {"law": law})
+    return _Method("adhesive", spectrum, seeds, half, cells, options | {"law": law})
 
 
-def _on_surfaces(ds: xr.Dataset, centres: xr.Dataset, wave: float, way: _Way) -> np.ndarray:
+def _on_surfaces(ds: xr.Dataset, centres: xr.Dataset, wave: float, way: _Method) -> np.ndarray:
     """Return the pull-off (place, seed) on surfaces with one shortest wave."""
     shown = float(way.spectrum["shortest_wavelength"])
     if way.method == "adhesive" and wave >= shown * (1 - _ALIKE):
@@ -158,7 +158,7 @@ def _around(ds: xr.Dataset, x: float, y: float, half: float) -> xr.Dataset:
     return crop(ds, x=(x - half, x + half), y=(y - half, y + half))
 
 
-def _over_seeds(part: xr.Dataset, centre: tuple[float, float], wave: float, way: _Way) -> np.ndarray:
+def _over_seeds(part: xr.Dataset, centre: tuple[float, float], wave: float, way: _Method) -> np.ndarray:
     """Return the pull-off at a place on surfaces with one shortest wave, one for each seed."""
     at = {"subregions": ([centre[0]], [centre[1]])}
     if wave >= float(way.spectrum["shortest_wavelength"]):

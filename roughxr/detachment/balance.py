@@ -110,7 +110,7 @@ def critical_load(
     >>> found.critical_friction_velocity.units, set(found["mode"].values.tolist())
     ('m s-1', {'roll'})
     """
-    if (name := a_parameter(ds)) is not None:
+    if (name := varied_dimension(ds)) is not None:
         given = {"direction": direction, "particle_density": particle_density, "medium_density": medium_density}
         given |= {"viscosity": viscosity, "lift": lift, "friction_coefficient": friction_coefficient}
         given |= {"shear_strength": shear_strength, "gravity": gravity}
@@ -186,7 +186,7 @@ def _same_places(one: xr.Dataset, other: xr.Dataset) -> bool:
     return all(np.allclose(one[name], other[name]) for name in ("subregion_x", "subregion_y") if name in one.coords)
 
 
-def a_parameter(ds: xr.Dataset) -> str | None:
+def varied_dimension(ds: xr.Dataset) -> str | None:
     """Return a dimension of resisting moments other than place and direction, for example one of `vary`, or None."""
     dims = ds["resisting_moment"].dims if "resisting_moment" in ds else ()
     return next((str(name) for name in dims if name not in ("subregion", "direction")), None)

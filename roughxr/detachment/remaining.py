@@ -9,7 +9,7 @@ import xarray as xr
 
 from .. import schema
 from ..statistics import bootstrap
-from .balance import Body, Held, a_parameter, body_of, drive_ratios, for_each, held_of
+from .balance import Body, Held, body_of, drive_ratios, for_each, held_of, varied_dimension
 from .kinetics import survival
 from .loads import AIR_DENSITY, AIR_VISCOSITY, GRAVITY, LOADS
 
@@ -85,7 +85,7 @@ def resuspension(
     [1.0, 0.0]
     """
     schema.one_of(model, MODELS, "model")
-    if (name := a_parameter(ds)) is not None:
+    if (name := varied_dimension(ds)) is not None:
         given = {"time": time, "model": model, "direction": direction, "particle_density": particle_density}
         given |= {"medium_density": medium_density, "viscosity": viscosity, "lift": lift, "gravity": gravity}
         given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}

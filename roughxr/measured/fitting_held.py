@@ -203,7 +203,7 @@ def _words(held: _Held, fit: Fitted, out: xr.Dataset, ds: xr.Dataset, inside: bo
         said += [f"the {held.words} goes with it to the power {float(out['work_trade']):.2g}"]
     if not inside:
         said += ["the nearest lies at the end of those tried: assign one nearer to it, or doubt what is held"]
-    elif (others := _as_good(out["quantile_distance"])) > 1:
+    elif (others := _minima(out["quantile_distance"])) > 1:
         said += [f"the profile has {others} valleys of like depth: more than one {held.words} predicts these forces"]
     elif np.isnan(fit.low) or np.isnan(fit.high):
         said += ["the interval reaches beyond those tried"]
@@ -212,7 +212,7 @@ def _words(held: _Held, fit: Fitted, out: xr.Dataset, ds: xr.Dataset, inside: bo
     return "; ".join(said)
 
 
-def _as_good(profile: xr.DataArray) -> int:
+def _minima(profile: xr.DataArray) -> int:
     """Return the number of minima of the profile that are about as deep as the deepest."""
     distance = np.concatenate(([np.inf], profile.values, [np.inf]))
     valleys = (distance[1:-1] < distance[:-2]) & (distance[1:-1] <= distance[2:])

@@ -140,13 +140,13 @@ def curves_pull_off(
     out = out.assign_coords({"subregion": np.arange(len(found)), **places} if "subregion" in ds.dims else {})
     if curves:
         out = out.merge(kept(recorded, out["contact_point"].values, baseline))
-    _question(out, stiffness)
+    _warn_of_slope(out, stiffness)
     out.attrs = {"measured": "force-distance curves", "baseline": baseline, "missing": "NaN where reason says why"}
     out.attrs |= {} if np.isinf(stiffness) else {"spring_constant": stiffness}
     return schema.record(schema.label(out), "curves_pull_off", ds, spring_constant=spring_constant, baseline=baseline)
 
 
-def _question(out: xr.Dataset, stiffness: float) -> None:
+def _warn_of_slope(out: xr.Dataset, stiffness: float) -> None:
     """Warn that curves rise faster in contact than their cantilever can bend."""
     slopes = out["contact_slope"].values[np.isfinite(out["contact_slope"].values)]
     times = float(np.median(slopes)) / stiffness if slopes.size else 0.0
@@ -219,7 +219,7 @@ def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _
     work = float(np.trapezoid(flat[zero:], z[zero:]))
     if work < -_STANDS_OUT * line.work_error(z[zero:]):
         return found._replace(reason="the baseline is not straight: it pushes more than the surface pulls")
-    lowest, own = _bottom(z, flat, at, line.noise)
+    lowest, own = _minimum(z, flat, at, line.noise)
     uncertainty = float(np.hypot(own, line.error(z[at])))
     return found._replace(force=-lowest, uncertainty=uncertainty, distance=travel, work=work)
 
@@ -268,7 +268,7 @@ def _longest_run(true: np.ndarray) -> int:
     return int((ends[1::2] - ends[::2]).max(initial=0))
 
 
-class _Low(NamedTuple):
+class _Minimum(NamedTuple):
     """The lowest point of a parabola through samples; nN."""
 
     force: float
@@ -276,7 +276,7 @@ class _Low(NamedTuple):
     reach: tuple[int, int]  # range of the samples whose force is nearly as low
 
 
-def _bottom(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[float, float]:
+def _minimum(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[float, float]:
     """Return the least force and its standard error, by a parabola through the samples around the lowest one.
 
     The samples are chosen by the parabola and not by their own noise, since to drop those that noise lifts would bias
@@ -312,7 +312,7 @@ def _torn_off(force: np.ndarray, at: int, noise: float) -> int:
 
 def _parabola(
     z: np.ndarray, force: np.ndarray, used: slice, ends: tuple[int, int], noise: float, *, torn_off: bool
-) -> _Low:
+) -> _Minimum:
     """Return the lowest point, between the ends, of a parabola through the used samples."""
     scale = float(np.abs(z[used] - z[used].mean()).max())
     x = (z[slice(*ends)] - z[used].mean()) / scale
@@ -330,7 +330,7 @@ def _parabola(
         unseen = max(float((row - beyond) @ found), 0.0)
         row = (row + beyond) / 2 if unseen else row
     error = noise * np.sqrt(row @ np.linalg.inv(design[own].T @ design[own]) @ row)
-    return _Low(
+    return _Minimum(
         float(row @ found), float(np.hypot(error, unseen / np.sqrt(12))), (ends[0] + reach[0], ends[0] + reach[1])
     )
 

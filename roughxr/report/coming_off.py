@@ -101,11 +101,11 @@ def _column(held: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
     for mode in MODES:
         rows[f"places that {mode} first"] = float((critical["mode"] == mode).sum())
     rows["places where the flow's formulas hold (r⁺ ≤ 1)"] = float(critical["in_range"].sum())
-    rows[f"places on fewer than {_RESTS} asperities"] = float(_unsettled(held).sum())
+    rows[f"places on fewer than {_RESTS} asperities"] = float(_not_settled(held).sum())
     return rows
 
 
-def _unsettled(held: xr.Dataset) -> xr.DataArray:
+def _not_settled(held: xr.Dataset) -> xr.DataArray:
     return (held["contacts"] < _RESTS) & held["resisting_moment"].notnull().all("direction")
 
 
@@ -142,7 +142,7 @@ def coming_off_words(run: Run) -> list[str]:
             f"At {out} of {known.size} places the critical flow is beyond what the formulas of drag and torque hold "
             "for (r u*/ν above 1): there it is an extrapolation."
         )
-    few = int(_unsettled(run["solutions/rolling"]).sum())
+    few = int(_not_settled(run["solutions/rolling"]).sum())
     if few:
         said.append(
             f"At {few} of {known.size} places the sphere rests on fewer than three asperities: a real one would roll "

@@ -57,7 +57,7 @@ def combined_spectrum(
         raise ValueError("scans: expected at least one, found none")
     whole_number(per_decade, "per_decade", least=1)
     least = 0.0 if shortest is None else positive(shortest, "nm", "shortest")
-    parts = [_believed(validate(one, "scan"), window, least) for one in scans]
+    parts = [_usable(validate(one, "scan"), window, least) for one in scans]
     bins = [np.floor(per_decade * np.log10(q)).astype(int) for q, _, _ in parts]
     if not sum(one.size for one in bins):
         raise ValueError(f"shortest: expected waves that a scan reaches, found none down to {least:g} nm")
@@ -79,7 +79,7 @@ def combined_spectrum(
     return record(label(out), "combined_spectrum", scans[0], scans=len(scans), **given)
 
 
-def _believed(scan: xr.Dataset, window: str | None, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _usable(scan: xr.Dataset, window: str | None, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the wavevectors for which a scan is used, their spectrum and their numbers of modes."""
     found = power_spectrum(scan, window=window)
     side = min(scan.sizes[axis] * step for axis, step in zip("xy", pixel(scan)))

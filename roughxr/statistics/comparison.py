@@ -47,7 +47,7 @@ def compare(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> x
     (3.0, [[0.0, 0.05, 1.0]])
     """
     superposed, direct = (loading(schema.validate(ds, "solution")) for ds in (superposed, direct))
-    _alike(superposed, direct, by)
+    _check_comparable(superposed, direct, by)
     at = superposed.interp(delta=direct["delta"])
     truth = direct["force"]
     difference = (at["force"] / truth.where(truth > 0) - 1).transpose("subregion", "delta")
@@ -73,7 +73,7 @@ def compare(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> x
     return schema.record(schema.label(out), "compare", direct, by=by)
 
 
-def _alike(superposed: xr.Dataset, direct: xr.Dataset, by: float):
+def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset, by: float):
     """Raise where two solutions cannot be compared, and say why."""
     if not 0 < by < 1:
         raise ValueError(f"by: expected a number between 0 and 1, found {by!r}")

@@ -53,7 +53,7 @@ def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     1
     """
     found = known_samples(ds, name, weights=weights)
-    speak_for_some(name, found.missing, found.values.size + found.missing, ds.attrs.get("missing"))
+    warn_of_missing(name, found.missing, found.values.size + found.missing, ds.attrs.get("missing"))
     return found
 
 
@@ -72,7 +72,7 @@ def known_samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     return Samples(values[finite], None if weight is None else weight[finite], places, int((~finite).sum()))
 
 
-def speak_for_some(name: str, missing: int, total: int, why: str | None = None) -> None:
+def warn_of_missing(name: str, missing: int, total: int, why: str | None = None) -> None:
     """Warn that statistics leave samples out, where some are missing."""
     if missing:
         reason = f" ({why})" if why else ""

@@ -9,7 +9,7 @@ from typing import Any
 import xarray as xr
 
 from .. import schema
-from .sampling import SAMPLES, of_a_map, speak_for_some
+from .sampling import SAMPLES, of_a_map, warn_of_missing
 
 
 def summary(
@@ -54,7 +54,7 @@ def summary(
     if isinstance(weights, str):
         wanted.pop(weights, None)
     for array in wanted.values():
-        _speak_for_known(array, dim, ds.attrs.get("missing"))
+        _warn_of_missing(array, dim, ds.attrs.get("missing"))
     found = {
         name: _summarised(array, dim, list(quantiles), weight).assign_attrs(array.attrs)
         for name, array in wanted.items()
@@ -62,11 +62,11 @@ def summary(
     return schema.record(xr.Dataset(found, attrs=ds.attrs), "summary", quantiles=list(quantiles))
 
 
-def _speak_for_known(array: xr.DataArray, dim: str, why: str | None) -> None:
+def _warn_of_missing(array: xr.DataArray, dim: str, why: str | None) -> None:
     """Warn where samples are missing, but not for a lazy array, which would have to be computed."""
     if not array.chunks:
         missing = int(array.isnull().any([other for other in array.dims if other != dim]).sum())
-        speak_for_some(str(array.name), missing, array.sizes[dim], why)
+        warn_of_missing(str(array.name), missing, array.sizes[dim], why)
 
 
 def _summarised(array: xr.DataArray, dim: str, quantiles: list[float], weights: xr.DataArray | None) -> xr.DataArray:

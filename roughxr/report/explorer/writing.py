@@ -112,7 +112,7 @@ def explorer_page(
     """
     import jinja2
 
-    told = _told(run, whole_number(loops, "loops", least=0), progress)
+    told = _page_data(run, whole_number(loops, "loops", least=0), progress)
     loader = jinja2.PackageLoader("roughxr.report.explorer", ".")
     environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     return environment.get_template("page.html").render(
@@ -130,7 +130,7 @@ def _title(scan: xr.Dataset) -> str:
     return str(scan.attrs.get("title") or scan.attrs.get("source_file") or "A run of roughxr")
 
 
-def _told(run: Mapping[str, xr.Dataset], loops: int, progress: bool) -> dict[str, Any]:
+def _page_data(run: Mapping[str, xr.Dataset], loops: int, progress: bool) -> dict[str, Any]:
     """Return all the data that the page's script shows."""
     if "scan" not in run:
         raise ValueError(
