@@ -6,12 +6,15 @@ from scipy.optimize import minimize
 from scipy.special import ellipe, ellipk
 
 from roughxr.contact.adhesion import adhesive
+from roughxr.contact.cycle import largest_cell
 from roughxr.contact.elastic import direct
-from roughxr.contact.reference import punch_pull_off
+from roughxr.contact.reference import flattened_pull_off, punch_pull_off
 from roughxr.kernels.adhesion import cohesive_laws, smooth_laws
 from roughxr.kernels.adhesion.path import follow
 from roughxr.kernels.adhesion.smooth_path import AREA, FORCE, follow_smooth
+from roughxr.kernels.halfspace import displacement_control
 from roughxr.kernels.halfspace.products import coefficients_for
+from roughxr.kernels.halfspace.yielding import residual_heights
 from roughxr.materials import assign_pair
 
 from .surfaces import rough, scan
@@ -188,6 +191,14 @@ def test_its_pull_grows_to_griffith_s_as_the_law_s_range_shrinks():
     assert 0.0 < wanting[2] < 0.6 * wanting[1] < 0.6 * 0.7 * wanting[0]
 
 
+def test_cells_larger_than_the_law_holds_on_meet_griffith_s_by_chance():
+    """At w dx/(E* ρ²) = 2, twice what a law is solved on by itself, the pull is Griffith's, and that of rings is not."""
+    griffith, dx = punch_pull_off(radius=PUNCH, contact_modulus=E, work_of_adhesion=W), punch(10)[1]
+    length = np.sqrt(W * dx / (2 * E))
+    assert dx == pytest.approx(2 * largest_cell("exponential", length, E, W))
+    assert exponential_pull(10, length) > 0.97 * griffith and pull_of_rings(length) < 0.88 * griffith
+
+
 def test_without_range_the_mesh_s_own_zone_takes_its_part_of_the_first_order():
     """16 % at ten cells in radius, 9 % at twenty. Twice the finer less the coarser is Griffith's.
 
@@ -221,6 +232,59 @@ def test_the_closed_form_of_a_flat_punch_has_both_limits():
     assert punch_pull_off(strength=0.01, **flat) == pytest.approx(np.pi * PUNCH**2 * 0.01)
     forces = [punch_pull_off(strength=strength, **flat) for strength in np.geomspace(0.1, 100, 40)]
     assert (np.diff(forces) > 0).all() and max(forces) < griffith
+
+
+def flattened(hard, cells=10):
+    """Return the separation that a paraboloid was left with, its displacement, cell and contact's radius, nm.
+
+    ``hard`` is H over √(w E*/a); the sphere is so small that all of its contact, of ``cells`` in radius, bears H.
+    """
+    H, dx = hard * np.sqrt(W * E / PUNCH), PUNCH / cells
+    radius = min(6 * PUNCH, 0.05 * E * PUNCH / H)
+    delta = PUNCH**2 / (2 * radius) + 4 * H * PUNCH / (np.pi * E)
+    half = int(np.sqrt(2 * radius * delta) / dx) + 4
+    x = np.arange(-half, half + 1) * dx
+    separation, deltas = (x[:, None] ** 2 + x**2) / (2 * radius), np.array([delta])
+    limits = {"hardness": displacement_control.Hardness(H), "tolerance": 1e-9, "keep": 1}
+    found, pressure, sinks = displacement_control.sweep_arrays(separation, deltas, dx, E, **limits)
+    assert found[0, displacement_control.FORCE] > 0.98 * H * found[0, displacement_control.AREA]
+    left = residual_heights(pressure, sinks, separation, deltas, H)[0]
+    return separation - left, delta, dx, np.sqrt(found[0, displacement_control.AREA] / np.pi)
+
+
+@pytest.mark.parametrize("hard", [1.0, 3.0])
+def test_an_asperity_pressed_flat_pulls_as_its_closed_form_at_ten_cells_in_radius(hard):
+    """Within 2 %: it recovers to a convex shape, whose edge has room on either side."""
+    separation, delta, dx, radius = flattened(hard)
+    w, H = W * dx / E, hard * np.sqrt(W * E / PUNCH)
+    options = {"tolerance": 1e-8, "max_iterations": 1000, "max_cells": 4000}
+    found = follow(separation, np.array([delta]), 0.02, cohesive_laws.griffith(w), w, **options)
+    expected = flattened_pull_off(radius=radius, contact_modulus=E, work_of_adhesion=W, hardness=H)
+    assert -found.states[:, FORCE].min() * E * dx == pytest.approx(expected, rel=0.02)
+
+
+def test_the_closed_form_of_a_flattened_asperity_leads_from_a_punch_to_jkr():
+    flat = {"radius": PUNCH, "contact_modulus": E, "work_of_adhesion": W}
+    punch, unit = punch_pull_off(**flat), np.sqrt(W * E / PUNCH)
+    found = np.array([flattened_pull_off(hardness=hard * unit, **flat) for hard in (1e-4, 0.03, 0.5, 2.0, 100.0, 1e4)])
+    assert (np.diff(found) < 0).all()
+    assert found[0] == pytest.approx(punch, rel=1e-4) and 0.98 * punch < found[1] < 0.99 * punch
+    jkr = [1.5 * np.pi * W * E * PUNCH / (hard * unit) for hard in (100.0, 1e4)]
+    assert found[4] == pytest.approx(jkr[0], rel=2e-3) and found[5] == pytest.approx(jkr[1], rel=1e-5)
+
+
+def test_a_flattened_asperity_is_made_of_punches():
+    """Its largest pull is that of a contact held together by punches: P = 2E* ∫ (δ − g) da, δ − g(a) = −√(2πaw/E*)."""
+    H, parts = 0.5, np.linspace(0.5, 0.95, 4001)
+    a = parts * PUNCH
+    shape = 2 * H / E * (PUNCH - np.sqrt(PUNCH**2 - a**2))  # of the contact, as punches add up to it
+    delta = shape - np.sqrt(2 * np.pi * a * W / E)
+    force = 2 * H * PUNCH**2 * (np.arcsin(parts) - parts * np.sqrt(1 - parts**2)) - np.sqrt(8 * np.pi * W * E * a**3)
+    slope = np.gradient(force, a) - 2 * E * a * np.gradient(delta, a)  # of the force at fixed displacement
+    expected = -2 * E * np.sqrt(2 * np.pi * a * W / E)
+    np.testing.assert_allclose(slope[5:-5], expected[5:-5], rtol=1e-4)
+    flat = {"radius": PUNCH, "contact_modulus": E, "work_of_adhesion": W}
+    assert -force.min() == pytest.approx(flattened_pull_off(hardness=H, **flat), rel=1e-6)
 
 
 @pytest.mark.parametrize(
