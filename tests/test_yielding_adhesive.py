@@ -192,7 +192,7 @@ def test_its_pull_grows_to_griffith_s_as_the_law_s_range_shrinks():
 
 
 def test_cells_larger_than_the_law_holds_on_meet_griffith_s_by_chance():
-    """At w dx/(E* ρ²) = 2, twice what a law is solved on by itself, the pull is Griffith's, and that of rings is not."""
+    """At w dx/(E* ρ²) = 2, twice what "auto" takes, the pull is Griffith's, and that of rings is not."""
     griffith, dx = punch_pull_off(radius=PUNCH, contact_modulus=E, work_of_adhesion=W), punch(10)[1]
     length = np.sqrt(W * dx / (2 * E))
     assert dx == pytest.approx(2 * largest_cell("exponential", length, E, W))

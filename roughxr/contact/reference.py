@@ -676,10 +676,10 @@ def flattened_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: A
     Notes
     -----
     What bore H everywhere recovers to a convex shape, 0.73 H a/E* higher in its middle than at its rim, and peels from
-    there. It is a flat punch, `punch_pull_off`, only where H is small beside √(w E*/a): its pull-off is 2 % less at 0.03
+    there. Only where H is small beside √(w E*/a) is it a flat punch, `punch_pull_off`: its pull-off is 2 % less at 0.03
     of that, half at 1.2 times that. Where H is large it is JKR's sphere of radius E* a/H, 3/2 π w E* a/H, and 3 % less
-    than that at ten times √(w E*/a). A body that its own adhesion does not tear, w/ρ < H, has H/√(w E*/a) > √(w a/(E*
-    ρ²)): the shorter the range, the farther it is from a flat punch.
+    than that at ten times √(w E*/a). A body that its own adhesion does not tear, w/ρ < H, has H/√(w E*/a) above
+    √(w a/(E* ρ²)): the shorter the range, the farther it is from a flat punch.
 
     References
     ----------
