@@ -14,7 +14,7 @@ What has given way stays when the step is over (``halfspace.yielding``). Source:
 import numpy as np
 
 from ..jit import kernel
-from .constrained_cells import dent, elastic_energy
+from .constrained_cells import ABSENT, dent, displacement_at, open_cell
 from .equilibrium import solve_in_place
 
 #: A pressure may exceed the hardness by this part, of a state and within `give_way`.
@@ -34,19 +34,18 @@ def begin_to_yield(problem):
 
 @kernel
 def give_way(problem, delta, cells):
-    """Let all cells that press too hard give way; return the energy, nm², that this frees."""
-    before = elastic_energy(problem.separation, delta, cells)
+    """Let all cells that press too hard give way, at the gaps that they have."""
+    _close_up(problem, delta, cells)
     hard = np.zeros(cells.count[0], np.bool_)
     for _ in range(_MOST_ROUNDS):
         if bears(_EXACT, problem, cells):
             break
         size = np.int64(0)
         for k in range(hard.size):
-            hard[k] = cells.pressure[k] > problem.cap or _gives(k, problem, cells)
+            hard[k] = cells.pressure[k] > problem.cap or _gives(cells.row[k], cells.column[k], problem)
             size += hard[k]
         if size > problem.open.size or not _together(hard, problem, cells):
             _one_by_one(hard, problem, cells)
-    return before - elastic_energy(problem.separation, delta, cells)
 
 
 @kernel(inner=True)
@@ -54,15 +53,44 @@ def bears(part, problem, cells):
     """Say whether all cells are at the hardness to this part of it, or below it and give no way in this step."""
     for k in range(cells.count[0]):
         over = cells.pressure[k] / problem.cap - 1.0
-        if over > part or (over < -part and _gives(k, problem, cells)):
+        if over > part or (over < -part and _gives(cells.row[k], cells.column[k], problem)):
             return False
     return True
 
 
 @kernel(inner=True)
-def _gives(k, problem, cells):
-    i, j = cells.row[k], cells.column[k]
+def _gives(i, j, problem):
     return problem.dent[i, j] > problem.stays[i, j]
+
+
+@kernel(inner=True)
+def left_open(problem, cells):
+    """Say whether a cell that gave way in this step has left the set since: it gave way too far."""
+    for i in range(problem.dent.shape[0]):
+        for j in range(problem.dent.shape[1]):
+            if _gives(i, j, problem) and cells.place[i, j] == ABSENT:
+                return True
+    return False
+
+
+@kernel(inner=True)
+def _close_up(problem, delta, cells):
+    """Take back what open cells gave way in this step, until they touch: no pressure changes by it."""
+    for i in range(problem.dent.shape[0]):
+        for j in range(problem.dent.shape[1]):
+            if not _gives(i, j, problem):
+                continue
+            k = cells.place[i, j]
+            if k == ABSENT:
+                gap = problem.separation[i, j] - delta + displacement_at(i, j, cells, problem.coefficients)
+            else:
+                gap = cells.gap[k]
+            back = min(max(gap, 0.0), problem.dent[i, j] - problem.stays[i, j])
+            problem.dent[i, j] -= back
+            problem.separation[i, j] -= back
+            if k != ABSENT:
+                open_cell(k, -back, cells)
+                dent(k, -back, cells)
 
 
 @kernel(inner=True)

@@ -12,9 +12,11 @@ and then jumps, as a body held by a stiff device does. A step frees energy at fi
 constrained cells join when their gap closes to the law's (mesh-sized) range, any other cell only when it touches.
 
 On retraction a step is halved where it ran past the end of a branch, so that each jump begins where it is due, and
-where a larger pull may lie between two states. A body that yields gives way on loading, under the attraction of each
-state (``capped_cells``); retraction is elastic on the surface that is left. The bound: in a step back the pull grows no faster than with all gaps
+where a larger pull may lie between two states. The bound: in a step back the pull grows no faster than with all gaps
 held, nor, on a branch whose cells open one after the other, than in the step before.
+
+A body that yields gives way on loading, under the attraction of each state (``capped_cells``); retraction is elastic on
+the surface that is left.
 
 Source: own; the criterion of Griffith (1921) on a mesh as in Pohrt & Popov (2015). Unit cells and unit modulus, as in
 ``constrained_cells``: forces and pressures in nm, energies in nm².
@@ -27,7 +29,7 @@ import numpy as np
 from ..halfspace.products import coefficients_for
 from ..jit import kernel
 from . import tuning
-from .capped_cells import OVER, bears, begin_to_yield, give_way
+from .capped_cells import OVER, bears, begin_to_yield, give_way, left_open
 from .cohesive_laws import line_energy, remaining_work, toughness
 from .constrained_cells import approach, elastic_energy, force, no_cells, restore, save
 from .contact_patches import contact_patches
@@ -227,11 +229,13 @@ def _bear(problem, delta, cells, way):
     """Let the surface give way where it is pressed too hard, and come to rest again, until it bears the pressure."""
     begin_to_yield(problem)
     for _ in range(_MOST_DENTS):
-        if cells.count[0] >= problem.max_cells or bears(OVER, problem, cells):
+        if cells.count[0] >= problem.max_cells or (bears(OVER, problem, cells) and not left_open(problem, cells)):
             break
-        freed = give_way(problem, delta, cells)
+        before = _whole_energy(problem, delta, cells)
+        give_way(problem, delta, cells)
+        freed = way.freed + before - _whole_energy(problem, delta, cells)
         cells, rest = _rest(problem, delta, cells)
-        way = Descent(way.freed + freed + rest.freed, way.rounds + rest.rounds, rest.arrived, rest.stable)
+        way = Descent(freed + rest.freed, way.rounds + rest.rounds, rest.arrived, rest.stable)
     return cells, way
 
 
