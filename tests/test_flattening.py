@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import roughxr
 from roughxr.kernels.asperity.flattening import flattened
@@ -92,9 +93,20 @@ def test_asperities_that_never_yield_are_summed_as_elastic_ones():
             np.testing.assert_allclose(hard[name].sel(branch=way), elastic[name], rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.parametrize("preload", [None, 200.0])
+def test_lazy_heights_yield_as_those_in_memory(preload):
+    surface = scan(rough(64, smooth=1.5, seed=4), pixel=10.0)
+    pair = {"sphere_radius": 500, "contact_modulus": 40, "work_of_adhesion": 0.05, "hardness": 1.0}
+    options = {"delta": np.linspace(-1, 5, 13), "subregions": (2, 2), "preload": preload}
+    lazy = roughxr.superpose(roughxr.assign_pair(surface.chunk(x=17, y=40), **pair), **options)
+    eager = roughxr.superpose(roughxr.assign_pair(surface, **pair), **options)
+    assert lazy.force.chunks is not None and eager.force.chunks is None
+    xr.testing.assert_equal(lazy.compute(), eager)
+    elastic = roughxr.superpose(roughxr.assign_pair(surface, **pair), **(options | {"preload": None}), yielding=False)
+    assert eager.force.sel(branch="loading", delta=5.0).sum() < 0.6 * elastic.force.sel(delta=5.0).sum()
+
+
 def test_what_does_not_go_together_is_refused():
     elastic = roughxr.assign_pair(scan(rough(64, seed=4)), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05)
     with pytest.raises(ValueError, match="preload: expected for asperities that yield"):
         roughxr.superpose(elastic, preload=10.0)
-    with pytest.raises(ValueError, match="expected heights in memory where asperities yield"):
-        roughxr.superpose(elastic.assign_coords(hardness=3.0).chunk(x=32), delta=[1.0])

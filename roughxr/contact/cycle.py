@@ -181,7 +181,7 @@ def _follow_smooth(surface: Surface, problem: Problem, adhesion: Adhesion, field
 def _cycle_smooth(surface, problem, adhesion, fields, preloads, left) -> list[path.Path]:
     """Return the paths up to each preload (nN) and back, on a surface whose residual height is ``left`` (nm)."""
     per_unit = problem.dx / problem.contact_modulus
-    cap, limit = displacement_control.Hardness(problem.hardness, problem.yielding).scaled(per_unit)
+    cap, limit = _bounds(problem)
     return smooth_path.follow_smooth(
         surface.separation,
         deltas_of(surface, problem, adhesion),
@@ -202,15 +202,28 @@ def _cycle_smooth(surface, problem, adhesion, fields, preloads, left) -> list[pa
 def _follow_by_cells(surface: Surface, problem: Problem, adhesion: Adhesion, fields: bool) -> list[path.Path]:
     if adhesion.preloads.size == 0:
         return [_by_cells(surface, deltas_of(surface, problem, adhesion), problem, adhesion, fields)]
-    return [_up_to(load, surface, problem, adhesion) for load in adhesion.preloads]
+    found = before = [_up_to(load, surface, problem, adhesion) for load in adhesion.preloads]
+    for _ in range(1, adhesion.cycles):
+        before = [_again(load, last, surface, problem, adhesion) for load, last in zip(adhesion.preloads, before)]
+        found = found + before
+    return found
 
 
-def _up_to(load: float, surface: Surface, problem: Problem, adhesion: Adhesion) -> path.Path:
+def _again(load: float, before: path.Path, surface: Surface, problem: Problem, adhesion: Adhesion) -> path.Path:
+    """Return the next cycle up to the same load, on the shape that the one before left; the same if elastic."""
+    if not problem.yielding or before.status != path.CONVERGED:
+        return before
+    return _up_to(load, surface, problem, adhesion, before.left[-1])
+
+
+def _up_to(
+    load: float, surface: Surface, problem: Problem, adhesion: Adhesion, left: np.ndarray | None = None
+) -> path.Path:
     """Return the cycle that turns back where the force first reaches a load (nN), once anything touches."""
     stiffness, depth, touch = problem.contact_modulus * problem.dx, 4 * adhesion.step, surface.separation.min()
     for _ in range(_TRIES):
         depth = min(depth, float(problem.steps[-1]))
-        found = _by_cells(surface, np.array([depth + touch]), problem, adhesion, False)
+        found = _by_cells(surface, np.array([depth + touch]), problem, adhesion, False, left)
         up = found.states[: found.turn]
         met = (up[:, path.FORCE] * stiffness >= load) & (up[:, path.AREA] > 0)
         if met.any() or found.status != path.CONVERGED or depth == problem.steps[-1]:
@@ -220,16 +233,16 @@ def _up_to(load: float, surface: Surface, problem: Problem, adhesion: Adhesion) 
         return found
     k = int(np.argmax(met))
     bracket = up[max(k - 1, 0)], up[k]
-    return _closed_in(load, bracket, surface, problem, adhesion)
+    return _closed_in(load, bracket, surface, problem, adhesion, left)
 
 
-def _closed_in(load: float, bracket: tuple, surface: Surface, problem: Problem, adhesion: Adhesion) -> path.Path:
+def _closed_in(load, bracket, surface, problem, adhesion, left) -> path.Path:
     """Return the cycle that turns back at a load (nN), which two given states bracket."""
     below, above = bracket
     goal, least = load / (problem.contact_modulus * problem.dx), adhesion.step * _CLOSEST
     turn = float(above[path.DELTA]) if above[path.DELTA] <= below[path.DELTA] else _between(below, above, goal)
     for _ in range(_TRIES):
-        found = _by_cells(surface, np.array([turn]), problem, adhesion, False)
+        found = _by_cells(surface, np.array([turn]), problem, adhesion, False, left)
         if found.status != path.CONVERGED:
             return found
         last = found.states[found.turn - 1]
@@ -240,7 +253,7 @@ def _closed_in(load: float, bracket: tuple, surface: Surface, problem: Problem, 
             break
         below, above = (last, above) if low else (below, last)
         turn = _between(below, above, goal)
-    return found if not low else _by_cells(surface, above[path.DELTA : path.DELTA + 1], problem, adhesion, False)
+    return found if not low else _by_cells(surface, above[[path.DELTA]], problem, adhesion, False, left)
 
 
 def _between(below: np.ndarray, above: np.ndarray, force: float) -> float:
@@ -252,7 +265,8 @@ def _between(below: np.ndarray, above: np.ndarray, force: float) -> float:
     return float(below[path.DELTA] + min(max(part, 0.05), 0.95) * (above[path.DELTA] - below[path.DELTA]))
 
 
-def _by_cells(surface: Surface, deltas: np.ndarray, problem: Problem, adhesion: Adhesion, fields: bool) -> path.Path:
+def _by_cells(surface, deltas, problem, adhesion, fields, left=None) -> path.Path:
+    cap, limit = _bounds(problem)
     return path.follow(
         surface.separation,
         deltas,
@@ -263,7 +277,16 @@ def _by_cells(surface: Surface, deltas: np.ndarray, problem: Problem, adhesion: 
         max_iterations=adhesion.max_iterations,
         max_cells=adhesion.max_cells,
         fields=fields,
+        cap=cap,
+        limit=limit,
+        left=left,
     )
+
+
+def _bounds(problem: Problem) -> tuple[float, float]:
+    """Return the largest pressure on unit cells of unit modulus, and the one that is told of."""
+    per_unit = problem.dx / problem.contact_modulus
+    return displacement_control.Hardness(problem.hardness, problem.yielding).scaled(per_unit)
 
 
 def law_by_cells(adhesion: Adhesion, problem: Problem) -> cohesive_laws.CohesiveLaw:
@@ -281,17 +304,15 @@ def _in_units(followed: path.Path, surface: Surface, problem: Problem) -> path.P
     states[:, [path.FORCE, path.ENERGY, path.DISSIPATED]] *= stiffness
     states[:, path.AREA] *= problem.dx * problem.dx
     states[:, path.DELTA] -= surface.zero
-    hard = followed.hard
-    if hard is not None:
-        volume = problem.dx**2
-        hard = hard * [1.0, 1.0, volume, volume * (problem.hardness if problem.yielding else 0.0)]
+    volume = problem.dx**2
+    hard = followed.hard * [1.0, 1.0, volume, volume * (problem.hardness if problem.yielding else 0.0)]
     pressures = followed.pressures * problem.contact_modulus / problem.dx
     return followed._replace(states=states, pressures=pressures, hard=hard)
 
 
 def yield_told(followed: path.Path, problem: Problem) -> dict[str, np.ndarray]:
     """Return what the states of a path have yielded, as far as a hardness is known."""
-    if followed.hard is None or not np.isfinite(problem.hardness):
+    if not np.isfinite(problem.hardness):
         return {}
     told = {"yielded_fraction": smooth_path.HARD_FORCE, "yielded_area_fraction": smooth_path.HARD_AREA}
     if problem.yielding:

@@ -164,16 +164,15 @@ def superpose(
         raise ValueError(
             "delta: expected displacements in nm, since the heights are not loaded; or load them (ds.load())"
         )
+    hardness = _hardness(ds, yielding, preload)
     catalogue = later(ds, **fit_of(options.law)) if later_on else catalogue_of(ds, options)
-    prepared = dask.delayed(_prepared)(catalogue, options) if later_on else _prepared(catalogue, options)
+    prepared = (dask.delayed(_prepared) if later_on else _prepared)(catalogue, options, hardness)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     deltas = _default_sweep(prepared[0], centres, options) if delta is None else schema.ascending(delta, "nm", "delta")
-    hardness = _hardness(ds, yielding, preload, later_on)
     layout = Layout({"delta": deltas}, _STATES, _EVENTS | (_PULL_OFF if law in ADHESIVE else {}))
     if hardness.yields:
         branches = {"branch": list(BRANCHES), "delta": deltas}
         layout = Layout(branches, _STATES, layout.events | {"preload_delta": float})
-        prepared = (*prepared, flattening.asperities_of(catalogue, options, hardness))
     when = {"name": "superpose", "lazy": lazy, "progress": progress}
     records = parallel.spread(_superpose, centres, layout.dtype, prepared, options, layout, **when)
     out = labelled(records, layout, ds, positions)
@@ -192,7 +191,7 @@ def superpose(
     return out
 
 
-def _hardness(ds: xr.Dataset, yielding: bool, preload: Any, later_on: bool) -> flattening.Hardness:
+def _hardness(ds: xr.Dataset, yielding: bool, preload: Any) -> flattening.Hardness:
     """Return at which pressure asperities yield and where the sphere turns back; raise where options conflict."""
     if not yielding or "hardness" not in ds.coords:
         if preload is not None:
@@ -200,19 +199,15 @@ def _hardness(ds: xr.Dataset, yielding: bool, preload: Any, later_on: bool) -> f
                 "preload: expected for asperities that yield (assign_pair with a hardness), found elastic ones"
             )
         return flattening.Hardness(np.inf, np.nan)
-    if later_on:
-        raise ValueError(
-            "expected heights in memory where asperities yield; load them (ds.load()), or keep them elastic "
-            "(yielding=False)"
-        )
     load = np.nan if preload is None else positive(preload, "nN", "preload")
     return flattening.Hardness(float(ds["hardness"]), load)
 
 
-def _prepared(ds: xr.Dataset, options: Options) -> tuple:
-    """Return the asperities and, where they adhere, the grid in which the largest pull is searched."""
+def _prepared(ds: xr.Dataset, options: Options, hardness: flattening.Hardness) -> tuple:
+    """Return the asperities, the grid for the largest pull where they adhere, and as they yield where they do."""
     found = catalogue_field(ds, options)
-    return found, grid_of(found, options) if options.work_of_adhesion > 0 else None
+    grid = grid_of(found, options) if options.work_of_adhesion > 0 else None
+    return found, grid, flattening.asperities_of(ds, options, hardness) if hardness.yields else None
 
 
 def _default_sweep(prepared: tuple, centres: list[tuple[float, float]], options: Options) -> np.ndarray:
@@ -231,7 +226,7 @@ def _superpose(x: float, y: float, prepared: tuple, options: Options, layout: La
     """Sum the asperities of one subregion at all displacements."""
     if "branch" in layout.axes:
         return _yielding(x, y, prepared, options, layout)
-    (field, patch_radius, excluded), grid = prepared
+    (field, patch_radius, excluded), grid, _ = prepared
     offset = sums.offsets(field, x, y, options.radius, options.profile)
     zero = offset.min() if options.first_contact and offset.size else 0.0
     summed = sums.superpose(layout.axes["delta"] + zero, field, offset, patch_radius, options.kernel_law().spline)

@@ -156,6 +156,15 @@ def open_cell(k, change, cells):
 
 
 @kernel(reorder=True)
+def dent(k, depth, cells):
+    """Let the surface of the k-th cell give way by ``depth`` (nm), its separation with it, at unchanged gaps."""
+    row = cells.inverse[k]
+    for m in range(cells.count[0]):
+        cells.pressure[m] -= depth * row[m]
+        cells.shape_pressure[m] += depth * row[m]
+
+
+@kernel(reorder=True)
 def approach(change, cells):
     """Increase the displacement by ``change`` (nm) at unchanged gaps."""
     for k in range(cells.count[0]):

@@ -50,6 +50,10 @@ class Problem(NamedTuple):
     open: np.ndarray  # (size,) work space of Newton's step
     matrix: np.ndarray  # (size, size)
     step: np.ndarray  # (size,)
+    cap: float  # largest pressure that is borne on loading, nm (``capped_cells``)
+    limit: float  # pressure above which force and area are told, nm
+    dent: np.ndarray  # (nx, ny) by which the surface has given way, nm: part of the separation
+    stays: np.ndarray  # the same before this step
 
 
 @kernel(inner=True)
@@ -235,7 +239,7 @@ def _newton(problem, delta, cells):
         for b in range(a + 1):
             problem.matrix[a, b] = cells.inverse[k, problem.open[b]]
         problem.matrix[a, a] += slope
-    if not _solve(problem.matrix, problem.step, size):
+    if not solve_in_place(problem.matrix, problem.step, size):
         return _PAST_END
     part = _admissible(problem, cells, size)
     if part < 1.0:
@@ -274,7 +278,7 @@ def _admissible(problem, cells, size):
 
 
 @kernel(inner=True, reorder=True)
-def _solve(matrix, right, size):
+def solve_in_place(matrix, right, size):
     """Solve in place by Cholesky's factors of the lower triangle; False if it is not positive definite."""
     for a in range(size):
         row = matrix[a]

@@ -16,6 +16,9 @@ On retraction a step is halved where it went past the end of a branch, so that e
 where a larger pull may lie between two states. The bound on that pull: in a step back the pull grows no faster than
 with all gaps held, nor, on a branch whose cells open one after the other, faster than in the step before.
 
+A body that yields gives way on loading, under the attraction of each state (``capped_cells``); retraction is elastic on
+the surface that is left.
+
 Source: own; the criterion of Griffith (1921) on a mesh as in Pohrt & Popov (2015). Unit cells and unit modulus, as in
 ``constrained_cells``: forces and pressures in nm, energies in nm².
 """
@@ -27,6 +30,7 @@ import numpy as np
 from ..halfspace.products import coefficients_for
 from ..jit import kernel
 from . import tuning
+from .capped_cells import OVER, bears, begin_to_yield, give_way, left_open
 from .cohesive_laws import line_energy, remaining_work, toughness
 from .constrained_cells import approach, elastic_energy, force, no_cells, restore, save
 from .contact_patches import contact_patches
@@ -38,6 +42,16 @@ CONVERGED, NOT_FINITE, CELL_LIMIT = range(3)
 #: Columns of a state.
 DELTA, FORCE, AREA, ENERGY, DISSIPATED, CONTACTS, RESOLUTION, ITERATIONS, OK, ASKED = range(10)
 
+#: What is said of yield in a state: force and area of cells at the hardness or above over those that push or touch,
+#: the area that has given way, in cells, and by which volume.
+HARD_FORCE, HARD_AREA, DENT_AREA, DENT = range(4)
+
+#: Columns of a state, without what is said of yield.
+_STATE = ASKED + 1
+
+#: Times at most that a state gives way and comes to rest again.
+_MOST_DENTS = 30
+
 
 class Path(NamedTuple):
     """All states of a path in order, and how it ended."""
@@ -46,11 +60,25 @@ class Path(NamedTuple):
     turn: int  # first state of the retraction
     status: int
     pressures: np.ndarray  # (2 deltas or 0, nx, ny) p dx/E*, nm, at the prescribed displacements; NaN where not reached
-    hard: np.ndarray | None = None  # yield of each state, which these laws do not have
-    left: np.ndarray | None = None
+    hard: np.ndarray  # (state, HARD_FORCE … DENT)
+    left: np.ndarray  # (deltas or 1, nx, ny) nm ≤ 0, residual height after loading; NaN where not reached
 
 
-def follow(separation, deltas, step, law, w, *, tolerance, max_iterations, max_cells, fields=False):
+def follow(
+    separation,
+    deltas,
+    step,
+    law,
+    w,
+    *,
+    tolerance,
+    max_iterations,
+    max_cells,
+    fields=False,
+    cap=np.inf,
+    limit=np.inf,
+    left=None,
+):
     """Follow the contact up to the last of ascending ``deltas`` (nm), back through them and on until it is lost.
 
     Parameters
@@ -68,16 +96,24 @@ def follow(separation, deltas, step, law, w, *, tolerance, max_iterations, max_c
         Residual traction over the largest; iterations per state; largest number of cells in the set.
     fields : bool
         Whether to return pressures.
+    cap : float
+        Largest pressure that the body bears, nm (H dx/E*); inf where it never yields.
+    limit : float
+        Pressure, nm, above which the shares of force and area are reported.
+    left : (nx, ny) array, optional
+        Residual height of earlier cycles, nm ≤ 0.
 
     Returns
     -------
     Path
     """
     padded = np.pad(np.where(np.isfinite(separation), separation, np.inf), 1, constant_values=np.inf)
+    dent = np.zeros(padded.shape) if left is None else np.pad(-left, 1)
     pressures = np.full((2 * len(deltas) if fields else 0, *padded.shape), np.nan)
+    dents = np.full((len(deltas) if fields else 1, *padded.shape), np.nan)
     room = min(max_cells, tuning.NEWTON_CELLS)
     problem = Problem(
-        separation=padded,
+        separation=padded + dent,
         coefficients=coefficients_for(padded.shape),
         law=law,
         w=w,
@@ -88,12 +124,17 @@ def follow(separation, deltas, step, law, w, *, tolerance, max_iterations, max_c
         open=np.zeros(room, np.int64),
         matrix=np.zeros((room, room)),
         step=np.zeros(room),
+        cap=float(cap),
+        limit=float(limit) * (1.0 - 2.0 * OVER if cap < np.inf else 1.0),
+        dent=dent,
+        stays=dent.copy(),
     )
     deltas = np.ascontiguousarray(deltas, dtype=float)
     there, back = pressures[: len(pressures) // 2], pressures[len(pressures) // 2 :]
-    loading, cells = _load(problem, deltas, float(step), there)
+    loading, cells = _load(problem, deltas, float(step), there, dents)
     retraction, status = _retract(problem, deltas, float(step), cells, loading[-1, DISSIPATED], back)
-    return Path(np.vstack([loading, retraction]), len(loading), status, pressures[:, 1:-1, 1:-1])
+    states, inside = np.vstack([loading, retraction]), (slice(None), slice(1, -1), slice(1, -1))
+    return Path(states[:, :_STATE], len(loading), status, pressures[inside], states[:, _STATE:], -dents[inside])
 
 
 class _State(NamedTuple):
@@ -109,6 +150,10 @@ class _State(NamedTuple):
     iterations: int
     ok: bool
     asked: bool
+    hard_force: float
+    hard_area: float
+    dent_area: float
+    dent: float
 
 
 class _Trial(NamedTuple):
@@ -124,7 +169,7 @@ class _Trial(NamedTuple):
 @kernel(inner=True)
 def _table(states):
     """Return states as rows."""
-    table = np.empty((len(states), ASKED + 1))
+    table = np.empty((len(states), _STATE + DENT + 1))
     for k in range(len(states)):
         s, row = states[k], table[k]
         row[DELTA], row[FORCE], row[AREA], row[ENERGY], row[DISSIPATED] = (
@@ -136,6 +181,8 @@ def _table(states):
         )
         row[CONTACTS], row[RESOLUTION], row[ITERATIONS] = s.contacts, s.resolution, s.iterations
         row[OK], row[ASKED] = s.ok, s.asked
+        told = row[_STATE:]
+        told[HARD_FORCE], told[HARD_AREA], told[DENT_AREA], told[DENT] = s.hard_force, s.hard_area, s.dent_area, s.dent
     return table
 
 
@@ -143,7 +190,7 @@ def _table(states):
 def _no_states():
     """Return an empty list of states, typed for numba."""
     zero, no = np.int64(0), np.bool_(False)
-    states = [_State(0.0, 0.0, 0.0, 0.0, 0.0, zero, 0.0, zero, no, no)]
+    states = [_State(0.0, 0.0, 0.0, 0.0, 0.0, zero, 0.0, zero, no, no, 0.0, 0.0, 0.0, 0.0)]
     states.pop()
     return states
 
@@ -155,12 +202,13 @@ def _unmoved():
 
 
 @kernel
-def _load(problem, deltas, step, pressures):
+def _load(problem, deltas, step, pressures, dents):
     """Go through ascending displacements, from the first at which anything can pull; return (states, cells)."""
     cells, states = no_cells(problem.separation.shape), _no_states()
     first = problem.separation.min() - problem.law.range
     delta = min(deltas[0], first)
-    for target in deltas:
+    for n in range(deltas.size):
+        target = deltas[n]
         if delta == target:
             _keep(states, delta, 0.0, problem, cells, _unmoved(), np.bool_(True), pressures)
         while delta < target and cells.count[0] < problem.max_cells:
@@ -169,9 +217,35 @@ def _load(problem, deltas, step, pressures):
             approach(change, cells)
             held = force(cells)
             cells, way = _rest(problem, delta, cells)
+            cells, way = _bear(problem, delta, cells, way)
             dissipated = way.freed - 0.5 * (held - force(cells)) * change
             _keep(states, delta, dissipated, problem, cells, way, delta == target, pressures)
+        if delta == target and n - deltas.size + dents.shape[0] >= 0:
+            _copy(problem.dent, dents[n - deltas.size + dents.shape[0]])
     return _table(states), cells
+
+
+@kernel(inner=True)
+def _bear(problem, delta, cells, way):
+    """Let the surface give way where it is pressed too hard, and come to rest again, until it bears the pressure."""
+    begin_to_yield(problem)
+    for _ in range(_MOST_DENTS):
+        if cells.count[0] >= problem.max_cells or (bears(OVER, problem, cells) and not left_open(problem, cells)):
+            break
+        before = _whole_energy(problem, delta, cells)
+        give_way(problem, delta, cells)
+        freed = way.freed + before - _whole_energy(problem, delta, cells)
+        cells, rest = _rest(problem, delta, cells)
+        way = Descent(freed + rest.freed, way.rounds + rest.rounds, rest.arrived, rest.stable)
+    return cells, way
+
+
+@kernel(inner=True)
+def _copy(values, room):
+    """Copy an array into another: NumPy's own assignment takes longer to compile."""
+    for i in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            room[i, j] = values[i, j]
 
 
 @kernel
@@ -292,6 +366,8 @@ def _keep(states, delta, dissipated, problem, cells, way, asked, pressures):
     patches = contact_patches(closed, cells)
     before = states[-1].dissipated if len(states) > 0 else 0.0
     energy = elastic_energy(problem.separation, delta, cells) + _adhesion(problem, closed, patches)
+    hard_force, hard_area = _hard_shares(problem, cells)
+    dent_area, volume = _dented(problem.dent)
     state = _State(
         delta,
         force(cells),
@@ -303,10 +379,38 @@ def _keep(states, delta, dissipated, problem, cells, way, asked, pressures):
         way.rounds,
         way.arrived,
         asked,
+        hard_force,
+        hard_area,
+        dent_area,
+        volume,
     )
     if asked and pressures.shape[0] > 0:
         _keep_pressure(pressures[_number_asked(states)], cells)
     states.append(state)
+
+
+@kernel(inner=True)
+def _hard_shares(problem, cells):
+    """Return force and area of the cells at the hardness or above, over those that push or touch."""
+    pushes, hard_force, touching, hard = 0.0, 0.0, 0, 0
+    for k in range(cells.count[0]):
+        p = cells.pressure[k]
+        touching += cells.gap[k] <= 0.0
+        pushes += max(p, 0.0)
+        if p >= problem.limit:
+            hard_force += p
+            hard += 1
+    return hard_force / max(pushes, 1e-300), hard / max(touching, 1)
+
+
+@kernel(inner=True)
+def _dented(dent):
+    """Return how many cells have given way, and by which volume."""
+    count, volume = 0, 0.0
+    for depth in dent.flat:
+        count += depth > 0.0
+        volume += depth
+    return float(count), volume
 
 
 @kernel(inner=True)
