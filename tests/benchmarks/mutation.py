@@ -50,9 +50,13 @@ GROUPS = {
             "statistics_laws",
             "statistics_pull_off",
             "statistics_uncertainty",
+            "pooling",
         ],
     ),
 }
+
+#: Bytes of addresses that a child has: a mutant that asks for more is stopped, and with it not the machine.
+_MEMORY = 6 << 30
 
 _SWAPPED = {
     ast.Add: ast.Sub,
@@ -249,7 +253,7 @@ def quick_tests(files, longest, compiled):
 
 
 def survives(one, tests, limit):
-    """Return, in a child that has so much processor time, 0 if all tests pass on a mutant."""
+    """Return, in a child that has so much processor time and memory, 0 if all tests pass on a mutant."""
     import resource
     from importlib.machinery import SourceFileLoader
 
@@ -260,6 +264,7 @@ def survives(one, tests, limit):
 
     SourceFileLoader.get_code = get_code
     resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
     return int(run_tests(tests) != 0)
 
 
