@@ -12,6 +12,7 @@ import xarray as xr
 
 from roughxr import analysis
 from roughxr.cli import main
+from roughxr.report import embedded_figures
 
 from .surfaces import rough, scan
 
@@ -322,7 +323,8 @@ def test_what_nobody_can_guess_is_asked_for(options, says, tmp_path, capsys):
     ids=["one place", "nothing touches", "far too deep", "no adhesion"],
 )
 @pytest.mark.parametrize("output", ["run.nc", pytest.param("", marks=pytest.mark.soak, id="and pictures")])
-def test_a_run_that_finds_nothing_ends_well_and_is_reported_as_what_it_is(options, output, tmp_path):
+def test_a_run_that_finds_nothing_ends_well_and_is_reported_as_what_it_is(options, output, tmp_path, monkeypatch):
+    monkeypatch.setattr(embedded_figures, "_DPI", 50)  # whether they are drawn, and not how well
     scan(rough(64, rms=1.0, seed=3), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
     pair = ["--sphere-radius", "500", "--materials", "glass", *QUICK, "--budget", "1"]
     written = tmp_path / "out" / output

@@ -68,7 +68,7 @@ def test_a_single_summit_presses_as_the_direct_simulation():
     np.testing.assert_allclose(*loading, rtol=0.03)
 
 
-@pytest.mark.parametrize("preload", [1000.0, 5000.0, 30000.0])
+@pytest.mark.parametrize("preload", [1000.0, 5000.0, pytest.param(30000.0, marks=pytest.mark.soak)])
 def test_a_single_summit_pulls_as_the_adhesive_simulation(preload):
     superposed = roughxr.superpose(summit(2.0), delta=[1, 30.0], preload=preload)
     adhesive = roughxr.adhesive(summit(2.0), preload=preload, refine=1, step=0.1, law="exponential", strength=0.5)

@@ -35,7 +35,7 @@ def run():
     bump = 14 * np.exp(-((surface.x - 160) ** 2 + (surface.y - 480) ** 2) / (2 * 25**2))
     surface = surface.assign(height=(surface.height + bump).assign_attrs(surface.height.attrs))
     scan = roughxr.assign_pair(surface, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.5)
-    plan = analysis.plan(scan, subregions=(3, 3), delta=[4, 8, 12, 16], budget=1)
+    plan = analysis.plan(scan, subregions=(3, 3), delta=[4, 8, 12, 16], refine=1, budget=1)
     return analysis.analyse(scan, plan)
 
 
