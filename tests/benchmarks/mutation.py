@@ -38,7 +38,16 @@ GROUPS = {
     "adhesion": ("roughxr/kernels/adhesion/*.py", ["constrained_cells", "adhesion_smooth", "reference"]),
     "asperity": (
         "roughxr/kernels/asperity/*.py",
-        ["ellipse", "asperity_contact", "maugis", "superposition", "pull_off_map"],
+        [
+            "ellipse",
+            "asperity_contact",
+            "maugis",
+            "superposition",
+            "superposition_maugis",
+            "pull_off_map",
+            "largest_pull",
+            "flattening",
+        ],
     ),
     "topography": ("roughxr/kernels/topography/*.py", ["peaks", "paraboloid", "envelope", "tile_stitching"]),
     "statistics": (
