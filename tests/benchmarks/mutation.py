@@ -33,9 +33,9 @@ ROOT = Path(__file__).resolve().parents[2]
 GROUPS = {
     "halfspace": (
         "roughxr/kernels/halfspace/*.py",
-        ["halfspace", "displacement_control", "without_jit_cases", "yielding"],
+        ["halfspace", "warm_start", "displacement_control", "without_jit_cases", "yielding"],
     ),
-    "adhesion": ("roughxr/kernels/adhesion/*.py", ["constrained_cells", "adhesion_smooth", "reference"]),
+    "adhesion": ("roughxr/kernels/adhesion/*.py", ["constrained_cells", "adhesion_smooth", "reference", "rigid"]),
     "asperity": (
         "roughxr/kernels/asperity/*.py",
         [
