@@ -280,10 +280,19 @@ def resampled(found: Samples, way: Resampling, resamples: int, *, seed: int) -> 
         if way.members is None:
             yield found.values[rng.integers(0, size, (count, size))]
         else:
-            yield np.stack([found.values[_drawn(way.members, size, rng)] for _ in range(count)])
+            yield found.values[_drawn(way.members, size, count, rng)]
 
 
-def _drawn(members: list[np.ndarray], size: int, rng) -> np.ndarray:
+def _drawn(members: list[np.ndarray], size: int, count: int, rng) -> np.ndarray:
+    """Return the members of ``count`` resamples; blocks of one size are drawn at once, in the same order."""
+    each = len(members[0])
+    if any(len(block) != each for block in members):
+        return np.stack([_one_drawn(members, size, rng) for _ in range(count)])
+    chosen = rng.integers(0, len(members), (count, -(-size // each)))
+    return np.stack(members)[chosen].reshape(count, -1)[:, :size]
+
+
+def _one_drawn(members: list[np.ndarray], size: int, rng) -> np.ndarray:
     """Return the members of blocks drawn with replacement until they are as many as the samples."""
     mean = sum(map(len, members)) / len(members)
     drawn: list[np.ndarray] = []
