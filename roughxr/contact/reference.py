@@ -658,12 +658,12 @@ def punch_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, 
 
 
 def flattened_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, hardness: Any) -> float:
-    """Return the pull-off force of an asperity that was pressed flat: all of its contact bore the hardness.
+    """Return the pull-off force of an asperity that was pressed flat, its whole contact at the hardness.
 
     Parameters
     ----------
     radius : number or quantity
-        Of the contact under the largest load, nm.
+        Radius of the contact under the largest load, nm.
     contact_modulus, work_of_adhesion, hardness : number or quantity
         E*, GPa, w, J/m², and H, GPa.
 
@@ -671,15 +671,15 @@ def flattened_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: A
     -------
     float
         nN: the largest of √(8π w E* a³) s^{3/2} − 2Ha² [arcsin s − s √(1 − s²)] over s ≤ 1, where s a is the contact's
-        radius on the way. Adhesion has no range.
+        radius on unloading. Adhesion has no range.
 
     Notes
     -----
-    What bore H everywhere recovers to a convex shape, 0.73 H a/E* higher in its middle than at its rim, and peels from
-    there. Only where H is small beside √(w E*/a) is it a flat punch, `punch_pull_off`: its pull-off is 2 % less at 0.03
-    of that, half at 1.2 times that. Where H is large it is JKR's sphere of radius E* a/H, 3/2 π w E* a/H, and 3 % less
-    than that at ten times √(w E*/a). A body that its own adhesion does not tear, w/ρ < H, has H/√(w E*/a) above
-    √(w a/(E* ρ²)): the shorter the range, the farther it is from a flat punch.
+    A contact that bore H everywhere recovers to a convex shape, 0.73 H a/E* higher in its middle than at its rim, and
+    peels from the rim. It acts as a flat punch, `punch_pull_off`, only where H is small compared with √(w E*/a): its
+    pull-off is 2 % less at 0.03 times this, half at 1.2 times. Where H is large it acts as JKR's sphere of radius
+    E* a/H, with 3/2 π w E* a/H, and 3 % less than this at ten times √(w E*/a). A body that its own adhesion does not
+    tear, w/ρ < H, has H/√(w E*/a) above √(w a/(E* ρ²)): the shorter the range, the farther it is from a flat punch.
 
     References
     ----------

@@ -1,14 +1,14 @@
-"""Constrained cells that yield: on loading what presses harder than the hardness gives way until it does not.
+"""Constrained cells that yield: on loading, cells pressed harder than the hardness give way until they are not.
 
-Given pressures p = δ q₁ − q_S + M u of a set of cells (``constrained_cells``), find by which d the surface of each has
-given way, S = S₀ + d, such that
+Given pressures p = δ q₁ − q_S + M u of a set of cells (``constrained_cells``), find the depth d by which the surface of
+each has given way, S = S₀ + d, such that
 
     p ≤ H,     d ≥ d₀,     (H − p)(d − d₀) = 0
 
-with d₀ what it had given way before this step. The cells at H push all others harder as they give way, since M has
-positive entries on its diagonal only; so each round takes all that press too hard, or gave way too much while the
-contact was still smaller, and solves for them at once (Cholesky), or for one after the other where they are too many.
-What has given way stays when the step is over (``halfspace.yielding``). Source: own. Unit cells and unit modulus.
+with d₀ the depth before this step. As the cells at H give way, the pressures of all others rise, since M has positive
+entries on its diagonal only. So each round takes all cells that press too hard, or gave way too much while the contact
+was still smaller, and solves for them together (Cholesky), or one after the other where they are too many. The depth at
+the end of a step is permanent (``halfspace.yielding``). Source: own. Unit cells and unit modulus.
 """
 
 import numpy as np
@@ -17,16 +17,16 @@ from ..jit import kernel
 from .constrained_cells import ABSENT, dent, displacement_at, open_cell
 from .equilibrium import solve_in_place
 
-#: A pressure may exceed the hardness by this part, of a state and within `give_way`.
+#: Parts by which a pressure may exceed the hardness: in a state, and within `give_way`.
 OVER, _EXACT = 1e-3, 1e-9
 
-#: Rounds at most in which more cells give way.
+#: Largest number of rounds in which more cells give way.
 _MOST_ROUNDS = 200
 
 
 @kernel
 def begin_to_yield(problem):
-    """Take what has given way so far as that which stays."""
+    """Make the present depths permanent."""
     for i in range(problem.dent.shape[0]):
         for j in range(problem.dent.shape[1]):
             problem.stays[i, j] = problem.dent[i, j]
@@ -34,7 +34,7 @@ def begin_to_yield(problem):
 
 @kernel
 def give_way(problem, delta, cells):
-    """Let all cells that press too hard give way, at the gaps that they have."""
+    """Let all cells that press too hard give way, at their present gaps."""
     _close_up(problem, delta, cells)
     hard = np.zeros(cells.count[0], np.bool_)
     for _ in range(_MOST_ROUNDS):
@@ -50,7 +50,7 @@ def give_way(problem, delta, cells):
 
 @kernel(inner=True)
 def bears(part, problem, cells):
-    """Say whether all cells are at the hardness to this part of it, or below it and give no way in this step."""
+    """Return whether each cell is at the hardness, to this part of it, or below it without giving way in this step."""
     for k in range(cells.count[0]):
         over = cells.pressure[k] / problem.cap - 1.0
         if over > part or (over < -part and _gives(cells.row[k], cells.column[k], problem)):
@@ -65,7 +65,7 @@ def _gives(i, j, problem):
 
 @kernel(inner=True)
 def left_open(problem, cells):
-    """Say whether a cell that gave way in this step has left the set since: it gave way too far."""
+    """Return whether a cell that gave way in this step has left the set since, and so gave way too far."""
     for i in range(problem.dent.shape[0]):
         for j in range(problem.dent.shape[1]):
             if _gives(i, j, problem) and cells.place[i, j] == ABSENT:
@@ -75,7 +75,7 @@ def left_open(problem, cells):
 
 @kernel(inner=True)
 def _close_up(problem, delta, cells):
-    """Take back what open cells gave way in this step, until they touch: no pressure changes by it."""
+    """Undo the depth that open cells gained in this step, until they touch, which changes no pressure."""
     for i in range(problem.dent.shape[0]):
         for j in range(problem.dent.shape[1]):
             if not _gives(i, j, problem):
@@ -95,7 +95,7 @@ def _close_up(problem, delta, cells):
 
 @kernel(inner=True)
 def _together(hard, problem, cells):
-    """Bring all marked cells to the hardness at once, if their matrix lets it."""
+    """Bring all marked cells to the hardness together; return False if their matrix is not positive definite."""
     size = np.int64(0)
     for k in range(hard.size):
         if hard[k]:
@@ -122,7 +122,7 @@ def _one_by_one(hard, problem, cells):
 
 @kernel(inner=True)
 def _give(k, depth, problem, cells):
-    """Let a cell give way by so much, or take back so much, but for what stays."""
+    """Change the depth of a cell, but not to less than is permanent."""
     i, j = cells.row[k], cells.column[k]
     before = problem.dent[i, j]
     problem.dent[i, j] = max(before + depth, problem.stays[i, j])

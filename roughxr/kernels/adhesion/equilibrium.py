@@ -50,9 +50,9 @@ class Problem(NamedTuple):
     open: np.ndarray  # (size,) work space of Newton's step
     matrix: np.ndarray  # (size, size)
     step: np.ndarray  # (size,)
-    cap: float  # largest pressure that is borne on loading, nm (``capped_cells``)
-    limit: float  # pressure above which force and area are told, nm
-    dent: np.ndarray  # (nx, ny) by which the surface has given way, nm: part of the separation
+    cap: float  # largest pressure that the body bears on loading, nm (``capped_cells``)
+    limit: float  # pressure above which the shares of force and area are reported, nm
+    dent: np.ndarray  # (nx, ny) depth by which the surface has given way, nm, included in the separation
     stays: np.ndarray  # the same before this step
 
 

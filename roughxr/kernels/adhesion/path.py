@@ -42,14 +42,14 @@ CONVERGED, NOT_FINITE, CELL_LIMIT = range(3)
 #: Columns of a state.
 DELTA, FORCE, AREA, ENERGY, DISSIPATED, CONTACTS, RESOLUTION, ITERATIONS, OK, ASKED = range(10)
 
-#: What is said of yield in a state: force and area of cells at the hardness or above over those that push or touch,
-#: the area that has given way, in cells, and by which volume.
+#: Columns of the yield of a state: force and area of the cells at the hardness or above, over those of all cells that
+#: push or touch; the area that has given way, in cells, and its volume.
 HARD_FORCE, HARD_AREA, DENT_AREA, DENT = range(4)
 
-#: Columns of a state, without what is said of yield.
+#: Number of columns of a state, without those of its yield.
 _STATE = ASKED + 1
 
-#: Times at most that a state gives way and comes to rest again.
+#: Largest number of times that a state gives way and settles again.
 _MOST_DENTS = 30
 
 
@@ -227,7 +227,7 @@ def _load(problem, deltas, step, pressures, dents):
 
 @kernel(inner=True)
 def _bear(problem, delta, cells, way):
-    """Let the surface give way where it is pressed too hard, and come to rest again, until it bears the pressure."""
+    """Let the surface give way where it is pressed too hard, and settle again, until it bears the pressure."""
     begin_to_yield(problem)
     for _ in range(_MOST_DENTS):
         if cells.count[0] >= problem.max_cells or (bears(OVER, problem, cells) and not left_open(problem, cells)):
@@ -405,7 +405,7 @@ def _hard_shares(problem, cells):
 
 @kernel(inner=True)
 def _dented(dent):
-    """Return how many cells have given way, and by which volume."""
+    """Return the number of cells that have given way, and their volume."""
     count, volume = 0, 0.0
     for depth in dent.flat:
         count += depth > 0.0
