@@ -226,28 +226,19 @@ def assign_pair(
     given |= {"surface_energy": surface_energy}
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
-    adhesion = _work_of_adhesion(surface_energy, work_of_adhesion)
-    constant = None if hamaker_constant is None else positive(hamaker_constant, "nN nm", "hamaker_constant")
-    schema.one_of(medium, substances.MEDIA, "medium")
-    if materials is not None:
-        bodies = substances.pair_of(materials)
+    bodies = None if materials is None else substances.pair_of(materials)
+    attraction = _attraction(bodies, medium, _work_of_adhesion(surface_energy, work_of_adhesion), hamaker_constant)
+    if bodies is not None:
         young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
-        if adhesion is None and constant is None:
-            constant = _attracting(substances.hamaker_of(*bodies, medium), medium)
-    if constant is not None:
-        adhesion = substances.work_of(constant) if adhesion is None else adhesion
-        _check_cut_off(constant, adhesion)
     values = {"contact_modulus": _contact_modulus(contact_modulus, young_modulus, poisson_ratio)}
     if sphere_radius is not None:
         values["sphere_radius"] = _radius(sphere_radius, ds)
-    if adhesion is not None:
-        values["work_of_adhesion"] = adhesion
-    if constant is not None:
-        values["hamaker_constant"] = constant
+    values |= attraction
+    adhesion = values.get("work_of_adhesion")
     values |= _adhesion_range(adhesion_range, adhesion_strength, adhesion)
     if hardness is not None:
         values["hardness"] = _hardness(hardness, adhesion, values.get("adhesion_range"))
-    elif materials is not None:
+    elif bodies is not None:
         values["hardness_estimate"] = substances.softer_hardness(*bodies)
     out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
     out = out.assign_coords(values)
@@ -315,6 +306,19 @@ def _own_constant(given: Any, known: dict[str, Any]) -> float:
     if not isinstance(value, float) or value < 0:
         raise ValueError(f"hamaker_constant: expected one number >= 0 in nN nm, found {given!r}")
     return value
+
+
+def _attraction(bodies: tuple | None, medium: str, adhesion: float | None, given: Any) -> dict[str, float]:
+    """Return work of adhesion and Hamaker constant, as far as they are given or follow from named materials."""
+    constant = None if given is None else positive(given, "nN nm", "hamaker_constant")
+    schema.one_of(medium, substances.MEDIA, "medium")
+    if bodies is not None and adhesion is None and constant is None:
+        constant = _attracting(substances.hamaker_of(*bodies, medium), medium)
+    if constant is not None:
+        adhesion = substances.work_of(constant) if adhesion is None else adhesion
+        _check_cut_off(constant, adhesion)
+    found = {"work_of_adhesion": adhesion, "hamaker_constant": constant}
+    return {name: value for name, value in found.items() if value is not None}
 
 
 def _attracting(constant: float | None, medium: str) -> float | None:

@@ -152,7 +152,8 @@ def adhesive(
         Keep pressure, displacement and gap on the window around each centre, on the cells of the solve, on both
         branches, at the displacements of ``delta``; NaN beyond the scan's edge. ``refine`` must then be a whole number.
     tolerance : float, optional
-        Residual traction over the largest traction; by default 1e-5, and 1e-7 for "griffith" and "dugdale".
+        Residual traction over the largest traction; by default 1e-5, and 1e-7 for "griffith" and "dugdale". With the
+        other laws it holds at ``delta`` and at the largest pull; states in between are solved to 1e-3 only.
     max_iterations : int
         Iterations per step.
     max_cells : int, optional
