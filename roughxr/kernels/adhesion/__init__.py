@@ -2,6 +2,7 @@
 
 cohesive_laws       traction across a gap, and the work it still takes to open it
 constrained_cells   cells held at a prescribed gap, and the pressures that do it
+capped_cells        the same of a body that yields: how far each gives way
 contact_patches     which cells form which contact, and how curved its outline is
 equilibrium         a local minimum of the energy at a fixed displacement
 path                loading and retraction, state by state
