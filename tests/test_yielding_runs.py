@@ -63,7 +63,7 @@ def test_the_command_names_the_hardness(groups):
     assert float(again.hardness) == 3.0 and options.preload == 3000.0
 
 
-@pytest.mark.parametrize("options", [["--hardness", "1"], ["--hardness", "4", "--law", "griffith"]])
+@pytest.mark.parametrize("options", [["--hardness", "1"], ["--hardness", "1", "--law", "dugdale"]])
 def test_the_command_line_advises_what_can_be_typed_there(options, tmp_path, capsys):
     path = roughxr.scans.to_netcdf(surface(), tmp_path / "scan.nc")
     pair = ["--sphere-radius", "500", "--contact-modulus", "40", "--work-of-adhesion", "0.5", "--subregions", "1", "1"]

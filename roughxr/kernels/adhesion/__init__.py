@@ -2,6 +2,7 @@
 
 cohesive_laws       traction across a gap, and the work left to separate the surfaces from it
 constrained_cells   cells held at a prescribed gap, and the pressures that hold them
+capped_cells        the same for a body that yields: the depth by which each cell gives way
 contact_patches     connected contacts, and the curvature of their outlines
 equilibrium         a local minimum of the energy at a fixed displacement
 path                loading and retraction, state by state

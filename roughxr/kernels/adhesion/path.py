@@ -216,8 +216,7 @@ def _load(problem, deltas, step, pressures, dents):
             delta = target if target - delta - change < 1e-9 * step else delta + change
             approach(change, cells)
             held = force(cells)
-            cells, way = _rest(problem, delta, cells)
-            cells, way = _bear(problem, delta, cells, way)
+            cells, way = _bear(problem, delta, cells)
             dissipated = way.freed - 0.5 * (held - force(cells)) * change
             _keep(states, delta, dissipated, problem, cells, way, delta == target, pressures)
         if delta == target and n - deltas.size + dents.shape[0] >= 0:
@@ -225,19 +224,20 @@ def _load(problem, deltas, step, pressures, dents):
     return _table(states), cells
 
 
-@kernel(inner=True)
-def _bear(problem, delta, cells, way):
-    """Let the surface give way where it is pressed too hard, and settle again, until it bears the pressure."""
+@kernel(inline=True)
+def _bear(problem, delta, cells):
+    """Settle, and again while the surface gives way where it is pressed too hard."""
     begin_to_yield(problem)
+    freed, rounds = 0.0, 0
     for _ in range(_MOST_DENTS):
+        cells, way = _rest(problem, delta, cells)
+        freed, rounds = freed + way.freed, rounds + way.rounds
         if cells.count[0] >= problem.max_cells or (bears(OVER, problem, cells) and not left_open(problem, cells)):
             break
-        before = _whole_energy(problem, delta, cells)
+        freed += _whole_energy(problem, delta, cells)
         give_way(problem, delta, cells)
-        freed = way.freed + before - _whole_energy(problem, delta, cells)
-        cells, rest = _rest(problem, delta, cells)
-        way = Descent(freed + rest.freed, way.rounds + rest.rounds, rest.arrived, rest.stable)
-    return cells, way
+        freed -= _whole_energy(problem, delta, cells)
+    return cells, Descent(freed, rounds, way.arrived, way.stable)
 
 
 @kernel(inner=True)
