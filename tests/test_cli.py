@@ -317,7 +317,7 @@ def test_what_nobody_can_guess_is_asked_for(options, says, tmp_path, capsys):
     [
         ["--subregions", "1", "1"],
         ["--subregions", "2", "1", "--delta", "1e-6"],
-        ["--subregions", "2", "1", "--delta", "1e4"],
+        pytest.param(["--subregions", "2", "1", "--delta", "1e4"], marks=pytest.mark.soak),
         ["--subregions", "2", "1", "--work-of-adhesion", "0"],
     ],
     ids=["one place", "nothing touches", "far too deep", "no adhesion"],
