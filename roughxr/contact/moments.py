@@ -67,7 +67,7 @@ def rolling(
     From a scan or a catalogue: the sphere rests on its asperities under ``load``, then turns as a rigid body about the
     foremost edge of its contact, and the asperities behind let go one after the other. The largest moment on the way
     is the resisting moment. The reaction acts at the foremost edge, which draws back as the contact there shrinks.
-    Asperities further ahead, on which the sphere would come to rest, are left out.
+    Asperities further ahead, onto which the sphere would come down, are left out.
 
     From a solution by `adhesive` with fields: the largest moment about the foremost cell in contact, over the states of
     the retraction. Each state is an equilibrium between the pull on the sphere and a push at that edge, so that the

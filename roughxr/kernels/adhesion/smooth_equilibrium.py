@@ -45,7 +45,7 @@ _PRODUCTS, _PART = 12, 0.2
 _TEMPERED, _LEAST, _ENOUGH = 0.85, 0.3, 0.3
 
 #: Rounds of Newton's method, rounds without much progress, and residual at which it is given up.
-_LONGEST_NEWTON, _PATIENCE, _LOST = 30, 4, 6.0
+_LONGEST_NEWTON, _PATIENCE, _LOST = 30, 6, 6.0
 
 #: A residual is held against this part of the largest pressure, where that is more than the largest attraction.
 _SOFT = 0.1
