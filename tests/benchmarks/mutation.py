@@ -47,6 +47,7 @@ GROUPS = {
             "pull_off_map",
             "largest_pull",
             "flattening",
+            "rotation",
         ],
     ),
     "topography": ("roughxr/kernels/topography/*.py", ["peaks", "paraboloid", "envelope", "tile_stitching"]),
