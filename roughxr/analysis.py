@@ -1,12 +1,13 @@
-"""The whole way from a scan to pull-off statistics: the paper's job, and the same for any scan.
+"""From a scan to pull-off statistics: the paper's whole analysis, and the same for any scan.
 
 A run is a dictionary of Datasets, the groups of its archive:
 
     scan, asperities, reconstruction
     solutions/adhesive, /rigid, /direct, /contact (fields of one place), /smooth (the same sphere on a flat), /hertz,
-    /published, …, /rolling (the moments that it resists)
-    statistics/adhesive, /rigid, /published, …, /roughness, /regime (which model suits), /formulas (what they say here),
-    /detachment and /detachment_superposed (the flow that rolls it off), /error_budget, /sensitivity, /shorter_waves
+    /published, …, /rolling (resisting moments)
+    statistics/adhesive, /rigid, /published, …, /roughness, /regime (the recommended model), /formulas (pull-off by the
+    usual formulas), /detachment and /detachment_superposed (the critical flow), /error_budget, /sensitivity,
+    /shorter_waves
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ from .detachment import critical_load, with_pull_off
 from .disk import whole
 from .jobs.progress import teller
 from .jobs.run import checkpointed
-from .materials import assign_pair, gilman_surface_energy
+from .materials import assign_pair
+from .paper_values import PAPER_CONTACT, PAPER_NOTES, PAPER_PAIR, PAPER_SCAN, PAPER_TWIN
 from .reconstruction import reconstruct
 from .scans import level, open_sample, roughness
 from .sensitivities import cut_off_waves, error_budget, sensitivity
@@ -44,124 +46,31 @@ from .units import magnitude, whole_number
 #: Formulations that a run compares.
 COMPARED = ("published", "self_similar", "energy")
 
-#: Largest cells (nm) on which the pull between rigid bodies is summed, and no more than eight to a pixel.
+#: Largest cells (nm) on which the pull between rigid bodies is summed, but no more than eight to a pixel.
 _RIGID_CELL = 2.5
 
-#: A mesh will do where the pull-off of half of the places that are tried changes by less than this part on a finer one.
+#: A mesh is fine enough where the median change of the pull-off on a finer one is smaller than this, over some places.
 _SETTLED = 0.05
-
-#: The paper's pair. Its printed pull-off of the smooth sphere, 19.1 µN, takes Gilman's estimate with E/(1 − ν²).
-PAPER_PAIR = {
-    "sphere_radius": 3000.0,
-    "young_modulus": 75.0,
-    "poisson_ratio": 0.22,
-    "surface_energy": gilman_surface_energy(75.0, poisson_ratio=0.22),
-}
-
-#: What the paper says, by the rows of the tables. R_q and the reconstruction's residual are given here as the text's
-#: values times √(MN) = 512, the factor that they lack: 0.0253, 0.0256 and 0.0034 nm are printed.
-PAPER_SCAN = {
-    "size along x [µm]": 5.0,
-    "size along y [µm]": 5.0,
-    "height, least [nm]": 4.0,
-    "height, greatest [nm]": 27.0,
-    "height, mean [nm]": 12.842,
-    "height, std [nm]": 1.7,
-    "R_q about zero, original [nm]": 0.0253 * 512,
-    "R_q about zero, reconstructed [nm]": 0.0256 * 512,
-    "R_a about zero, original [nm]": 12.842,
-    "R_a about zero, reconstructed [nm]": 12.880,
-    "R_a, reconstructed above original [%]": 0.30,
-    "R_q, reconstructed above original [%]": 1.14,
-    "original - reconstructed, rms [nm]": 0.0034 * 512,
-    "peak height, median [nm]": 15.0,
-    "axis ratio b/a, mean": 0.6,
-    "directions, least / greatest of twelve bins": 1.0,
-}
-PAPER_CONTACT = {
-    "pull-off, smooth sphere [µN]": 19.1,
-    "pull-off, mean [µN]": 2.0,
-    "pull-off, std [µN]": 1.37,
-    "pull-off displacement, mean [nm]": 9.7,
-    "pull-off displacement, std [nm]": 2.52,
-    "subregions that pull": 64,
-    "pull-off, place of figure 15 [µN]": 8.6,
-    "that place pulls from [nm]": 9.8,
-    "that place pulls to [nm]": 12.4,
-    "force at 5.08 nm, mean [µN]": 0.4,
-    "force at 5.08 nm, std [µN]": 3.0,
-    "force at 5.08 nm, second group [µN]": 20.0,
-    "force at 15.4 nm, mean [µN]": 21.0,
-    "force at 15.4 nm, std [µN]": 11.0,
-    "force at 15.4 nm, second group [µN]": 80.0,
-    "rough / smooth force at 10 nm": 0.1,
-    "rough / smooth force at 20 nm": 0.25,
-    "superposed / direct at 9 nm, no debris": 1.0,
-    "superposed / direct at 10 nm, no debris": 1.0,
-    "superposed / direct at 12 nm, no debris": 1.0,
-    "places without debris that agree to 10 % somewhere": 58,
-}
-
-_TARGET, _INFERRED, _WORDS = "target", "inferred", "in words"
-
-#: How the paper's column is to be read. A target is what the twin's spectrum, debris and seed were fitted to, through
-#: the published formulas: that the run comes near it confirms nothing. Inferred is what is not printed but follows from
-#: what is, and in words what the text says without a number. All other rows are printed, and were not fitted.
-PAPER_NOTES = {
-    "height, least [nm]": f"{_TARGET}, {_INFERRED}",
-    "height, greatest [nm]": f"{_TARGET}, {_INFERRED}",
-    "height, mean [nm]": _TARGET,
-    "height, std [nm]": f"{_TARGET}, {_INFERRED}",
-    "R_q about zero, original [nm]": f"{_TARGET}, {_INFERRED}",
-    "R_q about zero, reconstructed [nm]": _INFERRED,
-    "R_a about zero, original [nm]": _TARGET,
-    "original - reconstructed, rms [nm]": _INFERRED,
-    "peak height, median [nm]": _TARGET,
-    "axis ratio b/a, mean": _TARGET,
-    "directions, least / greatest of twelve bins": _WORDS,
-    "pull-off, mean [µN]": _TARGET,
-    "pull-off, std [µN]": _TARGET,
-    "pull-off displacement, mean [nm]": _TARGET,
-    "pull-off displacement, std [nm]": _TARGET,
-    "force at 5.08 nm, mean [µN]": _TARGET,
-    "force at 5.08 nm, std [µN]": _TARGET,
-    "force at 5.08 nm, second group [µN]": _TARGET,
-    "force at 15.4 nm, mean [µN]": _TARGET,
-    "force at 15.4 nm, std [µN]": _TARGET,
-    "force at 15.4 nm, second group [µN]": _TARGET,
-    "superposed / direct at 9 nm, no debris": _WORDS,
-    "superposed / direct at 10 nm, no debris": _WORDS,
-    "superposed / direct at 12 nm, no debris": _WORDS,
-    "places without debris that agree to 10 % somewhere": _WORDS,
-}
-
-#: What stands below the paper's tables.
-PAPER_TWIN = (
-    "The scan is a synthetic twin: its spectrum, its debris and its seed were fitted to the rows marked 'target', the "
-    "pull-off's through the published formulas, so that their agreement confirms nothing. 'inferred': not printed, "
-    "but follows from what is; 'in words': said without a number. The rest is printed and was not fitted; where it "
-    "differs, it is not reproduced."
-)
 
 
 class Plan(NamedTuple):
-    """What a run computes."""
+    """The options of a run."""
 
     subregions: Any
     direct_deltas: np.ndarray  # nm
-    sweep: np.ndarray  # nm, of the superpositions
-    contact_delta: float  # nm, of the one contact that keeps its fields
+    sweep: np.ndarray  # nm, for superpositions
+    contact_delta: float  # nm, for the one contact with fields
     patch: int | str
     vertex: str
-    preload: float = 0.0  # nN, of the adhesive simulation; 0: the sphere settles by itself
+    preload: float = 0.0  # nN, of the adhesive simulation; 0: the sphere settles under its own adhesion
     law: str = "auto"
     refine: int | str = "auto"
     step: float = 0.4  # nm
-    checked: int = 4  # places that are solved on a mesh twice as fine in half the steps too
-    budget: int = 4  # places that are solved again under each change of the error budget; 0: no budget
+    checked: int = 4  # places also solved on a mesh twice as fine with half the steps
+    budget: int = 4  # places solved again under each change of the error budget; 0: no budget
 
 
-#: The paper's: 8 × 8 places, its two displacements among those solved, peaks held at their pixels.
+#: The paper's plan: 8 × 8 places, its two displacements among those solved, vertices at pixels.
 PAPER_PLAN = Plan(
     subregions=(8, 8),
     direct_deltas=np.array([1, 2, 3, 4, 5.08, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15.4, 17, 18.5, 20]),
@@ -178,12 +87,12 @@ def paper(output: str | Path, *, budget: int = 4, progress: bool = False) -> dic
     Parameters
     ----------
     output : path
-        A folder, made where it is not there: ``paper.nc``, ``overview.png``, ``figure-02.png`` …
+        A folder, created if necessary: ``paper.nc``, ``overview.png``, ``figure-02.png`` …
         ``figure-16.png``, ``table.txt``, ``table-scan.csv`` and ``table-contact.csv``.
     budget : int
         As for `run`.
     progress : bool
-        Tell on standard error what is being computed.
+        Show on standard error what is being computed.
 
     Returns
     -------
@@ -193,13 +102,13 @@ def paper(output: str | Path, *, budget: int = 4, progress: bool = False) -> dic
     Raises
     ------
     ValueError
-        If ``paper.nc`` is there and holds another run.
+        If ``paper.nc`` exists and holds another run.
     BlockingIOError
         If another process is computing it.
 
     Examples
     --------
-    ``paper("results")`` takes minutes; what it solves stands in its plan:
+    ``paper("results")`` takes minutes; its plan says what it solves:
 
     >>> PAPER_PLAN.subregions, PAPER_PLAN.direct_deltas.size, PAPER_PLAN.sweep.size
     ((8, 8), 18, 301)
@@ -235,7 +144,7 @@ def run(
     scheduler: str | None = None,
     progress: bool = False,
 ) -> dict[str, xr.Dataset]:
-    """Do the paper's analysis on any scan; called again after an interruption, it goes on where it was.
+    """Do the paper's analysis on any scan; called again after an interruption, it resumes.
 
     Parameters
     ----------
@@ -247,23 +156,23 @@ def run(
     subregions : (int, int), (array, array) or Dataset
         Contact centres, see `regions.centres`.
     delta : array_like, optional
-        Displacements of the direct simulation, nm; by default 16 up to where a place of median height is
+        Displacements of the direct simulation, nm; by default 16, the last such that a place of median height is
         pressed as deep as it lies below the highest peak.
     preload : number or quantity
         How hard the sphere is pressed on before it is drawn off, nN; 0: it settles under its own adhesion.
     law, refine
-        Of the simulation with adhesion, see `adhesive`. By default the mesh is refined until the pull-off of four
-        places settles to 5 % in the median, or to sixteen cells to a pixel; these are solved on one twice as fine in
-        half the steps too, which tells the error of both.
+        Options of the simulation with adhesion, see `adhesive`. By default the mesh is refined until the pull-off of
+        four places changes by less than 5 % in the median, or to sixteen cells per pixel. These places are also solved
+        on a mesh twice as fine with half the steps, to estimate the error of both.
     levelling : {"plane", "quadratic", "none"}
-        What is taken off the scan first.
+        What is subtracted from the scan first.
     budget : int
-        At so many places the simulation with adhesion is repeated under each change of the error budget; 0: no budget.
+        Number of places at which each change of the error budget is simulated; 0: no budget.
     scheduler : str, optional
         Where the subregions are solved: "threads", "processes", "synchronous", or the address of a
         ``dask scheduler``; by default the active ``distributed.Client``, else threads.
     progress : bool
-        Tell on standard error what is being computed.
+        Show on standard error what is being computed.
 
     Returns
     -------
@@ -279,7 +188,7 @@ def run(
 
     Examples
     --------
-    Two places on a small scan without adhesion; the tables that it prints are put aside.
+    Two places on a small scan without adhesion, the printed tables suppressed.
 
     >>> import contextlib, io, tempfile
     >>> from roughxr.synthetic import self_affine
@@ -302,7 +211,7 @@ def run(
 
 
 def _kept(scan: xr.Dataset, plan: Plan, path: Path, *, scheduler: str | None = None, progress: bool = False):
-    """Return the groups of a run, from its archive as far as they are there; what is computed is kept as it comes."""
+    """Return the groups of a run, read from its archive as far as they are there, else computed and kept."""
     return checkpointed(
         lambda: analyse(scan, plan, progress=progress),
         path,
@@ -315,7 +224,7 @@ def _kept(scan: xr.Dataset, plan: Plan, path: Path, *, scheduler: str | None = N
 
 
 def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None, **adhesion: Any) -> Plan:
-    """Return a plan whose displacements suit the scan's own heights.
+    """Return a plan whose displacements suit the heights of a scan.
 
     Parameters
     ----------
@@ -351,7 +260,7 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
         A scan with an assigned pair.
     plan : Plan
     progress : bool
-        Tell on standard error what is being computed.
+        Show on standard error what is being computed.
 
     Returns
     -------
@@ -374,12 +283,12 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
     options = {"subregions": plan.subregions, "progress": progress}
     if float(scan.coords.get("work_of_adhesion", 0.0)) > 0:
         groups |= _with_adhesion(scan, plan, options, say)
-        groups |= _too_stiff_to_bend(scan, options, say)
+        groups |= _rigid_bodies(scan, options, say)
     say(f"direct simulation, {plan.direct_deltas.size} displacements at {_count(scan, plan)} places")
     groups |= _pressed(scan, plan, options)
     groups["solutions/contact"] = _one_contact(scan, plan, groups["solutions/direct"])
     groups["solutions/smooth"] = loading(direct(_flat(scan), delta=plan.direct_deltas))
-    elastic = options | {"yielding": False}  # so that what yield does is seen beside it
+    elastic = options | {"yielding": False}  # to show the effect of yield beside it
     groups["solutions/hertz"] = superpose(catalogue, delta=plan.sweep, law="hertz", **elastic)
     suited = catalogue if plan.patch == "auto" else asperities(scan)
     for name in COMPARED:
@@ -397,7 +306,7 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
 
 
 def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, progress: bool) -> dict[str, xr.Dataset]:
-    """Return what the simulated pull-off hangs on, at a few of its places, and the budget made of it."""
+    """Return the sensitivity of the simulated pull-off, at a few of its places, and its error budget."""
     preload = float(np.min(plan.preload))
     how = {"preload": preload, "law": solved.attrs["law"], "step": plan.step, "places": plan.budget}
     how |= {"refine": solved.attrs["refine"], "subregions": solved}
@@ -410,9 +319,9 @@ def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, progress: bo
 
 
 def _coming_off(catalogue: xr.Dataset, options: dict[str, Any], pulled: xr.Dataset) -> dict[str, xr.Dataset]:
-    """Return the moments that superposed asperities resist, and the flow that overcomes them by either pull-off.
+    """Return the moments that superposed asperities resist, and the flow that overcomes them with either pull-off.
 
-    The simulation's states are not kept: its pull-off acts at the levers of the superposed asperities.
+    The simulation's fields are not kept: its pull-off is used with the levers of the superposed asperities.
     """
     held = rolling(catalogue, **options)
     simulated = with_pull_off(held, pulled.isel(preload=0) if "preload" in pulled.dims else pulled)
@@ -424,7 +333,7 @@ def _coming_off(catalogue: xr.Dataset, options: dict[str, Any], pulled: xr.Datas
 
 
 def _pressed(scan: xr.Dataset, plan: Plan, options: dict[str, Any]) -> dict[str, xr.Dataset]:
-    """Return the direct simulation; of what yields the way out as a group of its own."""
+    """Return the direct simulation; where the body yields, with its retraction as a group of its own."""
     solved = direct(scan, delta=plan.direct_deltas, **options)
     if "branch" not in solved.dims:
         return {"solutions/direct": solved}
@@ -433,25 +342,25 @@ def _pressed(scan: xr.Dataset, plan: Plan, options: dict[str, Any]) -> dict[str,
 
 
 def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
-    """Return the simulation with adhesion at all places, and at some on a mesh twice as fine in half the steps."""
+    """Return the simulation with adhesion at all places, and at some on a mesh twice as fine with half the steps."""
     how = {"preload": plan.preload, "law": plan.law}
     refine, finer = plan.refine, None
     with warnings.catch_warnings():
-        # of small contacts the mesh that is tried and the report's page say what matters
+        # the choice of the mesh and the report's page deal with small contacts
         warnings.filterwarnings("ignore", "[^:]*contacts of less than")
         if plan.refine == "auto":
             some = regions.sample(regions.centres(scan, plan.subregions), plan.checked)
-            refine, finer = _mesh_that_holds(scan, plan, options | how | {"subregions": some}, say)
+            refine, finer = _fine_enough_mesh(scan, plan, options | how | {"subregions": some}, say)
         say(f"simulation with adhesion at {_count(scan, plan)} places")
         solved = adhesive(scan, refine=refine, accuracy=None, step=plan.step, **how, **options)
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
     return groups if finer is None else groups | {"solutions/finer": finer}
 
 
-def _mesh_that_holds(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> tuple[int | str, Any]:
-    """Return the refinement on which the pull-off of most places has settled, and some on a mesh twice as fine.
+def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> tuple[int | str, Any]:
+    """Return the refinement at which the pull-off of most places has settled, and results on a mesh twice as fine.
 
-    On pixels wider than the contacts the coarsest mesh that the law holds on may be off by a factor.
+    On pixels wider than the contacts, the coarsest mesh on which the law can be solved may be off by a factor.
     """
     say(f"the mesh: the simulation with adhesion at {options['subregions'].sizes['subregion']} places")
     refine, coarse = "auto", adhesive(scan, refine="auto", accuracy=None, step=plan.step, **options)
@@ -466,12 +375,12 @@ def _mesh_that_holds(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say:
     return refine, None
 
 
-def _too_stiff_to_bend(scan: xr.Dataset, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
-    """Return the pull between rigid bodies, and for a sphere which model suits and what the usual formulas say."""
+def _rigid_bodies(scan: xr.Dataset, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
+    """Return the pull between rigid bodies and, for a sphere, the recommended model and the usual formulas."""
     say("the same bodies, too stiff to bend")
     refine = int(np.clip(np.ceil(schema.square_pixel(scan) / _RIGID_CELL), 1, 8))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of what cells decide: the report's page says it for all methods at once
+        warnings.simplefilter("ignore")  # about the size of cells: the report's page has it for all methods
         summed = rigid(scan, delta=[0.0], refine=refine, **options)
         groups = {"solutions/rigid": summed, "statistics/rigid": pull_off(summed)}
         if "sphere_radius" in scan.coords:
@@ -527,7 +436,7 @@ def _show(
 
 
 def _print(tables: tuple, notes: list[str], groups: dict[str, xr.Dataset]) -> str:
-    """Print the tables, and below them what must be known to read them."""
+    """Print the tables, and below them the notes needed to read them."""
     parts = [report.text(table, title) for table, title in zip(tables, ("Scan and asperities", "Contact"))]
     if "statistics/error_budget" in groups:
         parts.append(report.text(report.budget_table(groups), "Error budget of the mean pull-off"))

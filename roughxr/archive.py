@@ -1,4 +1,4 @@
-"""A run as one NetCDF-4 file with sibling groups, whole or not there at all.
+"""A run as one NetCDF-4 file with sibling groups, which appears complete or not at all.
 
 Groups are plain Datasets (scan, asperities, solutions, statistics), each with attributes that say how it was
 made; `xarray.open_datatree` reads them back as they were.
@@ -18,10 +18,10 @@ import xarray as xr
 from ._version import __version__
 from .disk import as_characters, groups, opened, uninterrupted, unless_interrupted, whole
 
-#: Zlib level 1: half the size of fields at a tenth of the time of level 9.
+#: Zlib's level 1: half the size of fields in a tenth of the time of level 9.
 _COMPRESSED = {"zlib": True, "complevel": 1}
 
-#: Fields are read in chunks of so many bytes, or of one subregion where that has more.
+#: Fields are read in chunks of this many bytes, or of one subregion if that is larger.
 _CHUNK = 2**23
 
 
@@ -38,11 +38,11 @@ def save(
     Parameters
     ----------
     groups : mapping of str to Dataset
-        Group names, such as "scan" or "solutions/direct", and what they hold. Lazy ones are computed.
+        Group names, such as "scan" or "solutions/direct", and their Datasets. Lazy ones are computed.
     path : path
         The file. It appears under this name only once it is complete.
     title : str, optional
-        Kept as an attribute of the root.
+        Stored as an attribute of the root.
     attrs : mapping, optional
         Further attributes of the root.
     streamed : bool
@@ -55,9 +55,9 @@ def save(
     Raises
     ------
     ValueError
-        If a group holds something that NetCDF cannot.
+        If a group holds something that NetCDF cannot store.
     OSError
-        If it cannot be written, such as to a full disk.
+        If it cannot be written, for example because the disk is full.
 
     Examples
     --------
@@ -80,7 +80,7 @@ def save(
         with uninterrupted():
             tree.to_netcdf(temporary, encoding=encoding, engine="netcdf4")
         for name, key in ((name, key) for name, keys in later.items() for key in keys):
-            # one by one: chunks from which several variables are cut would all wait in memory for the last of them
+            # one by one: chunks from which several variables are cut would all stay in memory until the last of them
             one = stored[name][[key]]
             one[key].data = da.map_blocks(unless_interrupted, one[key].data, meta=one[key].data._meta)
             with uninterrupted():
@@ -89,9 +89,9 @@ def save(
 
 
 def _compressed(ds: xr.Dataset) -> dict[str, dict]:
-    """Return how each variable is stored: fields in a piece for each subregion and displacement, as they come.
+    """Return the encoding of each variable: fields in one piece for each subregion and displacement, as they come.
 
-    The library's own pieces span many subregions, each of which would unpack and pack them again.
+    The library's default pieces span many subregions, each of which would unpack and pack them again.
     """
     encoding = as_characters(ds)
     for name, variable in ds.data_vars.items():
@@ -109,12 +109,12 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     Parameters
     ----------
     path : path
-        What `save` wrote.
+        A file that `save` wrote.
 
     Returns
     -------
     dict of str to Dataset
-        In memory, but for fields along ``subregion``, which are lazy: each is read when it is used.
+        In memory, except for fields along ``subregion``, which are lazy: each is read when it is used.
 
     Examples
     --------
@@ -125,11 +125,11 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     >>> float(groups["solutions/direct"].force.sum())
     3.0
     """
-    return {group: _but_fields(Path(path), group) for group in groups(path)}
+    return {group: _without_fields(Path(path), group) for group in groups(path)}
 
 
-def _but_fields(path: Path, group: str) -> xr.Dataset:
-    """Return a group in memory, but for its fields."""
+def _without_fields(path: Path, group: str) -> xr.Dataset:
+    """Return a group in memory, except for its fields."""
     with opened(path, group=group) as ds:
         fields = [
             name for name, array in ds.data_vars.items() if array.dims[:1] == ("subregion",) and "x" in array.dims
@@ -139,7 +139,7 @@ def _but_fields(path: Path, group: str) -> xr.Dataset:
 
 
 class _Stored:
-    """A variable of an archive, which is open only while a part of it is read."""
+    """A variable of an archive, whose file is open only while a part of it is read."""
 
     def __init__(self, path: Path, group: str, array: xr.DataArray):
         self.path, self.group, self.name = path, group, array.name
@@ -150,14 +150,14 @@ class _Stored:
             return ds[self.name][part].values
 
     def later(self) -> da.Array:
-        """Return it in chunks of whole subregions."""
+        """Return the variable as a dask array in chunks of whole subregions."""
         one, meta = self.dtype.itemsize * int(np.prod(self.shape[1:])), np.empty((0,) * self.ndim, self.dtype)
         chunks = (max(_CHUNK // max(one, 1), 1), *self.shape[1:])
         return da.from_array(self, chunks, name=False, fancy=False, meta=meta)
 
 
 def _storable(ds: xr.Dataset, group: str) -> xr.Dataset:
-    """Return ``ds`` without encodings of the file it came from, or say which attribute cannot be stored."""
+    """Return ``ds`` without the encodings of its source file; raise for an attribute that cannot be stored."""
     out = ds.drop_encoding()
     for owner in (out, *out.variables.values()):
         for key, value in owner.attrs.items():
@@ -167,7 +167,7 @@ def _storable(ds: xr.Dataset, group: str) -> xr.Dataset:
 
 
 def of_run(path: Path) -> Path:
-    """Return the archive in a run's folder, or the file that is named.
+    """Return the archive in a run's folder, or the given file.
 
     Parameters
     ----------

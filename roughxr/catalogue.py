@@ -1,6 +1,6 @@
 """Asperities: the peaks of a scan, each with the paraboloid that fits it best.
 
-The catalogue remembers what superposition needs of its scan: the datum, the outer edges, the patch's size.
+The catalogue keeps what superposition needs of its scan: the datum, the outer edges, and the size of the fitted patch.
 """
 
 from __future__ import annotations
@@ -24,29 +24,29 @@ from .scans.parts import taker
 from .scans.wavelength import Waves
 from .units import is_whole, positive
 
-#: Pixels along a side of a tile at least: rims and tasks of smaller ones would cost more than their heights.
+#: Least number of pixels along a side of a tile: rims and tasks of smaller ones would cost more than their heights.
 _SIDE = 256
 
 #: Pixels along a side of the paper's patch.
 PAPER_PATCH = 5
 
-#: Widest patch that suits, as a part of the shortest wave. A narrower one tells the curvature of the very vertex, which
-#: a contact outgrows: sums over it fall short of the adhesive simulation, as those over whole waves exceed it.
+#: Largest patch, as a part of the shortest wave. A narrower one gives the curvature at the very vertex, which a contact
+#: outgrows: sums over asperities fall short of the adhesive simulation, while patches over whole waves exceed it.
 _OF_A_WAVE = 0.75
 
-#: Pixels to the shortest wave from which on a scan resolves it: what lies between fewer no spline can tell.
+#: Least number of pixels in the shortest wave for which a scan resolves it; with fewer, no spline can interpolate.
 RESOLVED = 2.0
 
-#: Pixels along a side of a patch, at least, from which on they are never made finer, and at most.
+#: Least number of pixels along a side of a patch; the number from which on pixels are not refined; and the largest.
 _FEWEST, _COARSE, _MOST = 3, 5, 31
 
-#: How many times finer pixels are made at most, and how near a patch must come to the width that it is to have.
+#: Largest refinement of the pixels, and how near the patch must come to the wanted width.
 _LIMIT, _NEAR = 16, 0.8
 
-#: What a paraboloid may leave of the heights, as a part of its own fall across the patch, before it is none.
+#: Largest residual of a fit, as a part of the paraboloid's own drop across the patch; above it the fit is poor.
 POOR_FIT = 0.15
 
-#: Variables of a catalogue that the fit gives by these very names.
+#: Variables of a catalogue that have the same names in the fit.
 _FITTED = (
     "height",
     "curvature_min",
@@ -59,8 +59,8 @@ _FITTED = (
 )
 
 
-class _Asked(NamedTuple):
-    """A scan's pixels, and what its asperities are to be fitted with."""
+class _Request(NamedTuple):
+    """A scan's pixels, and the options with which its asperities are fitted."""
 
     shape: tuple[int, int]
     pixel: tuple[float, float]  # nm
@@ -72,7 +72,7 @@ class _Setup(NamedTuple):
     """What all tiles share."""
 
     frame: Frame  # on the finer pixels
-    refine: int  # how many times finer than the scan's these are
+    refine: int  # refinement of these pixels
     waves: Waves | None
 
 
@@ -82,25 +82,25 @@ def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -
     A peak is a pixel, or a plateau of equal pixels, higher than all its neighbours; a plateau is one peak.
     Its paraboloid is the least-squares fit to a square patch around it.
 
-    A paraboloid tells the summit's curvature only where the patch is narrower than the shortest wave that makes the
-    summit: on one of two waves it is several times too flat, and with it the asperity's pull too strong.
+    A paraboloid has the summit's curvature only if the patch is narrower than the shortest wave that makes up the
+    summit: fitted over two waves it is several times too flat, and the asperity's pull too strong.
 
     Parameters
     ----------
     ds : Dataset
         A scan. A lazy one is read now, since only then the number of asperities is known: tile by tile, each chunk
-        once, with the same result to the last bit; with ``patch="auto"`` parts of it once more, before. Beside the
-        catalogue, what is held at a time is a tile for each of dask's threads, and the heights near the seams between
+        once, with bit for bit the same result; with ``patch="auto"`` parts of it are read once more, before. Held in
+        memory, besides the catalogue, are one tile for each of dask's threads, and the heights near the seams between
         tiles and around flat tops that reach across one.
     patch : "auto", "paper", int or length
-        Side of the fitted patch. "auto" is three quarters of the `shortest_wavelength` at most: so many pixels, odd,
-        3 to 31; where that is less than three pixels, or they would be far from it, the heights are splined to some
-        points in each, and peaks are sought and fitted on these. A scan whose shortest wave is below two pixels does
-        not tell what lies between them, and is fitted on 3 × 3 of its own. "paper" is 5 × 5 pixels. A whole number,
-        odd, at least 3, is so many pixels; a length such as "15 nm" the patch that comes nearest to it from below.
+        Side of the fitted patch. "auto": at most three quarters of the `shortest_wavelength`, as an odd number of
+        pixels from 3 to 31; where this is less than three pixels, or cannot be met closely, heights are interpolated by
+        splines on finer pixels, on which peaks are searched and fitted. A scan whose shortest wave is below two pixels
+        cannot be interpolated, and is fitted on 3 × 3 of its own pixels. "paper": 5 × 5 pixels. An odd whole number, at
+        least 3: this many pixels. A length such as "15 nm": the largest patch that does not exceed it.
     vertex : {"fitted", "pixel"}
-        Let the fit place the vertex, to a part of a pixel, or hold it at the peak's pixel, as the paper does.
-        A free fit that is no summit, or strays beyond one pixel, is replaced by a held one (``vertex_fixed``).
+        Let the fit place the vertex, between pixels, or fix it at the peak's pixel, as the paper does.
+        A free fit that is no summit, or more than one pixel away, is replaced by a fixed one (``vertex_fixed``).
 
     Returns
     -------
@@ -110,7 +110,7 @@ def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -
         ``axis_ratio`` λ = b/a of the Hertz ellipse (NaN for a saddle), ``fit_rms`` (nm), ``plateau_size``, the
         flags ``saddle``, ``edge``, ``vertex_fixed``; coordinates ``x``, ``y`` of the vertex (nm). The scalar
         coordinates ``patch_radius`` and, with "auto", ``shortest_wavelength``, ``pixel`` (nm) and
-        ``rms_slope`` say what the fit rests on.
+        ``rms_slope`` say how the fit was made.
 
     Raises
     ------
@@ -121,7 +121,8 @@ def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -
     Warns
     -----
     UserWarning
-        If the paraboloid is none in half of the patches or more (`poorly_fitted`), unless the patch is "paper".
+        If at least half of the patches are poorly fitted by a paraboloid (`poorly_fitted`), unless the patch is
+        "paper".
 
     References
     ----------
@@ -173,14 +174,14 @@ def _set_up_later(ds: xr.Dataset, setup: _Setup) -> Any:
     return dask.delayed(_catalogue)(search(da.asarray(ds["height"].data), setup), _without_maps(ds), setup)
 
 
-def _prepared(ds: xr.Dataset, patch: Any, vertex: str) -> tuple[xr.Dataset, _Asked]:
+def _prepared(ds: xr.Dataset, patch: Any, vertex: str) -> tuple[xr.Dataset, _Request]:
     ds = schema.validate(ds, "scan")
     schema.one_of(vertex, ("fitted", "pixel"), "vertex")
-    return ds, _Asked(ds["height"].shape, schema.pixel(ds), _patch(ds, patch), vertex)
+    return ds, _Request(ds["height"].shape, schema.pixel(ds), _patch(ds, patch), vertex)
 
 
-def _setup(asked: _Asked, waves: Waves | None) -> _Setup:
-    """Return what the search needs, once the scan's waves are known; None where they were not asked for."""
+def _setup(asked: _Request, waves: Waves | None) -> _Setup:
+    """Return the set-up of the search for the waves of a scan; None where these were not needed."""
     patch = asked.patch
     if patch == "auto":
         resolved = waves.shortest >= RESOLVED * max(asked.pixel)
@@ -191,10 +192,10 @@ def _setup(asked: _Asked, waves: Waves | None) -> _Setup:
     return _Setup(frame, refine, waves)
 
 
-def _pixels(width: float, asked: _Asked) -> tuple[int, int]:
-    """Return a patch's pixels, odd, and how many times finer these are than the scan's, for a width in nm.
+def _pixels(width: float, asked: _Request) -> tuple[int, int]:
+    """Return the pixels of a patch, an odd number, and the refinement of the scan's pixels, for a width in nm.
 
-    The first refinement on which a patch of three pixels or more comes as near as `_NEAR` to the width, from below.
+    The first refinement for which a patch of at least three pixels comes within `_NEAR` of the width, from below.
     """
     pixels = width / max(asked.pixel) * (1 + 1e-9)
     most = int(min(pixels, _MOST, *asked.shape))
@@ -209,12 +210,12 @@ def _pixels(width: float, asked: _Asked) -> tuple[int, int]:
 
 
 def _without_maps(ds: xr.Dataset) -> xr.Dataset:
-    """Return the axes, scalars and attributes of a scan: what a task may carry along."""
+    """Return the axes, scalars and attributes of a scan without its maps, for tasks to carry along."""
     return ds.coords.to_dataset().assign_attrs(ds.attrs)
 
 
 def _searched_later(height: da.Array, setup: _Setup) -> Any:
-    """Return what is found on lazy heights, as one task after those of the tiles."""
+    """Return the peaks of lazy heights, as one task after those of the tiles."""
     frame = setup.frame
     sizes = [_joined_sizes(chunks, max(_SIDE, frame.patch)) for chunks in height.chunks]
     x, y = ([0, *accumulate(n)] for n in sizes)
@@ -224,14 +225,14 @@ def _searched_later(height: da.Array, setup: _Setup) -> Any:
 
 
 def _searched(height: np.ndarray, setup: _Setup) -> ScanPeaks:
-    """Return what is found on the heights of a scan."""
+    """Return the peaks of the heights of a scan."""
     if setup.refine > 1:
         return _searched_finer(height, setup)
     return join_tiles([[search_tile(height, (0, 0), setup.frame)]], setup.frame)
 
 
 def _searched_finer(height: np.ndarray, setup: _Setup) -> ScanPeaks:
-    """Return what is found on finer pixels, tile by tile: all of them at once would fill the memory."""
+    """Return the peaks on finer pixels, tile by tile: all finer pixels at once would fill the memory."""
     tiles = [
         [search_finer(height[part], corner, halo, setup.refine, setup.frame) for part, corner, halo in row]
         for row in _tiles(height.shape)
@@ -240,7 +241,7 @@ def _searched_finer(height: np.ndarray, setup: _Setup) -> ScanPeaks:
 
 
 def _searched_finer_later(height: da.Array, setup: Any) -> Any:
-    """Return the same of lazy heights, as one task; of ``setup``, too, that is still to be computed."""
+    """Return the same for lazy heights, as one task; ``setup`` may be lazy too."""
     search, join = (dask.delayed(function, pure=False) for function in (_search_finer, _join))
     take = taker(height)
     return join(
@@ -287,7 +288,7 @@ def _joined_sizes(chunks: Iterable[int], least: int) -> tuple[int, ...]:
 
 
 def _catalogue(found: ScanPeaks, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
-    """Return with labels what is found on a scan; of ``ds``, its heights are not needed."""
+    """Return the peaks of a scan as a labelled catalogue; the heights in ``ds`` are not needed."""
     frame = setup.frame
     schema.none_missing(found.missing, ds.sizes["x"] * ds.sizes["y"])
     peaks, fit = found.peaks, found.fit
@@ -336,10 +337,10 @@ def _patch(ds: xr.Dataset, patch: Any) -> Any:
 
 
 def poorly_fitted(catalogue: xr.Dataset) -> float:
-    """Return the share of asperities that are no paraboloids on their patch.
+    """Return the share of asperities whose patch a paraboloid fits poorly.
 
-    Of such a one the fit leaves, root mean square, over `POOR_FIT` of what the paraboloid falls from its vertex to the
-    middle of the patch's sides, as it does on a patch of the shortest wave or more.
+    For these the rms residual exceeds `POOR_FIT` of the paraboloid's drop from its vertex to the middle of the patch's
+    sides, as on a patch as wide as the shortest wave or wider.
 
     Parameters
     ----------

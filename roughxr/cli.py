@@ -10,14 +10,14 @@ from collections.abc import Sequence
 from ._version import __version__
 from .substances import MATERIALS
 
-#: Laws of attraction, those of `adhesive`, written here so that help needs no solver.
+#: Laws of attraction, the same as in `adhesive`, repeated here so that help needs no import of the solver.
 LAWS = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
 
-#: Loads of `critical_load`, and what may flow, kg/m³ and m²/s at 20 °C.
+#: Loads of `critical_load`, and fluids with their kg/m³ and m²/s at 20 °C.
 LOADS = ("wall_shear", "tilt", "centrifuge", "vibration")
 FLUIDS = {"air": (1.181, 1.539e-5), "water": (998.2, 1.004e-6)}
 
-#: What went wrong with the input is said in a line; anything else is a fault of ours and shows its trace.
+#: Errors of the input, reported in one line; any other error is a bug and shows its traceback.
 _REFUSALS = (ValueError, TypeError, OSError, ImportError, RuntimeError)
 
 
@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _warn(message, *_, **__) -> None:
-    """Say what a warning says, and not where in the code it was raised."""
+    """Print the text of a warning without its place in the code."""
     print(f"roughxr: {message}", file=sys.stderr)
 
 
@@ -66,13 +66,13 @@ def _parser() -> argparse.ArgumentParser:
 
 _DESCRIPTION = "How hard a small sphere presses, and how hard it sticks, wherever it lands on a rough surface."
 
-#: The pages are built in a clone, and nowhere hosted.
+#: The documentation is built from a clone, and is not hosted.
 _DOCUMENTATION = (
     "Documentation: in a clone, `pip install '.[docs]'` and `sphinx-build -W notebooks build/site` make the pages, "
     "build/site/index.html the first of them; in Python, `help(roughxr)`."
 )
 
-#: What a paper that uses roughxr cites: the program, and the work whose method it implements.
+#: What to cite in a paper that uses roughxr: the program, and the work whose method it implements.
 _BIBTEX = f"""\
 @software{{roughxr,
   author  = {{{{The roughxr developers}}}},
@@ -358,7 +358,7 @@ def _run(options) -> None:
 
 
 def _paired(scan, options):
-    """Return the scan with the bodies that the options name; ask for what nobody can guess."""
+    """Return the scan with the bodies that the options name; ask for what has no default."""
     from . import materials, scans
 
     pair = {
@@ -392,7 +392,7 @@ def _paired(scan, options):
 
 
 def _numbers(value):
-    """Return what a list of words says: a number, a quantity, or a pair of them."""
+    """Return the value of a list of words: a number, a quantity, or a pair of them."""
     if not isinstance(value, (str, list)):
         return value
     found = [_number(one) for one in ([value] if isinstance(value, str) else value)]
@@ -532,7 +532,7 @@ def _detach(options) -> None:
 
 
 def _tell_critical(critical, options) -> None:
-    """Print how strong a load must be, and how the sphere comes off."""
+    """Print the critical strength of a load, and how the sphere comes off."""
     import numpy as np
 
     name = next(iter(critical.data_vars))
@@ -549,7 +549,7 @@ def _tell_critical(critical, options) -> None:
 
 
 def _draw_coming_off(critical, held, path: str) -> None:
-    """Draw the map of what goes first beside the rose of resisting moments."""
+    """Draw the map of modes beside the rose of resisting moments."""
     from matplotlib.figure import Figure
 
     from . import figures
@@ -573,7 +573,7 @@ def _shift(found) -> str:
 
 
 def _measurement(options):
-    """Return the measured pull-offs in a file, read as the options say."""
+    """Return the measured pull-offs in a file, read with the given options."""
     from .measured import open_pull_off
 
     return open_pull_off(
@@ -591,7 +591,7 @@ def _measurement(options):
 
 
 def _opened(file: str, options):
-    """Return the scan in a file, read as the options say."""
+    """Return the scan in a file, read with the given options."""
     from . import scans
 
     channel = int(options.channel) if (options.channel or "").isdecimal() else options.channel

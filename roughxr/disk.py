@@ -1,4 +1,4 @@
-"""How files are written, whole or not at all, and NetCDF read, by one thread at a time."""
+"""Files written completely or not at all, and NetCDF files read by one thread at a time."""
 
 from __future__ import annotations
 
@@ -19,31 +19,31 @@ import numpy as np
 import xarray as xr
 from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
-#: How netCDF4 begins its RuntimeErrors, which is all that it says of a full disk.
+#: Beginning of netCDF4's RuntimeErrors; it reports a full disk in no clearer way.
 _NETCDF = "NetCDF: "
 
-#: An interrupt came while none was let through.
+#: Set when an interrupt came while interrupts were held back.
 _interrupted = threading.Event()
 
 
 @contextmanager
 def whole(path: str | os.PathLike) -> Iterator[Path]:
-    """Give a path to write to, and the file its real name once it is on the disk; or leave no trace.
+    """Yield a path to write to; afterwards rename the file to its real name, or after an error leave no trace.
 
     Parameters
     ----------
     path : path
-        The file. Its folder is made where it is not there; what was there under this name stays until the end.
+        The file. Its folder is created if necessary; a file with this name is kept until the end.
 
     Yields
     ------
     Path
-        Beside ``path``, hidden, with its ending.
+        A hidden file beside ``path``, with its suffix.
 
     Raises
     ------
     OSError
-        If it cannot be written: names the file and the room on its disk.
+        If it cannot be written; the message names the file and the free space of its disk.
 
     Examples
     --------
@@ -64,7 +64,7 @@ def whole(path: str | os.PathLike) -> Iterator[Path]:
         os.replace(temporary, path)
         _to_disk(path.parent)
     except BaseException as error:
-        with uninterrupted():  # a second one must not leave what the first was to remove
+        with uninterrupted():  # a second interrupt must not keep the first one's clean-up from finishing
             room = _room(path)
             _discard(temporary)
         if isinstance(error, OSError) or (isinstance(error, RuntimeError) and str(error).startswith(_NETCDF)):
@@ -77,7 +77,7 @@ def whole(path: str | os.PathLike) -> Iterator[Path]:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Let an interrupt (Ctrl-C) wait until the end of the block.
+    """Delay an interrupt (Ctrl-C) until the end of the block.
 
     Within xarray it would leave the lock of the NetCDF library taken: whatever reads or closes a file then waits
     for ever. Only the main thread is ever interrupted; in others this does nothing.
@@ -113,7 +113,7 @@ def _wait(*_: Any) -> None:
 
 
 def unless_interrupted(block: Any) -> Any:
-    """Return ``block``, or end here if an interrupt waits: between two pieces of what takes long to write."""
+    """Return ``block``, or raise if an interrupt is pending: for use between two pieces of a long write."""
     if _interrupted.is_set():
         _interrupted.clear()
         raise KeyboardInterrupt
@@ -124,8 +124,8 @@ def unless_interrupted(block: Any) -> Any:
 def opened(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]:
     """Open a NetCDF file while nothing else of this process is in the NetCDF library, and close it.
 
-    The library crashes where two threads are in it. xarray locks it to read data, not to read what a file says of
-    them; here its lock is held from opening to closing, so that others may read lazily meanwhile.
+    The library crashes where two threads are in it. xarray locks it while data are read, but not while metadata are;
+    here its lock is held while the file is opened and closed, so that others may read lazily meanwhile.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def opened(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]:
 
 
 def groups(path: str | os.PathLike) -> list[str]:
-    """Return the names of the groups of a NetCDF file, but for those that only hold others."""
+    """Return the names of the groups of a NetCDF file, without those that only hold others."""
     with uninterrupted(), NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path) as file:
         return [group.path.strip("/") for group in _below(file) if group.variables or not group.groups]
 
@@ -169,7 +169,7 @@ def _below(group: netCDF4.Dataset) -> Iterator[netCDF4.Dataset]:
 def as_characters(ds: xr.Dataset) -> dict[str, dict[str, Any]]:
     """Return the encoding that stores text as characters of fixed width, which read back as the same text.
 
-    As strings of variable length, xarray's choice, they kill the interpreter that opens a file which it has open
+    Strings of variable length, xarray's default, crash the interpreter that opens a file which it has open
     already, such as in a data tree (Unidata/netcdf4-python issues 261 and 1444, HDFGroup/hdf5 issue 5359).
 
     Examples
@@ -188,7 +188,7 @@ def _is_text(variable: xr.Variable) -> bool:
 
 
 def leftovers(path: Path) -> list[Path]:
-    """Return what a process that was killed while it wrote ``path`` left beside it."""
+    """Return the files that a process left beside ``path`` if it was killed while writing."""
     return list(path.parent.glob(glob.escape(f".{path.name}.") + "*.part" + glob.escape(path.suffix)))
 
 
@@ -200,7 +200,7 @@ def _room(path: Path) -> str:
 
 
 def _discard(temporary: Path) -> None:
-    """Remove a file and free its room, also where HDF5 failed to write it: it holds such files open for good."""
+    """Remove a file and free its space, also where HDF5 failed to write it: HDF5 holds such files open for good."""
     with contextlib.suppress(OSError):
         _end_writing(temporary)
         os.truncate(temporary, 0)
@@ -209,9 +209,9 @@ def _discard(temporary: Path) -> None:
 
 
 def _end_writing(temporary: Path) -> None:
-    """Make read-only what this process has open of a file, or a later flush would fill the disk again.
+    """Make the handles that this process has open on a file read-only, or a later flush would fill the disk again.
 
-    It is not closed: HDF5 takes another file for this one if that gets its inode.
+    They are not closed: HDF5 would take another file for this one if it got its inode.
     """
     if not os.path.isdir("/dev/fd"):
         return  # Windows
@@ -224,7 +224,7 @@ def _end_writing(temporary: Path) -> None:
 
 
 def _to_disk(path: Path) -> None:
-    """Have what was written, file or folder, reach the disk, so that a power cut cannot take it back."""
+    """Flush a file or folder to the disk, so that it survives a power cut."""
     if os.name == "nt" and path.is_dir():
         return  # Windows opens no folders
     handle = os.open(path, os.O_RDONLY if os.name != "nt" else os.O_RDWR)

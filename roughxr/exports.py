@@ -1,4 +1,4 @@
-"""Results for those who come after: adhesion forces for resuspension models, and tidy tables."""
+"""Results for other programs: adhesion forces for resuspension models, and tidy tables."""
 
 from __future__ import annotations
 
@@ -15,38 +15,38 @@ from . import schema, statistics
 from ._version import __version__
 from .disk import whole
 
-#: Cells that begin with one of these, a spreadsheet takes for a formula and would compute.
+#: A spreadsheet takes cells that begin with one of these for a formula.
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
-#: What a tidy table can be written as, by the file's ending.
+#: Formats of a tidy table, by the file's suffix.
 FORMATS = (".csv", ".parquet")
 
 
 def to_resuspension(ds: xr.Dataset, path: str | os.PathLike) -> Path:
-    """Write pull-off forces as the table of adhesion that resuspension models ask for.
+    """Write pull-off forces as the table of adhesion that resuspension models need.
 
-    Rock'n'Roll and its kin take the distribution of the adhesion force between particle and surface, normalised
-    by that of a perfectly smooth contact (Reeks & Hall 2001), in place of a fitted log-normal law.
+    Rock'n'Roll and similar models can use this distribution of the adhesion force between particle and surface,
+    normalised by that of a perfectly smooth contact (Reeks & Hall 2001), in place of a fitted log-normal law.
 
     Parameters
     ----------
     ds : Dataset
-        A pull-off with its pair, such as of `rolling`.
+        A pull-off with its pair, for example from `rolling`.
     path : path
-        A CSV file; the lines above its head begin with ``#`` and hold sphere, material and origin.
+        A CSV file; comment lines at its top begin with ``#`` and hold sphere, material and origin.
 
     Returns
     -------
     Path
-        Columns ``force_nN`` (ascending), ``cdf`` (share of the places that let go at or below it) and
-        ``force_over_smooth`` (over the same sphere's from a smooth flat, 3/2 π w R). Of `rolling` also
-        ``lever_over_radius``, of the weakest direction there, for the 1/100 of those models. Places where nothing
-        pulls are no part of it: the head counts them.
+        Columns ``force_nN`` (ascending), ``cdf`` (share of the places that detach at or below it) and
+        ``force_over_smooth`` (over the force of the same sphere on a smooth flat, 3/2 π w R). From `rolling` also
+        ``lever_over_radius``, in the weakest direction, to use in place of the 1/100 of those models. Places where
+        nothing pulls are left out; a comment gives their number.
 
     Raises
     ------
     ValueError
-        If ``ds`` is no pull-off with a pair that adheres, or fewer than two places pull.
+        If ``ds`` is no pull-off with an adhesive pair, or fewer than two places pull.
 
     References
     ----------
@@ -94,12 +94,13 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     Parameters
     ----------
     ds : Dataset
-        Such as asperities, a solution without fields, a pull-off, a summary, intervals, or a map, which has one row
+        For example asperities, a solution without fields, a pull-off, a summary, intervals, or a map, which has one row
         for each pixel. Computed if lazy.
     path : path
         Ending in ``.csv`` or ``.parquet``. Parquet keeps types, and units and history of each column in its
-        metadata; it needs pyarrow. In CSV the units stand in brackets behind the names, and text that a
-        spreadsheet would take for a formula has an apostrophe before it. Of scalars alone it is that of `table`.
+        metadata; it needs pyarrow. In CSV the units are in brackets after the names, and text that a
+        spreadsheet would take for a formula begins with an apostrophe. A Dataset of scalars is written as `table`
+        returns it.
 
     Returns
     -------
@@ -108,9 +109,9 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     Raises
     ------
     ValueError
-        If the ending is neither, or ``ds`` holds fields of many places, which are no table.
+        If the suffix is neither, or ``ds`` holds fields of many places, which do not fit a table.
     ImportError
-        If Parquet is asked for and pyarrow is not installed.
+        If Parquet is wanted and pyarrow is not installed.
 
     Examples
     --------
@@ -134,12 +135,12 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike) -> Path:
 
 
 def table(ds: xr.Dataset) -> pd.DataFrame:
-    """Return the scalars of a Dataset, such as a roughness, as a table to read: value, units, and what it is.
+    """Return the scalars of a Dataset, such as a roughness, as a table for reading: value, units and meaning.
 
     Parameters
     ----------
     ds : Dataset
-        What lies along dimensions is left out.
+        Variables along dimensions are left out.
 
     Returns
     -------

@@ -17,15 +17,15 @@ from .units import converted, magnitude, positive
 
 
 class ImplausiblePair(UserWarning):
-    """A pair of bodies was taken as it was given, but is hardly what was meant."""
+    """A pair of bodies was taken as it was given, but is probably not what was meant."""
 
 
-#: Closest approaches, nm, at which a Hamaker constant and a work of adhesion may go together.
+#: Closest approaches, nm, at which a Hamaker constant and a work of adhesion are consistent.
 _CUT_OFFS = 0.08, 0.6
 
 
 class _Range(NamedTuple):
-    """What a quantity can be: refused beyond the outer bounds, questioned beyond the inner ones."""
+    """The range of a quantity: refused beyond the outer bounds, questioned beyond the inner ones."""
 
     units: str
     least: float
@@ -37,7 +37,7 @@ class _Range(NamedTuple):
 
 _MODULUS = _Range("GPa", 1e-9, 1e-7, 1.5e3, 1e5, "gels have 1e-6 GPa, glass 75, diamond 1100")
 
-#: Range of adhesion of dry solids, nm, where none is assigned: about their interatomic distance.
+#: Default range of adhesion, nm, of dry solids: about their interatomic distance.
 DEFAULT_RANGE = 0.3
 
 _RANGES = {
@@ -49,7 +49,7 @@ _RANGES = {
     "work_of_adhesion": _Range("J m-2", 0.0, 1e-6, 6.0, 30.0, "dry glass has 0.06 J/m², cleaved diamond 11"),
 }
 
-#: A sphere of fewer pixels than these in radius is refused, and questioned.
+#: A sphere with fewer pixels than these in its radius is refused, or questioned.
 _FEWEST_PIXELS, _FEW_PIXELS = 1.0, 5.0
 
 
@@ -103,8 +103,8 @@ def gilman_surface_energy(
     young_modulus : number or quantity
         E, GPa.
     poisson_ratio : float, optional
-        Where given, E/(1 − ν²) stands for E. The published pull-off of the smooth sphere, 19.1 µN, takes this
-        reading; the equation as printed takes E.
+        If given, E/(1 − ν²) takes the place of E. The published pull-off of the smooth sphere, 19.1 µN, uses this
+        reading; the equation as printed uses E.
     plane_spacing : number or quantity
         y₀ between cleavage planes, nm.
     atomic_radius : number or quantity
@@ -165,9 +165,9 @@ def assign_pair(
         A scan of the indenter's face, such as of a colloidal probe: its highest point is put at the contact
         centre, and it is turned over about the x axis to face the surface (its y runs against the surface's).
         Or its heights (x, y), pointing out of it, nm or with ``units``, with x, y (nm) counted from the contact
-        centre along the surface's axes. It has to be larger than any contact with it.
+        centre along the surface's axes. It must be larger than any contact with it.
     materials : str or pair of str
-        Names, such as "glass/silicon" or "glass" for two bodies of it: moduli from handbooks, and, where none is
+        Names, such as "glass/silicon" or "glass" for two bodies of it: moduli from handbooks and, unless it is
         given, the work of adhesion of clean, dry bodies by van der Waals forces alone; see `substances`.
     young_modulus, poisson_ratio : number or pair
         Of both bodies alike, or of each; GPa. Either these, ``materials`` or ``contact_modulus``.
@@ -178,20 +178,20 @@ def assign_pair(
     work_of_adhesion : number or quantity, optional
         w, J/m².
     adhesion_range : number or quantity, optional
-        ρ, nm: over which length the pull between the surfaces falls by e as they part; 0.2 to 0.4 nm for dry
-        solids, more where liquids or charges pull. `adhesive` takes 0.3 nm where none is assigned.
+        ρ, nm: the length over which the pull between the surfaces falls by a factor of e; 0.2 to 0.4 nm for dry
+        solids, more where liquids or charges pull. `adhesive` uses 0.3 nm where none is assigned.
     adhesion_strength : number or quantity, optional
-        The largest pull, GPa, in place of its range: ρ = w over it.
+        The largest pull, GPa, in place of its range: ρ is w over it.
     hamaker_constant : number or quantity, optional
-        A of the bodies across what lies between them, nN nm (1e-18 J) or such as "6.5e-20 J"; see `hamaker_constant`.
-        Beside a work of adhesion it says how near the bodies come, z₀ = √(A/(12πw)); without one w = A/(12π z₀²), z₀ =
-        0.165 nm. Named materials bring theirs, unless a work of adhesion is given.
+        A of the bodies across what lies between them, nN nm (1e-18 J) or text such as "6.5e-20 J"; see
+        `hamaker_constant`. Together with a work of adhesion it sets the closest approach, z₀ = √(A/(12πw)); without one
+        w = A/(12π z₀²) with z₀ = 0.165 nm. Named materials have their own, unless a work of adhesion is given.
     medium : {"vacuum", "air", "water", "ethanol", "hexadecane"}
         What lies between named materials.
     hardness : number or quantity, optional
-        H of the softer body, GPa: the largest pressure that it bears, beyond which it yields; see `direct`. Without one
-        all stays elastic, and results tell how much of them lies above the hardness that named materials are estimated
-        to have (`substances`).
+        H of the softer body, GPa: the largest pressure that it bears, beyond which it yields; see `direct`. Without it
+        the bodies stay elastic, and for named materials results report how much of them lies above the hardness
+        estimated for these (`substances`).
 
     Returns
     -------
@@ -203,14 +203,14 @@ def assign_pair(
     Raises
     ------
     ValueError
-        If a quantity is given twice or not at all, is not a positive number (w may be zero) or none that a body can
-        have, the hardness is no larger than the pull of adhesion w/ρ, or an indenter's map does not have the contact
+        If a quantity is given twice or not at all, is not a positive number (w may be zero) or impossible for any body,
+        the hardness is no larger than the pull of adhesion w/ρ, or an indenter's map does not have the contact
         centre in its middle.
 
     Warns
     -----
     ImplausiblePair
-        If a quantity is hardly what was meant, such as a sphere of fewer than five pixels.
+        If a quantity is improbable, such as a sphere with a radius of fewer than five pixels.
 
     Examples
     --------
@@ -226,41 +226,32 @@ def assign_pair(
     given |= {"surface_energy": surface_energy}
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
-    adhesion = _work_of_adhesion(surface_energy, work_of_adhesion)
-    constant = None if hamaker_constant is None else positive(hamaker_constant, "nN nm", "hamaker_constant")
-    schema.one_of(medium, substances.MEDIA, "medium")
-    if materials is not None:
-        bodies = substances.pair_of(materials)
+    bodies = None if materials is None else substances.pair_of(materials)
+    attraction = _attraction(bodies, medium, _work_of_adhesion(surface_energy, work_of_adhesion), hamaker_constant)
+    if bodies is not None:
         young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
-        if adhesion is None and constant is None:
-            constant = _attracting(substances.hamaker_of(*bodies, medium), medium)
-    if constant is not None:
-        adhesion = substances.work_of(constant) if adhesion is None else adhesion
-        _believed_cut_off(constant, adhesion)
     values = {"contact_modulus": _contact_modulus(contact_modulus, young_modulus, poisson_ratio)}
     if sphere_radius is not None:
         values["sphere_radius"] = _radius(sphere_radius, ds)
-    if adhesion is not None:
-        values["work_of_adhesion"] = adhesion
-    if constant is not None:
-        values["hamaker_constant"] = constant
+    values |= attraction
+    adhesion = values.get("work_of_adhesion")
     values |= _adhesion_range(adhesion_range, adhesion_strength, adhesion)
     if hardness is not None:
         values["hardness"] = _hardness(hardness, adhesion, values.get("adhesion_range"))
-    elif materials is not None:
+    elif bodies is not None:
         values["hardness_estimate"] = substances.softer_hardness(*bodies)
     out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
     out = out.assign_coords(values)
     if indenter is not None:
         out = out.assign(indenter_height=_indenter(indenter))
-    told = {name: _told(value) for name, value in given.items() if value is not None}
+    told = {name: _recordable(value) for name, value in given.items() if value is not None}
     return schema.record(schema.label(out), "assign_pair", **values, **told)
 
 
-def _told(value: Any) -> Any:
-    """Return what was given in a form that text holds: numbers, words, or a pair of them."""
+def _recordable(value: Any) -> Any:
+    """Return a given value in a form that text can hold: numbers, words, or a pair of them."""
     if isinstance(value, (tuple, list)):
-        return [_told(one) for one in value]
+        return [_recordable(one) for one in value]
     return value if isinstance(value, (int, float, str)) else str(value)
 
 
@@ -270,10 +261,10 @@ def hamaker_constant(first: Any, second: Any = None, *, medium: Any = "vacuum") 
     Parameters
     ----------
     first, second : str, number or quantity
-        Names of materials, or Hamaker constants of each against itself across vacuum, nN nm (1e-18 J). One stands for
+        Names of materials, or the Hamaker constant of each across vacuum, nN nm (1e-18 J). One value is used for
         both.
     medium : str, number or quantity
-        What lies between: "vacuum", "air", "water", "ethanol", "hexadecane", or its Hamaker constant.
+        The medium between them: "vacuum", "air", "water", "ethanol", "hexadecane", or its Hamaker constant.
 
     Returns
     -------
@@ -283,12 +274,12 @@ def hamaker_constant(first: Any, second: Any = None, *, medium: Any = "vacuum") 
     Raises
     ------
     ValueError
-        If a name is unknown, or of a material no constant is known.
+        If a name is unknown, or no constant is known for a material.
 
     Notes
     -----
-    A₁₂ = √(A₁A₂) and A₁₃₂ = (√A₁ − √A₃)(√A₂ − √A₃). In media such as water, whose static response differs from all the
-    others', the rules are rough: the zero-frequency part of A is then to be computed by Lifshitz's theory.
+    A₁₂ = √(A₁A₂) and A₁₃₂ = (√A₁ − √A₃)(√A₂ − √A₃). For media such as water, whose static response differs from all the
+    others', the rules are rough, and the zero-frequency part of A should be computed by Lifshitz's theory.
 
     References
     ----------
@@ -317,8 +308,21 @@ def _own_constant(given: Any, known: dict[str, Any]) -> float:
     return value
 
 
+def _attraction(bodies: tuple | None, medium: str, adhesion: float | None, given: Any) -> dict[str, float]:
+    """Return work of adhesion and Hamaker constant, as far as they are given or follow from named materials."""
+    constant = None if given is None else positive(given, "nN nm", "hamaker_constant")
+    schema.one_of(medium, substances.MEDIA, "medium")
+    if bodies is not None and adhesion is None and constant is None:
+        constant = _attracting(substances.hamaker_of(*bodies, medium), medium)
+    if constant is not None:
+        adhesion = substances.work_of(constant) if adhesion is None else adhesion
+        _check_cut_off(constant, adhesion)
+    found = {"work_of_adhesion": adhesion, "hamaker_constant": constant}
+    return {name: value for name, value in found.items() if value is not None}
+
+
 def _attracting(constant: float | None, medium: str) -> float | None:
-    """Return a Hamaker constant, or say that bodies repel each other."""
+    """Return a Hamaker constant; raise where the bodies repel each other."""
     if constant is not None and constant <= 0:
         raise ValueError(
             f"medium: expected one across which the bodies attract, found A = {constant:.3g} nN nm in {medium}"
@@ -326,11 +330,11 @@ def _attracting(constant: float | None, medium: str) -> float | None:
     return constant
 
 
-def _believed_cut_off(constant: float, work: float) -> None:
-    """Question a Hamaker constant and a work of adhesion that would bring the bodies too near, or not near."""
+def _check_cut_off(constant: float, work: float) -> None:
+    """Warn of a Hamaker constant and a work of adhesion that bring the bodies too near, or not near enough."""
     distance = np.sqrt(constant / (12 * np.pi * work)) if work > 0 else np.inf
     if not _CUT_OFFS[0] <= distance <= _CUT_OFFS[1]:
-        _question(
+        _warn_implausible(
             f"hamaker_constant: {constant:.3g} nN nm and a work of adhesion of {work:.3g} J/m2 go together at a "
             f"closest approach of {distance:.2g} nm: is it meant? (solids have 0.1 to 0.5; bonds stick harder)"
         )
@@ -345,7 +349,7 @@ def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | 
 
 def _contact_modulus(given: Any, young_modulus: Any, poisson_ratio: Any) -> float:
     if given is not None:
-        return _believed(positive(given, "GPa", "contact_modulus"), "contact_modulus", given)
+        return _plausible(positive(given, "GPa", "contact_modulus"), "contact_modulus", given)
     if poisson_ratio is None:
         raise ValueError("poisson_ratio: expected one beside young_modulus, found none")
     return contact_modulus(young_modulus, poisson_ratio)
@@ -362,7 +366,7 @@ def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | Non
     if not isinstance(value, float) or value < 0:
         raise ValueError(f"{name}: expected one number >= 0 in J m-2, found {given!r}")
     if value > 0:
-        _believed(times * value, "work_of_adhesion", given, name if times == 2.0 else "")
+        _plausible(times * value, "work_of_adhesion", given, name if times == 2.0 else "")
     return times * value
 
 
@@ -371,18 +375,18 @@ def _adhesion_range(given: Any, strength: Any, work: float | None) -> dict[str, 
     if given is not None and strength is not None:
         raise ValueError("expected adhesion_range or adhesion_strength (= work_of_adhesion/adhesion_range), found both")
     if given is not None:
-        return {"adhesion_range": _believed(positive(given, "nm", "adhesion_range"), "adhesion_range", given)}
+        return {"adhesion_range": _plausible(positive(given, "nm", "adhesion_range"), "adhesion_range", given)}
     if strength is None:
         return {}
     if not work:
         raise ValueError("adhesion_strength: expected a work of adhesion > 0 beside it, found none")
     found = work / positive(strength, "GPa", "adhesion_strength")
-    return {"adhesion_range": _believed(found, "adhesion_range", strength, "adhesion_strength")}
+    return {"adhesion_range": _plausible(found, "adhesion_range", strength, "adhesion_strength")}
 
 
 def _hardness(given: Any, work: float | None, length: float | None) -> float:
-    """Return the hardness (GPa), which has to bear more than the pull of adhesion."""
-    value = _believed(positive(given, "GPa", "hardness"), "hardness", given)
+    """Return the hardness (GPa); raise unless it exceeds the pull of adhesion."""
+    value = _plausible(positive(given, "GPa", "hardness"), "hardness", given)
     strength = (work or 0.0) / (length or DEFAULT_RANGE)
     words = (
         f"hardness: {value:.3g} GPa is no more than the pull of adhesion, w/rho = {strength:.3g} GPa over "
@@ -391,13 +395,13 @@ def _hardness(given: Any, work: float | None, length: float | None) -> float:
     if value <= strength and length is not None:
         raise ValueError(f"{words}; expected a larger hardness, a larger adhesion_range or less work of adhesion")
     if value <= strength:
-        _question(f"{words}; is it meant? (assign the adhesion_range that belongs to this work of adhesion)")
+        _warn_implausible(f"{words}; is it meant? (assign the adhesion_range that belongs to this work of adhesion)")
     return value
 
 
 def _radius(given: Any, ds: xr.Dataset) -> float:
-    """Return the sphere's radius (nm), which the scan's pixels have to resolve."""
-    radius = _believed(positive(given, "nm", "sphere_radius"), "sphere_radius", given)
+    """Return the sphere's radius (nm); raise or warn where the scan's pixels do not resolve it."""
+    radius = _plausible(positive(given, "nm", "sphere_radius"), "sphere_radius", given)
     if "height" not in ds or not {"x", "y"} <= set(ds["height"].dims) & set(ds.indexes):
         return radius
     pixel = max(schema.spacing(converted(ds[axis], "nm", axis)) for axis in ("x", "y"))
@@ -405,40 +409,42 @@ def _radius(given: Any, ds: xr.Dataset) -> float:
     if radius < _FEWEST_PIXELS * pixel:
         raise ValueError(f"{words}: expected more than one; plain numbers are nm, else say '3 um'")
     if radius < _FEW_PIXELS * pixel:
-        _question(f"{words}, too few to show where such a sphere touches; plain numbers are nm, else say '3 um'")
+        _warn_implausible(
+            f"{words}, too few to show where such a sphere touches; plain numbers are nm, else say '3 um'"
+        )
     return radius
 
 
-def _believed(value: float, quantity: str, given: Any, name: str = "") -> float:
-    """Return a value that a body can have; question one that it hardly has."""
+def _plausible(value: float, quantity: str, given: Any, name: str = "") -> float:
+    """Return a value; raise if no body can have it, warn if it is improbable."""
     known = _RANGES[quantity]
     words = f"{name or quantity}: {given!r} is {value:.4g} {known.units}" + (f" of {quantity}" if name else "")
     advice = f"{known.known}; plain numbers are {known.units}, others say theirs, as in '3 um' or '70e9 Pa'"
     if not known.least <= value <= known.greatest:
         raise ValueError(f"{words}, which no body has ({advice})")
     if not known.low <= value <= known.high:
-        _question(f"{words}: is it meant? ({advice})")
+        _warn_implausible(f"{words}: is it meant? ({advice})")
     return value
 
 
-def believed(name: str, value: float, ds: xr.Dataset) -> None:
-    """Refuse or question one of the pair's values (nm, GPa, J/m²) on a scan, as `assign_pair` does.
+def check_plausible(name: str, value: float, ds: xr.Dataset) -> None:
+    """Raise or warn for one of the pair's values (nm, GPa, J/m²) on a scan, as `assign_pair` does.
 
     Raises
     ------
     ValueError
-        If no body has it.
+        If no body can have it.
     """
     if name == "sphere_radius":
         _radius(value, ds)
     elif name == "work_of_adhesion":
         _work_of_adhesion(None, value)
     else:
-        _believed(positive(value, "GPa", name), name, value)
+        _plausible(positive(value, "GPa", name), name, value)
 
 
-def _question(words: str) -> None:
-    """Warn where the user's own code called."""
+def _warn_implausible(words: str) -> None:
+    """Warn at the line of the user's own code."""
     frame, above = sys._getframe(), 1
     while frame.f_back and frame.f_globals.get("__package__") == __package__:
         frame, above = frame.f_back, above + 1
@@ -469,7 +475,7 @@ def _facing(height: xr.DataArray) -> xr.DataArray:
 
 
 def _check_centred(axis: xr.DataArray) -> None:
-    """Say that a map's axis runs from its corner, as an opened scan's does, if the contact centre is not within."""
+    """Raise where the contact centre is not within a map's axis, as when the axis starts at a corner of a scan."""
     first, last = float(axis[0]), float(axis[-1])
     if abs(first + last) / 2 > (last - first) / 4:
         raise ValueError(
@@ -480,7 +486,7 @@ def _check_centred(axis: xr.DataArray) -> None:
 
 
 def _exactly_one(**given: Any) -> None:
-    """Say which of several ways to state a thing was expected, if not exactly one was taken."""
+    """Raise unless exactly one of several ways to state a quantity was used."""
     found = [name for name, value in given.items() if value is not None]
     if len(found) != 1:
         raise ValueError(f"expected one of {', '.join(given)}, found {' and '.join(found) or 'none'}")
@@ -497,7 +503,7 @@ def _two(value: Any, name: str) -> tuple[Any, Any]:
 def _modulus(value: Any) -> float:
     if isinstance(value, (int, float)) and value == np.inf:
         return np.inf
-    return _believed(positive(value, "GPa", "young_modulus"), "young_modulus", value)
+    return _plausible(positive(value, "GPa", "young_modulus"), "young_modulus", value)
 
 
 def _ratio(value: Any) -> float:

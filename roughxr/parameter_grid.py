@@ -1,8 +1,8 @@
 """Runs over parameters: radii, moduli, works of adhesion and rough indenters as further dimensions of one result.
 
 The scan fixes all lengths, so that the modulus is the only unit of stress: at the same displacement and the same
-w/E*, forces and pressures are proportional to E*, and shapes the same. What shares a radius and w/E* is solved once;
-without adhesion, what shares a radius.
+w/E*, forces and pressures are proportional to E*, and the shapes are the same. So only one solve is needed for all
+combinations with the same radius and w/E*, or without adhesion for all with the same radius.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from . import materials, schema
 from .catalogue import asperities
 from .contact.asperity_sum import fit_of
 
-#: Units of what is proportional to E*.
+#: Units of variables proportional to E*.
 _STRESSES = ("nN", "GPa", "nN nm")
 
-#: Solves that sum over asperities: a scan's catalogue is made once for all of them.
+#: Verbs that sum over asperities: a scan's catalogue is made once for all solves.
 _OF_ASPERITIES = ("superpose", "pull_off_map", "rolling")
 
-#: Solves whose results are known to scale so; what others return is solved for every pair.
+#: Verbs whose results are known to scale with E*; others are solved for every pair.
 _SCALING = (*_OF_ASPERITIES, "direct", "adhesive", "rigid")
 
-#: Options and coordinates that are forces or pressures of their own: with them nothing scales.
+#: Options and coordinates that are forces or pressures themselves: with these, results do not scale.
 _FIXED = ("load", "preload"), ("hardness", "hardness_estimate")
 
 
@@ -48,25 +48,25 @@ def vary(
     ds : Dataset
         A scan, or an asperity catalogue where ``solve`` takes one, with an assigned pair.
     solve : callable
-        `direct`, `superpose`, `pull_off_map`, `adhesive` or `rolling`; or a function of a Dataset and options of one's
-        own.
+        `direct`, `superpose`, `pull_off_map`, `adhesive` or `rolling`; or your own function of a Dataset and
+        options.
     sphere_radius, contact_modulus, work_of_adhesion : array_like, optional
-        Values in nm, GPa and J/m², ascending; what is not given stays as assigned, and no dimension.
+        Values in nm, GPa and J/m², ascending; a parameter that is not given stays as assigned, without a dimension.
     indenter : Dataset, optional
-        From `placements`, in place of the assigned sphere.
+        Result of `placements`, in place of the assigned sphere.
     **options
-        For ``solve``.
+        Passed to ``solve``.
 
     Returns
     -------
     Dataset
-        What ``solve`` returns, with a dimension for each parameter that is given, and ``placement`` for an indenter.
+        The result of ``solve`` with a dimension for each given parameter, and ``placement`` for an indenter.
 
     Raises
     ------
     ValueError
         If no parameter is given, one is not ascending or not positive (w may be 0), no pair is assigned, fields
-        are asked for at several radii, or radii beside an indenter.
+        are asked for at several radii, or radii are given together with an indenter.
 
     References
     ----------
@@ -111,7 +111,7 @@ def vary(
 
 
 def _placed(ds: xr.Dataset, solve: Callable, indenter: xr.Dataset, given: dict[str, Any], options: dict[str, Any]):
-    """Return the solutions under every placement of a rough indenter."""
+    """Return the solutions for every placement of a rough indenter."""
     if given["sphere_radius"] is not None:
         raise ValueError(
             "sphere_radius: expected none beside an indenter, which brings its own; make `placements` of it"
@@ -135,13 +135,13 @@ def _placed(ds: xr.Dataset, solve: Callable, indenter: xr.Dataset, given: dict[s
 
 
 def _same_deltas(parts: list[xr.Dataset]) -> None:
-    """Say that displacements have to be given where their default differs from part to part."""
+    """Raise where displacements must be given because their default differs from part to part."""
     if any("delta" in part.dims and not part["delta"].equals(parts[0]["delta"]) for part in parts):
         raise ValueError("delta: expected displacements in nm, since their default differs from one pair to the next")
 
 
 def _axes(ds: xr.Dataset, given: dict[str, Any]) -> dict[str, list[float]]:
-    """Return the values of each parameter: those given, or the one that is assigned."""
+    """Return the values of each parameter: those given, or the one assigned."""
     if all(values is None for values in given.values()):
         raise ValueError(f"expected values of {', '.join(given)} or several of them, found none")
     axes = {}
@@ -149,21 +149,21 @@ def _axes(ds: xr.Dataset, given: dict[str, Any]) -> dict[str, list[float]]:
         if values is not None:
             axes[name] = schema.ascending(values, schema.VARIABLES[name].units, name).tolist()
             for value in axes[name]:
-                materials.believed(name, value, ds)
+                materials.check_plausible(name, value, ds)
         elif name in ds.coords:
             axes[name] = [float(ds[name])]
     return axes
 
 
 def _scales(ds: xr.Dataset, solve: Callable, options: dict[str, Any]) -> bool:
-    """Say whether solutions of pairs with the same w/E* differ by a factor only."""
+    """Return whether solutions for pairs with the same w/E* differ by a factor only."""
     given, assigned = _FIXED
     forced = any(options.get(name) is not None and np.any(options[name]) for name in given)
     return getattr(solve, "__name__", "") in _SCALING and not forced and not set(assigned) & set(ds.coords)
 
 
 def _shared(pair: dict[str, float], solve: Callable, options: dict[str, Any]) -> tuple:
-    """Return what the solution depends on, but for its scale."""
+    """Return what a solution depends on apart from its scale."""
     radius, modulus = pair.get("sphere_radius"), pair.get("contact_modulus")
     if modulus is None:
         return tuple(pair.values())

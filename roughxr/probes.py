@@ -1,7 +1,8 @@
-"""Indenters that are rough themselves: a sphere taken out of a probe's scan, and rough spheres as they may land.
+"""Rough indenters: a sphere fitted to a probe's scan and subtracted, and rough spheres in many placements.
 
-In an elastic half space two rough bodies touch as the sum of their roughnesses touches a smooth one. A particle shows
-another part of its face each time it lands, turned as chance has it: an ensemble of indenters along ``placement``.
+In an elastic half space two rough bodies touch as one with the sum of their roughnesses touches a smooth one. A
+particle presents another part of its surface each time it lands, in a random orientation: an ensemble of indenters
+along ``placement``.
 """
 
 from __future__ import annotations
@@ -14,14 +15,14 @@ import xarray as xr
 from . import schema
 from .units import positive, whole_number
 
-#: A cap that rises by less than so many times its roughness over the scan is no sphere that could be told.
+#: A cap that rises by less than this many times its roughness over the scan is too flat for a sphere to be fitted.
 _CURVED = 2.0
 
 ROTATIONS = ("quarter", "any", "none")
 
 
 def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
-    """Fit a sphere to the scan of a probe's face, and take it out.
+    """Fit a sphere to the scan of a probe's face, and subtract it.
 
     Parameters
     ----------
@@ -32,8 +33,8 @@ def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
     -------
     Dataset
         The scan with ``height`` (nm) less the sphere: its roughness, of zero mean, for `placements`; and as scalars
-        ``fitted_radius`` (nm), ``fit_rms`` (nm), ``apex_x`` and ``apex_y`` (nm), and ``apex_tilt`` (rad), by which the
-        sphere is inclined in the middle of the scan. A tilt of the scan moves the apex of a sphere and nothing else:
+        ``fitted_radius`` (nm), ``fit_rms`` (nm), ``apex_x`` and ``apex_y`` (nm), and ``apex_tilt`` (rad), the
+        inclination of the sphere in the middle of the scan. A tilt of the scan only moves the apex of a sphere, so that
         the two cannot be told apart.
 
     Raises
@@ -43,8 +44,8 @@ def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
 
     Notes
     -----
-    Waves of the probe's own that are longer than half the scan are taken for curvature; the scanning tip rounds what is
-    sharper than itself (`erode` first, of this scan as of the surface's).
+    Waves on the probe that are longer than half the scan count as curvature; the scanning tip rounds what is
+    sharper than itself (use `erode` first, on this scan as on the surface's).
 
     Examples
     --------
@@ -74,12 +75,12 @@ def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _drop(r2: Any, radius: float) -> Any:
-    """Return how far a sphere lies below its apex, nm; its equator's depth beyond it."""
+    """Return the depth of a sphere below its apex, nm; beyond its edge that of its equator."""
     return r2 / (radius + np.sqrt(np.maximum(radius**2 - r2, 0.0)))
 
 
 def _sphere(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float, float, float, float]:
-    """Return apex (x, y, height) and radius, nm, of the sphere that lies nearest in least squares of heights."""
+    """Return apex (x, y, height) and radius, nm, of the sphere that fits the heights by least squares."""
     from scipy.optimize import least_squares
 
     x0, y0, top, radius = _paraboloid(x, y, height)
@@ -102,7 +103,7 @@ def _sphere(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float, fl
 
 
 def _paraboloid(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float, float, float, float]:
-    """Return apex and radius of the round paraboloid nearest to heights."""
+    """Return apex and radius of the round paraboloid that fits the heights."""
     scale = float(np.hypot(x, y).max())
     design = np.c_[np.ones(x.size), x / scale, y / scale, (x**2 + y**2) / scale**2]
     base, along_x, along_y, bend = np.linalg.lstsq(design, height, rcond=None)[0]
@@ -122,21 +123,21 @@ def placements(
     rotation: str = "quarter",
     seed: int = 0,
 ) -> xr.Dataset:
-    """Return rough spheres as they may land: each with another part of a roughness at its apex, turned by chance.
+    """Return rough spheres in random placements: each with another part of a roughness at its apex, and turned.
 
     Parameters
     ----------
     roughness : Dataset
         A scan of the roughness: from `fit_sphere`, of a flat face of the same make, or synthetic.
     sphere_radius : number or quantity
-        Of the sphere below it, nm.
+        Radius of the sphere below the roughness, nm.
     count : int
-        Of placements.
+        Number of placements.
     width : number or quantity, optional
-        Side of the part that faces the surface, nm; by default half of the scan's shorter side. It has to be larger
+        Side of the part that faces the surface, nm; by default half of the scan's shorter side. It must be larger
         than any contact, see `assign_pair`.
     rotation : {"quarter", "any", "none"}
-        By whole quarter turns, which leave every height as it is; by any angle, between the pixels by splines; or not.
+        Turn by quarter turns, which leave all heights unchanged; by any angle, interpolated by splines; or not at all.
     seed : int
         The same seed gives the same placements.
 
@@ -144,7 +145,7 @@ def placements(
     -------
     Dataset
         ``indenter_height`` (nm) along (placement, indenter_x, indenter_y), facing the surface, for `vary`; ``patch_x``
-        and ``patch_y`` (nm), where on the scan its middle lies, and ``rotation`` (rad).
+        and ``patch_y`` (nm), the centre of the part on the scan, and ``rotation`` (rad).
 
     Raises
     ------
@@ -188,7 +189,7 @@ def placements(
 
 
 def _part(shape: tuple[int, int], pixel: float, width: Any, rotation: str) -> tuple[int, int]:
-    """Return how many pixels wide a part is, an odd number, and of how many it is cut."""
+    """Return the width of a part in pixels, an odd number, and that of the piece from which it is cut."""
     wide = 0.5 * min(shape) * pixel if width is None else positive(width, "nm", "width")
     n = int(wide / pixel - 1) // 2 * 2 + 1
     margin = int(np.ceil(n * np.sqrt(2))) // 2 * 2 + 1 if rotation == "any" else n

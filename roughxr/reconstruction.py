@@ -1,4 +1,4 @@
-"""The surface that the asperities alone would make: the upper envelope of their paraboloids."""
+"""The surface made up of the asperities alone: the upper envelope of their paraboloids."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None, *, reach: A
     -------
     Dataset
         ``height`` (nm), NaN where no paraboloid reaches; the attributes ``residual_rms`` and ``residual_mean``
-        (nm) tell how far it is from the scan. It matches the peaks, not the surface between them: expect a
+        (nm) give its difference from the scan. It matches the peaks, not the surface between them: expect a
         residual as large as the roughness.
 
     Raises

@@ -1,6 +1,6 @@
-"""Where the sphere lands: contact centres on a scan, and the window of pixels that each of them needs.
+"""Contact centres on a scan, and the window of pixels that each of them needs.
 
-A subregion's tile only places its centre; the window around the centre reaches as far as the indenter can
+A subregion's tile only places its centre; the window around the centre extends as far as the indenter can
 overlap the surface, beyond the tile.
 """
 
@@ -16,12 +16,12 @@ from .units import is_whole, magnitude
 
 __all__ = ["centres", "extent"]
 
-#: Tiles along one axis at most, where the number of pixels is not known.
+#: Largest number of tiles along one axis, where the number of pixels is not known.
 _MOST_TILES = 65536
 
 
 class Window(NamedTuple):
-    """The pixels around one centre: index ranges on the scan, and where they lie in the full window."""
+    """The pixels around one centre: index ranges on the scan, and their position in the full window."""
 
     rows: slice
     columns: slice
@@ -37,9 +37,9 @@ def centres(ds: xr.Dataset, subregions: Any = None) -> xr.Dataset:
     Parameters
     ----------
     ds : Dataset
-        A scan, or anything with ``subregion_x`` and ``subregion_y`` on it.
+        A scan, or any Dataset with ``subregion_x`` and ``subregion_y``.
     subregions : (int, int), (array, array) or Dataset, optional
-        A pair of whole numbers: the centres of a grid of so many tiles along x and y. Two arrays: x and y of
+        Two whole numbers: the centres of a grid of so many tiles along x and y. Two arrays: x and y of
         the centres, nm. A Dataset: its centres. By default the centres on ``ds``, else one in its middle.
 
     Returns
@@ -71,7 +71,7 @@ def centres(ds: xr.Dataset, subregions: Any = None) -> xr.Dataset:
 
 
 def sample(positions: xr.Dataset, count: int) -> xr.Dataset:
-    """Return so many of the contact centres, spread evenly over their order; all where there are fewer.
+    """Return ``count`` of the contact centres, spread evenly over their order; all if there are fewer.
 
     Examples
     --------
@@ -83,7 +83,7 @@ def sample(positions: xr.Dataset, count: int) -> xr.Dataset:
     return positions.isel(subregion=np.unique(np.linspace(0, last, count).round().astype(int)))
 
 
-#: Scalar coordinates by which a catalogue remembers its scan's outer edges.
+#: Scalar coordinates in which a catalogue keeps its scan's outer edges.
 EDGES = ("scan_x_min", "scan_x_max", "scan_y_min", "scan_y_max")
 
 
@@ -93,7 +93,7 @@ def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
     Parameters
     ----------
     ds : Dataset
-        A scan, or the catalogue of its asperities, which remembers them.
+        A scan, or the catalogue of its asperities, which keeps them.
 
     Returns
     -------

@@ -18,7 +18,7 @@ import xarray as xr
 from ._version import __version__
 from .units import converted, magnitude
 
-#: What tells a user what a Dataset holds; the rest serves roughxr's own functions.
+#: Public names; the others are for roughxr's own functions.
 __all__ = [
     "KINDS",
     "PAIR",
@@ -37,9 +37,9 @@ __all__ = [
 
 
 class Variable(NamedTuple):
-    """What one name means: its units (UDUNITS), its words on an axis, and its sign or definition.
+    """The meaning of one name: its units (UDUNITS), its label on an axis, and its sign or definition.
 
-    Empty units are those of the variable that the name tells something of, such as a bootstrap's ``estimate``.
+    Empty units are those of another variable, which the name describes, such as a bootstrap's ``estimate``.
     """
 
     units: str
@@ -56,9 +56,13 @@ VARIABLES: dict[str, Variable] = {
     "sphere_radius": Variable("nm", "sphere radius"),
     "contact_modulus": Variable("GPa", "contact modulus E*", "1/E* = (1-nu1^2)/E1 + (1-nu2^2)/E2"),
     "work_of_adhesion": Variable("J m-2", "work of adhesion w", "w = 2 gamma for equal bodies"),
-    "adhesion_range": Variable("nm", "range of adhesion", "length over which the pull falls by e: strength = w/range"),
+    "adhesion_range": Variable(
+        "nm", "range of adhesion", "length over which the pull falls by a factor e: strength = w/range"
+    ),
     "hardness": Variable("GPa", "hardness H", "the largest pressure; beyond it the softer body yields"),
-    "hardness_estimate": Variable("GPa", "estimated hardness", "of named materials; told of, nothing yields at it"),
+    "hardness_estimate": Variable(
+        "GPa", "estimated hardness", "of named materials; only reported, nothing yields at it"
+    ),
     "hamaker_constant": Variable("nN nm", "Hamaker constant A", "across what lies between; 1 nN nm = 1e-18 J"),
     "indenter_height": Variable("nm", "indenter height", "points out of the indenter; its maximum touches first"),
     "indenter_x": Variable("nm", "x from the contact centre"),
@@ -145,7 +149,7 @@ VARIABLES: dict[str, Variable] = {
     "contacts_overlapping": Variable("1", "contacts that overlap a neighbour's"),
     "excluded_asperities": Variable("1", "asperities left out", "no peak under this sphere"),
     # adhesive contact
-    "cycle": Variable("1", "cycle", "how often the place has been pressed on, this time included"),
+    "cycle": Variable("1", "cycle", "number of times that the place has been pressed on"),
     # yield
     "yielded_fraction": Variable(
         "1", "share of the force at or above the hardness", "of the elastic, or yielding, cells"
@@ -153,7 +157,7 @@ VARIABLES: dict[str, Variable] = {
     "yielded_area_fraction": Variable("1", "share of the contact area at or above the hardness"),
     "yielded_area": Variable("nm2", "area that has yielded", "at the hardness now, or earlier on the way"),
     "plastic_work": Variable("nN nm", "plastic work", "hardness times the volume that gave way"),
-    "residual_height": Variable("nm", "height that is left", "below zero where the surface gave way for good"),
+    "residual_height": Variable("nm", "height that is left", "negative where the surface has yielded"),
     "branch": Variable("1", "branch", "loading: delta grows; retraction: it falls, from the largest on"),
     "energy": Variable("nN nm", "potential energy", "elastic energy less the energy of adhesion"),
     "dissipated": Variable("nN nm", "energy dissipated so far", "freed in jumps"),
@@ -190,8 +194,8 @@ VARIABLES: dict[str, Variable] = {
     "pull_off_delta": Variable("nm", "displacement at pull-off", "counted from the datum"),
     "bracketed": Variable("1", "the largest pull lies inside the sweep, not at its end"),
     "pull_off_ratio": Variable("1", "pull-off force, rough / smooth", "over that of the same sphere from a flat"),
-    "debris": Variable("1", "debris", "stands far out of what the other places show"),
-    "independent_places": Variable("1", "independent places", "samples that would vary as these do in their mean"),
+    "debris": Variable("1", "debris", "far above what is usual at the other places"),
+    "independent_places": Variable("1", "independent places", "effective sample size of correlated places"),
     "force_superposed": Variable("nN", "superposed force", "positive pushes"),
     "force_direct": Variable("nN", "force of the direct simulation", "positive pushes"),
     "force_difference": Variable("1", "superposed / direct force − 1"),
@@ -233,7 +237,7 @@ VARIABLES: dict[str, Variable] = {
     "predicted_quantile": Variable("nN", "predicted pull-off force", "quantile at the probability"),
     "measured_quantile": Variable("nN", "measured pull-off force", "quantile at the probability"),
     "distribution_distance": Variable("1", "largest difference of the cumulative distributions"),
-    "distribution_p_value": Variable("1", "p-value of that difference", "of as many samples as are independent"),
+    "distribution_p_value": Variable("1", "p-value of that difference", "for the effective sample sizes"),
     "predicted_places": Variable("1", "independent places, predicted"),
     "measured_places": Variable("1", "independent places, measured"),
     "shift_x": Variable("nm", "shift along x", "from measured to predicted places"),
@@ -263,22 +267,22 @@ VARIABLES: dict[str, Variable] = {
     "fitted_hardness_low": Variable("GPa", "fitted hardness, lower end of the confidence interval"),
     "fitted_hardness_high": Variable("GPa", "fitted hardness, upper end of the confidence interval"),
     "trial_hardness": Variable("GPa", "hardness tried"),
-    "force_exponent": Variable("1", "d ln force / d ln fitted value", "near 0 the forces do not tell it"),
-    "work_trade": Variable("1", "d ln fitted value / d ln w", "by how much it changes with the work of adhesion held"),
+    "force_exponent": Variable("1", "d ln force / d ln fitted value", "near 0 the forces do not determine it"),
+    "work_trade": Variable("1", "d ln fitted value / d ln w", "its change with the fixed work of adhesion"),
     "trial_work_of_adhesion": Variable("J m-2", "work of adhesion tried"),
     "quantile_distance": Variable("1", "distance of the distributions", "rms of ln(measured / predicted quantile)"),
     "spread_ratio": Variable("1", "spread, measured / predicted", "standard deviations of the logarithms' quantiles"),
-    "modulus_trade": Variable("1", "d ln w / d ln E*", "by how much the fit changes with the assumed modulus"),
+    "modulus_trade": Variable("1", "d ln w / d ln E*", "its change with the assumed modulus"),
     "surface": Variable("1", "surface"),
-    "inside": Variable("1", "the measured statistic lies inside what is predicted"),
+    "inside": Variable("1", "the measured statistic is within the predicted interval"),
     "was_fitted": Variable("1", "the work of adhesion was fitted on this surface"),
     # several scans
     "scan": Variable("1", "scan"),
     "pooled": Variable("", "pooled"),
     "pooled_low": Variable("", "pooled, lower end of the confidence interval"),
     "pooled_high": Variable("", "pooled, upper end of the confidence interval"),
-    "between_std": Variable("", "standard deviation between scans", "beyond the chance of their places"),
-    "between_p_value": Variable("1", "p-value of the differences", "by the chance of places alone"),
+    "between_std": Variable("", "standard deviation between scans", "beyond the scatter of their places"),
+    "between_p_value": Variable("1", "p-value of the differences", "by the scatter of places alone"),
     "standard_error": Variable("", "standard error"),
     # sensitivity
     "factor": Variable("1", "what is changed"),
@@ -295,14 +299,14 @@ VARIABLES: dict[str, Variable] = {
     ),
     "reason": Variable("1", "why it was not computed"),
     # error budget
-    "entry": Variable("1", "what may be off"),
+    "entry": Variable("1", "source of error"),
     "relative_error": Variable("1", "error of the mean pull-off force", "one standard deviation over the mean"),
-    "how": Variable("1", "how it was got"),
+    "how": Variable("1", "how it was computed"),
     "total_error": Variable("1", "error of the mean pull-off force, all entries", "root of the sum of squares"),
     "contact_radius_pixels": Variable("1", "radius of the smallest contact that matters", "pixels of the scan"),
     # rolling, sliding, lifting
     "direction": Variable("rad", "direction of rolling", "from x towards y"),
-    "resisting_moment": Variable("nN nm", "resisting moment", "the largest held as the sphere begins to roll"),
+    "resisting_moment": Variable("nN nm", "resisting moment", "the largest as the sphere begins to roll"),
     "hinge_distance": Variable("nm", "distance of the contact's edge", "from the sphere's axis, towards the direction"),
     "tipping_pull": Variable("nN", "pull at the axis that tips the sphere", "inf where the edge lies behind the axis"),
     "tipping_hinge_distance": Variable("nm", "distance of the contact's edge under the tipping pull"),
@@ -314,7 +318,7 @@ VARIABLES: dict[str, Variable] = {
     "critical_acceleration": Variable("m s-2", "critical acceleration", "at which the sphere comes off"),
     "critical_angle": Variable("rad", "critical angle of tilt", "at which the sphere comes off"),
     "mode": Variable("1", "what gives way first", "roll, slide, lift, none or no contact"),
-    "in_range": Variable("1", "the load's formulas are in their range"),
+    "in_range": Variable("1", "the load's formulas are valid"),
     "friction_velocity": Variable("m s-1", "friction velocity"),
     "time": Variable("s", "time"),
     "remaining": Variable("1", "fraction remaining", "mean over places"),
@@ -322,7 +326,7 @@ VARIABLES: dict[str, Variable] = {
     "remaining_high": Variable("1", "fraction remaining, upper end of its confidence interval"),
     "remaining_here": Variable("1", "probability that the particle is still there"),
     # what other codes take
-    "moment_mean": Variable("nN nm", "resisting moment, mean", "of all places the geometric one"),
+    "moment_mean": Variable("nN nm", "resisting moment, mean", "geometric over all places"),
     "moment_spread": Variable("1", "resisting moment, geometric standard deviation"),
     "moment_least": Variable("nN nm", "resisting moment, smallest over directions"),
     "moment_largest": Variable("nN nm", "resisting moment, largest over directions"),
@@ -375,7 +379,7 @@ TRAVELLING = (*PAIR, "adhesion_range", "hamaker_constant", "hardness", "hardness
 
 
 def attributes(name: str) -> dict[str, str]:
-    """Return what is written beside a variable in a file.
+    """Return the attributes of a variable of this name.
 
     Parameters
     ----------
@@ -408,12 +412,12 @@ def label(ds: xr.Dataset) -> xr.Dataset:
     Parameters
     ----------
     ds : Dataset
-        Its numbers are taken to be in the units of `VARIABLES`: none is converted.
+        Its numbers must be in the units of `VARIABLES`; they are not converted.
 
     Returns
     -------
     Dataset
-        Variables of other names are as they were.
+        Variables of other names are unchanged.
 
     Examples
     --------
@@ -428,7 +432,7 @@ def label(ds: xr.Dataset) -> xr.Dataset:
 
 
 def axis_label(name: str) -> str:
-    """Return what stands on an axis: long name and units.
+    """Return the label of an axis: long name and units.
 
     Parameters
     ----------
@@ -463,7 +467,7 @@ def kind_of(ds: xr.Dataset) -> str | None:
     Returns
     -------
     str or None
-        None where it is none of them.
+        None if it is none of them.
 
     Examples
     --------
@@ -477,7 +481,7 @@ def kind_of(ds: xr.Dataset) -> str | None:
 
 
 def validate(ds: Any, kind: str) -> xr.Dataset:
-    """Return ``ds`` in roughxr's units and dimension order, or say what is wrong with it.
+    """Return ``ds`` in roughxr's units and dimension order; raise where it is not of the kind.
 
     Parameters
     ----------
@@ -487,15 +491,15 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
     Returns
     -------
     Dataset
-        A scan with ``height`` along (x, y), nm; the other kinds as they came.
+        A scan with ``height`` along (x, y), nm; the other kinds unchanged.
 
     Raises
     ------
     TypeError
         If ``ds`` is no Dataset.
     ValueError
-        If variables, dimensions or units are not those of the kind: what was expected, what was found,
-        and what to do.
+        If variables, dimensions or units are not those of the kind: the message says what was
+        expected, what was found, and what to do.
 
     Examples
     --------
@@ -519,12 +523,12 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
                 f"if numbers are meant, convert them, for example ds[{name!r}].astype(float)"
             )
     if kind == "asperities":
-        _refuse_twins(ds)
+        _refuse_duplicates(ds)
     return _validated_scan(ds) if kind == "scan" else ds
 
 
-def _refuse_twins(ds: xr.Dataset) -> None:
-    """Say how many asperities a catalogue holds twice: each would press twice."""
+def _refuse_duplicates(ds: xr.Dataset) -> None:
+    """Raise where a catalogue holds asperities twice, which would then press twice."""
     if not {"x", "y"} <= set(ds.coords) or ds.chunks:
         return
     places = np.column_stack([np.asarray(ds[name].values, dtype=float) for name in ("x", "y", "height")])
@@ -568,7 +572,7 @@ def _filled(block: np.ndarray) -> np.ndarray:
 
 
 def spacing(coordinate: xr.DataArray) -> float:
-    """Return the pixel size along a coordinate, or say that it is not uniform.
+    """Return the pixel size along a coordinate; raise where it is not uniform.
 
     Raises
     ------
@@ -595,7 +599,7 @@ def pixel(ds: xr.Dataset) -> tuple[float, float]:
 
 
 def square_pixel(ds: xr.Dataset) -> float:
-    """Return the pixel size of a scan in nm, or say that its pixels are not square."""
+    """Return the pixel size of a scan in nm; raise where its pixels are not square."""
     dx, dy = pixel(ds)
     if abs(dx - dy) > 1e-6 * dx:
         raise ValueError(f"expected square pixels, found {dx:g} x {dy:g} nm; resample first (ds.contact.resample())")
@@ -621,15 +625,15 @@ def pair(ds: xr.Dataset, *names: str) -> tuple[float, ...]:
 
 
 def finite(height: np.ndarray) -> np.ndarray:
-    """Return a height map that holds no missing pixels, or say how many it has."""
+    """Return a height map; raise where pixels are missing."""
     none_missing(int(np.count_nonzero(~np.isfinite(height))), height.size)
     return height
 
 
 def complete(ds: xr.Dataset) -> xr.Dataset:
-    """Return a scan that holds no missing pixels, or say how many it has; of a lazy one say so once it is computed.
+    """Return a scan; raise where pixels are missing, for a lazy one when it is computed.
 
-    Every chunk of a lazy scan refuses when it is computed and pixels are missing in it: what needs it fails.
+    Each chunk of a lazy scan raises when it is computed and pixels are missing in it, and so does what needs it.
 
     Raises
     ------
@@ -644,7 +648,7 @@ def complete(ds: xr.Dataset) -> xr.Dataset:
 
 
 def none_missing(missing: int, size: int) -> None:
-    """Say how many pixels of a height map are missing, if any are.
+    """Raise if pixels of a height map are missing, and say how many.
 
     Raises
     ------
@@ -660,7 +664,7 @@ def none_missing(missing: int, size: int) -> None:
 
 
 def ascending(values: Any, units: str, name: str) -> np.ndarray:
-    """Return values as a float array in ``units``, or say that they must be finite and ascending.
+    """Return values as a float array in ``units``; raise unless they are finite and ascending.
 
     Raises
     ------
@@ -679,7 +683,7 @@ def ascending(values: Any, units: str, name: str) -> np.ndarray:
 
 
 def one_of(value: Any, allowed: Iterable[str], name: str) -> str:
-    """Return ``value``, or say which names are known."""
+    """Return ``value``; raise with the known names where it is none of them."""
     if value not in tuple(allowed):
         raise ValueError(f"{name}: expected one of {', '.join(map(repr, allowed))}, found {value!r}")
     return value
@@ -694,10 +698,10 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, **a
     operation : str
         The function's name.
     source : Dataset, optional
-        Whose history is continued; ``ds`` itself by default.
+        The Dataset whose history is continued; by default ``ds``.
     **arguments
-        What the function was called with; those that are None are left out, and of arrays of more than 64 values the
-        ends and the size are kept.
+        The function's arguments; None is left out, and arrays of more than 64 values are kept by their ends and
+        size.
 
     Returns
     -------
@@ -725,8 +729,8 @@ def history(ds: xr.Dataset) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        Of each step ``operation``, ``arguments`` and ``roughxr``, the version. Text of another program's is one step
-        "unknown".
+        For each step ``operation``, ``arguments`` and ``roughxr``, the version. A history by another program is one
+        step "unknown".
 
     Examples
     --------
@@ -742,7 +746,7 @@ def history(ds: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def height_hash(ds: xr.Dataset) -> str:
-    """Return the SHA-256 of a scan's heights and axes: two scans of one hash are the same scan.
+    """Return the SHA-256 of a scan's heights and axes: scans with the same hash are the same.
 
     Parameters
     ----------
@@ -752,7 +756,7 @@ def height_hash(ds: xr.Dataset) -> str:
     Returns
     -------
     str
-        Of 64 hexadecimal digits.
+        64 hexadecimal digits.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Several scans of one surface as one analysis: the same function of each, side by side along ``scan``."""
+"""Several scans of one surface as one analysis: the results of one function side by side along ``scan``."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from . import schema
 def over_scans(
     scans: Sequence[xr.Dataset] | Mapping[str, xr.Dataset], solve: Callable[..., xr.Dataset], **options: Any
 ) -> xr.Dataset:
-    """Return a function of each of several scans along ``scan``.
+    """Return the results of a function for several scans, concatenated along ``scan``.
 
     Parameters
     ----------
     scans : sequence or mapping of Dataset
-        Scans of one surface, of any sizes, with the pair that the function needs; a mapping's names, or else those of
-        the files that they were opened from, if they differ, or else numbers become the coordinate ``scan``.
+        Scans of one surface, of any sizes, with the pair that the function needs. The coordinate ``scan`` holds a
+        mapping's names; or the names of the files that the scans were opened from, if they differ; or numbers.
     solve : callable
-        Of a scan, such as `roughness`, `asperities`, `pull_off_map`, `adhesive`.
+        A function of a scan, such as `roughness`, `asperities`, `pull_off_map`, `adhesive`.
     **options
-        For ``solve``.
+        Passed to ``solve``.
 
     Returns
     -------
     Dataset
-        What it returns, along ``scan``, for `pooled`; NaN beyond the places of a scan that has fewer. Lazy where the
+        The results along ``scan``, for `pooled`; NaN beyond the places of a scan that has fewer. Lazy where the
         scans are.
 
     Raises
@@ -60,7 +60,7 @@ def over_scans(
 
 
 def _padded(parts: list[xr.Dataset]) -> list[xr.Dataset]:
-    """Return parts of unlike sizes with flags as numbers, so that NaN can stand beyond the end of the shorter."""
+    """Return parts of different sizes with flags as numbers, so that shorter ones can be padded with NaN."""
     if all(dict(part.sizes) == dict(parts[0].sizes) for part in parts):
         return parts
     return [part.assign({k: v.astype(float) for k, v in part.data_vars.items() if v.dtype == bool}) for part in parts]

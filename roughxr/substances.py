@@ -1,14 +1,14 @@
-"""Named materials: elastic constants, hardness, and what van der Waals forces alone make them stick, with sources.
+"""Named materials: elastic constants, hardness, and the adhesion due to van der Waals forces alone, with sources.
 
-Of named materials the work of adhesion is that of clean, dry, smooth bodies without bonds or water between them,
+For named materials the work of adhesion is that of clean, dry, smooth bodies without bonds or water between them,
 w = A/(12π D₀²) with Hamaker's constant A and the cut-off D₀ = 0.165 nm, √(A₁A₂) for two materials, (√A₁ − √A₃)(√A₂ −
 √A₃) across a third (Israelachvili, Intermolecular and Surface Forces, 3rd ed., eqs. 13.15, 13.29 and 13.31; media from
-its table 13.2). Films of water, contact for long, and cleaved
-crystals stick harder: who has measured it gives ``work_of_adhesion``.
+its table 13.2). Adhesion is stronger with films of water, after long contact, and between cleaved crystals: give a
+measured value as ``work_of_adhesion``.
 
-Hardness is an estimate to one digit: it hangs on treatment, purity, rate and size, and the small indents that
-asperities make are harder than large ones, of metals by some times. It tells where elasticity is to be doubted; who has
-measured it gives ``hardness``, and what presses harder then yields.
+Hardness is an estimate to one digit: it depends on treatment, purity, rate and size, and the small indents that
+asperities make are harder than large ones, in metals several times. It shows where elasticity is doubtful; give a
+measured value as ``hardness``, at which the body then yields.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _THIRD = "three times the handbook's yield strength, Tabor, The Hardness of Meta
 
 
 class Material(NamedTuple):
-    """An isotropic solid; ``hamaker`` against itself across vacuum, None where the surface is that of an oxide."""
+    """An isotropic solid; ``hamaker`` across vacuum, None where the surface is that of an oxide."""
 
     young_modulus: float  # GPa
     poisson_ratio: float
@@ -85,17 +85,17 @@ MATERIALS = {
     ),
 }
 
-#: Hamaker constants (nN nm) of what may lie between the bodies, against itself across vacuum.
+#: Hamaker constants (nN nm) of media, across vacuum.
 MEDIA = {"vacuum": 0.0, "air": 0.0, "water": 0.037, "ethanol": 0.042, "hexadecane": 0.052}
 
 
 def pair_of(names: str | tuple[str, str]) -> tuple[Material, Material]:
-    """Return the two materials that are named as "glass/silicon" or ("glass", "silicon"); one name stands for both.
+    """Return the two materials named in "glass/silicon" or ("glass", "silicon"); one name stands for both.
 
     Raises
     ------
     ValueError
-        If a name is unknown: lists those that are not.
+        If a name is unknown; the message lists the known ones.
     """
     found = names.split("/") if isinstance(names, str) else list(names)
     found = [str(name).strip().lower() for name in found]
@@ -119,7 +119,7 @@ def softer_hardness(first: Material, second: Material) -> float:
 
 
 def van_der_waals_work(first: Material, second: Material) -> float | None:
-    """Return the work of adhesion (J/m²) of clean, dry bodies, or None where a Hamaker constant is not known.
+    """Return the work of adhesion (J/m²) of clean, dry bodies, None where a Hamaker constant is not known.
 
     Examples
     --------
@@ -131,7 +131,7 @@ def van_der_waals_work(first: Material, second: Material) -> float | None:
 
 
 def hamaker_of(first: Material, second: Material, medium: str = "vacuum") -> float | None:
-    """Return the Hamaker constant (nN nm) of two bodies across a medium, or None where one is not known."""
+    """Return the Hamaker constant (nN nm) of two bodies across a medium, None where one is not known."""
     if first.hamaker is None or second.hamaker is None:
         return None
     return combined(first.hamaker, second.hamaker, MEDIA[medium])

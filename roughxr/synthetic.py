@@ -34,7 +34,7 @@ _COMPRESSED = {"zlib": True, "complevel": 9, "shuffle": False}
 
 
 class GlassModel(NamedTuple):
-    """What the synthetic glass is made of; the defaults are the calibrated constants, all in this place.
+    """The constants of the synthetic glass; the defaults are the calibrated ones.
 
     "Published formulas" below are superposition with the paper's own λ², its 5 × 5 patch and its sphere.
     """
@@ -51,7 +51,7 @@ class GlassModel(NamedTuple):
     #: Hurst exponent and roll-off wavelength, nm: mean and scatter of the pull-off by the published formulas.
     hurst: float = 0.4
     rolloff: float = 85.0
-    #: Shortest wavelength, nm: with the two before it, how sharp peaks are, and so how hard one of them sticks.
+    #: Shortest wavelength, nm: with the two before it, it sets how sharp peaks are, and so their adhesion.
     cutoff: float = 24.0
     #: Tiles (8 × 8) of which six hold a particle: as published.
     tiles: int = 8
@@ -72,7 +72,7 @@ class GlassModel(NamedTuple):
 
 
 #: Seed of the twin that comes with the library: of some sixty tried on models close to this one, the nearest to
-#: the published figures. What fits is thus partly chosen, not foretold, by the model.
+#: the published figures. The agreement is thus partly selected, not predicted by the model.
 GLASS_SEED = 25
 
 

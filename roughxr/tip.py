@@ -1,11 +1,10 @@
-"""The tip that took the scan: what it does to a surface, what can be undone, and which asperities it hides.
+"""The scanning tip: how it distorts a surface, what can be undone, and which asperities it hides.
 
-A parabolic tip of apex radius R draws its lower envelope over the surface: grey-scale dilation by −r²/(2R). Where
-a summit has the radius ρ its image has ρ + R, so that no image is sharper than the tip. Erosion takes the tip off
-again, exactly at places that it touched; but an image whose radius is hardly more than R says little of ρ, which
-is then a small difference of large numbers. The tip is set down on pixels only: an image's curvature over a few
-of them is that of a polygon. References: Keller, Surf. Sci. 253 (1991) 353; Villarrubia, J. Res.
-NIST 102 (1997) 425.
+The image by a parabolic tip of apex radius R is the surface's grey-scale dilation by −r²/(2R). A summit of radius ρ has
+an image of radius ρ + R, so that no image is sharper than the tip. Erosion removes the tip, exactly at places that it
+touched; but where the image's radius hardly exceeds R, ρ is a small difference of large numbers and uncertain. The tip
+is placed on pixels only: an image's curvature over a few of them is that of a polygon. References: Keller, Surf. Sci.
+253 (1991) 353; Villarrubia, J. Res. NIST 102 (1997) 425.
 """
 
 from __future__ import annotations
@@ -64,8 +63,8 @@ def erode(ds: xr.Dataset, *, tip_radius: Any) -> xr.Dataset:
     Returns
     -------
     Dataset
-        The scan with the tip taken off, nowhere higher than the image (nm). It is the surface itself wherever the
-        tip touched it; noise sharper than the tip is made sharper still.
+        The scan with the tip removed, nowhere higher than the image (nm). It is the surface itself wherever the
+        tip touched it; noise sharper than the tip becomes sharper still.
 
     Raises
     ------
@@ -83,7 +82,7 @@ def erode(ds: xr.Dataset, *, tip_radius: Any) -> xr.Dataset:
 
 
 def _swept(ds: xr.Dataset, tip_radius: Any, operation: str) -> xr.Dataset:
-    """Return heights after the parabola was swept along x, then along y: it is a sum of one parabola for each."""
+    """Return heights after sweeping the parabola along x, then along y, as it is a sum of one parabola for each."""
     scan = schema.validate(ds, "scan")
     radius = positive(tip_radius, "nm", "tip_radius")
     sign = 1.0 if operation == "dilate" else -1.0
@@ -95,9 +94,9 @@ def _swept(ds: xr.Dataset, tip_radius: Any, operation: str) -> xr.Dataset:
 
 
 def _highest(height: np.ndarray, axis: int, step: float, radius: float) -> np.ndarray:
-    """Return the highest of the parabolas that hang from all heights along an axis.
+    """Return the upper envelope of the parabolas that hang from all heights along an axis.
 
-    Farther away than the parabola falls below the lowest height, nothing can be reached.
+    Pixels farther away than where the parabola falls below the lowest height have no effect.
     """
     from scipy.ndimage import grey_dilation
 
@@ -130,7 +129,7 @@ def tip_flags(catalogue: xr.Dataset, *, tip_radius: Any) -> xr.Dataset:
     Raises
     ------
     ValueError
-        If ``catalogue`` is none, or the radius is not positive.
+        If ``catalogue`` is no catalogue, or the radius is not positive.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The door: every length, force or modulus that comes in leaves here in coherent nano-units.
+"""Conversion of input: every length, force or modulus leaves here in coherent nano-units.
 
 Inside roughxr lengths are nm, forces nN, moduli and pressures GPa = nN/nm², energies per area
 J/m² = nN/nm, so that no conversion factor occurs in any formula. Conversion is done by pint, never by hand.
@@ -131,7 +131,7 @@ def _convert(value: Any, units: str, name: str) -> Any:
 
 
 def positive(value: Any, units: str, name: str) -> float:
-    """Return ``value`` as one float in ``units``, or say that it must be a single positive number."""
+    """Return ``value`` as one float in ``units``; raise unless it is a single positive number."""
     number = magnitude(value, units, name)
     if not isinstance(number, float) or number <= 0:
         raise ValueError(f"{name}: expected one positive number in {units}, found {value!r}")
@@ -139,12 +139,12 @@ def positive(value: Any, units: str, name: str) -> float:
 
 
 def is_whole(value: Any) -> bool:
-    """Say whether ``value`` is a whole number; True and False are none."""
+    """Return whether ``value`` is a whole number; True and False are not."""
     return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
 
 
 def whole_number(value: Any, name: str, *, least: int, most: int | None = None) -> int:
-    """Return ``value`` as an int, or say that it must be a whole number between bounds."""
+    """Return ``value`` as an int; raise unless it is a whole number between bounds."""
     if not is_whole(value) or value < least or (most is not None and value > most):
         bounds = f"of at least {least}" if most is None else f"from {least} to {most}"
         raise ValueError(f"{name}: expected a whole number {bounds}, found {value!r}")
@@ -152,7 +152,7 @@ def whole_number(value: Any, name: str, *, least: int, most: int | None = None) 
 
 
 def fraction(value: Any, name: str) -> float:
-    """Return ``value`` as a float, or say that it must lie between 0 and 1."""
+    """Return ``value`` as a float; raise unless it lies between 0 and 1."""
     number = magnitude(value, "1", name)
     if not isinstance(number, float) or not 0 < number < 1:
         raise ValueError(f"{name}: expected a number between 0 and 1, found {value!r}")

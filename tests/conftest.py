@@ -5,6 +5,7 @@ import functools
 import multiprocessing
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -34,6 +35,8 @@ def pytest_collection_modifyitems(items):
 
 def pytest_configure(config):
     """Of several workers, let one compile a kernel, and who needs it too wait for what then lies in the cache."""
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # begun in a shell's background, where nobody presses Ctrl-C
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if "PYTEST_XDIST_WORKER" not in os.environ:
         os.environ[_LOCKS] = tempfile.mkdtemp(prefix="roughxr-compiling-")
     elif sys.platform != "win32":

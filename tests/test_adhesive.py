@@ -253,6 +253,7 @@ def test_shorter_steps_change_little(ground):
     assert float(abs(pulls[1] / pulls[0] - 1).max()) < 0.01
 
 
+@pytest.mark.soak
 def test_shorter_steps_change_single_places_little():
     # a path may fork where two cells are about to jump: that one place in 64 goes another way is allowed
     scan = surfaces.glass_pair(roughxr.open_sample("glass"))

@@ -1,5 +1,7 @@
 """The command line, as a user meets it: its products, its words, its exit status."""
 
+import contextlib
+import io
 import subprocess
 import sys
 
@@ -10,11 +12,17 @@ import xarray as xr
 
 from roughxr import analysis
 from roughxr.cli import main
+from roughxr.report import embedded_figures
 
 from .surfaces import rough, scan
 
 #: Adhesion as it is solved fastest, for what is no question of adhesion.
 QUICK = ["--law", "griffith", "--refine", "1"]
+
+
+def of_the_paper(test):
+    """Mark a test of the whole paper, which takes half a minute, once: all of them in one process."""
+    return pytest.mark.soak(pytest.mark.xdist_group("paper")(test))
 
 
 @pytest.fixture(scope="module")
@@ -30,12 +38,14 @@ def paper_run(tmp_path_factory):
     return folder
 
 
+@of_the_paper
 def test_paper_writes_archive_figures_and_tables(paper_run):
     names = {path.name for path in paper_run.iterdir()}
     figures = {f"figure-{number:02d}.png" for number in range(2, 17)}
     assert names == figures | {"paper.nc", "overview.png", "table.txt", "table-scan.csv", "table-contact.csv"}
 
 
+@of_the_paper
 def test_the_papers_table_stands_beside_ours(paper_run):
     table = pd.read_csv(paper_run / "table-contact.csv", index_col="quantity")
     methods = ["adhesive", "rigid", "published", "self_similar", "energy", "direct"]
@@ -52,6 +62,7 @@ def test_the_papers_table_stands_beside_ours(paper_run):
     assert {"pull-off, smooth sphere [µN]", "pull-off, place of figure 15 [µN]"} <= set(rows.index)
 
 
+@of_the_paper
 def test_every_published_value_stands_in_a_table(paper_run):
     for part, published in (("scan", analysis.PAPER_SCAN), ("contact", analysis.PAPER_CONTACT)):
         table = pd.read_csv(paper_run / f"table-{part}.csv", index_col="quantity")
@@ -60,6 +71,7 @@ def test_every_published_value_stands_in_a_table(paper_run):
     assert "confirms nothing" in " ".join((paper_run / "table.txt").read_text(encoding="utf-8").split())
 
 
+@of_the_paper
 def test_the_archive_opens_as_a_tree(paper_run):
     with xr.open_datatree(paper_run / "paper.nc") as tree:
         assert {"scan", "asperities", "reconstruction", "solutions", "statistics"} <= set(tree.children)
@@ -68,18 +80,27 @@ def test_the_archive_opens_as_a_tree(paper_run):
         assert len(tree["scan"].attrs["input_sha256"]) == 64
 
 
-def test_run_does_the_same_for_any_scan(tmp_path, capsys):
-    scan(rough(64, seed=3), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
-    arguments = ["run", str(tmp_path / "scan.nc"), "--sphere-radius", "0.3 um", "--subregions", "2", "1", "-q"]
-    arguments += ["--young-modulus", "75", "130", "--poisson-ratio", "0.22", "0.28", "--work-of-adhesion", "0.13"]
-    assert main([*arguments, *QUICK, "--budget", "0", "-o", str(tmp_path / "run.nc")]) == 0
-    assert "pull-off, mean" in capsys.readouterr().out
-    with xr.open_datatree(tmp_path / "run.nc") as tree:
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """Return the words of a small run, its archive, which is all that it leaves, and what it printed."""
+    folder = tmp_path_factory.mktemp("finished")
+    scan(rough(64, seed=3), pixel=10.0).to_netcdf(folder / "scan.nc")
+    words = ["run", str(folder / "scan.nc"), "--sphere-radius", "0.3 um", "--subregions", "2", "1", "-q"]
+    words += ["--young-modulus", "75", "130", "--poisson-ratio", "0.22", "0.28", "--work-of-adhesion", "0.13"]
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        assert main([*words, *QUICK, "--budget", "0", "-o", str(folder / "run.nc")]) == 0
+    return words, folder / "run.nc", printed.getvalue()
+
+
+def test_run_does_the_same_for_any_scan(finished, tmp_path):
+    words, archived, printed = finished
+    assert "pull-off, mean" in printed
+    with xr.open_datatree(archived) as tree:
         assert float(tree["scan/sphere_radius"]) == 300
         assert float(tree["scan/work_of_adhesion"]) == 0.13
         assert np.isfinite(tree["statistics/energy/pull_off_force"]).any()
         assert "error_budget" not in tree["statistics"]
-    assert main([*arguments, "-o", str(tmp_path / "out"), "--budget", "1", "--delta", "1", "2", "4"]) == 0
+    assert main([*words, "-o", str(tmp_path / "out"), "--budget", "1", "--delta", "1", "2", "4"]) == 0
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert {"run.nc", "overview.png", "table.txt", "scan.png", "places.png", "pull-off.png"} <= names
     assert {"error-budget.png", "sensitivity.png", "shortest-wave.png"} <= names
@@ -219,22 +240,22 @@ def test_convert_keeps_the_heights(tmp_path, name):
     np.testing.assert_allclose(after, before, atol=1e-5)  # .gsf holds single precision
 
 
+@of_the_paper
 def test_a_report_is_one_page(paper_run, tmp_path):
     assert main(["report", str(paper_run / "paper.nc"), "-o", str(tmp_path / "report.html")]) == 0
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "<html" in page and "http://" not in page.split("<body")[1].split("href")[0]
 
 
-def test_a_finished_run_is_recognised_and_another_refused(tmp_path, capsys):
-    scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
-    arguments = ["run", str(tmp_path / "scan.nc"), "--subregions", "1", "2", "-q", "-o", str(tmp_path / "run.nc")]
-    arguments += ["--materials", "glass", "--surface-energy", "0.675", *QUICK, "--budget", "0"]
-    assert main([*arguments, "--sphere-radius", "500"]) == 0
-    first = (tmp_path / "run.nc").read_bytes()
-    assert main([*arguments, "--sphere-radius", "500"]) == 0
-    assert (tmp_path / "run.nc").read_bytes() == first
-    assert main([*arguments, "--sphere-radius", "600"]) == 1
-    assert "500" in capsys.readouterr().err
+def test_a_finished_run_is_recognised_and_another_refused(finished, capsys):
+    words, archived, _ = finished
+    again = [*words, *QUICK, "--budget", "0", "-o", str(archived)]
+    first = archived.read_bytes()
+    assert main(again) == 0
+    assert archived.read_bytes() == first
+    assert main([*again, "--sphere-radius", "0.6 um"]) == 1
+    assert "300" in capsys.readouterr().err
+    assert archived.read_bytes() == first
 
 
 def test_laws_of_the_command_line_are_those_of_the_simulation():
@@ -296,16 +317,19 @@ def test_what_nobody_can_guess_is_asked_for(options, says, tmp_path, capsys):
     [
         ["--subregions", "1", "1"],
         ["--subregions", "2", "1", "--delta", "1e-6"],
-        ["--subregions", "2", "1", "--delta", "1e4"],
+        pytest.param(["--subregions", "2", "1", "--delta", "1e4"], marks=pytest.mark.soak),
         ["--subregions", "2", "1", "--work-of-adhesion", "0"],
     ],
     ids=["one place", "nothing touches", "far too deep", "no adhesion"],
 )
-def test_a_run_that_finds_nothing_ends_well_and_is_reported_as_what_it_is(options, tmp_path):
+@pytest.mark.parametrize("output", ["run.nc", pytest.param("", marks=pytest.mark.soak, id="and pictures")])
+def test_a_run_that_finds_nothing_ends_well_and_is_reported_as_what_it_is(options, output, tmp_path, monkeypatch):
+    monkeypatch.setattr(embedded_figures, "_DPI", 50)  # whether they are drawn, and not how well
     scan(rough(64, rms=1.0, seed=3), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
     pair = ["--sphere-radius", "500", "--materials", "glass", *QUICK, "--budget", "1"]
-    assert main(["run", str(tmp_path / "scan.nc"), *pair, *options, "-q", "-o", str(tmp_path / "out")]) == 0
-    assert main(["report", str(tmp_path / "out")]) == 0
+    written = tmp_path / "out" / output
+    assert main(["run", str(tmp_path / "scan.nc"), *pair, *options, "-q", "-o", str(written)]) == 0
+    assert main(["report", str(written)]) == 0
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "pull-off force, mean" in page
     if "1e-6" in options:

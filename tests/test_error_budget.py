@@ -150,6 +150,18 @@ def test_bars_stand_for_entries_and_words_for_what_is_missing(budget, changes, s
     assert len(figures.cut_off(scales, ax=Figure().subplots()).lines) >= 2
 
 
+def test_saved_figures_hold_their_words_whole(budget, changes, scales):
+    run = {"statistics/error_budget": budget, "statistics/sensitivity": changes, "statistics/shorter_waves": scales}
+    found = dict(figures.budget_figures(run))
+    assert set(found) == {"error-budget", "sensitivity", "shortest-wave"}
+    for figure in found.values():
+        figure.draw_without_rendering()
+        (ax,) = figure.axes
+        words = ax.xaxis.label.get_window_extent()
+        assert figure.bbox.x0 <= words.x0 and words.x1 <= figure.bbox.x1
+        assert ax.xaxis.label.get_fontsize() == figures.style.TEXT
+
+
 def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, budget, scales):
     solved = roughxr.adhesive(rough, subregions=(2, 1), accuracy=None, **QUICK)
     run = {"scan": rough, "solutions/adhesive": solved, "statistics/adhesive": roughxr.pull_off(solved)}

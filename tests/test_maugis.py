@@ -41,3 +41,13 @@ def test_the_table_holds_the_closed_form(parameter):
 @pytest.mark.parametrize("radius, expected", [(3000, 4.9), (100, 1.6), (10, 0.7)])
 def test_tabor_parameter_of_glass(radius, expected):
     assert maugis.tabor(0.5 / radius, 0.5 / radius, 39.407, 2 * 0.6421, 0.3) == pytest.approx(expected, abs=0.05)
+
+
+def test_a_table_made_again_begins_with_hertz_and_keeps_its_rows(monkeypatch):
+    """Of two cells across: far above its end a branch is Hertz's, and at a row's own parameter the marks are exact."""
+    monkeypatch.setattr(maugis, "_ACROSS", 2)
+    made = maugis.compute()
+    for row in (0.0, 1.0, 2.0):
+        P, a, _ = lookup(made.spline, row, 1e8)
+        assert pytest.approx(1e12, rel=2e-3) == P and a == pytest.approx(1e4, rel=2e-3)
+    assert mark(made.marks, 0.0, 1) == pytest.approx(-2 / 3 * maugis.pull_off(maugis.SMALLEST), rel=1e-3)

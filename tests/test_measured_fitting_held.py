@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.measured.fitting_held import _as_good
+from roughxr.measured.fitting_held import _minima
 
 from .surfaces import glass_pair, rough, scan
 
@@ -67,7 +67,7 @@ def test_a_range_beyond_those_tried_is_no_number():
 def test_several_ranges_that_predict_alike_are_said():
     valleys = {(3.0, 1.0, 2.0, 1.01, 3.0): 2, (3.0, 1.0, 2.0, 1.9, 3.0): 1, (1.0, 2.0, 3.0, 2.5, 3.0): 1}
     for profile, count in valleys.items():
-        assert _as_good(xr.DataArray(np.array(profile))) == count
+        assert _minima(xr.DataArray(np.array(profile))) == count
 
 
 def test_the_simulation_fits_the_hardness_that_it_predicts_with():

@@ -16,7 +16,7 @@ CELLS = (
 )
 
 
-@pytest.mark.parametrize("first", ["", "import matplotlib.pyplot as plt"])
+@pytest.mark.parametrize("first", ["", pytest.param("import matplotlib.pyplot as plt", marks=pytest.mark.soak)])
 def test_every_figure_asked_for_appears(first, monkeypatch):
     monkeypatch.delenv("MPLBACKEND", raising=False)  # a notebook's own is the one to be tried
     cells = [nbformat.v4.new_code_cell(source) for source in (first, *(source for source, _ in CELLS))]

@@ -64,6 +64,7 @@ def solve(path, surface, **options):
     )
 
 
+@pytest.mark.soak
 def test_a_killed_worker_is_replaced_by_the_other(tmp_path, surface, cluster):
     """Its subregions are done again elsewhere; the file is that of a local run; no worker opened a NetCDF file."""
     address, workers = cluster

@@ -89,6 +89,14 @@ def assert_refused_or_right(path, whole, options):
     return "right" if same else "other heights"
 
 
+@pytest.fixture(scope="module")
+def vendors_reader(tmp_path_factory):
+    """Start the process that reads vendors' files: what follows is the files' own time."""
+    rows = picture()
+    open_scan(WRITERS["bruker"](tmp_path_factory.mktemp("sound"), rows, size_of(rows))).close()
+
+
+@pytest.mark.usefixtures("vendors_reader")
 @pytest.mark.parametrize("name", WRITERS)
 def test_damage(name, tmp_path):
     rows = picture()

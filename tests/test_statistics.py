@@ -1,5 +1,7 @@
 """Pull-off, densities and summaries against NumPy and exact cases."""
 
+import warnings
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -27,6 +29,30 @@ def test_pull_off_is_the_largest_pull():
     np.testing.assert_array_equal(found.pull_off_delta, [2, np.nan, 0])
     np.testing.assert_array_equal(found.bracketed, [True, False, False])
     assert found.pull_off_force.units == "nN" and found.pull_off_delta.units == "nm"
+
+
+def test_a_sweep_too_short_says_where_and_to_whom_it_was_asked():
+    asked = sweep([[0, -3, -5, 2], [0, 1, 2, 3], [-4, -1, 0, 1], [3, 1, -1, -2], [1, 2, 3, 4]])
+    with pytest.warns(UserWarning, match="from 0 to 3 nm is too short for 4 of 5 places: at 2 .* at 2 nothing") as told:
+        pull_off(asked)
+    assert [one.filename for one in told] == [__file__]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        pull_off(asked.isel(subregion=[0]))
+        pull_off(asked.chunk(subregion=1))  # it would take a computation to know
+
+
+def test_samples_that_are_missing_are_told_to_whom_asks():
+    force = np.ones((4, 3))
+    force[1, [0, 2]] = force[2, 1] = np.nan
+    ds = xr.Dataset({"force": (("subregion", "delta"), force, {"units": "nN"})}, attrs={"missing": "not touched"})
+    for ask in (summary, lambda ds: pdf(ds.isel(delta=0), "force", bins=[0.0, 2.0])):
+        with pytest.warns(UserWarning, match=r"force: statistics of [23] of 4 samples.*\(not touched\)") as told:
+            ask(ds)
+        assert [one.filename for one in told] == [__file__]
+    with pytest.warns(UserWarning, match="statistics of 2 of 4"):
+        table = summary(ds)
+    np.testing.assert_array_equal(table.force.sel(statistic="count"), [3, 3, 3])
 
 
 def test_pull_off_is_the_same_on_dask_and_keeps_other_dimensions():
@@ -168,8 +194,8 @@ def test_a_map_is_a_sample_at_every_pixel():
     x, y = (grid.ravel() for grid in np.meshgrid(whole.x, whole.y, indexing="ij"))
     places = {"subregion_x": ("subregion", x), "subregion_y": ("subregion", y)}
     listed = xr.Dataset({"pull_off_force": ("subregion", force.values.ravel(), force.attrs)}, places)
-    for verb in ("pdf", "bootstrap", "fit"):
-        found, expected = (getattr(ds.contact, verb)("pull_off_force") for ds in (whole, listed))
+    for verb, options in (("pdf", {}), ("bootstrap", {}), ("fit", {"simulations": 19})):
+        found, expected = (getattr(ds.contact, verb)("pull_off_force", **options) for ds in (whole, listed))
         xr.testing.assert_equal(found, expected)
     xr.testing.assert_equal(whole.contact.summary(), listed.contact.summary())
 

@@ -50,8 +50,11 @@ def test_solutions_that_cannot_be_compared_are_refused_in_words():
         compare(solution([[1, 2], [1, 2]], [1, 2]), one)
     with pytest.raises(ValueError, match="same datum"):
         compare(one.assign_attrs(datum="first_contact"), one)
-    with pytest.raises(ValueError, match="ranges that overlap"):
-        compare(one, solution([[1, 2]], [11, 12]))
+    for far in ([11, 12], [-5, -4]):
+        with pytest.raises(ValueError, match="ranges that overlap"):
+            compare(one, solution([[1, 2]], far))
+    for near in ([0.5, 1.5], [1.5, 2.5]):
+        assert np.isfinite(compare(one, solution([[1, 2]], near)).force_difference).sum() == 1
     with pytest.raises(ValueError, match="between 0 and 1"):
         compare(one, one, by=10)
 

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from roughxr.statistics import bootstrap, density_intervals, pull_off, reduction
-from roughxr.statistics.places import blocks, independent_places
+from roughxr.statistics.places import blocks, correlogram, independent_places
 
 from .fields import field, on_grid
 
@@ -79,6 +79,18 @@ def test_effective_number_is_that_of_the_correlation(length, side):
     rng = np.random.default_rng(0)
     found = [independent_places(field(side, length, rng).ravel(), places) for _ in range(20)]
     assert np.median(found) == pytest.approx(exact, rel=0.25)
+
+
+@pytest.mark.parametrize("side", [4, 10])
+def test_the_correlation_of_a_checkerboard_is_counted(side):
+    """Of the pairs one and √2 spacings apart 2n(n − 1) differ and 2(n − 1)² are alike."""
+    places = np.argwhere(np.ones((side, side))) * 40.0
+    found = correlogram((-1.0) ** (places.sum(axis=1) / 40), places)
+    assert found.pairs[0] == 2 * (side - 1) * (2 * side - 1)
+    assert found.correlation[0] == pytest.approx(-1 / (2 * side - 1))
+    assert found.pairs[1] == 2 * side * (side - 2) + 4 * (side - 1) * (side - 2)
+    assert found.correlation[1] == pytest.approx((side - 2 * (side - 1)) / (3 * side - 2))
+    assert (correlogram(np.ones(side**2), places).correlation == 0).all()
 
 
 def test_every_sample_lies_in_as_many_blocks():

@@ -1,6 +1,7 @@
-"""Direct simulation with adhesion: approach and retraction of the indenter, wherever it lands.
+"""The adhesive contact of an indenter with the scan, followed through approach and retraction at every place.
 
-Every subregion is one task with its whole cycle inside: what holds on retraction depends on all that went before.
+One task holds the whole cycle of one subregion, because each state on retraction depends on all states before it. The
+options are read and the results labelled here; `cycle` follows one place.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ LAWS_OF_ADHESION = ("auto", "exponential", "griffith", "dugdale", "lennard_jones
 #: Cells along a side of a pixel at most.
 MOST_REFINED = 16
 
-#: Tabor's parameter up to which the range of adhesion counts: Griffith's limit is then off by some per cent or more.
+#: Tabor's parameter below which the range of adhesion matters: Griffith's limit is then off by some per cent or more.
 SHORT_RANGE = 5.0
 
 _STATES = {
@@ -61,7 +62,7 @@ _EVENTS = {
 }
 _AT_PRELOAD = {"preload_delta": float, "contact_area": float}
 
-#: The path's columns of what is kept along (branch, delta).
+#: Which column of the path each variable along (branch, delta) comes from.
 _COLUMNS = {
     "force": path.FORCE,
     "contact_area": path.AREA,
@@ -77,11 +78,11 @@ _COLUMNS = {
 #: twenty pixels, 1.5 % at ten, 3 % at five, and by 3 to 40 % at one (``tests/benchmarks/adhesive_accuracy.py``).
 _RESOLVED = 2.0
 
-#: Cells at most and tolerance unless they are given: of laws followed cell by cell, and of smooth ones.
+#: Default of max_cells and of tolerance: for laws followed cell by cell, and for smooth ones.
 _MOST_CELLS, _TOLERANCES = (8000, 10**6), (1e-7, 1e-5)
 
-#: How far below first contact a body settles under a preload at most: so many standard deviations of the heights
-#: beyond what a smooth sphere sinks in.
+#: Below first contact, a body under a preload is followed as deep as a smooth sphere would sink in, and deeper by so
+#: many standard deviations of the heights.
 _ROUGH_DEPTH = 4.0
 
 
@@ -114,49 +115,50 @@ def adhesive(
         A scan with square pixels and an assigned pair with a work of adhesion.
     preload : number, quantity or array of them, optional
         How hard the indenter is pressed on before it is drawn off, nN: it turns back where the force on loading first
-        reaches this. 0, the default: it settles under its own adhesion, as a particle that lands. Several, ascending,
-        share one loading path and lie along ``preload``.
+        reaches this value. 0, the default: it settles under its own adhesion, as a particle that lands. Several
+        preloads, ascending, share one loading path and lie along ``preload``.
     delta : array_like, optional
-        Displacements, nm, ascending, in place of a preload: reached one after the other on loading, and in reverse on
-        retraction, which goes on beyond the smallest until all contact is lost.
+        Displacements, nm, ascending, in place of a preload. Loading visits them one after the other, retraction in
+        reverse order and then further out until all contact is lost.
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
     law : {"auto", "exponential", "griffith", "dugdale", "lennard_jones"}
-        How the surfaces pull on each other across a gap u, all with the same work of adhesion w: t = (w/ρ) exp(−u/ρ),
-        the limit without range (JKR's), a constant pull up to a gap, or the 9-3 potential of two half spaces beyond a
-        hard contact. "auto" is "exponential" where Tabor's parameter of half of the asperities is below 5, so that the
-        range counts, or the body yields, else "griffith".
+        The traction t between the surfaces across a gap u, with the same work of adhesion w for all laws:
+        "exponential", t = (w/ρ) exp(−u/ρ); "griffith", the limit without range (JKR's); "dugdale", a constant pull up
+        to a gap; "lennard_jones", the 9-3 potential of two half spaces beyond a hard contact. "auto" takes
+        "exponential" where the median of Tabor's parameter over the asperities is below 5, so that the range matters,
+        or where the body yields, else "griffith".
     strength : number or quantity, optional
-        Largest pull, GPa, of a law with a range; by default w over the pair's ``adhesion_range``, or over 0.3 nm.
+        Largest pull, GPa, of a law with a range; by default w over the pair's ``adhesion_range``, or w over 0.3 nm.
     refine : "auto" or int
-        Solve on pixels so many times smaller, heights interpolated by bicubic splines. "auto": each place by itself, on
-        finer meshes until the estimated error of its pull-off is below ``accuracy``.
+        Each pixel is divided into refine × refine cells, heights interpolated by bicubic splines. "auto": at each place
+        the mesh is refined until the estimated error of the pull-off there is below ``accuracy``.
     accuracy : float or None
-        Relative error of the pull-off at which "auto" stops. None: the coarsest mesh that the law holds on, its error
-        not estimated, in a fifth of the time or less.
+        Relative error of the pull-off at which "auto" stops. None: take the coarsest mesh on which the law can be
+        solved, without an estimate of its error, in a fifth of the time or less.
     step : number or quantity
-        Longest step of the displacement, nm. On retraction shorter ones are taken where a branch ends, and where a
-        larger pull may lie between two states: halving the step leaves the pull-off of nearly every place as it is.
+        Longest step of the displacement, nm. Retraction takes shorter ones where a branch of solutions ends, and where
+        a larger pull may lie between two states. Halving the step changes the pull-off of hardly any place.
     datum : {"highest_peak", "first_contact"}, optional
         Where delta = 0, as in `direct`; by default the highest peak with ``delta``, first contact with a preload.
     profile : {"sphere", "parabola"}
         The exact sphere or Hertz's paraboloid.
     yielding : bool
-        Whether the softer body yields where the pressure reaches the assigned hardness; False: all stays elastic.
+        Whether the softer body yields where the pressure reaches the assigned hardness; False: it stays elastic.
     cycles : int
-        How often each place is pressed on and drawn off, with a preload, each time on the shape that was left: along
-        ``cycle`` where there are several.
+        How often each place is pressed on and drawn off, with a preload, each time on the shape that the cycle before
+        has left; along ``cycle`` where there are several.
     fields : bool
         Keep pressure, displacement and gap on the window around each centre, on the cells of the solve, on both
-        branches, at the displacements of ``delta``; NaN beyond the scan's edge. Needs a whole number for ``refine``.
+        branches, at the displacements of ``delta``; NaN beyond the scan's edge. ``refine`` must then be a whole number.
     tolerance : float, optional
-        Residual traction over the largest; by default 1e-5, of "griffith" and "dugdale" 1e-7. Under the other laws it
-        holds at ``delta`` and at the largest pull; states on the way there are found to 1e-3 only.
+        Residual traction over the largest traction; by default 1e-5, and 1e-7 for "griffith" and "dugdale". With the
+        other laws it holds at ``delta`` and at the largest pull; states in between are solved to 1e-3 only.
     max_iterations : int
-        Rounds per step.
+        Iterations per step.
     max_cells : int, optional
-        Cells in or near contact at most; by default 10⁶, of "griffith" and "dugdale" 8000 (memory: 8 bytes times their
-        square).
+        Largest number of cells in or near contact; by default 10⁶, and 8000 for "griffith" and "dugdale", which need
+        8 bytes times its square of memory.
     progress : bool
         Show a bar while computing.
 
@@ -166,19 +168,23 @@ def adhesive(
         Along subregion (and preload), from all steps of the cycle: ``snap_in_force``, ``snap_in_delta``,
         ``pull_off_force``, ``pull_off_delta``, ``detachment_delta``, ``work_of_separation``, ``hysteresis``,
         ``pull_off_resolution``, ``truncated`` (contact at the edge of the scan or of the indenter's map) and
-        ``complete``; ``refinement`` and, of refine="auto", ``pull_off_error``, the estimated relative error of the
-        pull-off, with its parts ``mesh_error`` and ``step_error``. A subregion that is never touched, whose cycle could
-        not be completed or whose preload was not reached has NaN events. With a preload also ``preload_delta``, the
-        displacement at which the indenter turned, and ``contact_area`` there. With ``delta``, along
-        (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected patches of cells),
-        ``energy``, ``dissipated``, ``resolution`` (radius, in pixels of the solve, of the smallest contact that bears a
-        tenth of the tension), ``iterations``, ``converged``; fields along (subregion, branch, delta, x, y) with x, y
-        from the contact centre. The coordinate ``shortest_wavelength`` (nm) says down to which waves the scan shows the
-        surface: finer ones would let it stick less (`scale_dependence`). Where a hardness is assigned, or estimated for
-        named materials, also ``yielded_fraction`` and ``yielded_area_fraction``, the shares of what pushes and of the
-        area at that pressure or above, at the preload or along the displacements, missing under "griffith" and
-        "dugdale"; where the body yields ``yielded_area``, ``plastic_work`` and the field ``residual_height``, as in
-        `direct`.
+        ``complete``; also ``refinement`` and, with refine="auto", ``pull_off_error``, the estimated relative error of
+        the pull-off, with its parts ``mesh_error`` and ``step_error``. These events are NaN where nothing is
+        touched, the cycle could not be completed or the preload was not reached. With a preload also
+        ``preload_delta``, the displacement at which the indenter turned back, and ``contact_area`` there.
+
+        With ``delta``, along (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected
+        patches of cells), ``energy``, ``dissipated``, ``resolution`` (radius, in pixels of the solve, of the smallest
+        contact that bears a tenth of the tension), ``iterations``, ``converged``; fields along (subregion, branch,
+        delta, x, y) with x, y from the contact centre.
+
+        The coordinate ``shortest_wavelength`` (nm) is that of the shortest waves that the scan still shows: shorter
+        ones would lower the adhesion (`scale_dependence`).
+
+        Where a hardness is assigned, or estimated for named materials, also ``yielded_fraction`` and
+        ``yielded_area_fraction``, the shares of the pushing force and of the contact area at that pressure or above, at
+        the preload or along the displacements. Where the body yields, also
+        ``yielded_area``, ``plastic_work`` and the field ``residual_height``, as in `direct`.
 
     Raises
     ------
@@ -189,22 +195,22 @@ def adhesive(
     Warns
     -----
     UserWarning
-        If contacts at pull-off are poorly resolved, or places did not reach the accuracy (input in memory only).
+        If contacts at pull-off are poorly resolved, or places did not reach the accuracy (for input in memory only).
 
     Notes
     -----
-    In the Griffith limit a front's cells let go over a zone a few cells wide, whose line tension is taken back from the
-    work of adhesion by the outline of each contact (`kernels.adhesion`). ``energy`` counts that outline as an ellipse:
-    on a smooth sphere ``dissipated`` closes the loop, ``hysteresis``, to 1 %; where rough contacts split and merge it
-    closes less well, and may fall a little on the way: there ``hysteresis``, the work of the force, is the figure to
-    take.
+    In the Griffith limit the cells at the edge of a contact let go over a zone a few cells wide. The line tension of
+    this zone is taken off the work of adhesion, according to the outline of each contact (`kernels.adhesion`).
+    ``energy`` takes that outline as an ellipse: on a smooth sphere ``dissipated`` equals ``hysteresis``, the area of
+    the loop, to 1 %; where rough contacts split and merge the two differ more, and ``dissipated`` may decrease a
+    little along the path. Then ``hysteresis``, the work of the force, is the reliable one.
 
-    A body that yields does so on loading, where the net pressure, attraction taken off, would exceed its hardness, to
-    a part of 1e-3 (`direct` says what such a body is); retraction is elastic on the shape that is left, and what pulls
-    there is never held against a strength of the solid. ``dissipated`` holds the plastic work. Only the smooth laws
-    follow this.
+    A body that yields does so on loading, where the net pressure, attraction subtracted, would exceed its hardness, to
+    a part of 1e-3 (`direct` describes such a body). Retraction is elastic on the shape that is left; tension there is
+    not limited by any strength of the solid. ``dissipated`` includes the plastic work. What was pressed flat recovers
+    and peels: `reference.flattened_pull_off` is its pull-off without range.
 
-    The errors tell of the mesh and of the step, not of what the scan does not show: roughness finer than its pixels.
+    The errors are those of the mesh and of the step. They leave out roughness finer than the scan's pixels.
 
     References
     ----------
@@ -227,23 +233,17 @@ def adhesive(
     datum = datum or ("first_contact" if by_preload else "highest_peak")
     positions = regions.centres(ds, subregions)
     yields = yielding and "hardness" in ds.coords
-    adhesion = Adhesion(
-        work=schema.pair(ds, "work_of_adhesion")[0],
+    adhesion = _adhesion_of(
+        ds,
+        _law(ds, law, strength, yields),
         preloads=_preloads(preload) if by_preload else np.zeros(0),
-        refine=0 if refine == "auto" else whole_number(refine, "refine", least=1, most=MOST_REFINED),
-        accuracy=np.nan if accuracy is None else fraction(accuracy, "accuracy"),
-        step=positive(step, "nm", "step"),
-        tolerance=0.0 if tolerance is None else fraction(tolerance, "tolerance"),
-        max_iterations=whole_number(max_iterations, "max_iterations", least=1),
-        max_cells=0 if max_cells is None else whole_number(max_cells, "max_cells", least=1),
-        cycles=whole_number(cycles, "cycles", least=1),
-        **_law(ds, law, strength, yields),
-    )
-    if adhesion.cycles > 1 and not by_preload:
-        raise ValueError(f"cycles: expected several with a preload, found {cycles} with displacements")
-    smooth = adhesion.law in SMOOTH
-    adhesion = adhesion._replace(
-        max_cells=adhesion.max_cells or _MOST_CELLS[smooth], tolerance=adhesion.tolerance or _TOLERANCES[smooth]
+        refine=refine,
+        accuracy=accuracy,
+        step=step,
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+        max_cells=max_cells,
+        cycles=cycles,
     )
     delta = [_settling_depth(ds, adhesion)] if by_preload else delta
     options = {"datum": datum, "profile": profile, "refine": max(adhesion.refine, 1), "yielding": yielding}
@@ -266,10 +266,42 @@ def adhesive(
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
     arguments = {"preload": preload, "delta": None if by_preload else problem.steps, "subregions": subregions}
     arguments |= {"datum": datum, "profile": profile, "fields": fields, "refine": refine, "accuracy": accuracy}
-    arguments |= {name: getattr(adhesion, name) for name in ("step", "tolerance", "max_iterations", "max_cells")}
-    arguments |= {"yielding": yields} if "hardness" in ds.coords else {}
-    arguments |= {"cycles": adhesion.cycles} if adhesion.cycles > 1 else {}
+    arguments |= _recorded(ds, adhesion, yields)
     out = schema.record(out, "adhesive", ds, law=adhesion.law, strength=strength, **arguments)
+    return _finished(out, ds, adhesion, progress)
+
+
+def _adhesion_of(
+    ds, law, *, preloads, refine, accuracy, step, tolerance, max_iterations, max_cells, cycles
+) -> Adhesion:
+    """Return how the bodies adhere and how they are followed; raise where an option is out of its range."""
+    smooth = law["law"] in SMOOTH
+    found = Adhesion(
+        work=schema.pair(ds, "work_of_adhesion")[0],
+        preloads=preloads,
+        refine=0 if refine == "auto" else whole_number(refine, "refine", least=1, most=MOST_REFINED),
+        accuracy=np.nan if accuracy is None else fraction(accuracy, "accuracy"),
+        step=positive(step, "nm", "step"),
+        tolerance=_TOLERANCES[smooth] if tolerance is None else fraction(tolerance, "tolerance"),
+        max_iterations=whole_number(max_iterations, "max_iterations", least=1),
+        max_cells=_MOST_CELLS[smooth] if max_cells is None else whole_number(max_cells, "max_cells", least=1),
+        cycles=whole_number(cycles, "cycles", least=1),
+        **law,
+    )
+    if found.cycles > 1 and not preloads.size:
+        raise ValueError(f"cycles: expected several with a preload, found {cycles} with displacements")
+    return found
+
+
+def _recorded(ds: xr.Dataset, adhesion: Adhesion, yields: bool) -> dict[str, Any]:
+    """Return the arguments for the history that are recorded as they were used, defaults included."""
+    used = {name: getattr(adhesion, name) for name in ("step", "tolerance", "max_iterations", "max_cells")}
+    used |= {"yielding": yields} if "hardness" in ds.coords else {}
+    return used | ({"cycles": adhesion.cycles} if adhesion.cycles > 1 else {})
+
+
+def _finished(out: xr.Dataset, ds: xr.Dataset, adhesion: Adhesion, progress: bool) -> xr.Dataset:
+    """Return the result, computed where the scan is in memory, with its warnings and the scan's shortest wavelength."""
     lazy = parallel.is_lazy(ds)
     out = parallel.finish(out, lazy=lazy, progress=progress)
     if not lazy:
@@ -278,7 +310,7 @@ def adhesive(
 
 
 def _shortest_wavelength(ds: xr.Dataset) -> Any:
-    """Return down to which waves (nm) a scan shows the surface; of a lazy one, once it is computed."""
+    """Return the length (nm) of the shortest waves that a scan shows; lazy where the scan is."""
     if not ds["height"].chunks:
         return shortest_wavelength(ds)
     found = later(ds["height"].data, schema.pixel(ds)).shortest
@@ -286,14 +318,14 @@ def _shortest_wavelength(ds: xr.Dataset) -> Any:
 
 
 def window_half_width(ds: xr.Dataset, *, preload: float = 0.0, law: str = "auto") -> float:
-    """Return how far (nm) from a contact centre the surface matters to `adhesive` under a preload (nN).
+    """Return the distance (nm) from a contact centre within which `adhesive` needs the surface, at a preload (nN).
 
     Parameters
     ----------
     ds : Dataset
         A scan in memory with an assigned pair.
     preload, law
-        Of `adhesive`.
+        As for `adhesive`.
 
     Returns
     -------
@@ -310,7 +342,7 @@ def window_half_width(ds: xr.Dataset, *, preload: float = 0.0, law: str = "auto"
 
 
 def _law(ds: xr.Dataset, law: str, strength: Any, yields: bool) -> dict[str, Any]:
-    """Return the law and its length, or say which do not go together."""
+    """Return the law and its length; raise where law, strength and yielding do not go together."""
     schema.one_of(law, LAWS_OF_ADHESION, "law")
     if law == "griffith" and strength is not None:
         raise ValueError(f"strength: expected for a law with a range, found {strength!r} for 'griffith'")
@@ -326,13 +358,11 @@ def _law(ds: xr.Dataset, law: str, strength: Any, yields: bool) -> dict[str, Any
 
 
 def _need_hardness_above(hardness: float, work: float, length: float, law: str) -> None:
-    """Refuse a body that yields under a law that does not know it, without adhesion or under adhesion alone."""
+    """Raise where a body cannot yield: without adhesion, or under adhesion alone."""
     advice = "or leave the hardness out, which keeps it elastic"
     if work == 0:
         raise ValueError(f"work_of_adhesion: expected more than 0 where a body yields; take direct, {advice}")
-    if law not in SMOOTH:
-        raise ValueError(f"law: expected a smooth one where a body yields, found {law!r}; take 'exponential', {advice}")
-    if hardness <= work / length:
+    if law != "griffith" and hardness <= work / length:  # without range the pull has no bound to be held against
         raise ValueError(
             f"hardness: expected more than the pull of adhesion, {work / length:.3g} GPa over {length:.3g} nm, found "
             f"{hardness:.3g} GPa; give the adhesion_range that belongs to the work of adhesion, {advice}"
@@ -340,7 +370,7 @@ def _need_hardness_above(hardness: float, work: float, length: float, law: str) 
 
 
 def _range_counts(ds: xr.Dataset, length: float) -> bool:
-    """Say whether the range of adhesion counts under the sphere, or under half of the asperities."""
+    """Return whether the range of adhesion matters under the sphere, for at least half of the asperities."""
     if "indenter_height" in ds or parallel.is_lazy(ds):
         return True
     found = tabor(ds, equilibrium_distance=length)["tabor_parameter"].values
@@ -349,7 +379,7 @@ def _range_counts(ds: xr.Dataset, length: float) -> bool:
 
 
 def _preloads(preload: Any) -> np.ndarray:
-    """Return preloads (nN), or say what is wrong with them."""
+    """Return preloads in nN, ascending; raise where one is negative."""
     given = 0.0 if preload is None else preload
     values = schema.ascending(given, "nN", "preload")
     if values[0] < 0:
@@ -358,10 +388,10 @@ def _preloads(preload: Any) -> np.ndarray:
 
 
 def _settling_depth(ds: xr.Dataset, adhesion: Adhesion) -> float:
-    """Return how far (nm) beyond first contact a body is followed to find its preload.
+    """Return the depth (nm) beyond first contact down to which loading is followed to find its preload.
 
-    What the largest load and the adhesion sink a smooth sphere in, by Hertz's and JKR's formulas, and some standard
-    deviations of the heights: nearly all of the surface lies higher.
+    It is the depth to which the largest load and the adhesion press a smooth sphere, by Hertz's and JKR's formulas,
+    and some standard deviations of the heights, so that nearly all of the surface lies higher.
     """
     if parallel.is_lazy(ds):
         raise ValueError(f"{NOT_LOADED}, so that it is known how deep a preload sinks in")
@@ -369,13 +399,13 @@ def _settling_depth(ds: xr.Dataset, adhesion: Adhesion) -> float:
     radius = float(ds["sphere_radius"]) if "sphere_radius" in ds.coords else _radius_of_map(ds)
     load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.work * radius
     hertz = (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
-    if "hardness" in ds.coords:  # a fully yielding sphere sinks in by the area that bears the load
+    if "hardness" in ds.coords:  # a fully yielding sphere sinks in until the area, at the hardness, bears the load
         hertz += load / (2 * np.pi * radius * float(ds["hardness"]))
     return float(hertz + _ROUGH_DEPTH * ds["height"].values.std() + 12 * np.nan_to_num(adhesion.length))
 
 
 def _radius_of_map(ds: xr.Dataset) -> float:
-    """Return the radius (nm) of the paraboloid that lies as an indenter's map on average."""
+    """Return the radius (nm) of the paraboloid whose mean depth is that of an indenter's map."""
     height = ds["indenter_height"]
     r2 = (height["indenter_x"] ** 2 + height["indenter_y"] ** 2).transpose(*height.dims)
     depth = float((height.max() - height).mean())
@@ -397,7 +427,7 @@ def _need_resolved_zone(adhesion: Adhesion, problem: Problem) -> None:
 
 
 def _need_one_mesh(ds: xr.Dataset, problem: Problem, adhesion: Adhesion, by_preload: bool) -> None:
-    """Refuse fields where there are no displacements to show them at, or each place has cells of its own size."""
+    """Raise where fields are asked for without displacements, or on meshes that differ between places."""
     if by_preload or not adhesion.refine:
         raise ValueError("fields: expected displacements (delta) and one refine for all places, such as refine=4")
     need_heights(ds, problem)
@@ -430,7 +460,7 @@ def _layout(problem: Problem, adhesion: Adhesion, preload: Any) -> Layout:
 
 
 def _solve(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -> np.ndarray:
-    """Follow one place's cycles, one for each preload."""
+    """Follow the cycles of one place, one for each preload, and return their record."""
     found, errors = cycles_at(place, problem, adhesion, fields=layout.window is not None)
     record = layout.blank()
     for k, followed in enumerate(found.paths):
@@ -453,7 +483,7 @@ def _solve(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -
 
 
 def _put_states(record: np.ndarray, followed: path.Path, problem: Problem) -> None:
-    """Write the states that were asked for along (branch, delta); a path that broke off leaves the others missing."""
+    """Write the states at the prescribed displacements along (branch, delta); NaN after a path that broke off."""
     told = {name: followed.states[:, column] for name, column in _COLUMNS.items()} | yield_told(followed, problem)
     asked, on_loading = followed.states[:, path.ASKED] > 0, np.arange(len(followed.states)) < followed.turn
     for name, values in told.items():
@@ -463,7 +493,7 @@ def _put_states(record: np.ndarray, followed: path.Path, problem: Problem) -> No
 
 
 def _put_fields(record: np.ndarray, found: Cycles, problem: Problem) -> None:
-    """Write the fields of the states that were asked for."""
+    """Write the fields of the states at the prescribed displacements."""
     followed, surface = found.paths[0], found.surface
     deltas = np.tile(problem.steps + surface.zero, (len(BRANCHES), 1))
     shape = surface
@@ -475,13 +505,13 @@ def _put_fields(record: np.ndarray, found: Cycles, problem: Problem) -> None:
 
 
 def _of_branches(pressures: np.ndarray) -> np.ndarray:
-    """Return (branch, delta, nx, ny) of the states in the order of the path: retraction comes with falling delta."""
+    """Return (branch, delta, nx, ny) of states in the order of the path, in which retraction has falling delta."""
     loading, retraction = np.split(pressures, len(BRANCHES))
     return np.stack([loading, retraction[::-1]])
 
 
 def _described(adhesion: Adhesion) -> dict[str, Any]:
-    """Return law and mesh as attributes of a result."""
+    """Return the law and the mesh as attributes of a result."""
     mesh = {"refine": adhesion.refine or "auto"}
     if not adhesion.refine and np.isfinite(adhesion.accuracy):
         mesh |= {"accuracy": adhesion.accuracy}
@@ -493,23 +523,23 @@ def _described(adhesion: Adhesion) -> dict[str, Any]:
 
 
 def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
-    """Say which places are not known as well as was asked."""
+    """Warn of places that are less accurate than was asked for."""
     resolution, size = out["pull_off_resolution"].values, out["pull_off_resolution"].size
     if adhesion.refine and (resolution < _RESOLVED).any():
         warnings.warn(
             f"{int((resolution < _RESOLVED).sum())} of {size} subregions have contacts of less than {_RESOLVED:g} "
             f"pixels in radius at pull-off (smallest {np.nanmin(resolution):.2g}): compare with a larger refine, or "
             "take refine='auto'",
-            stacklevel=3,
+            stacklevel=4,
         )
     missed = int((out["pull_off_error"].values > adhesion.accuracy).sum())
     if missed:
         warnings.warn(
             f"{missed} of {size} subregions did not reach accuracy={adhesion.accuracy:g} (largest error "
             f"{np.nanmax(out['pull_off_error'].values):.2g}): their mesh does not decide them, see pull_off_error",
-            stacklevel=3,
+            stacklevel=4,
         )
     lost = int((~out["complete"].values).sum())
     if lost:
         what = "did not reach their preload or " if adhesion.preloads.size else ""
-        warnings.warn(f"{lost} subregions {what}needed more than max_cells pixels; their events are NaN", stacklevel=3)
+        warnings.warn(f"{lost} subregions {what}needed more than max_cells pixels; their events are NaN", stacklevel=4)

@@ -1,4 +1,4 @@
-"""What the sums over asperities share: the options of a law, the asperities as kernels want them, the largest pull."""
+"""What all sums over asperities share: the options of a law, the asperities as plain arrays, and the largest pull."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from ..kernels.halfspace.separation import PROFILES
 from ..units import positive
 from .problem import DATUMS
 
-#: Laws that adhere, and all.
+#: The laws with adhesion, and all laws.
 ADHESIVE = ("jkr", "maugis")
 LAWS = (*ADHESIVE, "hertz")
 
-#: Formulations of adhesion on an elliptic asperity, of the law "jkr".
+#: Formulations of adhesion on an elliptic asperity, for the law "jkr".
 FORMULATIONS = ASPERITY_LAWS[1:]
 
-#: The formulation that is the default, and the one whose ellipses "maugis" has: what may be named beside it.
+#: The default formulation, and the one used by "maugis" for the shape of its ellipses: only these may go with "maugis".
 DEFAULT, _OF_MAUGIS = "energy", "self_similar"
 
-#: z₀ unless it is given, nm.
+#: Default of z₀, nm.
 DISTANCE = 0.3
 
-#: What is found of the largest pull at one contact centre.
+#: The record of the largest pull at one contact centre.
 PULL_OFF = np.dtype([("pull_off_force", float), ("pull_off_delta", float), ("contacts", int), ("truncated", bool)])
 
 
 class Options(NamedTuple):
-    """How asperities adhere, and what presses on them."""
+    """How asperities adhere, and what is pressed against them."""
 
-    law: str  # the kernel's
+    law: str  # name of the kernel's law
     equilibrium_distance: float  # nm, NaN for a law without range
     composite: bool
     profile: int
@@ -47,12 +47,12 @@ class Options(NamedTuple):
     work_of_adhesion: float
 
     def kernel_law(self) -> AsperityLaw:
-        """Return the law as the kernels want it."""
+        """Return the law in the form that the kernels take."""
         return read_law(self.law, self.equilibrium_distance) if self.law == "maugis" else read_law(self.law)
 
 
 def options_of(ds, law, formulation, equilibrium_distance, datum, profile) -> Options:
-    """Return the options of a sum over asperities, or say what is wrong with them."""
+    """Return the options of a sum over asperities; raise where they do not go together."""
     distance = _checked(law, formulation, equilibrium_distance)
     schema.one_of(datum, DATUMS, "datum")
     schema.one_of(profile, PROFILES, "profile")
@@ -72,7 +72,7 @@ def options_of(ds, law, formulation, equilibrium_distance, datum, profile) -> Op
 
 
 def _checked(law: str, formulation: str, equilibrium_distance: Any) -> float:
-    """Return z₀ in nm, NaN for a law without range, or say which of the three do not go together."""
+    """Return z₀ in nm, NaN for a law without range; raise where law, formulation and z₀ do not go together."""
     if law in FORMULATIONS or formulation in LAWS:
         raise ValueError(
             f"law: expected one of {', '.join(map(repr, LAWS))}, and formulation one of "
@@ -93,24 +93,27 @@ def _checked(law: str, formulation: str, equilibrium_distance: Any) -> float:
 
 
 def law_of(law: str, formulation: str, options: Options) -> dict[str, Any]:
-    """Return the law's name and what goes with it, as attributes of a result."""
+    """Return the law's name and its parameters as attributes of a result."""
     if law == "maugis":
         return {"law": law, "formulation": _OF_MAUGIS, "equilibrium_distance": options.equilibrium_distance}
     return {"law": law, "formulation": formulation}
 
 
 def fit_of(law: str | None) -> dict[str, str]:
-    """Return how a scan's asperities are found for this law: as the paper finds them for the paper's own."""
+    """Return the options for finding a scan's asperities: the paper's for the paper's own law, else the defaults."""
     return {"patch": "paper", "vertex": "pixel"} if law == "published" else {}
 
 
 def catalogue_of(ds: xr.Dataset, options: Options) -> xr.Dataset:
-    """Return the asperities of a scan, or those that are given."""
+    """Return the asperities of a scan, or the catalogue itself where one is given."""
     return ds if "asperity" in ds.dims else asperities(ds, **fit_of(options.law))
 
 
 def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
-    """Return the asperities that are peaks under this sphere, the patch's half-width and the number left out."""
+    """Return the asperities that are peaks, the half-width of their patch, and the number left out.
+
+    The law decides whether the sphere's curvature is added to that of the asperities.
+    """
     catalogue = catalogue_of(ds, options)
     A, B = composite_curvatures(catalogue, options)
     scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, options.kernel_law())
@@ -124,13 +127,13 @@ def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
 
 
 def composite_curvatures(catalogue: xr.Dataset, options: Options) -> tuple[np.ndarray, np.ndarray]:
-    """Return half the principal curvatures (nm⁻¹) of each asperity, the sphere's added where the law wants that."""
+    """Return half the principal curvatures (nm⁻¹) of each asperity, with the sphere's where the law adds it."""
     sphere = 0.5 / options.radius if options.composite else 0.0
     return tuple(0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
 
 
 def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the numbers of the points nearest to each, −1 where there are no more."""
+    """Return the indices of the points nearest to each point, −1 where there are fewer."""
     from scipy.spatial import cKDTree
 
     points, count = np.c_[x, y], min(sums.NEIGHBOURS, max(x.size - 1, 0))
@@ -139,18 +142,18 @@ def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         quickly_made = {"balanced_tree": False, "compact_nodes": False}
         nearest = cKDTree(points, **quickly_made).query(points, k=count + 1)[1]
         itself = nearest == np.arange(x.size)[:, None]
-        itself[~itself.any(axis=1), -1] = True  # of points at one place, another may be named first
+        itself[~itself.any(axis=1), -1] = True  # where several points coincide, another one may come first
         out[:, :count] = nearest[~itself].reshape(x.size, count)
     return out
 
 
 def asperity_grid(ds: xr.Dataset, options: Options) -> largest_pull.AsperityGrid:
-    """Return the asperities of a scan or a catalogue, sorted into cells for the search of the largest pull."""
+    """Return the asperities of a scan or a catalogue as the grid in which the largest pull is searched."""
     return grid_of(catalogue_field(ds, options), options)
 
 
 def grid_of(prepared: tuple, options: Options) -> largest_pull.AsperityGrid:
-    """Return the asperities of `catalogue_field`, sorted into cells."""
+    """Return the asperities of `catalogue_field` as the grid in which the largest pull is searched."""
     return largest_pull.build_grid(prepared[0], options.kernel_law(), options.radius, options.profile)
 
 

@@ -1,7 +1,8 @@
-"""One cycle of approach and retraction at one contact centre: which solver follows it, and on how fine a mesh.
+"""Cycles of approach and retraction at one contact centre: the choice of solver and of mesh.
 
 Smooth laws of finite range are followed by Newton's method (``kernels.adhesion.smooth_path``), the Griffith limit and
-Dugdale's law cell by cell (``kernels.adhesion.path``). A mesh is halved until two in a row agree on the pull-off.
+Dugdale's law cell by cell (``kernels.adhesion.path``). The cells are halved until two meshes in a row agree on the
+pull-off.
 """
 
 from __future__ import annotations
@@ -15,45 +16,46 @@ from ..kernels.halfspace import displacement_control
 from ..kernels.halfspace.products import coefficients_for
 from .problem import Place, Problem, Surface, surface_at
 
-#: Laws that Newton's method follows, and what the kernels call them.
+#: Laws that are followed by Newton's method, and their names in the kernels.
 SMOOTH = ("exponential", "lennard_jones")
 _KERNEL_NAMES = {"exponential": "exponential", "lennard_jones": "van_der_waals"}
 
-#: Refinements that "auto" goes through.
+#: The refinements that refine="auto" may choose.
 REFINEMENTS = (1, 2, 4, 8, 16)
 
-#: Where it begins. A law with a range holds on cells that resist more than its pull falls by, w/ρ² < E*/dx times this:
-#: on larger ones the edge of a contact jumps from cell to cell, which takes some times the pull (on the glass twin 4 to
-#: 7 times at w dx/(E* ρ²) = 3.7, some per cent at 0.9 and 0.5). Laws without range begin at cells of 5 nm or less.
+#: The largest cell on which a law with a range can be solved. The cell must resist more than the traction falls off:
+#: w/ρ² < E*/dx times this. On larger cells the edge of a contact jumps from cell to cell, which overestimates the
+#: pull-off (on the glass twin by 4 to 7 times at w dx/(E* ρ²) = 3.7, some per cent at 0.9 and 0.5). Laws without range
+#: start with cells of 5 nm or less.
 _SOFTENING, _FIRST_CELL = 1.0, 5.0
 
-#: Meshes at most that a place is solved on.
+#: Largest number of meshes on which a place is solved.
 _MESHES = 4
 
 #: A preload counts as reached within this part of it, or of the largest pull.
 _MET = 0.02
 
-#: A preload between two states is closed in upon down to this part of a step.
+#: A preload between two states is bracketed down to this part of a step.
 _CLOSEST = 1 / 64
 
-#: Largest displacements that are tried for a preload, each so many times the one before.
+#: Factor from one displacement tried for a preload to the next, and the largest number of them.
 _DEEPER, _TRIES = 1.6, 24
 
 
 class Adhesion(NamedTuple):
-    """How the bodies adhere, how they are moved, and how well it is to be known."""
+    """How the bodies adhere, how they are moved, and how accurately the pull-off is computed."""
 
     work: float  # J/m²
     law: str
-    length: float  # nm: ρ of "exponential", z₀ of "lennard_jones", w over the strength of "dugdale"; NaN of "griffith"
-    preloads: np.ndarray  # nN, ascending; none where the displacements say where to turn
-    refine: int  # 0: until ``accuracy`` is met
-    accuracy: float  # NaN: the first mesh will do, and its error is not estimated
+    length: float  # nm: ρ of "exponential", z₀ of "lennard_jones", w over the strength of "dugdale"; NaN for "griffith"
+    preloads: np.ndarray  # nN, ascending; empty where the indenter turns back at the last displacement
+    refine: int  # 0: refine until ``accuracy`` is met
+    accuracy: float  # NaN: take the first mesh, without an estimate of its error
     step: float  # nm
     tolerance: float
     max_iterations: int
     max_cells: int
-    cycles: int = 1  # at each place, each on the shape that the one before left
+    cycles: int = 1  # at each place, each on the shape that the one before has left
 
 
 def reach_of_law(adhesion: Adhesion, problem: Problem) -> float:
@@ -66,7 +68,7 @@ def reach_of_law(adhesion: Adhesion, problem: Problem) -> float:
 
 
 class Cycles(NamedTuple):
-    """The paths of one surface, one for each cycle and turning point, in nm and nN, and how they were found."""
+    """The paths of one surface, one for each cycle and preload, in nm and nN, and the surface and mesh they are on."""
 
     surface: Surface
     problem: Problem
@@ -74,7 +76,7 @@ class Cycles(NamedTuple):
 
 
 def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: bool) -> tuple[Cycles, dict]:
-    """Return the cycles at one place on the mesh that its accuracy asks for, and the errors of their pull-offs."""
+    """Return the cycles at one place, on a mesh that meets the accuracy, and the errors of their pull-offs."""
     if adhesion.refine:
         return _cycles(place, problem, adhesion, adhesion.refine, fields=fields), {"refinement": adhesion.refine}
     return _refined_until_accurate(place, problem, adhesion)
@@ -83,16 +85,16 @@ def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: boo
 def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) -> tuple[Cycles, dict]:
     """Halve the cells until the largest pull changes by less than the accuracy, or there are too many of them.
 
-    The change from a mesh to the next is taken as the error of the finer one: an upper bound where meshes converge at
-    first order or better. The step's own error is the change that twice the step makes on the coarsest mesh; where that
-    is large, finer meshes take half the step.
+    The change from one mesh to the next is taken as the error of the finer one: an upper bound where the meshes
+    converge at first order or better. The error of the step is the change between the step and twice the step on the
+    coarsest mesh; where it is large, finer meshes take half the step.
     """
     meshes = [n for n in REFINEMENTS if n >= _first_refinement(problem, adhesion)][:_MESHES]
     before = _cycles(place, problem, adhesion, meshes[0])
     if np.isnan(adhesion.accuracy):
         return before, {"refinement": meshes[0]}
     of_step = _change(_cycles(place, problem, adhesion._replace(step=2 * adhesion.step), meshes[0]), before)
-    if (of_step > 0.5 * adhesion.accuracy).any():  # what longer steps pass over, shorter ones find
+    if (of_step > 0.5 * adhesion.accuracy).any():  # longer steps pass over states that shorter ones find
         adhesion = adhesion._replace(step=0.5 * adhesion.step)
     found, n, of_mesh = before, meshes[0], np.full_like(of_step, np.nan)
     for finer in meshes[1:]:
@@ -122,14 +124,14 @@ def _overlapping(surface: Surface, problem: Problem, adhesion: Adhesion) -> int:
 
 
 def _change(one: Cycles, other: Cycles) -> np.ndarray:
-    """Return by which part the pull-offs of one differ from those of the other; NaN where neither pulls."""
+    """Return the relative difference of the pull-offs of two meshes; NaN where neither pulls."""
     a, b = (np.array([largest_pull(followed) for followed in found.paths]) for found in (one, other))
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(b > 0, np.abs(a - b) / b, np.nan)
 
 
 def deltas_of(surface: Surface, problem: Problem, adhesion: Adhesion) -> np.ndarray:
-    """Return the displacements asked for, nm below the datum; those up to a preload count from first contact."""
+    """Return the prescribed displacements, nm below the datum; those up to a preload count from first contact."""
     return problem.steps + (surface.separation.min() if adhesion.preloads.size else surface.zero)
 
 
@@ -139,7 +141,7 @@ def deepest_of(followed: path.Path, found: Cycles) -> float:
 
 
 def reached(followed: path.Path, adhesion: Adhesion, k: int) -> bool:
-    """Say whether a cycle turned at its preload, and not because it was not followed any deeper."""
+    """Return whether a cycle turned back at its preload, and not because loading was followed no deeper."""
     if adhesion.preloads.size == 0:
         return True
     if not followed.turn:
@@ -150,7 +152,7 @@ def reached(followed: path.Path, adhesion: Adhesion, k: int) -> bool:
 
 
 def largest_pull(followed: path.Path) -> float:
-    """Return the pull-off force of a cycle, nN; NaN of one that broke off."""
+    """Return the pull-off force of a cycle, nN; NaN for one that broke off."""
     back = followed.states[followed.turn :, path.FORCE]
     return -float(back.min()) if followed.status == path.CONVERGED and back.size else np.nan
 
@@ -177,9 +179,9 @@ def _follow_smooth(surface: Surface, problem: Problem, adhesion: Adhesion, field
 
 
 def _cycle_smooth(surface, problem, adhesion, fields, preloads, left) -> list[path.Path]:
-    """Return the paths up to each preload (nN) and back, of a surface that has given way by what ``left`` (nm) says."""
+    """Return the paths up to each preload (nN) and back, on a surface whose residual height is ``left`` (nm)."""
     per_unit = problem.dx / problem.contact_modulus
-    cap, limit = displacement_control.Hardness(problem.hardness, problem.yielding).scaled(per_unit)
+    cap, limit = _bounds(problem)
     return smooth_path.follow_smooth(
         surface.separation,
         deltas_of(surface, problem, adhesion),
@@ -200,15 +202,28 @@ def _cycle_smooth(surface, problem, adhesion, fields, preloads, left) -> list[pa
 def _follow_by_cells(surface: Surface, problem: Problem, adhesion: Adhesion, fields: bool) -> list[path.Path]:
     if adhesion.preloads.size == 0:
         return [_by_cells(surface, deltas_of(surface, problem, adhesion), problem, adhesion, fields)]
-    return [_up_to(load, surface, problem, adhesion) for load in adhesion.preloads]
+    found = before = [_up_to(load, surface, problem, adhesion) for load in adhesion.preloads]
+    for _ in range(1, adhesion.cycles):
+        before = [_again(load, last, surface, problem, adhesion) for load, last in zip(adhesion.preloads, before)]
+        found = found + before
+    return found
 
 
-def _up_to(load: float, surface: Surface, problem: Problem, adhesion: Adhesion) -> path.Path:
-    """Return the cycle that turns where the force reaches a load (nN) first, once anything touches."""
+def _again(load: float, before: path.Path, surface: Surface, problem: Problem, adhesion: Adhesion) -> path.Path:
+    """Return the next cycle up to the same load, on the shape that the one before left; the same if elastic."""
+    if not problem.yielding or before.status != path.CONVERGED:
+        return before
+    return _up_to(load, surface, problem, adhesion, before.left[-1])
+
+
+def _up_to(
+    load: float, surface: Surface, problem: Problem, adhesion: Adhesion, left: np.ndarray | None = None
+) -> path.Path:
+    """Return the cycle that turns back where the force first reaches a load (nN), once anything touches."""
     stiffness, depth, touch = problem.contact_modulus * problem.dx, 4 * adhesion.step, surface.separation.min()
     for _ in range(_TRIES):
         depth = min(depth, float(problem.steps[-1]))
-        found = _by_cells(surface, np.array([depth + touch]), problem, adhesion, False)
+        found = _by_cells(surface, np.array([depth + touch]), problem, adhesion, False, left)
         up = found.states[: found.turn]
         met = (up[:, path.FORCE] * stiffness >= load) & (up[:, path.AREA] > 0)
         if met.any() or found.status != path.CONVERGED or depth == problem.steps[-1]:
@@ -218,16 +233,16 @@ def _up_to(load: float, surface: Surface, problem: Problem, adhesion: Adhesion) 
         return found
     k = int(np.argmax(met))
     bracket = up[max(k - 1, 0)], up[k]
-    return _closed_in(load, bracket, surface, problem, adhesion)
+    return _closed_in(load, bracket, surface, problem, adhesion, left)
 
 
-def _closed_in(load: float, bracket: tuple, surface: Surface, problem: Problem, adhesion: Adhesion) -> path.Path:
-    """Return the cycle that turns where the force is a load (nN), between two states that have less and more."""
+def _closed_in(load, bracket, surface, problem, adhesion, left) -> path.Path:
+    """Return the cycle that turns back at a load (nN), which two given states bracket."""
     below, above = bracket
     goal, least = load / (problem.contact_modulus * problem.dx), adhesion.step * _CLOSEST
     turn = float(above[path.DELTA]) if above[path.DELTA] <= below[path.DELTA] else _between(below, above, goal)
     for _ in range(_TRIES):
-        found = _by_cells(surface, np.array([turn]), problem, adhesion, False)
+        found = _by_cells(surface, np.array([turn]), problem, adhesion, False, left)
         if found.status != path.CONVERGED:
             return found
         last = found.states[found.turn - 1]
@@ -238,19 +253,20 @@ def _closed_in(load: float, bracket: tuple, surface: Surface, problem: Problem, 
             break
         below, above = (last, above) if low else (below, last)
         turn = _between(below, above, goal)
-    return found if not low else _by_cells(surface, above[path.DELTA : path.DELTA + 1], problem, adhesion, False)
+    return found if not low else _by_cells(surface, above[[path.DELTA]], problem, adhesion, False, left)
 
 
 def _between(below: np.ndarray, above: np.ndarray, force: float) -> float:
-    """Return a displacement between two states, where their line has a force; halfway if one does not touch."""
+    """Return the displacement at which the line between two states has a force; the middle if one does not touch."""
     part = 0.5
     if below[path.AREA] > 0 and above[path.FORCE] > below[path.FORCE]:
-        # a little more than the line says: what stands above the preload by a hair is near enough, below it is not
+        # a little deeper than the line says: slightly above the preload is close enough, slightly below is not
         part = (force - below[path.FORCE]) / (above[path.FORCE] - below[path.FORCE]) + _CLOSEST
     return float(below[path.DELTA] + min(max(part, 0.05), 0.95) * (above[path.DELTA] - below[path.DELTA]))
 
 
-def _by_cells(surface: Surface, deltas: np.ndarray, problem: Problem, adhesion: Adhesion, fields: bool) -> path.Path:
+def _by_cells(surface, deltas, problem, adhesion, fields, left=None) -> path.Path:
+    cap, limit = _bounds(problem)
     return path.follow(
         surface.separation,
         deltas,
@@ -261,7 +277,16 @@ def _by_cells(surface: Surface, deltas: np.ndarray, problem: Problem, adhesion: 
         max_iterations=adhesion.max_iterations,
         max_cells=adhesion.max_cells,
         fields=fields,
+        cap=cap,
+        limit=limit,
+        left=left,
     )
+
+
+def _bounds(problem: Problem) -> tuple[float, float]:
+    """Return the largest pressure on unit cells of unit modulus, and the one that is told of."""
+    per_unit = problem.dx / problem.contact_modulus
+    return displacement_control.Hardness(problem.hardness, problem.yielding).scaled(per_unit)
 
 
 def law_by_cells(adhesion: Adhesion, problem: Problem) -> cohesive_laws.CohesiveLaw:
@@ -279,17 +304,15 @@ def _in_units(followed: path.Path, surface: Surface, problem: Problem) -> path.P
     states[:, [path.FORCE, path.ENERGY, path.DISSIPATED]] *= stiffness
     states[:, path.AREA] *= problem.dx * problem.dx
     states[:, path.DELTA] -= surface.zero
-    hard = followed.hard
-    if hard is not None:
-        volume = problem.dx**2
-        hard = hard * [1.0, 1.0, volume, volume * (problem.hardness if problem.yielding else 0.0)]
+    volume = problem.dx**2
+    hard = followed.hard * [1.0, 1.0, volume, volume * (problem.hardness if problem.yielding else 0.0)]
     pressures = followed.pressures * problem.contact_modulus / problem.dx
     return followed._replace(states=states, pressures=pressures, hard=hard)
 
 
 def yield_told(followed: path.Path, problem: Problem) -> dict[str, np.ndarray]:
-    """Return what is said of yield along the states of a path, as far as a hardness is known."""
-    if followed.hard is None or not np.isfinite(problem.hardness):
+    """Return what the states of a path have yielded, as far as a hardness is known."""
+    if not np.isfinite(problem.hardness):
         return {}
     told = {"yielded_fraction": smooth_path.HARD_FORCE, "yielded_area_fraction": smooth_path.HARD_AREA}
     if problem.yielding:
@@ -298,7 +321,7 @@ def yield_told(followed: path.Path, problem: Problem) -> dict[str, np.ndarray]:
 
 
 def events(followed: path.Path) -> dict[str, float]:
-    """Return snap-in, pull-off, work of separation and so on; none of a path that broke off or never touched."""
+    """Return snap-in, pull-off, work of separation and so on; empty for a path that broke off or never touched."""
     states, back = followed.states, followed.states[followed.turn :]
     touching = states[:, path.AREA] > 0
     if followed.status != path.CONVERGED or not touching.any():

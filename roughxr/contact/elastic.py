@@ -1,8 +1,8 @@
-"""Direct simulation without adhesion: the contact of the indenter with the scan itself, wherever it lands.
+"""The contact of an indenter with the scan itself, without adhesion, at every place.
 
-All stays elastic, or yields where the pressure reaches an assigned hardness, on the way in; on the way out it is
-elastic on the shape that is left. Every subregion is one task with its whole sweep inside, so that each displacement
-starts from the one before.
+Both bodies stay elastic, or the softer one yields on loading where the pressure reaches an assigned hardness; unloading
+is then elastic on the shape that is left. One task holds all displacements of one subregion, so that each solve starts
+from the one before.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ _STATES = {
     "residual": float,
     "truncated": bool,
 }
-#: What is said besides where a hardness is known, and where the body yields.
+#: Further variables where a hardness is known, and where the body yields.
 ABOVE_HARDNESS = {"yielded_fraction": float, "yielded_area_fraction": float}
 YIELDED = {"yielded_area": float, "plastic_work": float}
 
 
-#: What is said of each solve, in the order of `displacement_control.FORCE` and so on.
+#: Variables of each solve, in the order of the columns `displacement_control.FORCE` and so on.
 _COLUMNS = "force", "contact_area", "status", "iterations", "residual", "hard_force", "yielded_area", "dent"
 
 
 class _Limits(NamedTuple):
-    """When a solve ends."""
+    """When the iterations of a solve stop."""
 
     tolerance: float
     max_iterations: int
@@ -64,8 +64,8 @@ def direct(
     ds : Dataset
         A scan with square pixels and an assigned pair.
     delta : array_like, optional
-        Displacements, nm, ascending; by default 16 up to where every place is touched, and one of median
-        height pressed as deep as it lies below the highest peak.
+        Displacements, nm, ascending; by default 16, the last deep enough to touch at every place and to press a place
+        of median height as deep as that place lies below the highest peak.
     load : array_like, optional
         Forces, nN, positive and ascending, in place of ``delta``; the displacement is then found.
     subregions : (int, int), (array, array) or Dataset, optional
@@ -76,15 +76,15 @@ def direct(
     profile : {"sphere", "parabola"}
         The exact sphere or Hertz's paraboloid.
     yielding : bool
-        Whether the softer body yields where the pressure reaches the assigned hardness. False: all stays elastic, and
-        the result tells how much of it lies above the hardness.
+        Whether the softer body yields where the pressure reaches the assigned hardness. False: it stays elastic, and
+        the result says what share of force and area is above the hardness.
     fields : bool
-        Keep pressure, displacement and gap on the window around each centre, and of what yields the height that is
-        left; NaN beyond the scan's edge.
+        Keep pressure, displacement and gap on the window around each centre, and the residual height where the body
+        yields; NaN beyond the scan's edge.
     tolerance : float
         Relative error of the force.
     max_iterations : int
-        Products with the half space's coefficients at most; a solve that needs more says converged = False.
+        Largest number of products with the half space's coefficients; a solve that needs more has converged = False.
     progress : bool
         Show a bar while computing (input in memory only; a lazy result is computed by `compute`).
 
@@ -92,13 +92,15 @@ def direct(
     -------
     Dataset
         ``force`` (nN), ``contact_area`` (nm²), ``converged``, ``iterations``, ``residual``, ``truncated`` along
-        (subregion, delta) or (subregion, load), the area that of whole cells (for a round contact of eight cells in
-        radius 2.4 % above Hertz's, less the more there are), fields along (subregion, delta, x, y) with x, y from the
-        contact centre. Where a hardness is assigned, or estimated for named materials, also ``yielded_fraction`` and
-        ``yielded_area_fraction``, the shares of the force and of the area at that pressure or above. Where the body
-        yields all this lies along (subregion, branch, delta), of loading and of retraction from the largest delta, with
-        ``yielded_area`` (nm²), ``plastic_work`` (nN nm) and the field ``residual_height`` (nm, along (subregion, delta,
-        x, y), what is left after loading to delta). Lazy where the scan is a dask array.
+        (subregion, delta) or (subregion, load); fields along (subregion, delta, x, y) with x, y from the contact
+        centre. The area is that of whole cells (2.4 % above Hertz's for a round contact of eight cells in radius, less
+        for more cells). Where a hardness is assigned, or estimated for named materials, also ``yielded_fraction`` and
+        ``yielded_area_fraction``, the shares of the force and of the area at that pressure or above.
+
+        Where the body yields, all these lie along (subregion, branch, delta), for loading and for retraction from the
+        largest delta, with ``yielded_area`` (nm²), ``plastic_work`` (nN nm) and the field ``residual_height`` (nm,
+        along (subregion, delta, x, y)), the height that is left after loading to delta and unloading. Lazy where the
+        scan is a dask array.
 
     Raises
     ------
@@ -108,9 +110,10 @@ def direct(
 
     Notes
     -----
-    What yields bears its hardness and no more, and gives way by as much as the indenter would penetrate it: no strain
-    hardening, no pile-up beside the contact, no flow below it before the pressure at the surface reaches the hardness.
-    Retraction is elastic on the shape that loading to the largest displacement left, so that it dissipates nothing.
+    A body that yields bears no more than its hardness, and where it does it gives way by as much as the indenter would
+    penetrate it: no strain hardening, no pile-up beside the contact, no plastic flow below the surface before the
+    pressure at the surface reaches the hardness. Retraction is elastic on the shape that loading to the largest
+    displacement left, so that it dissipates nothing.
 
     References
     ----------
@@ -159,7 +162,7 @@ def direct(
 
 
 def _layout(axes: dict[str, Any], problem: Problem) -> Layout:
-    """Return what is kept of each place: more where a hardness is known, both branches where the body yields."""
+    """Return the variables of a place: more where a hardness is known, on both branches where the body yields."""
     states = _STATES | ({"delta": float} if problem.by_load else {})
     states |= ABOVE_HARDNESS if np.isfinite(problem.hardness) else {}
     if not problem.yielding:
@@ -168,13 +171,13 @@ def _layout(axes: dict[str, Any], problem: Problem) -> Layout:
 
 
 def _overlapping(surface: Surface, problem: Problem) -> int:
-    """Return how many cells overlap at the largest displacement, all where that is not known."""
+    """Return how many cells overlap at the largest displacement; all of them where that is not known in advance."""
     known = not problem.by_load and not problem.first_contact
     return np.count_nonzero(surface.separation < (problem.steps[-1] if known else np.inf))
 
 
 class _Solved(NamedTuple):
-    """The solutions of one place, the branch first where there are two."""
+    """The solutions of one place, with a leading branch axis where the body yields."""
 
     deltas: np.ndarray  # (…, step), nm below the datum
     found: np.ndarray  # (…, step, displacement_control.FORCE … DENT)
@@ -197,7 +200,7 @@ def _sweep(place: Place, problem: Problem, layout: Layout, limits: _Limits) -> n
 
 
 def _put_states(record: np.ndarray, solved: _Solved, surface: Surface, problem: Problem) -> None:
-    """Write what is said of each solve."""
+    """Write the variables of each solve."""
     told = dict(zip(_COLUMNS, np.moveaxis(solved.found, -1, 0)))
     with np.errstate(invalid="ignore"):
         told["yielded_fraction"] = told.pop("hard_force") / told["force"]
@@ -230,7 +233,7 @@ def _cycle(surface: Surface, problem: Problem, limits: _Limits, keep: int) -> _S
 
 
 def _solutions(separation: np.ndarray, surface: Surface, problem: Problem, limits: _Limits, keep: int):
-    """Return displacements below the datum, what is said of each solve, and the fields of the last ``keep``."""
+    """Return displacements below the datum, the columns of each solve, and the fields of the last ``keep``."""
     hardness = displacement_control.Hardness(problem.hardness, problem.yielding)
     options = {"hardness": hardness, "keep": keep, **limits._asdict()}
     half_space = problem.dx, problem.contact_modulus

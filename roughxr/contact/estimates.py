@@ -1,4 +1,4 @@
-"""Estimates that cost next to nothing: the pull-off that an elastic sweep implies, and the limit of adhesion."""
+"""Cheap estimates: the pull-off implied by an elastic sweep, and Tabor's parameter."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from ..catalogue import asperities
 from ..kernels.asperity import maugis
 from ..units import positive
 
-#: P″ of a paraboloid is half of P′ over the depth. Where an elastic sweep curves by less than half of that (a flat
-#: top, or the mesh's noise) the estimate divides by next to nothing and is left out.
+#: P″ of a paraboloid is half of P′ over the depth. Where an elastic sweep has less than half of that P″ (a flat top, or
+#: noise of the mesh), the estimate would divide by nearly zero, and is left out.
 _LEAST_CURVATURE = 0.25
 
 
@@ -21,8 +21,8 @@ def elastic_pull_off(ds: xr.Dataset, *, smoothing: Any = 2.0) -> xr.Dataset:
     """Estimate the pull-off from an adhesionless sweep alone.
 
     Adhesion moves each state of force P, area A and displacement δ₁ to δ = δ₁ − √(2wA′/P″) and
-    P − P′ (δ₁ − δ), derivatives with respect to δ₁: the energy of adhesion wA against the
-    elastic energy of a rigid withdrawal. Exact for a sphere. Derivatives are those of cubics (P) and
+    P − P′ (δ₁ − δ), with derivatives with respect to δ₁: the energy of adhesion wA against the
+    elastic energy of a rigid withdrawal. Exact for a sphere. The derivatives are those of cubics (P) and
     parabolas (A) in the root of the depth, fitted to the sweep near each displacement.
 
     Parameters
@@ -36,7 +36,7 @@ def elastic_pull_off(ds: xr.Dataset, *, smoothing: Any = 2.0) -> xr.Dataset:
     -------
     Dataset
         ``pull_off_force`` (nN) and ``pull_off_delta`` (nm) along subregion, NaN where nothing is in contact;
-        ``bracketed`` is False where the largest pull stands at an end of the sweep.
+        ``bracketed`` is False where the largest pull is at an end of the sweep.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def elastic_pull_off(ds: xr.Dataset, *, smoothing: Any = 2.0) -> xr.Dataset:
 
     See Also
     --------
-    pull_off : the same by method="ciavarella".
+    pull_off : the same estimate with method="ciavarella".
 
     References
     ----------
@@ -106,7 +106,7 @@ def _lowest_pull(force, area, *, delta, w, half):
 
 
 def _derivatives(root, force, area, k, half):
-    """Return A′, P′ and P″ at the k-th displacement, by fits in the root of the depth: a sphere's P is its cube."""
+    """Return A′, P′ and P″ at the k-th displacement, by fits in the root of the depth (a sphere's P is its cube)."""
     depth, s = root**2, root[k]
     offset = np.abs(depth - depth[k])
     near = offset <= max(half, np.sort(offset)[min(6, root.size - 1)])
@@ -116,7 +116,7 @@ def _derivatives(root, force, area, k, half):
 
 
 def _roots(delta, force):
-    """Return √(δ − first touch), the touch found from force^{2/3}, straight for a sphere, at the first two states."""
+    """Return √(δ − first touch), the touch extrapolated from force^{2/3} (linear for a sphere) at two states."""
     first, second = force[:2] ** (2 / 3)
     before = np.clip(first / (second - first), 1e-3, 1.0) if second > first else 1e-3
     return np.sqrt(delta - delta[0] + before * (delta[1] - delta[0]))
@@ -131,7 +131,7 @@ def tabor(ds: xr.Dataset, *, equilibrium_distance: Any = 0.3) -> xr.Dataset:
     ----------
     ds : Dataset
         An asperity catalogue, or a scan (its asperities are then found with the default patch), with an assigned pair
-        and work of adhesion.
+        and its work of adhesion.
     equilibrium_distance : number or quantity
         z₀ of the interatomic potential, nm.
 

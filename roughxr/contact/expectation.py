@@ -1,11 +1,11 @@
-"""What a sum of asperities may be expected to be worth beside the adhesive simulation of the same places.
+"""How far the superposed pull-off may be from that of the adhesive simulation at the same places.
 
 ``tests/benchmarks/superposition_regime.py`` measured it: self-affine surfaces of Hurst exponents 0.4 and 0.8, two
 roll-offs, two cutoffs and two rms heights (slopes of 0.03 to 0.3), each under two spheres with two works of adhesion.
-With the patch that suits the scan, superposed over direct pull-off, each the mean over four places, lies from `LOW` to
-`HIGH` for nine surfaces of ten; neither slope, spacing, overlap nor Tabor's parameter tells in advance where. The least
-stand where the sphere, nearly on one contact, holds almost what it does on a flat. A patch wider than `WIDEST` of the
-shortest wave adds a factor that grows with it, to some forty on three waves.
+With a patch that suits the scan, the ratio of superposed to direct pull-off, each the mean over four places, is between
+`LOW` and `HIGH` for nine surfaces of ten. Slope, spacing, overlap and Tabor's parameter do not predict where in this
+interval a surface lies. The ratio is least where the sphere, nearly on one contact, holds almost as well as on a flat.
+A patch wider than `WIDEST` of the shortest wave adds a factor that grows with it, up to some forty on three waves.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ import xarray as xr
 from .. import schema
 from ..catalogue import RESOLVED
 
-#: Superposed over direct pull-off: the middle, and what one surface of twenty falls below, and one exceeds.
+#: Superposed over direct pull-off: the median, and the 5 % and 95 % quantiles over surfaces.
 RATIO, LOW, HIGH = 0.83, 0.5, 1.4
 
-#: Patch over shortest wave that a fitted patch has at most.
+#: Largest patch, over the shortest wave, for which the ratio was measured.
 WIDEST = 0.8
 
 
@@ -34,13 +34,13 @@ def expectation(catalogue: xr.Dataset, law: str) -> dict[str, Any]:
     catalogue : Dataset
         Asperities.
     law : str
-        The kernel's: the rule was measured with "energy".
+        Name of the kernel's law: the ratio was measured with "energy".
 
     Returns
     -------
     dict
-        ``expectation``, a sentence; with it ``expected_ratio``, ``expected_ratio_low`` and ``expected_ratio_high`` of
-        superposed over direct pull-off where they are known.
+        ``expectation``, a sentence, and, where they are known, ``expected_ratio``, ``expected_ratio_low`` and
+        ``expected_ratio_high`` of superposed over direct pull-off.
     """
     unknown = _unknown(catalogue, law)
     if unknown:
@@ -51,7 +51,7 @@ def expectation(catalogue: xr.Dataset, law: str) -> dict[str, Any]:
 
 
 def _unknown(catalogue: xr.Dataset, law: str) -> str:
-    """Return why nothing is known, empty where something is."""
+    """Return the reason why no ratio is known, empty where one is."""
     if law not in ("energy", "self_similar", "johnson_greenwood"):
         return f"measured for law='jkr' with adhesion corrected, not for {law!r}"
     if "shortest_wavelength" not in catalogue.coords:
@@ -63,7 +63,7 @@ def _unknown(catalogue: xr.Dataset, law: str) -> str:
 
 
 def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> None:
-    """Warn of pulls (nN, positive) that exceed the same sphere's from a smooth flat, and of what makes them."""
+    """Warn of pulls (nN, positive) that exceed that of the same sphere on a smooth flat, and say what causes them."""
     radius, work = schema.pair(catalogue, "sphere_radius", "work_of_adhesion")
     factor = 2.0 if law == "maugis" else 1.5
     smooth = factor * np.pi * work * radius

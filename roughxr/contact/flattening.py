@@ -1,4 +1,4 @@
-"""Asperities that yield under superposition: what a sphere at a displacement has made of each of them."""
+"""Asperities that yield under superposition: how far a sphere has flattened each of them."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from ..kernels.asperity.laws import asperities_scales
 from ..kernels.asperity.laws import law as read_law
 from .asperity_sum import Options, composite_curvatures
 
-#: Halvings by which the displacement of a preload is found.
+#: Bisection steps by which the displacement of a preload is found.
 _HALVINGS = 60
 
 
 class Hardness(NamedTuple):
-    """Where asperities yield, and where the sphere turns back."""
+    """At which pressure asperities yield, and where the sphere turns back."""
 
-    pressure: float  # GPa, inf where all stays elastic
-    preload: float  # nN, NaN where it turns at the last displacement
+    pressure: float  # GPa, inf where all asperities stay elastic
+    preload: float  # nN, NaN where the sphere turns back at the last displacement
 
     @property
     def yields(self) -> bool:
@@ -30,12 +30,12 @@ class Hardness(NamedTuple):
 
     @property
     def by_preload(self) -> bool:
-        """Whether the sphere turns at a force."""
+        """Whether the sphere turns back at a force."""
         return not np.isnan(self.preload)
 
 
 class Asperities(NamedTuple):
-    """The peaks under a sphere as they were before it came."""
+    """The peaks under a sphere before any contact."""
 
     A: np.ndarray  # half the principal curvatures with the sphere's, nm⁻¹
     B: np.ndarray
@@ -44,7 +44,7 @@ class Asperities(NamedTuple):
     hardness: Hardness
 
     def flattened(self, field: sums.Field, delta: np.ndarray, options: Options, *, middle: bool = False) -> sums.Field:
-        """Return the field of asperities that were pressed to displacements of their own (nm), or of their middle."""
+        """Return the field with each asperity pressed to its displacement (nm), ``middle`` as in the kernel."""
         curvature, drop = flattened(delta, self.stiffness, self.contact, self.hardness.pressure, middle=middle)
         law = options.kernel_law()
         scales = asperities_scales(
@@ -53,7 +53,7 @@ class Asperities(NamedTuple):
         return field._replace(depth=field.depth + drop, scales=scales)
 
     def force(self, delta: np.ndarray) -> float:
-        """Return the sum of the asperities' forces (nN) on the way in, without adhesion."""
+        """Return the sum of the asperities' forces (nN) on loading, without adhesion."""
         curvature, drop = flattened(delta, self.stiffness, self.contact, self.hardness.pressure)
         return float(np.sum(self.stiffness / np.sqrt(curvature) * np.clip(delta - drop, 0.0, None) ** 1.5))
 
@@ -71,7 +71,7 @@ class Asperities(NamedTuple):
 
 
 def asperities_of(catalogue: xr.Dataset, options: Options, hardness: Hardness) -> Asperities:
-    """Return the peaks of a catalogue, as `asperity_sum.catalogue_field` orders them."""
+    """Return the peaks of a catalogue, in the order of `asperity_sum.catalogue_field`."""
     A, B = composite_curvatures(catalogue, options)
     scales = asperities_scales(A, B, options.contact_modulus, 0.0, read_law("hertz"))
     peaks = np.isfinite(scales.P)

@@ -1,4 +1,4 @@
-"""The pull-off force at very many places, up to every pixel of a scan, found exactly and not from a sweep."""
+"""The largest superposed pull at very many places, up to every pixel of a scan, found exactly and without a sweep."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .asperity_sum import (
 )
 from .expectation import expectation, warn_above_smooth
 
-#: Centres in one task: some hundredths of a second.
+#: Centres in one task, which then takes some hundredths of a second.
 _TILE = 512
 
 EVERY_PIXEL = "every pixel"
@@ -43,10 +43,10 @@ def pull_off_map(
 ) -> xr.Dataset:
     """Return the largest pull of the superposed asperities at each contact centre, whatever the displacement.
 
-    The sum over asperities that `superpose` takes at given displacements is minimised over all displacements. Between
-    two beginnings of contact it is convex, and proven bounds say which of these intervals need to be searched: what is
-    found is the least force itself, to rounding, and no other displacement pulls harder. (Under law="maugis" to 1e-6 of
-    an asperity's own pull: so far its tabulated branches may be from convex.)
+    The sum over asperities that `superpose` takes at given displacements is here minimised over all displacements. It
+    is convex between the displacements at which asperities come into contact, and proven bounds tell which of these
+    intervals must be searched, so that the result is the global minimum of the force to rounding. (With law="maugis" to
+    1e-6 of an asperity's own pull, since its tabulated branches are convex only to that accuracy.)
 
     Parameters
     ----------
@@ -55,25 +55,25 @@ def pull_off_map(
     subregions : "every pixel", (int, int), (array, array) or Dataset
         Contact centres, see `regions.centres`; every pixel needs a scan.
     law : {"jkr", "maugis"}
-        Adhesion without range or of a range, see `superpose`.
+        Adhesion without range, or with one, see `superpose`.
     formulation : {"energy", "self_similar", "johnson_greenwood", "published"}
-        Of law="jkr": how adhesion acts on an ellipse, see `superpose`.
+        With law="jkr": how adhesion acts on an ellipse, see `superpose`.
     equilibrium_distance : number or quantity
-        Of law="maugis": z₀ of the interatomic potential, nm.
+        With law="maugis": z₀ of the interatomic potential, nm.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, see `superpose`.
     profile : {"sphere", "parabola"}
         The exact sphere or Hertz's paraboloid.
     progress : bool
-        Tell on standard error how far it is.
+        Show progress on standard error.
 
     Returns
     -------
     Dataset
         ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_delta`` (nm), NaN where nothing pulls;
-        ``contacts``, the asperities that hold on there, and ``truncated``, where one of them stands at the scan's
-        edge. Along (x, y) for every pixel, so that it lies on the scan; along ``subregion`` otherwise. Lazy where the
-        scan is a dask array.
+        ``contacts``, the number of asperities in contact there, and ``truncated``, whether one of them is at the scan's
+        edge. Along (x, y) of the scan for every pixel, along ``subregion`` otherwise. Lazy where the scan is a dask
+        array.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def pull_off_map(
     See Also
     --------
     superpose : the whole curve of force over displacement.
-    pull_off : the largest pull of any sweep, on the displacements of that sweep.
+    pull_off : the largest pull among the displacements of a sweep.
 
     References
     ----------
@@ -141,7 +141,7 @@ def _records(positions: xr.Dataset, grid: Any, options: Options) -> Any:
 
 
 def _tile(x: np.ndarray, y: np.ndarray, grid: Any, options: Options, size: int) -> np.ndarray:
-    """Return the records of one tile, filled up to its full size."""
+    """Return the records of one tile, padded to its full size."""
     records = np.zeros(size, PULL_OFF)
     records[: x.size] = largest_pulls(x, y, grid, options)
     return records
@@ -153,7 +153,7 @@ def _labelled(records: Any, ds: xr.Dataset) -> xr.Dataset:
 
 
 def _on_pixels(out: xr.Dataset, ds: xr.Dataset) -> xr.Dataset:
-    """Return what lies along ``subregion``, pixel by pixel, along (x, y)."""
+    """Return variables along (x, y) that lie along ``subregion``, one for each pixel."""
     shape = ds.sizes["x"], ds.sizes["y"]
     folded = {name: (("x", "y"), array.data.reshape(shape)) for name, array in out.data_vars.items()}
     return xr.Dataset(folded, coords={**out.coords, "x": ds["x"], "y": ds["y"]})

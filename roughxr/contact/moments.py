@@ -1,4 +1,4 @@
-"""`rolling`: the moment that holds a sphere where it lies, from the asperities or from the adhesive simulation."""
+"""`rolling`: the moment that resists rolling, by direction, from asperities or from the adhesive simulation."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ _EVENTS = {
 }
 _OF_ASPERITIES = {"rest_delta": float, "contacts": int, "truncated": bool}
 
-#: Why a number is missing, by where it came from.
+#: Why a number is missing, by the kind of input.
 _MISSING = {
     "superpose": "NaN where nothing is in contact under this load, or nothing pulls",
     "adhesive": "NaN where no state of the retraction is in contact",
 }
 
-#: Gaps (nm) up to which cells of the simulation are in contact: rounding.
+#: Largest gap (nm), due to rounding, of cells of the simulation that are in contact.
 _CLOSED = 1e-6
 
 
@@ -64,62 +64,65 @@ def rolling(
 ) -> xr.Dataset:
     """Return the largest moment that contact, adhesion and load resist as the sphere begins to roll, by direction.
 
-    Of a scan or a catalogue: the sphere rests on its asperities under ``load``, then turns as a rigid body about the
+    From a scan or a catalogue: the sphere rests on its asperities under ``load``, then turns as a rigid body about the
     foremost edge of its contact, and the asperities behind let go one after the other. The largest moment on the way
-    is the resisting moment. The reaction acts at that edge, which draws back with the contact that makes it;
-    asperities ahead of it, which the sphere would come down on, are left out.
+    is the resisting moment. The reaction acts at the foremost edge, which draws back as the contact there shrinks.
+    Asperities further ahead, onto which the sphere would come down, are left out.
 
-    Of a solution by `adhesive` with fields: the largest moment about the foremost cell in contact, over the states of
-    the retraction. Each is an equilibrium under a pull that the edge's push closes, so that the contact holds at least
-    that moment; what it would hold beyond, turned and not lifted, is not counted.
+    From a solution by `adhesive` with fields: the largest moment about the foremost cell in contact, over the states of
+    the retraction. Each state is an equilibrium between the pull on the sphere and a push at that edge, so that the
+    contact resists at least its moment; what more it would resist when turned rather than lifted is not counted.
 
     Parameters
     ----------
     ds : Dataset
         A scan or an asperity catalogue with an assigned pair, or a solution by `adhesive` with ``fields=True``.
     directions : int or array_like
-        Directions of rolling: so many evenly around, or angles from x towards y, rad.
+        Directions of rolling: a number of them, spaced evenly, or angles from x towards y, rad.
     load : number or quantity
-        Force on the sphere's axis as it begins to roll, nN, positive pushes: its weight, say. Where nothing adheres
-        (law="hertz") it must be positive.
+        Force on the sphere's axis as it begins to roll, nN, positive pushes; for example its weight. It must be
+        positive where nothing adheres (law="hertz").
     subregions : (int, int), (array, array) or Dataset, optional
-        Contact centres, see `regions.centres`; not of a solution, which has its own.
+        Contact centres, see `regions.centres`; not for a solution, which has its own.
     law : {"jkr", "maugis", "hertz"}
     formulation : str
     equilibrium_distance : number or quantity
     profile : {"sphere", "parabola"}
-        As `superpose`; not of a solution.
+        As in `superpose`; not for a solution.
     progress : bool
         Show a bar while computing.
 
     Returns
     -------
     Dataset
-        Along (subregion, direction): ``resisting_moment`` (nN nm), below zero where the sphere rolls off by itself;
-        ``hinge_distance`` (nm) from the sphere's axis to the edge at that moment, below zero where the axis lies beyond
-        it; ``lever`` (nm), the moment over the pull-off force; ``tipping_pull`` (nN), the pull at the axis that tips
-        the sphere by itself, inf where none does, and ``tipping_hinge_distance`` (nm), the edge's there. Along
+        Along (subregion, direction): ``resisting_moment`` (nN nm), negative where the sphere rolls off by itself;
+        ``hinge_distance`` (nm) from the sphere's axis to the edge at that moment, negative where the axis lies beyond
+        it; ``lever`` (nm), the moment over the pull-off force; ``tipping_pull`` (nN), the pull at the axis that alone
+        tips the sphere, inf where none does, and ``tipping_hinge_distance`` (nm), the edge's distance then. Along
         subregion: ``weakest_direction`` and ``stiffest_direction`` (rad), ``pull_off_force`` (nN), ``pull_off_delta``
-        (nm), ``contact_area`` (nm², at rest), and of asperities ``rest_delta`` (nm from the highest peak), ``contacts``
-        and ``truncated``. NaN where nothing is in contact; the attribute ``missing`` says so. Lazy where the scan is.
+        (nm), ``contact_area`` (nm², at rest), and for asperities ``rest_delta`` (nm from the highest peak),
+        ``contacts`` and ``truncated``. NaN where nothing is in contact; the attribute ``missing`` says why. Lazy where
+        the scan is.
 
     Raises
     ------
     ValueError
-        If no pair is assigned, the load is not positive where nothing adheres, directions are none or not finite, or a
+        If no pair is assigned, the load is not positive where nothing adheres, directions are empty or not finite, or a
         solution holds no pressures or no retraction.
 
     Notes
     -----
-    About one JKR contact it is the largest −P a = (15/16)(5/4)^(2/3) P_c a_c = 1.087872 P_c a_c at a = 1.160397 a_c;
-    of two contacts far apart P_c times their distance; of N equal ones on a ring of radius ρ ≫ a_c 0.8770 N P_c ρ,
-    between 3/4 (brittle springs) and 1 (a pull that is constant until it ends). Without adhesion, stiff contacts under
-    a load L hold L times the edge's distance, which tips where the weight's line leaves the support polygon.
+    For one JKR contact the moment is the largest −P a = (15/16)(5/4)^(2/3) P_c a_c = 1.087872 P_c a_c, at
+    a = 1.160397 a_c; for two contacts far apart P_c times their distance; for N equal ones on a ring of radius ρ ≫ a_c
+    0.8770 N P_c ρ, between 3/4 (brittle springs) and 1 (a constant pull up to the end). Without adhesion, stiff
+    contacts under a load L resist L times the edge's distance, and the sphere tips where the line of the load leaves
+    the support polygon.
 
     Asperities stay elastic, whatever hardness is assigned.
 
-    The sphere is put down at each place as it is, and does not settle sideways. Where ``contacts`` is one or two a real
-    one would roll on until three hold it; such places resist little, and are the first to go in what is built on this.
+    The sphere is put down at each place as it is, and does not settle sideways. Where ``contacts`` is one or two, a
+    real sphere would roll on until it rests on three; such places resist little, and detach first in `critical_load`
+    and `resuspension`.
 
     Examples
     --------
@@ -147,7 +150,7 @@ def rolling(
 
 
 def _angles(directions: Any) -> np.ndarray:
-    """Return directions in rad, or say what is wrong with them."""
+    """Return directions in rad; raise where there are none."""
     if is_whole(directions):
         if directions < 1:
             raise ValueError(f"directions: expected at least one, found {directions}")
@@ -156,7 +159,7 @@ def _angles(directions: Any) -> np.ndarray:
 
 
 def _no_contact_options(subregions: Any, *given: Any) -> None:
-    """Refuse what a solution has settled already."""
+    """Raise where contact options are given for a solution, which has its own."""
     if subregions is not None or given != ("jkr", DEFAULT, DISTANCE, "sphere"):
         raise ValueError(
             "subregions, law, formulation, equilibrium_distance, profile: expected with a scan or a catalogue alone; "
@@ -186,7 +189,7 @@ def _of_asperities(ds, kind, options: Options, angles, load, subregions, progres
 
 
 def _prepared(ds: xr.Dataset, options: Options) -> tuple:
-    """Return the asperities, and the same sorted into cells for the largest pull where they adhere."""
+    """Return the asperities, and, where they adhere, the asperity grid for the search of the largest pull."""
     found = catalogue_field(ds, options)
     return found[0], grid_of(found, options) if options.work_of_adhesion > 0 else None
 
@@ -215,9 +218,9 @@ def _roll(x: float, y: float, prepared: tuple, options: Options, layout: Layout,
 
 
 def _rest(field: sums.Field, offset: np.ndarray, pull_off: float, load: float, spline: np.ndarray) -> tuple:
-    """Return which asperities are near and the displacement (nm) at which the sphere rests under ``load``, or NaN.
+    """Return the nearby asperities and the displacement (nm) at which the sphere rests under ``load``, NaN if none.
 
-    Asperities are taken in by the depth at which they are met, more of them until the sphere rests above the rest.
+    Asperities are added in the order in which the sphere meets them, until it rests above those left out.
     """
     onset = offset + field.scales.end * field.scales.delta
     if offset.size == 0:
@@ -237,7 +240,7 @@ def _rest(field: sums.Field, offset: np.ndarray, pull_off: float, load: float, s
 
 
 def _put(record: np.ndarray, layout: Layout, found: np.ndarray) -> np.ndarray:
-    """Write what was found (4, direction), and what follows from it, into a record."""
+    """Write results (4, direction), and the variables that follow from them, into a record."""
     moment, angles = found[rotation.MOMENT], layout.axes["direction"]
     if np.isnan(moment).any():
         return record
@@ -249,7 +252,7 @@ def _put(record: np.ndarray, layout: Layout, found: np.ndarray) -> np.ndarray:
 
 
 def _of_states(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dataset:
-    """Return the moments of a solution's states on the way out."""
+    """Return the largest moments over the retraction of a solution."""
     if "pressure" not in ds or "branch" not in ds["pressure"].dims or "pull_off_force" not in ds:
         raise ValueError(
             "expected a scan, a catalogue, or a solution by adhesive with pressures on the way out, found none; "
@@ -286,9 +289,10 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
 
 
 def _area_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> float:
-    """Return the contact area of the state next to where the sphere, drawn back, first carries no more than the load.
+    """Return the contact area (nm²) at the first state on retraction whose force does not exceed the load.
 
-    Further out it hangs by little, or has come off, under forces that are as near to none. NaN where nothing touches.
+    Of that state and the one before, the one nearer to the load counts. States further out are left aside: there the
+    force may be near the load again, but the sphere hangs on little or has come off. NaN where nothing touches.
     """
     back = np.flatnonzero(area > 0)[::-1]
     if not back.size:
@@ -300,7 +304,7 @@ def _area_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> float:
 
 
 def _of_state(push, touching, x, y, angles, load, found) -> None:
-    """Put one state's moment about the foremost cell in contact into what was found (4, direction), where larger."""
+    """Update results (4, direction) with one state's moment about the foremost cell in contact, where it is larger."""
     for k, angle in enumerate(angles):
         along = x * np.cos(angle) + y * np.sin(angle)
         edge = along[touching].max()

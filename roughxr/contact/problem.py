@@ -1,7 +1,7 @@
-"""On the way down: a scan, its pair and the options of a solve, read once into plain numbers.
+"""The input of a solve: a scan, its pair of bodies and the options, read once into plain numbers.
 
-A `Problem` holds what all contact centres share. A `Place` holds what one centre's task is given: the pixels around it.
-In the task, `surface_at` turns a place into a `Surface`: the undeformed separation on the cells of the solve.
+A `Problem` holds what all contact centres share. A `Place` is the input of one centre's task: the pixels around it.
+Within the task, `surface_at` turns a place into a `Surface`: the undeformed separation on the cells of the solve.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from ..jobs.lazy import is_lazy
 from ..kernels.halfspace.separation import PROFILES, map_separation, sphere_separation
 from ..materials import indenter_map
 
-#: Where delta = 0.
+#: Choices of where delta = 0.
 DATUMS = ("highest_peak", "first_contact")
 
-#: What is said where displacements are to suit heights that are not in memory, and how many displacements suit.
+#: The message where default displacements are wanted of heights that are not in memory; the number of displacements.
 NOT_LOADED = "delta: expected displacements in nm, since the heights are not loaded; give them, or load the scan"
 _COUNT = 16
 
 
 class Indenter(NamedTuple):
-    """What is pressed into the surface: a sphere or a height map."""
+    """The body pressed into the surface: a sphere or a height map."""
 
-    radius: float  # nm, NaN of a map
+    radius: float  # nm, NaN for a map
     profile: int
     map: tuple[np.ndarray, np.ndarray, np.ndarray] | None  # x, y from the contact centre and height, nm
 
@@ -56,8 +56,8 @@ class Problem(NamedTuple):
     refine: int  # cells of the solve along a side of a pixel
     contact_modulus: float  # GPa
     indenter: Indenter
-    hardness: float = np.inf  # GPa, inf where none is known
-    yielding: bool = False  # whether what presses harder yields, or is only told of
+    hardness: float = np.inf  # GPa, inf where it is not known
+    yielding: bool = False  # whether the body yields at the hardness; else the result only tells what lies above it
 
     @property
     def dx(self) -> float:
@@ -76,7 +76,7 @@ def read_problem(
     refine: int = 1,
     yielding: bool = True,
 ) -> Problem:
-    """Return the problem of a scan with its pair, or say what is wrong with it."""
+    """Return the problem posed by a scan, its pair and the options; raise where they do not define one."""
     if delta is not None and load is not None:
         raise ValueError("expected either delta or load, found both")
     if delta is None and load is None:
@@ -102,7 +102,7 @@ def read_problem(
 
 
 def hardness_of(ds: xr.Dataset) -> tuple[float, bool]:
-    """Return the hardness (GPa) that is assigned, or else estimated, or else inf, and whether it is assigned."""
+    """Return the assigned hardness (GPa), else the estimated one, else inf; and whether it was assigned."""
     names = [name for name in ("hardness", "hardness_estimate") if name in ds.coords]
     return (float(ds[names[0]]) if names else np.inf), "hardness" in ds.coords
 
@@ -116,10 +116,11 @@ def indenter_of(ds: xr.Dataset, profile: str = "sphere") -> Indenter:
 
 
 def default_deltas(ds: xr.Dataset, positions: xr.Dataset, indenter: Indenter, datum: str) -> np.ndarray:
-    """Return displacements, nm, that suit the scan: evenly up to where every centre is touched, most of them pressed.
+    """Return displacements (nm), evenly spaced, at the largest of which every centre is touched and most are pressed.
 
-    From the highest peak, up to twice the median depth at which the indenter first touches, and to a fifth beyond the
-    deepest; from first contact, as far as the median lies below the peak. At least by the heights' standard deviation.
+    From the highest peak: up to twice the median depth at which the indenter first touches, or to a fifth beyond the
+    largest of these depths. From first contact: up to the median depth. In both cases at least up to the standard
+    deviation of the heights.
     """
     if is_lazy(ds):
         raise ValueError(NOT_LOADED)
@@ -139,11 +140,11 @@ def first_touches(ds: xr.Dataset, positions: xr.Dataset, indenter: Indenter) -> 
 
 
 def deepest(ds: xr.Dataset, problem: Problem) -> float:
-    """Return how deep (nm) below the datum the indenter can come; inf where the heights must be known and are not.
+    """Return a bound (nm below the datum) on how deep the indenter comes; inf where it takes heights not yet loaded.
 
-    From its first contact, or under a load, it starts no lower than the lowest height; and a surface with gaps holds
-    it no better than a flat one, which Hertz's sphere enters by (3 F/(4 E* √R))^{2/3}, and one that yields by at most
-    F/(2π R H) more.
+    Under displacements from first contact, or under a load, it starts from the lowest height at worst. A load presses
+    it no deeper into a rough surface than into a flat one at that height: (3 F/(4 E* √R))^{2/3} by Hertz's sphere, and
+    up to F/(2π R H) more where the body yields.
     """
     last = float(problem.steps[-1])
     if not problem.by_load and not problem.first_contact:
@@ -158,7 +159,7 @@ def deepest(ds: xr.Dataset, problem: Problem) -> float:
 
 
 def need_heights(ds: xr.Dataset, problem: Problem) -> None:
-    """Refuse fields on windows whose size hangs on heights that are not loaded."""
+    """Raise where fields need windows whose size depends on heights that are not loaded."""
     if is_lazy(ds) and (problem.by_load or problem.first_contact):
         raise ValueError(
             "fields with a load or with datum='first_contact' need the height range: load the scan first (ds.load())"
@@ -175,7 +176,7 @@ class Place(NamedTuple):
 
 
 def places(ds: xr.Dataset, positions: xr.Dataset, reach: float) -> tuple[list[Place], tuple[int, int]]:
-    """Return the place of each contact centre, and the shape in pixels of a window that no edge cuts off."""
+    """Return the place of each contact centre, and the shape in pixels of a window that no edge of the scan clips."""
     x_min, x_max, y_min, y_max = regions.extent(ds)
     windows, shape = regions.windows(ds, positions, min(reach, float(np.hypot(x_max - x_min, y_max - y_min))))
     height = ds["height"].data
@@ -192,12 +193,12 @@ def places(ds: xr.Dataset, positions: xr.Dataset, reach: float) -> tuple[list[Pl
 
 
 class Surface(NamedTuple):
-    """The surface and the indenter over one contact centre, undeformed, on the cells of the solve."""
+    """The undeformed surface and indenter over one contact centre, on the cells of the solve."""
 
     separation: np.ndarray  # (nx, ny), nm below the datum; inf where there is nothing to touch
     zero: float  # displacement counted as zero, nm below the datum
     unknown_from: float  # displacement (nm below the datum) from which contact reaches the scan's or the map's edge
-    corner: tuple[int, int]  # of these cells in the full window
+    corner: tuple[int, int]  # of these cells, within the full window
 
 
 def surface_at(place: Place, problem: Problem) -> Surface:
@@ -215,7 +216,7 @@ def surface_at(place: Place, problem: Problem) -> Surface:
 
 
 def refined(height: np.ndarray, n: int) -> np.ndarray:
-    """Return the heights on n × n cells in place of each pixel, by splines through the pixel centres."""
+    """Return the heights on n × n cells for each pixel, interpolated by splines through the pixel centres."""
     if n == 1:
         return height
     from scipy.interpolate import RectBivariateSpline
@@ -227,13 +228,13 @@ def refined(height: np.ndarray, n: int) -> np.ndarray:
 
 
 def _lowest_at_ends(separation: np.ndarray, ends: tuple[bool, bool, bool, bool]) -> float:
-    """Return the least separation along the sides of the window at which the scan ends."""
+    """Return the least separation along those sides of the window at which the scan ends."""
     sides = separation[:1], separation[-1:], separation[:, :1], separation[:, -1:]
     return min((side.min(initial=np.inf) for end, side in zip(ends, sides) if end), default=np.inf)
 
 
 def _lowest_at_rim(separation: np.ndarray, indenter: Indenter) -> float:
-    """Return the least separation along the rim of an indenter's map: beyond it nothing is known of the indenter."""
+    """Return the least separation along the rim of an indenter's map, beyond which the indenter is unknown."""
     if indenter.map is None:
         return np.inf
     known = np.pad(np.isfinite(separation), 1, constant_values=True)

@@ -1,7 +1,7 @@
-"""On the way up: what a solver returns of each contact centre, and the labelled Dataset made of all of them.
+"""The output of a solve: one record for each contact centre, and the labelled Dataset made of all of them.
 
 A solver fills one record of a structured dtype: states along the steps of the solve, events of the whole centre, and
-fields on the window around it. All records together are one array, computed or lazy, whose parts become variables.
+fields on the window around it. All records together are one array, computed or lazy; its parts become variables.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from ..jobs import lazy as parallel
 from ..kernels.halfspace.products import surface_displacement
 from .problem import Place, Problem, Surface, places, surface_at
 
-#: The two ways of a cycle.
+#: The two branches of a cycle.
 BRANCHES = ("loading", "retraction")
 
-#: What is kept on the window around a centre where fields are asked for, along all axes.
+#: Fields on the window around a centre, along all axes, where they are asked for.
 FIELDS = ("pressure", "displacement", "gap")
 
 
 class Layout(NamedTuple):
-    """What a record holds."""
+    """The parts of a record, and the axes of each."""
 
-    axes: Mapping[str, Any]  # dimension -> its coordinate, of the states
+    axes: Mapping[str, Any]  # dimension of the states -> its coordinate
     states: Mapping[str, type]
     events: Mapping[str, type] = {}
     window: tuple[int, int] | None = None  # cells of the full window, where fields are kept
-    yields: bool = False  # whether the height that is left is kept as well, along all axes but the branch
+    yields: bool = False  # whether the field residual_height is kept as well, along all axes but the branch
 
     @property
     def dtype(self) -> np.dtype:
@@ -95,23 +95,23 @@ def solve(
     problem : Problem
     layout : Layout
     options : NamedTuple
-        What else the solver needs.
+        Further options of the solver.
     name : str
-        Of the solve, for logs and messages.
+        Name of the solve in logs and messages.
     positions : Dataset
-        Of `regions.centres`.
+        Contact centres, as `regions.centres` returns them.
     reach : float
         Half-width of the windows, nm.
     fields : bool
         Keep fields on the windows.
     cost : callable, optional
-        ``cost(surface, problem)`` tells what a centre costs, in any unit.
+        ``cost(surface, problem)`` returns the cost of a centre, in any unit.
     progress : bool
 
     Returns
     -------
     Dataset
-        Lazy where the scan is; not yet computed otherwise where a run keeps it.
+        Lazy where the scan is; within a checkpointed run also not yet computed.
     """
     ds, lazy = schema.complete(ds), parallel.is_lazy(ds)
     found, shape = places(ds, positions, reach)
@@ -135,7 +135,7 @@ def solve(
 
 
 def _solve_one(height, datum, window, ends, solver, problem, layout, options) -> np.ndarray:
-    """Solve one place; what a task runs."""
+    """Solve one place; the function that a task runs."""
     return solver(Place(height, datum, window, ends), problem, layout, options)
 
 
@@ -151,7 +151,7 @@ def labelled(records: Any, layout: Layout, ds: xr.Dataset, positions: xr.Dataset
 
 
 def loading(ds: xr.Dataset) -> xr.Dataset:
-    """Return a solution's way in, where it has a way out as well."""
+    """Return the loading branch of a solution that has both branches, else the solution itself."""
     return ds.sel(branch=BRANCHES[0], drop=True) if "branch" in ds.dims else ds
 
 
@@ -167,14 +167,14 @@ def fields_of(pressure: np.ndarray, surface: Surface, deltas: np.ndarray, proble
 
 
 def put_fields(record: np.ndarray, surface: Surface, found: Mapping[str, np.ndarray]) -> None:
-    """Write fields of the solved cells into a record's full windows; what lies beyond the scan stays missing."""
+    """Write the fields of the solved cells into a record's full windows; cells beyond the scan stay NaN."""
     (i, j), (rows, columns) = surface.corner, surface.separation.shape
     for name, values in found.items():
         record[name][..., i : i + rows, j : j + columns] = values
 
 
 def window_axes(windows: list[regions.Window], problem: Problem, layout: Layout) -> dict:
-    """Return x, y from the contact centre; where centres lie unequally within their pixels, how far each is off."""
+    """Return x, y from the contact centre, and each centre's offset where they lie unequally within their pixels."""
     half = 0.5 * (problem.pixel - problem.dx)  # from a pixel's centre to its first cell's
     origins = np.array([window.origin for window in windows]) - half
     alike = np.ptp(origins, axis=0).max() < 1e-6 * problem.dx

@@ -1,8 +1,8 @@
-"""Closed forms to hold results against: single smooth contacts, and the formulas that people use for rough ones.
+"""Closed forms to compare results with: single smooth contacts, and the usual formulas for rough ones.
 
 Lengths in nm, moduli in GPa, works of adhesion in J/m², Hamaker constants in nN nm (1e-18 J), or quantities such as
-"3 um" and "6.5e-20 J"; forces come in nN. ``radius`` is that of two spheres together, 1/R = 1/R₁ + 1/R₂, where both are
-round. A function of one state returns a float; one of a curve a labelled Dataset.
+"3 um" and "6.5e-20 J"; forces are returned in nN. For two spheres ``radius`` is the composite one, 1/R = 1/R₁ + 1/R₂.
+A function of one state returns a float, a function of a curve a labelled Dataset.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ..units import positive
 #: Formulations of an adhesive ellipse.
 FORMULATIONS = ("energy", "self_similar", "johnson_greenwood")
 
-#: Rabinovich's geometry: caps of height 1.82 rms and radius λ²/(58 rms); of hemispheres, radius 1.48 rms.
+#: Rabinovich's geometry: caps of height 1.82 rms and radius λ²/(58 rms); hemispheres of radius 1.48 rms.
 _CAP_HEIGHT, _CAP_RADIUS, _HEMISPHERE = 1.82, 58.0, 1.48
 
 
@@ -36,7 +36,7 @@ def hertz(
     contact_modulus : number or quantity
         E*, GPa.
     radius : number or quantity, optional
-        Of a sphere, nm. Either this or both curvatures.
+        Of a sphere, nm. Give either this or both curvatures.
     curvature_min, curvature_max : number or quantity, optional
         Principal curvatures of the paraboloid, nm⁻¹, the smaller first.
 
@@ -82,7 +82,7 @@ def jkr_sphere(delta: Any, *, radius: Any, contact_modulus: Any, work_of_adhesio
     -------
     Dataset
         ``force`` (nN), ``semi_axis_a`` (nm), ``contact_area`` (nm²) along ``delta``; NaN below the end of the branch,
-        at −3^{−1/3} δ_c, nm in the attribute ``end_of_branch``.
+        at −3^{−1/3} δ_c, which the attribute ``end_of_branch`` holds in nm.
 
     References
     ----------
@@ -114,7 +114,7 @@ def jkr_curve(
     radius, contact_modulus, work_of_adhesion : number or quantity
         nm, GPa, J/m².
     largest : float
-        Contact radius at the end of the curve, over that at pull-off under load.
+        Contact radius at the end of the curve, over that at pull-off under load control.
     points : int
 
     Returns
@@ -149,7 +149,7 @@ def jkr_pull_off(
     work_of_adhesion : number or quantity
         J/m².
     radius : number or quantity, optional
-        nm. Either this or both curvatures.
+        nm. Give either this or both curvatures.
     curvature_min, curvature_max : number or quantity, optional
         nm⁻¹, the smaller first; up to a ratio of 1000.
     formulation : {"energy", "self_similar", "johnson_greenwood"}
@@ -184,7 +184,7 @@ def jkr_pull_off(
 
 
 def dmt_pull_off(*, radius: Any, work_of_adhesion: Any) -> float:
-    """Return the pull-off force 2πwR of a sphere whose adhesion reaches far, or that is rigid, by any law.
+    """Return the pull-off force 2πwR of a sphere that is rigid (any law), or whose adhesion has a long range.
 
     Parameters
     ----------
@@ -304,16 +304,16 @@ def rigid_sphere(
     law: str = "hamaker",
     retardation: Any = None,
 ) -> xr.Dataset:
-    """Return the force of a rigid sphere across a gap to a flat half space, surface by surface on the true sphere.
+    """Return the force between a rigid sphere and a flat half space across a gap, integrated over the true sphere.
 
     Parameters
     ----------
     distance : array_like or quantity
-        Of the sphere's lowest point from the plane, nm, positive and ascending.
+        Distance of the sphere's lowest point from the plane, nm, positive and ascending.
     radius : number or quantity
         nm.
     work_of_adhesion : number or quantity
-        w, J/m²; of Hamaker's law the work that is left at the distance ``length``.
+        w, J/m²; with law="hamaker" the work of separation from the distance ``length``.
     length : number or quantity
         nm: the cut-off z₀ of law="hamaker", ε of "lennard_jones", ρ of "exponential", the range h of "dugdale".
     law : {"hamaker", "lennard_jones", "exponential", "dugdale"}
@@ -401,7 +401,7 @@ def work_from_hamaker(*, hamaker_constant: Any, distance: Any = 0.165) -> float:
 
 
 def rumpf(*, radius: Any, asperity_radius: Any, hamaker_constant: Any, distance: Any = 0.165) -> float:
-    """Return Rumpf's pull of a sphere on one hemispherical asperity of a plane, and on the plane across it.
+    """Return Rumpf's pull of a sphere on a plane with one hemispherical asperity.
 
     Parameters
     ----------
@@ -434,7 +434,7 @@ def rumpf(*, radius: Any, asperity_radius: Any, hamaker_constant: Any, distance:
 
 
 def rumpf_rms(*, radius: Any, rms: Any, hamaker_constant: Any, distance: Any = 0.165) -> float:
-    """Return Rumpf's pull with hemispheres of the radius 1.48 rms that give a surface its roughness.
+    """Return Rumpf's pull, with hemispheres whose radius 1.48 rms gives a surface its roughness.
 
     Parameters
     ----------
@@ -485,25 +485,25 @@ def rabinovich(
     radius : number or quantity
         Of the sphere, nm.
     rms, wavelength : number or quantity
-        Root mean square roughness and peak-to-peak distance, nm, of the only or the shorter scale.
+        Root mean square roughness and peak-to-peak distance, nm, of the only scale or the shorter of two.
     hamaker_constant : number or quantity
         nN nm.
     distance : number or quantity
         z₀, nm.
     long_rms, long_wavelength : number or quantity, optional
-        Of the longer scale, nm; both or none.
+        Roughness and distance of the longer scale, nm; both or none.
 
     Returns
     -------
     float
-        nN, positive. Caps have the radius λ²/(58 rms) and the height 1.82 rms; of one scale
-        (AR/6z₀²) [1/(1 + 58 R rms/λ²) + 1/(1 + 1.82 rms/z₀)²]; of two the sphere touches small caps on large ones:
+        nN, positive. Caps have the radius λ²/(58 rms) and the height 1.82 rms. For one scale
+        (AR/6z₀²) [1/(1 + 58 R rms/λ²) + 1/(1 + 1.82 rms/z₀)²]; for two the sphere touches small caps on large ones:
         (AR/6z₀²) [1/(1 + 58 R rms₂/λ₂²) + 1/((1 + 58 R rms₁/λ₁²)(1 + 1.82 rms₂/z₀)²) + 1/(1 + 1.82(rms₁ + rms₂)/z₀)²].
 
     Raises
     ------
     ValueError
-        If a number is not positive, or one of the longer scale is missing.
+        If a number is not positive, or only one of the two for the longer scale is given.
 
     References
     ----------
@@ -534,20 +534,20 @@ def rabinovich(
 def gaussian_work(
     *, rms: Any, length: Any, work_of_adhesion: Any = 1.0, law: str = "lennard_jones", cut: float = 4.0
 ) -> float:
-    """Return the work of adhesion that Gaussian heights leave to a rigid flat: the largest mean of the potential.
+    """Return the work of adhesion between Gaussian heights and a rigid flat: the largest mean of the potential.
 
     Parameters
     ----------
     rms : number or quantity
         Standard deviation of the heights, nm.
     length : number or quantity
-        Of the law, nm, see `rigid_sphere`.
+        Length of the law, nm, see `rigid_sphere`.
     work_of_adhesion : number or quantity
-        Of smooth surfaces, J/m².
+        Work of adhesion of smooth surfaces, J/m².
     law : {"hamaker", "lennard_jones", "exponential", "dugdale"}
-        Of laws that do not push, the highest summit comes no closer than it does on a smooth surface.
+        For laws without repulsion, the highest summit comes no closer than on a smooth surface.
     cut : float
-        Heights are cut off at so many standard deviations.
+        Heights are cut off at this many standard deviations.
 
     Returns
     -------
@@ -602,7 +602,7 @@ def yield_load(*, radius: Any, contact_modulus: Any, hardness: Any) -> float:
 
 
 def punch_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, strength: Any = None) -> float:
-    """Return the pull-off force of a flat punch, such as an asperity that was pressed flat.
+    """Return the pull-off force of a flat punch whose edge is sharp.
 
     Parameters
     ----------
@@ -611,24 +611,25 @@ def punch_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, 
     contact_modulus, work_of_adhesion : number or quantity
         E*, GPa, and w, J/m².
     strength : number or quantity, optional
-        GPa: the adhesion pulls with this traction up to a gap of w/strength (Dugdale's law). By default it has no
+        GPa: the adhesion pulls with this traction up to a gap of w/strength (Dugdale's law). By default adhesion has no
         range.
 
     Returns
     -------
     float
-        nN: √(8π w E* a³) without range. With one the crack's zone, from c to the edge a, takes its part: with m = a/c,
-        2σ₀ [c √(a² − c²) + a² arccos(1/m)], and the gap at the edge, (4σ₀c/πE*) [√(m² − 1) arccos(1/m) + 1 − m], is
-        w/σ₀. Where it is less with all of the punch pulling, π a² σ₀.
+        nN: √(8π w E* a³) without range. With a range, a cohesive zone from c to the edge a carries part of the pull:
+        with m = a/c it is 2σ₀ [c √(a² − c²) + a² arccos(1/m)], where c is such that the gap at the edge, (4σ₀c/πE*)
+        [√(m² − 1) arccos(1/m) + 1 − m], is w/σ₀. Where the gap stays below this with the whole punch pulling, π a² σ₀.
 
     Notes
     -----
-    With a range of 0.3 nm, w = 0.1 J/m² and E* = 39.4 GPa a punch of 10 nm holds a third of what it would without:
-    the zone, π E* w/(4σ₀²), is 28 nm.
+    With a range of 0.3 nm, w = 0.1 J/m² and E* = 39.4 GPa a punch of 10 nm holds a third of what it would without
+    range, because the cohesive zone, π E* w/(4σ₀²), is 28 nm. An asperity flattened at a hardness above the pull of
+    adhesion is no such punch: it recovers, see `flattened_pull_off`.
 
     References
     ----------
-    Kendall, J. Phys. D 4 (1971) 1186. The zone is that of Maugis, J. Colloid Interface Sci. 150 (1992) 243, on a flat.
+    Kendall, J. Phys. D 4 (1971) 1186. The zone is that of Maugis, J. Colloid Interface Sci. 150 (1992) 243, for a flat.
 
     Examples
     --------
@@ -656,6 +657,51 @@ def punch_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, 
     return float(2 * pull * (inner * np.sqrt(edge**2 - inner**2) + edge**2 * np.arccos(inner / edge)))
 
 
+def flattened_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, hardness: Any) -> float:
+    """Return the pull-off force of an asperity that was pressed flat, its whole contact at the hardness.
+
+    Parameters
+    ----------
+    radius : number or quantity
+        Radius of the contact under the largest load, nm.
+    contact_modulus, work_of_adhesion, hardness : number or quantity
+        E*, GPa, w, J/m², and H, GPa.
+
+    Returns
+    -------
+    float
+        nN: the largest of √(8π w E* a³) s^{3/2} − 2Ha² [arcsin s − s √(1 − s²)] over s ≤ 1, where s a is the contact's
+        radius on unloading. Adhesion has no range.
+
+    Notes
+    -----
+    A contact that bore H everywhere recovers to a convex shape, 0.73 H a/E* higher in its middle than at its rim, and
+    peels from the rim. It acts as a flat punch, `punch_pull_off`, only where H is small compared with √(w E*/a): its
+    pull-off is 2 % less at 0.03 times this, half at 1.2 times. Where H is large it acts as JKR's sphere of radius
+    E* a/H, with 3/2 π w E* a/H, and 3 % less than this at ten times √(w E*/a). A body that its own adhesion does not
+    tear, w/ρ < H, has H/√(w E*/a) above √(w a/(E* ρ²)): the shorter the range, the farther it is from a flat punch.
+
+    References
+    ----------
+    Own, from the pressures of Sneddon, Int. J. Eng. Sci. 3 (1965) 47, on the shape that a uniform pressure leaves, and
+    Johnson, Kendall & Roberts (1971).
+
+    Examples
+    --------
+    >>> flat = {"radius": 10, "contact_modulus": 39.4, "work_of_adhesion": 0.1}
+    >>> [round(flattened_pull_off(hardness=H, **flat), 1) for H in (0.001, 0.6, 6.0)]
+    [314.4, 181.4, 29.9]
+    """
+    from scipy.optimize import brentq
+
+    edge, pressed = positive(radius, "nm", "radius"), positive(hardness, "GPa", "hardness")
+    punch = punch_pull_off(radius=edge, contact_modulus=contact_modulus, work_of_adhesion=work_of_adhesion)
+    load = pressed * edge**2
+    part = 3 * punch / (8 * load)  # where the pull is largest, s^{3/2}/√(1 − s²)
+    s = brentq(lambda s: (s / part) ** 2 * s + s * s - 1, 0.0, 1.0, xtol=1e-15)
+    return float(punch * s**1.5 - 2 * load * (np.arcsin(s) - s * s**1.5 / part))
+
+
 def _potential(law: str, work: Any, length: Any, retardation: Any) -> potentials.Potential:
     schema.one_of(law, tuple(potentials.POTENTIALS), "law")
     wavelength = np.inf if retardation is None else positive(retardation, "nm", "retardation")
@@ -664,7 +710,7 @@ def _potential(law: str, work: Any, length: Any, retardation: Any) -> potentials
     w = positive(work, "J m-2", "work_of_adhesion")
     length = positive(length, "nm", "length")
     found = potentials.potential(law, w, length, wavelength)
-    if found.code == potentials.RETARDED:  # w is what is left at z₀, retarded or not
+    if found.code == potentials.RETARDED:  # w is the work from z₀ on, retarded or not
         return found._replace(work=w * w / float(potentials.energy(length, found)))
     return found
 
@@ -703,6 +749,6 @@ def _jkr_units(radius: Any, contact_modulus: Any, work_of_adhesion: Any) -> jkr.
 
 
 def _along(axis: str, values: np.ndarray, found: dict[str, Any]) -> xr.Dataset:
-    """Return a labelled curve: what was found along an axis of these values."""
+    """Return a labelled curve along an axis with these values."""
     data = {name: (axis, np.asarray(numbers, dtype=float)) for name, numbers in found.items()}
     return schema.label(xr.Dataset(data, {axis: values}))

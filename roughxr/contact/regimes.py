@@ -1,4 +1,4 @@
-"""Which model suits a scan and a pair of bodies, and what the usual formulas are off by."""
+"""Which model suits a scan and a pair of bodies, and how far the usual formulas are off."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from ..scans import level, smooth
 from ..units import positive
 from . import reference
 from .problem import hardness_of
+from .rigid_attraction import length_of
 from .rigid_bodies import rigid
 
-#: Tabor's parameter below which bodies are as good as rigid, and above which adhesion is as good as without range
+#: Tabor's parameter below which bodies may be taken as rigid, and above which the range of adhesion may be neglected
 #: (Johnson & Greenwood, J. Colloid Interface Sci. 192 (1997) 326).
 _STIFF, _SHORT_RANGE = 0.1, 5.0
 
-#: Part of the pull from beyond contact from which on asperities that touch are not the whole story.
+#: Share of the pull from beyond contact above which a sum over the asperities in contact is not enough.
 _MUCH = 0.5
 
-#: Where long waves end and short ones begin in Rabinovich's two scales, in mean distances between summits.
+#: Wavelength, in mean distances between summits, that divides Rabinovich's two scales.
 _LONG = 4.0
 
 
@@ -35,20 +36,20 @@ def regime(
     subregions: Any = (4, 4),
     refine: int = 8,
 ) -> xr.Dataset:
-    """Say which model suits a scan and its pair: rigid bodies, the adhesive simulation, or a sum over asperities.
+    """Recommend a model for a scan and its pair: rigid bodies, the adhesive simulation, or a sum over asperities.
 
     Parameters
     ----------
     ds : Dataset
         A scan in memory with an assigned sphere and work of adhesion.
     equilibrium_distance : number or quantity
-        z₀ of the interatomic potential, nm, of Tabor's parameter.
+        z₀ of the interatomic potential, nm, for Tabor's parameter.
     hardness : number or quantity, optional
-        GPa; by default the pair's ``hardness``, else its ``hardness_estimate``; without one nothing is said of yield.
+        GPa; by default the pair's ``hardness``, else its ``hardness_estimate``; without any, ``yields`` is left out.
     subregions : (int, int), (array, array) or Dataset
         Contact centres at which the attraction between rigid bodies is summed.
     refine : int
-        See `rigid`.
+        Cells along a side of a pixel, see `rigid`.
 
     Returns
     -------
@@ -64,9 +65,9 @@ def regime(
 
     Notes
     -----
-    Asperities whose Tabor parameter is below 0.1 hardly bend: rigid. Above 5, adhesion is as good as without range, and
-    a sum over asperities is fast where less than half of the pull comes from beyond contact. In between, and where much
-    pulls across the gap, the adhesive simulation with a law of finite range.
+    Asperities whose Tabor parameter is below 0.1 hardly deform: take `rigid`. Above 5 the range of adhesion may be
+    neglected, and a sum over asperities is fast where less than half of the pull comes from beyond contact. In between,
+    and where much of the pull acts across gaps, take the adhesive simulation with a law of finite range.
 
     References
     ----------
@@ -103,7 +104,7 @@ def regime(
 
 
 def _beyond(ds: xr.Dataset, subregions: Any, refine: int) -> float:
-    """Return the part of the pull from beyond contact, its median over places."""
+    """Return the share of the pull that comes from beyond contact, its median over places."""
     return float(rigid(ds, subregions=subregions, delta=[0.0], refine=refine).pull_beyond_contact.median())
 
 
@@ -114,7 +115,7 @@ def _recommended(tabor: float, beyond: float) -> str:
 
 
 def _sentence(found: dict[str, Any]) -> str:
-    """Return the recommendation in words."""
+    """Return the recommendation as a sentence."""
     tabor, beyond = found["asperity_tabor"], found["pull_beyond_contact"]
     call = {
         "rigid": "ds.contact.rigid(): summits hardly bend",
@@ -133,7 +134,7 @@ def _sentence(found: dict[str, Any]) -> str:
 
 
 def _peak_pressure(radius: float, modulus: float, w: float) -> float:
-    """Return Hertz's largest pressure (GPa) under the force 2πwR, with which adhesion pulls a stiff summit down."""
+    """Return Hertz's largest pressure (GPa) under the force 2πwR with which adhesion pulls a stiff summit down."""
     force = reference.dmt_pull_off(radius=radius, work_of_adhesion=w)
     return (6 * force * modulus**2 / (np.pi**3 * radius**2)) ** (1 / 3)
 
@@ -141,22 +142,22 @@ def _peak_pressure(radius: float, modulus: float, w: float) -> float:
 def formulas(
     ds: xr.Dataset, *, subregions: Any = (4, 4), law: str = "hamaker", length: Any = None, refine: int = 8
 ) -> xr.Dataset:
-    """Return what the usual formulas say of the pull-off on a scan, beside the sum over the scan itself.
+    """Return the pull-off on a scan by the usual formulas, beside the sum over the scan itself.
 
     Parameters
     ----------
     ds : Dataset
         A scan in memory with an assigned sphere and work of adhesion.
     subregions : (int, int), (array, array) or Dataset
-        Contact centres of the sum.
+        Contact centres at which the scan is summed.
     law, length, refine
-        Of the sum, see `rigid`.
+        Options of that sum, see `rigid`.
 
     Returns
     -------
     Dataset
-        ``pull_off_force`` (nN) and ``formula_ratio``, over the median of the sum, along ``formula``: "sum" (that
-        median), "bradley" (a smooth sphere), "rumpf" (one hemisphere of the summits' median radius), "rumpf_rms",
+        ``pull_off_force`` (nN) and ``formula_ratio``, its ratio to the median of the sum, along ``formula``: "sum"
+        (that median), "bradley" (a smooth sphere), "rumpf" (one hemisphere of the summits' median radius), "rumpf_rms",
         "rabinovich" and "rabinovich_two_scales", "gaussian_heights". Attributes hold the formulas' inputs from the
         scan: ``rms``, ``wavelength`` (the mean distance between summits), ``asperity_radius``, ``long_rms``,
         ``long_wavelength``, nm, and ``hamaker_constant``, nN nm.
@@ -168,8 +169,8 @@ def formulas(
 
     Notes
     -----
-    Waves longer than four mean distances between summits are the longer of two scales. All but the last row are
-    formulas for one asperity under the sphere's lowest point, at w = A/(12π z₀²).
+    The longer of the two scales consists of waves longer than four mean distances between summits. All rows but "sum"
+    and "gaussian_heights" are formulas for one asperity under the sphere's lowest point, at w = A/(12π z₀²).
 
     References
     ----------
@@ -211,14 +212,12 @@ def formulas(
 
 
 def rigid_cut_off(ds: xr.Dataset, w: float) -> float:
-    """Return the closest approach z₀ (nm) at which the pair's Hamaker constant and work of adhesion go together."""
-    from .rigid_bodies import _length
-
-    return _length(ds, "hamaker", None, w)
+    """Return the closest approach z₀ (nm) at which the pair's Hamaker constant gives its work of adhesion."""
+    return length_of(ds, "hamaker", None, w)
 
 
 def _inputs(ds: xr.Dataset) -> dict[str, float]:
-    """Return what the formulas take from a scan, nm."""
+    """Return the formulas' inputs from a scan, nm."""
     flat = level(ds, method="polynomial", order=1)
     catalogue = asperities(flat)
     distance = _mean_distance(flat, catalogue)
@@ -235,13 +234,13 @@ def _inputs(ds: xr.Dataset) -> dict[str, float]:
 
 
 def _mean_distance(ds: xr.Dataset, catalogue: xr.Dataset) -> float:
-    """Return the mean distance (nm) between summits: the root of the area that each has."""
+    """Return the mean distance (nm) between summits: the root of the area per summit."""
     x_low, x_high, y_low, y_high = regions.extent(ds)
     return float(np.sqrt((x_high - x_low) * (y_high - y_low) / max(catalogue.sizes["asperity"], 1)))
 
 
 def _asperity_radius(catalogue: xr.Dataset) -> float:
-    """Return the median radius (nm) of the summits, geometric of the two principal ones."""
+    """Return the median radius (nm) of the summits, each the geometric mean of its two principal radii."""
     both = catalogue["curvature_min"].values * catalogue["curvature_max"].values
     peaks = catalogue["curvature_min"].values > 0
     if not peaks.any():
@@ -250,7 +249,7 @@ def _asperity_radius(catalogue: xr.Dataset) -> float:
 
 
 def in_memory(ds: xr.Dataset) -> xr.Dataset:
-    """Return a scan that is complete, in memory and has a sphere that adheres, or say what is missing."""
+    """Return a scan that is complete, in memory and has a sphere with adhesion assigned; raise for any other."""
     ds = schema.complete(schema.validate(ds, "scan"))
     if parallel.is_lazy(ds):
         raise ValueError("height: expected heights in memory, found a lazy scan; load it first (ds.load())")

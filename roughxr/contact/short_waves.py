@@ -1,4 +1,4 @@
-"""What waves shorter than the scan shows would do to the pull-off: added below its pixels, or cut off above them."""
+"""How waves shorter than the scan shows would change the pull-off: added below its pixels, or cut off above them."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from .rigid_bodies import rigid
 
 METHODS = ("rigid", "adhesive")
 
-#: Height (nm) to which the indenter rises within the part of a scan on which finer scales are added to a rigid body.
+#: Around a rigid body finer scales are added out to where the indenter has risen by this height (nm).
 _RISE = 30.0
 
-#: Largest cells (nm) on which finer scales are added and cut off between rigid bodies.
+#: Largest cells (nm), between rigid bodies, on which finer scales are added and cut off.
 _CELL = 1.0
 
-#: Cells along the shortest added wave: of rigid bodies, and of the simulation, which smooths the pressure besides.
+#: Cells along the shortest added wave: for rigid bodies, and for the simulation, whose pressures are smoother.
 _PER_WAVE = {"rigid": 8, "adhesive": 4}
 
-#: A cut-off so near to the shortest wave that the scan shows leaves the scan as it is.
+#: A cut-off within this factor of the shortest wave that the scan shows leaves the scan as it is.
 _ALIKE = 0.01
 
 
-class _Way(NamedTuple):
-    """How a pull-off is computed on each surface."""
+class _Method(NamedTuple):
+    """How the pull-off is computed on each surface."""
 
     method: str
     spectrum: xr.Dataset
     seeds: int
-    half: float  # nm: of the part of the scan around a place
+    half: float  # nm: half-width of the part of the scan around a place
     cells: int  # along a side of a pixel, at least
     options: dict[str, Any]
 
@@ -56,7 +56,7 @@ def scale_dependence(
     step: float = 0.4,
     hurst: float | None = None,
 ) -> xr.Dataset:
-    """Return the pull-off over the shortest wavelength that the surface has.
+    """Return the pull-off as a function of the shortest wavelength that the surface has.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def scale_dependence(
         Cut-off wavelengths, nm, ascending. Above the shortest that the scan shows, shorter waves are cut off
         (`smooth`); below it, waves that continue its spectrum are added (`add_fine_roughness`).
     seeds : int
-        Surfaces made of each added roughness.
+        Number of surfaces for each added roughness.
     subregions : (int, int), (array, array) or Dataset
         Contact centres.
     method : {"rigid", "adhesive"}
@@ -74,26 +74,27 @@ def scale_dependence(
     law, length
         See `rigid`, by default its "hamaker"; or the law of `adhesive`, by default "auto".
     preload, refine, step
-        Of `adhesive`: nN, cells along a side of a pixel at least, and nm.
+        Options of `adhesive`: nN; cells along a side of a pixel, at least; nm.
     hurst : float, optional
-        Hurst exponent of what is added; by default the scan's own.
+        Hurst exponent of the added roughness; by default that of the scan.
 
     Returns
     -------
     Dataset
-        ``pull_off_force`` (nN) along (subregion, shortest_kept, seed); where waves are cut off all seeds are alike.
-        Over seeds it scatters by what the scan leaves open. Attributes hold the spectrum that was continued.
+        ``pull_off_force`` (nN) along (subregion, shortest_kept, seed); where waves are cut off all seeds are equal.
+        The scatter over seeds is that of surfaces that agree with the scan. Attributes hold the spectrum that was
+        continued.
 
     Raises
     ------
     ValueError
-        As `rigid`, `adhesive` and `add_fine_roughness`.
+        As for `rigid`, `adhesive` and `add_fine_roughness`.
 
     Notes
     -----
-    Fine waves are added around each centre, between rigid bodies as far as the sphere rises by 30 nm, in the simulation
-    as far as it can reach; the ground beyond is a plane, or not there. The simulation takes the scan as it is where the
-    cut-off is that of the scan.
+    Fine waves are added around each centre: between rigid bodies out to where the sphere has risen by 30 nm, in the
+    simulation as far as the sphere can reach. Further out the ground is a plane, or in the simulation left out. The
+    simulation takes the scan as it is where the cut-off is that of the scan.
 
     Examples
     --------
@@ -109,10 +110,10 @@ def scale_dependence(
     spectrum = self_affine_fit(ds, hurst=hurst)
     centres = regions.centres(ds, subregions)
     if method == "rigid":
-        law, way = law or "hamaker", _rigid_way(ds, spectrum, count, law or "hamaker", length)
+        law, way = law or "hamaker", _rigid_method(ds, spectrum, count, law or "hamaker", length)
     else:
         options = {"law": law or "auto", "preload": preload, "step": step}
-        way = _adhesive_way(ds, spectrum, count, refine, options, centres)
+        way = _adhesive_method(ds, spectrum, count, refine, options, centres)
         law = way.options["law"]
     forces = np.stack([_on_surfaces(ds, centres, wave, way) for wave in waves], axis=1)
     out = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), forces)})
@@ -124,24 +125,24 @@ def scale_dependence(
     return schema.record(schema.label(out), "scale_dependence", ds, **arguments, hurst=hurst)
 
 
-def _rigid_way(ds: xr.Dataset, spectrum: xr.Dataset, seeds: int, law: str, length: Any) -> _Way:
+def _rigid_method(ds: xr.Dataset, spectrum: xr.Dataset, seeds: int, law: str, length: Any) -> _Method:
     (radius,) = schema.pair(ds, "sphere_radius")
     cells = int(np.ceil(schema.square_pixel(ds) / _CELL))
     options = {"delta": [0.0], "law": law, "length": length}
-    return _Way("rigid", spectrum, seeds, np.sqrt(2 * radius * _RISE), cells, options)
+    return _Method("rigid", spectrum, seeds, np.sqrt(2 * radius * _RISE), cells, options)
 
 
-def _adhesive_way(ds, spectrum, seeds: int, refine: int | str, options: dict, centres: xr.Dataset) -> _Way:
-    """Return how the simulation solves each surface: by the law and on the mesh that suit the scan as it is."""
+def _adhesive_method(ds, spectrum, seeds: int, refine: int | str, options: dict, centres: xr.Dataset) -> _Method:
+    """Return how the simulation solves each surface: with the law and on the mesh that suit the scan itself."""
     first = centres.isel(subregion=[0])
     found = quietly(adhesive, ds, subregions=first, refine=refine, accuracy=None, **options)
     law, cells = found.attrs["law"], int(found["refinement"].max())
     half = window_half_width(ds, preload=options["preload"], law=law)
-    return _Way("adhesive", spectrum, seeds, half, cells, options | {"law": law})
+    return _Method("adhesive", spectrum, seeds, half, cells, options | {"law": law})
 
 
-def _on_surfaces(ds: xr.Dataset, centres: xr.Dataset, wave: float, way: _Way) -> np.ndarray:
-    """Return the pull-off (place, seed) on surfaces of one shortest wave."""
+def _on_surfaces(ds: xr.Dataset, centres: xr.Dataset, wave: float, way: _Method) -> np.ndarray:
+    """Return the pull-off (place, seed) on surfaces with one shortest wave."""
     shown = float(way.spectrum["shortest_wavelength"])
     if way.method == "adhesive" and wave >= shown * (1 - _ALIKE):
         kept = ds if wave <= shown * (1 + _ALIKE) else smooth(ds, shortest=wave)
@@ -157,8 +158,8 @@ def _around(ds: xr.Dataset, x: float, y: float, half: float) -> xr.Dataset:
     return crop(ds, x=(x - half, x + half), y=(y - half, y + half))
 
 
-def _over_seeds(part: xr.Dataset, centre: tuple[float, float], wave: float, way: _Way) -> np.ndarray:
-    """Return the pull-off at a place for surfaces of one shortest wave, one for each seed."""
+def _over_seeds(part: xr.Dataset, centre: tuple[float, float], wave: float, way: _Method) -> np.ndarray:
+    """Return the pull-off at a place on surfaces with one shortest wave, one for each seed."""
     at = {"subregions": ([centre[0]], [centre[1]])}
     if wave >= float(way.spectrum["shortest_wavelength"]):
         smoother = smooth(part, shortest=wave)
@@ -175,7 +176,7 @@ def _over_seeds(part: xr.Dataset, centre: tuple[float, float], wave: float, way:
 
 
 def quietly(solve: Callable, *arguments: Any, **options: Any) -> Any:
-    """Return a solve on one of many surfaces without its warnings: it is the change between surfaces that is told."""
+    """Return the result of a solve on one of many surfaces without its warnings, since only the change matters."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         return solve(*arguments, **options)

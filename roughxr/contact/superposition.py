@@ -1,6 +1,6 @@
 """Superposition: the contact of a sphere with a scan's asperities, each as if it stood alone.
 
-The quick way from a scan to adhesion, and the paper's; `direct` tells where it stops being true.
+The quick way from a scan to adhesion, and the paper's; its limits are measured against `direct` and `adhesive`.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ _STATES = {
 }
 _EVENTS = {"excluded_asperities": int}
 
-#: Of laws that adhere, whatever displacements are asked for.
+#: Variables of laws with adhesion, whatever the displacements.
 _PULL_OFF = {"pull_off_force": float, "pull_off_delta": float}
 
-#: Displacements of a sweep unless they are given.
+#: Number of displacements of a default sweep.
 _STEPS = 301
 
 
@@ -69,28 +69,28 @@ def superpose(
     Parameters
     ----------
     ds : Dataset
-        A scan (its asperities are then found with the default patch, those of formulation="published" as the paper
-        finds them: 5 × 5 pixels, vertices at pixels) or an asperity catalogue, taken as it is, with an assigned pair.
+        A scan (its asperities are then found with the default patch, or for formulation="published" as the paper finds
+        them: 5 × 5 pixels, vertices at pixels) or an asperity catalogue, taken as it is, with an assigned pair.
     delta : array_like, optional
         Displacements, nm, ascending; by default 301 from before the first touch of any place to where every place is
         pressed as deep as the median place lies below the highest peak.
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
     law : {"jkr", "maugis", "hertz"}
-        Adhesion without range, of a range, or none. "maugis" is Maugis's and Dugdale's law between JKR and DMT,
-        read for each asperity at its own λ = 1.157 μ, Tabor's μ taken with R = 1/(2√(AB)) (see `tabor`). It is the
-        law of a sphere: an ellipse keeps Hertz's shape, its load is that of "self_similar" for large μ, and 2πwR for
-        small μ less the same part (0.2 % at B/A = 1.5, 3 % at 5, 6 % at 10). The pull across a gap, before an
-        asperity touches and after it lets go, is left out: on a surface of 1.5 nm rms less than 1 % of the pull-off
-        for λ > 0.5, some 5 % at λ = 0.2, half of it where z₀ reaches the roughness (3 nm, λ = 0.02). Below λ = 0.02
-        and above 50 the table's ends stand for DMT and JKR.
+        Adhesion without range, with a range, or none. "maugis" is Maugis's and Dugdale's law between JKR and DMT,
+        tabulated and read for each asperity at its own λ = 1.157 μ, Tabor's μ taken with R = 1/(2√(AB)) (see `tabor`).
+        It is the law of a sphere. An ellipse keeps Hertz's shape; for large μ its load is that of "self_similar", and
+        for small μ 2πwR reduced by the same factor (by 0.2 % at B/A = 1.5, 3 % at 5, 6 % at 10). The pull across a gap,
+        before an asperity touches and after it lets go, is left out: on a surface of 1.5 nm rms this is less than 1 %
+        of the pull-off for λ > 0.5, some 5 % at λ = 0.2, and half of it where z₀ reaches the roughness (3 nm, λ =
+        0.02). Below λ = 0.02 and above 50 the ends of the table stand for DMT and JKR.
     formulation : {"energy", "self_similar", "johnson_greenwood", "published"}
-        Of law="jkr": how adhesion acts on an ellipse: its shape found by minimising the energy over both axes;
-        Hertz's shape kept (the paper's derivation, corrected); the edge condition at the ends of both axes; the
-        paper to the letter, with λ² where the derivation gives λ and the asperity's curvature alone. All but the
-        last add the sphere's own curvature to the asperity's.
+        For law="jkr", how adhesion acts on an ellipse. "energy": the shape that minimises the energy over both axes;
+        "self_similar": Hertz's shape (the paper's derivation, corrected); "johnson_greenwood": the edge condition at
+        the ends of both axes; "published": the paper to the letter, with λ² where the derivation gives λ, and with the
+        asperity's curvature alone. All but the last add the sphere's own curvature to the asperity's.
     equilibrium_distance : number or quantity
-        Of law="maugis": z₀ of the interatomic potential, nm, which sets the range of adhesion.
+        For law="maugis": z₀ of the interatomic potential, nm, which sets the range of adhesion.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0: the sphere's lowest point level with the highest point of the whole scan, or this
         subregion's first touch of a vertex.
@@ -99,48 +99,46 @@ def superpose(
     yielding : bool
         Whether asperities yield at the assigned hardness; False: all stay elastic.
     preload : number or quantity, optional
-        Of asperities that yield: the force, nN, at which the sphere turns back, by default at the last displacement.
+        For asperities that yield: the force, nN, at which the sphere turns back, by default at the last displacement.
     progress : bool
         Show a bar while computing.
 
     Returns
     -------
     Dataset
-        ``force`` (nN, negative pulls) and ``contact_area`` (nm²) along (subregion, delta); how many
-        ``contacts`` there are, how many of them reach beyond the patch that their paraboloid was fitted to, and how
-        many overlap one of their eight nearest neighbours', where superposition loses its ground; ``truncated`` where
-        an asperity at the scan's edge is in contact. ``excluded_asperities`` counts the saddles left out. Laws that
-        adhere give the exact ``pull_off_force`` (nN, NaN where nothing pulls) and ``pull_off_delta`` (nm) along
-        subregion, whatever the displacements, as `pull_off_map` finds them. Lazy where the scan is a dask array.
-        Where asperities yield the states lie along (subregion, branch, delta), retraction missing beyond where the
-        sphere turned (``preload_delta``), and the pull-off is that after it.
+        ``force`` (nN, negative pulls) and ``contact_area`` (nm²) along (subregion, delta); the number of ``contacts``,
+        how many of them reach beyond the patch that their paraboloid was fitted to, and how many overlap one of their
+        eight nearest neighbours, so that superposition no longer holds; ``truncated`` where an asperity at the scan's
+        edge is in contact. ``excluded_asperities`` counts the saddles left out. Laws with adhesion also give the exact
+        ``pull_off_force`` (nN, NaN where nothing pulls) and ``pull_off_delta`` (nm) along subregion, whatever the
+        displacements, as `pull_off_map` finds them. Where asperities yield the states lie along (subregion, branch,
+        delta), retraction is NaN beyond the displacement where the sphere turned back (``preload_delta``), and the
+        pull-off is that of the retraction. Lazy where the scan is a dask array.
 
-        Attributes say what to expect of the pull-off beside `adhesive`, but for a lazy scan: ``expectation`` in words,
-        and where it is known ``expected_ratio``, ``expected_ratio_low`` and ``expected_ratio_high`` of superposed over
-        direct.
+        Attributes say what to expect of the pull-off in comparison with `adhesive`, except for a lazy scan:
+        ``expectation`` in words and, where they are known, ``expected_ratio``, ``expected_ratio_low`` and
+        ``expected_ratio_high`` of superposed over direct pull-off.
 
     Raises
     ------
     ValueError
-        If no pair is assigned, no work of adhesion for a law that adheres, the indenter is no sphere, the
-        displacements are empty, not finite or not ascending, or a formulation is named beside law="maugis" that it
-        does not have.
+        If no pair is assigned, no work of adhesion for a law with adhesion, the indenter is no sphere, the
+        displacements are empty, not finite or not ascending, or law="maugis" is given a formulation.
 
     Warns
     -----
     UserWarning
-        If a pull-off exceeds that of the same sphere from a smooth flat, with what makes it do so (input in memory
-        only).
+        If a pull-off exceeds that of the same sphere on a smooth flat, with the probable cause (input in memory only).
 
     Notes
     -----
-    An asperity yields as a paraboloid under a capped pressure does, and is drawn off as a flatter one: of the curvature
-    that gives force and area where it turned or, where it adheres, of that which its middle is left with
-    (`kernels.asperity.flattening` derives both). What adhesion adds to the load on the way in is left out. Of a single
-    summit the force of `direct` is met within 0.3 % on the way in, within 8 % of the largest on the way out, and
-    the pull-off of `adhesive` after yield within a fifth (`tests/test_flattening.py`). On the glass twin the mean is
-    0.54 of `adhesive`'s without yield, 0.56 to 0.59 at 6 GPa and 1.16 to 1.36 at 1.5 GPa, where most of the contact
-    yields (`tests/benchmarks/yielding.py`).
+    An asperity that yields follows a paraboloid under a capped pressure, and on retraction a flatter paraboloid: that
+    with the force and area at which it turned back or, where it adheres, that of the curvature left in its middle
+    (`kernels.asperity.flattening` derives both). The load that adhesion adds on loading is left out. For a single
+    summit the force agrees with that of `direct` within 0.3 % on loading and within 8 % of the largest on retraction,
+    and the pull-off after yield with that of `adhesive` within a fifth (`tests/test_flattening.py`). On the glass twin
+    the mean pull-off is 0.54 of `adhesive`'s without yield, 0.56 to 0.59 at 6 GPa and 1.16 to 1.36 at 1.5 GPa, where
+    most of the contact yields (`tests/benchmarks/yielding.py`).
 
     References
     ----------
@@ -166,16 +164,15 @@ def superpose(
         raise ValueError(
             "delta: expected displacements in nm, since the heights are not loaded; or load them (ds.load())"
         )
+    hardness = _hardness(ds, yielding, preload)
     catalogue = later(ds, **fit_of(options.law)) if later_on else catalogue_of(ds, options)
-    prepared = dask.delayed(_prepared)(catalogue, options) if later_on else _prepared(catalogue, options)
+    prepared = (dask.delayed(_prepared) if later_on else _prepared)(catalogue, options, hardness)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     deltas = _default_sweep(prepared[0], centres, options) if delta is None else schema.ascending(delta, "nm", "delta")
-    hardness = _hardness(ds, yielding, preload, later_on)
     layout = Layout({"delta": deltas}, _STATES, _EVENTS | (_PULL_OFF if law in ADHESIVE else {}))
     if hardness.yields:
         branches = {"branch": list(BRANCHES), "delta": deltas}
         layout = Layout(branches, _STATES, layout.events | {"preload_delta": float})
-        prepared = (*prepared, flattening.asperities_of(catalogue, options, hardness))
     when = {"name": "superpose", "lazy": lazy, "progress": progress}
     records = parallel.spread(_superpose, centres, layout.dtype, prepared, options, layout, **when)
     out = labelled(records, layout, ds, positions)
@@ -194,31 +191,27 @@ def superpose(
     return out
 
 
-def _hardness(ds: xr.Dataset, yielding: bool, preload: Any, later_on: bool) -> flattening.Hardness:
-    """Return at which pressure asperities yield and where the sphere turns, or say what does not go together."""
+def _hardness(ds: xr.Dataset, yielding: bool, preload: Any) -> flattening.Hardness:
+    """Return at which pressure asperities yield and where the sphere turns back; raise where options conflict."""
     if not yielding or "hardness" not in ds.coords:
         if preload is not None:
             raise ValueError(
                 "preload: expected for asperities that yield (assign_pair with a hardness), found elastic ones"
             )
         return flattening.Hardness(np.inf, np.nan)
-    if later_on:
-        raise ValueError(
-            "expected heights in memory where asperities yield; load them (ds.load()), or keep them elastic "
-            "(yielding=False)"
-        )
     load = np.nan if preload is None else positive(preload, "nN", "preload")
     return flattening.Hardness(float(ds["hardness"]), load)
 
 
-def _prepared(ds: xr.Dataset, options: Options) -> tuple:
-    """Return the asperities, and the same sorted into cells where they adhere."""
+def _prepared(ds: xr.Dataset, options: Options, hardness: flattening.Hardness) -> tuple:
+    """Return the asperities, the grid for the largest pull where they adhere, and as they yield where they do."""
     found = catalogue_field(ds, options)
-    return found, grid_of(found, options) if options.work_of_adhesion > 0 else None
+    grid = grid_of(found, options) if options.work_of_adhesion > 0 else None
+    return found, grid, flattening.asperities_of(ds, options, hardness) if hardness.yields else None
 
 
 def _default_sweep(prepared: tuple, centres: list[tuple[float, float]], options: Options) -> np.ndarray:
-    """Return displacements from before any place pulls to well beyond where all are touched."""
+    """Return displacements from before any place pulls to well beyond where all places are touched."""
     field = prepared[0]
     if field.x.size == 0:
         return np.linspace(-1, 1, _STEPS)
@@ -230,10 +223,10 @@ def _default_sweep(prepared: tuple, centres: list[tuple[float, float]], options:
 
 
 def _superpose(x: float, y: float, prepared: tuple, options: Options, layout: Layout) -> np.ndarray:
-    """Sum one subregion's sweep."""
+    """Sum the asperities of one subregion at all displacements."""
     if "branch" in layout.axes:
         return _yielding(x, y, prepared, options, layout)
-    (field, patch_radius, excluded), grid = prepared
+    (field, patch_radius, excluded), grid, _ = prepared
     offset = sums.offsets(field, x, y, options.radius, options.profile)
     zero = offset.min() if options.first_contact and offset.size else 0.0
     summed = sums.superpose(layout.axes["delta"] + zero, field, offset, patch_radius, options.kernel_law().spline)
@@ -249,7 +242,7 @@ def _superpose(x: float, y: float, prepared: tuple, options: Options, layout: La
 
 
 def _yielding(x: float, y: float, prepared: tuple, options: Options, layout: Layout) -> np.ndarray:
-    """Sum one subregion's way in and way out, its asperities yielding on the way in."""
+    """Sum the loading and retraction of one subregion, its asperities yielding on loading."""
     (field, patch_radius, excluded), _, pressed = prepared
     offset = sums.offsets(field, x, y, options.radius, options.profile)
     zero = offset.min() if options.first_contact and offset.size else 0.0

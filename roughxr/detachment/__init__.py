@@ -1,9 +1,9 @@
-"""From sticking to coming off: loads on a particle at a wall, what they take to move it, and how many stay.
+"""How particles come off: loads on a particle at a wall, the strength at which it moves, and how many remain.
 
 loads       drag, torque and lift in wall shear, weight and tilt, centrifuge, vibration; the table `LOADS`
 balance     `critical_load`: the strength of a load at which a place gives way, and whether it rolls, slides or lifts
 kinetics    Rock'n'Roll: rates of resuspension in turbulence, and adhesion by Biasi's fit
-for_codes   `parameters`, `by_place`: what other codes take for adhesion
+for_codes   `parameters`, `by_place`: the parameters of adhesion that other codes need
 remaining   `resuspension`: the fraction of particles left, from computed moments and pull-off forces
 
 A new load is one function ``(strength, body) -> Push`` and its row in `LOADS`, or a `Load` of one's own.

@@ -1,14 +1,15 @@
-"""What a load must be for a place to give way: rolling, sliding and lifting, each as drive over resistance.
+"""The strength of a load at which a place gives way: rolling, sliding and lifting, each as drive over resistance.
 
-    roll    max over n of the smaller of [T (e·n) + (N + L) h] / M for two states of edge n: of the largest moment, and
-            of the largest M/h, the pull that tips it; T = along · r + torque, the moment about the contact
+    roll    max over n of the smaller of [T (e·n) + (N + L) h] / M for two states with edge n: that of the largest
+            moment, and that of the largest M/h, the pull that tips it; T = along · r + torque, the moment about the
+            contact
     slide   along / (μ (F_c − N)), or along / (τ A)
     lift    N / F_c
 
-with M the moment held about the contact's edge in direction n and h that edge's distance (`rolling`, under a load L;
-what any one state holds is held), e the direction of the load, N the force away from the wall, F_c the pull-off force,
-A the contact area. What gives way first is what reaches 1 at the smallest strength. All directions n count: a sphere
-pushed along e may tip about any edge of its contact.
+where M is the resisting moment about the contact's edge in direction n, h the distance of that edge (`rolling`, under a
+load L; the contact resists as long as any state of it does), e the direction of the load, N the force away from the
+wall, F_c the pull-off force, A the contact area. The mode whose ratio reaches 1 at the smallest strength comes first.
+All directions n count: a sphere pushed along e may tip about any edge of its contact.
 """
 
 from __future__ import annotations
@@ -25,22 +26,22 @@ from .loads import AIR_DENSITY, AIR_VISCOSITY, GRAVITY, LIFTS, LOADS, Body, Load
 
 MODES = ("roll", "slide", "lift")
 
-#: Words for a place of which no mode can be told.
+#: Values of ``mode`` where there is no mode.
 NEITHER, NO_CONTACT = "none", "no contact"
 
-#: Strengths tried before the first that suffices is halved, and halvings.
+#: Strengths tried to bracket the critical one, and bisections after that.
 _TRIED, _HALVINGS = 240, 60
 
 
 class Held(NamedTuple):
-    """What holds the sphere, by place."""
+    """The resistance at each place."""
 
     moment: np.ndarray  # (state, place, direction), nN nm
     hinge: np.ndarray  # (state, place, direction), nm
     share: np.ndarray  # (place, direction): e·n, of the load's moment about each edge
     pull_off: np.ndarray  # (place,), nN, 0 where nothing adheres
     area: np.ndarray  # (place,), nm²
-    load: float  # nN, on the axis, counted in the moment
+    load: float  # nN, on the sphere's axis, already counted in the moment
     friction: float | None
     strength: float | None  # shear strength, GPa
     known: np.ndarray  # (place,): whether there is contact
@@ -64,38 +65,40 @@ def critical_load(
     Parameters
     ----------
     ds : Dataset
-        Of `rolling`; or of `vary` over it, for spheres of several radii, say.
+        Result of `rolling`, or of `vary` over it, for example for spheres of several radii.
     load : {"wall_shear", "tilt", "centrifuge", "vibration"} or Load
-        Of `detachment.LOADS`, or one's own. "centrifuge" pulls away from the wall, "vibration" shakes along it.
+        Name in `detachment.LOADS`, or a load of your own. "centrifuge" pulls away from the wall, "vibration" shakes
+        along it.
     direction : number, quantity or "weakest"
-        Towards which the load pushes, from x towards y, rad; or, of each place, where it rolls most easily.
+        Direction towards which the load pushes, rad from x towards y; "weakest": at each place that in which the
+        sphere rolls most easily.
     particle_density : number or quantity, optional
         kg/m³, for its weight; without it a flow acts on a weightless sphere, and the other loads are refused.
     medium_density, viscosity : number or quantity
-        Of what flows, kg/m³ and m²/s (kinematic); air's by default.
+        Of the fluid, kg/m³ and m²/s (kinematic); by default of air.
     lift : {"by_range", "leighton_acrivos", "hall", "none"}
         See `detachment.lift`.
     friction_coefficient : number, optional
-        Sliding at μ times pull-off force and weight less lift.
+        Slides at a force of μ times the sum of pull-off force and weight less lift.
     shear_strength : number or quantity, optional
-        GPa; sliding at τ times the contact area at rest. Without either no place slides.
+        GPa; slides at a force of τ times the contact area at rest. Without either option no place slides.
     gravity : float
         m/s².
 
     Returns
     -------
     Dataset
-        Along subregion, and what was varied: ``critical_friction_velocity`` (m/s), ``critical_acceleration`` (m/s²) or
-        ``critical_angle`` (rad), 0 where a place rolls by itself and NaN where no strength suffices or nothing is in
-        contact; ``mode``, what goes first: roll, slide, lift, "none" or "no contact"; ``in_range``, whether all
-        formulas of the load hold there. In wall shear those of drag and torque hold for r⁺ up to 1. Hall measured
-        lift above 1.8, so that with lift="hall" it is False everywhere: no r⁺ suits both.
+        Along subregion, and whatever `vary` varied: ``critical_friction_velocity`` (m/s), ``critical_acceleration``
+        (m/s²) or ``critical_angle`` (rad), 0 where a place rolls by itself and NaN where no strength suffices or
+        nothing is in contact; ``mode``, which comes first: roll, slide, lift, "none" or "no contact"; ``in_range``,
+        whether all formulas of the load are valid there. In wall shear those of drag and torque are valid for r⁺ up to
+        1. Hall measured lift above 1.8, so that with lift="hall" it is False everywhere: no r⁺ satisfies both.
 
     Raises
     ------
     ValueError
-        If ``ds`` is none of `rolling`, a name is unknown, a number is not positive, both ways of sliding are given, or
-        a density is missing that the load needs.
+        If ``ds`` is no result of `rolling`, a name is unknown, a number is not positive, both options of sliding are
+        given, or the load needs a density that is missing.
 
     Examples
     --------
@@ -107,7 +110,7 @@ def critical_load(
     >>> found.critical_friction_velocity.units, set(found["mode"].values.tolist())
     ('m s-1', {'roll'})
     """
-    if (name := a_parameter(ds)) is not None:
+    if (name := varied_dimension(ds)) is not None:
         given = {"direction": direction, "particle_density": particle_density, "medium_density": medium_density}
         given |= {"viscosity": viscosity, "lift": lift, "friction_coefficient": friction_coefficient}
         given |= {"shear_strength": shear_strength, "gravity": gravity}
@@ -130,27 +133,27 @@ def critical_load(
 
 
 def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
-    """Return resisting moments with the pull-off forces of another method, at the levers that they had.
+    """Return resisting moments with the pull-off forces of another method, at unchanged levers.
 
-    What adhesion holds is scaled by the ratio of the pull-off forces of each place; the load's part, and all
-    distances, stay.
+    The part of the moment that is due to adhesion is scaled by the ratio of the pull-off forces at each place; the part
+    due to the load, and all distances, are unchanged.
 
     Parameters
     ----------
     ds : Dataset
-        Of `rolling`, of superposed asperities say.
+        Result of `rolling`, for example of superposed asperities.
     pull_off : Dataset
-        With ``pull_off_force`` of the same places in the same order, such as of `adhesive` without fields.
+        With ``pull_off_force`` at the same places in the same order, for example from `adhesive` without fields.
 
     Returns
     -------
     Dataset
-        As of `rolling`; the attribute ``levers`` says where the levers came from.
+        In the form of `rolling`; the attribute ``levers`` says where the levers come from.
 
     Raises
     ------
     ValueError
-        If ``ds`` is none of `rolling`, or the other's places or forces are not those.
+        If ``ds`` is no result of `rolling`, or places or forces of the other do not match.
 
     Examples
     --------
@@ -177,26 +180,26 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
 
 
 def _same_places(one: xr.Dataset, other: xr.Dataset) -> bool:
-    """Say whether two results are of the same contact centres in the same order."""
+    """Return whether two results have the same contact centres in the same order."""
     if one.sizes["subregion"] != other.sizes.get("subregion"):
         return False
     return all(np.allclose(one[name], other[name]) for name in ("subregion_x", "subregion_y") if name in one.coords)
 
 
-def a_parameter(ds: xr.Dataset) -> str | None:
-    """Return a dimension of resisting moments beside place and direction, such as `vary`'s, or None."""
+def varied_dimension(ds: xr.Dataset) -> str | None:
+    """Return a dimension of resisting moments other than place and direction, for example one of `vary`, or None."""
     dims = ds["resisting_moment"].dims if "resisting_moment" in ds else ()
     return next((str(name) for name in dims if name not in ("subregion", "direction")), None)
 
 
 def for_each(name: str, ds: xr.Dataset, function: Callable, **options: Any) -> xr.Dataset:
-    """Return what a function makes of each of a dimension's entries, side by side along it."""
+    """Return the results of a function for each entry along a dimension, concatenated along it."""
     parts = [function(ds.isel({name: k}), **options) for k in range(ds.sizes[name])]
     return xr.concat(parts, name, combine_attrs="drop_conflicts", coords="minimal", compat="override")
 
 
 def body_of(ds: xr.Dataset, density: Any, medium_density: Any, viscosity: Any, lift: str, gravity: float) -> Body:
-    """Return the particle of a result and what flows around it."""
+    """Return the particle of a result, and the fluid around it."""
     (radius,) = schema.pair(ds, "sphere_radius")
     return Body(
         radius=radius,
@@ -213,13 +216,13 @@ def _load_of(load: str | Load) -> Load:
 
 
 def held_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_strength: Any) -> Held:
-    """Return what holds the sphere at each place of `rolling`, or say what is missing."""
+    """Return the resistance at each place of a result of `rolling`; raise where something is missing."""
     expect_moments(ds)
     if friction_coefficient is not None and shear_strength is not None:
         raise ValueError("expected either friction_coefficient or shear_strength, found both")
     names = ("resisting_moment", "hinge_distance", "tipping_pull", "tipping_hinge_distance")
     moment, hinge, pull, pull_hinge = (ds[name].transpose("subregion", "direction").values for name in names)
-    tips = np.isfinite(pull) & np.isfinite(pull_hinge)  # else only the state of the largest moment counts
+    tips = np.isfinite(pull) & np.isfinite(pull_hinge)  # else only the state of the largest moment is used
     return Held(
         moment=np.array([moment, np.where(tips, pull * pull_hinge, moment)]),
         hinge=np.array([hinge, np.where(tips, pull_hinge, hinge)]),
@@ -234,7 +237,7 @@ def held_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_str
 
 
 def expect_moments(ds: xr.Dataset):
-    """Refuse what is no result of `rolling`.
+    """Raise for anything but a result of `rolling`.
 
     Raises
     ------
@@ -260,7 +263,7 @@ def _shares(angles: np.ndarray, moment: np.ndarray, direction: Any) -> np.ndarra
 
 
 def drive_ratios(push: Push, body: Body, held: Held) -> np.ndarray:
-    """Return drive over resistance, (mode, place), of a push whose arrays have one entry for each place, or one."""
+    """Return drive over resistance, (mode, place), for a push whose arrays have one entry for each place, or one."""
     along, turn, away = (np.broadcast_to(part, held.pull_off.shape) for part in push[:3])
     about = (along * body.radius + turn)[:, None] * held.share + (away + held.load)[:, None] * held.hinge
     with np.errstate(divide="ignore", invalid="ignore"):

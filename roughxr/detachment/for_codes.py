@@ -1,4 +1,4 @@
-"""`parameters` and `by_place`: adhesion and moments boiled down to the numbers that other codes ask for.
+"""`parameters` and `by_place`: adhesion and moments reduced to the parameters that other codes need.
 
     Rock'n'Roll    a log-normal law of the pull-off over 3/2 π w R, and a lever over the radius (Reeks & Hall 2001)
     LAMMPS         pair_style granular, normal jkr: E_eff and γ, pull-off 3πγR; rolling sds: μ_roll, whose largest
@@ -6,7 +6,7 @@
     code_saturne   deposition with resuspension: denasp, rayasp, espasg, rayasg of cs_lagr_reentrained_model_t, of
                    hemispheres at two scales (src/lagr/cs_lagr_adh.c)
 
-LIGGGHTS' sjkr has a pull that grows with the overlap and no pull-off of its own: no number fits it to these.
+LIGGGHTS' sjkr has a pull that grows with the overlap and no pull-off force of its own, so that nothing can be fitted.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from ..regions import extent
 from ..statistics import fit, reduction
 from .balance import expect_moments
 
-#: Shares of the places whose quantiles are given, and how their names end.
+#: Shares of the places whose quantiles are given, and the endings of their names.
 _QUANTILES = {"low": 0.05, "median": 0.5, "high": 0.95}
 
 
 def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr.Dataset | None = None) -> xr.Dataset:
-    """Return what resuspension and discrete-element codes take for adhesion, from the places of a result.
+    """Return the parameters of adhesion that resuspension and discrete-element codes need, from the places of a result.
 
     Parameters
     ----------
     ds : Dataset
-        Of `rolling`; or a pull-off with its pair, which has no levers.
+        Result of `rolling`, or a pull-off with its pair, which then gives no levers.
     catalogue : Dataset, optional
         The scan's asperities, for code_saturne's small scale.
     large : Dataset, optional
@@ -38,29 +38,29 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
     Returns
     -------
     Dataset
-        Scalars; `table` lists them, `to_table` writes them as CSV. Of the log-normal law, fitted by maximum likelihood:
-        ``adhesion_mean`` and ``adhesion_spread`` (geometric, of the pull-off over 3/2 π w R) and
-        ``adhesion_law_distance`` (Kolmogorov's, by which the places differ from it). ``work_of_adhesion_median``, the
-        work with which a smooth JKR sphere pulls off as hard, with ``_low`` and ``_high``, 5 and 95 % of the places,
-        and ``surface_energy_median``, half of it, LAMMPS' γ. Of `rolling`, over all places and directions:
-        ``moment_mean`` (nN nm) and ``moment_spread`` (both geometric, of positive ones), ``lever_median`` over the
-        radius, with ``_low`` and ``_high``, and ``rolling_friction_median``, LAMMPS' μ_roll that holds as much of a
-        sphere without load. Of asperities ``asperity_density`` (denasp), ``asperity_radius`` (rayasp),
-        ``asperity_coverage``, and ``large_asperity_spacing`` (espasg), ``large_asperity_radius`` (rayasg). Lengths are
-        nm: code_saturne wants m.
+        Scalars; `table` lists them, `to_table` writes them as CSV. For the log-normal law, fitted by maximum
+        likelihood: ``adhesion_mean`` and ``adhesion_spread`` (geometric, of the pull-off over 3/2 π w R) and
+        ``adhesion_law_distance`` (Kolmogorov's, between the law and the places). ``work_of_adhesion_median``, the work
+        of adhesion at which a smooth JKR sphere has the same pull-off force, with ``_low`` and ``_high``, 5 and 95 % of
+        the places, and ``surface_energy_median``, half of it, LAMMPS' γ. From `rolling`, over all places and
+        directions: ``moment_mean`` (nN nm) and ``moment_spread`` (both geometric, over positive ones), ``lever_median``
+        over the radius, with ``_low`` and ``_high``, and ``rolling_friction_median``, LAMMPS' μ_roll with the same
+        resisting moment for a sphere without load. From asperities ``asperity_density`` (denasp), ``asperity_radius``
+        (rayasp), ``asperity_coverage``, and ``large_asperity_spacing`` (espasg), ``large_asperity_radius`` (rayasg).
+        Lengths are in nm, where code_saturne expects m.
 
     Raises
     ------
     ValueError
-        If ``ds`` is no pull-off with a pair that adheres, or fewer than three places pull.
+        If ``ds`` is no pull-off with an adhesive pair, or fewer than three places pull.
 
     Notes
     -----
-    A smooth JKR sphere with ``work_of_adhesion_median`` lets go at the same force as the rough contact, but not with
-    its area or its stiffness, and every place alike: for the spread, draw each particle's from the places.
+    A smooth JKR sphere with ``work_of_adhesion_median`` has the pull-off force of the rough contact, but not its area
+    or its stiffness, and no scatter: for the scatter, draw the value of each particle from the places.
 
-    code_saturne takes asperities for hemispheres, whose height is their radius. Those of an AFM scan are flat caps:
-    where ``asperity_coverage``, π times density and squared radius, is above 1 its count of contacts means nothing.
+    code_saturne takes asperities as hemispheres, whose height is their radius. Those of an AFM scan are flat caps:
+    where ``asperity_coverage``, π times density and squared radius, is above 1, its number of contacts is meaningless.
 
     References
     ----------
@@ -91,12 +91,12 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
 
 
 def by_place(ds: xr.Dataset) -> xr.Dataset:
-    """Return adhesion, lever and moment of each place, all directions taken together.
+    """Return adhesion, lever and moment of each place, over all directions.
 
     Parameters
     ----------
     ds : Dataset
-        Of `rolling`.
+        Result of `rolling`.
 
     Returns
     -------
@@ -108,7 +108,7 @@ def by_place(ds: xr.Dataset) -> xr.Dataset:
     Raises
     ------
     ValueError
-        If ``ds`` is none of `rolling`, or has no pair that adheres.
+        If ``ds`` is no result of `rolling`, or has no adhesive pair.
 
     Examples
     --------

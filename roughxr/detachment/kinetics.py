@@ -1,11 +1,11 @@
-"""Rock'n'Roll, quasi-static: how fast particles leave a wall in turbulence (Reeks & Hall 2001).
+"""Rock'n'Roll, quasi-static: the rate at which particles leave a wall in turbulence (Reeks & Hall 2001).
 
 A particle rocks under a force of mean F and rms f F, f = 0.366, against an adhesion f_a at the same lever. With
 x = (f_a − F)/(f F) it leaves at the rate
 
     p = (0.0413/2π) (u*²/ν) exp(−x²/2)/Φ(x),   at most 0.0413 u*²/(2πν),
 
-Φ being the cumulative normal probability. Of F and f_a only the ratio counts.
+where Φ is the cumulative normal distribution. Only the ratio of F and f_a matters.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class LogNormal(NamedTuple):
     spread: float
 
     def nodes(self, count: int = 2001) -> tuple[np.ndarray, np.ndarray]:
-        """Return values and weights that sum up the law to rounding, 8 standard deviations to either side."""
+        """Return nodes and weights for integrals over the law, exact to rounding, out to 8 standard deviations."""
         z = np.linspace(-8.0, 8.0, count)
         w = np.exp(-0.5 * z * z)
         return self.mean * self.spread**z, w / w.sum()
@@ -83,7 +83,7 @@ def resuspension_rate(
     Parameters
     ----------
     ratio : array_like
-        F/f_a, at least 0; inf where nothing holds.
+        F/f_a, at least 0; inf where nothing resists.
     friction_velocity : number, array or quantity
         m/s, broadcast against ``ratio``.
     viscosity : number or quantity
@@ -126,7 +126,7 @@ def rock_n_roll(
     medium_density: Any = AIR_DENSITY,
     viscosity: Any = AIR_VISCOSITY,
 ) -> np.ndarray:
-    """Return the fraction left of particles whose adhesion is given, by the model of Reeks & Hall to the letter.
+    """Return the fraction of particles of given adhesion that remain, by the unchanged model of Reeks & Hall.
 
     Drag 32 ρ u*² r², Hall's lift, and a lever of r/100: F = F_L/2 + 100 F_D.
 
@@ -137,13 +137,13 @@ def rock_n_roll(
     radius : number or quantity
         nm.
     adhesion : array_like
-        Samples of the pull-off force, nN, such as computed ones, or nodes of `LogNormal` times 3/2 π w r.
+        Samples of the pull-off force, nN, for example computed ones, or nodes of `LogNormal` times 3/2 π w r.
     weights : array_like, optional
-        What each sample counts for.
+        Weight of each sample.
     time : number, array or quantity
         s.
     model : {"rock_n_roll", "static"}
-        With turbulent fluctuations, or whoever is held less than the mean force leaves at once.
+        With turbulent fluctuations; or "static": particles leave at once if the mean force exceeds their adhesion.
     medium_density, viscosity : number or quantity
         kg/m³ and m²/s.
 
@@ -174,7 +174,7 @@ def rock_n_roll(
     r, held = positive(radius, "nm", "radius"), np.atleast_1d(np.asarray(adhesion, float))
     if held.size == 0 or not np.isfinite(held).all():
         raise ValueError(f"adhesion: expected finite forces in nN, found {adhesion!r}")
-    friction_reynolds(speed, r, viscosity=viscosity)  # refuses negative speeds
+    friction_reynolds(speed, r, viscosity=viscosity)  # raises for negative speeds
     medium = {"medium_density": medium_density, "viscosity": viscosity}
     pressure = positive(medium_density, "kg m-3", "medium_density") * speed**2 * factor("Pa", "GPa")
     force = 0.5 * lift(speed, r, formula="hall", **medium) + _LEVERS * _DRAG * pressure * r**2
@@ -184,7 +184,7 @@ def rock_n_roll(
 
 
 def survival(ratio: np.ndarray, speed: np.ndarray, seconds: np.ndarray, model: str, viscosity: Any) -> np.ndarray:
-    """Return the probability (speed, sample, time) that each sample is still there, from its ratio (speed, sample)."""
+    """Return the probability (speed, sample, time) that each sample remains, from its ratio F/f_a (speed, sample)."""
     if model == "static":
         return np.repeat((ratio < 1).astype(float)[..., None], seconds.size, axis=2)
     rate = resuspension_rate(ratio, speed[:, None], viscosity=viscosity)

@@ -1,4 +1,4 @@
-"""Loads on a sphere of radius r that rests on a wall: one function each, in the table `LOADS`.
+"""Loads on a sphere of radius r that rests on a wall: one function for each, collected in `LOADS`.
 
 In wall shear of friction velocity u*, the flow at the wall is y u*²/ν. Its scale is the friction Reynolds number
 r⁺ = r u*/ν; the shear Reynolds number of the sphere is r⁺².
@@ -31,23 +31,23 @@ GRAVITY = 9.80665
 _DRAG = 1.7009 * 6 * np.pi
 _TORQUE = 0.94399 * 4 * np.pi
 
-#: r⁺ up to which the flow around the sphere is taken to creep.
+#: r⁺ up to which the flow around the sphere counts as creeping.
 CREEPING = 1.0
 
-#: r⁺ between which Hall measured lift.
+#: Range of r⁺ in which Hall measured lift.
 HALL_RANGE = (1.8, 70.0)
 
-#: r⁺ at which both formulas of lift meet: 9.22 r⁺⁴ = 20.9 r⁺^2.31.
+#: r⁺ at which both formulas of lift are equal: 9.22 r⁺⁴ = 20.9 r⁺^2.31.
 _MEET = (20.9 / 9.22) ** (1 / 1.69)
 
 LIFTS = ("by_range", "leighton_acrivos", "hall", "none")
 
 
 class Body(NamedTuple):
-    """The particle, and what flows around it."""
+    """The particle, and the fluid around it."""
 
     radius: float  # nm
-    density: float  # kg/m³, of the particle; NaN where its weight is left out
+    density: float  # kg/m³, of the particle; NaN if its weight is left out
     medium_density: float = AIR_DENSITY
     viscosity: float = AIR_VISCOSITY
     lift: str = "by_range"
@@ -55,21 +55,21 @@ class Body(NamedTuple):
 
 
 class Push(NamedTuple):
-    """What a load does to the sphere; arrays of the strength's shape."""
+    """The force and torque of a load on the sphere, arrays of the strength's shape."""
 
     along: Any  # nN, at the sphere's centre, along the wall
-    torque: Any  # nN nm, about the centre, the way it rolls
+    torque: Any  # nN nm, about the centre, in the direction of rolling
     away: Any  # nN, away from the wall, weight included
-    in_range: Any  # whether the formulas hold there
+    in_range: Any  # whether the formulas are valid there
 
 
 class Load(NamedTuple):
-    """A kind of load: what its strength is, and what it does."""
+    """A kind of load: the meaning of its strength, and the push that it exerts."""
 
     words: str
-    critical: str  # variable that a critical strength is written as
+    critical: str  # name of the variable for its critical strength
     push: Callable[[Any, Body], Push]
-    span: tuple[float, float]  # strengths between which a critical one is looked for, in the variable's units
+    span: tuple[float, float]  # strengths between which the critical one is searched, in the variable's units
 
 
 def friction_reynolds(friction_velocity: Any, radius: Any, *, viscosity: Any = AIR_VISCOSITY) -> Any:
@@ -141,7 +141,7 @@ def torque(friction_velocity: Any, radius: Any, *, medium_density: Any = AIR_DEN
     Parameters
     ----------
     friction_velocity, radius, medium_density
-        As `drag`.
+        As for `drag`.
 
     Returns
     -------
@@ -179,12 +179,12 @@ def lift(
     Parameters
     ----------
     friction_velocity, radius, medium_density
-        As `drag`.
+        As for `drag`.
     viscosity : number or quantity
         Kinematic, m²/s.
     formula : {"by_range", "leighton_acrivos", "hall", "none"}
-        9.22 ρν² r⁺⁴, right for r⁺ ≤ 1; 20.9 ρν² r⁺^2.31, measured for 1.8 ≤ r⁺ ≤ 70; by default the first up to
-        where both are equal (r⁺ = 1.62), then the second; or none.
+        "leighton_acrivos": 9.22 ρν² r⁺⁴, valid for r⁺ ≤ 1; "hall": 20.9 ρν² r⁺^2.31, measured for 1.8 ≤ r⁺ ≤ 70;
+        "by_range", the default: the first up to where both are equal (r⁺ = 1.62), then the second.
 
     Returns
     -------
@@ -273,14 +273,14 @@ def vibration_acceleration(amplitude: Any, frequency: Any) -> float:
 
 
 def in_range(plus: Any, formula: str) -> Any:
-    """Say where drag, torque and this formula of lift are within their ranges of r⁺.
+    """Return whether drag, torque and this formula of lift are valid at r⁺.
 
     Examples
     --------
     >>> in_range(np.array([0.5, 1.2, 3.0]), "leighton_acrivos").tolist()
     [True, False, False]
     """
-    if formula == "hall":  # no r⁺ suits both Hall and creeping flow
+    if formula == "hall":  # no r⁺ is in the range of both Hall's lift and creeping flow
         return np.zeros(np.shape(plus), bool)
     return np.asarray(plus) <= CREEPING
 
@@ -312,7 +312,7 @@ def _vibration(strength: Any, body: Body) -> Push:
     return Push(force, 0.0 * force, np.full(force.shape, -_weight_of(body)), np.ones(force.shape, bool))
 
 
-#: Every load by its name.
+#: All loads, by name.
 LOADS: dict[str, Load] = {
     "wall_shear": Load("shear flow along the wall", "critical_friction_velocity", _wall_shear, (1e-5, 1e4)),
     "tilt": Load("weight on a tilted wall", "critical_angle", _tilt, (0.0, np.pi)),
@@ -329,7 +329,7 @@ def _weight_of(body: Body) -> float:
 
 
 def _mass(radius: Any, density: float) -> Any:
-    """Return the mass whose weight under 1 m/s² is given in nN."""
+    """Return the mass in units in which an acceleration in m/s² gives a force in nN."""
     return 4 / 3 * np.pi * _radius(radius) ** 3 * density * factor("kg m-3 nm3 m s-2", "nN")
 
 
@@ -351,7 +351,7 @@ def _speed(value: Any) -> Any:
 
 
 def _at_least(number: Any, name: str, units: str, *, above: bool = False) -> Any:
-    """Refuse numbers below 0, or of 0 as well."""
+    """Raise for numbers below 0, with ``above`` also for 0."""
     least = np.min(number, initial=np.inf)
     if least < 0 or (above and least == 0):
         words = "positive numbers" if above else "numbers that are not negative"

@@ -1,4 +1,4 @@
-"""`resuspension`: how many particles are left after some time in a flow, from what roughxr computed of each place."""
+"""`resuspension`: how many particles remain after some time in a flow, from the computed adhesion of each place."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import xarray as xr
 
 from .. import schema
 from ..statistics import bootstrap
-from .balance import Body, Held, a_parameter, body_of, drive_ratios, for_each, held_of
+from .balance import Body, Held, body_of, drive_ratios, for_each, held_of, varied_dimension
 from .kinetics import survival
 from .loads import AIR_DENSITY, AIR_VISCOSITY, GRAVITY, LOADS
 
@@ -33,42 +33,42 @@ def resuspension(
     confidence: float = 0.95,
     resamples: int = 399,
 ) -> xr.Dataset:
-    """Return the fraction of particles left on the surface against friction velocity and time.
+    """Return the fraction of particles that remain on the surface over friction velocity and time.
 
-    Every place holds one particle. Its drive over resistance, the largest of rolling, sliding and lifting as in
-    `critical_load`, is the F/f_a of Rock'n'Roll; no law of adhesion is assumed.
+    Each place holds one particle. Its ratio of drive to resistance, the largest of rolling, sliding and lifting as in
+    `critical_load`, is taken as F/f_a of Rock'n'Roll; no law of adhesion is assumed.
 
     Parameters
     ----------
     ds : Dataset
-        Of `rolling`; or of `vary` over it: of a powder's sizes, weigh ``remaining`` with their shares.
+        Result of `rolling`, or of `vary` over it; for the sizes of a powder, weight ``remaining`` by their shares.
     friction_velocity : array_like or quantity
         m/s, ascending, not negative.
     time : array_like or quantity
         s, ascending.
     model : {"rock_n_roll", "static"}
-        The quasi-static model of Reeks & Hall, in which the force fluctuates as a normal one of rms 0.366 of its
-        mean; or a particle leaves at once where the mean force exceeds what holds it.
+        "rock_n_roll": the quasi-static model of Reeks & Hall, in which the force has normal fluctuations with an rms of
+        0.366 of its mean; "static": a particle leaves at once where the mean force exceeds the resistance.
     direction, particle_density, medium_density, viscosity, lift, friction_coefficient, shear_strength, gravity
-        As `critical_load`.
+        As for `critical_load`.
     confidence : float
-        Of the band of ``remaining``.
+        Confidence level of the band of ``remaining``.
     resamples : int
-        Of the block bootstrap over places.
+        Number of resamples of the block bootstrap over places.
 
     Returns
     -------
     Dataset
-        ``remaining`` along (friction_velocity, time) and what was varied, with ``remaining_low`` and
-        ``remaining_high`` where there are two places at least; ``remaining_here`` along (subregion, friction_velocity,
+        ``remaining`` along (friction_velocity, time) and whatever `vary` varied, with ``remaining_low`` and
+        ``remaining_high`` if there are at least two places; ``remaining_here`` along (subregion, friction_velocity,
         time), the probability at each place; ``in_range`` along friction_velocity, whether drag, torque and lift are
-        in their ranges, see `critical_load`. Places without contact are NaN and left out; the attribute ``places``
-        counts the others.
+        valid, see `critical_load`. Places without contact are NaN and left out of the mean; the attribute ``places`` is
+        the number of the others.
 
     Raises
     ------
     ValueError
-        As `critical_load`; or if speeds or times are negative or not ascending, or no place is in contact.
+        As for `critical_load`; or if speeds or times are negative or not ascending, or no place is in contact.
 
     References
     ----------
@@ -85,7 +85,7 @@ def resuspension(
     [1.0, 0.0]
     """
     schema.one_of(model, MODELS, "model")
-    if (name := a_parameter(ds)) is not None:
+    if (name := varied_dimension(ds)) is not None:
         given = {"time": time, "model": model, "direction": direction, "particle_density": particle_density}
         given |= {"medium_density": medium_density, "viscosity": viscosity, "lift": lift, "gravity": gravity}
         given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
@@ -117,7 +117,7 @@ def _not_negative(values: Any, units: str, name: str) -> np.ndarray:
 
 
 def _here(speed: np.ndarray, seconds: np.ndarray, body: Body, held: Held, model: str) -> np.ndarray:
-    """Return the probability (place, speed, time) that the particle at each place is still there."""
+    """Return the probability (place, speed, time) that the particle at each place remains."""
     push = LOADS["wall_shear"].push
     ratio = np.array([drive_ratios(push(np.array([u]), body), body, held).max(axis=0) for u in speed])
     left = survival(np.maximum(ratio, 0.0), speed, seconds, model, body.viscosity)
@@ -131,7 +131,7 @@ def _labelled(here: np.ndarray, ds: xr.Dataset, speed: np.ndarray, seconds: np.n
 
 
 def _with_band(out: xr.Dataset, places: int, confidence: float, resamples: int) -> xr.Dataset:
-    """Return the mean over places, and the ends of its interval where there are two at least."""
+    """Return the mean over places, with the ends of its interval if there are at least two."""
     out["remaining"] = out["remaining_here"].mean("subregion")
     if places < 2:
         return out

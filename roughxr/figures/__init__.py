@@ -7,21 +7,12 @@ when something is drawn.
 from .any_result import plot, plot_array
 from .budget_figure import budget_figures, cut_off, error_budget
 from .comparison import method_comparison
+from .contact_fields import contact_maps, contact_section, field_map, pressure_on_topography, topography_map
 from .detachment_figure import fraction_remaining, mode_map, moment_rose
 from .distributions import asperity_statistics, distribution
 from .fits import fitted_distribution
 from .forces import against_hertz, force_fan, force_ratio, mean_force, sweep
-from .maps import (
-    asperity_map,
-    contact_grid,
-    contact_maps,
-    contact_section,
-    field_map,
-    pressure_on_topography,
-    scan_map,
-    subregion_map,
-    topography_map,
-)
+from .maps import asperity_map, contact_grid, scan_map, subregion_map
 from .measured_figure import predicted_and_measured, quantile_quantile
 from .overview_figure import overview
 from .paper import paper_figures, run_figures

@@ -10,10 +10,11 @@ import xarray as xr
 
 from .. import schema
 from .budget_figure import cut_off, error_budget
+from .contact_fields import field_map
 from .detachment_figure import fraction_remaining, mode_map, moment_rose
 from .distributions import asperity_statistics, distribution, label_density
 from .forces import force_fan
-from .maps import field_map, scan_map, subregion_map
+from .maps import scan_map, subregion_map
 from .measured_figure import quantile_quantile
 from .sensitivity_figure import tornado
 from .style import axes, label_axis, stroke, styled
@@ -29,15 +30,15 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
     ----------
     ds : Dataset
     name : str, optional
-        A variable: a map along x and y, or samples along ``subregion`` or ``asperity``. By default the heights of a
-        scan, the statistics of asperities, the forces of a solution over displacement, or the pull-off forces; the bars
+        A variable: a map along x and y, or samples along ``subregion`` or ``asperity``. By default: the heights of a
+        scan, the statistics of asperities, the forces of a solution over displacement, the pull-off forces, the bars
         of an error budget or a sensitivity, the pull-off over the shortest wave, the rose of resisting moments, the
-        fraction remaining, and of `against` the quantiles.
+        fraction remaining, or the quantiles of `against`.
     ax : Axes or sequence of them, optional
         A new figure by default.
     **options
-        Of the figure that is drawn: `figures.scan_map`, `asperity_statistics`, `force_fan`, `distribution`,
-        `field_map`, and of a variable along subregions on request ``on="map"`` for `subregion_map`.
+        Options of the figure that is drawn: `figures.scan_map`, `asperity_statistics`, `force_fan`, `distribution`,
+        `field_map`. For a variable along subregions ``on="map"`` draws `subregion_map`.
 
     Returns
     -------
@@ -67,7 +68,7 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
 
 
 def _of_variable(ds: xr.Dataset, name: str) -> tuple[Any, Any]:
-    """Return the figure of a variable, and what it is to draw."""
+    """Return the figure of a variable, and its argument."""
     dims = set(ds[name].dims)
     if name == "height" and dims == {"x", "y"}:
         return scan_map, ds
@@ -85,7 +86,7 @@ def _of_variable(ds: xr.Dataset, name: str) -> tuple[Any, Any]:
 
 
 def _of_force(ds: xr.Dataset, dims: set) -> tuple[Any, Any] | None:
-    """Return the figure of forces over displacement; None of other forces."""
+    """Return the figure of forces over displacement; None for other forces."""
     if dims == {"subregion", "delta"}:
         return force_fan, ds
     if dims == {"delta"} and "subregion" in ds.coords:
@@ -94,7 +95,7 @@ def _of_force(ds: xr.Dataset, dims: set) -> tuple[Any, Any] | None:
 
 
 def _by_kind(ds: xr.Dataset) -> Any:
-    """Return the figure of what is no map, sweep or sample, such as an error budget; None of another result."""
+    """Return the figure of a result that is no map, sweep or sample, such as an error budget; None for others."""
     if "relative_error" in ds and "entry" in ds.dims:
         return error_budget
     if {"predicted_quantile", "measured_quantile"} <= set(ds.data_vars):
@@ -109,9 +110,9 @@ def _by_kind(ds: xr.Dataset) -> Any:
 
 
 def _main(ds: xr.Dataset) -> str:
-    """Return the variable that a Dataset is about."""
+    """Return the main variable of a Dataset."""
     first = next(iter(map(str, ds.data_vars)), "")
-    swept = "force" in ds and "delta" in ds["force"].dims  # it may tell its pull-off besides
+    swept = "force" in ds and "delta" in ds["force"].dims  # it may hold its pull-off as well
     names = ("pressure", "force", "height") if swept else ("pull_off_force", "pressure", "force", "height")
     return next((name for name in names if name in ds.data_vars), first)
 
@@ -124,7 +125,7 @@ def _samples(ds: xr.Dataset, *, name: str, ax: Any, on: str = "distribution", **
 
 @styled
 def plot_array(array: xr.DataArray, *, ax: Any = None, **options: Any) -> Any:
-    """Draw a density as steps between its bins' edges, a map with x to the right, and all else as xarray does.
+    """Draw a density as steps between its bins' edges, a map with x to the right, and anything else as xarray does.
 
     Parameters
     ----------
@@ -157,7 +158,7 @@ def plot_array(array: xr.DataArray, *, ax: Any = None, **options: Any) -> Any:
 
 
 def _density(array: xr.DataArray, ax: Any, **options: Any):
-    """Draw a density or a cumulative probability as what it is: steps where it has bins or samples, else a line."""
+    """Draw a density or a cumulative probability: as steps where it has bins or samples, else as a line."""
     (name,) = map(str, array.dims)
     look = {**stroke(0), **options}
     if "bin_edges" in array.attrs:

@@ -1,15 +1,15 @@
-"""How far the pull-off can be trusted: the error budget as bars, and the pull-off over the shortest wave there is."""
+"""The uncertainty of the pull-off: the error budget as bars, and the pull-off over the shortest wave."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from .sensitivity_figure import tornado
-from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, axes, label_axis, legend, styled
+from .style import BLACK, BLUE, COLUMN, GREY, ORANGE, SMALL, VERMILION, axes, label_axis, legend, styled, tidy
 
 #: The entry that does not count in the total.
 _APART = "shorter waves"
@@ -28,8 +28,8 @@ def error_budget(ds: xr.Dataset, *, ax: Any = None):
     Returns
     -------
     Axes
-        In the order of the budget from the top. What was not computed has no bar and says so; what the scan does not
-        show stands last, in another colour, for it is not in the total.
+        In the order of the budget from the top. An entry that was not computed has no bar and says so; the waves that
+        the scan does not show come last, in another colour, since they are not part of the total.
 
     Examples
     --------
@@ -73,7 +73,7 @@ def _bar(ax, row: int, value: float, color: str) -> None:
 
 @styled
 def cut_off(ds: xr.Dataset, *, ax: Any = None):
-    """Draw the pull-off over the shortest wave that the surface has: every place, and the mean with its scatter.
+    """Draw the pull-off over the shortest wave of the surface: every place, and the mean with its scatter.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def cut_off(ds: xr.Dataset, *, ax: Any = None):
 
 
 def _plain_ticks(ax, waves: np.ndarray) -> None:
-    """Mark the waves themselves: a logarithmic axis over a factor of four has hardly a tick of its own."""
+    """Put ticks at the waves themselves: a logarithmic axis over a factor of four has hardly a tick of its own."""
     from matplotlib.ticker import NullLocator
 
     ax.xaxis.set_minor_locator(NullLocator())
@@ -132,7 +132,7 @@ def _plain_ticks(ax, waves: np.ndarray) -> None:
 
 
 def budget_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]]:
-    """Yield the figures of a run's error budget, by name, as far as it holds one.
+    """Yield the figures of a run's error budget, by name, as far as the run holds one.
 
     Parameters
     ----------
@@ -150,14 +150,18 @@ def budget_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]
     >>> [name for name, _ in budget_figures({"statistics/error_budget": budget})]
     ['error-budget']
     """
-    from matplotlib.figure import Figure
-
-    from .style import COLUMN, tidy
-
     drawn = {"error_budget": error_budget, "sensitivity": tornado, "shorter_waves": cut_off}
     names = {"error_budget": "error-budget", "sensitivity": "sensitivity", "shorter_waves": "shortest-wave"}
     for group, draw in drawn.items():
         if f"statistics/{group}" in run:
-            figure = Figure(figsize=(COLUMN, 0.8 * COLUMN), layout="constrained")
-            draw(run[f"statistics/{group}"], ax=tidy(figure.subplots()))
-            yield names[group], figure
+            yield names[group], _on_its_own(draw, run[f"statistics/{group}"])
+
+
+@styled
+def _on_its_own(draw: Callable, ds: xr.Dataset):
+    """Return a new Figure that belongs to no pyplot window; its axes are made in the style, labels included."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(COLUMN, 0.8 * COLUMN), layout="constrained")
+    draw(ds, ax=tidy(figure.subplots()))
+    return figure

@@ -19,7 +19,7 @@ def method_comparison(ds: xr.Dataset, *, mark: float | None = None, ax: Any = No
     ds : Dataset
         From `statistics.compare`.
     mark : float, optional
-        A displacement (nm) to mark, such as the one at which they are said to part.
+        A displacement (nm) to mark, for example the one from which they are said to differ.
     ax : Axes, optional
 
     Returns

@@ -1,4 +1,4 @@
-"""Coming off in a picture: the moments that places resist by direction, and the fraction of particles that stay."""
+"""Figures of detachment: the resisting moments of places by direction, and the fraction of particles that remain."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from .maps import draw_places
 from .rose import polar
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, axes, label_axes, legend, stroke, styled
 
-#: Colours of what goes first; light where nothing does.
+#: Colours of the modes; light where there is none.
 _MODES = dict(zip((*MODES, NEITHER, NO_CONTACT), (BLUE, ORANGE, GREEN, "#f2f2f2", "#c8c8c8")))
 
-#: Places up to which each is marked by its mode's first letter, for print in grey.
+#: Largest number of places at which each is marked by its mode's first letter, for print in grey.
 _LETTERED = 150
 
 
@@ -27,19 +27,19 @@ def moment_rose(ds: xr.Dataset, *, ax: Any = None):
     Parameters
     ----------
     ds : Dataset
-        Of `rolling`.
+        Result of `rolling`.
     ax : polar Axes, optional
 
     Returns
     -------
     Axes
-        The dashed circle is the median of all places and directions; where a median is below zero the place rolls off
-        by itself, and the line goes through the middle.
+        The dashed circle is the median of all places and directions. Where a median is negative, the place rolls off
+        by itself, and the line passes through the centre.
 
     Raises
     ------
     ValueError
-        If it holds no resisting moments of places in contact, or the axes given are not polar.
+        If ``ds`` holds no resisting moments of places in contact, or the axes given are not polar.
 
     Examples
     --------
@@ -80,7 +80,7 @@ def mode_map(ds: xr.Dataset, *, ax: Any = None):
     Parameters
     ----------
     ds : Dataset
-        Of `critical_load`, of one load.
+        Result of `critical_load`, for one load.
     ax : Axes, optional
 
     Returns
@@ -92,7 +92,7 @@ def mode_map(ds: xr.Dataset, *, ax: Any = None):
     Raises
     ------
     ValueError
-        If it holds no modes along ``subregion`` alone.
+        If ``ds`` holds no modes along ``subregion`` alone.
 
     Examples
     --------
@@ -131,20 +131,20 @@ def fraction_remaining(ds: xr.Dataset, *, measured: dict[str, tuple[Any, Any]] |
     Parameters
     ----------
     ds : Dataset
-        Of `resuspension`.
+        Result of `resuspension`.
     measured : dict of str to (array, array), optional
-        Friction velocities (m/s) and fractions of measurements, by the words of the legend.
+        Measured friction velocities (m/s) and fractions, by their labels in the legend.
     ax : Axes, optional
 
     Returns
     -------
     Axes
-        Dotted where drag, torque and lift are outside their ranges.
+        Dotted where drag, torque and lift are not valid.
 
     Raises
     ------
     ValueError
-        If it holds no fractions remaining along friction_velocity and time.
+        If ``ds`` holds no fractions remaining along friction_velocity and time.
 
     Examples
     --------
@@ -178,7 +178,7 @@ def fraction_remaining(ds: xr.Dataset, *, measured: dict[str, tuple[Any, Any]] |
 
 
 def _beside(flags: np.ndarray) -> np.ndarray:
-    """Return the flags, raised at their neighbours too, so that lines of both kinds meet."""
+    """Return the flags, set at their neighbours too, so that lines of both kinds meet."""
     out = flags.copy()
     out[:-1] |= flags[1:]
     return out

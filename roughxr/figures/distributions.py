@@ -24,7 +24,7 @@ from .style import (
     superscripts,
 )
 
-#: Bins at most: rules for their width fail where most samples are alike and a few are far off.
+#: Largest number of bins: rules for their width fail where most samples are similar and a few are far off.
 _MOST_BINS = 48
 
 
@@ -50,17 +50,17 @@ def distribution(
         A variable along ``subregion`` or ``asperity`` alone: select one displacement first.
     ax : Axes, optional
     label : str, optional
-        What the legend says.
+        Label in the legend.
     bins : int, str or array
-        As `statistics.pdf` takes them; no more than 48 by a rule.
+        As for `statistics.pdf`; at most 48 by a rule.
     kde : bool
         Draw a Gaussian kernel estimate within the range of the samples.
     rug : bool
-        Draw a tick for each sample, which shows the few far off.
+        Draw a tick for each sample, which shows the few that are far off.
     order : int
-        Which of the figure's strokes to draw in, where several distributions share the Axes.
+        Index of the line style, where several distributions share the Axes.
     interval : float, optional
-        Confidence of the mean's interval, by block bootstrap, drawn at the top; None for none.
+        Confidence level of the mean's interval, by block bootstrap, drawn at the top; None for no interval.
 
     Returns
     -------
@@ -112,18 +112,18 @@ def mean_interval(ax, ds: xr.Dataset, name: str, color: str, *, order: int = 0, 
 
 @styled
 def asperity_statistics(catalogue: xr.Dataset, *, ax: Any = None) -> np.ndarray:
-    """Draw what a surface's asperities are like: heights, ln(B/A), axis ratio and orientation.
+    """Draw the statistics of a surface's asperities: heights, ln(B/A), axis ratio and orientation.
 
     Parameters
     ----------
     catalogue : Dataset
-        The asperities of a scan. Saddles have no contact ellipse and appear among the heights only.
+        The asperities of a scan. Saddles have no contact ellipse and are included in the heights only.
     ax : sequence of four Axes, optional
 
     Returns
     -------
     array of four Axes
-        Heights on a logarithmic density, so that a few debris particles show beside thousands of peaks. B/A
+        Heights on a logarithmic density, so that a few debris particles are visible beside thousands of peaks. B/A
         (the ratio of the principal curvatures) and b/a have unit 1.
 
     Examples
@@ -181,7 +181,7 @@ def _orientation(ax, peaks: xr.Dataset):
 
 
 def _plain_density(ax, ds: xr.Dataset, name: str, words: str, bins: Any = "auto"):
-    """Draw the density of a number of unit 1, on an axis in these words."""
+    """Draw the density of a dimensionless variable, with a given label."""
     values = ds[name].values
     density = statistics.pdf(ds, name, bins=bin_edges(values[np.isfinite(values)], bins))
     look = stroke(0)
@@ -193,7 +193,7 @@ def _plain_density(ax, ds: xr.Dataset, name: str, words: str, bins: Any = "auto"
 
 
 def bin_edges(values: np.ndarray, bins: Any) -> Any:
-    """Return the edges that a rule finds, no more than a figure can show; anything but a rule as it is."""
+    """Return the edges that a rule finds, limited to what a figure can show; edges that are given are unchanged."""
     if not isinstance(bins, str):
         return bins
     edges = np.histogram_bin_edges(values, bins=bins)
@@ -207,9 +207,9 @@ def bin_edges(values: np.ndarray, bins: Any) -> Any:
 
 
 def _step(values: np.ndarray) -> float | None:
-    """Return the step that quantised values are counted in, None where they are not.
+    """Return the step of quantised values, None for values that are not quantised.
 
-    Bins that hold now two levels and now three make a comb of a smooth distribution.
+    Bins that contain sometimes two levels and sometimes three turn a smooth distribution into a comb.
 
     Examples
     --------
@@ -235,7 +235,7 @@ def _rug(ax, values: np.ndarray, color: str, order: int):
 
 
 def label_density(ax, name: str):
-    """Label the variable below and, in its inverse, the density at the left."""
+    """Label the variable on the horizontal axis, and the density, in its inverse, on the vertical one."""
     unit = label_axis(ax.xaxis, name)
     inverse = Unit("1" if unit.text == "1" else f"{unit.text}-1", 1 / unit.size)
     ax.yaxis.set_major_formatter(inverse.formatter())

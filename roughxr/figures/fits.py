@@ -1,4 +1,4 @@
-"""A distribution with the laws that were fitted to it, and how sure each bar is."""
+"""A distribution with the laws fitted to it, and the interval of each bar."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ def fitted_distribution(
     name : str
         A variable along ``subregion`` or ``asperity`` alone.
     laws : sequence of str or Dataset
-        Laws to fit, or what `statistics.fit` found.
+        Laws to fit, or a result of `statistics.fit`.
     bins : int, str or array
-        As `statistics.pdf` takes them.
+        As for `statistics.pdf`.
     confidence : float
-        Of the intervals, by block bootstrap.
+        Confidence level of the intervals, by block bootstrap.
     ax : Axes, optional
 
     Returns
@@ -67,7 +67,7 @@ def fitted_distribution(
 
 
 def _curves(ax, fits: xr.Dataset, points: np.ndarray, highest: float):
-    """Draw the laws in the order of their AIC, said in the legend by how much each is worse than the best."""
+    """Draw the laws in the order of their AIC; the legend gives the difference of each from the best."""
     ranked = fits.dropna("law", subset=["aic"]).sortby("aic")
     for order, law in enumerate(ranked["law"].values):
         worse = float(ranked["aic_difference"].sel(law=law))
@@ -75,5 +75,5 @@ def _curves(ax, fits: xr.Dataset, points: np.ndarray, highest: float):
         words += f" (ΔAIC {worse:.1f})" if order else ""
         at = points[1:] if not statistics.LAWS[str(law)].positive else points[points > 0]
         curve = statistics.law_density(ranked, str(law), at)
-        shown = np.where(curve > 1.5 * highest, np.nan, curve)  # a Weibull of shape < 1 has no end at zero
+        shown = np.where(curve > 1.5 * highest, np.nan, curve)  # a Weibull law of shape < 1 diverges at zero
         ax.plot(at, shown, label=words, **stroke(order))

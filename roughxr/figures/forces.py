@@ -23,7 +23,7 @@ def force_fan(
     interval: float | None = 0.95,
     force_limits: tuple[float, float] | None = None,
 ):
-    """Draw the sweep of every subregion, their median, and bands that hold most of them.
+    """Draw the sweep of every subregion, their median, and bands that contain most of them.
 
     Parameters
     ----------
@@ -31,15 +31,15 @@ def force_fan(
         A solution.
     ax : Axes, optional
     quantiles : (float, float)
-        Lower ends of the outer and the inner band; their upper ends lie as far from 1.
+        Lower ends of the outer and the inner band; their upper ends are as far from 1.
     lines : bool
         Draw each subregion.
     interval : float, optional
-        Confidence of the median's interval, by block bootstrap; None for none.
+        Confidence level of the median's interval, by block bootstrap; None for no interval.
     force_limits : (float, float), optional
-        Ends of the force axis, nN: pull-off is small beside the push of deep contact. The
-        displacements are then cut to where something touches and not every place exceeds these ends. By default
-        all is shown, and where the pull would not be seen, forces beyond it are on a logarithmic scale.
+        Ends of the force axis, nN: pull-off is small compared with the push of deep contact. The
+        displacements are then limited to those at which something touches and not every place exceeds these ends. By
+        default all forces are shown, and where the pull would be invisible, those beyond it on a logarithmic scale.
 
     Returns
     -------
@@ -88,12 +88,12 @@ def force_fan(
     return legend(label_axes(ax, "delta", "force"), loc="upper left", **ground)
 
 
-#: A pull below this part of the axis is a wrinkle of the line.
+#: A pull that is a smaller part of the axis is not visible.
 _SEEN = 0.05
 
 
 def _pull_unseen(force: xr.DataArray) -> float:
-    """Return the median place's pull-off force (nN) where it is too small to be seen beside the push, else 0."""
+    """Return the median place's pull-off force (nN) where it is too small to be visible beside the push, else 0."""
     pull = float(-force.min("delta").median())
     return pull if 0 < pull < _SEEN * float(force.max()) else 0.0
 
@@ -112,14 +112,14 @@ def mean_force(
     Parameters
     ----------
     solutions : Dataset or mapping of str to Dataset
-        What the legend says, and the solution.
+        Solutions by their labels in the legend.
     ax : Axes, optional
     where : DataArray or array of bool, optional
-        Which subregions are counted; all by default. A solution of a single subregion is always counted.
+        Mask of the subregions to use; all by default. A solution with a single subregion is always used.
     band : float, optional
         Lower quantile of a band over subregions around each mean; None for no band.
     interval : float, optional
-        Confidence of the mean's interval, by block bootstrap, drawn as bars; None for none.
+        Confidence level of the mean's interval, by block bootstrap, drawn as bars; None for no interval.
 
     Returns
     -------
@@ -159,12 +159,12 @@ def mean_force(
     return legend(label_axes(ax, "delta", "force"), loc="upper left")
 
 
-#: Displacements at most at which an interval is drawn: more would hide the line.
+#: Largest number of displacements with an interval: more would hide the line.
 _MOST_BARS = 20
 
 
 def _error_bars(ax, ds: xr.Dataset, statistic: str, confidence: float, color: str, label: str | None = None):
-    """Draw intervals of a statistic of the force at some displacements, where there are places enough."""
+    """Draw intervals of a statistic of the force at some displacements, where there are enough places."""
     if ds.sizes["subregion"] < 2:
         return
     some = ds.isel(delta=slice(None, None, -(-ds.sizes["delta"] // _MOST_BARS)))
@@ -192,11 +192,11 @@ def force_ratio(
         Solutions; the reference is interpolated.
     ax : Axes, optional
     where : DataArray or array of bool, optional
-        Which subregions are counted, as for `mean_force`.
+        Mask of the subregions to use, as for `mean_force`.
     words : str
-        What stands on the axis; the ratio has unit 1.
+        Label of the axis; the ratio has unit 1.
     order : int
-        Which of the figure's strokes to draw in.
+        Index of the line style.
 
     Returns
     -------
@@ -228,7 +228,7 @@ def mean_ratio(ds: xr.Dataset, reference: xr.Dataset, *, where: Any = None) -> x
         Solutions without adhesion. Between its displacements the reference is interpolated as force^(2/3),
         which for Hertz is a straight line.
     where : DataArray or array of bool, optional
-        Which subregions are counted, as for `mean_force`.
+        Mask of the subregions to use, as for `mean_force`.
 
     Returns
     -------
@@ -260,7 +260,7 @@ def sweep(
     Parameters
     ----------
     solutions : mapping of str to Dataset
-        What the legend says, and the solution.
+        Solutions by their labels in the legend.
     subregion : int
         Number along ``subregion``.
     smooth : bool
@@ -268,7 +268,7 @@ def sweep(
         work of adhesion.
     ax : Axes, optional
     force_limits : (float, float), optional
-        Ends of the force axis, nN: pull-off is small beside the push of deep contact.
+        Ends of the force axis, nN: pull-off is small compared with the push of deep contact.
 
     Returns
     -------
@@ -310,7 +310,7 @@ def sweep(
 
 
 def _within(ax, solutions: Mapping[str, xr.Dataset], subregion: int, highest: float):
-    """End the displacements where every one of the curves has left the figure."""
+    """Limit the displacements to those at which at least one of the curves is within the figure."""
     ends = []
     for ds in solutions.values():
         force = ds["force"].sel(subregion=subregion)
@@ -337,11 +337,11 @@ def against_hertz(ds: xr.Dataset, *, ax: Any = None) -> np.ndarray:
     Raises
     ------
     ValueError
-        If it is no solution, or no pair was assigned.
+        If it is no solution, or no pair is assigned.
 
     Examples
     --------
-    Hertz's own force, half of it too much:
+    Hertz's own force, increased by half:
 
     >>> from matplotlib.figure import Figure
     >>> pair, delta = {"sphere_radius": 500.0, "contact_modulus": 40.0}, np.array([1.0, 2.0])
@@ -384,7 +384,7 @@ def hertz_error(ds: xr.Dataset) -> np.ndarray:
 
 
 def jkr_sphere(ds: xr.Dataset, delta: np.ndarray) -> np.ndarray:
-    """Return the stable JKR force (nN) of the pair on ``ds`` against a flat; 0 where it has let go.
+    """Return the stable JKR force (nN) of the pair on ``ds`` against a flat; 0 beyond the end of the branch.
 
     Examples
     --------
@@ -400,12 +400,12 @@ def jkr_sphere(ds: xr.Dataset, delta: np.ndarray) -> np.ndarray:
 
 
 def _sweep(ds: xr.Dataset) -> xr.Dataset:
-    """Return a solution whose forces lie along subregions and displacements alone, or say how to come to one.
+    """Return a solution whose forces lie along subregions and displacements alone; raise for others, with advice.
 
     Raises
     ------
     ValueError
-        If it is a cycle with both its branches, one that kept its events alone, or varied over parameters.
+        If it is a cycle with both branches, one with events only, or has further dimensions.
     """
     if isinstance(ds, xr.Dataset) and "force" not in ds and "pull_off_force" in ds:
         raise ValueError(

@@ -1,4 +1,4 @@
-"""Maps: a scan, what was found on it, where the sphere lands, and what happens there."""
+"""Maps of a scan: its heights, its asperities, the contact centres on it, and one value at each of them."""
 
 from __future__ import annotations
 
@@ -8,28 +8,14 @@ import numpy as np
 import xarray as xr
 
 from .. import regions, schema
+from .images import COLOURS, colorbar, colour_map, image
 from .style import (
     BLACK,
-    BLUE,
-    GREY,
     ORANGE,
-    SMALL,
-    TEXT,
     axes,
-    display_unit,
-    fold_labels,
-    in_words,
     label_axes,
-    label_axis,
-    legend,
-    panels,
-    round_ticks,
     styled,
-    tidy,
 )
-
-#: Colour map of each field: dark to light, or light to dark, so that grey print keeps the order.
-COLOURS = {"height": "mako", "pressure": "rocket_r", "displacement": "crest", "gap": "mako_r"}
 
 
 @styled
@@ -53,7 +39,7 @@ def scan_map(
     cmap : str
         Name of a colour map of matplotlib or seaborn.
     robust : bool
-        Let the colours span the middle 99 % of the heights.
+        Let the colour scale cover the middle 99 % of the heights.
     limits : (float, float), optional
         Heights (nm) at the ends of the colours.
     colorbar : bool
@@ -75,7 +61,7 @@ def scan_map(
     ax = axes(ax, aspect=0.85)
     if robust and limits is None:
         limits = np.nanquantile(ds["height"].values, (0.005, 0.995))
-    _image(ax, ds["height"], regions.extent(ds), "height", cmap, limits=limits, colorbar=colorbar)
+    image(ax, ds["height"], regions.extent(ds), "height", cmap, limits=limits, bar=colorbar)
     return label_axes(ax, "x", "y")
 
 
@@ -91,7 +77,7 @@ def contact_grid(ds: xr.Dataset, subregions: Any = None, *, ax: Any = None, high
         Contact centres, see `regions.centres`.
     ax : Axes, optional
     highlight : array of bool, optional
-        One for each centre: those to be framed by their tile, or ringed where they lie on no grid.
+        Mask of centres to be framed by their tile, or ringed where they are not on a grid.
     **options
         As for `scan_map`.
 
@@ -177,7 +163,7 @@ def asperity_map(
 
 @styled
 def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Any = None, cmap: str = "rocket_r"):
-    """Draw one value for each contact centre, such as the pull-off force, where it was found.
+    """Draw one value for each contact centre, such as the pull-off force, at its place on the scan.
 
     Parameters
     ----------
@@ -210,8 +196,8 @@ def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Any = Non
     if name not in ds or ds[name].dims != ("subregion",):
         raise ValueError(f"{name}: expected a variable along 'subregion' alone; select one displacement first")
     ax = axes(ax, aspect=0.85)
-    drawn = draw_places(ax, ds, ds[name].values, cmap=_cmap(cmap))
-    _colorbar(ax, drawn, name)
+    drawn = draw_places(ax, ds, ds[name].values, cmap=colour_map(cmap))
+    colorbar(ax, drawn, name)
     return label_axes(ax, "subregion_x", "subregion_y")
 
 
@@ -231,7 +217,7 @@ def draw_places(ax, ds: xr.Dataset, values: np.ndarray, **colours: Any):
     Returns
     -------
     matplotlib artist
-        What a colour bar is made of.
+        The artist that a colour bar can be made for.
     """
     x, y = ds["subregion_x"].values, ds["subregion_y"].values
     grid = _grid(x, y)
@@ -245,356 +231,6 @@ def draw_places(ax, ds: xr.Dataset, values: np.ndarray, **colours: Any):
         ax.set_facecolor("#dddddd")
     ax.set_aspect("equal")
     return drawn
-
-
-@styled
-def field_map(
-    ds: xr.Dataset,
-    name: str = "pressure",
-    *,
-    subregion: int = 0,
-    delta: float | None = None,
-    ax: Any = None,
-    cmap: str | None = None,
-    location: str = "right",
-):
-    """Draw pressure, displacement or gap of one contact, with the outline of the contact.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A direct solution that kept its fields.
-    name : {"pressure", "displacement", "gap"}
-    subregion : int
-        Number along ``subregion``.
-    delta : float, optional
-        The nearest displacement (nm) is taken; the largest by default.
-    ax : Axes, optional
-    cmap : str, optional
-    location : {"right", "top"}
-        Of the colour bar.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    ValueError
-        If the solution kept no fields.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
-    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
-    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
-    >>> field_map(ds, "gap", ax=Figure().subplots()).get_xlabel()
-    'x from the contact centre [nm]'
-    """
-    one = _contact(ds, subregion, delta)
-    ax = axes(ax, aspect=0.85)
-    values = one[name].where(one["pressure"] > 0) if name == "pressure" else one[name]
-    if not bool((one["pressure"] > 0).any()) and name in ("pressure", "displacement"):
-        return _nothing_touches(ax, one)
-    _image(ax, values, regions.extent(one), name, cmap or COLOURS[name], location=location)
-    _outline(ax, one)
-    return _centred(ax, one)
-
-
-def _nothing_touches(ax, one: xr.Dataset):
-    """Say so on an empty map: a colour bar would show pressures, or displacements, that nothing has."""
-    _centred(ax, one)
-    ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
-    return ax
-
-
-@styled
-def topography_map(
-    ds: xr.Dataset,
-    scan: xr.Dataset,
-    *,
-    subregion: int = 0,
-    delta: float | None = None,
-    ax: Any = None,
-    location: str = "right",
-):
-    """Draw the undeformed heights below one contact, with the outline of the contact.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A direct solution that kept its fields.
-    scan : Dataset
-        The scan it was found on.
-    subregion, delta, ax, location
-        As for `field_map`.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    ValueError
-        If the solution kept no fields.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
-    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
-    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
-    >>> topography_map(ds, scan, ax=Figure().subplots()).get_xlabel()
-    'x from the contact centre [nm]'
-    """
-    one = _contact(ds, subregion, delta)
-    ax = axes(ax, aspect=0.85)
-    _image(ax, _heights(one, scan), regions.extent(one), "height", COLOURS["height"], location=location)
-    _outline(ax, one, color="white")
-    return _centred(ax, one)
-
-
-@styled
-def pressure_on_topography(
-    ds: xr.Dataset,
-    scan: xr.Dataset,
-    *,
-    subregion: int = 0,
-    delta: float | None = None,
-    ax: Any = None,
-):
-    """Draw the pressure of one contact over the undeformed heights in grey, with the outline of the contact.
-
-    Cells that have yielded are ringed.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A direct solution that kept its fields.
-    scan : Dataset
-        The scan it was found on.
-    subregion, delta, ax
-        As for `field_map`.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    ValueError
-        If the solution kept no fields.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
-    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
-    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
-    >>> len(pressure_on_topography(ds, scan, ax=Figure().subplots()).images)  # heights, and the pressure over them
-    2
-    """
-    one = _contact(ds, subregion, delta)
-    ax = axes(ax, aspect=0.85)
-    extent = regions.extent(one)
-    _image(ax, _heights(one, scan), extent, "height", "gray", colorbar=False)
-    _image(ax, one["pressure"].where(one["pressure"] > 0), extent, "pressure", COLOURS["pressure"])
-    _outline(ax, one)
-    if "residual_height" in one:
-        _ring(ax, one, one["residual_height"].values < 0, BLUE)
-    return _centred(ax, one)
-
-
-@styled
-def contact_section(
-    ds: xr.Dataset, scan: xr.Dataset, *, subregion: int = 0, delta: float | None = None, ax: Any = None
-):
-    """Draw a section along x through the highest pressure: surface before and in contact, and the indenter.
-
-    The deformation of both bodies is drawn on the surface, the indenter keeps its shape; where they touch is
-    black.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A direct solution that kept its fields.
-    scan : Dataset
-        The scan it was found on.
-    subregion, delta, ax
-        As for `field_map`.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    ValueError
-        If the solution kept no fields.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
-    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
-    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
-    >>> ax = contact_section(ds, scan, ax=Figure().subplots())
-    >>> [line.get_label() for line in ax.lines[:3]]
-    ['before', 'indenter', 'in contact']
-    """
-    one = _contact(ds, subregion, delta)
-    one = one.assign(height=_heights(one, scan))
-    column = int(one["pressure"].fillna(0).max("x").argmax("y"))
-    line = one.isel(y=column)
-    line = line.sel(x=slice(-_view(one), _view(one)))
-    deformed = line["height"] - line["displacement"] + line.get("residual_height", 0.0)
-    touching = line["pressure"] > 0
-    ax = axes(ax)
-    ax.plot(line["x"], line["height"], color=GREY, linewidth=0.8, label="before")
-    ax.plot(line["x"], deformed + line["gap"], color=ORANGE, linestyle=(0, (4, 1.5)), label="indenter")
-    ax.plot(line["x"], deformed, color=BLUE, linewidth=1.0, label="in contact")
-    ax.plot(line["x"], deformed.where(touching), color=BLACK, linewidth=2, marker="s", markersize=2)
-    low, high = float(deformed.min()), float(line["height"].max())
-    ax.set_ylim(low - 0.05 * (high - low), high + 0.85 * (high - low))
-    ax.set_xlim(-_view(one), _view(one))
-    label_axis(ax.yaxis, "height")
-    label_axis(ax.xaxis, "indenter_x")
-    return legend(ax, loc="upper center", handlelength=1.5, borderaxespad=0)
-
-
-@styled
-def contact_maps(
-    ds: xr.Dataset, scan: xr.Dataset, *, subregion: int = 0, delta: float | None = None, ax: Any = None
-) -> np.ndarray:
-    """Draw one contact: topography, pressure, displacement, each with the contact's outline, and a section.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A direct solution that kept its fields.
-    scan : Dataset
-        The scan it was found on.
-    subregion, delta
-        As for `field_map`.
-    ax : sequence of four Axes, optional
-
-    Returns
-    -------
-    array of four Axes
-
-    Raises
-    ------
-    ValueError
-        If the solution kept no fields.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
-    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
-    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
-    >>> contact_maps(ds, scan, ax=Figure().subplots(2, 2).ravel()).size
-    4
-    """
-    made = panels(ax, 2, 2, aspect=1.14)
-    which = {"subregion": subregion, "delta": delta}
-    topography_map(ds, scan, ax=made[0], location="top", **which)
-    field_map(ds, "pressure", ax=made[1], location="top", **which)
-    field_map(ds, "displacement", ax=made[2], location="top", **which)
-    contact_section(ds, scan, ax=made[3], **which)
-    for one in made:
-        fold_labels(one, 24, 40)
-    return made
-
-
-def _contact(ds: xr.Dataset, subregion: int, delta: float | None) -> xr.Dataset:
-    """Return one contact's fields along (x, y)."""
-    missing = [name for name in ("pressure", "displacement", "gap") if name not in ds]
-    if missing:
-        raise ValueError(f"expected a solution with {', '.join(missing)}; solve again with direct(…, fields=True)")
-    one = ds.sel(subregion=subregion) if "subregion" in ds.dims else ds
-    if "delta" in one.dims:
-        one = one.isel(delta=-1) if delta is None else one.sel(delta=delta, method="nearest")
-    elif "load" in one.dims:
-        one = one.isel(load=-1)
-    return one.transpose("x", "y", ...)
-
-
-def _heights(one: xr.Dataset, scan: xr.Dataset) -> xr.DataArray:
-    """Return the scan's heights on the pixels of a contact's fields, NaN beyond the scan."""
-    at = {}
-    for axis in ("x", "y"):
-        offset = float(one[f"subpixel_{axis}"]) if f"subpixel_{axis}" in one else 0.0
-        at[axis] = one[axis].values + float(one[f"subregion_{axis}"]) + offset
-    found = scan["height"].reindex(at, method="nearest", tolerance=0.51 * max(schema.pixel(scan)))
-    return found.transpose("x", "y").assign_coords(x=one["x"], y=one["y"])
-
-
-def _image(ax, values, extent, name: str, cmap: str, *, limits=None, colorbar=True, location="right"):
-    low, high = (None, None) if limits is None else limits
-    style = {"vmin": low, "vmax": high, "cmap": _cmap(cmap), "origin": "lower", "aspect": "equal"}
-    image = ax.imshow(np.asarray(values, dtype=float).T, extent=extent, **style)
-    if colorbar:
-        _colorbar(ax, image, name, location, extend="neither" if limits is None else _beyond(values, *limits))
-
-
-def _beyond(values, low: float, high: float) -> str:
-    """Return at which ends of a colour bar there are values beyond."""
-    below, above = float(np.nanmin(values)) < low, float(np.nanmax(values)) > high
-    return {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")
-
-
-def _colorbar(ax, drawn, name: str, location: str = "right", extend: str = "neither"):
-    unit = display_unit(schema.VARIABLES[name].units, float(np.abs(drawn.get_clim()).max()))
-    beside = ax.inset_axes([1.03, 0, 0.045, 1] if location == "right" else [0, 1.03, 1, 0.045])
-    style = {"location": location, "format": unit.formatter(), "extend": extend}
-    bar = ax.figure.colorbar(drawn, cax=beside, **style)
-    bar.set_label(in_words(name, unit), fontsize=SMALL if location == "top" else TEXT)
-    bar.outline.set_linewidth(0.4)
-    round_ticks(bar.ax.xaxis if location == "top" else bar.ax.yaxis)
-    tidy(bar.ax)
-
-
-def _cmap(name: str):
-    """Return a colour map by name; seaborn's are known once it is imported."""
-    import matplotlib
-    import seaborn  # noqa: F401
-
-    return matplotlib.colormaps[name]
-
-
-def _outline(ax, one: xr.Dataset, color: str = BLACK):
-    """Draw the edge of the contact."""
-    _ring(ax, one, one["pressure"].values > 0, color)
-
-
-def _ring(ax, one: xr.Dataset, cells: np.ndarray, color: str):
-    """Draw a line around some cells."""
-    inside = cells.astype(float)
-    if inside.any() and not inside.all():
-        ax.contour(one["x"].values, one["y"].values, inside.T, [0.5], colors=[color], linewidths=0.5)
-
-
-def _view(one: xr.Dataset) -> float:
-    """Return the half-width (nm) of what is shown of a contact: half as far again as it reaches, if that is there."""
-    inside = one["pressure"] > 0
-    whole = float(max(np.abs(regions.extent(one))))
-    reach = max(float(np.abs(one[axis]).where(inside).max()) for axis in ("x", "y"))
-    return min(1.5 * reach, whole) if reach > 0 else whole
-
-
-def _centred(ax, one: xr.Dataset):
-    """Show the contact and its surroundings, on axes counted from its centre, with few ticks."""
-    view = _view(one)
-    ax.set(xlim=(-view, view), ylim=(-view, view))
-    ax.locator_params(nbins=4)
-    return label_axes(ax, "indenter_x", "indenter_y")
 
 
 def _ellipses(ax, catalogue: xr.Dataset, depth: float):
@@ -613,7 +249,7 @@ def _ellipses(ax, catalogue: xr.Dataset, depth: float):
 
 
 def _grid(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return the columns and rows of the grid that centres lie on, or None."""
+    """Return the columns and rows of the grid on which the centres lie, None if they do not lie on one."""
     columns, rows = np.unique(x), np.unique(y)
     full = columns.size * rows.size == x.size and np.unique(np.c_[x, y], axis=0).shape[0] == x.size
     return (columns, rows) if full else None
@@ -626,7 +262,7 @@ def _edges(middle: np.ndarray) -> np.ndarray:
 
 
 def _frames(ax, x: np.ndarray, y: np.ndarray, chosen: np.ndarray):
-    """Frame the tiles of some centres, so that what lies on them is seen; ring centres that lie on no grid."""
+    """Frame the tiles of some centres without covering what is on them; ring centres that are not on a grid."""
     from matplotlib.patches import Rectangle
 
     grid = _grid(x, y)

@@ -1,4 +1,4 @@
-"""Predicted beside measured pull-offs: their quantiles against one another, and both distributions."""
+"""Predicted beside measured pull-offs: quantiles against quantiles, and both distributions."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def quantile_quantile(ds: xr.Dataset, *, ax: Any = None):
     Returns
     -------
     Axes
-        Quantiles of 1 to 99 %, those of 5, 50 and 95 % filled, the line of the ratio of the means dashed where it is
-        known.
+        Quantiles of 1 to 99 %, those of 5, 50 and 95 % filled; the ratio of the means, where it is known, as a dashed
+        line.
 
     Examples
     --------
@@ -59,14 +59,14 @@ def quantile_quantile(ds: xr.Dataset, *, ax: Any = None):
 
 @styled
 def predicted_and_measured(predicted: xr.Dataset, measured: xr.Dataset, *, found: Any = None, ax: Any = None):
-    """Draw both distributions, and their quantiles against one another.
+    """Draw both distributions, and their quantiles against each other.
 
     Parameters
     ----------
     predicted, measured : Dataset
         With ``pull_off_force`` along ``subregion``.
     found : Dataset, optional
-        What `against` says of them; computed otherwise.
+        Result of `against` for them; computed if it is not given.
     ax : sequence of two Axes, optional
 
     Returns

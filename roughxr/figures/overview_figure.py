@@ -1,4 +1,4 @@
-"""A run in one picture: the scan, one contact on it, and how hard the sphere sticks over all places."""
+"""A run in one figure: the scan, one contact on it, and the pull-off forces over all places."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from collections.abc import Mapping
 
 import xarray as xr
 
+from .contact_fields import field_map
 from .distributions import distribution
-from .maps import contact_grid, field_map
+from .maps import contact_grid
 from .style import PAGE, TITLE, styled
 
-#: Methods drawn, and what they are called.
+#: The methods that are drawn, and their labels.
 _SHOWN = {"adhesive": "direct simulation with adhesion", "energy": "superposed, least energy"}
 
 
@@ -22,7 +23,7 @@ def overview(run: Mapping[str, xr.Dataset]):
     ----------
     run : mapping of str to Dataset
         The groups of a run: "scan", "solutions/direct", "solutions/contact" and "statistics/energy", and
-        "statistics/adhesive" where it has one.
+        "statistics/adhesive" if the run has it.
 
     Returns
     -------
@@ -57,7 +58,7 @@ def overview(run: Mapping[str, xr.Dataset]):
 
 
 def _pull_offs(found: Mapping[str, xr.Dataset], ax) -> None:
-    """Draw the distributions of those of which two places pull at least, or say how few do."""
+    """Draw the distributions with at least two places that pull, or write how few there are."""
     counts = {label: int(ds["pull_off_force"].notnull().sum()) for label, ds in found.items()}
     for order, (label, ds) in enumerate(found.items()):
         if counts[label] > 1:

@@ -1,4 +1,4 @@
-"""The figures of Cheng, Dunn & Brach (2–16) from one run: theirs with the printed numbers, and for any other scan.
+"""The figures of Cheng, Dunn & Brach (2–16) from one run: the paper's own with its numbers, or those of any other scan.
 
 A run is a mapping of group names, such as "solutions/direct", to Datasets.
 """
@@ -13,28 +13,29 @@ import xarray as xr
 
 from .. import regions
 from ..statistics import debris
+from .contact_fields import contact_maps
 from .distributions import asperity_statistics, distribution
 from .forces import against_hertz, force_ratio, hertz_error, jkr_sphere, mean_force, mean_ratio, sweep
-from .maps import contact_grid, contact_maps, scan_map
+from .maps import contact_grid, scan_map
 from .saving import mean_and_spread, number, sheet
 from .single import asperity_curve
 from .style import GREY, SMALL, display_unit, label_axis, stroke, styled
 
 Run = Mapping[str, xr.Dataset]
 
-#: Displacements at which the paper shows distributions of the force, nm, with what it prints there.
+#: Displacements at which the paper shows distributions of the force, nm, and its printed values there.
 _FORCE_AT = {
     "figure-11": (5.08, "0.4 ± 3 µN", "near 20 µN"),
     "figure-12": (15.4, "21 ± 11 µN", "near 80 µN"),
 }
 
-#: What the paper's own column can confirm.
+#: Note on which of the paper's values a run can confirm.
 _TWIN = (
     "The surface is a synthetic twin, its spectrum, debris and seed fitted to the paper's means and spreads of height, "
     "force and pull-off: agreement with these confirms nothing."
 )
 
-#: Formulations of adhesion, as they stand in a legend.
+#: Labels of the formulations of adhesion in legends.
 _FORMULATIONS = {
     "published": "as published",
     "self_similar": "corrected",
@@ -74,7 +75,7 @@ def paper_figures(run: Run) -> Iterator[tuple[str, object]]:
 
 
 def run_figures(run: Run) -> Iterator[tuple[str, object]]:
-    """Yield the same figures of a run on any scan, named by what they show, without the paper's numbers.
+    """Yield the same figures for a run on any scan, named by what they show, without the paper's numbers.
 
     Parameters
     ----------
@@ -84,8 +85,8 @@ def run_figures(run: Run) -> Iterator[tuple[str, object]]:
     Yields
     ------
     (str, Figure)
-        "scan", "places", …: those of the paper that depend on the scan, the two of single displacements at the middle
-        and the last one that were solved.
+        "scan", "places", …: those of the paper that depend on the scan; the two for single displacements are drawn at
+        the middle and the last displacement that was solved.
 
     Raises
     ------
@@ -102,7 +103,7 @@ def run_figures(run: Run) -> Iterator[tuple[str, object]]:
 
 
 def _drawn(name: str, draw: Callable, run: _Groups):
-    """Return the figure, or a sheet that says why the run's data do not make one (no contact, too few places)."""
+    """Return the figure, or a sheet that says why the data do not allow one (no contact, too few places)."""
     try:
         return draw(run)
     except MissingGroup:
@@ -118,13 +119,13 @@ class MissingGroup(ValueError):
 
 
 class _Groups:
-    """A run that says what it lacks."""
+    """A run that raises a clear error for a missing group."""
 
     def __init__(self, run: Run, *, paper: bool = True):
         self._run, self.paper = run, paper
 
     def sheet(self, title: str, *, rows=(), note: str = "", explained: str = "", **options):
-        """Return a sheet; the paper's number of the figure and its printed values only on the paper's own."""
+        """Return a sheet, with the paper's number of the figure and printed values only for the paper's own run."""
         if self.paper:
             note = " ".join([explained, note, _TWIN if rows else ""]).strip()
             return sheet(title, rows=rows, note=note, **options)
@@ -253,14 +254,14 @@ def _figure_10(run):
 
 
 def _spots(pressure: np.ndarray) -> int:
-    """Return how many separate spots carry pressure; pixels that meet at a corner belong together."""
+    """Return the number of separate spots that carry pressure; pixels that meet at a corner belong to one spot."""
     from scipy.ndimage import label
 
     return label(pressure > 0, structure=np.ones((3, 3)))[1]
 
 
 def _force_distribution(name: str) -> Callable:
-    """Return the drawing of the forces' distribution at one displacement."""
+    """Return the function that draws the forces' distribution at one displacement."""
 
     def draw(run):
         wanted, printed, second = _FORCE_AT[name]
@@ -339,7 +340,7 @@ def _figure_14(run):
 
 
 def _parting(ratio: xr.DataArray) -> str:
-    """Say from where on superposition gives a fifth more than the direct simulation."""
+    """Return a sentence on the displacement from which on superposition exceeds the direct simulation by a fifth."""
     close = np.flatnonzero((ratio <= 1.2).values)
     beyond = ratio["delta"].values[close[-1] + 1 :] if close.size else ratio["delta"].values
     if beyond.size == 0:
@@ -375,7 +376,7 @@ def _figure_15(run):
         "JKR, least energy": run["solutions/energy"],
     }
     rough = max((value for value in pull.values() if np.isfinite(value)), default=smooth)
-    deepest = smooth if smooth < 4 * rough else rough  # one that dwarfs the others stands in the table
+    deepest = smooth if smooth < 4 * rough else rough  # a value that would dwarf the others is only given in the table
     sweep(solutions, subregion=where, force_limits=(-1.3 * deepest, 1.7 * deepest), ax=ax)
     return figure
 
@@ -407,7 +408,7 @@ def _figure_16(run):
 
 
 def _one_formulation(ax, pull: xr.Dataset, words: str, order: int, *, last: bool):
-    """Draw the pull-off forces of one formulation as a panel among others that share its forces."""
+    """Draw the pull-off forces of one formulation as one of several panels with a common axis of forces."""
     distribution(pull, "pull_off_force", ax=ax, order=order, kde=False, rug=False, interval=None)
     mean = float(pull["pull_off_force"].mean())
     ax.axvline(mean, **{**stroke(order), "linewidth": 1.0})
@@ -424,7 +425,7 @@ def _stacked(run: _Groups, title: str, rows):
 
 
 def _inverse_ratio(ax, ratio: xr.DataArray):
-    """Draw a ratio that grows without bound on a logarithmic axis, with agreement marked."""
+    """Draw a ratio that grows without bound on a logarithmic axis, with a line at agreement."""
     from matplotlib.ticker import LogLocator
 
     ax.axhline(1, color=GREY, linewidth=0.6)
@@ -444,13 +445,13 @@ def _at(ratio: xr.DataArray, delta: float) -> float:
 
 
 def _force(value: float) -> str:
-    """Return a force (nN) in the unit that suits it."""
+    """Return a force (nN) in a suitable unit."""
     unit = display_unit("nN", abs(value))
     return number(value / unit.size, unit.text)
 
 
 def _forces(values: np.ndarray) -> str:
-    """Return mean and spread of forces (nN) in the unit that suits the largest."""
+    """Return mean and standard deviation of forces (nN) in a unit that suits the largest."""
     unit = display_unit("nN", float(np.nanmax(np.abs(values), initial=0.0)))
     return mean_and_spread(values, unit.text, size=unit.size)
 
@@ -477,7 +478,7 @@ _FIGURES: dict[str, Callable] = {
     "figure-16": _figure_16,
 }
 
-#: Which of them say something of any scan, and what.
+#: The figures that make sense for any scan, and their names.
 _NAMES = {
     "figure-06": "scan",
     "figure-07": "places",

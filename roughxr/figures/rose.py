@@ -1,4 +1,4 @@
-"""Directions as a rose: in which way the asperities are long."""
+"""A rose of directions: in which direction asperities are elongated."""
 
 from __future__ import annotations
 
@@ -15,9 +15,8 @@ from .style import BLACK, BLUE, COLUMN, SMALL, styled
 def orientation_rose(catalogue: xr.Dataset, *, bins: int = 18, ax: Any = None):
     """Draw the orientation of the asperities' flattest direction as a polar histogram.
 
-    A direction has no head and no tail: each stands at both ends. The area of a petal, not its length, tells
-    its share; the dashed circle is that of directions without preference, the ring around it two standard
-    deviations of chance.
+    A direction has no head or tail and is drawn at both ends. The area of a petal, not its length, is its share; the
+    dashed circle is that of directions without preference, with a ring of two standard deviations of chance around it.
 
     Parameters
     ----------
@@ -65,7 +64,7 @@ def orientation_rose(catalogue: xr.Dataset, *, bins: int = 18, ax: Any = None):
 
 
 def _chance(ax, bins: int, total: int):
-    """Draw the circle of no preference and, around it, what chance alone makes of so many directions."""
+    """Draw the circle of directions without preference, and the ring of its random deviations."""
     around = np.linspace(0, 2 * np.pi, 181)
     ax.plot(around, np.ones(around.size), color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)))
     spread = 2 * np.sqrt(bins / max(total, 1))
@@ -74,7 +73,7 @@ def _chance(ax, bins: int, total: int):
 
 
 def polar(ax):
-    """Return the polar axes that are given, or new ones."""
+    """Return the given polar axes, or new ones."""
     if ax is not None:
         if ax.name != "polar":
             raise ValueError(f"ax: expected polar Axes, found {ax.name}; make them with projection='polar'")

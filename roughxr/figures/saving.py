@@ -1,4 +1,4 @@
-"""A figure as it stands in a report: a title that says what is seen, panels, and numbers set side by side."""
+"""A figure as a sheet of a report: a title that says what is seen, panels, and a table of numbers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from ..disk import whole
 from .style import COLUMN, GREY, SMALL, TITLE, tidy
 
-#: Letters that fit on one line of a title at one column's width, and of small print.
+#: Number of letters on one line of a title at one column's width, and of small print.
 _TITLE_LETTERS, _NOTE_LETTERS = 50, 66
 
 #: Height of one line of the table, inches.
@@ -32,13 +32,13 @@ def sheet(
     Parameters
     ----------
     title : str
-        Is broken into lines.
+        Wrapped to the width.
     shape : (int, int)
         Rows and columns of panels.
     aspect : float
         Height of all panels together over the column's width.
     rows : sequence of (quantity, here, paper) or (quantity, here)
-        What the table says, beside the paper's numbers where they are given; no table without rows.
+        Rows of the table, with the paper's numbers where they are given; without rows there is no table.
     note : str
         Small print below the table.
     **options
@@ -94,9 +94,9 @@ def save(figure, path, *, dpi: int = 300) -> Path:
     Parameters
     ----------
     figure : Figure or Axes
-        Axes stand for the figure that they are on.
+        Axes stand for their figure.
     path : path
-        Its ending names the format: ``.png``, ``.pdf``, ``.svg``.
+        Its suffix gives the format: ``.png``, ``.pdf``, ``.svg``.
     dpi : int
         Dots per inch of a pixel format.
 
@@ -118,7 +118,7 @@ def save(figure, path, *, dpi: int = 300) -> Path:
 
 
 def number(value: float, unit: str = "", digits: int = 3) -> str:
-    """Return a number with its unit as it stands in a table; a dash for none.
+    """Return a number with its unit as text for a table; a dash for NaN.
 
     Examples
     --------

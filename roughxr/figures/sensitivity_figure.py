@@ -1,4 +1,4 @@
-"""What matters most: how far each assumption moves a result."""
+"""A tornado plot: the change of a result under each assumption."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .style import BLACK, BLUE, GREY, ORANGE, SMALL, axes, styled
 
 @styled
 def tornado(ds: xr.Dataset, name: str = "pull_off_mean", *, ax: Any = None):
-    """Draw how far each factor moves a result from its base, the strongest on top.
+    """Draw how far each factor changes a result from its base, the strongest on top.
 
     Parameters
     ----------
@@ -25,8 +25,8 @@ def tornado(ds: xr.Dataset, name: str = "pull_off_mean", *, ax: Any = None):
     Returns
     -------
     Axes
-        Change in per cent of the base value; the grey band is the base value's own interval, where known: what
-        lies within cannot be told from chance of landing. What was not computed is left out.
+        Change in per cent of the base value. The grey band is the base value's own interval, where known: smaller
+        changes cannot be told from the scatter of places. Cases that were not computed are left out.
 
     Examples
     --------
@@ -60,7 +60,7 @@ def tornado(ds: xr.Dataset, name: str = "pull_off_mean", *, ax: Any = None):
 
 
 def _change(ds: xr.Dataset, base: xr.Dataset, name: str) -> xr.DataArray:
-    """Return by which part each case differs from the base; that of the simulation counts on cells of the same size."""
+    """Return the relative change of each case from the base; for the simulation, that on cells of the same size."""
     if name == "pull_off_mean" and "pull_off_change" in ds:
         return ds["pull_off_change"]
     return ds[name] / float(base[name]) - 1
@@ -73,7 +73,7 @@ def _own_interval(ax, base: xr.Dataset, name: str):
 
 
 def _bars(ax, row: int, change: xr.DataArray):
-    """Draw the settings that move the result farthest down and up, each with its words at the end of its bar."""
+    """Draw the settings with the largest changes down and up, each with its label at the end of its bar."""
     falls, rises = change.where(change < 0, drop=True), change.where(change > 0, drop=True)
     for some, color in ((falls, ORANGE), (rises, BLUE)):
         if some.size:

@@ -1,4 +1,4 @@
-"""One asperity without dimensions: the curves of Hertz and JKR, stable and unstable."""
+"""One asperity in dimensionless units: the curves of Hertz and JKR, stable and unstable."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .. import schema
 from ..kernels.asperity.laws import ASPERITY_LAWS, Curve, curve
 from .style import BLACK, GREY, SMALL, axes, legend, stroke, styled
 
-#: What the laws are called in a legend.
+#: Labels of the laws in a legend.
 NAMES = {
     "hertz": "Hertz",
     "published": "JKR",
@@ -32,7 +32,7 @@ _AXES = {
     "a": _Axis("semi_axis_a", r"$a/a_c$"),
 }
 
-#: Where the words beside pull-off and end of branch stand, points from the mark, so that they meet no curve.
+#: Offsets, in points, of the labels of pull-off and end of branch, which avoid all curves.
 _BESIDE = {
     ("delta", "a"): ((-14, 10), (10, 2)),
     ("P", "a"): ((10, 0), (10, -4)),
@@ -52,7 +52,7 @@ def asperity_curve(
 ):
     """Draw two of displacement, load and contact radius of one asperity against each other.
 
-    All are counted in units of JKR's own scales a_c, δ_c and P_c, so that one curve serves every sphere and,
+    All are in units of JKR's own scales a_c, δ_c and P_c, so that one curve is valid for every sphere and,
     for laws that keep Hertz's ellipse, every paraboloid. Solid branches are stable while the quantity on the
     x axis is prescribed (the displacement unless x is the load), dashed ones are not.
 
@@ -60,9 +60,9 @@ def asperity_curve(
     ----------
     x, y : {"delta", "P", "a"}
     laws : sequence of str
-        Of ``kernels.asperity.laws.ASPERITY_LAWS``; the last one's points of pull-off and jump-on are marked.
+        Names from ``kernels.asperity.laws.ASPERITY_LAWS``; the pull-off and jump-on of the last one are marked.
     ratio : float
-        B/A of the paraboloid, which matters for "energy" and "johnson_greenwood" alone.
+        B/A of the paraboloid, which matters only for "energy" and "johnson_greenwood".
     largest : float
         The longest semi-axis drawn, a/a_c.
     ax : Axes, optional
@@ -94,7 +94,7 @@ def asperity_curve(
 
 
 def _cut(ax, states: Curve, x: str, y: str, largest: float):
-    """Let all curves leave the figure at one edge, where the last one's semi-axis is the largest; no radius < 0."""
+    """Cut all curves at one edge, where the last one's semi-axis is the largest; no radius is negative."""
     shown = states.a <= largest
     across, up = getattr(states, x)[shown], getattr(states, y)[shown]
     left = min(float(across.min()), 0.0)
@@ -104,13 +104,13 @@ def _cut(ax, states: Curve, x: str, y: str, largest: float):
 
 
 def _words(axis: str) -> str:
-    """Return the schema's words and the symbol of a quantity without dimension."""
+    """Return the schema's name and the symbol of a dimensionless quantity."""
     found = _AXES[axis]
     return f"{schema.VARIABLES[found.name].long_name} {found.symbol}"
 
 
 def _stable(states: Curve, x: str) -> np.ndarray:
-    """Return where the branch is stable: at prescribed load beyond the largest pull, else as the kernel says."""
+    """Return where the branch is stable: at prescribed load, beyond the largest pull; else as the kernel says."""
     if x != "P" or not (states.P < 0).any():
         return states.stable
     return np.arange(states.P.size) >= states.P.argmin()
@@ -132,7 +132,7 @@ def _branches(ax, states: Curve, stable: np.ndarray, x: str, y: str, name: str, 
 
 
 def _mark(ax, states: Curve, x: str, y: str):
-    """Mark where a prescribed load tears the asperity off and, but on an axis of loads, the end of the branch."""
+    """Mark where a prescribed load detaches the asperity and, except on an axis of loads, the end of the branch."""
     across, up = getattr(states, x), getattr(states, y)
     pull = int(states.P.argmin())
     end = int(np.argmax(states.stable))

@@ -1,7 +1,7 @@
-"""One look for every figure: sized for one column, safe for colour-blind readers and for print in grey.
+"""One style for all figures: sized for one column, suitable for colour-blind readers and for print in grey.
 
 Data stay in the schema's units on every axis (nm, nN, GPa), so that figures can be drawn over one another;
-only tick labels and axis labels turn to the larger unit (µm, µN) where numbers would grow long.
+only the labels of ticks and axes change to a larger unit (µm, µN) where numbers would be long.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from .. import schema
 #: Width of one column, and of two, inches.
 COLUMN, PAGE = 85 / 25.4, 175 / 25.4
 
-#: Tick labels and small print; axis labels and legends; titles: points.
+#: Font sizes in points: tick labels and small print; axis labels and legends; titles.
 SMALL, TEXT, TITLE = 6.5, 7.0, 8.0
 
-#: Put over the user's settings while a figure is being drawn, and taken off again.
+#: Replace the user's settings while a figure is drawn, and are restored after it.
 SETTINGS = {
     "font.size": TEXT,
     "axes.labelsize": TEXT,
@@ -55,7 +55,7 @@ BLUE, ORANGE, GREEN, VERMILION, PURPLE, BLACK, GREY = (
     "#8a8a8a",
 )
 
-#: One line's look after another: told apart by dashes as well as by colour.
+#: Line styles in order of use: distinct by dashes as well as by colour.
 STROKES = (
     {"color": BLUE, "linestyle": "-"},
     {"color": ORANGE, "linestyle": (0, (5, 1.6))},
@@ -64,14 +64,14 @@ STROKES = (
     {"color": BLACK, "linestyle": (0, (7, 1.5, 1, 1.5, 1, 1.5))},
 )
 
-#: Units that are shown a thousandfold (areas a millionfold) where values are large.
+#: Units that are replaced by the thousandfold (areas by the millionfold) where values are large.
 _LARGER = {"nm": ("µm", 1e3), "nN": ("µN", 1e3), "nm2": ("µm2", 1e6)}
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 class Unit(NamedTuple):
-    """What stands in an axis' brackets, and how many of the schema's units it is."""
+    """The text in an axis' brackets, and its size in the schema's units."""
 
     text: str
     size: float
@@ -99,7 +99,7 @@ class Unit(NamedTuple):
 
 
 def styled(function: Callable) -> Callable:
-    """Return ``function`` drawing in this module's look; the caller's rcParams are as before afterwards."""
+    """Return ``function`` with this module's style, after which the caller's rcParams are restored."""
 
     @functools.wraps(function)
     def inside(*arguments: Any, **options: Any):
@@ -114,10 +114,10 @@ def styled(function: Callable) -> Callable:
 
 @contextmanager
 def _settings() -> Iterator[None]:
-    """Put this module's settings over the user's within the block, and take off only these again.
+    """Apply this module's settings within the block, and restore only these after it.
 
-    matplotlib's own rc_context would also take back what choosing a backend sets within it: in a notebook that is
-    chosen with the first figure, and all after it would not appear.
+    matplotlib's own rc_context would also reset the backend, which a notebook chooses with its first figure: all later
+    ones would not appear.
     """
     from matplotlib import rcParams
 
@@ -130,7 +130,7 @@ def _settings() -> Iterator[None]:
 
 
 def settle(drawn: Any):
-    """Lay a new figure out once: constrained layout finds room beside maps of equal scale the second time only."""
+    """Lay a new figure out once: constrained layout makes room beside maps of equal scale only the second time."""
     figure = drawn if hasattr(drawn, "draw_without_rendering") else np.ravel(drawn)[0].figure
     if layout := figure.get_layout_engine():
         layout.execute(figure)
@@ -142,7 +142,7 @@ def stroke(order: int) -> dict[str, Any]:
 
 
 def tidy(ax):
-    """Return the Axes with small ticks; they are made late, when the settings are off again."""
+    """Return the Axes with small ticks; these are made late, after the settings have been restored."""
     ax.tick_params(which="major", labelsize=SMALL, width=0.6, length=2.5, pad=2)
     ax.tick_params(which="minor", width=0.4, length=1.5)
     return ax
@@ -170,7 +170,7 @@ def panels(ax: Sequence | None, rows: int, columns: int, *, aspect: float, **opt
 
 
 def decimals(values: np.ndarray) -> int | None:
-    """Return how many decimals tell the values apart and in full, None for more than six.
+    """Return the number of decimals that show the values distinct and in full, None for more than six.
 
     Examples
     --------
@@ -182,7 +182,7 @@ def decimals(values: np.ndarray) -> int | None:
 
 
 def display_unit(units: str, largest: float) -> Unit:
-    """Return the unit to show values up to ``largest`` (in ``units``) in.
+    """Return the unit in which to show values up to ``largest`` (in ``units``).
 
     Examples
     --------
@@ -194,7 +194,7 @@ def display_unit(units: str, largest: float) -> Unit:
 
 
 def in_words(name: str, unit: Unit | None = None) -> str:
-    """Return the schema's label of a name with its unit as printed in a book.
+    """Return the schema's label of a name, with its unit as printed in a book.
 
     Examples
     --------
@@ -214,7 +214,7 @@ def superscripts(text: str) -> str:
 
 
 def label_axis(axis, name: str) -> Unit:
-    """Label a matplotlib axis from the schema, in the unit that suits its range; return that unit."""
+    """Label a matplotlib axis from the schema, in a unit that suits its range; return that unit."""
     unit = display_unit(schema.VARIABLES[name].units, float(np.abs(axis.get_view_interval()).max()))
     axis.set_label_text(in_words(name, unit))
     round_ticks(axis)
@@ -224,7 +224,7 @@ def label_axis(axis, name: str) -> Unit:
 
 
 def round_ticks(axis):
-    """Let a linear axis count in ones, twos and fives."""
+    """Let a linear axis count in steps of one, two or five."""
     from matplotlib.ticker import MaxNLocator
 
     locator = axis.get_major_locator()
@@ -233,7 +233,7 @@ def round_ticks(axis):
 
 
 def fold_labels(ax, x: int, y: int):
-    """Return the Axes with its axis labels broken into lines of so many letters, for small panels."""
+    """Return the Axes with its axis labels wrapped to lines of so many letters, for small panels."""
     for axis, letters in ((ax.xaxis, x), (ax.yaxis, y)):
         axis.set_label_text("\n".join(textwrap.wrap(axis.get_label_text(), letters)))
     return ax
@@ -247,7 +247,7 @@ def label_axes(ax, x: str, y: str):
 
 
 def legend(ax, **options: Any):
-    """Return the Axes with a legend of what is labelled, if anything is."""
+    """Return the Axes with a legend of its labelled artists, if there are any."""
     if ax.get_legend_handles_labels()[1]:
         ax.legend(**options)
     return ax

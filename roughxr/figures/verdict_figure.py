@@ -1,4 +1,4 @@
-"""What each way of computing it says about the pull-off, side by side."""
+"""Pull-off forces by all methods, side by side."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ def verdict(ds: xr.Dataset, *, marks: Mapping[str, float] | None = None, ax: Any
     Parameters
     ----------
     ds : Dataset
-        ``pull_off_force`` (nN) along ``method``, its words as labels, and ``subregion``; ``low`` and ``high``
+        ``pull_off_force`` (nN) along ``method``, whose values are the labels, and ``subregion``; ``low`` and ``high``
         of the mean along ``method`` if known.
     marks : mapping, optional
-        Forces (nN) to mark by a line, by their words.
+        Forces (nN) to mark by a line, by their labels.
     ax : Axes, optional
 
     Returns
@@ -52,8 +52,8 @@ def verdict(ds: xr.Dataset, *, marks: Mapping[str, float] | None = None, ax: Any
 
 
 def _places(ax, row: int, values: np.ndarray):
-    """Draw every place a little off its row, and the median as a bar."""
-    off = 0.26 * np.sin(2.4 * np.arange(values.size))  # by a constant angle: even, and the same every time
+    """Draw every place slightly off its row, and the median as a bar."""
+    off = 0.26 * np.sin(2.4 * np.arange(values.size))  # in steps of a constant angle: evenly spread, and reproducible
     ax.plot(values, row + off, ".", color=BLUE, markersize=2.2, alpha=0.45, label="place" if row == 0 else None)
     if values.size:
         median = np.median(values)

@@ -1,4 +1,4 @@
-"""What yields in a picture: the loop of force and displacement, and the pull-off over the preload."""
+"""Figures of yield: the loop of force and displacement, and the pull-off over the preload."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .style import BLACK, GREY, VERMILION, axes, label_axes, legend, stroke, sty
 
 @styled
 def force_loop(ds: xr.Dataset, *, ax: Any = None):
-    """Draw the mean force on the way in and on the way out, what lies between them shaded.
+    """Draw the mean force on loading and on retraction, with the area between them shaded.
 
     Parameters
     ----------
@@ -60,7 +60,8 @@ def preload_curve(solutions: dict[str, xr.Dataset], *, ax: Any = None):
     Parameters
     ----------
     solutions : dict of str to Dataset
-        By the words of the legend, such as with and without a hardness: ``pull_off_force`` along (subregion, preload).
+        By their labels in the legend, for example with and without a hardness: ``pull_off_force`` along (subregion,
+        preload).
     ax : Axes, optional
 
     Returns
@@ -70,7 +71,7 @@ def preload_curve(solutions: dict[str, xr.Dataset], *, ax: Any = None):
     Raises
     ------
     ValueError
-        If there is none, or a solution has no pull-off along preloads.
+        If there are none, or one has no pull-off along preloads.
 
     Examples
     --------

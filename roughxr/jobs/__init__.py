@@ -1,11 +1,11 @@
 """Many independent tasks, from a list of plain arguments to one array of results.
 
-work          what a job is: a function, its arguments, the size of its results
+work          a job: a function, its arguments, the dtype of its results
 schedulers    where tasks are computed: threads, worker processes or a cluster
-executor      batches of tasks, handed over as they finish
-lazy          one call for all solves: their tasks computed now, later or by a run
-progress      how far it is
-checkpoint    what a run keeps on disk until its archive is whole
-fingerprint   what makes two runs the same
-run           a run from an empty disk to a whole archive
+executor      batches of tasks, whose results are handed over as they finish
+lazy          the one call of all solves: computes their tasks now, later, or within a run
+progress      reports of how many items are finished
+checkpoint    what a run keeps on disk until its archive is complete
+fingerprint   what identifies a run
+run           a run from an empty disk to a complete archive
 """

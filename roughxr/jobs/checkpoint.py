@@ -1,8 +1,8 @@
 """What a run keeps until it is finished: results, identity and log in one SQLite file, which is also its lock.
 
-SQLite commits a batch wholly or not at all, through crashes and power cuts, and its lock goes with the process that
-holds it, however it ends: there are no stale locks. What it does not see, a bit that changed in a result, the hash
-beside each result does.
+SQLite commits a batch wholly or not at all, through crashes and power cuts, and its lock ends with the process that
+holds it, however that ends: there are no stale locks. Results that were changed on the disk, which SQLite does not
+notice, are found by the hash that is kept with each.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _TABLES = """
     );
 """
 
-#: Zlib level 1: fields shrink to a fraction, and it is faster than the disk.
+#: Zlib's level 1: fields shrink to a fraction of their size, faster than the disk writes.
 _LEVEL = 1
 
 
@@ -38,14 +38,14 @@ class Checkpoint:
     Parameters
     ----------
     output : Path
-        The run's archive; the checkpoint is ``output`` with ``.checkpoint`` behind it.
+        The run's archive; the checkpoint is ``output`` with ``.checkpoint`` appended.
 
     Raises
     ------
     BlockingIOError
-        If another process has it open.
+        If another process has the checkpoint open.
     OSError
-        If it cannot be written.
+        If the file cannot be written.
     """
 
     def __init__(self, output: Path):
@@ -62,7 +62,7 @@ class Checkpoint:
             self.say(f"damaged checkpoint set aside as {self.set_aside.name}")
 
     def close(self, *, remove: bool = False) -> None:
-        """Let go of the file, and remove it when the run is finished."""
+        """Close the file, and remove it when the run is finished."""
         if remove:
             self.path.unlink(missing_ok=True)
         self._connection.close()
@@ -71,29 +71,29 @@ class Checkpoint:
                 file.unlink(missing_ok=True)
 
     def identity(self) -> dict[str, Any] | None:
-        """Return what the run was asked to do, None for a new one."""
+        """Return the identity of the run, None for a new one."""
         row = self._connection.execute("SELECT text FROM identity").fetchone()
         return None if row is None else json.loads(row[0])
 
     def identify(self, identity: dict[str, Any]) -> None:
-        """Remember what the run is asked to do."""
+        """Store the identity of the run."""
         self._write("INSERT INTO identity VALUES (?)", (json.dumps(identity),))
 
     def put(self, stage: str, first: int, result: np.ndarray) -> None:
-        """Keep the results of one batch of items, ``first`` and those behind it: once this returns, they are safe."""
+        """Keep the results of one batch, whose first item is ``first``; once this returns, they are safe on disk."""
         plain = np.ascontiguousarray(result, dtype=result.dtype.newbyteorder("<"))
         data = zlib.compress(plain.view(np.uint8), _LEVEL)
         row = (stage, first, len(result), _hash(data), data)
         self._write("INSERT OR REPLACE INTO batches VALUES (?, ?, ?, ?, ?)", row)
 
     def get(self, stage: str, first: int, dtype: np.dtype) -> np.ndarray:
-        """Return the results of one batch, each of one type."""
+        """Return the results of the batch whose first item is ``first``, one of type ``dtype`` for each item."""
         query = "SELECT data FROM batches WHERE stage = ? AND first = ?"
         (data,) = self._connection.execute(query, (stage, first)).fetchone()
         return np.frombuffer(zlib.decompress(data), dtype.newbyteorder("<")).astype(dtype.base)
 
     def kept(self, stage: str) -> list[range]:
-        """Return the batches whose results are there and whole, in order; damaged ones are thrown away."""
+        """Return the batches whose results are kept and undamaged, in order; damaged ones are deleted."""
         kept, damaged = [], []
         query = "SELECT first, count, hash, data FROM batches WHERE stage = ? ORDER BY first"
         for first, count, expected, data in self._connection.execute(query, (stage,)):
@@ -125,7 +125,7 @@ class Checkpoint:
 
 
 def _connect(path: Path) -> sqlite3.Connection:
-    """Return a connection that nobody else can have; each command is committed by itself, on the disk."""
+    """Return an exclusive connection, in which each command is committed to the disk by itself."""
     connection = sqlite3.connect(path, timeout=0.0, isolation_level=None, check_same_thread=False)
     try:
         connection.execute("PRAGMA locking_mode = EXCLUSIVE")
@@ -164,7 +164,7 @@ def _put_aside(path: Path) -> Path:
 
 
 def _files(path: Path) -> list[Path]:
-    """Return what SQLite may leave beside a database."""
+    """Return the files that SQLite may leave beside a database."""
     return [path.with_name(path.name + end) for end in ("-wal", "-shm", "-journal")]
 
 

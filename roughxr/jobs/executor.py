@@ -1,8 +1,8 @@
-"""The items of a solve, computed in batches on any of dask's schedulers, and handed over as they finish.
+"""Items computed in batches on any of dask's schedulers, their results handed over as they finish.
 
-Sending a batch and keeping its result cost the main process up to ten milliseconds, while an item takes one or many
-thousand. So batches grow, as it turns out what an item takes, to about half a second, and shrink again towards the
-end: with batches of one item, two workers were hardly faster than one on items of 7 ms; with these 1.8 times.
+Sending a batch and keeping its result costs the main process up to ten milliseconds, while an item takes one to many
+thousand. So batches grow to about half a second, as the time per item becomes known, and shrink again towards the end.
+With batches of one item, two workers were hardly faster than one on items of 7 ms; with these, 1.8 times as fast.
 """
 
 from __future__ import annotations
@@ -21,55 +21,55 @@ from .progress import Progress
 from .schedulers import Scheduler, scheduler_for
 from .work import Work, run_batch
 
-#: What a batch should take, s, and the most that its result may hold, bytes.
+#: The time that a batch should take, s, and the largest size of its result, bytes.
 _SECONDS, _BYTES = 0.5, 2**24
 
-#: Items whose times tell what the next will take: few, since compiling makes a worker's first ones slow.
+#: Number of items whose times predict that of the next: few, since compilation makes a worker's first ones slow.
 _TIMED = 15
 
-#: An item may be lost with its workers so often. Each time it goes in a batch smaller by this factor, and at last
-#: alone: so the one that ends its workers is found, and the others that were lost with it are computed.
+#: How often an item may be lost with its worker. Each time it is sent in a batch smaller by this factor, at last alone:
+#: so the item that kills its workers is found, and others that were lost with it are computed.
 _MOST_LOSSES, _FEWER = 3, 16
 
 
 class Failure(NamedTuple):
-    """What is handed over for an item that failed."""
+    """The result handed over for an item that failed."""
 
     error: Exception
 
     @property
     def reason(self) -> str:
-        """The error in a line."""
+        """The error in one line."""
         return str(self.error) if isinstance(self.error, LostError) else f"{type(self.error).__name__}: {self.error}"
 
 
 class LostError(RuntimeError):
-    """An item whose workers died, each in its turn."""
+    """An item whose workers died every time it was tried."""
 
 
 def each_finished(
     work: Work, items: Sequence[int], receive: Callable[[range, Any], None], *, stream: TextIO | None = None
 ) -> Progress:
-    """Compute items on the scheduler in force, the most expensive first, and hand over each batch as it comes.
+    """Compute items on the active scheduler, the most expensive first, and hand over each batch as it finishes.
 
-    What was lost with its worker is computed again elsewhere. At Ctrl-C threads finish the batches that they have
-    begun, and these too are handed over.
+    Items lost with their worker are computed again elsewhere. At Ctrl-C threads finish the batches that they have
+    begun, and the results of these are handed over too.
 
     Parameters
     ----------
     work : Work
     items : sequence of int
-        Those of ``work.arguments`` that are wanted.
+        Which items of ``work.arguments`` to compute.
     receive : callable
-        Called in this process as ``receive(batch, result)`` with a range of items and their array, or one item and
-        its `Failure`. Nothing else keeps the result.
+        Called in this process as ``receive(batch, result)``, with a range of items and the array of their results, or
+        with one item and its `Failure`. Nothing else keeps the result.
     stream : file, optional
-        Where to tell how far it is. The other items of the work count as done before.
+        Where to report progress. The other items of the work count as done before.
 
     Returns
     -------
     Progress
-        How far it came.
+        The state of progress at the end.
     """
     total, left = (work.each * n for n in (len(work.arguments), len(items)))
     progress = Progress(total, done=total - left, stream=stream)
@@ -87,7 +87,7 @@ def each_finished(
 
 
 def _until_interrupted(work: Work, queue: _Queue, scheduler: Scheduler, receive: Callable) -> None:
-    """Compute all, or what has begun at an interrupt: it is waited for in any case."""
+    """Compute all items; after an interrupt, still wait for the batches that have begun."""
     running: dict[Future, range] = {}
     try:
         _compute(work, queue, scheduler, running, receive)
@@ -100,7 +100,7 @@ def _until_interrupted(work: Work, queue: _Queue, scheduler: Scheduler, receive:
 
 
 def _compute(work: Work, queue: _Queue, scheduler: Scheduler, running: dict[Future, range], receive: Callable) -> None:
-    """Keep the scheduler busy until all is done; ``running`` are the batches that were not yet handed over."""
+    """Keep the scheduler busy until all is done; ``running`` holds the batches that are not handed over yet."""
     finished: SimpleQueue[Future] = SimpleQueue()
     while queue.waiting or running:
         while queue.waiting and len(running) < (1 if queue.last else scheduler.ahead):
@@ -114,18 +114,18 @@ def _compute(work: Work, queue: _Queue, scheduler: Scheduler, running: dict[Futu
 
 
 class _Queue:
-    """Items that wait, and what is known of how long one takes."""
+    """Waiting items, and an estimate of the time that one takes."""
 
     def __init__(self, work: Work, items: Sequence[int], cores: int, serving: float):
         self.order = deque(_expensive_first(items, work.cost))
         self.waiting, self.losses, self.cores, self.total = set(items), {}, cores, len(items)
-        self.turn = cores * serving  # a batch lasts at least until each core had its turn
+        self.turn = cores * serving  # a batch lasts at least until each core has had its turn
         self.most = max(_BYTES // max(work.dtype.itemsize, 1), 1)
         self.seconds: deque[float] = deque(maxlen=_TIMED)
         self.last: set[int] = set()  # items at their last try: nothing else is computed meanwhile
 
     def take(self) -> range:
-        """Return the most expensive that waits, and neighbours with it for about half a second."""
+        """Return the most expensive waiting item, with neighbours that together take about half a second."""
         while (first := self.order.popleft()) not in self.waiting:
             pass
         stop, losses = first + 1, self.losses.get(first, 0)
@@ -144,7 +144,7 @@ class _Queue:
         return min(max(len(self.waiting) / (4 * self.cores), least), most, self.most)
 
     def settle(self, batch: range, outcome: _Outcome | None, receive: Callable[[range, Any], None]) -> None:
-        """Hand over what a batch came to; let its items wait again that did not have their turn."""
+        """Hand over the results of a batch, and put its items that were not computed back into the queue."""
         self.last.difference_update(batch)
         if outcome is None:
             self._lost(batch, receive)
@@ -178,7 +178,7 @@ def _expensive_first(items: Sequence[int], cost: Callable[[], np.ndarray] | None
 
 
 class _Outcome(NamedTuple):
-    """What a batch came to: the results of its items up to the first that failed."""
+    """The outcome of a batch: the results of its items up to the first that failed."""
 
     results: np.ndarray
     seconds: float
@@ -186,7 +186,7 @@ class _Outcome(NamedTuple):
 
 
 def _attempt(task: Callable, arguments: list[tuple], dtype: np.dtype, shared: tuple) -> _Outcome:
-    """Compute one item after the other until one fails."""
+    """Compute the items one after the other until one fails."""
     began, results, failure = time.perf_counter(), [np.empty(0, dtype)], None
     try:
         for item in arguments:
@@ -199,7 +199,7 @@ def _attempt(task: Callable, arguments: list[tuple], dtype: np.dtype, shared: tu
 
 
 def is_interrupt(error: BaseException | None) -> bool:
-    """Say whether an error comes of an interrupt: one within a kernel leaves Numba as a SystemError, or several."""
+    """Return whether an error comes from an interrupt; from a kernel, Numba raises it as one or more SystemErrors."""
     while isinstance(error, SystemError):
         error = error.__cause__
     return isinstance(error, KeyboardInterrupt)

@@ -1,4 +1,4 @@
-"""What makes two runs the same: the scan, what it is asked, and the version that answers."""
+"""What identifies a run: the scan, the arguments, and roughxr's version."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ _SHOWN = 120
 
 
 def identity(scan: xr.Dataset, arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a run is known by: plain values, by name.
+    """Return the identity of a run: plain values, by name.
 
     Parameters
     ----------
     scan : Dataset
         With its pair of bodies, if one is assigned.
     arguments : mapping
-        What the run was asked to do.
+        Arguments of the run.
 
     Returns
     -------
     dict
-        Each value as JSON gives it back; long arrays by their ends, size and a hash.
+        Each value as JSON returns it; long arrays by their ends, size and a hash.
     """
     known = {"scan": _name(scan), "scan_sha256": schema.height_hash(scan)}
     known |= {name: float(scan[name]) for name in schema.TRAVELLING if name in scan.coords}
@@ -49,17 +49,17 @@ def _name(scan: xr.Dataset) -> str:
 
 
 def _with_hash(array: np.ndarray) -> str:
-    """Return a long array in words that no other has."""
+    """Return a description of a long array that no other array shares."""
     return f"{array.size} values from {array.flat[0]:g} to {array.flat[-1]:g}, {dask.base.tokenize(array)[:12]}"
 
 
 def refuse_other(found: Mapping[str, Any], asked: Mapping[str, Any], path: Path) -> None:
-    """Say how the run on disk and the one asked for differ, if they do.
+    """Raise if the run on disk is not the one asked for, and say how they differ.
 
     Raises
     ------
     ValueError
-        With both named.
+        With the differing arguments of both runs.
     """
     different = [key for key in (*asked, *(k for k in found if k not in asked)) if found.get(key) != asked.get(key)]
     if different:
@@ -88,7 +88,7 @@ def key_of(work: Work) -> str:
 
 
 def _is_plain(value: Any) -> bool:
-    """Say whether a value is told wholly by its text."""
+    """Return whether a value is fully described by its text."""
     if isinstance(value, tuple):
         return all(map(_is_plain, value))
     return value is None or isinstance(value, (int, float, str, slice, np.number, np.bool_))

@@ -1,4 +1,4 @@
-"""The one call by which solves have their tasks computed: now, later as a dask array, or as a run says."""
+"""The one call through which solves have their tasks computed: now, later as a dask array, or by a checkpointed run."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from .progress import Progress
 from .schedulers import active_client
 from .work import Work, in_memory, run_batch, stacked, without_views
 
-#: Batches that many tasks are bundled into at most: a scheduler spends about a millisecond on each.
+#: Largest number of batches into which tasks are bundled: a scheduler spends about a millisecond on each.
 _MOST_BATCHES = 256
 
-#: What says in a graph how many subregions a batch holds.
+#: Name of the annotation that tells how many subregions a batch of the graph holds.
 _SUBREGIONS = "subregions"
 
 
 class Executor(Protocol):
-    """What computes the tasks of all solves, and says where their results stay."""
+    """Computes the tasks of all solves, and decides where their results are kept."""
 
     def array(self, work: Work) -> Any:
         """Return the results, a NumPy or dask array along items."""
 
     def finish(self, ds: xr.Dataset) -> xr.Dataset:
-        """Return a labelled result ready for use."""
+        """Return a labelled result that is ready for use."""
 
 
 _EXECUTOR: ContextVar[Executor | None] = ContextVar("executor", default=None)
@@ -43,7 +43,7 @@ _EXECUTOR: ContextVar[Executor | None] = ContextVar("executor", default=None)
 
 @contextmanager
 def computed_by(executor: Executor) -> Iterator[None]:
-    """Let ``executor`` compute the tasks of all solves within the block, such as with checkpoints."""
+    """Let ``executor`` compute the tasks of all solves within the block, for example with checkpoints."""
     token = _EXECUTOR.set(executor)
     try:
         yield
@@ -52,7 +52,7 @@ def computed_by(executor: Executor) -> Iterator[None]:
 
 
 def is_lazy(ds: xr.Dataset) -> bool:
-    """Say whether any variable of ``ds`` is a dask array."""
+    """Return whether any variable of ``ds`` is a dask array."""
     return bool(ds.chunks)
 
 
@@ -67,7 +67,7 @@ def spread(
     lazy: bool = True,
     progress: bool = False,
 ) -> Any:
-    """Return the stack of ``task(*arguments[k], *shared)``, each of the given type.
+    """Return the stacked results of ``task(*arguments[k], *shared)``, all of one type.
 
     Parameters
     ----------
@@ -76,28 +76,28 @@ def spread(
     arguments : sequence of tuple
         One per item; dask arrays among them are computed first. Views of one array travel as that array, once.
     dtype : dtype or tuple of int
-        Of what one task returns: a record of a structured dtype, an array such as ``np.dtype((record, (3, 4)))``, or
-        the shape of an array of float64.
+        Type of what one task returns: a structured dtype for a record, an array such as ``np.dtype((record, (3, 4)))``,
+        or the shape of an array of float64.
     *shared
-        What all tasks get, sent once.
+        Further arguments, the same for all tasks, sent once.
     cost : callable, optional
-        Returns what each item costs, in any unit: the most expensive are begun first, so that none is waited for at the
-        end.
+        Returns the cost of each item, in any unit: the most expensive are begun first, so that the last to finish are
+        short.
     each : int
-        Subregions in one item, for the report of progress.
+        Subregions in one item, for progress reports.
     name : str
-        Of the solve, such as "direct", in logs and messages.
+        Name of the solve, such as "direct", in logs and messages.
     lazy : bool
-        Leave it to be computed; else compute it now, so that labels and slices cost no tasks of their own: on
-        small solves they would double the time.
+        Leave the results to be computed later. Otherwise they are computed now, so that labels and slices need no tasks
+        of their own, which would double the time of small solves.
     progress : bool
-        Tell of it while it is computed now.
+        Show progress while computing now.
 
     Returns
     -------
     dask.array.Array or ndarray
-        Results along items, in chunks of one batch where it is lazy; what `computed_by` puts in its place, where
-        that is in force.
+        Results along items: an array, where lazy in chunks of one batch; within `computed_by`, whatever that executor
+        returns.
     """
     arguments, shared = without_views(arguments, shared)
     dtype = dtype if isinstance(dtype, np.dtype) else np.dtype((float, dtype))
@@ -125,11 +125,11 @@ def _lazy(work: Work) -> da.Array:
 
 
 def _batch(work: Work, items: range, shared: list) -> Delayed:
-    """Return the delayed results of one batch, which say in an annotation how many subregions they are."""
+    """Return the delayed results of one batch, annotated with its number of subregions."""
     arguments = [work.arguments[k] for k in items]
     if any(dask.is_dask_collection(value) for item in arguments for value in item):
         batch = dask.delayed(run_batch, pure=False)(work.task, arguments, work.dtype, *shared)
-    else:  # dask would search the arguments for its own
+    else:  # else dask would search the arguments for collections
         bound = partial(run_batch, work.task, arguments, work.dtype)
         batch = dask.delayed(bound, pure=False, traverse=False)(*shared)
     layers = batch.__dask_graph__().layers
@@ -145,15 +145,15 @@ def finish(ds: xr.Dataset, *, lazy: bool, progress: bool = False) -> xr.Dataset:
 
 
 def compute(ds: xr.Dataset, *, progress: bool = True) -> xr.Dataset:
-    """Compute a lazy Dataset, with progress by finished subregions on whichever scheduler is in force.
+    """Compute a lazy Dataset, with progress by finished subregions on the active scheduler.
 
     Parameters
     ----------
     ds : Dataset
     progress : bool
-        Tell on standard error how many subregions are finished, how fast, and how long it still takes: as a bar
-        on a terminal, as a line from time to time elsewhere. The same on all of dask's schedulers: synchronous,
-        threads, processes and ``dask.distributed``.
+        Report on standard error how many subregions are finished, how fast, and the time left: as a bar on a terminal,
+        as a line from time to time elsewhere. The same on all of dask's schedulers: synchronous, threads, processes and
+        ``dask.distributed``.
 
     Returns
     -------
@@ -190,7 +190,7 @@ def _subregions_of(ds: xr.Dataset) -> dict[str, int]:
 
 
 def _computed_on(client: Any, ds: xr.Dataset, counts: dict[str, int], bar: Progress) -> xr.Dataset:
-    """Compute on a cluster: first the batches, counted as they come, then what is made of them."""
+    """Compute on a cluster: first the batches, counted as they finish, then the rest of the graph."""
     from distributed import as_completed
 
     graph = ds.__dask_graph__()

@@ -1,4 +1,4 @@
-"""How far a computation is, told by finished subregions: a bar on a terminal, plain lines elsewhere."""
+"""Progress of a computation, counted in finished subregions: a bar on a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ _ON_TERMINAL, _AS_LINES = 0.1, 10.0
 
 _BAR = 24
 
-#: Seconds after the first finished item from which on a rate is believed: those that finish with it say nothing yet.
+#: Seconds after the first finished item before a rate is reported: items that finish with the first one say nothing.
 _SETTLED = 1.0
 
 
 class Progress:
     """Count of finished items with rate, time left and failures.
 
-    The first items wait for kernels to be compiled, a minute where nothing is cached. So the rate is that of the items
-    after the first that finished, and of those in the latter half of that time.
+    The first items wait while kernels are compiled, up to a minute where nothing is cached. The rate is therefore that
+    of items after the first finished one, counted over the latter half of the time since then.
 
     Parameters
     ----------
     total : int
         Items to finish.
     done : int
-        Items that an earlier call finished: they count as done, not for the rate.
+        Items that an earlier call finished: they count as done, but not for the rate.
     what : str
         Name of the items.
     stream : file, optional
-        Where to tell; nowhere by default.
+        Where to report; nowhere by default.
 
     Examples
     --------
@@ -46,11 +46,11 @@ class Progress:
         self.total, self.done, self.what, self.failed = total, done, what, 0
         self._kept, self._stream, self._start, self._said = done, stream, time.monotonic(), 0.0
         self._terminal = stream is not None and stream.isatty()
-        self._marks: deque[tuple[float, int]] = deque()  # when, and how many had finished by then
+        self._marks: deque[tuple[float, int]] = deque()  # time, and number of items finished by then
         self._first = (0.0, 0)
 
     def add(self, count: int = 1, *, failed: bool = False) -> None:
-        """Count items as finished, or as failed, and tell so if it is time to."""
+        """Count items as finished, or as failed, and report if enough time has passed."""
         if failed:
             self.failed += count
         else:
@@ -64,7 +64,7 @@ class Progress:
             self._tell("")
 
     def close(self) -> None:
-        """Tell how far it came, and end the line."""
+        """Report the final count, and end the line."""
         if self._stream is not None and self.total:
             self._tell("\n")
 
@@ -73,7 +73,7 @@ class Progress:
         return time.monotonic() - self._start
 
     def text(self) -> str:
-        """Return how far it is, in words."""
+        """Return the report as text."""
         settled = self._settled_rate()
         rate = settled or (self.done - self._kept) / max(self.seconds(), 1e-9)
         left = self.total - self.done - self.failed
@@ -81,14 +81,14 @@ class Progress:
         return f"{self.done}/{self.total} {self.what}, {rate:.3g} /s, {remaining} left, {self.failed} failed"
 
     def _mark(self, now: float) -> None:
-        """Keep when how many had finished: the first, and what the latter half of the time since then needs."""
+        """Record the time and the number of finished items, and drop records older than the rate needs."""
         self._marks.append((now, self.done))
         self._first = self._marks[0] if len(self._marks) == 1 else self._first
         while len(self._marks) > 2 and self._marks[1][0] <= (self._first[0] + now) / 2:
             self._marks.popleft()
 
     def _settled_rate(self) -> float:
-        """Return items per second in the latter half of the time since the first finished, 0 if not yet known."""
+        """Return items per second over the latter half of the time since the first finished item, 0 while unknown."""
         if not self._marks or self._marks[-1][0] - self._first[0] < _SETTLED:
             return 0.0
         (begun, before), (last, count) = self._marks[0], self._marks[-1]
@@ -114,7 +114,7 @@ def _duration(seconds: float) -> str:
 
 
 def teller(progress: bool) -> Callable[[str], None]:
-    """Return what says a line on standard error, or nothing.
+    """Return a function that writes a line to standard error, or that does nothing.
 
     Examples
     --------

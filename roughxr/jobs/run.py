@@ -1,6 +1,6 @@
-"""The loop of a run: what is kept is taken, what is missing computed and kept, and at the end all written at once.
+"""A run with checkpoints: kept results are read, missing ones computed and kept, and at the end all are written.
 
-The main process alone writes. Whatever stops it costs at most the batches in flight: called again, it goes on.
+Only the main process writes. Whatever stops the run costs at most the batches in flight; called again, it resumes.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from .fingerprint import identity, key_of, refuse_other
 from .schedulers import on
 from .work import Work, in_memory, stacked
 
-#: Results beyond so many bytes stay on the disk until the archive is written.
+#: Results larger than this many bytes stay on the disk until the archive is written.
 _IN_MEMORY = 2**24
 
-#: Subregions whose scalars are read at once where they lie among fields.
+#: Subregions whose scalars are read at once where they are stored among fields.
 _SLAB = 256
 
-#: Attribute of an archive's root that says which run it holds.
+#: Attribute of the archive's root that holds the run's identity.
 _IDENTITY = "run"
 
 
@@ -44,27 +44,29 @@ def checkpointed(
     progress: bool = False,
     scheduler: str | None = None,
 ) -> dict[str, xr.Dataset]:
-    """Compute the groups of an archive so that a crash costs only what was in flight.
+    """Compute the groups of an archive so that a crash costs only the batches in flight.
 
-    Every solve within ``compute`` (`direct`, `superpose`, `pull_off_map`, …) is kept in ``OUTPUT.checkpoint`` by
-    batches of subregions that take about half a second, as they finish. Called again after a crash, it goes on from
-    there; a finished run is read, not repeated. The values are, bit by bit, those that the same calls return without.
+    The results of every solve within ``compute`` (`direct`, `superpose`, `pull_off_map`, …) are kept in
+    ``OUTPUT.checkpoint`` as they finish, in batches of subregions that take about half a second. Called again after a
+    crash, the run resumes from there; a finished run is read, not repeated. The values are bit by bit those that the
+    same calls return without checkpoints.
 
     Parameters
     ----------
     compute : callable
-        Returns the groups: names such as "solutions/direct", and Datasets. It is called again to resume, and has to
-        do the same again.
+        Returns the groups: names such as "solutions/direct", and Datasets. It is called again to resume, and must then
+        make the same calls.
     output : path
-        The archive, NetCDF-4. It appears under this name once it is complete.
+        The archive, NetCDF-4. The file appears under this name once it is complete.
     scan : Dataset
-        What it is computed from, with its pair of bodies: another scan under the same name is refused.
+        The scan, with its pair of bodies, that the groups are computed from: the same output is refused for another
+        scan.
     arguments : mapping, optional
-        What else the groups depend on, by name: other arguments under the same name are refused.
+        Further arguments that the groups depend on, by name: the same output is refused for other arguments.
     title : str
         Kept as an attribute of the archive.
     progress : bool
-        Tell on standard error how many subregions are finished, how fast, and how long it still takes.
+        Report on standard error how many subregions are finished, how fast, and the time left.
     scheduler : str, optional
         "threads", "processes", "synchronous", or the address of a ``dask scheduler`` such as
         "tcp://node1:8786". By default the active ``distributed.Client``, else what dask is configured for.
@@ -78,13 +80,13 @@ def checkpointed(
     Raises
     ------
     ValueError
-        If ``output`` holds another run; says in which arguments they differ.
+        If ``output`` holds another run; the message says in which arguments they differ.
     BlockingIOError
         If another process is computing the same output.
     OSError
-        If the disk is full: what was kept is safe, call again when there is room; or if no scheduler answers.
+        If the disk is full: the kept results are safe, call again when there is room; or if no scheduler answers.
     RuntimeError
-        If subregions failed: the others are kept.
+        If subregions failed; the results of the others are kept.
 
     Examples
     --------
@@ -124,7 +126,7 @@ def _compute(compute, checkpoint, output, asked, title, progress, scheduler) -> 
 
 
 def _identity_of(output: Path) -> dict[str, Any]:
-    """Return which run an archive holds; nothing for a file that is no run's."""
+    """Return the identity of the run that an archive holds; empty for a file that no run wrote."""
     try:
         with disk.opened(output) as root:
             return json.loads(root.attrs.get(_IDENTITY, "{}"))
@@ -133,7 +135,7 @@ def _identity_of(output: Path) -> dict[str, Any]:
 
 
 def _begin(checkpoint: Checkpoint, output: Path, asked: dict[str, Any]) -> None:
-    """Say that the run begins, or goes on, if it is the same run."""
+    """Log that the run begins or resumes; raise if the output belongs to another run."""
     known = checkpoint.identity()
     if known is None:
         checkpoint.identify(asked)
@@ -146,13 +148,13 @@ def _begin(checkpoint: Checkpoint, output: Path, asked: dict[str, Any]) -> None:
 
 
 class _WithCheckpoints:
-    """Computes the tasks of a run's solves, but for those whose results are kept, and keeps each batch as it comes."""
+    """Computes the tasks of a run's solves except those whose results are kept, and keeps each batch as it finishes."""
 
     def __init__(self, checkpoint: Checkpoint, progress: bool):
         self.checkpoint, self.stream = checkpoint, sys.stderr if progress else None
 
     def array(self, work: Work) -> Any:
-        """Return the results, in memory or, if they are large, where they are."""
+        """Return the results, in memory or, if they are large, lazily from the checkpoint."""
         work = in_memory(work)
         stage = key_of(work)
         kept = {k for batch in self.checkpoint.kept(stage) for k in batch}
@@ -187,20 +189,20 @@ class _WithCheckpoints:
             )
 
     def finish(self, ds: xr.Dataset) -> xr.Dataset:
-        """Return a result with its scalars in memory, and its fields where they are."""
+        """Return a result with its scalars in memory, and its fields still on the disk."""
         fields = [name for name, array in ds.data_vars.items() if {"subregion", "x", "y"} <= set(array.dims)]
         scalars = _in_slabs(ds.drop_vars(fields)) if fields else ds.compute(scheduler="synchronous")
         return scalars.assign({name: ds[name] for name in fields})
 
 
 def _in_slabs(ds: xr.Dataset) -> xr.Dataset:
-    """Compute what is cut out of larger chunks, some hundred subregions at once: all chunks would not fit in memory."""
+    """Compute variables cut out of larger chunks, some hundred subregions at a time: all would not fit in memory."""
     slabs = (ds.isel(subregion=slice(k, k + _SLAB)) for k in range(0, ds.sizes["subregion"], _SLAB))
     computed = [slab.compute(scheduler="synchronous") for slab in slabs]
     return xr.concat(computed, "subregion", data_vars="minimal", coords="minimal", compat="override")
 
 
 def _subregions(work: Work, item: int) -> str:
-    """Return the name of what an item holds."""
+    """Return the name of the subregions that an item holds."""
     first = item * work.each
     return f"subregion {first}" if work.each == 1 else f"subregions {first} to {first + work.each - 1}"

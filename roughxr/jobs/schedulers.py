@@ -21,54 +21,54 @@ from dask.local import SynchronousExecutor
 
 _LOCAL = ("threads", "processes", "synchronous")
 
-#: Batches sent ahead for each thread or process: one to compute, one to go on with.
+#: Batches sent in advance for each thread or process: one to compute, and one to continue with.
 _AHEAD = 2
 
 #: How often a cluster is asked for its workers, which may come and go, s: asking takes as long as serving a batch.
 _ASKED = 0.5
 
-#: Lets a worker process go on at Ctrl-C, which a terminal sends to all: the main process ends it in good order.
+#: Makes a worker process ignore Ctrl-C, which a terminal sends to all: the main process then ends it in good order.
 _DEAF_TO_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 
 
-#: What was lost with a worker is told at once, not tried again as it was: it goes on in smaller batches. And a worker
-#: that dies is always begun again: by default the cluster gives up one that is away 15 s after an earlier death.
+#: A task lost with its worker is reported at once, not retried as it was: it is sent again in smaller batches. And a
+#: worker that dies is always restarted; by default a cluster gives up one that is away 15 s after an earlier death.
 _OF_PROCESSES = {
     "distributed.scheduler.allowed-failures": 0,
     "distributed.deploy.lost-worker-timeout": "1000 days",
 }
 
-#: For a cluster of this machine: without a dashboard the scheduler's HTTP server still asks for dask's usual port, and
-#: a second cluster warns that it is taken.
+#: For a cluster of this machine: even without a dashboard, the scheduler's HTTP server asks for dask's usual port, and
+#: a second cluster would warn that it is taken.
 NO_DASHBOARD = {"dashboard_address": None, "scheduler_kwargs": {"dashboard_address": "127.0.0.1:0"}}
 
 
 class Scheduler(Protocol):
-    """What computes batches.
+    """Something that computes batches.
 
-    The executor of distributed's own client, `Client.get_executor`, is none: a future whose result is lost with its
-    worker after it was told to be finished, and then fails, never finishes there.
+    The executor of distributed's own client, `Client.get_executor`, does not qualify: a future whose result is lost
+    with its worker after it was reported as finished, and whose second try fails, never finishes there.
     """
 
     cores: int
-    ahead: int  # batches to have sent
-    serving: float  # seconds in which the main process hands out a batch and takes its result
+    ahead: int  # number of batches to send in advance
+    serving: float  # seconds that the main process takes to send a batch and receive its result
 
     def submit(self, function: Any, *arguments: Any) -> Any:
-        """Begin ``function(*arguments, shared)`` and return its future."""
+        """Start ``function(*arguments, shared)`` and return its future."""
 
     def result(self, future: Any) -> Any:
-        """Return what a finished future holds, None where it was lost with its worker."""
+        """Return the result of a finished future, None where it was lost with its worker."""
 
     def close(self) -> None:
-        """Let go of what has not begun."""
+        """Cancel what has not started."""
 
 
 @contextmanager
 def scheduler_for(shared: tuple, items: int) -> Iterator[Scheduler]:
-    """Give the scheduler in force, to which all that the tasks share is sent once.
+    """Yield the active scheduler, to which the arguments that all tasks share are sent once.
 
-    A single item is computed in this thread: to start processes takes seconds.
+    A single item is computed in this thread, since starting processes takes seconds.
     """
     client, get = active_client(), dask.base.get_scheduler() if items > 1 else dask.local.get_sync
     if client is None and get is dask.multiprocessing.get:
@@ -89,7 +89,7 @@ def _closing(scheduler: Any) -> Iterator[Scheduler]:
 
 
 class _Here:
-    """Threads, in the number that dask's own scheduler uses, or this thread alone."""
+    """A pool of threads, as many as dask's own scheduler uses, or this thread alone."""
 
     serving = 0.002
 
@@ -105,15 +105,15 @@ class _Here:
         return future.result()
 
     def close(self) -> None:
-        """Let go of what has not begun, and wait for what has."""
+        """Cancel what has not started, and wait for the rest."""
         self.executor.shutdown(cancel_futures=True)
 
 
 class _Cluster:
     """The workers of a client.
 
-    What all tasks share is sent to the workers of other machines once, and to those of this one with each batch: so
-    no worker that is lost takes anything along that others need.
+    Shared arguments are sent once to workers on other machines, and with each batch to those on this one, so that a
+    lost worker takes nothing along that others need.
     """
 
     serving = 0.02
@@ -145,7 +145,7 @@ class _Cluster:
 
     @property
     def cores(self) -> int:
-        """Threads of all workers."""
+        """Number of threads of all workers."""
         if time.monotonic() > self.asked + _ASKED:
             self.threads, self.asked = max(sum(self.client.nthreads().values()), 1), time.monotonic()
         return self.threads
@@ -164,11 +164,11 @@ class _Cluster:
         return future
 
     def result(self, future: Any) -> Any:
-        """Return what a future holds, fetched only now: it may be lost after it was told to be finished."""
+        """Return a future's result, fetched only now: it may be lost after the future was reported as finished."""
         try:
             return future.result()
         except Exception:
-            self._send()  # what was sent may have gone with the worker
+            self._send()  # the shared arguments may have gone with the worker
             return None
 
     def close(self) -> None:
@@ -180,7 +180,7 @@ def _workers() -> int:
 
 
 def active_client() -> Any:
-    """Return the active distributed client, or None; never imports distributed by itself."""
+    """Return the active distributed client, or None; never imports distributed itself."""
     if "distributed" not in sys.modules or dask.config.get("scheduler", None) not in (None, "dask.distributed"):
         return None
     try:
@@ -190,7 +190,7 @@ def active_client() -> Any:
 
 
 def on(scheduler: str | None) -> Any:
-    """Compute on a scheduler by name or address within a block; None leaves what is in force.
+    """Compute on a scheduler by name or address within a block; None keeps the active one.
 
     Raises
     ------
@@ -228,7 +228,7 @@ def _client(address: str) -> Any:
 
 @contextmanager
 def _worker_processes() -> Iterator[Any]:
-    """Give a client of worker processes on this machine, which end with this one, and begin again when they die."""
+    """Yield a client of worker processes on this machine; they end with this process, and restart when they die."""
     distributed = _distributed("worker processes need")
     with (
         dask.config.set(_OF_PROCESSES),
@@ -239,7 +239,7 @@ def _worker_processes() -> Iterator[Any]:
 
 
 def _started(cluster: Any, tries: int = 3) -> Any:
-    """Start worker processes, and once more where one dies before it has begun, which its nanny does not survive."""
+    """Start worker processes, again if one dies before it is ready, which its nanny does not survive."""
     try:
         return cluster(
             n_workers=_workers(),

@@ -1,6 +1,6 @@
-"""Many independent tasks, described so that they travel well: plain arrays in, one plain array out.
+"""Many independent tasks, described so that they can be sent to other processes: plain arrays in, one plain array out.
 
-Only dask runs things in parallel here; what a task calls is serial, and needs no file and no label.
+Only dask runs anything in parallel; the function of a task is serial, and uses no files and no labels.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ class Work(NamedTuple):
     task: Callable[..., np.ndarray]  # at the top of a module, so that other processes can import it
     arguments: Sequence[tuple]  # one per item
     dtype: np.dtype  # of what one task returns: a record, or a subarray as in ``np.dtype((float, (3, 4)))``
-    shared: tuple  # what all tasks get, sent once
+    shared: tuple  # further arguments, the same for all tasks, sent once
     cost: Callable[[], np.ndarray] | None = None  # per item, in any unit: the most expensive are begun first
     each: int = 1  # subregions in one item
     name: str = "solve"  # in logs and messages
 
     def batches(self, most: int) -> list[range]:
-        """Return the items in at most ``most`` batches of neighbours."""
+        """Return the items in at most ``most`` batches of consecutive items."""
         size = max(-(-len(self.arguments) // most), 1)
         return [range(k, min(k + size, len(self.arguments))) for k in range(0, len(self.arguments), size)]
 
@@ -40,7 +40,7 @@ class _View(NamedTuple):
 
 
 def without_views(arguments: Sequence[tuple], shared: tuple) -> tuple[list[tuple], tuple]:
-    """Return the arguments with views in the words of a ``_View``, and what is shared with their arrays behind."""
+    """Return the arguments with views replaced by ``_View``s, and the shared ones followed by the views' arrays."""
     owners: dict[int, tuple[int, np.ndarray]] = {}
 
     def described(value):
@@ -74,12 +74,12 @@ def run_batch(task: Callable[..., np.ndarray], arguments: list[tuple], dtype: np
 
 
 def _buffer(owner: np.ndarray) -> np.ndarray:
-    """Return the memory of an array that owns it, read only, in the order in which it lies."""
+    """Return the memory of an array that owns it as a flat array, in memory order."""
     return owner.ravel(order="K").view()
 
 
 def in_memory(work: Work) -> Work:
-    """Return a work with its dask arrays computed; where there are none, dask's search for them is saved."""
+    """Return a work whose dask arrays are computed; where there are none, dask's search for them is skipped."""
     if not any(dask.is_dask_collection(value) for values in (*work.arguments, work.shared) for value in values):
         return work
     arguments, shared = dask.compute(list(work.arguments), work.shared)
@@ -87,5 +87,5 @@ def in_memory(work: Work) -> Work:
 
 
 def stacked(batches: Sequence[tuple[Any, int]], dtype: np.dtype) -> da.Array:
-    """Return what delayed batches of so many results give as one lazy array."""
+    """Return one lazy array of delayed batches, given with the number of results in each."""
     return da.concatenate([da.from_delayed(batch, (count, *dtype.shape), dtype=dtype.base) for batch, count in batches])

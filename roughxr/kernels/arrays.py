@@ -1,7 +1,7 @@
-"""Arrays that kernels fill, asked for in one way.
+"""Arrays for kernels to fill, allocated by the same functions everywhere.
 
-NumPy's own ``zeros``, ``full`` and their like are compiled anew for every type and every way of asking for it, some
-0.1 s each time; here one function serves all lines of a type, and one all tables.
+NumPy's own ``zeros``, ``full`` and the like are compiled again for every type and every form of their arguments, some
+0.1 s each time; here one function serves all vectors of a type, and one all tables.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from .jit import kernel
 
 @kernel(inner=True)
 def line(size, value):
-    """Return ``size`` times the value, in its type."""
+    """Return a vector of ``size`` times the value, in its type."""
     out = np.empty(size, type(value))
     for k in range(size):
         out[k] = value
@@ -20,7 +20,7 @@ def line(size, value):
 
 @kernel(inner=True)
 def table(rows, columns, value):
-    """Return (rows, columns) times the value, in its type."""
+    """Return a table (rows, columns) of the value, in its type."""
     out = np.empty((rows, columns), type(value))
     for i in range(rows):
         for j in range(columns):

@@ -1,9 +1,13 @@
 """Measured beside predicted: pull-off forces from the instrument, compared with those that a scan predicts.
 
-One room each: `opening` (which file holds what), `several` (files as one), `tables`, `vendor_scales` (of images that
-are no lengths), `forces` (units and signs); `curves`, `curve_files` and `curve_reader` (curves as recorded),
-`force_curves`, `baselines` and `kept_curves` (what they tell); `comparison`, `registration`; `fitting` and
-`fitting_held` by `matching`; `elsewhere` (one fit that must hold on other surfaces).
+opening, several                   any file of measured forces, one or many
+tables, vendor_scales, forces      tables; images of adhesion and their scales; units and signs of forces
+curves, curve_files, curve_reader  force-distance curves as they were recorded
+force_curves, baselines            pull-off forces from curves
+kept_curves                        curves kept beside their pull-off forces
+comparison, registration           measured beside predicted, place by place where they can be aligned
+fitting, fitting_held, matching    work of adhesion, its range or the hardness, fitted to measured pull-offs
+elsewhere                          a fit on one surface, held against measurements on others
 """
 
 from .comparison import against

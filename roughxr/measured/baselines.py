@@ -8,10 +8,10 @@ import numpy as np
 
 
 class Baseline(NamedTuple):
-    """A straight line in the piezo's travel, fitted to the part of it that is farthest from the surface."""
+    """A straight line over the piezo's travel, fitted to the part of it that is farthest from the surface."""
 
-    far: np.ndarray  # which samples it was fitted to
-    centre: float  # of the travel over them, nm
+    far: np.ndarray  # mask of the samples that it was fitted to
+    centre: float  # mean travel of these samples, nm
     coefficients: np.ndarray  # nN at the centre, nN/nm
     noise: float  # standard deviation about the line, nN
     covariance: np.ndarray
@@ -26,7 +26,7 @@ class Baseline(NamedTuple):
         return float(np.sqrt(row @ self.covariance @ row))
 
     def work_error(self, z: np.ndarray) -> float:
-        """Return the standard error of the work done along a travel, nN nm, by the line and by the noise."""
+        """Return the standard error of the work along a travel, nN nm, due to the line and to the noise."""
         row = np.trapezoid(np.c_[np.ones(z.size), z - self.centre], z, axis=0)
         return float(np.sqrt(row @ self.covariance @ row + self.noise**2 * (np.diff(z) ** 2).sum()))
 
@@ -39,7 +39,7 @@ def baseline_of(z: np.ndarray, force: np.ndarray, share: float) -> Baseline:
     z, force : ndarray
         Travel (nm, growing towards the surface) and force (nN).
     share : float
-        The part of the travel, the farthest, in which nothing but the instrument acts.
+        The share of the travel, farthest from the surface, in which no surface force acts.
 
     Examples
     --------

@@ -1,8 +1,7 @@
-"""Predicted beside measured pull-off forces: quantile by quantile, as wholes, and place by place where known."""
+"""Predicted beside measured pull-off forces: by quantiles, as whole distributions, and place by place where known."""
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,16 +11,16 @@ import xarray as xr
 from .. import schema
 from ..statistics import bootstrap
 from ..statistics.places import independent_places
-from ..statistics.sampling import Samples, samples
+from ..statistics.sampling import Samples, known_samples
 from ..units import fraction, magnitude
 from .registration import Match, matched
 
 _NAME = "pull_off_force"
 
-#: Probabilities of the quantiles that are set against one another.
+#: Probabilities of the quantiles that are compared.
 _LEVELS = np.linspace(0.01, 0.99, 99)
 
-#: A shift that chance finds more often than so is none.
+#: A shift is rejected if its correlation has a larger p-value than this.
 _BY_CHANCE = 0.01
 
 STATISTICS = ("mean", "std", "q5", "q25", "q50", "q75", "q95")
@@ -38,7 +37,7 @@ def against(
     shift: Any = "find",
     farthest: float = 0.25,
 ) -> xr.Dataset:
-    """Set predicted pull-off forces beside measured ones.
+    """Compare predicted pull-off forces with measured ones.
 
     Parameters
     ----------
@@ -47,30 +46,30 @@ def against(
     measured : Dataset
         The same, from `open_pull_off`, or a second prediction.
     statistics : sequence of str
-        Whose ratios are told, see `bootstrap`.
+        Statistics whose ratios are reported, see `bootstrap`.
     confidence : float
-        Of the intervals.
+        Confidence level of the intervals.
     resamples : int
-        Of each bootstrap.
+        Number of resamples of each bootstrap.
     seed : int
         The same seed gives the same intervals.
     shift : "find", (length, length) or None
-        What to add to the measured places along x and y to get to the prediction's; it is found where both know their
-        places and the prediction lies on a grid. None: places are not compared.
+        Offset to add to the measured places along x and y, which brings them to those of the prediction. "find": it is
+        searched where both places are known and the prediction lies on a grid. None: places are not compared.
     farthest : float
-        How far it is looked for along each axis, part of the prediction's extent.
+        How far the offset is searched along each axis, as a share of the prediction's extent.
 
     Returns
     -------
     Dataset
         Along ``statistic``: ``predicted`` and ``measured`` with ``…_low`` and ``…_high``, and ``ratio``, measured over
         predicted, with its interval; NaN where one of them is not positive. Along ``probability``:
-        ``predicted_quantile`` and ``measured_quantile``. ``distribution_distance``, the largest difference of the two
-        cumulative distributions, and its ``distribution_p_value`` for as many samples as are independent:
+        ``predicted_quantile`` and ``measured_quantile``. ``distribution_distance``, the largest difference between the
+        two cumulative distributions, and its ``distribution_p_value``, for the effective numbers of independent samples
         ``predicted_places`` and ``measured_places``. Where places can be compared, ``shift_x``, ``shift_y`` (nm),
-        ``place_correlation`` (of normal scores) and ``place_p_value``; where that is below 0.01, ``predicted_force``
-        and ``measured_force`` along the measured ``subregion``, else the shift is NaN: none was found. The attribute
-        ``places`` says which.
+        ``place_correlation`` (of normal scores) and ``place_p_value``; where this is below 0.01, also
+        ``predicted_force`` and ``measured_force`` along the measured ``subregion``, else the shift is NaN, as none was
+        found. The attribute ``places`` says which case applies.
 
     Raises
     ------
@@ -79,12 +78,13 @@ def against(
 
     Notes
     -----
-    Each interval is a block bootstrap's (`bootstrap`); those of the ratio take the errors of both for independent and
-    add them in squares on the logarithms (Donner & Zou, Stat. Methods Med. Res. 21 (2012) 347). Of the same places of
-    one surface errors are alike, and the interval is wider than it need be.
+    Each interval is that of a block bootstrap (`bootstrap`). For the ratio, the errors of both are taken as independent
+    and their logarithms added in squares (Donner & Zou, Stat. Methods Med. Res. 21 (2012) 347). At the same places of
+    one surface the errors are correlated, and the interval is wider than necessary.
 
-    The test's p-value is Kolmogorov's for the independent places of both, which `bootstrap` takes for the mean; a tail
-    is worth more of them, so that the test finds rather too few differences than too many.
+    The p-value is Kolmogorov's, for the effective number of independent places of both, which `bootstrap` estimates for
+    the mean. A tail has more independent places than the mean, so that the test rather misses differences than finds
+    too many.
 
     Examples
     --------
@@ -119,13 +119,11 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
     if _NAME not in ds:
         found = ", ".join(map(str, ds.data_vars)) or "nothing"
         raise ValueError(f"{words}: expected {_NAME}, found {found}; take .contact.pull_off() of a solution first")
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", ".*the others are missing")
-        return samples(ds, _NAME)
+    return known_samples(ds, _NAME)
 
 
 def _statistics(both: list[Samples], statistics: list[str], confidence: float, resamples: int, seed: int) -> xr.Dataset:
-    """Return the statistics of both with their intervals, and their ratios."""
+    """Return the statistics of both with their intervals, and their ratios with theirs."""
     of = [_intervals(found, statistics, confidence, resamples, seed + k) for k, found in enumerate(both)]
     out = xr.Dataset(coords={"statistic": statistics})
     for name, found in zip(("predicted", "measured"), of):
@@ -145,7 +143,7 @@ def _intervals(found: Samples, statistics: list[str], confidence: float, resampl
 
 
 def _ratio(predicted: list, measured: list) -> list:
-    """Return the ratio of two estimates and its interval, of independent errors on their logarithms."""
+    """Return the ratio of two estimates and its interval, their errors taken as independent on the logarithms."""
     with np.errstate(divide="ignore", invalid="ignore"):
         p, p_low, p_high, m, m_low, m_high = (
             np.log(np.where(found > 0, found, np.nan)) for _, found in (*predicted, *measured)
@@ -156,7 +154,7 @@ def _ratio(predicted: list, measured: list) -> list:
 
 
 def _tested(predicted: Samples, measured: Samples) -> dict[str, Any]:
-    """Return the distance of two distributions, and its p-value for the independent places of both."""
+    """Return the distance of two distributions, and its p-value for their effective numbers of independent places."""
     from scipy.stats import ks_2samp, kstwobign
 
     distance = float(ks_2samp(predicted.values, measured.values, method="asymp").statistic)
@@ -171,7 +169,7 @@ def _tested(predicted: Samples, measured: Samples) -> dict[str, Any]:
 
 
 def _places(predicted: Samples, measured: Samples, shift: Any, farthest: float) -> xr.Dataset:
-    """Return what comes of places, nothing where they cannot be compared."""
+    """Return the comparison place by place; empty where places cannot be compared."""
     asked = isinstance(shift, str)
     if shift is None or predicted.places is None or measured.places is None:
         return xr.Dataset()
@@ -206,7 +204,7 @@ def _of_match(found: Match, measured: Samples, *, certain: bool) -> xr.Dataset:
 
 
 def _words(out: xr.Dataset, both: list[Samples], shift: Any) -> str:
-    """Return in words what became of the places."""
+    """Return a sentence on how places were compared."""
     if "shift_x" not in out:
         if shift is None:
             return "not compared: shift=None"

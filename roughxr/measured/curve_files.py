@@ -1,7 +1,8 @@
 """Force-distance curves and force volumes in microscopes' files, read through afmformats (extra ``curves``).
 
-A file is known by its content, and read in a process that is ended when it takes too long. What makes forces of its
-values is what the file states or what the caller states, never both and never a default.
+The content of a file decides its format. It is read in a process that is ended when it takes too long. Sensitivity and
+spring constant, which turn recorded values into forces, are stated by the file or by the caller, never by both and
+never by default.
 """
 
 from __future__ import annotations
@@ -24,13 +25,13 @@ from .forces import Calibration, has_units
 
 BRANCHES = ("loading", "retraction")
 
-#: First bytes of an archive, and what text files of curves say on their first lines.
+#: First bytes of an archive, and words in the first lines of text files of curves.
 _ZIP = b"PK\x03\x04"
 _WORDS = {"afmformats": b"# afmformats", "workshop": b"Force-Distance Curve", "chiaro": b"Device:\tChiaro"}
 
 
 class CurveFile(NamedTuple):
-    """A file of curves, unread but for what it states."""
+    """A file of curves whose samples are not read yet."""
 
     path: Path
     kind: str
@@ -40,15 +41,15 @@ class CurveFile(NamedTuple):
 
 
 def curve_kind(path: Path, family: str, given: Calibration) -> str | None:
-    """Return what kind of file of curves a file is, by its content; None where it is none.
+    """Return the kind of a file of curves, by its content; None for any other file.
 
     Parameters
     ----------
     path : Path
     family : str
-        As `scans.files.reader_of` has it.
+        As `scans.files.reader_of` returns it.
     given : Calibration
-        Bare columns of numbers are an NT-MDT export where the sensitivity is in nm/nA.
+        Needed for bare columns of numbers, which are an NT-MDT export if the sensitivity is in nm/nA.
     """
     with path.open("rb") as file:
         head = file.read(4096)
@@ -75,7 +76,7 @@ def _is_wave_of_columns(head: bytes) -> bool:
 
 
 def _nt_mdt(head: bytes, given: Calibration) -> str | None:
-    """Return "nt-mdt" for three bare columns of numbers whose sensitivity is one of a current."""
+    """Return "nt-mdt" for three bare columns of numbers whose sensitivity is per current, else None."""
     first = decoded(head).splitlines()[0]
     delimiter, _ = separators(first)
     bare = len(first.split(delimiter)) == 3 and not any(letter.isalpha() for letter in first)
@@ -90,13 +91,13 @@ def _of_a_current(sensitivity: Any) -> bool:
 
 
 def opened(path: Path, kind: str, given: Calibration) -> CurveFile:
-    """Return a file of curves, its samples unread.
+    """Return a file of curves without reading its samples.
 
     Raises
     ------
     UnreadableScan
-        If it is damaged or holds no curves; if it does not state how its values become forces and the caller does not
-        either; or if both do.
+        If it is damaged or holds no curves; if neither the file nor the caller states how its values become forces; or
+        if both do.
     """
     stated = _stated(path, kind, given)
     found = _asked(path, kind, {})
@@ -111,7 +112,7 @@ def opened(path: Path, kind: str, given: Calibration) -> CurveFile:
 
 
 def _stated(path: Path, kind: str, given: Calibration) -> dict[str, float]:
-    """Return what the caller states as afmformats names it, m/V (m/A) and N/m."""
+    """Return what the caller states under afmformats' names, in m/V (m/A) and N/m."""
     for option in ("units", "pulls"):
         if getattr(given, option) is not None:
             raise UnreadableScan(path, f"{option}: expected none of curves, whose file states it; leave {option}= out")
@@ -132,7 +133,7 @@ def _per_volt(kind: str) -> str:
 
 
 def _needed(path: Path, kind: str, found: dict[str, Any], stated: dict[str, float]) -> list[str]:
-    """Return what the file does not state and forces need, if the caller states it."""
+    """Return the names of what forces need and only the caller states; raise where neither file nor caller does."""
     needed = found.get("missing", [])
     lacking = [name.replace(" ", "_") for name in needed if name not in stated]
     if lacking:
@@ -143,7 +144,7 @@ def _needed(path: Path, kind: str, found: dict[str, Any], stated: dict[str, floa
 
 
 def _refuse_both(path: Path, name: str, given: float, own: list[float]) -> None:
-    """Refuse what the caller states beside the file, unless it is the same, or a spring constant beside bare forces."""
+    """Raise where caller and file both state a value, unless they agree; a spring constant beside forces is allowed."""
     same = all(np.isclose(given, one, rtol=1e-6, atol=0) for one in own)
     if same and (own or name == "spring constant"):
         return
@@ -168,13 +169,13 @@ def _asked(path: Path, kind: str, known: dict[str, float], **which: int) -> dict
 
 
 def curves_of(file: CurveFile, first: int = 0, last: int | None = None) -> xr.Dataset:
-    """Return curves of a file, as `open_curves` does.
+    """Return curves of a file, in the form of `open_curves`.
 
     Parameters
     ----------
     file : CurveFile
     first, last : int
-        Of those in the file; all by default.
+        Range of the curves in the file; all by default.
     """
     curves = file.curves[first:last]
     found = _asked(file.path, file.kind, file.known, first=first, last=first + len(curves))["branches"]
@@ -191,7 +192,7 @@ def curves_of(file: CurveFile, first: int = 0, last: int | None = None) -> xr.Da
 
 
 def _places(curves: list[dict[str, float]]) -> dict[str, Any]:
-    """Return where the curves were taken, nothing where that is not stated of each."""
+    """Return where the curves were taken; empty where that is not stated for every curve."""
     if not all(f"position {axis}" in one for one in curves for axis in "xy"):
         return {}
     return {

@@ -1,8 +1,8 @@
 """Force-distance curves in microscopes' files, through afmformats (extra ``curves``).
 
-A reader as `scans.vendor_process` runs it, in a process that can be ended; it imports nothing of roughxr. What is added
-to afmformats: a file is taken for what its content is, whatever its name; the way towards the surface and the way back
-are told by the piezo's travel, since not every format marks them.
+Run by `scans.vendor_process` in a process that can be ended; it imports nothing of roughxr. It adds to afmformats: the
+content of a file decides its format, whatever its name; approach and retraction are told apart by the piezo's travel,
+since not every format marks them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 LIBRARY = "afmformats"
 
-#: afmformats' readers by the kind of file that the caller found, the first that takes the file.
+#: afmformats' readers by the kind of file that the caller found; the first that accepts the file is used.
 _MODULES = {
     "zip": ("fmt_jpk", "fmt_workshop.ws_map"),
     "hdf5": ("fmt_hdf5",),
@@ -28,22 +28,22 @@ _MODULES = {
     "nt-mdt": ("fmt_ntmdt_txt",),
 }
 
-#: Where a sensor measured the travel, that is it; what Chiaro's file has under this name is an indentation.
+#: Columns of the travel, best first: that of a sensor, where there is one. In Chiaro's files it is an indentation.
 _TRAVELS = {"chiaro": ("height (piezo)",)}
 _TRAVEL = ("height (measured)", "height (piezo)")
 
-#: What is told of each curve.
+#: Values of each curve's header that are returned.
 _TOLD = ("spring constant", "sensitivity", "position x", "position y")
 
 
 def read(path: str, kind: str, known: dict[str, float], first: int = 0, last: int | None = None) -> dict[str, Any]:
-    """Return what a file of curves holds, or its curves from ``first`` to before ``last``.
+    """Return the headers of a file of curves, or its curves from ``first`` to before ``last``.
 
     Parameters
     ----------
     path : str
     kind : str
-        What the file is by its content, one of `_MODULES`.
+        The kind of the file by its content, one of `_MODULES`.
     known : dict
         ``sensitivity`` (m/V) and ``spring constant`` (N/m) as far as the caller states them.
     first, last : int, optional
@@ -51,8 +51,8 @@ def read(path: str, kind: str, known: dict[str, float], first: int = 0, last: in
     Returns
     -------
     dict
-        ``format`` and ``curves``, what the file states of each; ``missing`` where it lacks what makes forces of its
-        values; or ``branches``: of each curve a pair of (piezo towards the surface in m, force in N), or None.
+        ``format`` and ``curves``, what the file states of each; ``missing`` where values that forces need are not
+        stated; or ``branches``: for each curve a pair of (piezo towards the surface in m, force in N), or None.
     """
     from afmformats import errors
 
@@ -64,17 +64,17 @@ def read(path: str, kind: str, known: dict[str, float], first: int = 0, last: in
         return {"branches": [_branches(one["data"], kind) for one in found[first:last]]}
     except errors.MissingMetaDataError as error:
         return {"missing": list(error.meta_keys)}
-    except errors.AFMFileFormatError as error:  # no Exception, by afmformats' choice
+    except errors.AFMFileFormatError as error:  # by afmformats' choice no subclass of Exception
         raise ValueError(str(error)) from None
 
 
 @lru_cache(maxsize=1)
 def _opened(path: str, kind: str, known: tuple, *_state: int) -> tuple[str, list[dict[str, Any]]]:
-    """Return the name of a file's format and its curves, their samples unread where the format allows."""
+    """Return the name of a file's format and its curves, whose samples are not read yet where the format allows."""
     from afmformats.formats import formats_available
     from afmformats.formats.fmt_jpk.jpk_reader import ArchiveCache
 
-    ArchiveCache.open_archives.clear()  # it knows files by their names, also those that have changed since
+    ArchiveCache.open_archives.clear()  # afmformats caches by file name, also files that have changed since
     for module in _MODULES[kind]:
         recipe = next(one for one in formats_available if one.loader.__module__ == f"afmformats.formats.{module}")
         if recipe.recipe.get("detect", lambda _: True)(Path(path)):
@@ -87,7 +87,7 @@ def _told(metadata: Any) -> dict[str, float]:
 
 
 def _branches(data: Any, kind: str) -> list[tuple[np.ndarray, np.ndarray] | None]:
-    """Return the last way towards the surface and the way back after it, None where there is none."""
+    """Return the last approach and the retraction after it, None where there is none."""
     names = list(data.keys())
     travel = next((name for name in _TRAVELS.get(kind, _TRAVEL) if name in names), None)
     if travel is None or "force" not in names:
@@ -103,7 +103,7 @@ def _branches(data: Any, kind: str) -> list[tuple[np.ndarray, np.ndarray] | None
 
 
 def _segments(piezo: np.ndarray, number: np.ndarray) -> list[slice]:
-    """Return the file's segments, one of them split where the piezo turns back."""
+    """Return the segments of a curve as the file has them; a single one is split where the piezo turns back."""
     if piezo.size == 0:
         return []
     cuts = np.flatnonzero(np.diff(number)) + 1

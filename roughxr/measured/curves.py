@@ -1,4 +1,4 @@
-"""Force-distance curves as they were recorded: of microscopes' files, and of text tables with a row for each sample."""
+"""Force-distance curves as they were recorded, from microscopes' files or from text tables with one row per sample."""
 
 from __future__ import annotations
 
@@ -31,21 +31,22 @@ def open_curves(
     ----------
     path : str or path
         A microscope's file of one curve or of a map of them, in a format that afmformats knows (extra ``curves``: JPK,
-        Asylum, AFM Workshop, NT-MDT's and Chiaro's text, afmformats' own); the content decides, not the extension.
+        Asylum, AFM Workshop, text of NT-MDT and Chiaro, afmformats' own); the content decides, not the extension.
         Or a table of retractions: columns ``piezo`` and ``force`` or ``deflection``, with their units in brackets, one
-        row for each sample, from the most pressed on; ``piezo`` grows towards the surface. Where there are several
+        row for each sample, the most pressed one first; ``piezo`` grows towards the surface. Where there are several
         curves, a column ``curve`` numbers them; columns ``x`` and ``y`` say where each was taken.
     units, piezo_units : str, optional
-        Of a table's force or deflection and of its piezo, where it does not state them, and only there.
+        Units of a table's force or deflection and of its piezo, only where the table does not state them.
     sensitivity, spring_constant : quantity, optional
-        As for `open_pull_off`, where the file does not state them, and only there. Three bare columns of numbers are
+        As for `open_pull_off`, only where the file does not state them. Three bare columns of numbers are taken as
         NT-MDT's curves if the sensitivity is in nm/nA.
 
     Returns
     -------
     Dataset
-        ``piezo`` (nm) and ``force`` (nN) along (subregion, sample), of a microscope's file along (subregion, branch,
-        sample), NaN after the end of shorter curves; the places; spring constant (N/m) and sensitivity as attributes.
+        ``piezo`` (nm) and ``force`` (nN) along (subregion, sample), or for a microscope's file along (subregion,
+        branch, sample), NaN after the end of shorter curves; the places; spring constant (N/m) and sensitivity as
+        attributes.
 
     Raises
     ------
@@ -91,7 +92,7 @@ def _of_table(path: Path, piezo_units: str | None, given: Calibration) -> xr.Dat
 
 
 def _forces(path: Path, columns: dict[str, Column], given: Calibration) -> tuple[np.ndarray, dict[str, Any]]:
-    """Return the forces of all samples, nN, and how they were got."""
+    """Return the forces of all samples, nN, and attributes that say how they were converted."""
     signal = [name for name in ("force", "deflection") if name in columns]
     if "piezo" not in columns or len(signal) != 1:
         found = ", ".join(map(repr, columns)) or "none"
@@ -115,7 +116,7 @@ def _curves(path: Path, columns: dict[str, Column], size: int) -> list[np.ndarra
 
 
 def _places(path: Path, columns: dict[str, Column], own: list[np.ndarray]) -> dict[str, Any]:
-    """Return where each curve was taken, nothing where that is not known."""
+    """Return where each curve was taken; empty where that is not known."""
     found = {}
     for axis, one in place_columns(list(columns.values())).items():
         values = lengths(path, one, None)
@@ -126,7 +127,7 @@ def _places(path: Path, columns: dict[str, Column], own: list[np.ndarray]) -> di
 
 
 def _padded(values: np.ndarray, own: list[np.ndarray]) -> np.ndarray:
-    """Return the curves one below the other, NaN after their ends."""
+    """Return the curves as rows of one array, NaN after their ends."""
     out = np.full((len(own), max(map(len, own))), np.nan)
     for row, members in zip(out, own):
         row[: members.size] = values[members]

@@ -1,7 +1,7 @@
-"""The test that counts: the work of adhesion that is fitted on one surface has to hold on the others.
+"""A test on other surfaces: the work of adhesion fitted on one must predict the pull-off forces on the others.
 
-Each surface lets a fit of its own pass. A model is believed where one number, fitted once, predicts mean and spread of
-surfaces that it has not seen, within what its interval and the chance of places allow.
+With a number of its own, each surface can be fitted. A model is confirmed if one number, fitted once, predicts mean and
+spread on surfaces that it was not fitted to, within its interval and the scatter between places.
 """
 
 from __future__ import annotations
@@ -32,38 +32,38 @@ def predict_others(
     seed: int = 0,
     **options: Any,
 ) -> xr.Dataset:
-    """Fit the work of adhesion on one surface, predict the others, and say whether what was measured lies inside.
+    """Fit the work of adhesion on one surface, predict the others, and tell whether their measured forces agree.
 
     Parameters
     ----------
     surfaces : mapping of str to (Dataset, Dataset)
-        Of each surface a scan with an assigned pair, and what was measured on it, from `open_pull_off`.
+        For each surface a scan with an assigned pair, and the forces measured on it, from `open_pull_off`.
     fit_on : str
         The surface that the work of adhesion is fitted on, see `fit_work_of_adhesion`.
     statistics : sequence of str
-        Which have to lie inside, see `bootstrap`.
+        Statistics that must agree, see `bootstrap`.
     method, subregions, confidence, resamples, seed, **options
         As for `fit_work_of_adhesion`.
 
     Returns
     -------
     Dataset
-        Along (surface, statistic), the fitted surface among them: ``predicted`` (nN) at the fitted work of adhesion,
-        with ``predicted_low`` and ``predicted_high``, between which the measured statistic is expected by the fit's
-        interval and the chance of both predicted and measured places; ``measured``; ``inside``; ``ratio``, measured
-        over predicted. Along ``surface`` ``was_fitted``. And the fit, see `fit_work_of_adhesion`. The attribute
-        ``verdict`` says it in words.
+        Along (surface, statistic), the fitted surface included: ``predicted`` (nN) at the fitted work of adhesion, with
+        ``predicted_low`` and ``predicted_high``, between which the measured statistic is expected from the fit's
+        interval and the scatter between both predicted and measured places; ``measured``; ``inside``, whether it lies
+        between them; ``ratio``, measured over predicted. Along ``surface`` ``was_fitted``. Also the fit, see
+        `fit_work_of_adhesion`. The attribute ``verdict`` sums this up in words.
 
     Raises
     ------
     ValueError
-        If there is no second surface, the one to fit on is unknown, or the fit's interval has no end: then it predicts
-        nothing.
+        If there is no second surface, the one to fit on is unknown, or the fit's interval is open, so that nothing can
+        be predicted.
 
     Notes
     -----
-    The errors are taken for independent and added in squares on the logarithms. What is wrong alike everywhere, such as
-    a spring constant, is fitted away and does not show here.
+    The errors are taken as independent and their logarithms added in squares. An error common to all surfaces, such as
+    that of a spring constant, is absorbed by the fit and does not show here.
 
     Examples
     --------
@@ -123,7 +123,7 @@ def _compared(ds, measured, works, verb, given, statistics, chance) -> xr.Datase
 
 
 def _verdict(out: xr.Dataset, fit_on: str) -> str:
-    """Return in words which surfaces lie inside."""
+    """Return a sentence on which surfaces agree."""
     others = out.isel(surface=np.flatnonzero(~out["was_fitted"].values))
     said = []
     for name in others["surface"].values:

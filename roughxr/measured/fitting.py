@@ -1,4 +1,4 @@
-"""The work of adhesion at which a surface's predicted pull-offs are distributed as the measured ones are."""
+"""The work of adhesion for which a surface's predicted pull-offs have the distribution of the measured ones."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from ..statistics.sampling import Samples
 from ..units import fraction
 from .matching import CHANGE, ln_quantiles, matching, positive_forces, predicted_forces, trade
 
-#: What predicts pull-offs.
+#: Methods that predict pull-offs.
 VERBS = {"superposed": pull_off_map, "adhesive": adhesive}
 
-#: Works of adhesion tried, and over how many times the first guess on either side.
+#: Number of works of adhesion tried, and the factor from the first guess to either end of them.
 _TRIALS = {"superposed": (9, 4.0), "adhesive": (5, 2.0)}
 
 
@@ -34,7 +34,7 @@ def fit_work_of_adhesion(
     progress: bool = False,
     **options: Any,
 ) -> xr.Dataset:
-    """Fit the work of adhesion at which a scan's predicted pull-offs are distributed as the measured ones.
+    """Fit the work of adhesion for which a scan's predicted pull-offs have the distribution of the measured ones.
 
     Parameters
     ----------
@@ -43,29 +43,29 @@ def fit_work_of_adhesion(
     measured : Dataset
         With ``pull_off_force``, from `open_pull_off`; all positive.
     method : {"superposed", "adhesive"}
-        How pull-offs are predicted: by `pull_off_map`, superposed asperities, in seconds; or by `adhesive`, the direct
-        simulation, at some seconds for each place and each of seven works of adhesion.
+        How pull-offs are predicted: "superposed", by `pull_off_map`, in seconds; "adhesive", by the direct simulation
+        `adhesive`, at some seconds for each place and each of seven works of adhesion.
     subregions : (int, int), (array, array) or Dataset
         Where the prediction's sphere lands, see `regions.centres`. Places need not be the measured ones.
     confidence : float
-        Of the interval.
+        Confidence level of the interval.
     resamples : int
-        Of each bootstrap.
+        Number of resamples of each bootstrap.
     seed : int
     progress : bool
-        Tell on standard error how far it is.
+        Show progress on standard error.
     **options
-        For `pull_off_map` or `adhesive`.
+        Passed to `pull_off_map` or `adhesive`.
 
     Returns
     -------
     Dataset
-        ``fitted_work_of_adhesion`` (J/m²) with ``fitted_work_low`` and ``fitted_work_high``, of the chance of both the
-        measured and the predicted places, an end being NaN beyond the works tried. Along ``trial_work_of_adhesion`` the
-        profile: ``quantile_distance``, which is 0 where all quantiles from 5 to 95 % agree. What the fit leaves open:
-        ``spread_ratio``, of 1 where the surface explains the measured spread, and ``modulus_trade``, by how much ln w
-        follows the logarithm of the contact modulus that was assumed. The attribute ``not_identifiable`` says it in
-        words.
+        ``fitted_work_of_adhesion`` (J/m²) with ``fitted_work_low`` and ``fitted_work_high``, an interval due to the
+        scatter of both measured and predicted places; an end is NaN beyond the works tried. Along
+        ``trial_work_of_adhesion`` the profile ``quantile_distance``, which is 0 where all quantiles from 5 to 95 %
+        agree. What the fit leaves open: ``spread_ratio``, 1 where the surface explains the measured spread, and
+        ``modulus_trade``, the derivative of ln w with respect to the logarithm of the assumed contact modulus. The
+        attribute ``not_identifiable`` says the same in words.
 
     Raises
     ------
@@ -74,10 +74,10 @@ def fit_work_of_adhesion(
 
     Notes
     -----
-    The interval is of chance alone. What is wrong alike at all places, as a spring constant, the scan's missing waves
-    or the method, goes into w unseen: `error_budget` and `scale_dependence` tell of it. Measured and predicted places
-    are taken for independent; where both lie on one scan they share its peaks, and the interval is wider than it need
-    be.
+    The interval covers random scatter only. An error common to all places, such as that of a spring constant, of the
+    method, or of waves missing in the scan, is absorbed by w: see `error_budget` and `scale_dependence`. Measured and
+    predicted places are taken as independent; where both lie on one scan they share its peaks, and the interval is
+    wider than necessary.
 
     Examples
     --------
@@ -119,7 +119,7 @@ def fit_work_of_adhesion(
 
 
 def _prediction(ds: xr.Dataset, method: str, options: dict[str, Any]) -> Callable[[float, float], Samples]:
-    """Return the function of (work of adhesion, factor of the modulus) that predicts pull-offs."""
+    """Return the function that predicts pull-offs from a work of adhesion and a factor of the modulus."""
     verb = VERBS[method]
 
     def predict(work: float, stiffer: float) -> Samples:
@@ -132,9 +132,9 @@ def _prediction(ds: xr.Dataset, method: str, options: dict[str, Any]) -> Callabl
 
 
 def _works(predict, found: Samples, work: float, count: int, times: float) -> np.ndarray:
-    """Return works of adhesion around that at which the median force is the measured one."""
+    """Return works of adhesion around the one whose predicted median force is the measured one."""
     work, target = work if work > 0 else 0.1, ln_quantiles(found.values)
-    for _ in range(2):  # pull-offs grow about as the work of adhesion does
+    for _ in range(2):  # pull-offs are roughly proportional to the work of adhesion
         ratio = float(np.exp(np.mean(target - ln_quantiles(predict(work, 1.0).values))))
         work *= ratio
     if not np.isfinite(work) or not 1e-7 < work < 1e4:
@@ -145,7 +145,7 @@ def _works(predict, found: Samples, work: float, count: int, times: float) -> np
 
 
 def _words(out: xr.Dataset, ds: xr.Dataset) -> str:
-    """Return what the fit cannot tell."""
+    """Return a sentence on what the fit cannot tell."""
     trade, spread = float(out["modulus_trade"]), float(out["spread_ratio"])
     said = [f"w goes with the assumed contact modulus {float(ds['contact_modulus']):g} GPa to the power {trade:.2g}"]
     said += ["the range of adhesion is the assumed one"]

@@ -1,6 +1,7 @@
-"""What else a distribution of pull-offs may tell while the work of adhesion is held: the range, the hardness.
+"""Fits of the range of adhesion or the hardness to measured pull-offs, the work of adhesion held fixed.
 
-One distribution tells one number, and that of a smooth sphere not even the range: what a fit leaves open is said.
+One distribution determines one number, and for a smooth sphere not even the range: the results say what a fit leaves
+open.
 """
 
 from __future__ import annotations
@@ -19,24 +20,24 @@ from ..statistics.sampling import Samples
 from ..units import fraction
 from .matching import CHANGE, Fitted, matching, positive_forces, predicted_forces, trade
 
-#: A number that forces follow with a smaller exponent than this is not told by them.
+#: A number is not determined by forces that depend on it with a smaller exponent than this.
 _TELLS = 0.05
 
-#: Distances of distributions (of logarithms) that differ by less are alike.
+#: Distances between distributions (of logarithms) that differ by less than this count as equal.
 _ALIKE = 0.02
 
-#: Values tried, and over how many times the assigned one on either side.
+#: Number of values tried, and the factor from the assigned one to either end of them.
 _TRIALS = {"rigid": (9, 4.0), "adhesive": (5, 3.0)}
 
 
 class _Held(NamedTuple):
-    """What is fitted while the work of adhesion is held."""
+    """The number that is fitted while the work of adhesion is held fixed."""
 
     name: str
     words: str
-    ends: str  # of the names of the interval's ends
+    ends: str  # prefix of the names of the interval's ends
     start: float
-    least: float  # of what may be tried
+    least: float  # smallest value to try
 
 
 def fit_adhesion_range(
@@ -50,33 +51,33 @@ def fit_adhesion_range(
     seed: int = 0,
     **options: Any,
 ) -> xr.Dataset:
-    """Fit the range of adhesion at which a scan's predicted pull-offs are distributed as the measured ones.
+    """Fit the range of adhesion for which a scan's predicted pull-offs have the distribution of the measured ones.
 
     Parameters
     ----------
     ds : Dataset
-        A scan of the measured surface, with an assigned pair: its work of adhesion is held, about its range of adhesion
-        (0.3 nm where none is assigned) others are tried.
+        A scan of the measured surface, with an assigned pair: its work of adhesion is held fixed, and ranges around its
+        range of adhesion (0.3 nm where none is assigned) are tried.
     measured : Dataset
         With ``pull_off_force``, from `open_pull_off`; all positive.
     method : {"adhesive", "rigid"}
-        How pull-offs are predicted: by the direct simulation (law="exponential"), of which seven of each place are
-        made, or between bodies too stiff to bend.
+        How pull-offs are predicted: "adhesive", by the direct simulation (law="exponential"), run seven times at each
+        place; "rigid", between bodies too stiff to deform.
     subregions : (int, int), (array, array) or Dataset
         Where the prediction's sphere lands.
     confidence, resamples, seed : float, int, int
-        Of the interval and its bootstrap.
+        Confidence level of the interval, and of its bootstrap the number of resamples and the seed.
     **options
-        For `adhesive` or `rigid`.
+        Passed to `adhesive` or `rigid`.
 
     Returns
     -------
     Dataset
         ``fitted_adhesion_range`` (nm) with ``fitted_range_low`` and ``fitted_range_high``, and the profile
-        ``quantile_distance`` along ``trial_adhesion_range``; NaN where the nearest is no better than the ends of what
-        was tried. ``force_exponent``, d ln force / d ln range: near 0 the forces do not tell the range. ``work_trade``,
-        by how much its logarithm follows that of the work of adhesion that is held. ``spread_ratio`` and
-        ``not_identifiable`` as for `fit_work_of_adhesion`.
+        ``quantile_distance`` along ``trial_adhesion_range``; NaN where the best value is no better than an end of those
+        tried. ``force_exponent``, d ln force / d ln range: where it is near 0 the forces do not determine the range.
+        ``work_trade``, the derivative of the range's logarithm with respect to that of the work of adhesion.
+        ``spread_ratio`` and ``not_identifiable`` as for `fit_work_of_adhesion`.
 
     Raises
     ------
@@ -85,7 +86,7 @@ def fit_adhesion_range(
 
     Notes
     -----
-    A smooth sphere pulls with 2πwR whatever the range (Derjaguin), so that only roughness tells it.
+    A smooth sphere pulls with 2πwR whatever the range (Derjaguin), so that only roughness reveals it.
 
     Examples
     --------
@@ -117,27 +118,27 @@ def fit_hardness(
     seed: int = 0,
     **options: Any,
 ) -> xr.Dataset:
-    """Fit the hardness at which a scan's predicted pull-offs are distributed as the measured ones.
+    """Fit the hardness for which a scan's predicted pull-offs have the distribution of the measured ones.
 
     Parameters
     ----------
     ds : Dataset
-        A scan of the measured surface, with an assigned pair and hardness, about which others are tried; the work of
-        adhesion is held.
+        A scan of the measured surface, with an assigned pair and hardness, around which others are tried; the work of
+        adhesion is held fixed.
     measured : Dataset
         With ``pull_off_force``, from `open_pull_off`; all positive.
     subregions : (int, int), (array, array) or Dataset
         Where the prediction's sphere lands.
     confidence, resamples, seed : float, int, int
-        Of the interval and its bootstrap.
+        Confidence level of the interval, and of its bootstrap the number of resamples and the seed.
     **options
-        For `adhesive`, such as the ``preload`` of the measurement.
+        Passed to `adhesive`, such as the ``preload`` of the measurement.
 
     Returns
     -------
     Dataset
         ``fitted_hardness`` (GPa) with ``fitted_hardness_low`` and ``fitted_hardness_high``, the profile along
-        ``trial_hardness``, and what `fit_adhesion_range` tells besides.
+        ``trial_hardness``, and the further variables of `fit_adhesion_range`.
 
     Raises
     ------
@@ -165,7 +166,7 @@ def fit_hardness(
 def _fitted(
     ds: xr.Dataset, measured: xr.Dataset, held: _Held, verb: Callable, given: dict[str, Any], options: dict[str, Any]
 ) -> xr.Dataset:
-    """Return the fit of one number of the pair, the others held."""
+    """Return the fit of one number of the pair, the others held fixed."""
     fraction(given["confidence"], "confidence")
     schema.pair(ds, "contact_modulus", "work_of_adhesion")
     found = positive_forces(measured)
@@ -194,7 +195,7 @@ def _fitted(
 
 
 def _words(held: _Held, fit: Fitted, out: xr.Dataset, ds: xr.Dataset, inside: bool) -> str:
-    """Return what the fit cannot tell."""
+    """Return a sentence on what the fit cannot tell."""
     said = [f"the work of adhesion is held at {float(ds['work_of_adhesion']):.3g} J/m²"]
     if abs(fit.exponent) <= _TELLS:
         said += [f"forces go with the {held.words} to the power {fit.exponent:.2g} only: they do not tell it"]
@@ -202,7 +203,7 @@ def _words(held: _Held, fit: Fitted, out: xr.Dataset, ds: xr.Dataset, inside: bo
         said += [f"the {held.words} goes with it to the power {float(out['work_trade']):.2g}"]
     if not inside:
         said += ["the nearest lies at the end of those tried: assign one nearer to it, or doubt what is held"]
-    elif (others := _as_good(out["quantile_distance"])) > 1:
+    elif (others := _minima(out["quantile_distance"])) > 1:
         said += [f"the profile has {others} valleys of like depth: more than one {held.words} predicts these forces"]
     elif np.isnan(fit.low) or np.isnan(fit.high):
         said += ["the interval reaches beyond those tried"]
@@ -211,8 +212,8 @@ def _words(held: _Held, fit: Fitted, out: xr.Dataset, ds: xr.Dataset, inside: bo
     return "; ".join(said)
 
 
-def _as_good(profile: xr.DataArray) -> int:
-    """Return how many valleys of the profile are about as deep as the deepest."""
+def _minima(profile: xr.DataArray) -> int:
+    """Return the number of minima of the profile that are about as deep as the deepest."""
     distance = np.concatenate(([np.inf], profile.values, [np.inf]))
     valleys = (distance[1:-1] < distance[:-2]) & (distance[1:-1] <= distance[2:])
     return int((profile.values[valleys] < 1.5 * profile.values.min() + _ALIKE).sum())

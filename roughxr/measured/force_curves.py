@@ -1,7 +1,7 @@
-"""Force-distance curves: the pull-off force of each retraction, with what noise and baseline leave uncertain.
+"""The pull-off force of each retraction in force-distance curves, and its uncertainty due to noise and baseline.
 
-Far from the surface only the instrument speaks: offset, drift, tilt and virtual deflection, a straight line in the
-piezo's travel. It is fitted there and taken off everywhere.
+Far from the surface no force acts: what is recorded there is offset, drift, tilt and virtual deflection, a straight
+line in the piezo's travel. It is fitted there and subtracted everywhere.
 """
 
 from __future__ import annotations
@@ -17,29 +17,30 @@ from ..units import converted, fraction, positive
 from .baselines import Baseline, baseline_of, fitted
 from .kept_curves import kept
 
-#: Samples of a retraction at least, of its baseline, and of the part that is pressed.
+#: Smallest numbers of samples: of a retraction, of its baseline, and of the part in which the surface is pressed.
 _FEWEST, _FAR, _PRESSED = 50, 10, 5
 
-#: A pull is one if it stands so many standard deviations of the noise below the baseline.
+#: A minimum of the force counts as a pull if it lies this many standard deviations of the noise below the baseline.
 _STANDS_OUT = 5.0
 
-#: Samples at most on either side that tell the largest pull, and at least in all; within so many standard deviations of
-#: the lowest one at first, then of the parabola's vertex, in so many rounds.
+#: For the parabola through the largest pull: largest number of samples on either side, and smallest number in all; how
+#: many standard deviations they may lie above the lowest sample, then above the parabola's vertex; number of rounds.
 _BOTTOM, _FEWEST_LOW, _WITHIN, _HARDLY, _ROUNDS = 41, 8, 4.0, 3.0, 3
 
-#: So many equal samples at the lowest force are a detector's end, unless the baseline has half as many.
+#: This many equal samples at the lowest force mean that the detector is saturated, unless the baseline has half as
+#: many.
 _CLIPPED = 8
 
-#: In contact the force cannot rise faster with the travel than the cantilever's spring constant, but for its error.
+#: Factor that allows for errors: in contact the force cannot rise faster than the cantilever's spring constant.
 _STIFFEST = 1.1
 
 
 class ImplausibleCurves(UserWarning):
-    """Force-distance curves were taken as their file states them, but no surface makes such."""
+    """Force-distance curves were taken as their file states them, but no surface could give such curves."""
 
 
 class _Pull(NamedTuple):
-    """What one retraction tells; nN, nm."""
+    """The results of one retraction; nN, nm."""
 
     force: float = np.nan
     uncertainty: float = np.nan
@@ -53,7 +54,7 @@ class _Pull(NamedTuple):
     reason: str = ""
 
 
-#: What it is called in a Dataset.
+#: Their names in a Dataset.
 _NAMES = (
     "pull_off_force",
     "pull_off_uncertainty",
@@ -71,20 +72,20 @@ _NAMES = (
 def curves_pull_off(
     ds: xr.Dataset, *, spring_constant: Any = None, baseline: float = 0.3, curves: bool = False
 ) -> xr.Dataset:
-    """Return the pull-off of force-distance curves.
+    """Return the pull-off forces of force-distance curves.
 
     Parameters
     ----------
     ds : Dataset
         ``piezo`` (units of a length, growing towards the surface, from any zero) and either ``force`` (units of a
-        force, > 0 pushes) or ``deflection`` (units of a length, > 0 pushes), along ``sample`` or (subregion, sample):
-        retractions, the first sample the most pressed; or along (subregion, branch, sample), of which the branch
-        "retraction" is taken. Coordinates of places come along.
+        force, > 0 pushes) or ``deflection`` (units of a length, > 0 pushes). Along ``sample`` or (subregion, sample)
+        they are retractions, whose first sample is the most pressed one; along (subregion, branch, sample) the branch
+        "retraction" is used. Coordinates of places are kept.
     spring_constant : number or quantity, optional
-        N/m, where ``ds`` does not state it; of deflections it must be given. Of forces it tells how far the cantilever
-        gives way.
+        N/m, where ``ds`` does not state it; needed for deflections. For forces it is used to subtract the bending of
+        the cantilever from the distance.
     baseline : float
-        The part of the travel, the farthest, in which nothing but the instrument acts.
+        The share of the travel, farthest from the surface, in which no surface force acts.
     curves : bool
         Keep the curves: ``force`` less its baseline (nN) along (subregion, branch, piezo_distance), the distance
         counted from the contact point in steps of the recorded samples, NaN beyond a curve's ends.
@@ -93,30 +94,30 @@ def curves_pull_off(
     -------
     Dataset
         Along ``subregion``: ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_uncertainty``, its standard
-        error by noise and baseline (not by the spring constant); ``pull_off_distance`` (nm), from where the force is
-        zero to the largest pull, the cantilever's give taken off where its spring constant is known;
+        error due to noise and baseline (not to the spring constant); ``pull_off_distance`` (nm), from where the force
+        is zero to the largest pull, less the bending of the cantilever where its spring constant is known;
         ``work_of_separation`` (nN nm), done by the piezo against the pull; ``force_noise`` (nN); ``contact_point``
-        (nm), the piezo's travel where the force is zero; ``contact_slope`` (nN/nm), by which the force rises with the
-        travel in its upper half; ``baseline_offset`` (nN) at the contact point and ``baseline_tilt`` (nN/nm);
-        ``reason``, why a curve has no pull-off, which then is NaN.
+        (nm), the piezo's travel where the force is zero; ``contact_slope`` (nN/nm), the slope of the force over the
+        travel in the upper half of the contact; ``baseline_offset`` (nN) at the contact point and ``baseline_tilt``
+        (nN/nm); ``reason``, why a curve has no pull-off, which then is NaN.
 
     Raises
     ------
     ValueError
-        If variables, dimensions or units are missing, deflections have no spring constant, or another one is given
-        than ``ds`` states.
+        If variables, dimensions or units are missing, deflections have no spring constant, or the spring constant given
+        differs from the one that ``ds`` states.
 
     Warns
     -----
     ImplausibleCurves
-        If the median slope in contact is more than 1.1 times the spring constant: spring and surface in series are no
-        stiffer than the spring, so that the sensitivity is too large by that factor at least.
+        If the median slope in contact is more than 1.1 times the spring constant: spring and surface in series cannot
+        be stiffer than the spring, so that the sensitivity is too large by at least that factor.
 
     Notes
     -----
-    A baseline that bends is not a straight line continued: what it is off at the pull-off is not in the uncertainty.
-    The largest pull is that of a parabola through the samples before the jump; where a soft spring tears a sphere off
-    close to its largest pull it may be off by about 0.1 %, which is not in it either.
+    The uncertainty leaves out two errors: that of a curved baseline, which is extrapolated as a straight line, and that
+    of the parabola through the samples before the jump, about 0.1 % where a soft spring tears a sphere off close to its
+    largest pull.
 
     Examples
     --------
@@ -139,14 +140,14 @@ def curves_pull_off(
     out = out.assign_coords({"subregion": np.arange(len(found)), **places} if "subregion" in ds.dims else {})
     if curves:
         out = out.merge(kept(recorded, out["contact_point"].values, baseline))
-    _question(out, stiffness)
+    _warn_of_slope(out, stiffness)
     out.attrs = {"measured": "force-distance curves", "baseline": baseline, "missing": "NaN where reason says why"}
     out.attrs |= {} if np.isinf(stiffness) else {"spring_constant": stiffness}
     return schema.record(schema.label(out), "curves_pull_off", ds, spring_constant=spring_constant, baseline=baseline)
 
 
-def _question(out: xr.Dataset, stiffness: float) -> None:
-    """Say that curves rise faster in contact than their cantilever can be bent."""
+def _warn_of_slope(out: xr.Dataset, stiffness: float) -> None:
+    """Warn that curves rise faster in contact than their cantilever can bend."""
     slopes = out["contact_slope"].values[np.isfinite(out["contact_slope"].values)]
     times = float(np.median(slopes)) / stiffness if slopes.size else 0.0
     if times > _STIFFEST:
@@ -181,7 +182,7 @@ def _read(ds: xr.Dataset, spring_constant: Any) -> tuple[xr.Dataset, float]:
 
 
 def _stiffness(ds: xr.Dataset, given: Any) -> float:
-    """Return the spring constant (nN/nm) that is stated or given, inf without one."""
+    """Return the spring constant (nN/nm) that is stated or given, inf without any."""
     stated = ds.attrs.get("spring_constant", np.inf)
     if given is None:
         return float(stated)
@@ -192,7 +193,7 @@ def _stiffness(ds: xr.Dataset, given: Any) -> float:
 
 
 def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _Pull:
-    """Return what one retraction tells."""
+    """Return the results of one retraction."""
     known = np.isfinite(z) & np.isfinite(force)
     z, force = z[known], force[known]
     reason = _unusable(z, share)
@@ -218,13 +219,13 @@ def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _
     work = float(np.trapezoid(flat[zero:], z[zero:]))
     if work < -_STANDS_OUT * line.work_error(z[zero:]):
         return found._replace(reason="the baseline is not straight: it pushes more than the surface pulls")
-    lowest, own = _bottom(z, flat, at, line.noise)
+    lowest, own = _minimum(z, flat, at, line.noise)
     uncertainty = float(np.hypot(own, line.error(z[at])))
     return found._replace(force=-lowest, uncertainty=uncertainty, distance=travel, work=work)
 
 
 def _unusable(z: np.ndarray, share: float) -> str:
-    """Return why a retraction of such a travel cannot be used, nothing where it can."""
+    """Return why a retraction with such a travel cannot be used, empty where it can."""
     if z.size < _FEWEST:
         return f"fewer than {_FEWEST} samples"
     if z[0] <= z[-1]:
@@ -233,9 +234,9 @@ def _unusable(z: np.ndarray, share: float) -> str:
 
 
 def _zero(flat: np.ndarray, end: int, noise: float) -> int | None:
-    """Return the last sample that pushes before the largest pull; without a pull, before the first that does not.
+    """Return the last sample that pushes before the largest pull, None where no sample pushes by more than the noise.
 
-    None where nothing pushes that stands out of the noise.
+    Without a pull, the sample before the first that does not push.
     """
     if flat[:end].max(initial=0.0) <= _STANDS_OUT * noise:
         return None
@@ -255,31 +256,32 @@ def _contact(z: np.ndarray, flat: np.ndarray, zero: int, line: Baseline) -> dict
 
 
 def _clipped(force: np.ndarray, at: int, far: np.ndarray) -> bool:
-    """Return whether the lowest force is one value over many samples, as at the end of a detector's range."""
+    """Return whether the lowest force is one value over many samples, as where a detector is saturated."""
     return _longest_run(force[max(at - 200, 0) : at + 200] == force.min()) >= max(
         _CLIPPED, 2 * (1 + _longest_run(np.diff(force[far]) == 0))
     )
 
 
 def _longest_run(true: np.ndarray) -> int:
-    """Return how many in a row are true at most."""
+    """Return the length of the longest run of true values."""
     ends = np.flatnonzero(np.diff(np.concatenate(([0], true.astype(int), [0]))))
     return int((ends[1::2] - ends[::2]).max(initial=0))
 
 
-class _Low(NamedTuple):
+class _Minimum(NamedTuple):
     """The lowest point of a parabola through samples; nN."""
 
     force: float
     error: float
-    reach: tuple[int, int]  # the samples at which it is hardly higher
+    reach: tuple[int, int]  # range of the samples whose force is nearly as low
 
 
-def _bottom(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[float, float]:
-    """Return the least force and its standard error: of a parabola through the samples about the lowest one.
+def _minimum(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[float, float]:
+    """Return the least force and its standard error, by a parabola through the samples around the lowest one.
 
-    Which samples these are the parabola tells, not their own noise: to leave out those that noise lifts would make the
-    rest too low. Where the force still falls at the last sample, the surface let go at any time until the next.
+    The samples are chosen by the parabola and not by their own noise, since to drop those that noise lifts would bias
+    the rest downwards. If the force still falls at the last sample, the surface let go at some time before the next
+    one.
     """
     end = _torn_off(force, at, noise)
     ends = max(at - _BOTTOM, 0), min(at + _BOTTOM, end)
@@ -296,7 +298,7 @@ def _bottom(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[fl
 
 
 def _near(force: np.ndarray, at: int, noise: float) -> tuple[int, int]:
-    """Return the samples about the lowest that lie as low as it but for noise, and the end of them."""
+    """Return the range of samples around the lowest that are as low as it within the noise."""
     away = np.abs(force - force[at]) > _WITHIN * noise
     before, after = np.flatnonzero(away[:at]), np.flatnonzero(away[at:])
     return (int(before[-1]) + 1 if before.size else 0), (at + int(after[0]) if after.size else force.size)
@@ -310,8 +312,8 @@ def _torn_off(force: np.ndarray, at: int, noise: float) -> int:
 
 def _parabola(
     z: np.ndarray, force: np.ndarray, used: slice, ends: tuple[int, int], noise: float, *, torn_off: bool
-) -> _Low:
-    """Return the lowest point of a parabola through the used samples, looked at between the ends."""
+) -> _Minimum:
+    """Return the lowest point, between the ends, of a parabola through the used samples."""
     scale = float(np.abs(z[used] - z[used].mean()).max())
     x = (z[slice(*ends)] - z[used].mean()) / scale
     design = np.c_[np.ones(x.size), x, x**2]
@@ -328,7 +330,7 @@ def _parabola(
         unseen = max(float((row - beyond) @ found), 0.0)
         row = (row + beyond) / 2 if unseen else row
     error = noise * np.sqrt(row @ np.linalg.inv(design[own].T @ design[own]) @ row)
-    return _Low(
+    return _Minimum(
         float(row @ found), float(np.hypot(error, unseen / np.sqrt(12))), (ends[0] + reach[0], ends[0] + reach[1])
     )
 

@@ -1,4 +1,4 @@
-"""What an instrument recorded, as forces: in units of force, or by a sensitivity and a spring constant as stated."""
+"""Recorded values as forces: given in units of force, or converted with a stated sensitivity and spring constant."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ..units import factor, positive
 
 PULLS = ("positive", "negative")
 
-#: What is done to recorded values of other units than a force's: the option that says how much one of them is.
+#: What to state where recorded values are not in units of a force.
 _HOW = "state sensitivity= in nN/V; or in nm/V, with spring_constant= in N/m"
 
 
 class Calibration(NamedTuple):
-    """What the caller states about the recorded values; None where nothing is stated."""
+    """What the caller states about the recorded values; None for what is not stated."""
 
     units: str | None = None
     sensitivity: Any = None
@@ -27,7 +27,7 @@ class Calibration(NamedTuple):
 
 
 def converts(units: str | None, target: str) -> bool:
-    """Return whether units convert to others.
+    """Return whether one unit can be converted to another.
 
     Examples
     --------
@@ -41,13 +41,13 @@ def converts(units: str | None, target: str) -> bool:
 
 
 def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[np.ndarray, dict[str, Any]]:
-    """Return recorded values as forces in nN, and attributes that say how.
+    """Return recorded values as forces in nN, and attributes that say how they were converted.
 
     Parameters
     ----------
     values : ndarray
     units : str or None
-        Those that the file states.
+        Units that the file states.
     given : Calibration
 
     Returns
@@ -58,7 +58,7 @@ def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[n
     Raises
     ------
     ValueError
-        If units, sensitivity or spring constant are missing, or stated though the file states them.
+        If units, sensitivity or spring constant are missing, or are stated by both the file and the caller.
 
     Examples
     --------
@@ -91,7 +91,7 @@ def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[n
 
 
 def _per_volt(sensitivity: Any, units: str) -> tuple[float, str]:
-    """Return how much a volt is, and of what."""
+    """Return the value of one volt and its units, of a force or of a deflection."""
     if sensitivity is None:
         raise ValueError(f"expected forces, found {units}; {_HOW}")
     has_units(sensitivity)
@@ -102,7 +102,7 @@ def _per_volt(sensitivity: Any, units: str) -> tuple[float, str]:
 
 
 def has_units(sensitivity: Any) -> None:
-    """Refuse a sensitivity that is a plain number: it might be nN/V as well as nm/V."""
+    """Raise for a sensitivity that is a plain number, which could be nN/V as well as nm/V."""
     unitless = re.fullmatch(r"[-+.\deE\s]+", sensitivity) if isinstance(sensitivity, str) else None
     if unitless or isinstance(sensitivity, Real):
         raise ValueError(f"sensitivity: expected its units, such as '12 nN/V' or '50 nm/V', found {sensitivity!r}")
@@ -121,19 +121,19 @@ def _nothing_beside(units: str, given: Calibration, *options: str) -> None:
 
 
 def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:
-    """Return pull-off forces as positive magnitudes, and which sign pulls had in the file.
+    """Return pull-off forces as positive magnitudes, and the sign that pulls had in the file.
 
     Parameters
     ----------
     values : ndarray
         NaN where nothing was measured.
     pulls : {"positive", "negative"}, optional
-        Which sign a pull has; without it, that of all values.
+        The sign of a pull; by default that of all values.
 
     Raises
     ------
     ValueError
-        If there are values of both signs and nothing is stated.
+        If there are values of both signs and the sign of a pull is not stated.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Force-distance curves side by side: forces less their baselines, over the distance from each contact point."""
+"""Force-distance curves on one axis: forces less their baselines, over the distance from each contact point."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from .baselines import baseline_of
 
 
 def kept(recorded: xr.Dataset, contact_points: np.ndarray, share: float) -> xr.Dataset:
-    """Return curves on one axis of distances.
+    """Return all curves on one axis of distances.
 
     Parameters
     ----------
     recorded : Dataset
         ``piezo`` (nm) and ``force`` (nN) along (subregion, sample) or (subregion, branch, sample).
     contact_points : ndarray
-        Of each curve, nm; NaN where there is none, and nothing is kept.
+        For each curve, nm; NaN for a curve without one, which is left out.
     share : float
-        Of the travel that is baseline.
+        Share of the travel that is baseline.
 
     Returns
     -------
@@ -37,7 +37,7 @@ def kept(recorded: xr.Dataset, contact_points: np.ndarray, share: float) -> xr.D
 
 
 def _axis(distance: np.ndarray) -> np.ndarray:
-    """Return distances from the most pressed to the farthest, in steps as samples were taken."""
+    """Return distances from the most pressed to the farthest, in the step of the samples."""
     known = distance[np.isfinite(distance)]
     if known.size == 0:
         return np.empty(0)
@@ -47,7 +47,7 @@ def _axis(distance: np.ndarray) -> np.ndarray:
 
 
 def _on(axis: np.ndarray, distance: np.ndarray, force: np.ndarray, share: float) -> np.ndarray:
-    """Return one branch less its own baseline, between its samples; NaN beyond them."""
+    """Return one branch less its own baseline, interpolated between its samples; NaN beyond them."""
     good = np.isfinite(distance) & np.isfinite(force)
     if good.sum() < 10:
         return np.full(axis.size, np.nan)

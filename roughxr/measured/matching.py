@@ -1,37 +1,36 @@
-"""One number of a prediction by matching distributions: that which brings its quantiles nearest to the measured ones.
+"""Fit of one number of a prediction, so that the predicted quantiles come closest to the measured ones.
 
-The quantiles' logarithms are compared. Their shape stays what the surface makes it; whether it is the measured one is
-told, not fitted.
+The logarithms of the quantiles are compared. The shape of the distribution follows from the surface; whether it agrees
+with the measured one is reported, not fitted.
 """
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from ..statistics.sampling import Samples, samples
+from ..statistics.sampling import Samples, known_samples
 from ..statistics.uncertainty import interval_of
 
-#: Quantiles that are matched: a tail of few places is chance.
+#: Quantiles that are matched: tails with few places are left out.
 _LEVELS = np.linspace(0.05, 0.95, 19)
 
-#: By how much what is held is changed to see what the fit makes of it.
+#: Factor by which a fixed number is changed to see how the fit follows.
 CHANGE = 1.2
 
 
 class Curves(NamedTuple):
-    """Logarithms of predicted quantiles against that of the number that is fitted."""
+    """Logarithms of predicted quantiles as functions of the logarithm of the fitted number."""
 
     ln_value: np.ndarray
     ln_force: np.ndarray  # (values, levels)
 
 
 class Fitted(NamedTuple):
-    """The number whose prediction is nearest, with its interval; NaN where an end lies beyond the values tried."""
+    """The fitted number and its interval; NaN for an end beyond the values tried."""
 
     value: float
     low: float
@@ -39,14 +38,12 @@ class Fitted(NamedTuple):
     distance: np.ndarray  # of the distributions, at each value tried
     spread_ratio: float  # measured over predicted
     exponent: float  # d ln force / d ln value at the fit
-    own: np.ndarray  # logarithms of the quantiles that are predicted there
+    own: np.ndarray  # logarithms of the quantiles predicted with the fitted number
 
 
 def positive_forces(measured: xr.Dataset) -> Samples:
-    """Return measured forces, all positive, or say what is wrong with them."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", ".*the others are missing")
-        found = samples(measured, "pull_off_force")
+    """Return measured forces; raise where they are not all positive."""
+    found = known_samples(measured, "pull_off_force")
     low = int((found.values <= 0).sum())
     if low:
         raise ValueError(
@@ -57,21 +54,21 @@ def positive_forces(measured: xr.Dataset) -> Samples:
 
 
 def predicted_forces(found: xr.Dataset, words: str) -> Samples:
-    """Return predicted forces, one at every place, or say where there is none.
+    """Return predicted forces, one at every place; raise where there is none at some.
 
     Parameters
     ----------
     found : Dataset
         With ``pull_off_force``.
     words : str
-        For which number, and what to do if it has to be another.
+        For the error message: which number was used, and what to do if another is needed.
     """
     forces = found["pull_off_force"].to_dataset()
     without = int((~(forces["pull_off_force"] > 0)).sum())
-    if without:  # to leave them out would set other places beside the measured ones at each value
+    if without:  # leaving them out would compare with different places at each value
         total = forces["pull_off_force"].size
         raise ValueError(f"expected a pull-off at every place, found none at {without} of {total} for {words}")
-    return samples(forces, "pull_off_force")
+    return known_samples(forces, "pull_off_force")
 
 
 def ln_quantiles(values: np.ndarray, axis: int = -1) -> np.ndarray:
@@ -82,18 +79,18 @@ def ln_quantiles(values: np.ndarray, axis: int = -1) -> np.ndarray:
 def matching(
     found: Samples, predict: Callable[[float], Samples], values: np.ndarray, *, seed: int, **given: float
 ) -> Fitted:
-    """Return the value whose predicted forces are distributed most nearly as the measured ones.
+    """Return the value whose predicted forces come closest to the distribution of the measured ones.
 
     Parameters
     ----------
     found : Samples
         Measured forces.
     predict : callable
-        Of a value, samples of predicted forces.
+        Returns samples of predicted forces for a value.
     values : ndarray
-        Tried, ascending.
+        Values to try, ascending.
     seed, **given
-        For `interval_of`: confidence, resamples.
+        Passed to `interval_of`: confidence, resamples.
     """
     target = ln_quantiles(found.values)
     curves = Curves(np.log(values), np.array([ln_quantiles(predict(one).values) for one in values]))
@@ -108,7 +105,7 @@ def matching(
 
 
 def trade(fit: Fitted, other: Samples) -> float:
-    """Return d ln value / d ln of what was changed by `CHANGE`, at equal forces."""
+    """Return d ln value / d ln of what was changed by the factor `CHANGE`, at equal forces."""
     return (
         float(-(ln_quantiles(other.values) - fit.own).mean() / np.log(CHANGE) / fit.exponent)
         if fit.exponent
@@ -122,12 +119,12 @@ def _exponent(curves: Curves, value: float) -> float:
 
 
 def _distances(ln_force: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return the rms distance of predicted from measured logarithms of quantiles, at each value."""
+    """Return the rms difference between predicted and measured logarithms of quantiles, at each value."""
     return np.sqrt(np.mean((ln_force - target[..., None, :]) ** 2, axis=-1))
 
 
 def _best(curves: Curves, target: np.ndarray) -> np.ndarray:
-    """Return the logarithm of least distance, by a spline through the squares, within the values tried."""
+    """Return the logarithm of the best value, by a spline through the squared distances, within the values tried."""
     from scipy.interpolate import CubicSpline
 
     fine = np.linspace(curves.ln_value[0], curves.ln_value[-1], 401)
@@ -136,17 +133,17 @@ def _best(curves: Curves, target: np.ndarray) -> np.ndarray:
 
 
 def _fit_to_measured(curves: Curves) -> Callable[..., np.ndarray]:
-    """Return the fit as a statistic of measured forces."""
+    """Return the fit as a function of measured forces, for their bootstrap."""
     return lambda values, axis=-1: np.exp(_best(curves, ln_quantiles(values, axis)))
 
 
 def _fit_of_predicted(curves: Curves, target: np.ndarray, own: np.ndarray) -> Callable[..., np.ndarray]:
-    """Return the fit as a statistic of forces predicted there: to first order, all quantiles shift alike."""
+    """Return the fit as a function of the forces predicted there, for their bootstrap: to first order one shift."""
     return lambda values, axis=-1: np.exp(_best(curves, target - (ln_quantiles(values, axis) - own)))
 
 
 def _both(value: float, first: tuple, second: tuple, curves: Curves) -> tuple[float, float]:
-    """Return the interval of independent errors, added in squares on the logarithms; NaN beyond what was tried."""
+    """Return the interval for two independent errors, added in squares on the logarithms; NaN beyond values tried."""
     low, high = (
         float(np.exp(np.log(value) + sign * np.hypot(np.log(a / value), np.log(b / value))))
         for sign, a, b in zip((-1, 1), first, second)

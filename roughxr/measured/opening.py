@@ -22,7 +22,7 @@ from .several import together
 from .tables import force_column, lengths, place_columns, read_table
 from .vendor_scales import in_true_units
 
-#: Curves of a file that are in memory at a time.
+#: Number of a file's curves that are held in memory at a time.
 _AT_ONCE = 64
 
 
@@ -40,50 +40,50 @@ def open_pull_off(
     baseline: float = 0.3,
     curves: bool = False,
 ) -> xr.Dataset:
-    """Open pull-off forces that were measured: a table, an adhesion image of an AFM file, or force-distance curves.
+    """Open measured pull-off forces: a table, an adhesion image of an AFM file, or force-distance curves.
 
     Parameters
     ----------
     path : str, path or sequence of them
         A text table (CSV and the like) with names above its columns, such as ``x [um], y [um], force [nN]``; any AFM
         file that `open_scan` reads and that holds an image of adhesion; or a file of curves, see `open_curves`. The
-        content decides, not the extension. Several files, such as one for each curve, are read alike and put together.
+        content decides, not the extension. Several files, such as one for each curve, are read alike and concatenated.
     channel : str or int, optional
-        Name of the column, or name or number of the image; by default the only one that can be meant.
+        Name of the column, or name or number of the image; needed where there is more than one candidate.
     direction : {"trace", "retrace"}, optional
-        Of an image; by default the forward one where there are both.
+        For an image; by default the forward one where there are both.
     size : length or pair of lengths, optional
-        Of an image, where the file does not state it; a text file of bare numbers is an image where this is given.
+        For an image whose file does not state it; with it, a text file of bare numbers is read as an image.
     units : str, optional
-        Of what was measured, where the file does not state them, and only there: those of a force, or V, or those of a
-        deflection.
+        Units of the measured values, only where the file does not state them: those of a force, of a deflection, or V.
     place_units : str, optional
-        Of the columns x and y, where the file does not state them.
+        Units of the columns x and y, where the file does not state them.
     sensitivity : quantity, optional
-        Of values in V: force per volt, "12 nN/V", or deflection per volt, "50 nm/V"; of curves the latter.
+        For values in V: force per volt, "12 nN/V", or deflection per volt, "50 nm/V"; for curves the latter.
     spring_constant : number or quantity, optional
-        Of values that are deflections, or of a sensitivity in nm/V: N/m.
+        For deflections, and with a sensitivity in nm/V: N/m.
     pulls : {"positive", "negative"}, optional
-        Which sign a pull has in the file; needed where there are values of both.
+        The sign of a pull in the file; needed where there are values of both signs.
     baseline, curves : float, bool
-        Of force-distance curves, see `curves_pull_off`.
+        For force-distance curves, see `curves_pull_off`.
 
     Returns
     -------
     Dataset
         ``pull_off_force`` (nN, a positive magnitude) along ``subregion``, NaN where nothing was measured; coordinates
-        ``subregion_x``, ``subregion_y`` (nm) where places are known, those of an image from its lower left corner as of
-        a scan of the same file, and ``file`` where there are several. Of curves what `curves_pull_off` tells, with the
-        ``reason`` of each that could not be used. The attribute ``measured`` is "table", "adhesion image" or
-        "force-distance curves"; others keep file name, SHA-256, channel, and by what the values became forces.
+        ``subregion_x``, ``subregion_y`` (nm) where places are known, for an image from its lower left corner as in a
+        scan of the same file, and ``file`` where there are several. For curves also the other variables of
+        `curves_pull_off`, with the ``reason`` of each curve that could not be used. The attribute ``measured`` is
+        "table", "adhesion image" or "force-distance curves"; others hold file name, SHA-256, channel, and the
+        conversion to forces.
 
     Raises
     ------
     UnreadableScan
-        If a file holds no such thing, is damaged, or several columns or images can be meant. It is a ValueError, as
-        where units, a sensitivity or a spring constant are missing: none of them is ever guessed.
+        If a file holds no pull-off forces, is damaged, or has several columns or images that could be meant; also where
+        units, a sensitivity or a spring constant are missing: none of them is ever guessed. It is a ValueError.
     ImportError
-        If a file needs a package that is not installed: the message says how to.
+        If a file needs a package that is not installed; the message says how to install it.
     OSError
         If a file is absent, a directory, or may not be read.
 
@@ -107,7 +107,7 @@ def open_pull_off(
 
 
 class _Image(NamedTuple):
-    """Which image, or column, of a file is meant."""
+    """Which image or column of a file to read."""
 
     channel: str | int | None
     direction: str | None
@@ -115,14 +115,14 @@ class _Image(NamedTuple):
 
 
 class _Curves(NamedTuple):
-    """What is done with curves."""
+    """Options for curves."""
 
     baseline: float
     curves: bool
 
 
 def _of_file(path: Path, image: _Image, place_units: str | None, given: Calibration, asked: _Curves) -> xr.Dataset:
-    """Return what one file holds."""
+    """Return the pull-off forces of one file."""
     family, read = files.reader_of(path)
     kind = None if image.size is not None else files.guarded(path, curve_kind, path, family, given)
     if family == "netcdf" and kind is None:
@@ -142,7 +142,7 @@ def _of_file(path: Path, image: _Image, place_units: str | None, given: Calibrat
 
 
 def _of_curves(path: Path, kind: str, given: Calibration, asked: _Curves) -> xr.Dataset:
-    """Return the pull-offs of a file's curves, so many of them in memory at a time as need be."""
+    """Return the pull-off forces of a file's curves, which are read in parts to save memory."""
     file = opened(path, kind, given)
     at_once = len(file.curves) if asked.curves else _AT_ONCE
     parts = []
@@ -190,7 +190,7 @@ def _as_pulls(path: Path, values: np.ndarray, units: str | None, given: Calibrat
 
 
 def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path: Path) -> Channel:
-    """Return the image asked for, or the one of adhesion."""
+    """Return the image asked for, else the only one of adhesion."""
     schema.one_of(direction, (None, "trace", "retrace"), "direction")
     if channel is None:
         found = [one for one in channels if "adhes" in one.name.lower()]

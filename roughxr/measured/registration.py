@@ -1,8 +1,8 @@
-"""By how much measured places lie off those of a prediction: the shift at which both are most alike.
+"""Offset between measured places and those of a prediction: the shift at which both correlate best.
 
-Zero-normalised cross-correlation of normal scores over the pixels that both know, at all shifts at once by Fourier
+Zero-normalised cross-correlation of normal scores over the pixels that both have, at all shifts at once by Fourier
 transforms (Padfield, IEEE Trans. Image Process. 21 (2012) 2706), its peak refined by a parabola along each axis. The
-best of many shifts is alike by chance too: whether it is more than that is tested, all independent shifts counted.
+best of many shifts correlates by chance as well: the p-value accounts for the number of independent shifts.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ class Grid(NamedTuple):
 
 
 class Match(NamedTuple):
-    """A shift, nm, to be added to measured places, and how alike both are there."""
+    """A shift, nm, to be added to measured places, and the correlation there."""
 
     x: float
     y: float
     predicted: np.ndarray  # at each measured place, NaN beyond the prediction
     correlation: float  # of the normal scores of both
-    p_value: float  # of as good a correlation by chance at any of the shifts
+    p_value: float  # of such a correlation arising by chance at any of the shifts
 
 
 def grid_of(found: Samples) -> Grid | None:
-    """Return samples that lie on a uniform grid as a map, None where they do not.
+    """Return samples on a uniform grid as a map, None where they do not lie on one.
 
     Examples
     --------
@@ -55,16 +55,16 @@ def grid_of(found: Samples) -> Grid | None:
 
 
 def matched(predicted: Samples, measured: Samples, *, shift: tuple[float, float] | None, farthest: float) -> Match:
-    """Return the prediction at the measured places, after the shift that is given or else found.
+    """Return the prediction at the measured places, after the given shift or, without one, the best.
 
     Parameters
     ----------
     predicted, measured : Samples
-        With places; those of the prediction on a grid, or the measured ones themselves.
+        With places; those of the prediction on a grid, or the same as the measured ones.
     shift : (float, float) or None
-        nm; None: that of the largest correlation.
+        nm; None: the shift of the largest correlation is searched.
     farthest : float
-        Largest shift along each axis, part of the prediction's extent.
+        Largest shift along each axis, as a share of the prediction's extent.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def _at_the_same(predicted: Samples, measured: Samples) -> Match:
 
 
 def _independent_pairs(first: np.ndarray, second: np.ndarray, places: np.ndarray) -> float:
-    """Return how many independent pairs vary in their correlation as these do: n² / Σᵢⱼ ρ₁(dᵢⱼ) ρ₂(dᵢⱼ).
+    """Return the number of independent pairs whose correlation varies as much: n² / Σᵢⱼ ρ₁(dᵢⱼ) ρ₂(dᵢⱼ).
 
     Bartlett, J. R. Stat. Soc. 98 (1935) 536; Clifford, Richardson & Hémon, Biometrics 45 (1989) 123.
     """
@@ -113,7 +113,7 @@ def _independent_pairs(first: np.ndarray, second: np.ndarray, places: np.ndarray
 
 
 def _by_chance(correlation: float, independent: float, tried: float) -> float:
-    """Return how likely the best of some independent shifts is as good by chance, by Fisher's transform."""
+    """Return the probability that the best of some independent shifts is as good by chance, by Fisher's transform."""
     from scipy.stats import norm
 
     if independent <= 3:
@@ -123,12 +123,12 @@ def _by_chance(correlation: float, independent: float, tried: float) -> float:
 
 
 def _interpolated(grid: Grid, places: np.ndarray) -> np.ndarray:
-    """Return the map between its places, NaN beyond them and beside missing ones."""
+    """Return the map interpolated at places, NaN beyond it and beside missing values."""
     from scipy.interpolate import RegularGridInterpolator
 
     steps = np.array([grid.x[1] - grid.x[0], grid.y[1] - grid.y[0]])
     ends = np.array([[grid.x[0], grid.y[0]], [grid.x[-1], grid.y[-1]]])
-    inside = np.clip(places, *ends)  # by rounding, not farther
+    inside = np.clip(places, *ends)  # guards against rounding only
     near = (np.abs(inside - places) < 1e-6 * steps).all(axis=1)
     known = RegularGridInterpolator((grid.x, grid.y), grid.values)
     out = np.full(len(places), np.nan)
@@ -137,7 +137,7 @@ def _interpolated(grid: Grid, places: np.ndarray) -> np.ndarray:
 
 
 def _best_shift(grid: Grid, measured: Samples, farthest: float) -> tuple[tuple[float, float], float]:
-    """Return the shift, nm, of the largest correlation, and how many independent ones were tried."""
+    """Return the shift, nm, of the largest correlation, and the number of independent shifts that were tried."""
     steps = np.array([grid.x[1] - grid.x[0], grid.y[1] - grid.y[0]])
     coarse = _binned(measured, steps)
     known = np.isfinite(grid.values)
@@ -164,7 +164,7 @@ def _best_shift(grid: Grid, measured: Samples, farthest: float) -> tuple[tuple[f
 
 class _Binned(NamedTuple):
     origin: np.ndarray  # nm
-    values: tuple[np.ndarray, np.ndarray]  # mean scores, and where there are any
+    values: tuple[np.ndarray, np.ndarray]  # mean scores, and a mask of where there are any
 
 
 def _binned(measured: Samples, steps: np.ndarray) -> _Binned:
@@ -179,7 +179,7 @@ def _binned(measured: Samples, steps: np.ndarray) -> _Binned:
 
 
 def _correlations(first, first_known, second, second_known) -> tuple[np.ndarray, np.ndarray]:
-    """Return the correlation over what both know, and how many pixels that are, at every shift of the second."""
+    """Return, at every shift of the second map, the correlation over pixels known in both, and their number."""
     from scipy.signal import correlate
 
     def across(a, b):
@@ -200,7 +200,7 @@ def _lines(values: np.ndarray, at: tuple) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _vertex(line: np.ndarray, k: int) -> float:
-    """Return where the parabola through a peak and its neighbours has its vertex, in steps from the peak.
+    """Return the vertex of the parabola through a peak and its neighbours, in steps from the peak.
 
     Examples
     --------

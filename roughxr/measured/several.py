@@ -1,4 +1,4 @@
-"""Pull-offs of several files as one: places one after another, and the file that each comes from."""
+"""Pull-offs of several files as one Dataset: their places in sequence, with the file that each comes from."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ import xarray as xr
 
 
 def together(paths: Sequence[Any], found: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Return what was found in files along one ``subregion``.
+    """Return the pull-offs of several files along one ``subregion``.
 
     Parameters
     ----------
     paths : sequence of path
     found : sequence of Dataset
-        As many, each of one file.
+        One for each file.
 
     Returns
     -------
     Dataset
-        Variables and coordinates that all of them have, and ``file``, where there are several: of each place its.
+        Variables and coordinates that all of them have, and, where there are several, ``file`` for each place.
 
     Raises
     ------
     ValueError
-        If there are none, or they were not measured alike.
+        If there are none, or they come from different kinds of measurement.
     """
     if len(found) == 1:
         return found[0]

@@ -1,4 +1,4 @@
-"""Tables of pull-off forces: one row for each place, columns that are named, units in the header or stated."""
+"""Tables of pull-off forces: one row for each place, named columns, units in the header or stated by the caller."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from .forces import converts
 #: "force [nN]", "force (nN)", "force / nN"
 _HEADED = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|/\s*([^/\s]+))$")
 
-#: Cells that say that nothing was measured.
+#: Cells that mean that nothing was measured.
 _EMPTY = ("", "-", "nan", "na", "n/a", "none")
 
-#: Names under which forces of adhesion are written.
+#: Column names that mean a force of adhesion.
 _FORCE = re.compile("adhes|pull|force|snap", re.IGNORECASE)
 
 
@@ -38,13 +38,13 @@ def read_table(path: Path) -> list[Column]:
     Parameters
     ----------
     path : Path
-        Comma, semicolon, tab or blanks between its columns; a line of names above them, which a table of one column
-        may do without. Lines that begin with # are comments, the last of them the names where no other line is.
+        Columns separated by comma, semicolon, tab or blanks; a line of names above them, which a table of one column
+        may lack. Lines that begin with # are comments; the last of them holds the names where no other line does.
 
     Returns
     -------
     list of Column
-        NaN where a cell is empty. Columns of words are left out.
+        NaN where a cell is empty. Columns of text are left out.
 
     Raises
     ------
@@ -60,22 +60,25 @@ def read_table(path: Path) -> list[Column]:
         raise UnreadableScan(path, "expected rows of numbers, found a line of names only")
     delimiter, comma = separators(rows[first][1])
     cells = [(k, _split(line, delimiter)) for k, line in rows[first:]]
-    width = len(cells[0][1])
-    if first:
-        names = _split(rows[0][1], delimiter)
-    else:
-        above = [line.lstrip("# \t") for k, line in lines if k < rows[0][0]]
-        names = next((found for line in above[::-1] if len(found := _split(line, delimiter)) == width), None)
-    if names is None and width > 1:
+    comments = [line.lstrip("# \t") for k, line in lines if k < rows[0][0]]
+    names = _split(rows[0][1], delimiter) if first else _names_in(path, comments, delimiter, len(cells[0][1]))
+    _same_width(path, cells, len(names))
+    columns = [_column(path, name, [(k, row[at]) for k, row in cells], comma) for at, name in enumerate(names)]
+    return [column for column in columns if column is not None]
+
+
+def _names_in(path: Path, comments: list[str], delimiter: str | None, width: int) -> list[str]:
+    """Return the names in the last comment that has as many as there are columns; one column may do without."""
+    for line in reversed(comments):
+        if len(names := _split(line, delimiter)) == width:
+            return names
+    if width > 1:
         raise UnreadableScan(
             path,
             f"expected a line of names above {width} columns, such as 'x [um], y [um], force [nN]', found numbers; "
             "if they are an image, give its size=; if NT-MDT's force curve, sensitivity= in nm/nA and spring_constant=",
         )
-    names = names or [path.stem]
-    _same_width(path, cells, len(names))
-    columns = [_column(path, name, [(k, row[at]) for k, row in cells], comma) for at, name in enumerate(names)]
-    return [column for column in columns if column is not None]
+    return [path.stem]
 
 
 def _is_numbers(line: str) -> bool:
@@ -112,7 +115,7 @@ def _same_width(path: Path, cells: list[tuple[int, list[str]]], width: int) -> N
 
 
 def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) -> Column | None:
-    """Return a column of numbers, None for one of words; numbers among which a word stands are damaged."""
+    """Return a column of numbers, None for one of text; raise for text among numbers."""
     found = [_number(cell, comma) for _, cell in cells]
     words = [(line, cell) for (line, cell), number in zip(cells, found) if number is None]
     if len(words) > len(cells) / 2:
@@ -126,27 +129,33 @@ def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) ->
 
 
 def force_column(path: Path, columns: list[Column], name: str | None) -> Column:
-    """Return the column of forces: that named, or the only one that can be meant.
+    """Return the column of forces: the one named, else the only one that can be meant.
 
     Raises
     ------
     UnreadableScan
         If none or several can be meant.
     """
-    others = [one for one in columns if not re.fullmatch(r"(subregion_)?[xy]|index|subregion", one.name, re.IGNORECASE)]
-    if name is not None:
-        fitting = [one for one in columns if one.name == name] or [
-            one for one in columns if one.name.lower() == str(name).lower()
-        ]
-    else:
-        stated = [one for one in others if converts(one.units, "nN")]
-        fitting = [one for one in stated if one.name == "pull_off_force"] or stated
-        fitting = fitting or [one for one in others if _FORCE.search(one.name)] or others
+    fitting = _likely_forces(columns) if name is None else _named(columns, str(name))
     if len(fitting) != 1:
         wanted = f"a column {name!r}" if name is not None else "one column of pull-off forces"
         listed = ", ".join(f"{one.name!r} [{one.units or '?'}]" for one in columns) or "no column of numbers"
         raise UnreadableScan(path, f"expected {wanted}, found {len(fitting)} among {listed}; name it, channel='…'")
     return fitting[0]
+
+
+def _named(columns: list[Column], name: str) -> list[Column]:
+    """Return the columns of a name, without regard to capitals where none has it exactly."""
+    return [one for one in columns if one.name == name] or [one for one in columns if one.name.lower() == name.lower()]
+
+
+def _likely_forces(columns: list[Column]) -> list[Column]:
+    """Return the columns that may be forces: by their units, else by their names, else all but places and indices."""
+    others = [one for one in columns if not re.fullmatch(r"(subregion_)?[xy]|index|subregion", one.name, re.IGNORECASE)]
+    forces = [one for one in others if converts(one.units, "nN")]
+    if forces:
+        return [one for one in forces if one.name == "pull_off_force"] or forces
+    return [one for one in others if _FORCE.search(one.name)] or others
 
 
 def place_columns(columns: list[Column]) -> dict[str, Column]:

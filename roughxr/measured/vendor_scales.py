@@ -1,6 +1,6 @@
-"""The scale of images that are no lengths, in vendors' files: their reader hands over what is stored, in no unit.
+"""The scale of images other than heights in vendors' files, whose reader returns them as stored, without units.
 
-SurfaceTopography scales lengths alone; a Nanoscope image of forces would come as counts that are called nN. Here its
+SurfaceTopography scales heights only; a Nanoscope image of forces would come as counts labelled nN. Here its
 scale is read from the header: value = count × hard scale / 2^(8 × bytes) × sensitivity, the hard scale in V, or in
 arbitrary units ("Arb") by instruments that map forces.
 """
@@ -22,7 +22,7 @@ _SENSITIVITY = re.compile(rf"^\\@(?P<quantity>Sens\.[^:]*): V {_NUMBER} ?(?P<uni
 
 
 def in_true_units(path: Path, channels: list[Channel], chosen: Channel, family: str) -> Channel:
-    """Return an image whose values are in the units that it names, or say that its scale is not known.
+    """Return an image whose values are in the units that it names; raise where its scale is not known.
 
     Raises
     ------
@@ -30,7 +30,7 @@ def in_true_units(path: Path, channels: list[Channel], chosen: Channel, family: 
         If the format's scale of such images is not known here, or its header does not state it.
     """
     stored = family != "vendor" or converts(chosen.units, "nm") or chosen.header.get("format") == "ibw"
-    if stored:  # as numbers in their units, or scaled by the reader
+    if stored:  # in the units, or scaled by the reader
         return chosen
     if chosen.header.get("format") != "di":
         raise UnreadableScan(
@@ -44,15 +44,15 @@ def in_true_units(path: Path, channels: list[Channel], chosen: Channel, family: 
 
 
 def nanoscope_scale(path: Path, index: int, name: str) -> tuple[str, float]:
-    """Return the units of a Nanoscope image and what one count of it is worth in them.
+    """Return the units of a Nanoscope image, and the value of one count in them.
 
     Parameters
     ----------
     path : Path
     index : int
-        Of the image in the file.
+        Number of the image in the file.
     name : str
-        Of the image, as the header must have it at that place.
+        Name of the image, which the header must state at that place.
 
     Returns
     -------
@@ -61,24 +61,32 @@ def nanoscope_scale(path: Path, index: int, name: str) -> tuple[str, float]:
     scale : float
     """
     header = path.read_bytes().partition(b"\x1a")[0].decode("latin-1").splitlines()
+    scale, one_count = _hard_scale(path, _block(header, index), name)
+    found = next((one for one in map(_SENSITIVITY.match, header) if one and one["quantity"] == scale["quantity"]), None)
+    arbitrary = scale["units"] == "Arb"
+    if found and found["units"] and found["per"] is not None and arbitrary == (found["per"] == "Arb"):
+        return found["units"], one_count * float(found[2]) * (1e3 if found["per"] == "mV" else 1.0)
+    if arbitrary:
+        raise UnreadableScan(
+            path,
+            f"expected a calibrated image {name!r}, found arbitrary units without {scale['quantity']!r} for them: "
+            "calibrate deflection and spring constant in the vendor's program, and save it there in nN",
+        )
+    return "V", one_count
+
+
+def _block(header: list[str], index: int) -> list[str]:
+    """Return the lines of a header on the image of this number, none if it has no such image."""
     starts = [k for k, line in enumerate(header) if _IMAGE.match(line)]
-    block = header[starts[index] : [*starts, len(header)][index + 1]] if index < len(starts) else []
+    return header[starts[index] : [*starts, len(header)][index + 1]] if index < len(starts) else []
+
+
+def _hard_scale(path: Path, block: list[str], name: str) -> tuple[re.Match, float]:
+    """Return the hard scale of the image of this name, and one count in V or in arbitrary units."""
     title, scale, size = (_first(pattern, block) for pattern in (_TITLE, _SCALE, _BYTES))
     if not (title and scale) or title[1] != name or scale["units"] not in ("V", "mV", "Arb"):
         raise UnreadableScan(path, f"expected the scale of image {name!r} in V, found none that can be read")
-    one_count = float(scale[2]) * (1e-3 if scale["units"] == "mV" else 1.0) / 256 ** int(size[1] if size else 2)
-    matches = (_SENSITIVITY.match(line) for line in header)
-    found = next((one for one in matches if one and one["quantity"] == scale["quantity"]), None)
-    arbitrary = scale["units"] == "Arb"
-    if found is None or not found["units"] or found["per"] is None or arbitrary != (found["per"] == "Arb"):
-        if arbitrary:
-            raise UnreadableScan(
-                path,
-                f"expected a calibrated image {name!r}, found arbitrary units without {scale['quantity']!r} for them: "
-                "calibrate deflection and spring constant in the vendor's program, and save it there in nN",
-            )
-        return "V", one_count
-    return found["units"], one_count * float(found[2]) * (1e3 if found["per"] == "mV" else 1.0)
+    return scale, float(scale[2]) * (1e-3 if scale["units"] == "mV" else 1.0) / 256 ** int(size[1] if size else 2)
 
 
 def _first(pattern: re.Pattern, lines: list[str]) -> re.Match | None:

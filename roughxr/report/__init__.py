@@ -1,4 +1,4 @@
-"""A run told to its readers: tables as text, the main numbers with their intervals, a page to read and one to click."""
+"""Reports of a run: tables as text, the main numbers with their intervals, an HTML page to read and one to explore."""
 
 from .beside_measured import measured_table, measured_words
 from .budget import budget_table, headline

@@ -1,4 +1,4 @@
-"""What was measured beside what the run predicts, where a run holds or is given measured pull-offs."""
+"""Measured pull-off forces beside those that the run predicts, where a run holds or is given measured ones."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from .intervals import force_unit
 
 Run = Mapping[str, xr.Dataset]
 
-#: Groups of what was measured, and of its comparison with the method of the main numbers.
+#: Groups of the measured pull-offs, and of their comparison with the method of the main numbers.
 MEASURED, COMPARED = "measured/pull_off", "measured/against"
 
 
 def prediction(run: Run) -> xr.Dataset:
-    """Return the pull-off that the main numbers are about: of the first preload, where there are several.
+    """Return the pull-off of the main numbers, that of the first preload where there are several.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def prediction(run: Run) -> xr.Dataset:
 
 
 def compared(run: Run) -> Run:
-    """Return a run with the comparison, as it is where there is nothing to compare.
+    """Return a run with the comparison added; unchanged where there is nothing to compare.
 
     Parameters
     ----------
@@ -43,12 +43,22 @@ def compared(run: Run) -> Run:
 
 
 def measured_words(run: Run) -> list[str]:
-    """Return what was measured, and whether it may come from the predicted distribution, a sentence each.
+    """Return sentences on what was measured, and on whether it agrees with the predicted distribution.
 
     Parameters
     ----------
     run : mapping of str to Dataset
-        From `compared`.
+        As `compared` returns it.
+
+    Returns
+    -------
+    list of str
+        Empty where nothing was compared.
+
+    Examples
+    --------
+    >>> measured_words({})
+    []
     """
     if COMPARED not in run:
         return []
@@ -67,12 +77,17 @@ def measured_words(run: Run) -> list[str]:
 
 
 def measured_table(run: Run) -> pd.DataFrame:
-    """Return predicted and measured statistics with their ratio, in the unit that suits them.
+    """Return predicted and measured statistics with their ratio, in a suitable unit.
 
     Parameters
     ----------
     run : mapping of str to Dataset
-        From `compared`.
+        As `compared` returns it.
+
+    Returns
+    -------
+    DataFrame
+        One row per statistic: predicted and measured, in nN or a larger unit, their ratio and the ends of its interval.
 
     Examples
     --------

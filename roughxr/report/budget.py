@@ -1,4 +1,4 @@
-"""The answer in a sentence, with what it holds for, and the error budget as a table."""
+"""The headline of a report with the conditions that it holds for, and the error budget as a table."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _interval(pull: xr.Dataset, unit: str, size: float) -> str:
 
 
 def _beyond(run: Run, unit: str, size: float) -> str:
-    """Say what the pull-off would be if the roughness went on below what the scan shows."""
+    """Return a sentence on the pull-off if the roughness continued below the wavelengths that the scan shows."""
     if WAVES not in run:
         return ""
     scales = run[WAVES]
@@ -74,7 +74,7 @@ def _beyond(run: Run, unit: str, size: float) -> str:
 
 
 def budget_table(run: Run) -> pd.DataFrame:
-    """Return the error budget: error of the mean pull-off in per cent, and how it was got.
+    """Return the error budget: error of the mean pull-off in per cent, and how it was computed.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def budget_table(run: Run) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        By entry; the total stands before what is not in it.
+        One row for each entry; the total comes before those that are not part of it.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def budget_table(run: Run) -> pd.DataFrame:
 
 
 def resolution(run: Run) -> list[str]:
-    """Return what pixels and tip let the scan show of the contacts: one sentence each, none if there is no doubt.
+    """Return sentences on how well pixels and tip resolve the contacts, none if there is no doubt.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a run says of the flow in which the sphere comes off: a table, a picture, and what to beware of."""
+"""The flow in which the sphere of a run comes off: a table, a figure, and its caveats."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from ..detachment.balance import MODES
 
 Run = Mapping[str, xr.Dataset]
 
-#: The groups that it needs.
+#: The groups that are needed.
 COMING_OFF = "solutions/rolling", "statistics/adhesive", "statistics/detachment", "statistics/detachment_superposed"
 
-#: Its columns, by the method whose pull-off force they are for.
+#: Columns of the table, by the method of the pull-off force.
 _CRITICAL = {"adhesive": "statistics/detachment", "energy": "statistics/detachment_superposed"}
 
-#: Speeds of the fraction remaining, and how far beyond the critical ones they go.
+#: Number of speeds for the fraction remaining, and how far they extend beyond the critical ones.
 _SPEEDS, _BEYOND = 40, 3.0
 
-#: Contacts from which on a sphere does not settle sideways.
+#: Number of contacts from which on a sphere does not settle sideways.
 _RESTS = 3
 
 
 def detachment_table(run: Run) -> pd.DataFrame:
-    """Return what holds the sphere against rolling, and the flow of air that overcomes it, by method.
+    """Return the resistance against rolling, and the flow of air that overcomes it, by method.
 
     Parameters
     ----------
@@ -37,8 +37,8 @@ def detachment_table(run: Run) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        One row per quantity, units with it; one column per method whose pull-off force it is: the simulation with
-        adhesion, the superposition by least energy. Both have the levers of the superposed asperities.
+        One row per quantity, units with it; one column for each method of the pull-off force: the simulation with
+        adhesion, the superposition by least energy. Both use the levers of the superposed asperities.
 
     Examples
     --------
@@ -68,7 +68,7 @@ def moments_of(run: Run, method: str = "adhesive") -> xr.Dataset:
     Returns
     -------
     Dataset
-        As of `rolling`.
+        As from `rolling`.
 
     Examples
     --------
@@ -101,16 +101,16 @@ def _column(held: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
     for mode in MODES:
         rows[f"places that {mode} first"] = float((critical["mode"] == mode).sum())
     rows["places where the flow's formulas hold (r⁺ ≤ 1)"] = float(critical["in_range"].sum())
-    rows[f"places on fewer than {_RESTS} asperities"] = float(_unsettled(held).sum())
+    rows[f"places on fewer than {_RESTS} asperities"] = float(_not_settled(held).sum())
     return rows
 
 
-def _unsettled(held: xr.Dataset) -> xr.DataArray:
+def _not_settled(held: xr.Dataset) -> xr.DataArray:
     return (held["contacts"] < _RESTS) & held["resisting_moment"].notnull().all("direction")
 
 
 def coming_off_words(run: Run) -> list[str]:
-    """Return what a reader must know of the table: one sentence each, none of a run without its groups.
+    """Return the caveats of the table: one sentence each, none for a run without its groups.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def coming_off_words(run: Run) -> list[str]:
             f"At {out} of {known.size} places the critical flow is beyond what the formulas of drag and torque hold "
             "for (r u*/ν above 1): there it is an extrapolation."
         )
-    few = int(_unsettled(run["solutions/rolling"]).sum())
+    few = int(_not_settled(run["solutions/rolling"]).sum())
     if few:
         said.append(
             f"At {few} of {known.size} places the sphere rests on fewer than three asperities: a real one would roll "
@@ -152,7 +152,7 @@ def coming_off_words(run: Run) -> list[str]:
 
 
 def remaining(run: Run) -> xr.Dataset:
-    """Return the fraction left in a flow of air, over speeds from where the first go to beyond the last.
+    """Return the fraction remaining in a flow of air, over speeds from below the first critical one to above the last.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def remaining(run: Run) -> xr.Dataset:
     Returns
     -------
     Dataset
-        As of `resuspension`.
+        As from `resuspension`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The report's figures, each as a picture inside the page, with what it shows in words."""
+"""The report's figures, each as an image inside the page, with a caption."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class _Drawing(NamedTuple):
     needs: tuple[str, ...]
     draw: Callable[[Run], object]
     caption: str
-    optional: bool = False  # left out without a word where the run holds no such groups
+    optional: bool = False  # left out silently where the run has no such groups
 
 
 def pictures(run: Run) -> Iterator[Picture]:
@@ -47,7 +47,7 @@ def pictures(run: Run) -> Iterator[Picture]:
     Yields
     ------
     Picture
-        With the reason for a caption, and no source, where a group is missing or its numbers make no figure.
+        With a reason in place of the caption, and no source, where a group is missing or its numbers make no figure.
     """
     for name, drawing in _DRAWINGS.items():
         if drawing.optional and not set(drawing.needs) <= set(run):
@@ -78,7 +78,7 @@ def _picture(name: str, drawing: _Drawing, run: Run) -> Picture:
 
 
 def _drawn(name: str, drawing: _Drawing, run: Run) -> Picture:
-    """Return a figure, or the reason why the run's numbers make none: nothing touched, nothing pulled, one place."""
+    """Return a figure, or the reason why there is none: nothing touched, nothing pulled, only one place."""
     from matplotlib import pyplot
 
     try:
@@ -104,7 +104,7 @@ def _grid(run: Run):
 
 
 def _part(run: Run):
-    """Draw asperities on the middle of the scan, on a part so large that it holds about a hundred."""
+    """Draw asperities on the middle part of the scan that holds about a hundred of them."""
     scan, catalogue = run["scan"], run["asperities"]
     share = min(1.0, np.sqrt(100 / catalogue.sizes["asperity"]))
     sizes = [scan.sizes[axis] for axis in ("x", "y")]
@@ -126,7 +126,7 @@ def _pulling(run: Run):
 
 
 def _loop(run: Run):
-    """Draw both ways of a body that yields."""
+    """Draw loading and retraction of a body that yields."""
     both = [run[f"solutions/{way}"][["force"]] for way in ("direct", "retraction")]
     return figures.force_loop(xr.concat(both, xr.Variable("branch", ["loading", "retraction"])))
 
@@ -138,7 +138,7 @@ def _compared(run: Run):
 
 
 def _rolls_off(run: Run):
-    """Draw the flow that each place stands, or what goes first where places differ in that."""
+    """Draw the critical flow at each place, or the mode where places differ in it."""
     found = run["statistics/detachment"]
     if np.unique(found["mode"].values.astype(str)).size > 1:
         return figures.mode_map(found)

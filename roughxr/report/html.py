@@ -1,6 +1,6 @@
-"""A run as one page: what was analysed and how, the main numbers with intervals, figures, and what to beware of.
+"""A run as one page: what was analysed and how, the main numbers with intervals, figures, and caveats.
 
-The page holds everything that it shows, needs no network and no script, and prints.
+The page is self-contained: it needs no network and no script, and can be printed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from .repeat import command
 from .tables import contact_table, formula_table, scan_table
 from .warnings_shown import cautions
 
-#: How to name this library, and what it implements.
+#: How to cite this library, and what it implements.
 CITATION = (
     f"roughxr {__version__}: contact mechanics on AFM scans as labelled xarray datasets.",
     "W. Cheng, P. F. Dunn, R. M. Brach: Contact between a smooth microsphere and an anisotropic rough surface.",
@@ -47,8 +47,8 @@ def write_report(
     output : path, optional
         The page, by default ``report.html`` beside the archive; it appears under this name once it is complete.
     measured : Dataset, optional
-        From `open_pull_off`: set beside the run's prediction in a section of its own. An archive may hold it too, as
-        its group ``measured/pull_off``.
+        From `open_pull_off`: compared with the run's prediction in a section of its own. An archive may also hold it,
+        as its group ``measured/pull_off``.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def write_report(
     Raises
     ------
     ValueError
-        If the file holds no group that a report could tell of.
+        If the file holds no group for a report.
     OSError
         If the file is absent or no NetCDF-4.
 
@@ -138,7 +138,7 @@ def _title(run: Mapping[str, xr.Dataset]) -> str:
 
 
 def _facts(run: Mapping[str, xr.Dataset]) -> list[tuple[str, str]]:
-    """Return what was analysed, and under which sphere."""
+    """Return what was analysed, and the sphere."""
     if "scan" not in run:
         return []
     scan = run["scan"]
@@ -157,7 +157,7 @@ def _facts(run: Mapping[str, xr.Dataset]) -> list[tuple[str, str]]:
 
 
 def _heights(scan: xr.Dataset) -> str:
-    """Return the range of heights, and of what is left of it about the mean plane where the scan is tilted."""
+    """Return the range of heights, and for a tilted scan also that about its mean plane."""
     low, high = float(scan["height"].min()), float(scan["height"].max())
     words = f"{low:.4g} … {high:.4g} nm".replace("-", "−")
     flat = float(np.ptp(level(schema.label(scan))["height"].values))
@@ -176,14 +176,14 @@ def _places(run: Mapping[str, xr.Dataset]) -> str:
 
 
 def _adhesion(run: Mapping[str, xr.Dataset]) -> str:
-    """Say which method the page's adhesion comes from."""
+    """Return the method of the adhesion on the page."""
     if "statistics/adhesive" in run:
         return "Adhesion by direct simulation of approach and retraction."
     return "Adhesion by superposed asperities (least energy)." if "statistics/energy" in run else ""
 
 
 def _model(run: Mapping[str, xr.Dataset]) -> str:
-    """Return the sentence that says which model suits the scan and its pair."""
+    """Return the sentence that recommends a model for the scan and its pair."""
     return run["statistics/regime"].attrs["recommendation"] if "statistics/regime" in run else ""
 
 
@@ -201,7 +201,7 @@ def _numbers(run: Mapping[str, xr.Dataset]):
 
 
 def _digits(value: float) -> str:
-    """Return a whole number as it is, another to three digits.
+    """Return a whole number unchanged, any other to three digits.
 
     Examples
     --------
@@ -210,7 +210,7 @@ def _digits(value: float) -> str:
     """
     if not np.isfinite(value):
         return "–"
-    value = round(value, 12)  # what is left of a mean that was taken off
+    value = round(value, 12)  # removes rounding left by a subtracted mean
     if value == int(value):
         return f"{int(value)}".replace("-", "−")
     rounded = float(f"{value:.3g}")
@@ -239,7 +239,7 @@ def _cell(value: Any) -> str:
 
 
 def _steps(run: Mapping[str, xr.Dataset]) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Return each group's last steps with their arguments, earlier groups' steps left out."""
+    """Return the last steps of each group with their arguments, without the steps of earlier groups."""
     known: list = []
     groups = []
     for name, ds in run.items():

@@ -1,4 +1,4 @@
-"""The main numbers of a run with their intervals, of all places and of those without debris."""
+"""The main numbers of a run with their intervals, for all places and for those without debris."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import xarray as xr
 
 from .. import statistics
 
-#: Pull-off's main numbers: words, variable, statistic.
+#: The main numbers of pull-off: words, variable, statistic.
 _PULL_OFF = (
     ("pull-off force, mean", "pull_off_force", "mean"),
     ("pull-off force, median", "pull_off_force", "q50"),
@@ -19,7 +19,7 @@ _PULL_OFF = (
     ("displacement at pull-off, mean", "pull_off_delta", "mean"),
 )
 
-#: Prefixes of newton by what they are in nN; the largest of which a force has at least one is printed.
+#: Units of force and their size in nN; the largest unit of which a force is at least one is printed.
 _PREFIXES = (("mN", 1e6), ("µN", 1e3), ("nN", 1.0), ("pN", 1e-3))
 
 PLACES = ("all places", "without debris")
@@ -34,14 +34,15 @@ def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> 
     run : mapping of str to Dataset
         The groups of a run.
     method : str, optional
-        Whose pull-off is told: "adhesive", the simulation with adhesion, where the run holds it, else the superposition
-        by least energy.
+        Method of the pull-off: "adhesive", the simulation with adhesion, is the default where the run holds it, else
+        the superposition by least energy.
 
     Returns
     -------
     DataFrame
         By (quantity, places): estimate, ends of the block interval and of the naive one, and the number of
-        independent places; units stand with the quantity. A row without debris only where there is some.
+        independent places; units are in the name of the quantity. There is a row without debris only where there is
+        some.
 
     Examples
     --------
@@ -71,7 +72,7 @@ def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> 
 
 
 def _pull_off(run: Mapping[str, xr.Dataset], method: str) -> xr.Dataset | None:
-    """Return a run's pull-off, beside the smooth sphere's where the bodies adhere."""
+    """Return a run's pull-off, with its ratio to the smooth sphere's where the bodies adhere."""
     pull = run.get(f"statistics/{method}")
     if pull is None or float(pull.coords.get("work_of_adhesion", 0.0)) <= 0:
         return pull
@@ -79,7 +80,7 @@ def _pull_off(run: Mapping[str, xr.Dataset], method: str) -> xr.Dataset | None:
 
 
 def force_unit(force: float) -> tuple[str, float]:
-    """Return the unit that suits a force (nN), and how many nN it is.
+    """Return a suitable unit for a force (nN), and its size in nN.
 
     Examples
     --------
@@ -90,7 +91,7 @@ def force_unit(force: float) -> tuple[str, float]:
 
 
 def _unit_of(ds: xr.Dataset, name: str) -> tuple[str, float]:
-    """Return the unit to print a variable in, and how many of the schema's units it is."""
+    """Return the unit in which a variable is printed, and its size in the schema's units."""
     if name in ("force", "pull_off_force"):
         values = ds[name].values
         mean = np.nanmean(values.reshape(len(values), -1)[:, -1]) if np.isfinite(values).any() else 0.0
@@ -99,7 +100,7 @@ def _unit_of(ds: xr.Dataset, name: str) -> tuple[str, float]:
 
 
 def flagged(run: Mapping[str, xr.Dataset]) -> xr.DataArray | None:
-    """Return which places hold debris, None where the run does not tell."""
+    """Return which places hold debris, None where the run does not say."""
     places = next((ds for ds in run.values() if "subregion_x" in ds.coords and ds.sizes.get("subregion", 0) > 1), None)
     if places is None or "asperities" not in run:
         return None
@@ -115,7 +116,7 @@ def marked(direct: xr.Dataset) -> list[float]:
 
 def _rows(words: str, ds: xr.Dataset, name: str, what: str, size: float, flags: xr.DataArray | None) -> dict:
     values = ds[name].values[np.isfinite(ds[name].values)]
-    if values.size < 2:  # an estimate without an interval, or none: told all the same
+    if values.size < 2:  # an estimate without an interval, or none: reported nevertheless
         alone = float(values[0]) / size if values.size and what != "std" else np.nan
         return {(words, PLACES[0]): [alone, *[np.nan] * 4, float(values.size)]}
     rows = {(words, PLACES[0]): _row(ds, name, what, size)}

@@ -1,4 +1,4 @@
-"""Rows that only the comparison with the paper needs: what it shows at one place, in one group, or in a curve."""
+"""Rows of the comparison with the paper only: its values at one place, in one group, or along a curve."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ Run = Mapping[str, xr.Dataset]
 
 _MICRO = 1e-3  # µN per nN
 
-#: Displacements (nm) at which the paper shows how forces are distributed, and at which it finds both methods alike.
+#: Displacements (nm) at which the paper shows distributions of forces, and at which both methods agree in it.
 _SHOWN, _ALIKE = (5.08, 15.4), (9.0, 10.0, 12.0)
 
 
 def of_the_paper(run: Run, method: str) -> dict[str, float]:
-    """Return one method's part of these rows.
+    """Return the values of one method for these rows.
 
     Parameters
     ----------
@@ -35,14 +35,14 @@ def of_the_paper(run: Run, method: str) -> dict[str, float]:
 
 
 def _of_figure_15(run: Run, method: str) -> dict[str, float]:
-    """Return what the place of figure 15 does: the one without debris that sticks most by the published formulas."""
+    """Return values at the place of figure 15: of those without debris, the one with the largest published pull-off."""
     clean = run["statistics/published"]["pull_off_force"].where(~_debris(run, "solutions/published"))
     place = {"subregion": int(clean.fillna(0).argmax("subregion"))}
     rows = {
         "pull-off, place of figure 15 [µN]": _MICRO * float(run[f"statistics/{method}"]["pull_off_force"].isel(place))
     }
     if "force" not in run[f"solutions/{method}"] or run[f"solutions/{method}"].sizes["delta"] < 2:
-        return rows  # of a preload, and of rigid bodies, events alone are kept
+        return rows  # with a preload, and for rigid bodies, there are only events
     force = run[f"solutions/{method}"]["force"].isel(place)
     pulling = force["delta"].values[force.values < 0]
     return rows | {
@@ -76,7 +76,7 @@ def _debris(run: Run, solution: str) -> np.ndarray:
 
 
 def second_group(values: np.ndarray) -> float:
-    """Return the mean of the values beyond the widest gap between any two that follow each other.
+    """Return the mean of the values above the widest gap between consecutive ones.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The command that repeats a run, found in the run itself."""
+"""The command that repeats a run, reconstructed from the run itself."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def command(run: Mapping[str, xr.Dataset]) -> str:
     Parameters
     ----------
     run : mapping of str to Dataset
-        The groups of a run. Where its scan has the attribute ``command``, that is it; else the line is put
-        together from the steps that the run records, the bodies as they were given.
+        The groups of a run. If its scan has the attribute ``command``, it is returned; otherwise the line is built
+        from the steps that the run records, with the bodies as they were given.
 
     Returns
     -------
     str
-        Empty where the run does not tell enough.
+        Empty where the run does not record enough.
 
     Examples
     --------
@@ -46,7 +46,7 @@ def command(run: Mapping[str, xr.Dataset]) -> str:
 
 
 def _first(steps: list[dict[str, Any]], operation: str) -> dict[str, Any]:
-    """Return the arguments of the first step of this name; of a step without any, the step."""
+    """Return the arguments of the first step of this name, or the step itself where it has none."""
     return next((step.get("arguments") or step for step in steps if step.get("operation") == operation), {})
 
 
@@ -60,7 +60,7 @@ def _channel(scan: xr.Dataset) -> list[str]:
 
 
 def _pair(scan: xr.Dataset, given: dict[str, Any]) -> list[str]:
-    """Return the pair of bodies, as it was given where the run records it."""
+    """Return the options of the pair of bodies, as given where the run records it."""
     radius, modulus, work = schema.pair(scan, *schema.PAIR)
     parts = ["--sphere-radius", f"{radius:g}"]
     if "materials" in given:
@@ -84,7 +84,7 @@ def _listed(value: Any) -> list[str]:
 
 
 def _adhesion(given: dict[str, Any]) -> list[str]:
-    """Return how the simulation with adhesion was asked for, where that is not how it is by default."""
+    """Return the options of the simulation with adhesion that differ from the defaults."""
     parts = ["--law", given["law"]] if "law" in given else []
     if given.get("preload"):
         parts += ["--preload", *_listed(given["preload"])]
@@ -92,7 +92,7 @@ def _adhesion(given: dict[str, Any]) -> list[str]:
 
 
 def _places(direct: dict[str, Any]) -> list[str]:
-    """Return grid and displacements, as far as they were given as plain numbers."""
+    """Return grid and displacements, where they were given as plain numbers."""
     grid, delta = direct.get("subregions"), direct.get("delta")
     parts = ["--subregions", *map(str, grid)] if isinstance(grid, list) and len(grid) == 2 else []
     return parts + (["--delta", *(f"{d:g}" for d in delta)] if isinstance(delta, list) else [])

@@ -1,4 +1,4 @@
-"""The main numbers of a run as tables, the paper's figures beside ours."""
+"""The main numbers of a run as tables, beside the values of the paper."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..statistics import compare, smooth_pull_off
 from .intervals import force_unit, marked
 from .paper_rows import of_the_paper
 
-#: Columns of the comparison, as far as a run holds them.
+#: Columns of the comparison, for the methods that a run holds.
 METHODS = ("adhesive", "rigid", "published", "self_similar", "energy", "direct")
 
 _MICRO = 1e-3  # µm per nm
@@ -31,17 +31,17 @@ def contact_table(
     Parameters
     ----------
     run : mapping of str to Dataset
-        The groups of a run: ``solutions/<method>``, ``solutions/hertz``, ``solutions/smooth``,
-        ``statistics/<method>`` as far as there are.
+        The groups of a run: ``solutions/<method>``, ``solutions/hertz``, ``solutions/smooth``, and
+        ``statistics/<method>``, as far as it holds them.
     paper : mapping of str to float, optional
-        Published values by row name, for a first column; brings in rows that only the paper's comparison needs.
+        Published values by row name, for a first column; adds the rows that only this comparison needs.
     notes : mapping of str to str, optional
-        How the published values are to be read, by row name, for a column beside them.
+        How to read the published values, by row name, for a column beside them.
 
     Returns
     -------
     DataFrame
-        One row per quantity (forces in the unit that suits them, displacements in nm), one column per method; NaN
+        One row per quantity (forces in a suitable unit, displacements in nm), one column per method; NaN
         where a method has no such number.
 
     Examples
@@ -60,7 +60,7 @@ def contact_table(
 
 
 def _beside_paper(table: pd.DataFrame, paper: Mapping | None, notes: Mapping | None) -> pd.DataFrame:
-    """Return a table with the published values in front, and how they are to be read."""
+    """Return a table with the published values in the first column, and how to read them."""
     table.index.name = "quantity"
     if paper is not None:
         table.insert(0, "paper", pd.Series(paper, dtype=float).reindex(table.index))
@@ -84,7 +84,7 @@ def _column(run: Mapping[str, xr.Dataset], method: str, unit: str, size: float) 
 
 
 def _mesh_rows(run: Mapping[str, xr.Dataset]) -> dict[str, float]:
-    """Return by how much the pull-off changes on a finer mesh in shorter steps, at the places solved on both."""
+    """Return the change of the pull-off on a finer mesh with shorter steps, at the places solved on both."""
     if "solutions/finer" not in run:
         return {}
     change = mesh_change(run)
@@ -95,7 +95,7 @@ def _mesh_rows(run: Mapping[str, xr.Dataset]) -> dict[str, float]:
 
 
 def mesh_change(run: Mapping[str, xr.Dataset]) -> xr.DataArray:
-    """Return by which part the pull-off differs from that on a finer mesh in shorter steps, where this was solved.
+    """Return the relative change of the pull-off on a finer mesh with shorter steps, at the places solved on both.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def mesh_change(run: Mapping[str, xr.Dataset]) -> xr.DataArray:
     Returns
     -------
     DataArray
-        Along the subregions of the latter.
+        Along the subregions of ``solutions/finer``.
     """
     finer, whole = run["solutions/finer"], run["statistics/adhesive"]
     same = [
@@ -133,12 +133,12 @@ def _pull_off_rows(run: Mapping[str, xr.Dataset], method: str, unit: str, size: 
 
 
 def _spread(values: xr.DataArray) -> float:
-    """Return the standard deviation (n − 1) of the finite values, NaN of fewer than two."""
+    """Return the standard deviation (n − 1) of the finite values, NaN for fewer than two."""
     return float(values.std(ddof=1)) if int(values.notnull().sum()) > 1 else np.nan
 
 
 def _share_at_pull_off(run: Mapping[str, xr.Dataset], method: str, name: str) -> float:
-    """Return which part of all contacts at the pull-off of their subregion counts under ``name``, in per cent."""
+    """Return the share of contacts at the pull-off of their subregion that are counted as ``name``, in per cent."""
     sweep, at = run[f"solutions/{method}"], run[f"statistics/{method}"]["pull_off_delta"]
     pulling = sweep.isel(subregion=np.flatnonzero(at.notnull().values))
     there = pulling.sel(delta=at.dropna("subregion"), method="nearest")
@@ -175,7 +175,7 @@ def _ratio_deltas(direct: xr.Dataset) -> list[float]:
 
 
 def _parting(superposed: xr.Dataset, direct: xr.Dataset) -> float:
-    """Return the median displacement (nm) from which on a place's two forces differ by more than a tenth."""
+    """Return the median displacement (nm) from which on the two forces at a place differ by more than a tenth."""
     parting = compare(superposed, direct)["parting_delta"]
     return float(parting.median())
 
@@ -185,7 +185,7 @@ def scan_table(
     paper: Mapping[str, float] | None = None,
     notes: Mapping[str, str] | None = None,
 ) -> pd.DataFrame:
-    """Return the main numbers of scan and asperities, the published ones beside them where given.
+    """Return the main numbers of scan and asperities, with the published ones where given.
 
     Parameters
     ----------
@@ -236,7 +236,7 @@ def scan_table(
     return _beside_paper(pd.DataFrame({"scan": rows}), paper, notes)
 
 
-#: Formulas as a reader knows them.
+#: Formulas and the names that readers know them by.
 _FORMULAS = {
     "sum": "rigid bodies, summed over the scan (median place)",
     "bradley": "Bradley, smooth sphere",
@@ -249,7 +249,7 @@ _FORMULAS = {
 
 
 def formula_table(run: Mapping[str, xr.Dataset]) -> pd.DataFrame:
-    """Return what the usual formulas say of the pull-off, and how far that is from the sum over the scan.
+    """Return the pull-off by the usual formulas, and its ratio to the sum over the scan.
 
     Parameters
     ----------
@@ -259,7 +259,7 @@ def formula_table(run: Mapping[str, xr.Dataset]) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        One row per formula: pull-off in the unit that suits it, and over that of rigid bodies and of the simulation
+        One row per formula: pull-off in a suitable unit, and its ratio to that of rigid bodies and of the simulation
         with adhesion (median place).
 
     Examples
@@ -279,24 +279,24 @@ def formula_table(run: Mapping[str, xr.Dataset]) -> pd.DataFrame:
 
 
 def _above(values: xr.DataArray, others: xr.DataArray, power: int) -> float:
-    """Return by how much, in per cent, the mean power of some values exceeds that of others, as a length."""
+    """Return the excess, in per cent, of one set's mean power over another's, as a length."""
     return 100 * float(((values**power).mean() / (others**power).mean()) ** (1 / power) - 1)
 
 
 def _evenness(angles: np.ndarray) -> float:
-    """Return the least over the greatest of twelve bins of directions: 1 where all are equally frequent."""
+    """Return the ratio of the least to the most frequent of twelve bins of directions: 1 where all are equal."""
     counts = np.histogram(angles[np.isfinite(angles)], bins=12, range=(-np.pi / 2, np.pi / 2))[0]
     return float(counts.min() / counts.max()) if counts.max() else np.nan
 
 
 def text(table: pd.DataFrame, title: str) -> str:
-    """Return a table as lines of text, numbers to four digits, a dash where there is none.
+    """Return a table as lines of text, numbers to four digits, a dash for missing ones.
 
     Parameters
     ----------
     table : DataFrame
     title : str
-        What stands above it, underlined.
+        Heading above the table, underlined.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What in a run cannot be taken at its word, said in sentences."""
+"""Cautions about a run's numbers, as sentences."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from .tables import mesh_change
 
 Run = Mapping[str, xr.Dataset]
 
-#: Per cent of the force above the hardness from which it is told.
+#: Per cent of the force above the hardness at which a caution is given.
 _LITTLE_YIELD = 0.5
 
-#: Change of the pull-off on a finer mesh in shorter steps, median, from which on it is told.
+#: Median change of the pull-off, on a finer mesh with shorter steps, at which a caution is given.
 _COARSE = 0.1
 
 
 def cautions(run: Run) -> list[str]:
-    """Return what a reader should know before trusting a run's numbers: one sentence each, none if all is well.
+    """Return cautions about a run's numbers, one sentence each, none if there is no reason for any.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def cautions(run: Run) -> list[str]:
 
 
 def _coarse(run: Run) -> str:
-    """Say where the simulation with adhesion has not converged in mesh and step."""
+    """Return a caution where the simulation with adhesion has not converged in mesh and step."""
     if not {"solutions/finer", "statistics/adhesive"} <= set(run):
         return ""
     change = float(np.abs(mesh_change(run)).median())
@@ -73,7 +73,7 @@ def _coarse(run: Run) -> str:
 
 
 def superposed(run: Run) -> list[str]:
-    """Return what may be expected of a run's superposed pull-offs, and which of them no sphere could hold.
+    """Return what to expect of a run's superposed pull-offs, and which of them exceed the possible.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def superposed(run: Run) -> list[str]:
 
 
 def _groups(run: Run, kind: str) -> Iterator[tuple[str, xr.Dataset]]:
-    """Yield the groups of a kind, such as "solutions", each with its method in words."""
+    """Yield the groups of a kind, such as "solutions", each with a description of its method."""
     for name, ds in run.items():
         if name.startswith(f"{kind}/"):
             yield name.partition("/")[2].replace("_", " "), ds
@@ -121,12 +121,12 @@ def _synthetic(run: Run) -> str:
 
 
 def _doubts(run: Run) -> list[str]:
-    """Return what is implausible about the scan itself, as it is said when the file is opened."""
+    """Return what is implausible about the scan itself, in the words used when a file is opened."""
     return [f"About the scan: {doubt}." for doubt in doubts(run["scan"])] if "scan" in run else []
 
 
 def _few(run: Run) -> list[str]:
-    """Say where nothing touches, or one place stands for all."""
+    """Return cautions where nothing touches, or there is only one place."""
     said = []
     if "solutions/direct" in run:
         force = run["solutions/direct"]["force"]
@@ -152,7 +152,7 @@ def _unconverged(run: Run) -> str:
 
 
 def _yielding(run: Run) -> list[str]:
-    """Say how much lies above the hardness where all is elastic, or what yielded and what knows nothing of it."""
+    """Return cautions on how much is above the hardness in an elastic solution, or which results ignore the yield."""
     said = []
     for words, group, where in (
         ("the direct simulation", "solutions/direct", "at its largest displacement"),
@@ -212,7 +212,7 @@ def _unbracketed(run: Run) -> list[str]:
 
 
 def _beyond_patch(run: Run) -> str:
-    """Say how many of the contacts at pull-off are larger than what was fitted, or overlap."""
+    """Return a caution on contacts at pull-off that overlap or are larger than the fitted patch."""
     if not {"solutions/energy", "statistics/energy"} <= set(run):
         return ""
     sweep, at = run["solutions/energy"], run["statistics/energy"]["pull_off_delta"]
@@ -236,7 +236,7 @@ def _saddles(run: Run) -> str:
 
 
 def _lattice(run: Run) -> str:
-    """Say whether the asperities' directions are those of the pixels: no surface knows where the scan's axes lie."""
+    """Return a caution where the asperities' directions follow the pixels, unlike those of any real surface."""
     if "asperities" not in run:
         return ""
     angles = run["asperities"]["orientation"].dropna("asperity").values
@@ -252,7 +252,7 @@ def _lattice(run: Run) -> str:
 
 
 def _unresolved(run: Run) -> str:
-    """Say whether the pixels are too coarse for the contacts: fewer than ten of them touch."""
+    """Return a caution where pixels are too coarse for the contacts: fewer than ten of them touch."""
     if not {"scan", "solutions/direct"} <= set(run) or "contact_area" not in run["solutions/direct"]:
         return ""
     area = run["solutions/direct"]["contact_area"].values

@@ -13,8 +13,8 @@ from xarray.backends import BackendEntrypoint
 from . import gwyddion, vendors
 from .files import read_scan
 
-#: First bytes that are certainly an AFM image; NetCDF is left to the engines that own it, a Park file (a
-#: TIFF) and an Igor wave are looked at more closely, and bare numbers are never claimed.
+#: First bytes that only AFM images have. NetCDF is left to its own engines, a Park file (a TIFF) and an Igor wave are
+#: examined further, and files of bare numbers are not claimed.
 _CERTAIN = (
     gwyddion.GSF,
     gwyddion.GWY,
@@ -50,7 +50,7 @@ class RoughxrBackend(BackendEntrypoint):
         ds = read_scan(filename_or_obj, channel=channel, direction=direction, size=size, height_units=height_units)
         dropped = [drop_variables] if isinstance(drop_variables, str) else list(drop_variables or ())
         out = ds.drop_vars(dropped, errors="ignore")
-        out.set_close(ds.close)  # what xarray makes anew forgets how to be closed
+        out.set_close(ds.close)  # a new object from xarray does not keep the old one's close
         return out
 
     def guess_can_open(self, filename_or_obj: Any) -> bool:
@@ -104,8 +104,8 @@ def open_scan(
     Raises
     ------
     UnreadableScan
-        If the file is no scan or damaged, or keeps its vendor's reader busy for a minute and a second per MB more: that
-        reads in a process of its own, which is then ended. It is a ValueError, as for options that do not fit.
+        If the file is no scan or damaged, or its vendor's reader takes longer than a minute and a second per MB: the
+        reader runs in a process of its own, which is then ended. It is a ValueError, as for options that do not fit.
     OSError
         If the file is absent, a directory, or may not be read.
     ImportError
@@ -114,8 +114,8 @@ def open_scan(
     Warns
     -----
     ImplausibleScan
-        If what the file says is hardly true: by its length, or by the heights themselves. A header that names another
-        scale or size than the true one, both possible, is believed: most formats have no checksum.
+        If what the file states is improbable, judged by its length or by the heights themselves. A header that states
+        another possible scale or size than the true one is believed: most formats have no checksum.
 
     Examples
     --------

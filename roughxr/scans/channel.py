@@ -1,7 +1,7 @@
-"""One image of a file, as every format hands it over, and the choice among several.
+"""One image of a file, in the form that every reader returns, and the choice among several.
 
 Whatever the vendor, a reader returns a list of :class:`Channel`: rows from the top of the picture, values
-and lateral size each in the units that the file states. Labels come later, once, in ``files``.
+and lateral size each in the units that the file states. Labels are added once, in ``files``.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ class Channel(NamedTuple):
 
     ``read`` returns the values as (rows, columns) in ``units``, the top row of the picture first, NaN where
     the file has no value. ``size`` is the lateral size (along x, along y) in ``lateral_units``. What the
-    file does not state is None. ``counted`` is False where the file does not say how many pixels it holds; ``doubt``
-    is what its header says that its length contradicts.
+    file does not state is None. ``counted`` is False where the file does not state its number of pixels; ``doubt``
+    tells where its header and its length contradict each other.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Channel(NamedTuple):
 
     @property
     def is_topography(self) -> bool:
-        """Whether the values are lengths, and not those of a lever: an amplitude in nm is no height."""
+        """Whether the values are lengths of the surface, and not of the lever: an amplitude in nm is no height."""
         lever = re.search("ampl|defl|error|phase|fric|lateral", self.name, re.IGNORECASE)
         return self.is_length and not lever
 
@@ -89,7 +89,7 @@ def direction_in(name: str) -> str:
 
 
 def optional(module: str) -> ModuleType:
-    """Return a module of the ``afm`` extra, or say how to install it."""
+    """Return a module of the ``afm`` extra; raise with advice where it is not installed."""
     try:
         with warnings.catch_warnings(action="ignore"):  # that it runs without MPI is no news to anyone here
             return importlib.import_module(module)
@@ -98,7 +98,7 @@ def optional(module: str) -> ModuleType:
 
 
 def not_installed(package: str, found: Any, extra: str = "afm") -> ImportError:
-    """Return the error that says how to install what an extra brings."""
+    """Return the error that says how to install an extra."""
     return ImportError(
         f"this file needs {package}, found {found}; install it with: "
         f'pip install "roughxr[{extra}]", in a clone pip install ".[{extra}]"'
@@ -134,13 +134,13 @@ def choose(channels: list[Channel], channel: str | int | None, direction: str | 
 
 
 def _wanted(channel: str | int | None, direction: str | None) -> str:
-    """Return in words what was asked for."""
+    """Return the wanted channel in words."""
     wanted = "a topography" if channel is None else f"channel {channel!r}"
     return f"{wanted} with direction {direction!r}" if direction else wanted
 
 
 def named(channels: list[Channel], channel: str | int | None) -> list[Channel]:
-    """Return the channels of a name, or that of a number; without one the topographies."""
+    """Return the channels of a name, or the one of a number; without either the topographies."""
     if channel is None:
         return [one for one in channels if one.is_topography]
     if isinstance(channel, str):
@@ -150,7 +150,7 @@ def named(channels: list[Channel], channel: str | int | None) -> list[Channel]:
 
 
 def along(channels: list[Channel], direction: str | None) -> list[Channel]:
-    """Return the channels of a direction; by default the forward line of a pair of equal name, the usual choice."""
+    """Return the channels of a direction; by default the forward one of a pair of equal name."""
     if direction is None:
         return [one for one in channels if one.direction != "retrace"] or channels
     return [one for one in channels if one.direction == direction]

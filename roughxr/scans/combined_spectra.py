@@ -1,4 +1,4 @@
-"""Scans of several sizes of one surface as one power spectrum: each says what its size and its pixels can tell."""
+"""One power spectrum from scans of several sizes of one surface, each used where size and pixels allow."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..schema import label, pixel, record, validate
 from ..units import positive, whole_number
 from .spectra import power_spectrum
 
-#: A scan tells of waves that are shorter than this part of its side, and longer than so many pixels.
+#: A scan is used for waves shorter than this part of its side, and longer than this many pixels.
 _LONGEST, _PIXELS = 0.5, 4.0
 
 
@@ -28,8 +28,8 @@ def combined_spectrum(
     window : str, optional
         See `power_spectrum`; without one the scans' edges look like steps.
     shortest : number or quantity, optional
-        Wavelength, nm, down to which the scans are believed, such as that where the tip rounds what it draws; at least
-        four pixels of each scan.
+        Shortest wavelength, nm, for which the scans are used, for example that below which the tip rounds the image;
+        at least four pixels of each scan.
     per_decade : int
         Bins of wavevectors.
 
@@ -43,7 +43,7 @@ def combined_spectrum(
     Raises
     ------
     ValueError
-        If there is no scan, or none reaches a wavelength that is believed.
+        If there is no scan, or none reaches a usable wavelength.
 
     Examples
     --------
@@ -57,7 +57,7 @@ def combined_spectrum(
         raise ValueError("scans: expected at least one, found none")
     whole_number(per_decade, "per_decade", least=1)
     least = 0.0 if shortest is None else positive(shortest, "nm", "shortest")
-    parts = [_believed(validate(one, "scan"), window, least) for one in scans]
+    parts = [_usable(validate(one, "scan"), window, least) for one in scans]
     bins = [np.floor(per_decade * np.log10(q)).astype(int) for q, _, _ in parts]
     if not sum(one.size for one in bins):
         raise ValueError(f"shortest: expected waves that a scan reaches, found none down to {least:g} nm")
@@ -79,8 +79,8 @@ def combined_spectrum(
     return record(label(out), "combined_spectrum", scans[0], scans=len(scans), **given)
 
 
-def _believed(scan: xr.Dataset, window: str | None, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return wavevectors that a scan tells of, their spectrum and their numbers of modes."""
+def _usable(scan: xr.Dataset, window: str | None, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the wavevectors for which a scan is used, their spectrum and their numbers of modes."""
     found = power_spectrum(scan, window=window)
     side = min(scan.sizes[axis] * step for axis, step in zip("xy", pixel(scan)))
     shortest = max(_PIXELS * max(pixel(scan)), least)

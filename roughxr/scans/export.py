@@ -27,7 +27,7 @@ _SI["1"] = (1.0, "")
 
 
 def _map(ds: xr.Dataset, name: str) -> xr.Dataset:
-    """Return a Dataset that holds a map, or say what is wrong."""
+    """Return a Dataset that holds a map; raise for any other."""
     maps = [str(one) for one in ds.data_vars if set(ds[one].dims) == {"x", "y"}]
     if name not in maps:
         found = tuple(ds[name].dims) if name in ds else "no such variable"
@@ -172,7 +172,7 @@ def to_gsf(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") -> 
 
 
 def to_tiff(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") -> Path:
-    """Write a scan, or another map along x and y, as a TIFF that lies where it was measured, for maps' programs.
+    """Write a scan, or another map along x and y, as a GeoTIFF, with its place and pixel size, for GIS programs.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ def to_tiff(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") ->
     Raises
     ------
     ValueError
-        If the name is none of a map, or the path has another extension.
+        If there is no map of this name, or the path has another extension.
     ImportError
         If tifffile is not installed.
 

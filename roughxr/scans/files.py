@@ -1,4 +1,4 @@
-"""From a file to a scan: what is it, which channel, what does it lack, and the labels.
+"""From a file to a labelled scan: its format, the channel, and the size and units that it lacks.
 
 Orientation, the same for every format: a file without coordinates holds a picture, first row at the top.
 The scan shows that picture with x to the right, y upwards and height towards the viewer (a right-handed
@@ -67,7 +67,7 @@ def reader_of(path: Path) -> tuple[str, Callable[[Path], list[Channel]]]:
 
 
 def guarded(path: Path, read: Callable[..., Any], *args: Any, **options: Any) -> Any:
-    """Return ``read(...)``; whatever a library stumbles over is reported with the file's name."""
+    """Return ``read(...)``; any error of a library is raised again with the file's name."""
     try:
         return read(*args, **options)
     except (UnreadableScan, ImportError):
@@ -78,7 +78,7 @@ def guarded(path: Path, read: Callable[..., Any], *args: Any, **options: Any) ->
 
 
 def list_channels(path: Any) -> list[Channel]:
-    """Return the images that a file holds, unread where the format allows."""
+    """Return the images that a file holds, their values not read yet where the format allows."""
     path = regular_file(path)
     _, read = reader_of(path)
     return guarded(path, read, path)
@@ -130,14 +130,14 @@ def read_scan(
 
 
 def _labelled_netcdf(path: Path, given: dict[str, Any]) -> xr.Dataset:
-    """Return a NetCDF file's scan, unread; roughxr's own keep the history and origin they came with."""
+    """Return a NetCDF file's scan, not read yet; roughxr's own files keep their history and origin."""
     for option in ("direction", "size", "height_units"):
         if given[option] is not None:
             raise ValueError(f"{option}: expected nothing for a NetCDF file, which states it; leave {option}= out")
     opened = guarded(path, open_netcdf, path, channel=given["channel"])
     try:
         ds = _with_origin(validate(opened, "scan"), path, given)
-    except ValueError as error:  # of coordinates that are not uniform, say: well told, but for the file's name
+    except ValueError as error:  # such as coordinates that are not uniform: clear, but without the file's name
         opened.close()
         raise UnreadableScan(path, str(error)) from error
     except BaseException:
@@ -157,7 +157,7 @@ def _with_origin(ds: xr.Dataset, path: Path, given: dict[str, Any]) -> xr.Datase
 
 
 def _completed(channels: list[Channel], height_units: str | None, path: Path) -> list[Channel]:
-    """Return the channels with the units given for those that state none."""
+    """Return the channels, with the given units where they state none."""
     if height_units is None:
         return channels
     if not is_length(height_units):
@@ -198,7 +198,7 @@ def _stated_size(channel: Channel, path: Path) -> tuple[float, float] | None:
 
 
 def _given_size(size: Any, shape: tuple[int, int]) -> tuple[float, float]:
-    """Return (along x, along y) in nm; one length stands for both sides of a square number of pixels only."""
+    """Return (along x, along y) in nm; one length is enough only where there are as many columns as rows."""
     both = size if isinstance(size, (tuple, list)) else (size,)
     values = tuple(float(magnitude(value, "nm", "size")) for value in both)
     if len(values) == 1 and shape[0] == shape[1]:
@@ -252,7 +252,7 @@ def _origin(path: Path, family: str, chosen: Channel, found: list[Channel]) -> d
 
 
 def _disagreement(channels: list[Channel]) -> list[str]:
-    """Return a doubt where the images of one file, taken together, have several sizes."""
+    """Return a doubt where the images of one file have several sizes."""
     sizes = {
         tuple(float(f"{v * factor(one.lateral_units, 'nm'):.6g}") for v in one.size)
         for one in channels

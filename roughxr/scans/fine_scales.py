@@ -1,10 +1,9 @@
-"""The scales that a scan does not show: its spectrum continued below its pixels, or cut off above them.
+"""Scales that a scan does not show: its spectrum continued below its pixels, or cut off above them.
 
-A scan shows waves down to its shortest wavelength (`wavelength`): of no more than its pixels, or its tip, let through.
-Below it the surface goes on. As the least that can be said of it, its spectrum goes on as the scan's own does: the
-K-correlation model, self-affine at short wavelengths, fitted to the scan's longer ones. One random surface of these
-waves, from a seed, is one of many that the scan does not tell apart; how results scatter over seeds is what is not
-known.
+A scan shows waves down to its shortest wavelength (`wavelength`), limited by its pixels or its tip. The surface has
+shorter ones. The simplest assumption is that its spectrum continues like that of the scan: the K-correlation model,
+self-affine at short wavelengths, fitted to the scan's longer ones. One random surface of these waves, from a seed, is
+one of many that agree with the scan; the scatter of results over seeds is the uncertainty.
 """
 
 from __future__ import annotations
@@ -21,8 +20,8 @@ from ..schema import label, pixel, record, square_pixel, validate
 from ..units import magnitude, positive, whole_number
 from . import wavelength
 
-#: The longest waves that the model is fitted to, over the shortest that the scan shows: of more, particles on the scan
-#: spoil the fit; of fewer, chance does.
+#: Longest waves that the model is fitted to, over the shortest that the scan shows: longer ones are spoiled by
+#: particles on the scan, and over a smaller range chance spoils the fit.
 _BAND = 5.0
 
 #: What `self_affine_fit` calls the parts of a ``Spectrum``.
@@ -31,7 +30,7 @@ _NAMES = ("psd_plateau", "rolloff_wavelength", "hurst_exponent", "shortest_wavel
 #: Cells along the shortest added wave.
 _CELLS = 4
 
-#: The random numbers of fine roughness are none of `synthetic`'s.
+#: Stream of random numbers for fine roughness, separate from those of `synthetic`.
 _STREAM = 2
 
 
@@ -58,14 +57,14 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Any = 
     hurst : float, optional
         Hurst exponent to hold, from 0 to 1; by default it is fitted.
     shown : number or quantity, optional
-        The shortest wavelength that the scan shows truly, nm; by default that above which all but 5 % of its mean
-        square curvature lie, and no less than two pixels. An image by a blunt tip shows less: give it then.
+        The shortest wavelength that the scan shows correctly, nm; by default the one above which all but 5 % of its
+        mean square curvature lie, and at least two pixels. An image by a blunt tip shows less: give it then.
 
     Returns
     -------
     Dataset
         ``hurst_exponent``, ``rolloff_wavelength`` (nm), ``psd_plateau`` (nm⁴) and ``shortest_wavelength`` (nm), the
-        last as it was taken. NaN where the scan is flat or pixels are missing in every part.
+        last as it was used. NaN where the scan is flat or pixels are missing in every part.
 
     Raises
     ------
@@ -146,21 +145,22 @@ def add_fine_roughness(
         Shortest wavelength that is added, nm; the longest is the shortest that the scan shows. Where that is shorter
         already, nothing is added.
     seed : int
-        At least 0; the same seed gives the same roughness on scans of the same number of pixels. Over seeds a result
-        scatters by what the scan leaves open.
+        At least 0; the same seed gives the same roughness on scans of the same number of pixels. The scatter of a
+        result over seeds is that of surfaces which agree with the scan.
     refine : int, optional
-        Pixels in place of each, along a side; by default so many that the shortest wave spans four.
+        Cells along a side of each pixel; by default so many that the shortest wave spans four.
     hurst, shown : optional
         See `self_affine_fit`: by default found from the scan.
     spectrum : Dataset, optional
-        Of `self_affine_fit`, in place of the last two: such as of the larger scan that this one was cropped from.
+        Result of `self_affine_fit`, in place of the last two: for example of the larger scan that this one is a part
+        of.
 
     Returns
     -------
     Dataset
         The scan, interpolated by bicubic splines through its pixel centres, and on it a Gaussian random surface.
-        Its attributes say what was added: ``fine_shortest``, ``fine_longest`` (nm), ``fine_hurst``,
-        ``fine_rms`` (nm), ``fine_seed``, unless the scan is lazy: then all is left to one task, which holds the whole
+        Its attributes hold what was added: ``fine_shortest``, ``fine_longest`` (nm), ``fine_hurst``,
+        ``fine_rms`` (nm), ``fine_seed``, except for a lazy scan, which becomes one task that holds the whole
         map.
 
     Raises
@@ -171,7 +171,7 @@ def add_fine_roughness(
 
     See Also
     --------
-    smooth : take short waves away in place of adding them.
+    smooth : remove short waves instead of adding them.
     self_affine_fit : the spectrum that is continued.
 
     References
@@ -265,7 +265,7 @@ def smooth(ds: xr.Dataset, *, shortest: Any) -> xr.Dataset:
     Returns
     -------
     Dataset
-        On the same pixels. The scan is continued by its mirror image beyond its edges; done twice, nothing more
+        On the same pixels. Beyond its edges the scan is continued by its mirror image; applied twice, nothing more
         changes. Lazy where the scan is, in one task that holds the whole map.
 
     Raises
@@ -279,8 +279,8 @@ def smooth(ds: xr.Dataset, *, shortest: Any) -> xr.Dataset:
 
     Notes
     -----
-    A sharp cut-off in the scan's cosine transform, not the Gaussian filter of ISO 16610: waves are there or not, as
-    in theories of a spectrum with a cut-off.
+    A sharp cut-off in the scan's cosine transform, not the Gaussian filter of ISO 16610: waves are kept or removed
+    entirely, as in theories of a spectrum with a cut-off.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Take the background off a scan: tilt, bow, and scan lines that sit at different heights.
+"""Remove the background of a scan: tilt, bow, and scan lines at different heights.
 
 The polynomial background is fitted by least squares on a product of Legendre polynomials in x and y scaled
 to [-1, 1], which keeps the normal equations well conditioned (their few sums are all that a lazy scan needs
@@ -19,7 +19,7 @@ from numpy.polynomial import legendre
 from ..schema import label, record, validate
 from ..units import magnitude, whole_number
 
-#: How often a background is fitted anew without the heights that stood out of the one before.
+#: Number of times that a background is fitted again without the heights that exceeded the last one.
 ROUNDS = 5
 
 _ORDERS = {"plane": 1, "quadratic": 2}
@@ -49,7 +49,7 @@ def level(
     exclude : DataArray of bool, optional
         (x, y), True where the heights do not belong to the background, such as particles.
     exclude_above : length, optional
-        Leave out what stands more than this many nm above the background, found in five rounds.
+        Leave out heights more than this many nm above the background, which is then fitted in five rounds.
     lines : {"x", "y"}
         Along which axis the scan lines run, the fast axis; for the two methods by line.
 
@@ -109,7 +109,7 @@ def _inside(height: xr.DataArray, exclude: xr.DataArray | None) -> xr.DataArray 
         raise ValueError(
             f"exclude: expected bool over {dict(height.sizes)}, found {mask.dtype} over {dict(mask.sizes)}"
         )
-    xr.align(mask, height, join="exact", copy=False)  # a mask of another place may not pass for this one's
+    xr.align(mask, height, join="exact", copy=False)  # a mask for another place must not pass for this one's
     inside = ~mask.transpose(*height.dims).drop_vars(list(mask.coords))
     return inside.chunk(height.chunksizes) if height.chunks else inside.compute()
 
@@ -121,9 +121,9 @@ def _excluded(exclude: Any) -> str | None:
 
 
 def _again(height: xr.DataArray, after: Any) -> xr.DataArray:
-    """Return the same lazy heights, to be read anew once ``after`` is known.
+    """Return the same lazy heights, read again once ``after`` is known.
 
-    Without this, dask would keep every chunk in memory from the fit until the subtraction.
+    Otherwise dask would keep every chunk in memory from the fit until the subtraction.
     """
     if not is_dask_collection(after):
         return height
@@ -133,7 +133,7 @@ def _again(height: xr.DataArray, after: Any) -> xr.DataArray:
 
 
 def _flattened(height: xr.DataArray, inside: xr.DataArray | None, degree: int, above: float | None) -> xr.DataArray:
-    """Return heights less the least-squares polynomial of what does not stand above it."""
+    """Return heights less the least-squares polynomial through those that are not too far above it."""
     basis = tuple(_legendre(height, axis, degree) for axis in ("x", "y"))
     raw, coefficients, limit = height, np.zeros((degree + 1, degree + 1)), np.inf
     for _ in range(1 if above is None else ROUNDS):
@@ -210,7 +210,7 @@ def _solved(sums: np.ndarray, n: int) -> np.ndarray:
 def _aligned(
     height: xr.DataArray, inside: xr.DataArray | None, method: str, lines: str, above: float | None
 ) -> xr.DataArray:
-    """Return heights with each scan line shifted by what does not stand above it."""
+    """Return heights with each scan line shifted by the background in it."""
     background = height if inside is None else height.where(inside)
     for _ in range(1 if above is None else ROUNDS):
         offsets = _offsets(background, method, lines)

@@ -105,7 +105,7 @@ def open_netcdf(path: Path, *, channel: str | int | None = None) -> xr.Dataset:
 def _opened(path: Path) -> xr.Dataset:
     """Return a file's Dataset, unread; of an archive with groups, the group ``scan``.
 
-    NetCDF 3 goes through scipy: the C library fills what is cut off a file with zeros, without a word.
+    NetCDF 3 goes through scipy: the C library silently fills what is cut off a file with zeros.
     """
     with path.open("rb") as file:
         engine = "scipy" if file.read(4) in (b"CDF\1", b"CDF\2") else "netcdf4"

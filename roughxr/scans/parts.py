@@ -20,8 +20,8 @@ def taker(height: da.Array, *, apart: bool = False) -> Callable[[tuple[slice, sl
     height : dask array
         The scan's.
     apart : bool
-        Make the chunks anew, apart from all other tasks on them: what is looked at before a search would else be held
-        until the search comes to it.
+        Read the chunks separately from all other tasks on them: chunks read before a search would otherwise be held
+        in memory until the search needs them.
 
     Returns
     -------

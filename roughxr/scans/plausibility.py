@@ -1,4 +1,4 @@
-"""Doubts about a scan, with numbers: the usual signs of wrong units or of a size that nobody stated."""
+"""Doubts about a scan, with numbers: the usual signs of wrong units or of a default size."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import xarray as xr
 from ..schema import pixel
 from .channel import UnreadableScan
 
-#: Neighbouring pixels of less correlation than this have nothing in common: garbled, or noise alone.
+#: Where neighbouring pixels correlate less than this, the data are garbled, or noise alone.
 _NOTHING_IN_COMMON = 0.1
 
-#: Fewer lines than this are alike or not by chance.
+#: With fewer lines than this, a correlation may be chance.
 _FEWEST_LINES = 16
 
 #: Heights ranging over more than this many scan sizes are no scan in any units: the file is damaged.
@@ -21,7 +21,7 @@ ABSURD_RANGE = 1e3
 
 
 class ImplausibleScan(UserWarning):
-    """A scan was read as its file says, but what the file says is hardly true."""
+    """A scan was read as its file says, but what the file says is improbable."""
 
 
 def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
@@ -34,7 +34,7 @@ def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
 
 
 def doubts(ds: xr.Dataset) -> list[str]:
-    """Return what is implausible about a scan, one sentence with numbers each; nothing where all is well.
+    """Return what is implausible about a scan, one sentence with numbers each; empty if nothing is.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
 
 
 def _garbled(alike: tuple[float, float]) -> list[str]:
-    """Return a doubt where neighbouring heights, or whole lines, are as if drawn by lot."""
+    """Return a doubt where neighbouring heights, or whole lines, are as if drawn at random."""
     if max(alike) < _NOTHING_IN_COMMON:
         return [
             f"neighbouring heights have nothing in common (correlation {max(alike):.2g}): "

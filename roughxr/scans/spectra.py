@@ -17,7 +17,7 @@ import xarray as xr
 
 from ..schema import label, pixel, validate
 
-#: Share of the pixels that may be missing before a spectrum is.
+#: Share of missing pixels above which there is no spectrum.
 MOST_MISSING = 0.01
 
 
@@ -27,8 +27,8 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     Parameters
     ----------
     ds : Dataset
-        A scan; level it first, a tilt leaks into all wavevectors. Missing pixels, up to `MOST_MISSING` of all, are
-        put at the mean of the others.
+        A scan; level it first, since a tilt leaks into all wavevectors. Missing pixels, up to `MOST_MISSING` of all,
+        are set to the mean of the others.
     window : str, optional
         Name of a window of :func:`scipy.signal.get_window`, such as ``"hann"``, by which the heights are
         multiplied; it is scaled to a mean square of one.
@@ -37,8 +37,8 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     -------
     Dataset
         ``psd`` nm⁴ and ``psd_modes`` over ``wavevector`` nm⁻¹ (2 pi over wavelength), the first being zero.
-        NaN where more pixels are missing. A lazy scan stays lazy, but one task holds all of it, several times over: a
-        transform needs every height at once. For a scan too large for that, take the spectra of parts (`crop`).
+        NaN where more pixels are missing. A lazy scan stays lazy, but one task holds all of it, several times over,
+        since a transform needs all heights at once. For a scan too large for that, take the spectra of parts (`crop`).
 
     Examples
     --------
@@ -64,7 +64,7 @@ def autocorrelation(ds: xr.Dataset) -> xr.Dataset:
     Parameters
     ----------
     ds : Dataset
-        A scan; level it first, the mean counts. Missing pixels are nobody's partners.
+        A scan; level it first, since the mean is not subtracted. Pairs with a missing pixel are left out.
 
     Returns
     -------

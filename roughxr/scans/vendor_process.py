@@ -1,11 +1,11 @@
-"""A process that reads vendors' files and can be ended: no damaged file may keep, or take down, who opens it.
+"""A process that reads vendors' files and can be ended, so that no damaged file can hang or crash the caller.
 
 One process serves all files of a session that one reader reads. It starts with the first, imports the reader's library
-in the caller's stead and nothing of roughxr, and goes when its caller goes. This file is both sides: imported, it asks;
-as a script, it answers.
+but nothing of roughxr, and ends with its caller. This file is both sides: imported, it is the client; run as a script,
+it is the server.
 
 A reader is a file with the name of its ``LIBRARY``, and ``read(path, **question)``, which returns what can be pickled.
-This file is one: it reads images through SurfaceTopography.
+This file is a reader itself: it reads images through SurfaceTopography.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-#: Seconds that reading may take, and bytes that may take one second more: a hundred times what sound files need.
+#: Seconds that reading may take, and bytes that allow one second more: a hundred times what sound files need.
 SECONDS, BYTES_PER_SECOND = 60.0, 1e6
 
-#: SurfaceTopography readers that are not asked: formats read elsewhere in this package, and formats without
-#: a signature, which would take any file (a height map of unknown size, bare text, archives of arrays).
+#: SurfaceTopography readers that are not used: formats read elsewhere in this package, and formats without
+#: a signature, which would accept any file (a height map of unknown size, bare text, archives of arrays).
 NOT_ASKED = {"asc", "xyz", "nc", "h5", "gwy", "npy", "npz", "mat", "hgt", "nms"}
 
-#: What `read` of this file, as a reader, needs.
+#: The library that `read` of this file needs.
 LIBRARY = "SurfaceTopography.IO"
 
 _LOCK = threading.Lock()
@@ -45,11 +45,11 @@ _running: dict[tuple[int, str], subprocess.Popen] = {}
 
 
 class ReadingFailed(Exception):
-    """What became of a reading, in words: its time was over, its process died, or what its library said."""
+    """A reading failed, with the reason in words: time limit, death of the process, or an error of the library."""
 
 
 def ask(path: Path, reader: str = __file__, **question: Any) -> dict[str, Any]:
-    """Return what a reader says of a vendor's file; see `read` for that of images.
+    """Return a reader's answer about a vendor's file; see `read` for that about images.
 
     Parameters
     ----------
@@ -57,12 +57,12 @@ def ask(path: Path, reader: str = __file__, **question: Any) -> dict[str, Any]:
     reader : str
         The reader's file.
     **question
-        For the reader.
+        Arguments of the reader.
 
     Raises
     ------
     ReadingFailed
-        Also if it takes longer than a file of its length can: the process is ended, the next call starts another.
+        Also if reading takes longer than its file's length allows: the process is ended, the next call starts another.
     ImportError
         If the reader's library cannot be imported there.
     """
@@ -88,7 +88,7 @@ def _answer(request: dict[str, Any], reader: str, limit: float) -> dict[str, Any
     except (EOFError, OSError, pickle.UnpicklingError):
         raise ReadingFailed(_why(late.is_set(), limit, _end(reader))) from None
     except BaseException:
-        _end(reader)  # interrupted: what it says later would be taken for the answer to the next question
+        _end(reader)  # interrupted: a late answer would be taken for the answer to the next question
         raise
 
 
@@ -102,13 +102,13 @@ def _why(late: bool, limit: float, code: int | None) -> str:
 
 
 def _process(reader: str) -> subprocess.Popen:
-    """Return this process's own reader, ready to be asked; one that was inherited by a fork is another's."""
+    """Return this process's own reader, ready for questions; one inherited by a fork belongs to the other process."""
     process = _running.get((os.getpid(), reader))
     if process is None or process.poll() is not None:
         pipe, command = subprocess.PIPE, (sys.executable, "-P", __file__, reader)
         process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
         _running[os.getpid(), reader] = process
-        missing = _exchange(process, sys.path)  # what it imports takes its time, which is not the file's
+        missing = _exchange(process, sys.path)  # importing takes its own time, which is not the file's
         if missing:
             raise ImportError(missing)
     return process
@@ -128,16 +128,16 @@ def _end(reader: str) -> int | None:
     process.kill()
     code = process.wait()
     for pipe in (process.stdin, process.stdout):
-        with suppress(OSError):  # what stood unsent in it goes with the process
+        with suppress(OSError):  # unsent data in its pipe are lost with the process
             pipe.close()
     return code
 
 
 def serve(path: str, questions: BinaryIO, answers: BinaryIO) -> None:
-    """Answer questions to a reader until there are no more; the first is where to import from."""
+    """Answer the questions sent to a reader until there are no more; the first is the import path."""
     sys.path[:] = pickle.load(questions)
-    warnings.simplefilter("ignore")  # that it runs without MPI is no news to anyone here
-    # readers that try a file and find it another's may say so on standard error, through this log
+    warnings.simplefilter("ignore")  # a notice that it runs without MPI is of no interest here
+    # readers that try a file of another format may report that on standard error, through this log
     logging.getLogger("tifffile").addHandler(logging.NullHandler())
     reader = _loaded(path)
     _send(_imported(reader.LIBRARY), answers)
@@ -155,7 +155,7 @@ def _send(answer: Any, answers: BinaryIO) -> None:
 
 
 def _loaded(path: str) -> ModuleType:
-    """Return the reader that a file is."""
+    """Return the module of a reader's file."""
     spec = importlib.util.spec_from_file_location("reader", path)
     reader = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(reader)
@@ -163,7 +163,7 @@ def _loaded(path: str) -> ModuleType:
 
 
 def _imported(library: str) -> str:
-    """Import what reads; return what was missing, or nothing."""
+    """Import the library; return the error if that failed, else an empty text."""
     try:
         importlib.import_module(library)
     except ImportError as error:
@@ -174,7 +174,7 @@ def _imported(library: str) -> str:
 def _safely(read: Callable[..., dict[str, Any]], question: dict[str, Any]) -> dict[str, Any]:
     try:
         return read(**question)
-    except Exception as error:  # whatever a library stumbles over
+    except Exception as error:  # any error of a library
         return {"failed": _words(error)}
 
 
@@ -183,13 +183,13 @@ def _words(error: Exception) -> str:
 
 
 def read(path: str, index: int | None = None) -> dict[str, Any]:
-    """Return what a file holds, or of the image ``index``, of those of all dimensions, its heights.
+    """Return the images of a file or, for ``index`` (counted over images of all dimensions), the heights of one.
 
     Returns
     -------
     dict
-        ``format`` and ``images``, or ``unit`` and ``heights`` as SurfaceTopography has them; ``said``, by reader, if
-        none takes the file.
+        ``format`` and ``images``, or ``unit`` and ``heights`` as SurfaceTopography returns them; ``said``, by reader,
+        if none accepts the file.
     """
     stat = os.stat(path)
     reader, said = _opened(path, stat.st_mtime_ns, stat.st_size)
@@ -200,7 +200,7 @@ def read(path: str, index: int | None = None) -> dict[str, Any]:
 
 @lru_cache(maxsize=1)
 def _opened(path: str, *_state: int) -> tuple[Any, dict[str, str]]:
-    """Return the first reader of SurfaceTopography that takes a file, or None and what each said."""
+    """Return the first reader of SurfaceTopography that accepts a file, or None and the error of each."""
     from SurfaceTopography import IO
 
     with open(path, "rb") as file:
@@ -212,7 +212,7 @@ def _opened(path: str, *_state: int) -> tuple[Any, dict[str, str]]:
             continue
         try:
             return IO.open_topography(path, format=name), {}
-        except Exception as error:  # every reader fails in its own way on another's file
+        except Exception as error:  # readers fail in various ways on other formats
             said[name] = " ".join(str(error).split()) or type(error).__name__
     return None, said
 
@@ -243,7 +243,7 @@ def _heights(info: Any) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is its caller's, who ends it
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the caller, who ends this process
     own = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what a library prints is no answer
+    os.dup2(2, 1)  # what a library prints must not mix with the answers
     serve(sys.argv[1], sys.stdin.buffer, own)

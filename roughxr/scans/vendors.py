@@ -1,8 +1,8 @@
 """Vendors' formats, read through SurfaceTopography (extra ``afm``).
 
 SurfaceTopography indexes heights as [x, y] with y counted downwards from the top of the picture; its
-heights, sizes and orientation agree with Gwyddion's. What is added here: a reader is believed only where
-the first bytes are that format's own, and redundant statements in a header must agree. Reading takes place in a
+heights, sizes and orientation agree with Gwyddion's. Added here: a reader is used only where
+the first bytes are those of its format, and redundant statements in a header must agree. Files are read in a
 process that is ended when it takes too long (see :mod:`.vendor_process`).
 """
 
@@ -27,7 +27,7 @@ def channels(path: Path) -> list[Channel]:
     Raises
     ------
     UnreadableScan
-        If no reader takes the file: what each said; or if reading takes longer than any sound file needs.
+        If no reader accepts the file, with the error of each; or if reading takes longer than any sound file needs.
     """
     with path.open("rb") as file:
         head = file.read(512)
@@ -44,7 +44,7 @@ def channels(path: Path) -> list[Channel]:
 
 
 def _length_doubt(path: Path, format_name: str, header: dict[str, Any]) -> str:
-    """Return where a header and the file's length contradict each other, nothing where they agree or none can tell."""
+    """Return how a header and the file's length contradict each other, empty where they agree or cannot be compared."""
     length = path.stat().st_size
     stated = {"di": _bruker_length, "sur": _digital_surf_length, "ibw": _igor_length}.get(format_name)
     expected = stated(path, header.get("raw_metadata") or {}) if stated else None
@@ -71,7 +71,7 @@ def _digital_surf_length(path: Path, raw: Any) -> int | None:
 
 
 def _igor_length(path: Path, _raw: Any) -> int | None:
-    """Return None where the note lies where the header says; it is text, and what follows it is not accounted for."""
+    """Return None where the note is where the header says; it is text, and what follows it is not accounted for."""
     with path.open("rb") as file:
         head = file.read(64)
         _, _, wave, formula, note, *_ = struct.unpack("<hh15i" if head[0] else ">hh15i", head)
@@ -81,7 +81,7 @@ def _igor_length(path: Path, _raw: Any) -> int | None:
 
 
 def _asked(path: Path, index: int | None = None) -> dict[str, Any]:
-    """Return what the process that reads such files says of one."""
+    """Return the answer about a file from the process that reads vendors' files."""
     if find_spec("SurfaceTopography") is None:
         raise not_installed("SurfaceTopography", "none")
     try:
@@ -92,7 +92,7 @@ def _asked(path: Path, index: int | None = None) -> dict[str, Any]:
         raise not_installed("SurfaceTopography", error) from error
 
 
-#: First bytes by which a file is one format's, whatever the other readers say of it.
+#: First bytes that belong to one format only, whatever other readers make of the file.
 SIGNATURES = {
     "di": (b"\\*File list", b"\\*EC File list"),
     "ps": (b"II*\0", b"MM\0*"),
@@ -103,7 +103,7 @@ SIGNATURES = {
     "wsxm": (b"WSxM file copyright",),
 }
 
-#: Formats that begin as text, and are none.
+#: Signatures of formats that begin with text but are not text files.
 TEXT_SIGNATURES = tuple(start for name in ("di", "ezd", "mi", "wsxm") for start in SIGNATURES[name])
 
 
@@ -173,7 +173,7 @@ def _direction(name: str, raw: Any) -> str:
 
 
 def _remark(raw: Any, format_name: str) -> str:
-    """Return what must be known about the size: an Igor wave states its step, and a nominal size too."""
+    """Return a remark on the size: an Igor wave states its step, and a nominal size too."""
     if format_name != "ibw" or not isinstance(raw, dict) or "ScanSize" not in raw:
         return ""
     nominal = re.sub(r"[^0-9.eE+-]", "", str(raw["ScanSize"]))

@@ -1,12 +1,13 @@
 """The shortest wavelength of a scan: what its pixels, and the patches fitted to its summits, must resolve.
 
-A summit's curvature sums the waves that cross it, each by q² times its amplitude. So it is the mean square curvature,
+A summit's curvature is a sum over the waves that cross it, each by q² times its amplitude. So the mean square
+curvature,
 
     ∫ q⁴ C(q) d²q                                     C(q) the power spectrum, as in `spectra`
 
-that tells which waves make the summits: the shortest wavelength is where all but 5 % of it have been summed. A spectrum
-that ends at a cutoff has its shortest wavelength there, within 3 % for Hurst exponents from 0 to 0.9. A scan that
-waves, or is noisy, down to its pixels has a shortest wavelength of about two of them: it does not resolve its summits.
+tells which waves make up the summits: the shortest wavelength is where all but 5 % of it have been summed. For a
+spectrum that ends at a cutoff this is the cutoff, within 3 % for Hurst exponents from 0 to 0.9. For a scan with waves
+or noise down to its pixels it is about two pixels: the scan does not resolve its summits.
 """
 
 from __future__ import annotations
@@ -22,13 +23,13 @@ import xarray as xr
 from ..schema import pixel, validate
 from .parts import taker
 
-#: Part of the mean square curvature that shorter waves may hold.
+#: Share of the mean square curvature that shorter waves may have.
 _REST = 0.05
 
-#: Pixels along a side of the parts that are looked at, and how many along each axis at most.
+#: Pixels along a side of the parts that are used, and the largest number of parts along each axis.
 _SIDE, _PARTS = 256, 4
 
-#: Root mean square of a part's curvature in pixels over its largest height that rounding alone may leave.
+#: Root mean square of a part's curvature in pixels, over its largest height, that may be due to rounding alone.
 _ROUNDING = 1e-11
 
 
@@ -38,12 +39,12 @@ def shortest_wavelength(ds: xr.Dataset) -> float:
     Parameters
     ----------
     ds : Dataset
-        A scan. At most 16 parts of 256 × 256 pixels, spread over it, are looked at; of a lazy one no others are read.
+        A scan. At most 16 parts of 256 × 256 pixels, spread over it, are used; of a lazy scan only these are read.
 
     Returns
     -------
     float
-        nm; inf where nothing is curved, NaN where every part has missing pixels.
+        nm; inf where the surface has no curvature, NaN where every part has missing pixels.
 
     Examples
     --------
@@ -56,14 +57,14 @@ def shortest_wavelength(ds: xr.Dataset) -> float:
 
 
 class Waves(NamedTuple):
-    """What the spectrum says of a scan's summits."""
+    """The shortest waves and the slope of a scan, from its spectrum."""
 
     shortest: float  # wavelength, nm
     slope: float  # root mean square, 1
 
 
 def waves(ds: xr.Dataset) -> Waves:
-    """Return shortest wavelength and slope of a scan, as `shortest_wavelength` looks at it; NaN where it finds none."""
+    """Return shortest wavelength and slope of a scan, as `shortest_wavelength` computes it; NaN where there is none."""
     scan = validate(ds, "scan")
     if scan["height"].chunks:
         return later(scan["height"].data, pixel(scan)).compute()
@@ -72,14 +73,14 @@ def waves(ds: xr.Dataset) -> Waves:
 
 
 def later(height: da.Array, steps: tuple[float, float]) -> Any:
-    """Return `waves` of lazy heights as a dask task that is still to be computed."""
+    """Return `waves` of lazy heights as a dask task."""
     take, transform = taker(height, apart=True), dask.delayed(spectrum, pure=False)
     spectra = [transform(take(part)) for part in parts(height.shape)]
     return dask.delayed(together, pure=False)(spectra, steps)
 
 
 def parts(shape: tuple[int, int]) -> list[tuple[slice, slice]]:
-    """Return the parts of a scan of this shape that are looked at, whatever its chunks are."""
+    """Return the parts of a scan of this shape that are used, whatever its chunks are."""
     sides = [min(_SIDE, n) for n in shape]
     starts = [
         np.unique(np.linspace(0, n - side, min(_PARTS, -(-n // side))).astype(int)).tolist()
@@ -89,7 +90,7 @@ def parts(shape: tuple[int, int]) -> list[tuple[slice, slice]]:
 
 
 def spectrum(height: np.ndarray) -> np.ndarray | None:
-    """Return |h(q)|² (nm²) of a part, its plane taken off, under a Hann window; None where heights are missing.
+    """Return |h(q)|² (nm²) of a part less its plane, under a Hann window; None where heights are missing.
 
     The window has a mean square of one, and the sum over q is the mean square height.
     """
@@ -109,7 +110,7 @@ def spectrum(height: np.ndarray) -> np.ndarray | None:
 
 
 def together(spectra: Sequence[np.ndarray | None], steps: tuple[float, float]) -> Waves:
-    """Return what the spectra of a scan's parts say together."""
+    """Return shortest wavelength and slope from the spectra of a scan's parts together."""
     known = [one for one in spectra if one is not None]
     if not known:
         return Waves(np.nan, np.nan)

@@ -1,10 +1,10 @@
-"""What a result hangs on: one assumption changed at a time, and what all of them together leave open.
+"""How results depend on assumptions, changed one at a time, and the uncertainty that all of them leave together.
 
-changes        what can be changed, by name, and how a scan and its pair look then
+changes        the assumptions that can be changed, by name, and the changed scan and pair
 superposed     the pull-off of superposed asperities under each change
-simulated      that of the simulation with adhesion, at a sample of places
+simulated      the pull-off of the adhesive simulation under each change, at a sample of places
 verb           `sensitivity`, by either method
-budget         `error_budget`: all that is known of how far the simulated pull-off can be trusted
+budget         `error_budget`: the known uncertainties of the simulated pull-off
 """
 
 from .budget import cut_off_waves, error_budget

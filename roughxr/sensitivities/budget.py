@@ -1,12 +1,12 @@
-"""An error budget of the simulated pull-off: what is known of how far its mean can be trusted, and from where.
+"""An error budget of the simulated pull-off: the known uncertainties of its mean, and their sources.
 
-Each entry is one standard deviation of the mean pull-off, relative to it. That of sampling is of the places on this
-scan; all others are the change of the mean over a sample of places when one thing is changed by about as much as it may
-be off (`sensitivity`): what one bar of the tornado shows, and nothing is computed twice. An entry that was not computed
-is NaN and says why.
+Each entry is one relative standard deviation of the mean pull-off. The entry of sampling is the scatter between places
+on this scan. Every other entry is the change of the mean, over a sample of places, when one assumption is changed by
+about its uncertainty (`sensitivity`): the length of its bar in the tornado plot, nothing is computed twice. An entry
+that was not computed is NaN and says why.
 
-What waves shorter than the scan shows would do is no such entry: it is not off, it is not known. It stands beside the
-total, which holds for a surface that ends where the scan does.
+The effect of waves shorter than the scan shows is no such entry, since their heights are unknown rather than uncertain.
+It is reported beside the total, which holds for a surface without such waves.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from ..tip import tip_flags
 from ..units import positive, whole_number
 from .verb import sensitivity
 
-#: Entries that a change of `sensitivity` gives: the factor, and what is done, its settings put in.
+#: Entries given by a change of `sensitivity`: the factor, and a description into which its settings are put.
 CHANGED: dict[str, tuple[str, str]] = {
     "mesh": ("mesh", "cells {}"),
     "step": ("step", "steps of the displacement {}"),
@@ -40,24 +40,25 @@ CHANGED: dict[str, tuple[str, str]] = {
     "sphere radius": ("sphere radius", "radius {}"),
 }
 
-#: The entries that the scan's own places give, and that its shortest waves do.
+#: The entries given by the scan's own places, and by its shortest waves.
 SAMPLING, SHORT_WAVES = "sampling", "shorter waves"
 
-#: All entries in order; of a body that yields its hardness besides.
+#: All entries in order; for a body that yields also that of its hardness.
 ENTRIES = (SAMPLING, *CHANGED, SHORT_WAVES)
 
-#: Waves that are added, in parts of the shortest that the scan shows, and cut off, in pixels.
+#: Shortest waves that are added, as parts of the shortest that the scan shows, and that are cut off, in pixels.
 _ADDED, _CUT = (0.5, 0.5**0.5), (2, 4)
 
-#: A tip that changes the pull-off by less than this part falls off by more than the heights from a pixel to the next.
+#: A tip whose effect is smaller than this part cannot be seen on the scan's pixels: between neighbours its flanks fall
+#: by more than the heights do.
 _UNSEEN = 1e-4
 
-#: Standard deviations within an interval of 95 %.
+#: Standard deviations in the width of a 95 % interval.
 _WITHIN = 4.0
 
 
 class _Entry(NamedTuple):
-    """One entry: relative standard deviation, NaN where it is not known, and how it was got, or why it was not."""
+    """One entry: relative standard deviation, NaN if not known, and how it was computed, or why it was not."""
 
     value: float
     how: str
@@ -80,14 +81,14 @@ def error_budget(
     tip_radius: Any = 10.0,
     progress: bool = False,
 ) -> xr.Dataset:
-    """Return by how much the mean simulated pull-off may be off, and from what: one entry for each source.
+    """Return the uncertainty of the mean simulated pull-off: one entry for each source.
 
     Parameters
     ----------
     ds : Dataset
-        A scan in memory with a pair that adheres.
+        A scan in memory with an adhesive pair.
     solved : Dataset, optional
-        The result of `adhesive` at all places, from which sampling is told; by default from the sample alone.
+        The result of `adhesive` at all places, for the entry of sampling; by default the sample is used.
     changes : Dataset, optional
         The result of `sensitivity` with method="adhesive", by default computed here.
     scales : Dataset, optional
@@ -95,38 +96,38 @@ def error_budget(
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, by default those of ``solved``.
     places : int
-        So many of them, spread evenly, are solved again with each change.
+        Number of centres, spread evenly, at which each change is solved again.
     preload, law, refine, step
-        Of `adhesive`, as `sensitivity` takes them.
+        Options of `adhesive`, as for `sensitivity`.
     settings : mapping of str to sequence, optional
-        By how much each factor may be off, see `sensitivity`: a factor that is left out is not computed, and one of
-        which it is known that it is not off, such as ``{"modulus": [1.0]}``, gives 0.
+        The uncertainty of each factor, see `sensitivity`: a factor that is left out is not computed, and one that is
+        known to be exact, such as ``{"modulus": [1.0]}``, gives 0.
     seeds : int
-        Surfaces made of each roughness that continues the scan's spectrum; 0 leaves this out.
+        Number of surfaces for each roughness that continues the scan's spectrum; 0 leaves this out.
     tip_radius : number or quantity
-        Of the tip that took the scan, nm: which part of the asperities is sharper. What it does to the pull-off is told
-        by the settings.
+        Of the tip that took the scan, nm, for the share of asperities that are sharper. The effect of the tip on the
+        pull-off is computed with the settings.
     progress : bool
-        Tell on standard error what is being computed.
+        Show on standard error what is being computed.
 
     Returns
     -------
     Dataset
-        ``relative_error`` and ``how`` along ``entry``; ``total_error``, the root of the sum of squares of all entries
-        that were computed but "shorter waves"; ``pull_off_mean`` (nN), ``shortest_wavelength`` (nm) that the scan
-        shows, ``contact_radius_pixels``, the median radius at pull-off of the smallest contact that matters, in pixels
-        of the scan, and ``sharper_than_tip``, the share of asperities. The attribute ``condition`` says for which
-        surface the total holds, and ``resolved`` whether the contacts are larger than the pixels.
+        ``relative_error`` and ``how`` along ``entry``; ``total_error``, the root of the sum of squares of all computed
+        entries except "shorter waves"; ``pull_off_mean`` (nN), ``shortest_wavelength`` (nm) that the scan shows,
+        ``contact_radius_pixels``, the median radius at pull-off of the smallest relevant contact, in pixels of the
+        scan, and ``sharper_than_tip``, the share of asperities. The attribute ``condition`` says for which surface the
+        total holds, and ``resolved`` whether the contacts are larger than the pixels.
 
     Raises
     ------
     ValueError
-        If no pair with adhesion is assigned, or ``changes`` or ``scales`` are none.
+        If no pair with adhesion is assigned, or ``changes`` or ``scales`` are results of something else.
 
     Notes
     -----
-    Of a factor that is changed both up and down the larger change counts. The changes are taken as independent and as
-    one standard deviation each; that of sampling is a quarter of its 95 % interval.
+    For a factor that is changed both up and down, the larger change is used. The changes are taken as independent and
+    as one standard deviation each; the entry of sampling is a quarter of its 95 % interval.
 
     References
     ----------
@@ -179,19 +180,19 @@ def cut_off_waves(
     refine: int | str = "auto",
     step: Any = 0.4,
 ) -> xr.Dataset | None:
-    """Return the simulated pull-off over the shortest wave: two below what the scan shows, its own, and cut off above.
+    """Return the simulated pull-off over the shortest wave: at two below that of the scan, at its own, and above it.
 
     Parameters
     ----------
     ds : Dataset
-        A scan in memory with a pair that adheres.
+        A scan in memory with an adhesive pair.
     seeds, places, subregions, preload, law, refine, step
         As for `error_budget`.
 
     Returns
     -------
     Dataset or None
-        Of `scale_dependence`; None where the scan has no spectrum to continue, or the indenter is no sphere.
+        As from `scale_dependence`; None where the scan has no spectrum to continue, or the indenter is no sphere.
     """
     if "sphere_radius" not in ds.coords:
         return None
@@ -216,7 +217,7 @@ def _budget(entries: Mapping[str, _Entry]) -> xr.Dataset:
 
 
 def _sampling(force: xr.DataArray) -> _Entry:
-    """Return what landing at other places of this surface leaves open."""
+    """Return the uncertainty from the choice of places on this surface."""
     count = int(force.notnull().sum())
     if count < 2:
         return _Entry(np.nan, f"not computed: it takes two places that pull, there are {count}")
@@ -229,7 +230,7 @@ def _sampling(force: xr.DataArray) -> _Entry:
 
 
 def _of_changes(changes: xr.Dataset, factor: str, words: str) -> _Entry:
-    """Return the largest change that a factor's settings make."""
+    """Return the largest change among a factor's settings."""
     cases = changes.isel(case=np.flatnonzero(changes["factor"].values == factor))
     if not cases.sizes["case"]:
         return _Entry(np.nan, "not computed: left out of the settings")
@@ -248,7 +249,7 @@ def _count(ds: xr.Dataset) -> str:
 
 
 def _of_short_waves(scales: xr.Dataset | None) -> _Entry:
-    """Return the change that continuing the scan's spectrum by an octave makes."""
+    """Return the change when the scan's spectrum is continued by one octave."""
     if scales is None:
         return _Entry(np.nan, "not computed: left out, no sphere, or a scan without a spectrum to continue")
     if "shortest_kept" not in scales.dims:
@@ -263,7 +264,7 @@ def _of_short_waves(scales: xr.Dataset | None) -> _Entry:
 
 
 def _known(ds: xr.Dataset, changes: xr.Dataset, pulls: xr.DataArray, tip_radius: float) -> dict[str, float]:
-    """Return what else a reader should know beside the entries."""
+    """Return further variables that a reader should see beside the entries."""
     found = quietly(asperities, ds)
     sharp = tip_flags(found, tip_radius=tip_radius)["sharper_than_tip"]
     return {
@@ -276,14 +277,14 @@ def _known(ds: xr.Dataset, changes: xr.Dataset, pulls: xr.DataArray, tip_radius:
 
 
 def _condition(shown: float) -> str:
-    """Say for which surface the pull-off holds."""
+    """Return a sentence on the surface for which the pull-off holds."""
     if not np.isfinite(shown):
         return "for a surface as smooth as this scan shows it"
     return f"for a surface as smooth below {shown:.3g} nm as this scan shows it"
 
 
 def _resolved(pixels: float) -> str:
-    """Say how large the contacts are beside the scan's pixels."""
+    """Return a sentence on the size of the contacts in the scan's pixels."""
     words = f"At pull-off the smallest contact that matters has a radius of {pixels:.2g} pixels (median place)"
     if pixels >= 2:
         return f"{words}."

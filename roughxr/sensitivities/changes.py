@@ -1,4 +1,4 @@
-"""What can be changed of a scan and its pair of bodies, one factor at a time."""
+"""The assumptions about a scan and its pair of bodies that can be changed, one factor at a time."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from ..contact.problem import hardness_of
 from ..scans import level
 from ..tip import erode
 
-#: What is tried for each factor with superposed asperities: fit window in pixels, how its vertex is placed, levelling,
-#: pixels joined, height step (nm), radius of the tip taken off (nm), factors on work of adhesion and contact modulus.
+#: Settings tried for each factor with superposed asperities: fit window in pixels, how its vertex is placed, levelling,
+#: pixels joined, height step (nm), radius of the tip removed (nm), factors on work of adhesion and contact modulus.
 SETTINGS: dict[str, tuple] = {
     "fit window": (3, 5, 7),
     "vertex": ("pixel",),
@@ -26,9 +26,9 @@ SETTINGS: dict[str, tuple] = {
     "modulus": (0.5, 2.0),
 }
 
-#: The same with the simulation: what a careful experiment leaves open. Cells so many times finer, steps so many times
-#: as long, preloads by so many mean pull-offs larger, heights between the pixels, and factors on the range of adhesion
-#: and on the sphere's radius.
+#: Settings for the simulation, the typical uncertainties of a careful experiment. Besides those above: cells this many
+#: times finer, factor on the step, preload increased by this many mean pull-offs, interpolation of the heights between
+#: the pixels, and factors on the range of adhesion and on the sphere's radius.
 SIMULATED: dict[str, tuple] = {
     "mesh": (2,),
     "step": (0.5,),
@@ -42,10 +42,10 @@ SIMULATED: dict[str, tuple] = {
     "sphere radius": (0.95, 1.05),
 }
 
-#: The simulation's besides, of a body that yields: factors on its hardness.
+#: Further settings for the simulation of a body that yields: factors on its hardness.
 OF_YIELD: dict[str, tuple] = {"hardness": (0.75, 1.25)}
 
-#: Factors of superposed asperities alone, and those of the simulation alone, which change how it is solved.
+#: Factors of superposed asperities only, and of the simulation only; the latter change how it is solved.
 OF_FITS, OF_SOLVES = (
     ("fit window", "vertex"),
     ("mesh", "step", "preload", "interpolation", "range of adhesion", "hardness"),
@@ -60,12 +60,12 @@ class Case(NamedTuple):
     ds: xr.Dataset  # the scan and the pair as given
 
     def changed(self) -> tuple[str, xr.Dataset]:
-        """Return the setting in words, and the scan and its pair as they are then; the solve alone may change.
+        """Return the setting in words, and the scan and pair with it, which are unchanged if only the solve changes.
 
         Raises
         ------
         ValueError
-            If the scan or its pair cannot be changed so.
+            If the scan or its pair cannot be changed in this way.
         """
         if self.factor in CHANGES:
             return CHANGES[self.factor](self.ds, self.value)
@@ -78,7 +78,7 @@ def cases(ds: xr.Dataset, settings: Mapping[str, Sequence]) -> list[Case]:
     return [Case("base", None, ds), *changes]
 
 
-#: What is changed of the fit or of the solve, in words.
+#: Changes of the fit or of the solve, in words.
 _WORDS: dict[str, Callable[[Any], str]] = {
     "base": lambda _: "as given",
     "fit window": lambda value: f"{value} pixels",
@@ -100,7 +100,7 @@ def _coarser(ds: xr.Dataset, count: int) -> tuple[str, xr.Dataset]:
 
 
 def _by_waves(ds: xr.Dataset, method: str) -> tuple[str, xr.Dataset]:
-    """Return the scan on pixels half as large, heights between them by the scan's waves in place of splines."""
+    """Return the scan on pixels half as large, with heights interpolated by cosine series in place of splines."""
     from scipy.fft import dctn, idctn
 
     schema.one_of(method, ("waves",), "interpolation")
@@ -136,7 +136,7 @@ def _scaled(name: str) -> Callable:
 
 
 def _harder(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
-    """Return the pair with a hardness so many times the assigned or estimated one, at which it yields."""
+    """Return the pair with the assigned or estimated hardness multiplied by a factor, so that it yields there."""
     hardness, _ = hardness_of(ds)
     if not np.isfinite(hardness):
         raise ValueError("no hardness is assigned, and none estimated for named materials")
@@ -145,7 +145,7 @@ def _harder(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
     )
 
 
-#: How a factor changes the scan or its pair.
+#: The function that changes the scan or its pair, by factor.
 CHANGES: dict[str, Callable[[xr.Dataset, Any], tuple[str, xr.Dataset]]] = {
     "levelling": _levelled,
     "pixel": _coarser,

@@ -1,7 +1,7 @@
-"""The pull-off of the simulation with adhesion under each change, at the same few places in all of them.
+"""The pull-off of the adhesive simulation under each change, at the same few places in all cases.
 
-Changes are those of the mean over the places, each against the base case on cells of the same size: what the mesh does
-is a case by itself. A law with a range holds on small cells only; a case that asks for smaller ones gets them.
+Each change is that of the mean over the places, against the base case on cells of the same size; the effect of the mesh
+is a case of its own. A law with a range can only be solved on small cells: a case that needs smaller ones gets them.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from ..contact.cycle import SMOOTH, largest_cell
 from ..contact.short_waves import quietly
 from .changes import Case
 
-#: Cells may be so many times as large as a law asks for, before a case is solved on finer ones.
+#: Cells may exceed the size that a law needs by this factor before a case is solved on finer ones.
 _SLACK = 1.25
 
 
 class Simulation(NamedTuple):
-    """How the pull-off is simulated in all cases, unless a case changes it."""
+    """Options of the simulation in all cases, unless a case changes them."""
 
     places: xr.Dataset
     preload: float  # nN
     law: str
     step: float  # nm
-    refine: int | str  # of the base case
+    refine: int | str  # cells along a side of a pixel, in the base case
 
 
 class _Solver:
-    """The base case on each mesh that is asked for, and what differs from it."""
+    """Solves the base case, once on each mesh, and cases that differ from it."""
 
     def __init__(self, ds: xr.Dataset, way: Simulation):
         found = quietly(adhesive, ds, accuracy=None, refine=way.refine, **_options(way))
@@ -42,7 +42,7 @@ class _Solver:
         self.resolution = float(found["pull_off_resolution"].median()) / self.refine
 
     def pull(self, ds: xr.Dataset, refine: int, **changed: Any) -> xr.DataArray:
-        """Return the pull-off of each place (nN)."""
+        """Return the pull-off at each place (nN)."""
         if refine > MOST_REFINED:
             raise ValueError(
                 f"it needs cells {refine} times finer than the pixels, at most {MOST_REFINED} times is done"
@@ -56,7 +56,7 @@ class _Solver:
         return self._base[refine]
 
     def refinement_for(self, ds: xr.Dataset) -> int:
-        """Return the refinement, the base case's or finer, on which the law holds for a pair."""
+        """Return the refinement, that of the base case or finer, on which the law can be solved for a pair."""
         if self.way.law not in SMOOTH:
             return self.refine
         length, modulus, work = schema.pair(ds, "adhesion_range", "contact_modulus", "work_of_adhesion")
@@ -68,7 +68,7 @@ class _Solver:
 
 
 def simulated(ds: xr.Dataset, cases: Sequence[Case], way: Simulation, say: Callable[[str], None]) -> xr.Dataset:
-    """Return each case's numbers along ``case``, and its pull-offs along (case, subregion)."""
+    """Return the results of each case along ``case``, and its pull-offs along (case, subregion)."""
     say(f"sensitivity of the simulation at {way.places.sizes['subregion']} places, {len(cases) - 1} changes")
     solver = _Solver(ds, way)
     rows = []
@@ -88,7 +88,7 @@ def _options(way: Simulation) -> dict[str, Any]:
 
 
 def _row(case: Case, solver: _Solver) -> xr.Dataset:
-    """Return one case's numbers: NaN, and why, where it cannot be computed."""
+    """Return the results of one case; NaN, and the reason, where it cannot be computed."""
     base = solver.base(solver.refine)
     words, reason, refine = str(case.value), "", solver.refine
     try:
@@ -125,7 +125,7 @@ def _solved(case: Case, words: str, ds: xr.Dataset, solver: _Solver) -> tuple[st
     if case.factor == "range of adhesion" and way.law == "griffith":
         raise ValueError("this law, Griffith's limit, has no range")
     if case.factor in ("pixel", "interpolation"):
-        times = schema.square_pixel(solver.ds) / schema.square_pixel(ds)  # so many pixels in place of one, along a side
+        times = schema.square_pixel(solver.ds) / schema.square_pixel(ds)  # pixels joined to one, along a side
         cells = int(min(max(round(n / times), 1), MOST_REFINED))
         return words, solver.pull(ds, cells), solver.base(round(cells * times)), cells
     n = solver.refinement_for(ds)

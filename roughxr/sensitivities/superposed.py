@@ -1,4 +1,4 @@
-"""The pull-off of superposed asperities under each change, its mean with the interval that landing elsewhere leaves."""
+"""The mean pull-off of superposed asperities under each change, with its interval from the scatter between places."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ class Sweep(NamedTuple):
 
 
 def superposed(ds: xr.Dataset, cases: Sequence[Case], sweep: Sweep) -> xr.Dataset:
-    """Return each case's numbers along ``case``."""
+    """Return the results of each case along ``case``."""
     image = asperities(ds, patch=sweep.patch)
     return xr.concat([_computed(case, sweep, image) for case in cases], dim="case")
 
 
 def sweep_of(ds: xr.Dataset) -> np.ndarray:
-    """Return displacements from first touch within which every pull-off should lie."""
+    """Return displacements from first touch that should include every pull-off."""
     radius, modulus, work = schema.pair(ds, *schema.PAIR)
-    end = (np.pi**2 * work**2 * radius / modulus**2) ** (1 / 3)  # JKR's own displacement, within a factor of two
+    end = (np.pi**2 * work**2 * radius / modulus**2) ** (1 / 3)  # JKR displacement at pull-off within a factor of two
     return np.linspace(-2 * end, max(4 * end, float(ds["height"].std())), 161)
 
 
 def _computed(case: Case, sweep: Sweep, image: xr.Dataset) -> xr.Dataset:
-    """Return one case's numbers."""
+    """Return the results of one case."""
     patch = case.value if case.factor == "fit window" else sweep.patch
     vertex = case.value if case.factor == "vertex" else "fitted"
     words, scan = case.changed()
@@ -62,7 +62,7 @@ def _computed(case: Case, sweep: Sweep, image: xr.Dataset) -> xr.Dataset:
 
 
 def _hidden(scan: xr.Dataset, image: xr.Dataset) -> float:
-    """Return the share of the image's asperities that are sharper than the tip taken off."""
+    """Return the share of the image's asperities that are sharper than the removed tip."""
     if "tip_radius" not in scan.coords:
         return np.nan
     return float(tip_flags(image, tip_radius=scan["tip_radius"].item())["sharper_than_tip"].mean())

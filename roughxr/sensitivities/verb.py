@@ -1,6 +1,6 @@
-"""What matters: the pull-off of the same places, computed again under each assumption that could be another.
+"""Sensitivity of the pull-off to each assumption, computed at the same places.
 
-One factor is changed at a time, from the scan and the pair as given; the others stay.
+One factor at a time is changed from the given scan and pair.
 """
 
 from __future__ import annotations
@@ -42,45 +42,46 @@ def sensitivity(
     Parameters
     ----------
     ds : Dataset
-        A scan with a pair that adheres.
+        A scan with an adhesive pair.
     method : {"superpose", "adhesive"}
-        Superposed asperities at all places, or the simulation with adhesion at a few.
+        "superpose": superposed asperities at all places; "adhesive": the simulation at a few of them.
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`; the same in all cases.
     delta : array_like, optional
-        Displacements of "superpose", nm, counted from each place's first touch; by default 161 from where a smooth
-        sphere lets go to four times as deep, and no less than the heights' standard deviation.
+        For "superpose": displacements, nm, from each place's first touch; by default 161 from where a smooth sphere
+        detaches to four times as deep, and at least to the standard deviation of the heights.
     patch, formulation
-        Of "superpose": fit window of the base case, as for `asperities`, and as for `superpose`.
+        For "superpose": fit window of the base case, as for `asperities`, and formulation as for `superpose`.
     settings : mapping of str to sequence, optional
-        What to try for each factor, by default ``SETTINGS`` or, of "adhesive", ``SIMULATED``: "levelling" ("plane",
-        "quadratic" or "cubic"), "pixel" (so many joined along each axis), "height step" (nm, rounding), "tip radius"
-        (nm, of a tip taken off the scan), "surface energy", "modulus" and "sphere radius" (factors); of "superpose"
-        also "fit window" (pixels) and "vertex" (as for `asperities`); of "adhesive" also "mesh" (cells so many times
-        finer), "step" (factor), "preload" (so many mean pull-offs more), "interpolation" ("waves": heights between the
-        pixels by the scan's waves in place of splines), "range of adhesion" and "hardness" (factors; the last by
-        default where one is assigned, else on the one estimated for named materials, which then yield).
+        Settings to try for each factor, by default ``SETTINGS`` or, for "adhesive", ``SIMULATED``: "levelling"
+        ("plane", "quadratic" or "cubic"), "pixel" (number joined along each axis), "height step" (nm, rounding), "tip
+        radius" (nm, of a tip removed from the scan), "surface energy", "modulus" and "sphere radius" (factors); for
+        "superpose" also "fit window" (pixels) and "vertex" (as for `asperities`); for "adhesive" also "mesh" (factor by
+        which cells are finer), "step" (factor), "preload" (in mean pull-offs, added), "interpolation" ("waves": heights
+        between the pixels by cosine series in place of splines), "range of adhesion" and "hardness" (factors; the last
+        by default where one is assigned, and on request of the one estimated for named materials, at which they then
+        yield).
     places : int
-        Of "adhesive": so many of the contact centres, spread evenly over them.
+        For "adhesive": number of the contact centres used, spread evenly over them.
     preload, law, refine, step
-        Of "adhesive", see `adhesive`; "auto" is the coarsest mesh that the law holds on.
+        For "adhesive", see there; refine="auto" is the coarsest mesh on which the law can be solved.
     progress : bool
-        Tell on standard error which case is being computed.
+        Show on standard error which case is being computed.
 
     Returns
     -------
     Dataset
-        Along ``case``, the first of them the base: ``pull_off_mean``, ``pull_off_std``, ``pull_off_median`` (nN);
-        coordinates ``factor`` and ``setting``. Of "superpose" also the ends ``pull_off_mean_low`` and
+        Along ``case``, of which the first is the base: ``pull_off_mean``, ``pull_off_std``, ``pull_off_median`` (nN);
+        coordinates ``factor`` and ``setting``. For "superpose" also the ends ``pull_off_mean_low`` and
         ``pull_off_mean_high`` (95 %, block bootstrap), ``asperities``, ``unbracketed`` (places whose sweep was too
-        short), and ``sharper_than_tip``, the share of asperities flagged (NaN but for the tip). Of "adhesive" also
-        ``pull_off_change``, of the mean against the base case on cells of the same size, ``refinement``, the
-        ``pull_off_force`` of each place, and ``reason``, why a case was not computed (its numbers are NaN then).
+        short), and ``sharper_than_tip``, the share of asperities flagged (NaN except for the tip). For "adhesive" also
+        ``pull_off_change``, that of the mean from the base case on cells of the same size, ``refinement``, the
+        ``pull_off_force`` of each place, and ``reason``, why a case was not computed (its results are NaN then).
 
     Raises
     ------
     ValueError
-        If no pair with adhesion is assigned, or a factor is not known to the method.
+        If no pair with adhesion is assigned, or the method does not have a factor.
 
     Examples
     --------
@@ -116,11 +117,11 @@ def sensitivity(
 
 
 def _factors(method: str) -> tuple[str, ...]:
-    """Return the factors that a method knows."""
+    """Return the factors that can be changed with a method."""
     both = tuple(factor for factor in CHANGES if factor not in OF_SOLVES)
     return (*(OF_FITS if method == "superpose" else OF_SOLVES), *both)
 
 
 def _with_range(ds: xr.Dataset) -> xr.Dataset:
-    """Return a scan on which the range of adhesion that `adhesive` would take is assigned."""
+    """Return a scan to which the range of adhesion that `adhesive` would use is assigned."""
     return ds if "adhesion_range" in ds.coords else ds.assign_coords(adhesion_range=DEFAULT_RANGE)

@@ -1,8 +1,15 @@
-"""From many places to distributions: pull-off, densities, laws, and how far each of them can be trusted.
+"""From many places to distributions: pull-off forces, densities, laws, and the uncertainty of each.
 
-One room each: `samples` (what is counted, and where it lies), `pull_off`, `densities`, `summaries`, `laws`,
-`places` (how many independent ones), `uncertainty` (bootstrap), `pooling` (several scans), `debris`, `comparison`
-(superposed against direct).
+sampling          which dimension holds the samples, and where each sample lies on the scan
+pull_off_events   pull-off forces of solutions, and their reduction by roughness
+densities         probability densities and cumulative distributions
+summaries         mean, standard deviation, extremes and quantiles
+laws              distributions such as Weibull's, fitted
+places            effective sample size of correlated places
+uncertainty       bootstrap over blocks of places
+pooling           several scans together
+debris_rule       places on particles of dirt, told by a rule
+comparison        superposed pull-offs beside those of the simulation
 """
 
 from .comparison import compare

@@ -1,4 +1,4 @@
-"""Superposition against the direct simulation: where they agree, where they part, and why."""
+"""Superposition against the direct simulation: at which displacements their forces agree."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ from ..contact.records import loading
 
 
 def compare(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> xr.Dataset:
-    """Set the force of the superposed asperities beside that of the direct simulation, place by place.
+    """Compare the force of the superposed asperities with that of the direct simulation, place by place.
 
     Parameters
     ----------
     superposed, direct : Dataset
         Two solutions over the same subregions and from the same datum, both without adhesion; the first is
-        read between its displacements at those of the second.
+        interpolated at the displacements of the second.
     by : float
-        The part of the direct force by which they may differ and still agree.
+        Largest difference, relative to the direct force, that counts as agreement.
 
     Returns
     -------
     Dataset
         ``force_superposed``, ``force_direct`` (nN) and ``force_difference`` (relative to the direct force; NaN
         where that is 0) along (subregion, delta); ``agreeing``, the share of the places in contact that agree,
-        and ``overlap_fraction``, the contacts that overlap a neighbour's over all contacts, along delta;
-        ``parting_delta`` (nm) along subregion, from which on the two differ by more than ``by``: that of the
-        first contact where they never agree, NaN where they agree to the end or never touch;
+        and ``overlap_fraction``, the share of contacts that overlap a neighbour's, along delta;
+        ``parting_delta`` (nm) along subregion, the displacement from which on the two differ by more than ``by``: that
+        of the first contact where they never agree, NaN where they agree to the end or never touch;
         ``mean_difference`` of the mean forces along delta, and ``mean_parting_delta``.
 
     Raises
     ------
     ValueError
-        If the solutions are none, are of different places or datums, or do not overlap in delta.
+        If they are not solutions, are of different places or datums, or do not overlap in delta.
 
     Examples
     --------
@@ -47,7 +47,7 @@ def compare(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> x
     (3.0, [[0.0, 0.05, 1.0]])
     """
     superposed, direct = (loading(schema.validate(ds, "solution")) for ds in (superposed, direct))
-    _alike(superposed, direct, by)
+    _check_comparable(superposed, direct, by)
     at = superposed.interp(delta=direct["delta"])
     truth = direct["force"]
     difference = (at["force"] / truth.where(truth > 0) - 1).transpose("subregion", "delta")
@@ -73,8 +73,8 @@ def compare(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> x
     return schema.record(schema.label(out), "compare", direct, by=by)
 
 
-def _alike(superposed: xr.Dataset, direct: xr.Dataset, by: float):
-    """Say what keeps two solutions from being compared."""
+def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset, by: float):
+    """Raise where two solutions cannot be compared, and say why."""
     if not 0 < by < 1:
         raise ValueError(f"by: expected a number between 0 and 1, found {by!r}")
     sizes = [ds.sizes["subregion"] for ds in (superposed, direct)]
@@ -90,7 +90,7 @@ def _alike(superposed: xr.Dataset, direct: xr.Dataset, by: float):
 
 
 def _parting(difference: np.ndarray, delta: np.ndarray, by: float) -> float:
-    """Return the displacement after the last at which two forces agree, NaN where that is the end."""
+    """Return the first displacement after the last at which two forces agree, NaN where they agree at the end."""
     touching = np.flatnonzero(np.isfinite(difference))
     apart = np.abs(difference[touching]) > by
     if not apart.any() or not apart[-1]:

@@ -1,6 +1,6 @@
-"""Debris by rule, not by eye: places whose highest peak stands far out of what the others show.
+"""Places on debris, found by a rule: their highest peak is far above what is usual for the scan.
 
-Up to half of the places may hold debris without moving the rule, which knows medians only.
+The rule uses medians only, so that debris on up to half of the places does not affect it.
 """
 
 from __future__ import annotations
@@ -35,16 +35,16 @@ def debris(
         Anything with the contact centres ``subregion_x`` and ``subregion_y``. The highest asperity of each tile
         (those nearer to its centre than to any other) then stands for the tile.
     name : str
-        What is compared.
+        Variable that is compared.
     threshold : float
-        Debris is what lies above the median by more than so many median absolute deviations. Without debris a
-        tile is taken for it once in about 10⁴ (normal heights) to 150 (Gumbel's law of largest heights).
+        Debris is what exceeds the median by more than this many median absolute deviations. On a surface without
+        debris the rule wrongly flags one tile in about 10⁴ (normal heights) to 150 (Gumbel's law of largest heights).
 
     Returns
     -------
     DataArray
-        True or False; False where there is nothing to compare. ``threshold_value`` and its ``threshold_units``
-        say what the rule came to, ``comment`` how.
+        True or False; False where there is nothing to compare. ``threshold_value`` and ``threshold_units`` hold the
+        limit, ``comment`` the rule.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def highest(catalogue: xr.Dataset, subregions: xr.Dataset) -> np.ndarray:
 def with_and_without(
     ds: xr.Dataset, flags: xr.DataArray, statistic: Callable[..., xr.Dataset], *arguments: Any, **options: Any
 ) -> xr.Dataset:
-    """Return a statistic of all samples, and of those that are no debris.
+    """Return a statistic of all samples, and of those that are not debris.
 
     Parameters
     ----------
@@ -108,9 +108,9 @@ def with_and_without(
     flags : DataArray
         From `debris`, along the same samples.
     statistic : callable
-        Such as `summary`, `bootstrap` or `fit`; takes a Dataset first.
+        Such as `summary`, `bootstrap` or `fit`; its first argument is a Dataset.
     *arguments, **options
-        What it takes besides.
+        Its further arguments.
 
     Returns
     -------

@@ -10,7 +10,7 @@ import xarray as xr
 from .. import schema
 from .sampling import Samples, per, samples
 
-#: Variables that cannot be negative: no kernel estimate of theirs may leak below zero.
+#: Variables that cannot be negative: a kernel estimate must not extend below zero.
 NOT_NEGATIVE = (
     "pull_off_force",
     "pull_off_ratio",
@@ -25,7 +25,7 @@ NOT_NEGATIVE = (
     "critical_angle",
 )
 
-#: Variables that cannot exceed one: nor may a kernel estimate of theirs.
+#: Variables that cannot exceed one: a kernel estimate must not extend above it.
 AT_MOST_ONE = ("axis_ratio",)
 
 
@@ -49,23 +49,23 @@ def pdf(
     method : {"histogram", "kde"}
         Densities of bins, or a Gaussian kernel estimate.
     bins : int, str or array
-        As `numpy.histogram_bin_edges` takes them (histogram); its rule is found without regard to weights.
+        As for `numpy.histogram_bin_edges` (histogram); a rule ignores the weights.
     bandwidth : str, float, optional
-        As `scipy.stats.gaussian_kde` takes them (kde); Scott's rule by default.
+        As for `scipy.stats.gaussian_kde` (kde); Scott's rule by default.
     boundary : "auto", None or number
-        Value below which there is nothing (kde): what the kernels lay there is reflected. By default 0 for
-        what cannot be negative, such as ``pull_off_force``, and none otherwise. Reflection keeps the estimate's
-        integral, not its mean: where samples reach down to the boundary this lies 3 to 6 % above theirs. Take means
-        from `summary`, not from a density. An axis ratio ends at 1 likewise.
+        Lower limit of the variable (kde), at which the estimate is reflected. By default 0 for variables that cannot be
+        negative, such as ``pull_off_force``, and none otherwise. Reflection keeps the integral of the estimate, not its
+        mean: where samples extend down to the limit, its mean is 3 to 6 % above theirs. Take means from `summary`, not
+        from a density. An axis ratio is also reflected at its upper limit, 1.
     weights : str or DataArray, optional
-        What each sample counts for: a variable of ``ds``, or an array along the same dimension.
+        Weight of each sample: a variable of ``ds``, or an array along the same dimension.
 
     Returns
     -------
     DataArray
-        ``pdf`` (1/unit of the variable, integrating to 1) along the variable's own name, with ``cdf`` beside it;
-        ``bin_rule`` and ``bin_edges``, or ``bandwidth`` and ``boundary``, are kept, ``samples`` and ``missing``
-        counted. ``.to_dataset()`` makes ``pdf`` and ``cdf`` variables of one Dataset.
+        ``pdf`` (1/unit of the variable, integrating to 1) along the variable's own name, with ``cdf`` beside it; the
+        attributes hold ``bin_rule`` and ``bin_edges``, or ``bandwidth`` and ``boundary``, and the numbers of
+        ``samples`` and ``missing`` ones. ``.to_dataset()`` makes ``pdf`` and ``cdf`` variables of one Dataset.
 
     Raises
     ------
@@ -110,18 +110,18 @@ def cdf(ds: xr.Dataset, name: str, *, weights: Any = None) -> xr.DataArray:
     name : str
         A variable along ``subregion`` or ``asperity`` and no other dimension.
     weights : str or DataArray, optional
-        What each sample counts for.
+        Weight of each sample.
 
     Returns
     -------
     DataArray
-        ``cdf``, the share of the samples up to each value and with it, along the variable's own name: one entry
-        for each different sample, ascending, and 1 at the last.
+        ``cdf``, the share of the samples up to and including each value, along the variable's own name: one entry
+        for each distinct sample, ascending, and 1 at the last.
 
     Raises
     ------
     ValueError
-        As `pdf`.
+        As for `pdf`.
 
     Examples
     --------
@@ -172,7 +172,7 @@ def _kernel_density(found: Samples, bandwidth: Any, boundary: float, end: float,
 
 
 def _boundary(boundary: Any, name: str, found: Samples) -> float:
-    """Return the value below which there is nothing, −inf for none."""
+    """Return the lower limit of the variable, −inf for none."""
     if boundary is None:
         return -np.inf
     least = float(found.values.min())

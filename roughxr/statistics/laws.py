@@ -1,7 +1,7 @@
-"""Laws that a distribution may follow, fitted by maximum likelihood and set side by side.
+"""Laws of distribution, fitted by maximum likelihood and compared.
 
-All have two parameters, so that none wins by having more. Log-normal and Weibull begin at zero, where a pull-off
-force begins; they have no place for samples that are not positive.
+All have two parameters, so that none fits better for having more. Log-normal and Weibull are defined for positive
+samples only, and are NaN for others.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .sampling import samples
 
 
 class Law(NamedTuple):
-    """One law as SciPy knows it."""
+    """One law, and its name in SciPy."""
 
     words: str
     distribution: str  # in scipy.stats
@@ -47,8 +47,8 @@ LAWS = {
     "gumbel": Law("Gumbel, of largest values", "gumbel_r", positive=False),
 }
 
-#: Samples that the simulated goodness of fit takes at most: of a map's 262,144 pixels it would take ten minutes, and
-#: tell no more, since so many neighbours are not independent.
+#: Largest number of samples for the simulated goodness of fit: for a map's 262,144 pixels it would take ten minutes,
+#: and tell no more, since so many neighbours are not independent.
 _MOST_SIMULATED = 2000
 
 _RESULTS = ("shape", "location", "scale", "log_likelihood", "aic", "ks_distance", "ks_p_value")
@@ -70,28 +70,28 @@ def fit(
     name : str
         A variable along ``subregion`` or ``asperity`` and no other dimension.
     laws : sequence of {"normal", "log_normal", "weibull", "gumbel"}
-        Gumbel's is that of largest values.
+        "gumbel" is the law of largest values.
     simulations : int
-        Samples drawn from each fitted law, and fitted again, to learn how far from its own fit a true sample
-        lies: a table of Kolmogorov and Smirnov would call every fit good, since its parameters were fitted.
-        Of more than 2000 samples, such as a map's, ``ks_p_value`` is that of 2000 drawn from them, with a warning.
+        Number of samples drawn from each fitted law, and fitted again, to find how far a true sample lies from its own
+        fit: the tables of Kolmogorov and Smirnov do not hold for fitted parameters, and would call every fit good.
+        For more than 2000 samples, such as a map's, ``ks_p_value`` is that of 2000 drawn from them, with a warning.
     seed : int
-        Of the simulations.
+        Seed of the simulations.
 
     Returns
     -------
     Dataset
-        Along ``law``: ``location`` and ``scale`` (the variable's unit; of the log-normal, ``scale`` is the
-        median and ``shape`` the standard deviation of the logarithm), ``shape`` (1; NaN where a law has none),
-        ``log_likelihood``, ``aic``, ``aic_difference`` to the best, ``akaike_weight``, ``ks_distance`` (largest
-        distance between empirical and fitted cumulative probability), and ``ks_p_value``. NaN throughout where
-        a law has no place for the samples. Neighbouring places are counted as if they were independent, which
-        makes ``ks_p_value`` too small and the differences in AIC too large where they are not.
+        Along ``law``: ``location`` and ``scale`` (the variable's unit; for the log-normal, ``scale`` is the median and
+        ``shape`` the standard deviation of the logarithm), ``shape`` (1; NaN where a law has none), ``log_likelihood``,
+        ``aic``, ``aic_difference`` to the best, ``akaike_weight``, ``ks_distance`` (largest distance between empirical
+        and fitted cumulative probability), and ``ks_p_value``. All are NaN where a law is not defined for the samples.
+        Neighbouring places are counted as independent; where they are not, ``ks_p_value`` is too small and differences
+        in AIC are too large.
 
     Raises
     ------
     ValueError
-        If a law is not known, or the samples are fewer than three or all alike.
+        If a law is not known, or the samples are fewer than three or all equal.
 
     References
     ----------
@@ -122,7 +122,7 @@ def fit(
 
 
 def _judged(values: np.ndarray, name: str, seed: int) -> np.ndarray:
-    """Return the samples whose fit is judged by simulation: all, or 2000 of them and a word."""
+    """Return the samples whose fit is judged by simulation: all, or 2000 of them, with a warning."""
     if values.size <= _MOST_SIMULATED:
         return values
     warnings.warn(
@@ -180,9 +180,9 @@ def _fitted(law: Law, values: np.ndarray, judged: np.ndarray, simulations: int, 
 
 
 def _distance(law: Law, parameters: Any, values: np.ndarray) -> float:
-    from scipy.stats import kstest
-
-    return float(kstest(values, law.frozen(parameters).cdf).statistic)
+    """Return the largest distance (Kolmogorov's) of the samples' steps from the law's distribution function."""
+    steps, below = np.arange(values.size + 1) / values.size, law.frozen(parameters).cdf(np.sort(values))
+    return float(max((steps[1:] - below).max(), (below - steps[:-1]).max()))
 
 
 def _chance(law: Law, values: np.ndarray, simulations: int, seed: int) -> float:

@@ -1,8 +1,8 @@
-"""How many independent places a set of samples is worth, and how large a block must be to hold what belongs together.
+"""The effective sample size of correlated places, and the size of bootstrap blocks that hold correlated neighbours.
 
-Neighbouring subregions share asperities, and neighbouring asperities a hill: their values are alike, and n of
-them say less than n independent ones. With ρ the correlation of two samples as a function of their distance,
-the mean of n samples varies as that of n² / Σᵢⱼ ρ(dᵢⱼ) independent ones.
+Neighbouring subregions share asperities, and neighbouring asperities a hill: their values are correlated, and n of
+them are worth less than n independent ones. With ρ the correlation of two samples as a function of their distance,
+the variance of the mean of n samples is that of n² / Σᵢⱼ ρ(dᵢⱼ) independent ones.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-#: Samples at most from which the correlation is found; more of them do not make it clearer, only slower.
+#: Largest number of samples that the correlation is estimated from; more make it slower, not more accurate.
 _MOST = 2000
 
-#: How far the correlation is followed, mean distances between neighbours.
+#: Largest distance of the correlation, in mean distances between neighbours.
 _FARTHEST = 6
 
 
@@ -38,9 +38,9 @@ def correlogram(values: np.ndarray, places: np.ndarray) -> Correlogram:
     Returns
     -------
     Correlogram
-        Of the samples' normal scores, so that one place that stands far out hides nothing; as estimated about their
-        own mean, which makes it too low by about one over the number of independent places: `independent_places`
-        puts that right.
+        Correlation of the samples' normal scores, so that a single outlier does not hide it. It is estimated about the
+        samples' own mean, and therefore too low by about one over the number of independent places, which
+        `independent_places` corrects.
     """
     from scipy.spatial import cKDTree
 
@@ -60,7 +60,7 @@ def correlogram(values: np.ndarray, places: np.ndarray) -> Correlogram:
 
 
 def normal_scores(values: np.ndarray) -> np.ndarray:
-    """Return what the samples' ranks would be worth in a normal law: the same of any law, and of a skewed one.
+    """Return the normal quantiles of the samples' ranks, which are the same for any distribution of the samples.
 
     Examples
     --------
@@ -73,20 +73,20 @@ def normal_scores(values: np.ndarray) -> np.ndarray:
 
 
 def independent_places(values: np.ndarray, places: np.ndarray | None) -> float:
-    """Return how many independent samples vary as these do in their mean.
+    """Return the number of independent samples whose mean would vary as much as that of these.
 
     Parameters
     ----------
     values : ndarray
     places : ndarray or None
-        (samples, 2), nm; samples of unknown place count as independent.
+        (samples, 2), nm; without it the samples count as independent.
 
     Returns
     -------
     float
-        Between 1 and the number of samples. The correlation is followed up to the first distance at which it is not
-        positive. Where a few places cannot tell it from chance, its estimate still counts: to take it for nothing
-        would give fewer places of the same surface the more independent ones.
+        Between 1 and the number of samples. The correlation is used up to the first distance at which it is not
+        positive. Where a few places cannot distinguish it from chance, its estimate is used nevertheless: if it were
+        set to zero, fewer places on the same surface would count as more independent ones.
 
     References
     ----------
@@ -105,7 +105,7 @@ def independent_places(values: np.ndarray, places: np.ndarray | None) -> float:
         return float(n)
     found = correlogram(values, places)
     effective = float(n)
-    for _ in range(5):  # the mean that is subtracted holds a part of what is common: 1/effective of the rest
+    for _ in range(5):  # the subtracted mean contains a part of what is common: 1/effective of the rest
         correlation = found.correlation + (1 - found.correlation) / effective
         alike = np.cumprod(correlation > 0).astype(bool)
         effective = n**2 / (n + 2 * (found.pairs * correlation)[alike].sum())
@@ -113,12 +113,12 @@ def independent_places(values: np.ndarray, places: np.ndarray | None) -> float:
 
 
 def mean_spacing(places: np.ndarray) -> float:
-    """Return the side (nm) of the square that one sample has to itself."""
+    """Return the side (nm) of the square that one sample occupies on average."""
     return float(np.sqrt(np.prod(_extent(places)) / len(places)))
 
 
 def _extent(places: np.ndarray) -> np.ndarray:
-    """Return the sides of the rectangle that the samples stand for: half a spacing beyond the outermost."""
+    """Return the sides of the rectangle that the samples cover: half a spacing beyond the outermost."""
     span = np.ptp(places, axis=0)
     columns = np.array([np.unique(np.round(axis, 6)).size for axis in places.T])
     on_grid = columns.prod() == len(places) and (columns > 1).all()
@@ -129,10 +129,10 @@ def _extent(places: np.ndarray) -> np.ndarray:
 
 
 def blocks(places: np.ndarray, side: float) -> list[np.ndarray]:
-    """Return the samples in each of the squares of this side whose corners lie one mean spacing apart.
+    """Return the samples in each of the squares with this side whose corners are one mean spacing apart.
 
-    The far edges of the rectangle join the near ones, and the corners are those of a lattice, not the samples'
-    own places: thus every sample lies in as many blocks as any other, however the samples are scattered.
+    Blocks wrap around at the edges of the rectangle, and their corners lie on a lattice, not at the samples: thus every
+    sample lies in the same number of blocks, however the samples are scattered.
 
     Examples
     --------
@@ -154,10 +154,10 @@ def blocks(places: np.ndarray, side: float) -> list[np.ndarray]:
 
 
 def block_side(values: np.ndarray, places: np.ndarray, effective: float) -> float:
-    """Return the side (nm) of a block that holds what belongs together: two independent places along each axis.
+    """Return the side (nm) of a block that holds correlated neighbours: two independent places along each axis.
 
-    Never more than half of the samples' shorter side, whole spacings, and one spacing (no blocks) where the
-    samples are independent.
+    It is a multiple of the spacing, at most half of the samples' shorter side, and one spacing (single samples) where
+    the samples are independent.
     """
     spacing = mean_spacing(places)
     across = np.sqrt(values.size / effective)

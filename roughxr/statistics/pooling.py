@@ -1,8 +1,8 @@
-"""Several scans of one surface, or several placements, as one sample: what is common, and how far they differ.
+"""Several scans of one surface, or several placements, as one sample: their common mean, and how much they differ.
 
-Scans of a surface differ by more than the chance of their places. Each statistic is taken scan by scan, and pooled as
-random effects: y_i = μ + b_i + e_i, with the variance τ² of b from scan to scan and that of e, known by the bootstrap,
-within each.
+Scans of a surface differ by more than the scatter of their places. Each statistic is computed scan by scan, and pooled
+as random effects: y_i = μ + b_i + e_i, where b varies from scan to scan with variance τ², and the variance of e within
+each scan is estimated by the bootstrap.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Pool(NamedTuple):
     low: float
     high: float
     between: float  # standard deviation from one to the next, beyond their own errors
-    p_value: float  # of so large a spread by their own errors alone
+    p_value: float  # probability of so large a spread due to their own errors alone
 
 
 def pooled(
@@ -39,30 +39,30 @@ def pooled(
     resamples: int = 399,
     seed: int = 0,
 ) -> xr.Dataset:
-    """Return statistics of several scans as of one surface, with intervals that hold what differs between scans.
+    """Return statistics of several scans pooled as one surface, with intervals that include the scatter between scans.
 
     Parameters
     ----------
     ds : Dataset
-        Along ``over``, such as from `over_scans` or, of placements, from `vary`.
+        Along ``over``, for example from `over_scans` or, for placements, from `vary`.
     name : str
-        A variable along ``over`` and its samples (``subregion``, ``asperity``, or a map), or along ``over`` alone, such
-        as a roughness.
+        A variable along ``over`` and its samples (``subregion``, ``asperity``, or a map), or along ``over`` alone, for
+        example a roughness.
     over : str
         The dimension that is pooled.
     statistics : sequence of str
-        See `bootstrap`; of a variable along ``over`` alone only its mean.
+        See `bootstrap`; for a variable along ``over`` alone only the mean.
     confidence : float
     resamples, seed : int
-        Of the bootstrap within each scan.
+        For the bootstrap within each scan.
 
     Returns
     -------
     Dataset
-        Along ``statistic``: ``pooled`` with ``pooled_low`` and ``pooled_high``, about which scans' own are spread;
-        ``between_std``, the standard deviation from scan to scan that is left when the chance of their places is taken
-        off, 0 where there is none; ``between_p_value``, how likely they would differ so by that chance alone. Along
-        (``over``, statistic): each scan's ``estimate`` and its ``standard_error``.
+        Along ``statistic``: ``pooled`` with ``pooled_low`` and ``pooled_high``, the mean over scans and its interval;
+        ``between_std``, the standard deviation between scans beyond the scatter of their places, 0 where there is none;
+        ``between_p_value``, the probability that they differ as much by that scatter alone. Along (``over``,
+        statistic): each scan's ``estimate`` and its ``standard_error``.
 
     Raises
     ------
@@ -71,8 +71,9 @@ def pooled(
 
     Notes
     -----
-    τ² is Paule and Mandel's; the interval Hartung and Knapp's with Student's t of one less than there are scans, and
-    never narrower than the scans' own errors ask for. Of two scans it is wide, because two scans say little of others.
+    τ² is Paule and Mandel's. The interval is Hartung and Knapp's, with Student's t for one degree of freedom less than
+    there are scans, and never narrower than the scans' own errors require. For two scans it is wide, because two scans
+    say little about others.
 
     References
     ----------
@@ -114,7 +115,7 @@ _NAMES = ("pooled", "pooled_low", "pooled_high", "between_std", "between_p_value
 
 
 def _each(ds: xr.Dataset, name: str, over: str, options: dict) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Return each scan's statistics and their standard errors, (scans, statistics)."""
+    """Return the statistics of each scan and their standard errors, (scans, statistics)."""
     from scipy.stats import norm
 
     parts = [_alone(ds.isel({over: k}), name) for k in range(ds.sizes[over])]
@@ -126,7 +127,7 @@ def _each(ds: xr.Dataset, name: str, over: str, options: dict) -> tuple[np.ndarr
 
 
 def _alone(part: xr.Dataset, name: str) -> xr.Dataset:
-    """Return one scan's variable with its places, without samples that it does not have and others do."""
+    """Return one scan's variable with its places, without the samples that only other scans have."""
     part = of_a_map(part[[name]])
     dim = next((dim for dim in SAMPLES if dim in part[name].dims), None)
     return part if dim is None else part.isel({dim: np.isfinite(part[name].values)})
@@ -138,7 +139,7 @@ def random_effects(estimate: np.ndarray, error: np.ndarray, *, confidence: float
     Parameters
     ----------
     estimate, error : ndarray
-        And their standard errors, 0 where they are exact.
+        The estimates and their standard errors, 0 where they are exact.
     confidence : float
 
     Examples
@@ -163,13 +164,13 @@ def random_effects(estimate: np.ndarray, error: np.ndarray, *, confidence: float
 
 
 def _weights(error: np.ndarray, tau2: float) -> np.ndarray:
-    """Return inverse variances; all alike where there is neither error nor spread."""
+    """Return inverse variances, or equal weights where there is neither error nor spread."""
     variance = error**2 + tau2
     return np.ones(error.size) if not variance.all() else 1 / variance
 
 
 def _between(estimate: np.ndarray, error: np.ndarray) -> float:
-    """Return Paule and Mandel's variance between estimates: that by which weighted squares come out as expected."""
+    """Return Paule and Mandel's variance between estimates, for which the weighted squares have their expected sum."""
     from scipy.optimize import brentq
 
     k = estimate.size

@@ -1,4 +1,4 @@
-"""Pull-off: the largest pull at each subregion, by any method, and what roughness leaves of the smooth sphere's."""
+"""Pull-off: the largest pull at each subregion, by any method, and its ratio to that of a smooth sphere."""
 
 from __future__ import annotations
 
@@ -11,38 +11,38 @@ import xarray as xr
 from .. import schema
 from ..contact.estimates import elastic_pull_off
 
-#: What a cycle tells of its pull-off besides.
+#: Further variables of a cycle's pull-off.
 _OF_CYCLES = ("pull_off_resolution", "pull_off_error", "refinement")
 
 
 def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = 2.0) -> xr.Dataset:
-    """Return the pull-off of each subregion: the largest pull, and where it was.
+    """Return the pull-off of each subregion: the largest pull and its displacement.
 
     Parameters
     ----------
     ds : Dataset
         A solution with ``force`` along ``delta``. Other dimensions are kept.
     method : {"exact", "cycle", "sweep", "ciavarella"}, optional
-        "exact": that which `superpose` found at any displacement. "cycle": that of a cycle of `adhesive`, from all of
-        its steps. "sweep": the largest pull among the displacements of the sweep, which is less where the sweep is
+        "exact": what `superpose` found, at any displacement. "cycle": that of a cycle of `adhesive`, from all of
+        its steps. "sweep": the largest pull among the displacements of the sweep, which is too small where the sweep is
         coarse or ends too soon. "ciavarella": the estimate from a sweep without adhesion, see `elastic_pull_off`. By
-        default what the solution holds: "exact" or "cycle", else "sweep".
+        default "exact" or "cycle", whichever the solution holds, else "sweep".
     smoothing : number or quantity
-        Of "ciavarella": half-width of its fits, nm.
+        For "ciavarella": half-width of its fits, nm.
 
     Returns
     -------
     Dataset
         ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_delta`` (nm); NaN where nothing pulls.
-        ``bracketed`` is False where the largest pull stands at an end of the sweep, which then was too short; of a
-        cycle, where it stands at its largest displacement or the cycle is not complete. A cycle's
-        ``pull_off_resolution`` comes along.
+        ``bracketed`` is False where the largest pull is at an end of the sweep, which then was too short, or for a
+        cycle, where it is at the largest displacement or the cycle is not complete. A cycle's
+        ``pull_off_resolution`` is kept.
 
     Raises
     ------
     ValueError
-        If ``ds`` is no solution, its sweep has fewer than two displacements, or it is not what the method needs: a
-        sweep of `direct`, or of law="hertz", never pulls.
+        If ``ds`` is no solution, its sweep has fewer than two displacements, or it does not suit the method: a
+        sweep of `direct`, or with law="hertz", never pulls.
 
     See Also
     --------
@@ -57,7 +57,7 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = 2.0)
     >>> float(pull_off(sweep).pull_off_force[0]), float(pull_off(sweep).pull_off_delta[0])
     (3.0, 0.0)
     """
-    force = None if "complete" in ds and "force" not in ds else _force(ds)  # of a preload events alone are kept
+    force = None if "complete" in ds and "force" not in ds else _force(ds)  # with a preload there are only events
     found = "cycle" if "complete" in ds else "exact"
     if method is None:
         method = found if "pull_off_force" in ds else "sweep"
@@ -73,7 +73,7 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = 2.0)
 
 
 def _warn_of_ends(out: xr.Dataset, delta: np.ndarray) -> None:
-    """Say at how many places the sweep ends before the pull-off, and what to do."""
+    """Warn of the number of places where the sweep ends before the pull-off, and say what to do."""
     pulls = out["pull_off_force"].notnull()
     short, never = int((pulls & ~out["bracketed"]).sum()), int((~pulls).sum())
     if short or never:
@@ -94,7 +94,7 @@ def _force(ds: xr.Dataset) -> xr.DataArray:
 
 
 def _with_adhesion(ds: xr.Dataset, force: xr.DataArray) -> xr.DataArray:
-    """Return the force of a sweep that can pull, or say what else to do."""
+    """Return the force of a sweep that can pull; raise for others, and say what else to do."""
     if force.sizes["delta"] < 2:
         raise ValueError("delta: expected a sweep of at least two displacements to find the pull-off in, found one")
     elastic = ds.attrs.get("method") == "direct" or ds.attrs.get("law") == "hertz"
@@ -128,7 +128,7 @@ def _of_sweep(force: xr.DataArray) -> xr.Dataset:
 
 
 def _of_events(ds: xr.Dataset, method: str, found: str) -> xr.Dataset:
-    """Return the pull-off that a solver found by itself, whatever displacements were asked for."""
+    """Return the pull-off that a solver found by itself, whatever the displacements."""
     if "pull_off_force" not in ds or method != found:
         words = ", ".join(map(str, ds.data_vars))
         source = "adhesive returns" if method == "cycle" else "superpose returns of a law that adheres"
@@ -142,7 +142,7 @@ def _of_events(ds: xr.Dataset, method: str, found: str) -> xr.Dataset:
 
 
 def smooth_pull_off(ds: xr.Dataset) -> float:
-    """Return the pull-off force (nN) of the same sphere from a smooth flat, 3/2 π w R.
+    """Return the pull-off force (nN) of the same sphere on a smooth flat, 3/2 π w R.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def smooth_pull_off(ds: xr.Dataset) -> float:
 
     References
     ----------
-    Johnson, Kendall & Roberts (1971); all formulations agree on a sphere.
+    Johnson, Kendall & Roberts (1971); for a sphere all formulations agree.
 
     Examples
     --------
@@ -168,7 +168,7 @@ def smooth_pull_off(ds: xr.Dataset) -> float:
 
 
 def reduction(ds: xr.Dataset) -> xr.Dataset:
-    """Return a pull-off with its part of the smooth sphere's beside it.
+    """Return a pull-off with its ratio to that of the smooth sphere.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ def reduction(ds: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     Dataset
-        With ``pull_off_ratio``, pull-off force over that of the same sphere from a smooth flat, unit 1.
+        With ``pull_off_ratio``, pull-off force over that of the same sphere on a smooth flat, unit 1.
 
     Raises
     ------

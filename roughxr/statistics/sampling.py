@@ -1,6 +1,6 @@
-"""The samples of a distribution: one variable along ``subregion`` or ``asperity``, where they lie, what each weighs.
+"""The samples of a distribution: one variable along ``subregion`` or ``asperity``, with places and weights.
 
-NaN stands for a place where there was nothing to measure; it is left out, and counted.
+NaN marks a place where there was nothing to measure; it is left out, and counted.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-#: Dimensions along which samples lie, and the coordinates that say where.
+#: Dimensions along which samples lie, and the coordinates of their places.
 PLACES = {"subregion": ("subregion_x", "subregion_y"), "asperity": ("x", "y")}
 
 SAMPLES = tuple(PLACES)
 
 
 class Samples(NamedTuple):
-    """Finite values, their weights (None: all alike), their places (None: not known), and how many are missing."""
+    """Finite values, their weights (None: all equal), their places (None: unknown), and the number of missing ones."""
 
     values: np.ndarray
     weights: np.ndarray | None
@@ -35,12 +35,12 @@ def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     name : str
         A variable along ``subregion`` or ``asperity`` and no other dimension, or a map along ``x`` and ``y``.
     weights : str or DataArray, optional
-        What each sample counts for: a variable of ``ds``, or an array along the same dimension.
+        Weight of each sample: a variable of ``ds``, or an array along the same dimension.
 
     Returns
     -------
     Samples
-        Computed where they were lazy.
+        In memory also where the input was lazy.
 
     Raises
     ------
@@ -52,6 +52,13 @@ def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     >>> samples(xr.Dataset({"height": ("asperity", [1.0, np.nan, 3.0])}), "height").missing
     1
     """
+    found = known_samples(ds, name, weights=weights)
+    warn_of_missing(name, found.missing, found.values.size + found.missing, ds.attrs.get("missing"))
+    return found
+
+
+def known_samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
+    """Return the same as `samples`, without a warning of missing ones."""
     ds = of_a_map(ds, name)
     dim = sample_dimension(ds, name)
     values = np.asarray(ds[name].values, dtype=float)
@@ -59,15 +66,14 @@ def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     finite = np.isfinite(values)
     if finite.sum() < 2:
         raise ValueError(f"{name}: expected at least two finite samples, found {finite.sum()} of {values.size}")
-    speak_for_some(name, int((~finite).sum()), values.size, ds.attrs.get("missing"))
     places = None
     if all(axis in ds.coords for axis in PLACES[dim]):
         places = np.c_[tuple(ds[axis].values[finite] for axis in PLACES[dim])].astype(float)
     return Samples(values[finite], None if weight is None else weight[finite], places, int((~finite).sum()))
 
 
-def speak_for_some(name: str, missing: int, total: int, why: str | None = None) -> None:
-    """Warn that statistics do not speak for all samples where some are missing."""
+def warn_of_missing(name: str, missing: int, total: int, why: str | None = None) -> None:
+    """Warn that statistics leave samples out, where some are missing."""
     if missing:
         reason = f" ({why})" if why else ""
         warnings.warn(
@@ -76,18 +82,18 @@ def speak_for_some(name: str, missing: int, total: int, why: str | None = None) 
 
 
 def of_a_map(ds: xr.Dataset, *names: str) -> xr.Dataset:
-    """Return variables along ``x`` and ``y`` alone, such as a pull-off at every pixel, as samples of subregions.
+    """Return variables along ``x`` and ``y`` alone, for example a pull-off at every pixel, as samples along subregions.
 
     Parameters
     ----------
     ds : Dataset
     *names : str
-        The variables; all, if none is named.
+        The variables; by default all.
 
     Returns
     -------
     Dataset
-        As it was, if any of them has other dimensions.
+        Unchanged if any of them has other dimensions.
 
     Examples
     --------
@@ -101,7 +107,7 @@ def of_a_map(ds: xr.Dataset, *names: str) -> xr.Dataset:
 
 
 def sample_dimension(ds: xr.Dataset, name: str) -> str:
-    """Return the one dimension that a variable's samples lie along, or say what is wrong."""
+    """Return the one dimension along which a variable's samples lie; raise where there is none or more than one."""
     if name not in ds:
         raise ValueError(f"{name}: expected one of {', '.join(map(str, ds.data_vars))}")
     if len(ds[name].dims) != 1 or ds[name].dims[0] not in SAMPLES:
@@ -114,7 +120,7 @@ def sample_dimension(ds: xr.Dataset, name: str) -> str:
 
 
 def other_dimensions(ds: xr.Dataset, name: str) -> list[str]:
-    """Return what a variable lies along beside its samples; nothing if it has no samples, or is a map of them.
+    """Return the dimensions of a variable besides its samples; empty if it has no samples, or is a map of them.
 
     Examples
     --------
@@ -139,7 +145,7 @@ def _weights(ds: xr.Dataset, name: str, weights: Any) -> np.ndarray:
     return found
 
 
-#: Units of a density that are more than ``-1`` behind the units.
+#: Units of a density that are not simply the units with ``-1`` appended.
 _PER = {
     "1": "1",
     "nm-1": "nm",

@@ -9,7 +9,7 @@ from typing import Any
 import xarray as xr
 
 from .. import schema
-from .sampling import SAMPLES, of_a_map, speak_for_some
+from .sampling import SAMPLES, of_a_map, warn_of_missing
 
 
 def summary(
@@ -25,7 +25,7 @@ def summary(
     quantiles : sequence of float
         Between 0 and 1.
     weights : str or DataArray, optional
-        What each sample counts for: a variable of ``ds``, or an array along its samples.
+        Weight of each sample: a variable of ``ds``, or an array along its samples.
 
     Returns
     -------
@@ -54,7 +54,7 @@ def summary(
     if isinstance(weights, str):
         wanted.pop(weights, None)
     for array in wanted.values():
-        _speak_for_known(array, dim, ds.attrs.get("missing"))
+        _warn_of_missing(array, dim, ds.attrs.get("missing"))
     found = {
         name: _summarised(array, dim, list(quantiles), weight).assign_attrs(array.attrs)
         for name, array in wanted.items()
@@ -62,11 +62,11 @@ def summary(
     return schema.record(xr.Dataset(found, attrs=ds.attrs), "summary", quantiles=list(quantiles))
 
 
-def _speak_for_known(array: xr.DataArray, dim: str, why: str | None) -> None:
-    """Warn where samples are missing, unless it takes a computation to know."""
+def _warn_of_missing(array: xr.DataArray, dim: str, why: str | None) -> None:
+    """Warn where samples are missing, but not for a lazy array, which would have to be computed."""
     if not array.chunks:
         missing = int(array.isnull().any([other for other in array.dims if other != dim]).sum())
-        speak_for_some(str(array.name), missing, array.sizes[dim], why)
+        warn_of_missing(str(array.name), missing, array.sizes[dim], why)
 
 
 def _summarised(array: xr.DataArray, dim: str, quantiles: list[float], weights: xr.DataArray | None) -> xr.DataArray:
@@ -80,7 +80,7 @@ def _summarised(array: xr.DataArray, dim: str, quantiles: list[float], weights: 
         "min": array.min(dim),
         "max": array.max(dim),
     }
-    with warnings.catch_warnings():  # where nothing is known, the table says so by its count
+    with warnings.catch_warnings():  # where nothing is known, the count says so
         warnings.filterwarnings("ignore", "All-NaN slice encountered", RuntimeWarning)
         parts |= {f"q{100 * q:g}": counted.quantile(q, dim=dim).drop_vars("quantile") for q in quantiles}
     names = xr.DataArray(list(parts), dims="statistic", name="statistic")

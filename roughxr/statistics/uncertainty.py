@@ -1,12 +1,12 @@
-"""How far a statistic of many places can be trusted: bootstrap intervals, by blocks of places and by single ones.
+"""Bootstrap intervals of statistics over many places, by blocks of places and by single ones.
 
-A block bootstrap draws whole neighbourhoods, so that what is alike within them stays together (Künsch 1989;
-Politis & Romano 1992 for blocks that wrap around). Two things make its percentiles too narrow on few places, and
-both are put right here: blocks cut correlation at their edges and leave too little spread, so deviations are
-widened until resampled means spread as s/√n, n the number of independent places; and percentiles forget that
-this spread is itself learnt from few blocks, so their levels are taken farther out, as Student's t with one
-degree of freedom less than there are blocks asks (Hesterberg 2015, "expanded percentile"). Where no sample
-is negative, and for spreads, this is done to the logarithms, so that no interval reaches below zero.
+A block bootstrap draws whole neighbourhoods, so that correlated samples stay together (Künsch 1989;
+Politis & Romano 1992 for blocks that wrap around). On few places its percentiles are too narrow for two reasons,
+which are both corrected here. Blocks cut the correlation at their edges and leave too little spread: deviations are
+therefore widened until resampled means spread as s/√n, n the number of independent places. And percentiles ignore
+that this spread is itself estimated from few blocks: their levels are therefore moved out to those of Student's t with
+one degree of freedom less than there are blocks (Hesterberg 2015, "expanded percentile"). Where no sample is
+negative, and for spreads, this is done to the logarithms, so that no interval extends below zero.
 """
 
 from __future__ import annotations
@@ -22,21 +22,19 @@ from .. import schema
 from .places import block_side, blocks, independent_places
 from .sampling import Samples, other_dimensions, samples
 
-RESAMPLINGS = ("block", "naive")
-
-#: Samples at most that are drawn anew: a map's neighbours are alike, and more of them make intervals only slower.
+#: Largest number of samples that are resampled: neighbours on a map are correlated, and more only take longer.
 _MOST = 20_000
 
-#: Samples held at once while resampling: 40 MB.
+#: Number of values held at once while resampling: 40 MB.
 _AT_ONCE = 5_000_000
 
 
 class Resampling(NamedTuple):
-    """How samples are drawn anew."""
+    """How samples are drawn again."""
 
     independent: float  # places
     side: float  # of a block, nm; 0 where single samples are drawn
-    members: list[np.ndarray] | None  # of each block
+    members: list[np.ndarray] | None  # indices of the samples in each block
 
 
 def bootstrap(
@@ -50,33 +48,34 @@ def bootstrap(
     seed: int = 0,
     within: xr.Dataset | None = None,
 ) -> xr.Dataset:
-    """Return statistics of a variable with their intervals of confidence.
+    """Return statistics of a variable with their confidence intervals.
 
     Parameters
     ----------
     ds : Dataset
     name : str
-        A variable along ``subregion`` or ``asperity``, or a map. Along other dimensions, such as those that `vary`
-        makes, each entry has its own intervals.
+        A variable along ``subregion`` or ``asperity``, or a map. Each entry along other dimensions, for example of
+        `vary`, has its own intervals.
     statistics : sequence of str
         "mean", "std" (with n − 1), "min", "max", "q5" for the quantile of 5 per cent, and so on.
     confidence : float
         Between 0 and 1.
     resamples : int
-        Of more than 20,000 samples, such as a map's, those of 20,000 drawn from them, with a warning.
+        Number of resamples. If there are more than 20,000 samples, as in a map, 20,000 of them are used, with a
+        warning.
     block : number or quantity, optional
         Side of a block, nm; by default two independent places along each axis.
     seed : int
         The same seed gives the same intervals.
     within : Dataset, optional
-        All places of the surface, where ``ds`` holds some of them: the fewer are worth no more independent ones.
+        All places of the surface, where ``ds`` holds only some of them: the effective sample size is that of all.
 
     Returns
     -------
     Dataset
-        Along ``statistic``: ``estimate``, and ``low`` and ``high`` along ``resampling``: "block", and beside it
+        Along ``statistic``: ``estimate``, and ``low`` and ``high`` along ``resampling``: "block", and for comparison
         "naive", which draws single samples as if neighbours were independent and is too narrow where they are
-        not. ``independent_places`` says how many samples each takes for independent. Units as the variable's.
+        not. ``independent_places`` is the effective sample size of either. Units are the variable's.
 
     Raises
     ------
@@ -85,11 +84,11 @@ def bootstrap(
 
     Notes
     -----
-    Of nominal 95 %, on normal fields of 8 to 22 independent places among 64 to 256, intervals by blocks held the
+    At a nominal 95 %, on normal fields of 8 to 22 independent places among 64 to 256, intervals by blocks contained the
     mean and the median in 95 to 98 % of trials, naive ones in 45 to 71 %. Those of std and of the 95 % quantile
-    held in 76 to 95 %, since few places say little of a tail; of a law as skewed as exp(normal), that of the mean
-    held in 91 %, that of std in 64 %: trust them less. "min" and "max" have no interval of confidence at all: no
-    resample reaches beyond the samples.
+    did in 76 to 95 %, since few places say little about a tail; for a law as skewed as exp(normal), that of the mean
+    did in 91 %, that of std in 64 %: trust them less. "min" and "max" have no confidence interval at all, since no
+    resample extends beyond the samples.
 
     References
     ----------
@@ -136,7 +135,7 @@ def bootstrap(
 
 
 def _fewer(found: Samples, seed: int) -> Samples:
-    """Return the samples, or as many of them as intervals need."""
+    """Return the samples, or a part of them where there are more than intervals need."""
     if found.values.size <= _MOST:
         return found
     chosen = np.sort(np.random.default_rng(seed).choice(found.values.size, _MOST, replace=False))
@@ -221,7 +220,7 @@ def interval_of(
     ----------
     found : Samples
     function : callable
-        Of (values, axis), as those of `statistic`.
+        A function of (values, axis), such as `statistic` returns.
     confidence : float
     resamples : int
     seed : int
@@ -243,7 +242,7 @@ def interval_of(
 
 
 def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float = 0.95, resamples: int = 399):
-    """Return ends of block-bootstrap intervals of a histogram's densities.
+    """Return block-bootstrap intervals of a histogram's densities.
 
     Parameters
     ----------
@@ -251,14 +250,14 @@ def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float
     name : str
         As for `bootstrap`.
     bins : array
-        Edges.
+        Edges of the bins.
     confidence : float
     resamples : int
 
     Returns
     -------
     array
-        (2, bins): plain percentiles, at least 0.
+        (2, bins), the lower and upper ends: plain percentiles, at least 0.
     """
     found = _fewer(samples(ds, name), seed=0)
     edges = np.asarray(bins, dtype=float)
@@ -281,11 +280,20 @@ def resampled(found: Samples, way: Resampling, resamples: int, *, seed: int) -> 
         if way.members is None:
             yield found.values[rng.integers(0, size, (count, size))]
         else:
-            yield np.stack([found.values[_drawn(way.members, size, rng)] for _ in range(count)])
+            yield found.values[_drawn(way.members, size, count, rng)]
 
 
-def _drawn(members: list[np.ndarray], size: int, rng) -> np.ndarray:
-    """Return the members of blocks drawn with replacement until there are as many as samples."""
+def _drawn(members: list[np.ndarray], size: int, count: int, rng) -> np.ndarray:
+    """Return the members of ``count`` resamples; blocks of one size are drawn at once, in the same order."""
+    each = len(members[0])
+    if any(len(block) != each for block in members):
+        return np.stack([_one_drawn(members, size, rng) for _ in range(count)])
+    chosen = rng.integers(0, len(members), (count, -(-size // each)))
+    return np.stack(members)[chosen].reshape(count, -1)[:, :size]
+
+
+def _one_drawn(members: list[np.ndarray], size: int, rng) -> np.ndarray:
+    """Return the members of blocks drawn with replacement until they are as many as the samples."""
     mean = sum(map(len, members)) / len(members)
     drawn: list[np.ndarray] = []
     short = size
@@ -321,7 +329,7 @@ def _intervals(found: Samples, way: Resampling, functions, confidence, resamples
 
 
 def _widened(estimate: np.ndarray, ends: np.ndarray, times: float, positive: np.ndarray) -> np.ndarray:
-    """Return ends farther from their estimates by a factor, in their logarithms where neither can be negative."""
+    """Return ends farther from their estimates by a factor, on the logarithms where neither can be negative."""
     plain = estimate + (ends - estimate) * times
     with np.errstate(divide="ignore", invalid="ignore"):
         scaled = estimate * (ends / estimate) ** times
@@ -329,14 +337,14 @@ def _widened(estimate: np.ndarray, ends: np.ndarray, times: float, positive: np.
 
 
 def _whole_blocks(found: Samples, way: Resampling) -> float:
-    """Return how many blocks lie side by side on the samples."""
+    """Return the number of blocks that cover the samples side by side."""
     if way.members is None:
         return float(found.values.size)
     return len(way.members) ** 2 / sum(map(len, way.members))
 
 
 def _levels(count: float, confidence: float) -> list[float]:
-    """Return the two levels of percentiles that Student's t with ``count`` − 1 degrees of freedom asks for."""
+    """Return the two percentile levels that correspond to Student's t with ``count`` − 1 degrees of freedom."""
     from scipy.stats import norm, t
 
     low = norm.cdf(t.ppf(0.5 - confidence / 2, max(count, 2.0) - 1))
@@ -344,9 +352,9 @@ def _levels(count: float, confidence: float) -> list[float]:
 
 
 def _widening(values: np.ndarray, way: Resampling, means: np.ndarray) -> float:
-    """Return by how much deviations are widened so that resampled means spread as those of independent places.
+    """Return the factor on deviations with which resampled means spread as those of independent places.
 
-    The samples' own variance is too small by one part in n: their mean was taken from them.
+    It also corrects the samples' own variance, which is too small by one part in n because their mean was subtracted.
     """
     if means.std() == 0:
         return 1.0

@@ -33,12 +33,22 @@ ROOT = Path(__file__).resolve().parents[2]
 GROUPS = {
     "halfspace": (
         "roughxr/kernels/halfspace/*.py",
-        ["halfspace", "displacement_control", "without_jit_cases", "yielding"],
+        ["halfspace", "warm_start", "displacement_control", "without_jit_cases", "yielding"],
     ),
-    "adhesion": ("roughxr/kernels/adhesion/*.py", ["constrained_cells", "adhesion_smooth", "reference"]),
+    "adhesion": ("roughxr/kernels/adhesion/*.py", ["constrained_cells", "adhesion_smooth", "reference", "rigid"]),
     "asperity": (
         "roughxr/kernels/asperity/*.py",
-        ["ellipse", "asperity_contact", "maugis", "superposition", "pull_off_map"],
+        [
+            "ellipse",
+            "asperity_contact",
+            "maugis",
+            "superposition",
+            "superposition_maugis",
+            "pull_off_map",
+            "largest_pull",
+            "flattening",
+            "rotation",
+        ],
     ),
     "topography": ("roughxr/kernels/topography/*.py", ["peaks", "paraboloid", "envelope", "tile_stitching"]),
     "statistics": (
@@ -50,9 +60,13 @@ GROUPS = {
             "statistics_laws",
             "statistics_pull_off",
             "statistics_uncertainty",
+            "pooling",
         ],
     ),
 }
+
+#: Bytes of addresses that a child has: a mutant that asks for more is stopped, and with it not the machine.
+_MEMORY = 6 << 30
 
 _SWAPPED = {
     ast.Add: ast.Sub,
@@ -249,7 +263,7 @@ def quick_tests(files, longest, compiled):
 
 
 def survives(one, tests, limit):
-    """Return, in a child that has so much processor time, 0 if all tests pass on a mutant."""
+    """Return, in a child that has so much processor time and memory, 0 if all tests pass on a mutant."""
     import resource
     from importlib.machinery import SourceFileLoader
 
@@ -260,6 +274,7 @@ def survives(one, tests, limit):
 
     SourceFileLoader.get_code = get_code
     resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
     return int(run_tests(tests) != 0)
 
 

@@ -6,7 +6,7 @@ Processor time, both sides alternating in one process on one thread; medians of 
 rough windows, elastic and yielding, and the same by loads. 2. The same job through the labelled function, where the
 yielding side draws back as well. 3. A paraboloid that yields, against the figures of axisymmetric rings. 4. Pull-offs
 of superposed asperities over those of the adhesive simulation on the glass twin, elastic and yielding. 5. Pull-offs of
-a flat punch, as an asperity that was pressed flat is one, by law and mesh over those in closed form.
+a flat punch by law and mesh over those in closed form. 6. The same of an asperity that was pressed flat.
 """
 
 import argparse
@@ -28,6 +28,7 @@ from roughxr.kernels.adhesion.smooth_path import follow_smooth
 from roughxr.kernels.halfspace import displacement_control as kalker
 from roughxr.kernels.halfspace.load_control import loaded_arrays
 from roughxr.kernels.halfspace.products import coefficients_for
+from roughxr.kernels.halfspace.yielding import residual_heights
 from roughxr.synthetic import self_affine
 
 DX, RADIUS, MODULUS = 9.77, 3000.0, 39.4
@@ -158,6 +159,36 @@ def punch_rows():
         print(f"flat punch, {cells:2d} cells in radius: {', '.join(row)}")
 
 
+def pressed_flat(cells, hardness, edge=10.0):
+    """Return separation and displacement (nm) of a paraboloid that was pressed until all of its contact bore H."""
+    radius, dx = min(6 * edge, 0.05 * MODULUS * edge / hardness), edge / cells
+    delta = edge**2 / (2 * radius) + 4 * hardness * edge / (np.pi * MODULUS)
+    half = int(np.sqrt(2 * radius * delta) / dx) + 4
+    x, deltas = np.arange(-half, half + 1) * dx, np.array([delta])
+    separation, limit = (x[:, None] ** 2 + x**2) / (2 * radius), kalker.Hardness(hardness)
+    found, *fields = kalker.sweep_arrays(separation, deltas, dx, MODULUS, hardness=limit, tolerance=1e-9, keep=1)
+    left = residual_heights(*fields, separation, deltas, hardness)[0]
+    return separation - left, delta, np.sqrt(found[0, kalker.AREA] / np.pi)
+
+
+def flattened_rows(edge=10.0, work=0.1):
+    """Print pull-offs without range of an asperity pressed flat, by hardness, over closed forms."""
+    flat, unit = {"contact_modulus": MODULUS, "work_of_adhesion": work}, np.sqrt(work * MODULUS / edge)
+    options = {"tolerance": 1e-8, "max_iterations": 1000, "max_cells": 4000}
+    for hard in (0.03, 0.1, 0.3, 1.0, 3.0, 10.0):
+        punch = reference.punch_pull_off(radius=edge, **flat)
+        closed = reference.flattened_pull_off(radius=edge, hardness=hard * unit, **flat)
+        row = [f"closed form {closed / punch:.3f} of a flat punch's"]
+        for cells in (10, 20):
+            separation, delta, radius = pressed_flat(cells, hard * unit, edge)
+            w = work * edge / cells / MODULUS
+            found = follow(separation, np.array([delta]), 0.02, cohesive_laws.griffith(w), w, **options)
+            pull = -found.states[:, FORCE].min() * MODULUS * edge / cells
+            exact = reference.flattened_pull_off(radius=radius, hardness=hard * unit, **flat)
+            row.append(f"{cells} cells in radius {pull / exact:.3f} of the closed form")
+        print(f"pressed flat, H = {hard:4g} sqrt(w E*/a): {', '.join(row)}")
+
+
 def main():
     """Run all rows."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -169,6 +200,7 @@ def main():
     accuracy_rows()
     superposed_rows()
     punch_rows()
+    flattened_rows()
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""How two surfaces pull on each other across a gap u: laws whose work of separation is w whatever their range.
+"""Cohesive laws: the traction between two surfaces across a gap u, with the same work of separation w for all ranges.
 
 plateau       t = σ₀ up to a gap d, then falling with slope c to 0 at d + σ₀/c        w = σ₀ (d + σ₀/2c)
 exponential   t = (w/ρ) exp(−u/ρ), cut off at 12 ρ (6·10⁻⁶ of w)                      σ₀ = w/ρ
@@ -7,25 +7,26 @@ griffith      d = 0, σ₀ = √(2c E*w/dx): no range but the mesh's
 dugdale       σ₀ given, h = w/σ₀ = d + σ₀/2c: Dugdale's step at h (Maugis 1992), spread as far as the mesh needs;
               with a strength that leaves no plateau it is the Griffith limit's law
 
-On a mesh the edge of a contact moves from cell to cell, and is to do so evenly. All or nothing, at √(E*w/(0.473 dx)),
-the criterion of Pohrt & Popov (2015), holds on too long, by 11 % of a sphere's pull-off at ten cells. An edge row along
-the grid resists with 0.58 E*/dx, as the coefficients of strips give: with a traction that falls about as fast, cells
-still let go one by one, and a sphere's pull-off depends on its place on the grid. With half of that (``SOFTENING``)
-three rows let go together and the edge moves evenly; with less still, the zone in which they do so is too wide for
-narrow contacts.
+On a mesh the edge of a contact moves from cell to cell, and should do so evenly. If each cell let go at once, at
+√(E*w/(0.473 dx)), the criterion of Pohrt & Popov (2015), the edge would hold on too long, by 11 % of a sphere's
+pull-off at ten cells. By the coefficients of strips, an edge row along the grid resists with 0.58 E*/dx. With a
+traction that falls about as fast, cells still let go one by one, and a sphere's pull-off depends on its position on the
+grid. With half of that (``SOFTENING``) three rows let go together and the edge moves evenly; with still less, the zone
+that lets go is too wide for narrow contacts.
 
-Such a zone costs more than w: in proportion to the length of the outline, as a line tension. A round contact's pull-off
-rises with it by ``LINE`` over its radius in cells, less where the zone is no longer small beside the contact
-(``NARROW``), as in Maugis's theory. ``toughness`` takes both back from w, so that the path is that of an edge without
-a width. What the numbers (``tuning``) are found from, and what they are worth on ellipses, on which they were not
-found, is shown by ``python tests/benchmarks/line_tension.py``.
+This zone costs additional energy, proportional to the length of the outline, as a line tension. It raises the pull-off
+of a round contact by ``LINE`` over its radius in cells, less where the zone is no longer small beside the contact
+(``NARROW``), as in Maugis's theory. ``toughness`` subtracts both from w, so that the path is that of an edge without
+width. ``python tests/benchmarks/line_tension.py`` shows how the numbers (``tuning``) are found, and how accurate they
+are on ellipses, which they were not found from.
 
-Contacts with the exponential law are followed by Newton's method (``smooth_path``), not cell by cell. Here it serves to
-hold one engine against the other on the same law and mesh: ``tests/test_adhesion_smooth.py`` their forces, ``python
+Contacts with the exponential law are followed by Newton's method (``smooth_path``), not cell by cell. The law is here
+to compare the two solvers on the same mesh: ``tests/test_adhesion_smooth.py`` compares their forces, ``python
 tests/benchmarks/adhesive_engine.py`` their times.
 
-Given: gap u and w. Sought: traction t(u) and the work W(u) = ∫ t du from u on. Unit cells and unit modulus: gaps and
-tractions in nm (t dx/E*), works in nm² (w dx/E*). Sources: Griffith (1921), Maugis (1992); the line tension is own.
+Given: gap u and w. Sought: the traction t(u), and the work W(u) = ∫ t du from u to infinity. Unit cells and unit
+modulus: gaps and tractions in nm (t dx/E*), works in nm² (w dx/E*). Sources: Griffith (1921), Maugis (1992); the line
+tension is own.
 """
 
 from typing import NamedTuple
@@ -37,13 +38,10 @@ from .tuning import LINE, NARROW, SOFTENING
 
 PLATEAU, EXPONENTIAL = range(2)
 
-#: Laws of finite range by name.
-FINITE_RANGE = {"dugdale": PLATEAU, "exponential": EXPONENTIAL}
-
-#: Range of the exponential law in its length.
+#: Range of the exponential law, in units of its length.
 _CUT = 12.0
 
-#: Cells that a process zone must span at least.
+#: Smallest number of cells in a process zone.
 LEAST_ZONE = 2.0
 
 
@@ -52,11 +50,11 @@ class CohesiveLaw(NamedTuple):
 
     code: int
     strength: float  # σ₀, nm
-    range: float  # gap at which nothing pulls any more, nm
+    range: float  # gap beyond which nothing pulls, nm
     length: float  # ρ of the exponential, or the plateau's d, nm
-    anywhere: bool  # whether cells far from any contact attract, or neighbours of constrained cells only
-    softening: float = SOFTENING  # how fast the traction falls on the mesh, E*/dx (``tuning``)
-    line: float = LINE  # what the outline takes by it
+    anywhere: bool  # whether all cells attract, or only those beside constrained cells
+    softening: float = SOFTENING  # slope at which the traction falls on the mesh, E*/dx (``tuning``)
+    line: float = LINE  # strength of the line tension
     narrow: float = NARROW  # cells
 
 
@@ -82,15 +80,16 @@ def process_zone(contact_modulus, w, strength):
 
 @kernel
 def toughness(radius, law):
-    """Return the factor on w at the edge of a contact of such a radius in cells."""
+    """Return the factor on w at the edge of a contact of this radius (cells)."""
     return 1.0 - law.line / (radius + law.narrow)
 
 
 @kernel
 def line_energy(cells, radius, law):
-    """Return what the outline of a contact of so many cells took from its adhesion as it grew in its shape, in w.
+    """Return the energy, in w, that the line tension took from the adhesion of a contact as it grew to this size.
 
-    With r = √(cells/π) and radius = g r this is the integral of 1 − toughness over the cells.
+    With r = √(cells/π), and the radius growing in proportion to r at constant shape, it is the integral of 1 −
+    toughness over the cells.
     """
     r = np.sqrt(cells / np.pi)
     g = radius / r
@@ -113,7 +112,7 @@ def traction(u, law, root):
 
 @kernel
 def remaining_work(u, law, root):
-    """Return the work that is left to separate the surfaces from the gap u, nm²."""
+    """Return the work left to separate the surfaces from the gap u, nm²."""
     x = u / root
     if x >= law.range:
         return 0.0
@@ -125,7 +124,7 @@ def remaining_work(u, law, root):
 
 @kernel
 def balance(pressure, u, stiffness, law, root):
-    """Return the gap u' ≥ 0 at which one cell alone is in balance, p + m (u' − u) + t(u') = 0: there is only one."""
+    """Return the only gap u' ≥ 0 at which one cell alone is in balance, p + m (u' − u) + t(u') = 0."""
     end = law.range * root
     free = u - pressure / stiffness
     if free >= end:

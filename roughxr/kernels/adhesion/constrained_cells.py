@@ -1,16 +1,16 @@
-"""Cells held at a prescribed gap: the pressures that do it, as cells come and go one at a time.
+"""Cells held at a prescribed gap, and the pressures that hold them, updated as cells join and leave one at a time.
 
-On a set C of cells the surface takes the shape δ − S + u, u the gap that each cell is left with, so
+On a set C of cells the surface takes the shape δ − S + u, where u is the gap of each cell, so that
 
     A p = δ − S + u   on C,        p = 0 elsewhere;        p = δ q₁ − q_S + M u,     M = A⁻¹, q₁ = M 1, q_S = M S,
 
-with Love's coefficients A (``love``). M is kept whole: a cell that joins borders A by one row, a cell that
-leaves takes one away, and either changes M by a matrix of rank one (Schur complement; Sherman & Morrison 1950).
-So a contact's edge that sweeps over n cells costs what one inversion does, and every energy is exact.
+with Love's coefficients A (``love``). M is kept in full: a cell that joins adds a row to A, a cell that leaves removes
+one, and either changes M by a matrix of rank one (Schur complement; Sherman & Morrison 1950). So a contact's edge that
+sweeps over n cells costs as much as one inversion, and every energy is exact.
 
 δ displacement, S separation, u gap, all in nm. Cells have unit side and the half space unit modulus: pressures are in
-nm, p dx/E*. Source: own, from Schur's complement; checked against the dense solution by tests. Arrays have room to
-spare, which is why the number of cells is kept beside them.
+nm, p dx/E*. Source: own, from Schur's complement; tests compare it with the dense solution. The arrays are longer than
+the set, so that cells can join without a copy; the number of cells is therefore kept separately.
 """
 
 from typing import NamedTuple
@@ -19,18 +19,18 @@ import numpy as np
 
 from ..jit import kernel
 
-#: Cells that a new set has room for.
+#: Initial length of the arrays.
 _ROOM = 256
 
-#: What stands in ``place`` where a cell does not belong to the set.
+#: Value of ``place`` for cells that are not in the set.
 ABSENT = -1
 
 
 class ConstrainedCells(NamedTuple):
-    """The set C: where its cells are and what holds them. Changed in place, but for `with_room`."""
+    """The set C and its pressures. All functions but `with_room` change it in place."""
 
-    count: np.ndarray  # (1,) cells in the set: so many entries of the arrays below are in use
-    row: np.ndarray  # (room,) place in the window
+    count: np.ndarray  # (1,) cells in the set: the entries in use of the arrays below
+    row: np.ndarray  # (room,) position in the window
     column: np.ndarray
     place: np.ndarray  # (nx, ny) index into the set, or ABSENT
     inverse: np.ndarray  # (room, room) M
@@ -56,7 +56,7 @@ def _empty(room, place):
 
 @kernel
 def with_room(cells):
-    """Return the set with room for one more cell: itself, or a copy of half as much room again."""
+    """Return the set with room for one more cell: itself, or a copy with half as much room again."""
     room = cells.row.size
     if cells.count[0] < room:
         return cells
@@ -73,7 +73,7 @@ def with_room(cells):
 
 @kernel(inner=True, reorder=True)
 def displacement_at(i, j, cells, coefficients):
-    """Return how far the surface sinks at a cell of the window, nm."""
+    """Return the displacement of the surface at a cell of the window, nm."""
     sunk = 0.0
     for k in range(cells.count[0]):
         sunk += coefficients[abs(cells.row[k] - i), abs(cells.column[k] - j)] * cells.pressure[k]
@@ -82,7 +82,7 @@ def displacement_at(i, j, cells, coefficients):
 
 @kernel(reorder=True)
 def constrain(i, j, gap, separation, cells, coefficients):
-    """Take in the cell (i, j) at the gap it has: nothing else changes. Room is there already (`with_room`)."""
+    """Add the cell (i, j) to the set at its present gap, so that nothing else changes; needs room (`with_room`)."""
     count = cells.count[0]
     inverse, q1, qs = cells.inverse, cells.pressure_rate, cells.shape_pressure
     by_new, image = np.empty(count), np.empty(count)
@@ -113,7 +113,7 @@ def constrain(i, j, gap, separation, cells, coefficients):
 
 @kernel(reorder=True)
 def release(k, cells):
-    """Let the k-th cell go; the last one takes its place."""
+    """Remove the k-th cell; the last one takes its place in the arrays."""
     last = cells.count[0] - 1
     _swap(k, last, cells)
     inverse, q1, qs, p = cells.inverse, cells.pressure_rate, cells.shape_pressure, cells.pressure
@@ -148,7 +148,7 @@ def _swap(k, last, cells):
 
 @kernel(reorder=True)
 def open_cell(k, change, cells):
-    """Let the gap of the k-th cell grow by ``change`` (nm)."""
+    """Increase the gap of the k-th cell by ``change`` (nm)."""
     row, pressure = cells.inverse[k], cells.pressure
     cells.gap[k] += change
     for m in range(cells.count[0]):
@@ -156,8 +156,17 @@ def open_cell(k, change, cells):
 
 
 @kernel(reorder=True)
+def dent(k, depth, cells):
+    """Let the surface of the k-th cell give way by ``depth`` (nm), its separation with it, at unchanged gaps."""
+    row = cells.inverse[k]
+    for m in range(cells.count[0]):
+        cells.pressure[m] -= depth * row[m]
+        cells.shape_pressure[m] += depth * row[m]
+
+
+@kernel(reorder=True)
 def approach(change, cells):
-    """Bring the bodies together by ``change`` (nm) at unchanged gaps."""
+    """Increase the displacement by ``change`` (nm) at unchanged gaps."""
     for k in range(cells.count[0]):
         cells.pressure[k] += change * cells.pressure_rate[k]
 
@@ -173,7 +182,7 @@ def elastic_energy(separation, delta, cells):
 
 @kernel(inner=True)
 def force(cells):
-    """Return the force, nm, positive where it presses."""
+    """Return the force, nm, positive where it pushes."""
     total = 0.0
     for k in range(cells.count[0]):
         total += cells.pressure[k]
@@ -182,7 +191,7 @@ def force(cells):
 
 @kernel(inner=True)
 def save(cells):
-    """Return a copy of gaps and pressures, (2, count): all that changes while no cell joins or is released."""
+    """Return a copy of gaps and pressures, (2, count), the state of a set whose cells do not change."""
     saved = np.empty((2, cells.count[0]))
     for k in range(cells.count[0]):
         saved[0, k], saved[1, k] = cells.gap[k], cells.pressure[k]
@@ -191,6 +200,6 @@ def save(cells):
 
 @kernel(inner=True)
 def restore(saved, cells):
-    """Bring back what `save` has copied."""
+    """Restore the gaps and pressures that `save` has copied."""
     for k in range(cells.count[0]):
         cells.gap[k], cells.pressure[k] = saved[0, k], saved[1, k]

@@ -1,15 +1,16 @@
-"""Contact patches: which cells form which connected contact, and how curved its outline is.
+"""Contact patches: which cells form which connected contact, and the curvature of its outline.
 
-A cell counts by the part of it that is closed. Cells at least a fifth closed that share a side are one patch; the
-more open ones around go to the patch that reaches them first. The outline of a patch is taken as the ellipse with
-the moments of its cells: smooth where the cells are not.
+A cell counts by its closed fraction. Cells at least a fifth closed that share a side form one patch; the more open ones
+around them go to the patch that reaches them first. The outline of a patch is taken as the ellipse with the moments of
+its cells, which is smooth although the cells are not.
 
-What matters of an outline of length L around an area A is by how much it shortens as the contact shrinks, dL/dA: 1/r on
-a circle. An ellipse of lasting shape would lose L/2A; adhesive ellipses grow rounder as they shrink and lose more, by
-JKR's branches (``elliptic_jkr``, energy) to within 2 % (L/L₀)^{5/3}/r, L₀ and r of the circle of the same area.
+For an outline of length L around an area A, the line tension depends on how much it shortens as the contact shrinks,
+dL/dA: 1/r for a circle. An ellipse of constant shape has L/2A; adhesive ellipses become rounder as they shrink and have
+more, (L/L₀)^{5/3}/r to within 2 % along JKR's branches (``elliptic_jkr``, energy), with L₀ and r of the circle of the
+same area.
 
-Lengths in cells, areas in cells². Source: own; the power is found from JKR's ellipses, and shown again by
-``python tests/benchmarks/line_tension.py``.
+Lengths in cells, areas in cells². Source: own; the power is fitted to JKR's ellipses, which ``python
+tests/benchmarks/line_tension.py`` repeats.
 """
 
 from typing import NamedTuple
@@ -20,7 +21,7 @@ from ..jit import kernel
 from .constrained_cells import ABSENT
 from .tuning import CORE, LENGTHENING_POWER
 
-#: Variance of a coordinate over one cell.
+#: Variance of a coordinate within one cell.
 _CELL = 1.0 / 12.0
 
 
@@ -28,9 +29,9 @@ class Patches(NamedTuple):
     """The contact patches of a set of cells: first those with a core, then connected cells without one."""
 
     of: np.ndarray  # (cell,) patch of each cell
-    area: np.ndarray  # (patch,) sum of the closed parts, cells
-    radius: np.ndarray  # (patch,) 1 over dL/dA, cells; of one whole cell at least
-    cores: int  # patches with a core
+    area: np.ndarray  # (patch,) sum of the closed fractions, cells
+    radius: np.ndarray  # (patch,) 1 over dL/dA, cells; at least that of one whole cell
+    cores: int  # number of patches with a core
 
 
 @kernel
@@ -56,11 +57,11 @@ def contact_patches(closed, cells):
 
 @kernel(inner=True)
 def _separate(closed, cells):
-    """Return the patch of each cell, the number of patches, and that of those with a core."""
+    """Return the patch of each cell, the number of patches, and the number of those with a core."""
     count = closed.size
     of, queue = np.full(count, -1), np.empty(count, np.int64)
     reached, number, cores = np.int64(0), 0, 0
-    for least in (CORE, -1.0):  # cores first, then what has none
+    for least in (CORE, -1.0):  # cores first, then cells without one
         for seed in range(count):
             if of[seed] < 0 and closed[seed] >= least:
                 of[seed], queue[reached] = number, seed
@@ -72,7 +73,7 @@ def _separate(closed, cells):
 
 @kernel(inner=True)
 def _spread(of, queue, head, tail, closed, least, cells):
-    """Let the cells of the queue take in their neighbours, these theirs, and so on; return the queue's end."""
+    """Assign the patch of the cells in the queue to their neighbours, and so on outwards; return the queue's end."""
     while head < tail:
         k = queue[head]
         head += 1
@@ -87,7 +88,7 @@ def _spread(of, queue, head, tail, closed, least, cells):
 
 @kernel(inner=True)
 def _axis_ratio(moments):
-    """Return b/a of the ellipse with the moments of a patch."""
+    """Return the axis ratio b/a of the ellipse with the moments of a patch."""
     total = moments[0]
     if total <= 0.0:
         return 1.0
@@ -100,6 +101,6 @@ def _axis_ratio(moments):
 
 @kernel
 def lengthening(ratio):
-    """Return the length of an ellipse of b/a = ``ratio`` over a circle's of the same area, by Ramanujan's formula."""
+    """Return the perimeter of an ellipse with b/a = ``ratio`` over that of a circle of equal area (Ramanujan)."""
     h = ((1.0 - ratio) / (1.0 + ratio)) ** 2
     return 0.5 * (1.0 + ratio) / np.sqrt(ratio) * (1.0 + 3.0 * h / (10.0 + np.sqrt(4.0 - 3.0 * h)))

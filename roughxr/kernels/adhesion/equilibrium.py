@@ -1,14 +1,14 @@
-"""Equilibrium of an adhesive contact at a fixed displacement: a local minimum of its energy, found downhill.
+"""Equilibrium of an adhesive contact at a fixed displacement: a local minimum of its energy, reached by descent.
 
-Unknown are the gaps u of the constrained cells (``constrained_cells``), with M = A⁻¹ on them; sought is a minimum of
+Unknowns are the gaps u of the constrained cells (``constrained_cells``), with M = A⁻¹ on them; sought is a minimum of
 
     Π(u) = ½ Σ p (δ − S + u) − Σ W(u),    p = δ q₁ − q_S + M u,    u ≥ 0        (``path``)
 
-by two methods in turn. Nonlinear Gauss-Seidel: each cell is balanced on its own, one after the other, which only ever
-lowers Π. Newton's method on all open cells (u > 0) at once, with the matrix M + dt/du, as long as that is positive
-definite: where it is not, the state is past the end of its branch. Newton's whole step is taken where the energy falls
-with it, although cells may change their regime in it (closed, plateau, falling, beyond the range): to halt at the first
-that does takes half as long again. Then cells that interpenetrate, or that adhesion reaches, join the set.
+by two methods in turn. Nonlinear Gauss-Seidel balances one cell after the other, each on its own, which never raises Π.
+Newton's method balances all open cells (u > 0) at once, with the matrix M + dt/du, as long as this is positive
+definite; where it is not, the state is past the end of its branch. Newton's full step is taken where it lowers the
+energy, although cells may change their regime within it (closed, plateau, falling, beyond the range): to stop at the
+first that does takes half as long again. Then cells that interpenetrate, or that adhesion reaches, join the set.
 
 Source: own. Unit cells and unit modulus, as in ``constrained_cells``: δ, S, u, p and tractions in nm, Π in nm².
 """
@@ -33,12 +33,12 @@ from .constrained_cells import (
     with_room,
 )
 
-#: What became of Newton's step.
+#: Outcomes of Newton's step.
 _DONE, _PAST_END, _NO_ROOM = range(3)
 
 
 class Problem(NamedTuple):
-    """What is given, the factor on w at each cell, and room to work in."""
+    """The input of a solve, the factor on w at each cell, and work space."""
 
     separation: np.ndarray  # (nx, ny) S, nm, with an empty margin
     coefficients: np.ndarray
@@ -47,35 +47,39 @@ class Problem(NamedTuple):
     tolerance: float
     max_iterations: int
     max_cells: int
-    roots: np.ndarray  # (nx, ny) root of the factor on w of each cell (``cohesive_laws.toughness``)
-    open: np.ndarray  # (size,) room for Newton's step
+    roots: np.ndarray  # (nx, ny) root of the factor on w at each cell (``cohesive_laws.toughness``)
+    open: np.ndarray  # (size,) work space of Newton's step
     matrix: np.ndarray  # (size, size)
     step: np.ndarray  # (size,)
+    cap: float  # largest pressure that the body bears on loading, nm (``capped_cells``)
+    limit: float  # pressure above which the shares of force and area are reported, nm
+    dent: np.ndarray  # (nx, ny) depth by which the surface has given way, nm, included in the separation
+    stays: np.ndarray  # the same before this step
 
 
 @kernel(inner=True)
 def root_of(k, problem, cells):
-    """Return the root of the factor on w of the k-th cell."""
+    """Return the root of the factor on w at the k-th cell."""
     return problem.roots[cells.row[k], cells.column[k]]
 
 
 class Descent(NamedTuple):
-    """What became of a way downhill."""
+    """The outcome of a descent."""
 
-    freed: float  # energy, nm²
+    freed: float  # energy released, nm²
     rounds: int
-    arrived: bool  # at a minimum
+    arrived: bool  # whether it reached a minimum
     stable: bool  # whether the stiffness was positive definite all the way
 
 
 @kernel(inner=True)
 def settle(problem, delta, cells):
-    """Balance the cells and take others in until none beside the contacts wants to join.
+    """Balance the cells and let others join, until none beside the contacts would.
 
     Returns
     -------
     ConstrainedCells, Descent
-        The set, which may have been moved to larger arrays; and what became of it, ``stable`` of the last descent.
+        The set, whose arrays may have been replaced by larger ones, and the outcome; ``stable`` is of the last descent.
     """
     freed, rounds, attempts, joining = 0.0, 0, 0, True
     arrived = stable = False
@@ -94,9 +98,9 @@ def settle(problem, delta, cells):
 
 @kernel(inner=True)
 def descend(problem, delta, cells, patience):
-    """Go downhill to a local minimum of Π; return the `Descent`.
+    """Descend to a local minimum of Π; return the `Descent`.
 
-    ``patience`` is an energy, nm²: once more has been freed past the end of a branch, the rest of the way is not gone.
+    ``patience`` is an energy, nm²: once more than this is released past the end of a branch, the descent stops.
     """
     before = _energy(problem, delta, cells)
     largest = problem.law.strength
@@ -120,8 +124,8 @@ def descend(problem, delta, cells, patience):
 
 @kernel(inner=True)
 def release_open(problem, cells):
-    """Release the cells that are open beyond the law's range."""
-    k = np.int64(0)  # not a literal, which would be compiled apart
+    """Release the cells whose gap is beyond the law's range."""
+    k = np.int64(0)  # not a literal, for which numba would compile again
     while k < cells.count[0]:
         if cells.gap[k] > tuning.RELEASE * problem.law.range * root_of(k, problem, cells):
             release(k, cells)
@@ -140,9 +144,9 @@ def _energy(problem, delta, cells):
 
 @kernel(inner=True)
 def _join(problem, delta, cells, everywhere):
-    """Constrain the cells that interpenetrate, and those within the law's range that it acts on.
+    """Let cells join that interpenetrate, or on which the law acts within its range.
 
-    Returns the set and the energy, nm², that this freed.
+    Returns the set and the energy, nm², that this releases.
     """
     joining, gaps = _joining(problem, delta, cells, everywhere)
     gained = 0.0
@@ -159,7 +163,7 @@ def _join(problem, delta, cells, everywhere):
 
 @kernel(inner=True)
 def _joining(problem, delta, cells, everywhere):
-    """Return the cells (row, column) that are to join the set, and their gaps."""
+    """Return the cells (row, column) that should join the set, and their gaps."""
     separation, place, law = problem.separation, cells.place, problem.law
     reach = law.range if law.anywhere else 0.0
     highest = _uplift(separation, delta, cells) + reach
@@ -182,7 +186,7 @@ def _joining(problem, delta, cells, everywhere):
 
 @kernel(inner=True)
 def _uplift(separation, delta, cells):
-    """Return the highest that the surface is drawn up, nm: nowhere higher than within the set."""
+    """Return the largest uplift of the surface, nm, which is within the set."""
     highest = 0.0
     for k in range(cells.count[0]):
         highest = max(highest, separation[cells.row[k], cells.column[k]] - delta - cells.gap[k])
@@ -191,7 +195,7 @@ def _uplift(separation, delta, cells):
 
 @kernel(inner=True)
 def _root_beside(i, j, problem, cells):
-    """Return the root of the factor on w that a cell takes over from its neighbours, or a lone cell's."""
+    """Return the root of the factor on w that a cell takes from its neighbours, or that of a single cell."""
     if problem.law.anywhere:
         return 1.0
     root = 0.0
@@ -203,7 +207,7 @@ def _root_beside(i, j, problem, cells):
 
 @kernel
 def _sweep(problem, cells):
-    """Balance every cell on its own in turn; return the largest traction that was out of balance, nm."""
+    """Balance every cell in turn, each on its own; return the largest unbalanced traction, nm."""
     worst = 0.0
     for k in range(cells.count[0]):
         u, p, root = cells.gap[k], cells.pressure[k], root_of(k, problem, cells)
@@ -218,9 +222,9 @@ def _sweep(problem, cells):
 
 @kernel(inner=True)
 def _newton(problem, delta, cells):
-    """Balance all open cells together, if there is room for them and the state is not past its branch's end.
+    """Balance all open cells together, if the work space holds them and the state is not past the end of its branch.
 
-    The whole step where the energy falls with it, else up to the first cell that changes its regime, where it must.
+    The full step is taken where it lowers the energy, else the step up to the first cell that changes its regime.
     """
     size = np.int64(0)
     for k in range(cells.count[0]):
@@ -252,7 +256,7 @@ def _newton(problem, delta, cells):
 
 @kernel(inner=True)
 def _open_all(part, size, problem, cells):
-    """Go a part of Newton's step; what would close beyond touching touches."""
+    """Take a part of Newton's step; cells whose gap would become negative close."""
     for a in range(size):
         k = problem.open[a]
         change = part * problem.step[a]

@@ -1,9 +1,9 @@
-"""How two half spaces attract each other across a gap g: traction t, the work U that is left, the pull of a sphere.
+"""Attraction of two half spaces across a gap g: traction t, remaining work U, and the pull of a sphere.
 
-hamaker         t = A/(6πg³), U = A/(12πg²), not nearer than z₀: w = U(z₀), A = 12π z₀² w (Hamaker 1937; Israelachvili,
+hamaker         t = A/(6πg³), U = A/(12πg²), no closer than z₀: w = U(z₀), A = 12π z₀² w (Hamaker 1937; Israelachvili,
                 Intermolecular and Surface Forces, 3rd ed., eq. 13.15 and table 13.1)
 retarded        U = A/(12πg²) [1 − x ln(1 + 1/x)], x = 5.32 g/λ (Gregory, J. Colloid Interface Sci. 83 (1981) 138)
-lennard_jones   t = (8w/3ε) [(ε/g)³ − (ε/g)⁹], U(ε) = w: its attraction is Hamaker's of A = 16π ε² w
+lennard_jones   t = (8w/3ε) [(ε/g)³ − (ε/g)⁹], U(ε) = w: its attraction is Hamaker's with A = 16π ε² w
 exponential     t = (w/ρ) exp(−g/ρ)
 dugdale         t = w/h up to g = h
 
@@ -37,26 +37,26 @@ _GREGORY = 5.32
 
 
 class Potential(NamedTuple):
-    """A law; of Hamaker's, ``work`` is U at the closest approach ``length``."""
+    """A law; for Hamaker's, ``work`` is U at the closest approach ``length``."""
 
     code: int
     work: float  # J/m²
     length: float  # z₀, ε, ρ or h, nm
-    wavelength: float  # of retardation, nm; inf for none
+    wavelength: float  # of retardation, nm; inf without
 
     @property
     def closest(self):
-        """The smallest gap, nm, that the law allows; None where it pushes by itself."""
+        """The smallest gap, nm, that the law allows; None where it repels by itself."""
         return {LENNARD_JONES: None, EXPONENTIAL: 0.0, DUGDALE: 0.0}.get(self.code, self.length)
 
     @property
     def range(self):
-        """The gap (nm) from which on nothing to speak of pulls; inf where that never is."""
+        """The gap (nm) beyond which the pull is negligible; inf where it never is."""
         return {EXPONENTIAL: 25.0 * self.length, DUGDALE: self.length}.get(self.code, np.inf)
 
 
 def potential(name, work, length, wavelength=np.inf):
-    """Return the law of a name."""
+    """Return the law with this name."""
     code = POTENTIALS[name]
     return Potential(RETARDED if code == HAMAKER and np.isfinite(wavelength) else code, work, length, wavelength)
 
@@ -78,7 +78,7 @@ def traction(g, law):
 
 @kernel(inner=True)
 def _retardation(x):
-    """Return f − x f′/2 of f = 1 − x ln(1 + 1/x): what retardation leaves of a traction."""
+    """Return f − x f′/2 of f = 1 − x ln(1 + 1/x), the factor of retardation on a traction."""
     return 1.0 - 0.5 * x * np.log1p(1.0 / x) - 0.5 * x / (x + 1.0)
 
 
@@ -92,7 +92,7 @@ def tractions(g, law):
 
 
 def energy(g, law):
-    """Return U(g), J/m²: the work that is left to part two half spaces from the gap g."""
+    """Return U(g), J/m²: the work left to separate two half spaces from the gap g."""
     g = np.asarray(g, dtype=float)
     x = law.length / np.maximum(g, 1e-300)
     if law.code == EXPONENTIAL:

@@ -4,17 +4,17 @@ At one place, with S the undeformed separation (``halfspace.separation``) and δ
 
     F = a Σ t(g),   g = max(S − δ, g₀)
 
-over pixels of area a, g₀ the gap below which hard bodies do not come (flattened summits stay at it). Beyond the window
-the ground is its mean plane, over which the rest of the sphere, its back included, is an integral along S (`outside`).
+over pixels of area a, g₀ the smallest gap of hard bodies (flattened summits are at g₀). Beyond the window
+the ground is its mean plane, and the pull of the rest of the sphere, its back included, an integral over S (`outside`).
 
 At all places at once, the sum over the pixels around each is split at a gap d. Beyond d the traction is a sum of
 exponentials (own; fitted to 10⁻⁶ of itself),
 
     t(g) = Σ_j c_j exp(−s_j g),   Σ_k t(z + S_k − h_k) = Σ_j c_j exp(−s_j z) [exp(s_j h) ⋆ exp(−s_j S)]
 
-one correlation by FFT for each, good for every height z of the indenter. What t differs from that sum at gaps below d
-is added pixel by pixel; few are so near. Rounding in a correlation is that of its largest value, exp(s_j·range of
-heights) over the smallest: d is chosen so that this stays below 10⁻⁸.
+one correlation by FFT for each term, valid for every height z of the indenter. At gaps below d the difference between
+t and the sum is added pixel by pixel; only few pixels are so near. The rounding error of a correlation is that of its
+largest value, exp(s_j·range of heights) over the smallest: d is chosen so that this stays below 10⁻⁸.
 
 S, z, g, h, d   nm: z the height of the indenter's lowest point, h those of the surface;  a nm²;  t GPa;  F nN
 """
@@ -26,19 +26,19 @@ import numpy as np
 from ..jit import kernel
 from .potentials import traction, tractions
 
-#: Exponentials, the largest of their rates in 1/d, and what d is at least in ranges of heights: with these t is fitted
-#: to 5e-7 of itself, and the correlations are rounded by less than 1e-8 of theirs.
+#: Number of exponentials, the largest of their rates in 1/d, and the least d in ranges of heights: with these t is
+#: fitted to 5e-7 of itself, and the rounding error of the correlations is below 1e-8 of theirs.
 _TERMS, _FASTEST, _PER_RANGE = 16, 12.0, 12.0 / 18.0
 
-#: The shortest d, nm, and how finely the sum of exponentials is tabulated below it.
+#: The shortest d, nm, and the number of entries in the table of the sum of exponentials below it.
 _LEAST_NEAR, _TABLE = 2.0, 4096
 
-#: Where nothing stops the bodies, what is nearer than this part of the law's length counts as at it.
+#: Where nothing keeps the bodies apart, gaps below this part of the law's length count as equal to it.
 _CRUSHED = 0.25
 
 
 class Split(NamedTuple):
-    """A traction as a sum of exponentials beyond a gap, and what it differs from them below."""
+    """A traction as a sum of exponentials beyond a gap, and a table of the sum below it."""
 
     near: float  # the gap d, nm
     rates: np.ndarray  # s_j, nm⁻¹
@@ -58,7 +58,7 @@ def pulls(separation, deltas, law, closest, area):
 
 
 def floor(law):
-    """Return the gap (nm) at which what is nearer counts: the closest approach, or as good as none."""
+    """Return the smallest gap (nm) to evaluate: the closest approach, or a part of the law's length without one."""
     return _CRUSHED * law.length if law.closest is None else max(law.closest, 1e-12)
 
 
@@ -68,7 +68,7 @@ def outside(gaps, law, radius, parabola, rectangle):
     Parameters
     ----------
     gaps : ndarray
-        Of its lowest point from the mean plane, nm.
+        Distance of its lowest point from the mean plane, nm.
     law : Potential
     radius : float
         nm.
@@ -95,7 +95,8 @@ def outside(gaps, law, radius, parabola, rectangle):
 def _nodes(edges, gap, pieces=8, each=12):
     """Return Gauss's nodes and weights along S, even in the logarithm of gap + S between the edges.
 
-    Within each interval they crowd at its ends as x²(3 − 2x), where the part of a circle inside a rectangle has roots.
+    The nodes are denser at the ends of each interval, as x²(3 − 2x), where the part of a circle inside a rectangle has
+    square-root singularities.
     """
     x, w = np.polynomial.legendre.leggauss(each)
     ends = np.log(gap + edges)
@@ -107,7 +108,7 @@ def _nodes(edges, gap, pieces=8, each=12):
 
 
 def _inside(r, rectangle):
-    """Return which part of a circle of radius r lies inside the rectangle."""
+    """Return the fraction of a circle of radius r that lies inside the rectangle."""
     found = np.zeros(r.size)
     with np.errstate(divide="ignore"):
         for a in rectangle[:2]:
@@ -119,7 +120,7 @@ def _inside(r, rectangle):
 
 
 def split(law, height_range, farthest):
-    """Return a law split for heights of a range (nm), good up to the farthest gap (nm)."""
+    """Return the split of a law for heights of a range (nm), valid up to the farthest gap (nm)."""
     if np.isfinite(law.range):
         return Split(law.range, np.zeros(0), np.zeros(0), np.zeros(_TABLE + 1))
     near = max(_PER_RANGE * height_range, _LEAST_NEAR, 4.0 * law.length)
@@ -135,10 +136,10 @@ def split(law, height_range, farthest):
 
 @kernel
 def first_touches(height, rise, rows, out):
-    """Fill ``out`` with the height z (nm) of the indenter's lowest point as it touches, at places of some rows.
+    """Fill ``out`` with the height z (nm) of the indenter's lowest point at first touch, at the places of some rows.
 
     ``height`` is padded by the indenter's half-width on every side; ``rise`` is the indenter's height S over its
-    lowest point, inf where it is not.
+    lowest point, inf outside it.
     """
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
@@ -162,7 +163,7 @@ def _highest(height, rise):
 def near_pulls(height, rise, top, rows, z, law, split, closest):
     """Return Σ (t − Σ_j c_j exp(−s_j g)) over the cells nearer than d, in GPa, at heights z (rows, columns, heights).
 
-    NaN where z is. Only rows and columns of the indenter that can be so near are looked at: ``top`` is the highest
+    NaN where z is. Only rows and columns of the indenter that can be so near are visited: ``top`` is the highest
     point (nm) around each place.
     """
     found = np.zeros(z.shape)
@@ -187,7 +188,7 @@ def near_pulls(height, rise, top, rows, z, law, split, closest):
 
 @kernel(inner=True)
 def _half_width(rise, middle, depth):
-    """Return the pixels from the axis up to which the indenter rises less than a depth."""
+    """Return the distance in pixels from the axis within which the indenter rises by less than a depth."""
     half = 0
     while half < middle and rise[middle + half + 1, middle] < depth:
         half += 1

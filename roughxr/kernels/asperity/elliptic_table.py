@@ -1,6 +1,6 @@
 """The branches of ``elliptic_jkr``, which have no closed form, as a table small enough to ship.
 
-One plane holds each formulation whole, with no edge to fall off on the loaded side:
+One plane holds each formulation whole, and extends to infinite load:
 
     across   ln(B/A) from 0 (circle) to ln 10⁴, in even rows; a flatter asperity is read as B/A = 10⁴,
     along    z = (1 + q)^{−1/2},  q = √(δ* − δ*_end):  z = 1 is the turning point, about which contact varies

@@ -5,8 +5,8 @@ The force is the sum over asperities of ``superposition``,
     F(δ) = Σᵢ Pᵢ(δ − oᵢ),     Pᵢ = 0 before the branch of asperity i begins at δ = tᵢ.
 
 Each branch is convex from tᵢ on (that of ``maugis``, as tabulated, to 10⁻⁶ P_c), and begins with a jump down,
-since an asperity at the end of its branch pulls. So
-
+Each branch is convex from tᵢ on (that of ``maugis``, as tabulated, to 10⁻⁶ P_c), and begins with a jump down,
+since an asperity at the end of its branch pulls. Therefore
 - between two beginnings F is convex: it has one minimum there, where its slope vanishes, and none that a search for
   the root of a rising function could miss;
 - an interval at whose right end F still falls needs no search: F goes on from there by a jump down;
@@ -16,10 +16,10 @@ since an asperity at the end of its branch pulls. So
 
   A and S being the loads and slopes at L of the branches that rise there, and −Cᵢ and 0 of those that still fall.
 
-The search goes from one beginning to the next, searches where the minimum can lie below the least found so far, and
-skips intervals that the line proves to lie above it. It ends when the line proves that for every larger displacement.
-Of the asperities too far away to have been considered, the line subtracts all adhesion within the square that the
-sphere can reach, a sum known beforehand (``Cells.adhesion``); where that does not suffice, more are considered.
+The search goes from one onset to the next, searches the intervals in which the minimum can be below the least found so
+far, and skips those that the line proves to be above it. It ends when the line proves this for all larger
+displacements. For asperities too far away to have been considered, the line subtracts all adhesion within the square
+that the sphere can reach, a sum known beforehand (``Cells.adhesion``); if that does not suffice, more are considered.
 
 oᵢ      ``offset``, how far the sphere must come down to reach vertex i, nm;  tᵢ  ``onset``, nm
 L, δ    displacements from the datum, nm
@@ -36,15 +36,15 @@ from .elliptic_table import mark
 from .force_curves import LENGTH, P, closed_force, collapse, line_force
 from .superposition import Field
 
-#: Results per centre: the least force nN (0 where nothing pulls), its displacement nm (NaN there), the displacement
-#: nm of the first touch of a vertex, how many asperities are in contact there, how many of them stand at the scan's
-#: edge, and how often one asperity's load was needed to find this.
+#: Results per centre: the least force nN (0 where nothing pulls), its displacement nm (NaN there), the displacement nm
+#: of the first touch of a vertex, the number of asperities in contact at the least force, how many of them are at the
+#: scan's edge, and how often one asperity's load was evaluated.
 FORCE, DELTA, FIRST_TOUCH, CONTACTS, AT_EDGE, EVALUATIONS = range(6)
 
-#: The tables' own error: by such a part an asperity's least load may lie below its mark.
+#: Error of the tables: an asperity's least load may be below its tabulated value by this part.
 _TABLE_ERROR = 3e-6
 
-#: A search ends when the force is known to this part.
+#: A search ends when the force is accurate to this part.
 _VALUE_TOLERANCE = 1e-14
 _MOST_STEPS = 100
 
@@ -53,14 +53,14 @@ _MOST_STEPS = 100
 _SMALL_Q = 1e-5
 _FOLD = 0.01
 
-#: The disc that is considered first holds about so many asperities; then ever more.
+#: The disc that is considered first holds about this many asperities; later ones hold more and more.
 _FIRST_DISC = 200
 _GROWTH = 1.5
 _MOST_DISCS = 60
 
 
 class Cells(NamedTuple):
-    """Square cells over a scan, in which its asperities are sorted: row after row, so that a row's are neighbours."""
+    """Square cells over a scan, in which its asperities are sorted: those of a row are contiguous."""
 
     x: float  # lower corner, nm
     y: float
@@ -70,7 +70,7 @@ class Cells(NamedTuple):
 
 
 class AsperityGrid(NamedTuple):
-    """The asperities of a scan in cells, each with its largest pull."""
+    """The asperities of a scan sorted into cells, each with its largest pull."""
 
     field: Field
     adhesion: np.ndarray  # (asperity,): Cᵢ, nN
@@ -99,14 +99,14 @@ class Total(NamedTuple):
 
 
 class Least(NamedTuple):
-    """The least force found, and where; nothing pulls where it is 0."""
+    """The least force found and its displacement; 0 where nothing pulls."""
 
     F: float
     delta: float
 
 
 def build_grid(field, law, radius, profile):
-    """Return the asperities of ``field`` as a ``AsperityGrid``, for the sphere and the law that they are to meet."""
+    """Return the asperities of ``field`` as an ``AsperityGrid``, for a law and a sphere."""
     field = _selected(field, field.scales.end < 0)  # where nothing adheres, nothing pulls
     least = np.full(field.x.size, -1.0) if law.spline.size == 0 else _marks(law.marks, field.scales.row)
     adhesion = -least * field.scales.P * (1 + _TABLE_ERROR)
@@ -184,7 +184,7 @@ def pull_off(x, y, grid, table, radius, profile):
 
 @kernel(inner=True)
 def _held(delta, near, grid):
-    """Return how many asperities are in contact at δ, and how many of them stand at the scan's edge."""
+    """Return the number of asperities in contact at δ, and how many of them are at the scan's edge."""
     held = at_edge = 0.0
     for k in range(near.onset.size):
         if near.onset[k] <= delta:
@@ -227,7 +227,7 @@ def _in_order(onset, offset, index, grid, table):
 
 @kernel(inner=True)
 def _radius(height, radius, profile):
-    """Return the distance from the axis (nm) at which the sphere's profile is so high (nm)."""
+    """Return the distance from the axis (nm) at which the sphere's profile has this height (nm)."""
     if height <= 0.0:
         return 0.0
     if profile == PARABOLA:
@@ -349,7 +349,7 @@ def total_force(delta, n, near, grid):
 
 @kernel(inner=True)
 def _proved(x, y, reach, total, near, least, grid, radius, profile):
-    """Say whether F cannot fall below the least beyond ``reach``, whatever lies farther away."""
+    """Return whether F cannot fall below the least beyond ``reach``, whatever lies farther away."""
     if near.offset.size == 0 or near.offset.min() > reach:
         return grid.adhesion.size == 0  # the first touch is not known yet
     cells, known = grid.cells, near.adhesion[-1]

@@ -32,13 +32,13 @@ from roughxr.kernels.asperity.elliptic_table import EMPTY, lookup, mark, row_of
 from roughxr.kernels.asperity.force_curves import closed_contact
 from roughxr.kernels.jit import kernel
 
-#: Laws without range, and the one that has a range.
+#: Laws without range, and the one with a range.
 ASPERITY_LAWS = ("hertz", "published", "self_similar", "johnson_greenwood", "energy")
 HERTZ, PUBLISHED, SELF_SIMILAR, JOHNSON_GREENWOOD, ENERGY, MAUGIS = range(6)
 
 
 class AsperityLaw(NamedTuple):
-    """A law's number, the table it is read from (empty where it has a closed form), and what gives it its range."""
+    """A law's code, its table (empty where it has a closed form), and the length that sets its range."""
 
     code: int
     spline: np.ndarray  # coefficients of the branch (``elliptic_table.Table``)
@@ -47,7 +47,7 @@ class AsperityLaw(NamedTuple):
 
 
 class Scales(NamedTuple):
-    """What makes an asperity's contact dimensionless: floats for one asperity, arrays for many.
+    """The scales that make an asperity's contact dimensionless: floats for one asperity, arrays for many.
 
     For Hertz, a and P are those at ``delta`` = 1 nm; for the laws of free shape, the self-similar ellipse's.
     """
@@ -69,11 +69,11 @@ class Contact(NamedTuple):
 
 
 class Events(NamedTuple):
-    """States (P nN, a nm, b nm, δ nm) at which an asperity lets go or is caught.
+    """States (P nN, a nm, b nm, δ nm) at which an asperity detaches or comes into contact.
 
-    On a soft spring it lets go at ``largest_tension``, held at fixed displacement at ``end_of_branch``, where
-    Cheng, Dunn & Brach also let it jump on. Without long-range forces it jumps on at ``touch``, δ = 0.
-    NaN for what is no peak, 0 where nothing adheres.
+    On a soft spring it detaches at ``largest_tension``, at fixed displacement at ``end_of_branch``, where Cheng, Dunn &
+    Brach also let it jump into contact. Without long-range forces it jumps into contact at ``touch``, δ = 0. NaN where
+    there is no peak, 0 where nothing adheres.
     """
 
     largest_tension: State
@@ -123,8 +123,8 @@ def asperity_scales(A, B, E_star, w, law):
 def asperity_contact(delta, scales, spline):
     """The stable ``Contact`` of one asperity at displacement ``delta``; ``spline`` is that of its law.
 
-    For events, figures and tests. Sums over asperities take the same formulas from ``force_curves`` in their loops,
-    where an array handed from function to function would cost as much as the closed form itself.
+    For events, figures and tests. Sums over asperities evaluate the same formulas by ``force_curves`` within their
+    loops, where passing an array from function to function would cost as much as the closed form itself.
     """
     delta_star = delta / scales.delta
     if not delta_star >= scales.end:

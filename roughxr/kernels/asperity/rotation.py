@@ -1,4 +1,4 @@
-"""A sphere that is rolled off its asperities: the moment they hold while they let go one after the other.
+"""A sphere that rolls off its asperities: the moment that resists while they detach one after the other.
 
 The sphere turns as a rigid body about the foremost edge of its contact, a line square to the direction e of rolling:
 
@@ -8,16 +8,16 @@ over all contacts that are still held. A turn by dθ lifts asperity i by (h − 
 
     M(θ) = Σ −Pᵢ(δᵢ) (h − sᵢ) + L h,
 
-L being the load on the sphere's axis. An asperity whose branch has ended is gone for good; the edge draws back with
-the contacts that make it. The largest M on the way is what the place resists. One JKR asperity gives max |P| a =
-1.087872 P_c a_c; two, far apart beside their contacts, the textbook's P_c times their distance.
+where L is the load on the sphere's axis. An asperity whose branch has ended does not come back; the edge draws back
+with the contacts that define it. The largest M on the way is the resisting moment. One JKR asperity gives max |P| a =
+1.087872 P_c a_c; two, far apart compared with their contacts, the textbook's P_c times their distance.
 
 The force at the edge is the reaction that closes the balance of forces; it acts at the foremost point of the contact,
-the longest lever that the contact allows. Asperities ahead of the edge that the sphere comes down on are left out.
+the longest lever possible. Asperities ahead of the edge, onto which the sphere would come down, are left out.
 
-A pull F at the sphere's axis takes F h from what is held: max over θ of M(θ) − F h(θ) is left. That is convex in F and
-lies above two of its tangents: the one at F = 0, M and h at the largest moment, and the one where nothing is left,
-F = max M/h, the pull at the axis that tips the sphere by itself. One JKR asperity gives P_c there.
+A pull F at the sphere's axis reduces the resistance by F h, which leaves the maximum over θ of M(θ) − F h(θ). It is
+convex in F and lies above two of its tangents: the one at F = 0, with M and h at the largest moment, and the one at
+which nothing is left, F = max M/h, the pull at the axis that alone tips the sphere. One JKR asperity gives P_c there.
 
 x, y    vertices from the sphere's axis, nm;  ``delta`` their displacements at rest, nm
 P, L    nN;  M  nN nm;  h, s, r  nm;  e = (cos φ, sin φ)
@@ -29,13 +29,13 @@ import numpy as np
 from ..jit import kernel
 from .laws import asperity_contact, pick
 
-#: Parts of its own way to the end of its branch by which an asperity moves in one step, at most.
+#: In one step an asperity moves by at most one in this many parts of its way to the end of its branch.
 _STEPS = 100
 
-#: Steps at most; some 500 bring contacts a hundred times as far from the edge as wide to their end.
+#: Largest number of steps; some 500 detach contacts a hundred times as far from the edge as they are wide.
 _MOST = 100_000
 
-#: What is found in each direction: the largest moment, nN nm, and the edge's distance from the axis there, nm; the
+#: Results in each direction: the largest moment, nN nm, and the edge's distance from the axis there, nm; the
 #: largest M/h, nN, inf where the edge is never ahead of the axis, and the edge's distance there, nm.
 MOMENT, HINGE, PULL, PULL_HINGE = range(4)
 
@@ -54,7 +54,7 @@ def resisting_moments(directions, x, y, orientation, delta, scales, load, spline
 
 @kernel
 def _turn(along, turned, delta, scales, load, spline, out):
-    """Turn the sphere until all have let go, and keep the largest moment and the largest M/h on the way."""
+    """Turn the sphere until all asperities have detached; store the largest moment and the largest M/h on the way."""
     n = along.size
     force, reach, way = np.empty(n), np.empty(n), np.empty(n)
     for i in range(n):
@@ -86,7 +86,7 @@ def _turn(along, turned, delta, scales, load, spline, out):
 
 @kernel
 def _edge(along, turned, delta, scales, spline, force, reach):
-    """Fill in each asperity's load and how far it reaches ahead, −1 if it has let go; return the foremost edge."""
+    """Write each asperity's load and how far it reaches ahead, −1 if detached; return the foremost edge."""
     h = -np.inf
     for i in range(along.size):
         reach[i] = -1.0
@@ -112,10 +112,10 @@ def total_force(delta, offset, scales, spline):
 
 @kernel
 def rest(offset, scales, load, start, spline):
-    """Return the displacement (nm) at which the sphere rests under ``load`` as it comes back from being pressed.
+    """Return the displacement (nm) at which the sphere rests under ``load`` on unloading, NaN where nothing touches.
 
-    NaN where no asperity can be touched. From a displacement that carries more than the load it is raised by steps,
-    up to the first at which it carries less, and the crossing is halved.
+    From a displacement that carries more than the load the sphere is raised by steps, up to the first at which it
+    carries less; the crossing is then found by bisection.
     """
     if offset.size == 0:
         return np.nan

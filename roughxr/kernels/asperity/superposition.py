@@ -1,16 +1,16 @@
-"""Many asperities under one sphere: the sum of their own contacts, as if none knew of the others.
+"""Many asperities under one sphere: the sum of their contacts, each as if it stood alone.
 
 With the sphere's lowest point at δ below the datum, an asperity at distance r from the axis, its vertex at height Z,
 is displaced by
 
     δᵢ = δ − (Z_max − Z + S₀(r))                                   (Cheng, Dunn & Brach, eq. 35, sign corrected)
 
-and pushes or pulls by its own law. At a fixed sphere each asperity is under displacement control: its branch goes on
+and pushes or pulls by its own law. At a fixed sphere each asperity is under displacement control: its branch continues
 to its end, beyond the largest pull.
 
-Two contacts overlap where the radii of their ellipses along the line between their middles add up to more than its
-length: then both hold the same ground, and the sum counts it twice. Ellipses that overlap beside that line alone are
-not counted, so that the count is, if anything, too small.
+Two contacts overlap where the radii of their ellipses along the line between their centres add up to more than its
+length: then the sum counts the same area twice. Ellipses that overlap only beside that line are not counted, so that
+the count is, if anything, too small.
 
 δ       ``deltas``, displacements of the sphere, ascending, nm;  Z_max ``datum``, nm
 S₀      height of the sphere's profile over its lowest point, nm (``kernels.halfspace.separation``)
@@ -39,16 +39,16 @@ class Field(NamedTuple):
     scales: Scales
 
 
-#: How many of the nearest asperities a contact is held against: a farther one lies behind these.
+#: Number of nearest asperities that a contact is compared with: farther ones lie behind these.
 NEIGHBOURS = 8
 
-#: What is summed per displacement.
+#: Rows of the sums for each displacement.
 FORCE, AREA, CONTACTS, BEYOND_PATCH, OVERLAPPING, TRUNCATED = range(6)
 
 
 @kernel
 def offsets(field, x, y, radius, profile):
-    """Return how far (nm) the sphere at (x, y) must come down to reach each vertex."""
+    """Return the distance (nm) by which the sphere at (x, y) must come down to reach each vertex."""
     out = np.empty(field.x.size)
     for i in range(out.size):
         u, v = field.x[i] - x, field.y[i] - y
@@ -66,7 +66,7 @@ def superpose(deltas, field, offset, patch_radius, branch):
             begins = _first_overlap(deltas, field, i, offset, branch)
             if begins < deltas.size:
                 out[OVERLAPPING, begins] += 1.0
-    for row in range(CONTACTS, TRUNCATED + 1):  # what began somewhere goes on from there
+    for row in range(CONTACTS, TRUNCATED + 1):  # a contact, once begun, goes on at larger displacements
         for k in range(1, deltas.size):
             out[row, k] += out[row, k - 1]
     return out
@@ -74,15 +74,15 @@ def superpose(deltas, field, offset, patch_radius, branch):
 
 @kernel(inner=True)
 def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
-    """Add one asperity's contact at every displacement that reaches it; ``lines`` is room for its branch.
+    """Add one asperity's contact at every displacement that reaches it; ``lines`` is work space for its branch.
 
-    Since it grows with the displacement, its flags are counted at the first displacement that raises them. The loop
-    takes scalars from laws of closed form: an array handed to a function costs Numba as much as the law itself.
+    Since a contact grows with the displacement, its flags are counted at the first displacement that raises them. The
+    loop takes scalars from laws of closed form, since passing an array to a function costs as much as the law itself.
     """
     scales, force, area, n = pick(field.scales, i), out[FORCE], out[AREA], deltas.size
     adheres = scales.end < 0.0
     first = np.searchsorted(deltas, offset + scales.end * scales.delta)
-    while not adheres and first < n and deltas[first] <= offset:  # a touch without area is none
+    while not adheres and first < n and deltas[first] <= offset:  # a touch without area does not count
         first += 1
     tabulated = adheres and branch.size > 0
     if tabulated:
@@ -108,7 +108,7 @@ def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
 
 @kernel
 def _reach(delta, field, i, x, y, branch):
-    """Return how far (nm) the contact of asperity i at displacement ``delta`` reaches along (x, y), a unit vector."""
+    """Return the distance (nm) that the contact of asperity i at ``delta`` extends along the unit vector (x, y)."""
     contact = asperity_contact(delta, pick(field.scales, i), branch)
     if not contact.b > 0.0:
         return 0.0
@@ -119,7 +119,7 @@ def _reach(delta, field, i, x, y, branch):
 
 @kernel
 def _overlaps(delta, field, i, j, offset, branch):
-    """Whether the contacts of two asperities overlap with the sphere at ``delta``."""
+    """Return whether the contacts of two asperities overlap with the sphere at ``delta``."""
     x, y = field.x[j] - field.x[i], field.y[j] - field.y[i]
     distance = np.hypot(x, y)
     x, y = x / distance, y / distance
@@ -130,9 +130,9 @@ def _overlaps(delta, field, i, j, offset, branch):
 
 @kernel
 def _first_overlap(deltas, field, i, offset, branch):
-    """Return the number of the first displacement at which the contact of asperity i overlaps a neighbour's.
+    """Return the index of the first displacement at which the contact of asperity i overlaps a neighbour's.
 
-    Contacts grow with the displacement: the first is found by halving, and the last tells whether there is one.
+    Contacts grow with the displacement: the first is found by bisection, and the last tells whether there is one.
     """
     first = deltas.size
     for j in field.neighbour[i]:

@@ -1,4 +1,4 @@
-"""Kalker's active set on a given list of cells: which of them touch, and how hard.
+"""Kalker's active set on a given list of cells: which of them touch, and their pressures.
 
 On ``count`` cells of unit side and unit modulus, overlapping the undeformed half space by h, find pressures p with
 
@@ -7,17 +7,17 @@ On ``count`` cells of unit side and unit modulus, overlapping the undeformed hal
 where A holds Love's coefficients (Kalker 1990; Cheng, Dunn & Brach below eq. 42). A set C of cells is taken to be in
 contact; there g = 0 is solved by conjugate gradients; cells that pull (p < 0) leave C and cells that interpenetrate
 (g < 0) join, until none does. Where pressures are capped, p ≤ H (Almqvist et al. 2007), cells that press harder leave C
-as well, with p = H, and rejoin it if their gap opens: there g ≤ 0 is how deep they have given way, and cells outside C
-are open or yielding as their pressure says. A is symmetric and positive definite, so the solution exists and is one:
-that of the least ½ p A p − h p within the bounds. Exchanging all
-violating cells at once converges in a few rounds, and where rounds stop making progress the cells are exchanged one
-at a time by least index, which is finite (Júdice & Pires 1994).
+as well, with p = H, and rejoin it if their gap opens: for them −g ≥ 0 is the depth by which they have given way. The
+pressure of a cell outside C tells whether it is open or yields. A is symmetric and positive definite, so the solution
+exists and is unique: it minimises ½ p A p − h p within the bounds. Exchanging all violating cells at once converges in
+a few rounds; where rounds stop making progress the cells are exchanged one at a time by least index, which is finite
+(Júdice & Pires 1994).
 
-A is near to an inverse of |q| in Fourier space. Its own inverse is so short-ranged that 3 × 3 of its terms, within
-the contact, precondition well: half the iterations, at the cost of a few additions per cell.
+A is nearly the inverse of |q| in Fourier space. Its own inverse is so short-ranged that 3 × 3 of its terms, within the
+contact, are a good preconditioner: half the iterations, at the cost of a few additions per cell.
 
-Pressures (p dx/E*), gaps and overlaps are in nm. Vectors are compact, see ``products``; their last entry stays zero:
-the neighbour that is not there.
+Pressures (p dx/E*), gaps and overlaps are in nm. Vectors are compact, see ``products``; their last entry stays zero and
+stands for a missing neighbour.
 """
 
 from typing import NamedTuple
@@ -28,7 +28,7 @@ from ..arrays import line, table
 from ..jit import kernel
 from .products import Operator, divide, largest, multiply
 
-#: How a solve ended.
+#: Outcomes of a solve.
 CONVERGED, ITERATION_LIMIT = 0, 1
 
 #: Inverse of Love's coefficients at offsets (0,0), (0,1), (1,1), from 1/Â on a periodic grid of 128² cells.
@@ -37,12 +37,12 @@ STENCIL = (1.1628, -0.1831, -0.0478)
 #: A round of conjugate gradients ends when the largest gap has fallen to this part of the largest violation.
 _ROUND = 0.15
 
-#: Rounds without fewer violations than ever before, until cells are exchanged one at a time.
+#: Number of rounds without a new minimum of violations after which cells are exchanged one at a time.
 PATIENCE = 10
 
 
 class Outcome(NamedTuple):
-    """How a solve ended."""
+    """The outcome of a solve."""
 
     status: int
     iterations: int  #: products A p
@@ -51,17 +51,17 @@ class Outcome(NamedTuple):
 
 
 class Cells(NamedTuple):
-    """The cells of a problem: how far they overlap, their neighbours, and A."""
+    """The cells of a problem: their overlaps and neighbours, and A."""
 
     depth: np.ndarray  # h, (count,)
-    neighbours: np.ndarray  # (count, 8): four by side, four by corner; `count` where there is none
+    neighbours: np.ndarray  # (count, 8): four by side, four by corner; `count` for a missing one
     operator: Operator
     cap: float  # H dx/E*, the largest pressure; inf where nothing yields
 
 
 @kernel(inline=True)
 def gather_cells(operator, count, cap):
-    """Return the ``count`` `Cells` of an operator, their depths to be filled in."""
+    """Return the ``count`` `Cells` of an operator, with their depths still to be filled in."""
     return Cells(line(count, 0.0), _neighbours(operator.rows, operator.columns), operator, cap)
 
 
@@ -132,7 +132,7 @@ def _neighbours(rows, columns):
 
 @kernel(inline=True)
 def _wrong_by(pressure, gap, cap):
-    """Return by how much the gap of a cell out of contact has the wrong sign: an open cell's, or a yielding one's."""
+    """Return by how much the gap of a cell out of contact has the wrong sign, be it open or yielding."""
     return gap if pressure >= cap else -gap
 
 
@@ -162,9 +162,9 @@ def _scale(pressure, gap, depth, shift, load):
 
 @kernel(inline=True)
 def _top_up(cells, pressure, gap, contact, unit, image, answer, load):
-    """Let the contact carry what the yielding cells leave of the load, spread as by a flat punch; return the products.
+    """Let the contact carry the part of the load that yielding cells do not, distributed as under a flat punch.
 
-    Where all cells yield, or none is left to carry, the one that is next takes it.
+    Where all cells yield, or none is in contact, one more cell joins. Return the number of products.
     """
     missing, carrying = load, False
     for k in range(pressure.size - 1):
@@ -196,7 +196,7 @@ def _next_to_carry(pressure, gap, cap, missing):
 
 @kernel(inner=True)
 def _level(gap, contact):
-    """Shift the gaps so that those in contact balance; return the shift of the depths."""
+    """Shift the gaps so that those in contact have zero mean; return the shift of the depths."""
     count, mean = 0, 0.0
     for k in range(gap.size - 1):
         count += contact[k]
@@ -209,7 +209,7 @@ def _level(gap, contact):
 
 @kernel(inline=True)
 def _precondition_unit(cells, contact, unit, preconditioned):
-    """Write what the preconditioner makes of a unit residual all over the contact, and zero outside."""
+    """Write the preconditioned unit residual on the contact, and zero outside."""
     for k in range(unit.size - 1):
         unit[k] = 1.0 if contact[k] else 0.0
     _precondition(cells, unit, preconditioned)
@@ -219,7 +219,7 @@ def _precondition_unit(cells, contact, unit, preconditioned):
 
 @kernel(inner=True)
 def _project(gap, contact, preconditioned, unit):
-    """Take the load out of the preconditioned residual, and the shift that it stands for out of the gaps."""
+    """Remove the load from the preconditioned residual, and the shift that it stands for from the gaps."""
     total, whole = 0.0, 0.0
     for k in range(gap.size - 1):
         if contact[k]:
@@ -234,7 +234,7 @@ def _project(gap, contact, preconditioned, unit):
 
 @kernel(inner=True)
 def _residual(gap, contact, residual):
-    """Write the gaps that are to be closed: free of branches, as the loops below are, for half of their time."""
+    """Write the gaps to be closed; without branches, like the loops below, in half of their time."""
     for k in range(gap.size):
         residual[k] = -gap[k] if contact[k] else 0.0
 
@@ -274,7 +274,7 @@ def _precondition_by_neighbours(neighbours, r, preconditioned):
 
 @kernel(inner=True, reorder=True)
 def _advance(pressure, gap, contact, direction, image, slope, target):
-    """Go to the least energy along the direction; say whether all gaps in contact are within the target."""
+    """Minimise the energy along the direction; return whether all gaps in contact are within the target."""
     curvature = 0.0
     for k in range(gap.size):
         curvature += direction[k] * image[k]
@@ -303,7 +303,7 @@ def _count(pressure, gap, contact, cap, goal):
 
 @kernel(inner=True)
 def _exchange(pressure, gap, contact, cap, change, goal, single):
-    """Free cells beyond the bounds, take in those with the wrong gap, all or the first; say whether any was freed."""
+    """Free cells beyond the bounds and add those with the wrong gap, all or the first; return whether any was freed."""
     freed = False
     for k in range(gap.size - 1):
         change[k] = 0.0
@@ -325,7 +325,7 @@ def _exchange(pressure, gap, contact, cap, change, goal, single):
 
 @kernel(inner=True)
 def _give_up(pressure, gap, contact, cap):
-    """Cut off what still pulls, or presses above the cap; return the largest violation."""
+    """Cut off pressures below zero or above the cap; return the largest violation."""
     for k in range(gap.size - 1):
         pressure[k] = min(max(pressure[k], 0.0), cap)
     return _violation(pressure, gap, contact, cap)[0]

@@ -26,32 +26,33 @@ from .products import coefficients_for, no_transfers
 from .warm_start import COARSE_ITERATIONS, COARSE_TOLERANCE, coarser, extrapolated, half_deep, refined
 from .working_set import WarmStart, depth_in, overlapping, put, solve_in_box
 
-#: Reasons, by status.
+#: Words for each status.
 REASONS = {CONVERGED: "converged", ITERATION_LIMIT: "iteration limit reached before the tolerance"}
 
-#: What is said of each solve of a sweep: nN, nm², status, products A p, the largest |g| in contact or of the wrong sign
-#: outside over the deepest overlap; nN and nm² of cells at the hardness or above, and nm³ by which they gave way.
+#: Columns for each solve of a sweep: force nN, area nm², status, products A p, the largest |g| in contact or of the
+#: wrong sign outside over the deepest overlap; force nN and area nm² of cells at the hardness or above, and the volume
+#: nm³ by which they gave way.
 FORCE, AREA, STATUS, ITERATIONS, RESIDUAL, HARD_FORCE, HARD_AREA, DENT = range(8)
 
 
 class Hardness(NamedTuple):
-    """The pressure (GPa) at which a material yields, or that is only told of, while all stays elastic."""
+    """The pressure (GPa) at which a material yields or, with ``yielding`` False, above which it is only reported."""
 
     pressure: float = np.inf
     yielding: bool = True
 
     def scaled(self, per_unit):
-        """Return the largest pressure on unit cells of unit modulus, and the one that is told of."""
+        """Return the largest pressure on unit cells of unit modulus, and the one above which cells are reported."""
         limit = self.pressure * per_unit
         return (limit if self.yielding else np.inf), limit
 
 
-#: Of what never yields.
+#: For a material that never yields.
 ELASTIC = Hardness()
 
 
 class Solution(NamedTuple):
-    """One contact on a window of dx × dx cells, and how the solve ended."""
+    """One contact on a window of dx × dx cells, and the outcome of its solve."""
 
     pressure: np.ndarray  #: GPa, >= 0 and at most the hardness
     displacement: np.ndarray  #: nm, on the overlap's bounding box; NaN elsewhere
@@ -62,7 +63,7 @@ class Solution(NamedTuple):
     residual: float  #: largest |g| in contact or of the wrong sign outside, over the deepest overlap
     hard_force: float  #: nN, of cells at the hardness or above
     hard_area: float  #: nm²
-    dent: float  #: nm³ by which they gave way
+    dent: float  #: nm³, volume by which they gave way
 
     @property
     def converged(self):
@@ -87,9 +88,9 @@ def solve(separation, delta, dx, contact_modulus, *, tolerance=1e-6, start=None,
         Relative error of the force: the gap left in contact, and the penetration outside, stay below half of it times
         the deepest overlap (force grows about like depth^1.5, or as depth at first touch).
     start : WarmStart, optional
-        What the contact may look like, its pressure in GPa.
+        A guess of the contact, its pressure in GPa.
     max_iterations : int
-        Products A p at most.
+        Largest number of products A p.
     hardness : Hardness
 
     Returns
@@ -117,7 +118,7 @@ def sweep_arrays(
     hardness=ELASTIC,
     keep=0,
 ):
-    """Do as `sweep`, in arrays: (delta, 8) of ``FORCE`` … ``DENT``, and fields (keep, nx, ny) of the last ``keep``."""
+    """Return the results of `sweep` as arrays: (delta, 8) of ``FORCE`` … ``DENT``, and the last ``keep`` fields."""
     separation, guided = np.ascontiguousarray(separation, dtype=float), start is not None
     start = start._replace(pressure=start.pressure * (dx / contact_modulus)) if guided else _no_start()
     coefficients, deltas = coefficients_for(separation.shape), np.asarray(deltas, dtype=float)
@@ -130,18 +131,18 @@ def sweep_arrays(
 
 
 def records(count, shape, keep):
-    """Return room for what is said of each solve, and for pressures and displacements of the last ``keep``."""
+    """Return empty arrays for the columns of each solve, and for pressures and displacements of the last ``keep``."""
     kept = (keep, *shape)
     return np.zeros((count, 8)), np.zeros(kept), np.full(kept, np.nan)
 
 
 def in_units(found, pressures, displacements, dx, contact_modulus, hardness):
-    """Give what unit cells of unit modulus return its units, in place."""
+    """Convert the results on unit cells of unit modulus to nm, nN and GPa, in place."""
     found[:, [FORCE, HARD_FORCE]] *= contact_modulus * dx
     found[:, [AREA, HARD_AREA, DENT]] *= dx * dx
     pressures *= contact_modulus / dx
     if hardness.yielding:
-        np.minimum(pressures, hardness.pressure, out=pressures)  # rounding
+        np.minimum(pressures, hardness.pressure, out=pressures)  # corrects rounding
     return found, pressures, displacements
 
 
@@ -181,9 +182,9 @@ def _sweep(
     pressures,
     displacements,
 ):
-    """Write down what is said of each solve, and scaled pressures and displacements where there is room for them.
+    """Write the columns of each solve, and the scaled fields of as many of the last ones as there is room for.
 
-    The first contact is found on coarse cells first, each contact after that from the ones before.
+    The first contact is solved on coarse cells first, each later one from the contacts before.
     """
     known = no_transfers()
     for k in range(deltas.size):
@@ -213,7 +214,7 @@ def _sweep(
 
 @kernel(inner=True)
 def describe(row, pressure, displacement, depth, outcome, largest, cap, limit):
-    """Write down what is said of a solve whose deepest overlap is ``largest``."""
+    """Write the columns of a solve whose deepest overlap is ``largest``."""
     total, touching, hard_force, hard, dent = 0.0, 0, 0.0, 0, 0.0
     for i in range(pressure.shape[0]):
         for j in range(pressure.shape[1]):
@@ -230,7 +231,7 @@ def describe(row, pressure, displacement, depth, outcome, largest, cap, limit):
 
 @kernel(inline=True)
 def _begin(depth, delta, box, trail, cap, start):
-    """Return what the contact in a box may look like, by the solutions before or, for the first, as it is given."""
+    """Return a guess of the contact in a box: from the solutions before or, for the first, the given one."""
     if np.isnan(trail.delta[1]):
         return WarmStart(start.pressure, start.touching, start.possible, box.row, box.column)
     step = delta - trail.delta[1]
@@ -240,7 +241,7 @@ def _begin(depth, delta, box, trail, cap, start):
 
 @kernel(inner=True)
 def _remember(trail, delta, box, pressure, displacement):
-    """Make a solution the last one."""
+    """Store a solution as the last one."""
     trail.delta[0], trail.delta[1] = trail.delta[1], delta
     _, rows, columns = trail.pressure.shape
     for i in range(rows):

@@ -4,10 +4,9 @@ On cells with undeformed separation S, under a load P, find pressures p and the 
 
     p ≥ 0,     g = S + A p − δ ≥ 0,     p g = 0,     Σ p = P             (as ``displacement_control``, with P for δ)
 
-by ``active_set``; p ≤ H as well of a material that yields. Source: own; conjugate gradients under a prescribed load go
-back to Polonsky & Keer (1999).
-Only the cells to work on are chosen by a guess of δ, from the load before or from cells twice as large; where δ turns
-out to lie deeper, or far less deep, they are chosen again.
+by ``active_set``; for a material that yields also p ≤ H. Source: own; conjugate gradients under a prescribed load
+follow Polonsky & Keer (1999). The cells to work on are chosen by a guess of δ, from the load before or from cells twice
+as large; where δ turns out to be larger, or far smaller, they are chosen again. The guess does not affect the result.
 
 Inside, unit cells and unit modulus: loads are in units of E* dx, hence in nm as pressures and all lengths.
 """
@@ -23,7 +22,7 @@ from .products import coefficients_for, no_transfers
 from .warm_start import COARSE_ITERATIONS, COARSE_TOLERANCE, extrapolated, half_deep, halved, refined
 from .working_set import Overlap, WarmStart, depth_in, overlapping, put, solve_in_box
 
-#: Cells are chosen up to this many times the guessed depth.
+#: Cells that overlap at up to this many times the guessed depth are chosen.
 _SLACK = 1.1
 
 #: d ln F / d ln depth of a sphere.
@@ -32,15 +31,15 @@ _SPHERE_EXPONENT = 1.5
 #: Windows narrower than this are not halved to find a displacement.
 _SMALLEST_HALVED = 24
 
-#: Choices of cells at most.
+#: Largest number of choices of cells.
 _MOST_CHOICES = 30
 
 
 def loaded(separation, loads, dx, contact_modulus, **limits):
     """Return (delta, `Solution`) for each of ascending loads (nN > 0), each started from the one before.
 
-    Options as of `displacement_control.sweep`. Where there is nothing to press on, delta is NaN and the solution has
-    not converged.
+    Options are those of `displacement_control.sweep`. Where there is nothing to press on, delta is NaN and the solution
+    has not converged.
     """
     deltas, *arrays = loaded_arrays(separation, loads, dx, contact_modulus, keep=len(loads), **limits)
     return list(zip(deltas.tolist(), solutions(*arrays)))
@@ -49,7 +48,7 @@ def loaded(separation, loads, dx, contact_modulus, **limits):
 def loaded_arrays(
     separation, loads, dx, contact_modulus, *, tolerance=1e-6, max_iterations=5000, hardness=ELASTIC, keep=0
 ):
-    """Do as `loaded`, in arrays: displacements (load,), and what `displacement_control.sweep_arrays` returns."""
+    """Return the results of `loaded` as arrays: displacements (load,), then as `displacement_control.sweep_arrays`."""
     separation = np.ascontiguousarray(separation, dtype=float)
     scaled = np.asarray(loads, dtype=float) / (contact_modulus * dx)
     deltas, arrays = np.full(scaled.size, np.nan), records(scaled.size, separation.shape, keep)
@@ -59,7 +58,7 @@ def loaded_arrays(
 
 
 class _State(NamedTuple):
-    """A solved load on a window; the displacement is NaN beyond the cells that were looked at."""
+    """A solved load on a window; the displacement is NaN outside the chosen cells."""
 
     delta: float
     pressure: np.ndarray  # (1, nx, ny)
@@ -68,7 +67,7 @@ class _State(NamedTuple):
 
 
 class _Guess(NamedTuple):
-    """A displacement near that of a load, and the contact there where it is known (of no cells where it is not)."""
+    """A displacement near that of a load, and the contact there if known (else with no cells)."""
 
     delta: float
     contact: WarmStart
@@ -88,10 +87,10 @@ def _loaded(
     pressures,
     displacements,
 ):
-    """Write down the displacements, what is said of each solve, and the fields where there is room for them."""
+    """Write displacements, the columns of each solve, and the fields that there is room for."""
     known, touch = no_transfers(), _lowest(separation)
     for k in range(loads.size):
-        found[k, STATUS] = ITERATION_LIMIT  # nothing to press on carries no load
+        found[k, STATUS] = ITERATION_LIMIT  # where there is nothing to press on, no load is carried
     if not np.isfinite(touch) or loads.size == 0:
         return
     guess = _coarse_guess(separation, loads[0], cap, coefficients, known)
@@ -112,7 +111,7 @@ def _loaded(
 
 @kernel(inner=True)
 def _solve(separation, load, guess, tolerance, max_iterations, cap, coefficients, known):
-    """Solve one load from a guess."""
+    """Solve one load, starting from a guess."""
     touch, products = _lowest(separation), 0
     for _ in range(_MOST_CHOICES):
         delta = guess.delta
@@ -144,21 +143,21 @@ def _cut(start, box):
 
 @kernel(inner=True)
 def _onward(separation, delta, state, cap):
-    """Guess from one solution: that of the load before, or of the same load on too few cells."""
+    """Return a guess from one solution: that of the load before, or of the same load on too few cells."""
     depth, step = delta - separation, delta - state.delta
     return _Guess(delta, extrapolated(depth, step, state.pressure, state.displacement, np.nan, cap, 0, 0))
 
 
 @kernel(inner=True)
 def _coarse_guess(separation, load, cap, coefficients, known):
-    """Guess from the same load on cells twice as large, found in the same way; on few cells by a paraboloid's law."""
+    """Return a guess from the same load on cells twice as large, solved likewise; with few cells from a paraboloid."""
     levels = [separation]
     while min(levels[-1].shape[0], levels[-1].shape[1]) >= _SMALLEST_HALVED:
         levels.append(halved(levels[-1]))
     last = len(levels) - 1
     nothing = WarmStart(np.zeros((0, 0)), np.zeros((0, 0), np.bool_), np.zeros((0, 0), np.bool_), 0, 0)
     guess = _Guess(_lowest(levels[last]) + _depth_estimate(levels[last], load / 2.0**last), nothing)
-    for k in range(last, 0, -1):  # with the cells' side E* dx doubles, and E*/dx halves
+    for k in range(last, 0, -1):  # when the side of cells doubles, E* dx doubles and E*/dx halves
         coarse_cap = cap * 2.0**k
         state = _solve(
             levels[k], load / 2.0**k, guess, COARSE_TOLERANCE, COARSE_ITERATIONS, coarse_cap, coefficients, known

@@ -1,4 +1,4 @@
-"""What a uniformly loaded square does to a half space: Love's coefficients.
+"""Displacement of a half space under a uniformly loaded square: Love's coefficients.
 
 A unit pressure on a square cell of unit side sinks the surface of a half space of unit modulus, at offset
 (x, y) from the cell's centre, by

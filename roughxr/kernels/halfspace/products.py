@@ -1,4 +1,4 @@
-"""Displacement of a half space under pressures on square cells: two engines for one product u = A p.
+"""Displacement of a half space under pressures on square cells: the product u = A p, computed in one of two ways.
 
     u(m) = Σ A(m − n) p(n),     A Love's coefficients (``love``), p pressure and u displacement of the cells, both in nm
 
@@ -6,9 +6,9 @@ Both work on compact vectors, the values of the cells of interest wherever they 
 stays zero. Cells have unit side and the half space unit modulus: the caller scales. Few cells are summed with the
 matrix of Love's coefficients between them; many are convolved in their box (``products.transforms``).
 
-Two precisions: whole boxes are convolved in double precision, which is what solutions are held against; the product
-of the cells by transforms is right to some 1e-6 of its largest value, which is enough for search directions, in two
-thirds of the time. Sources: Love (1929) for A, see ``transforms`` for the convolution.
+Two precisions: whole boxes are convolved in double precision, which decides whether a solution is accurate; the
+product of the cells by transforms is accurate to some 1e-6 of its largest value, which is enough for search directions,
+in two thirds of the time. Sources: Love (1929) for A, see ``transforms`` for the convolution.
 """
 
 from typing import NamedTuple
@@ -20,24 +20,24 @@ from ..jit import kernel
 from .love import love_coefficients
 from .transforms import Convolution, Transfer, convolution, convolve, even_length, transfer_of
 
-#: Up to this many cells the dense matrix (half a megabyte) beats transforms of the cells' box.
+#: Up to this many cells the dense matrix (half a megabyte) is faster than transforms of the cells' box.
 DENSE_LIMIT = 250
 
-#: From this many cells on, an inverse by transforms preconditions better than a few neighbours do.
+#: From this many cells on, an inverse by transforms is a better preconditioner than a few neighbours.
 LONG_RANGE = 1000
 
-#: Padded boxes of up to so many cells have their transformed coefficients kept for the next ones alike.
+#: Transformed coefficients are kept for padded boxes of up to this many cells, to be used again.
 _KEPT = 256**2
 
 
 class Operator(NamedTuple):
     """A for one list of cells: a matrix, or a convolution (the other is empty)."""
 
-    rows: np.ndarray  # of the cells, from the first that holds any
+    rows: np.ndarray  # of the cells, counted from the first row that holds any
     columns: np.ndarray
     matrix: np.ndarray  # (count, count), or (0, 0)
     convolution: Convolution  # in single precision
-    inverse: Convolution  # nearly A's inverse, for many cells; else of no rows
+    inverse: Convolution  # nearly A's inverse, for many cells; else with no rows
 
 
 def coefficients_for(shape):
@@ -49,7 +49,7 @@ def coefficients_for(shape):
 
 @kernel(inner=True)
 def no_transfers():
-    """Return the list in which `known_transfer` keeps what it has computed."""
+    """Return an empty list for `known_transfer` to keep transformed coefficients in."""
     return [Transfer(0, 0, np.empty((1, 1), np.float64), np.empty((1, 1), np.float32))]
 
 
@@ -94,7 +94,7 @@ def _no_convolution():
 
 @kernel(inline=True)
 def operator(rows, columns, coefficients, known, dense):
-    """Return the operator of the cells at (rows, columns), whole numbers, by a matrix where ``dense``."""
+    """Return the operator of the cells at (rows, columns), integers; by a matrix where ``dense``."""
     rows, columns = _from_first(rows), _from_first(columns)
     nothing = _no_convolution()
     if dense:
@@ -131,7 +131,7 @@ def largest(places):
 
 @kernel(inner=True)
 def _inverse(periodic):
-    """Return the inverse of transformed coefficients; like these it is divided by the number of cells."""
+    """Return the inverse of transformed coefficients, like these divided by the number of cells."""
     (rows, columns), count = periodic.single.shape, periodic.rows * periodic.columns
     out = np.empty((rows, columns), np.float32)
     for i in range(rows):

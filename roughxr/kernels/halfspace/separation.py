@@ -1,4 +1,4 @@
-"""The undeformed separation S (nm) between a rough surface and what is pressed into it.
+"""The undeformed separation S (nm) between a rough surface and the indenter.
 
 S(x, y) = Z_max − Z(x, y) + S₀(x, y)   (Cheng, Dunn & Brach, eq. 38), S₀ the indenter's height over its lowest
 point at (x, y) from the contact centre. The paper's sphere of radius R has S₀ = R − √(R² − r²), Hertz's
@@ -36,10 +36,10 @@ def sphere_separation(height, datum, x, y, radius, profile):
 
 
 def map_separation(height, datum, x, y, map_x, map_y, map_height):
-    """Return S (nm) of an indenter given as a height map; inf where the map does not reach.
+    """Return S (nm) for an indenter given as a height map; inf beyond the map.
 
-    The map's own axes (nm) run from the contact centre, its heights point out of the indenter; between its
-    points it is linear.
+    The map's own axes (nm) run from the contact centre, its heights point out of the indenter; they are interpolated
+    linearly.
     """
     from scipy.interpolate import RegularGridInterpolator
 
@@ -50,6 +50,6 @@ def map_separation(height, datum, x, y, map_x, map_y, map_height):
 
 
 def _on_rim(x, map_x):
-    """Return x with what lies outside the map by rounding only put back on its rim."""
+    """Return x, with points that are outside the map by rounding only moved back to its rim."""
     inside = np.clip(x, map_x[0], map_x[-1])
     return np.where(np.abs(x - inside) < 1e-6 * (map_x[1] - map_x[0]), inside, x)

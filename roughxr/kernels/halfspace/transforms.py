@@ -1,4 +1,4 @@
-"""Convolution with an even kernel in a box, by transforms in room that is set aside beforehand.
+"""Convolution with an even kernel in a box, by transforms in arrays that are allocated beforehand.
 
 Given a kernel k at offsets (i, j) ≥ 0 and values f in a box, sought is g(m) = Σ k(m − n) f(n) on the box: by the
 convolution theorem (Hockney & Eastwood 1981 for the padding; Stanley & Kato 1997, Liu, Wang & Liu 2000 for contacts).
@@ -9,8 +9,8 @@ transform is real, symmetric, and a cosine transform of one quadrant: an eighth 
 spectrum is larger than the cache its columns are transformed, multiplied and transformed back strip by strip: 0.6 of
 the time at 2048².
 
-SciPy's transforms run inside compiled code by way of rocket-fft: no Python in the loop and no lock held, so that
-threads scale. Without compilation (NUMBA_DISABLE_JIT) SciPy itself stands in.
+SciPy's transforms run inside compiled code through rocket-fft: no Python in the loop and no lock held, so that
+threads scale. Without compilation (NUMBA_DISABLE_JIT) SciPy itself is used.
 """
 
 from typing import NamedTuple
@@ -38,10 +38,10 @@ class Transfer(NamedTuple):
 
 
 class Convolution(NamedTuple):
-    """The product with the kernel in one box, in the precision of its arrays; all but ``transfer`` is room."""
+    """The product with the kernel in one box, in the precision of its arrays; all but ``transfer`` are work arrays."""
 
     transfer: np.ndarray
-    box: np.ndarray  # (rows, padded columns): what is to be convolved, then its convolution
+    box: np.ndarray  # (rows, padded columns): the values to convolve, then their convolution
     spectrum: np.ndarray  # (rows, padded columns // 2 + 1)
     strip: np.ndarray  # (padded rows, some or all columns of the spectrum)
 
@@ -77,7 +77,7 @@ def _empty(rows, columns, zero):
 
 @kernel(inner=True)
 def convolve(c):
-    """Replace what stands in ``c.box`` by its convolution; columns beyond the box's own end up as padding."""
+    """Replace the values in ``c.box`` by their convolution; columns beyond the box's own are padding."""
     _forward_rows(c.box, c.spectrum)
     for first in range(0, c.spectrum.shape[1], c.strip.shape[1]):
         _convolve_columns(c, first)
@@ -115,7 +115,7 @@ def _(box, spectrum):
 
 
 def _backward_rows(spectrum, box):
-    """Write the rows that belong to ``spectrum``, times their length, into ``box``."""
+    """Write the inverse transforms of ``spectrum`` into the rows of ``box``, times their length."""
     box[:] = scipy.fft.irfft(spectrum, box.shape[1], axis=1, norm="forward")
 
 

@@ -1,8 +1,8 @@
-"""Warm starts: what a contact may look like before it is solved. It decides how long the solve takes, not its result.
+"""Warm starts: a first guess of a contact, which affects the time of a solve, but not its result.
 
 Given solutions at smaller displacements, or none, sought are pressures p, the cells to start from as touching, and the
 cells that may touch at all. In a sweep they are extrapolated from the two solutions before; otherwise the same problem
-is solved on cells twice as large first, and that on larger ones yet (nested iteration). Source: own.
+is first solved on cells twice as large, which are started likewise (nested iteration). Source: own.
 
 Unit cells and unit modulus: pressures are in units of E*/dx, hence in nm as all lengths.
 """
@@ -14,13 +14,13 @@ from ..jit import kernel
 from .products import DENSE_LIMIT
 from .working_set import WarmStart, overlap_of
 
-#: In a sweep, cells that penetrate by this part of the step when extrapolated are taken to touch.
+#: In a sweep, cells that penetrate by this part of the step when extrapolated are taken as touching.
 _JOINING = 0.1
 
 #: After a coarse solve, cells whose predicted gap exceeds this part of the deepest overlap are left out.
 _MARGIN = 0.05
 
-#: Tolerance and iterations of the solve on cells twice as large, which only makes a start.
+#: Tolerance and iterations of the solve on cells twice as large, which is only a guess.
 COARSE_TOLERANCE, COARSE_ITERATIONS = 1e-3, np.int64(1000)
 
 
@@ -29,12 +29,12 @@ def extrapolated(depth, step, pressure, displacement, ahead, cap, row, column):
     """Extrapolate the contact in a box along the line through two solutions, or from one (``ahead`` is NaN then).
 
     Pressure and displacement are (1 or 2, …), the later solution last, on a window in which the box begins at ``row``
-    and ``column``; ``step`` is the way from it, and ``ahead`` that way over the one between the two.
+    and ``column``; ``step`` is the change of displacement from it, and ``ahead`` this change over that between the two.
 
     As δ grows the contact only grows, and the displacement of a cell outside grows ever faster (the inverse of A has
-    positive entries on its diagonal only): on the line a cell that will touch penetrates already, and one that
-    penetrates by little seldom touches. A displacement known once only is taken to stay, for what is possible, and to
-    grow by half the step, for what touches; a cell whose displacement is not known at all is possible.
+    positive entries on its diagonal only): in the linear extrapolation a cell that will touch penetrates already, and
+    one that penetrates by little seldom touches. With one solution only, the displacement is taken as constant for what
+    may touch, and as growing by half the step for what touches; a cell whose displacement is unknown may touch.
     """
     (rows, columns), last = depth.shape, pressure.shape[0] - 1
     out, touching, possible = table(rows, columns, 0.0), table(rows, columns, False), table(rows, columns, False)
@@ -55,7 +55,7 @@ def extrapolated(depth, step, pressure, displacement, ahead, cap, row, column):
 
 @kernel(inner=True)
 def half_deep(depth, slack):
-    """Return a start for few cells: those that overlap by more than half the deepest, as of a paraboloid touch."""
+    """Return a guess for few cells: those that overlap by more than half the deepest, as under a paraboloid, touch."""
     _, largest = overlap_of(depth, 0.0)
     rows, columns = depth.shape
     touching, possible = table(rows, columns, False), table(rows, columns, False)
@@ -76,7 +76,7 @@ def coarser(depth):
 
 @kernel(inner=True)
 def refined(pressure, displacement, depth, cap):
-    """Return what a solution on cells twice as large says of a box of depths, its pressures below the cap."""
+    """Return the guess in a box of depths from a solution on cells twice as large, its pressures below the cap."""
     (rows, columns), margin = depth.shape, _MARGIN * overlap_of(depth, 0.0)[1]
     out, touching, possible = table(rows, columns, 0.0), table(rows, columns, False), table(rows, columns, False)
     for i in range(rows):
@@ -90,7 +90,7 @@ def refined(pressure, displacement, depth, cap):
 
 @kernel(inner=True)
 def _between(field, i, j):
-    """Return a coarse field, linear between its cells' centres, at the centre of a cell half as large."""
+    """Return a coarse field at the centre of a cell half as large, interpolated linearly between centres."""
     k, m = i // 2, j // 2
     k_next = min(max(k + 2 * (i % 2) - 1, 0), field.shape[0] - 1)
     m_next = min(max(m + 2 * (j % 2) - 1, 0), field.shape[1] - 1)
@@ -100,7 +100,7 @@ def _between(field, i, j):
 
 @kernel(inner=True)
 def halved(depth):
-    """Return the means of 2 × 2 cells; odd rims are continued."""
+    """Return the means of 2 × 2 cells; odd rims are repeated."""
     rows, columns = depth.shape
     out = np.empty(((rows + 1) // 2, (columns + 1) // 2), np.float64)
     for i in range(out.shape[0]):

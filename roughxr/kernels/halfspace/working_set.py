@@ -1,11 +1,11 @@
-"""The contact in a box by a working set: the cells that may touch, and the proof that no other does.
+"""The contact in a box by a working set: the cells that may touch, and the check that no other cell does.
 
 Given depths δ − S (nm) in a box, sought are pressures p ≥ 0 and displacements A p that meet the conditions of contact
 (``active_set``) on every cell of it. The active set solves on the chosen cells alone, its search directions in single
-precision; the product over the whole box, in double, decides. Cells that violate a condition there join the working
-set, and the active set goes on. Source: own.
+precision. The product over the whole box, in double precision, then shows which other cells violate a condition; they
+join the working set, and the active set continues. Source: own.
 
-Unit cells and unit modulus, as in ``active_set``; depths are δ − S, whatever does not overlap is below zero.
+Unit cells and unit modulus, as in ``active_set``; depths are δ − S, negative for cells that do not overlap.
 """
 
 from typing import NamedTuple
@@ -19,17 +19,17 @@ from .products import DENSE_LIMIT, displace, multiply, operator, whole_box
 
 
 class WarmStart(NamedTuple):
-    """What a contact may look like, on a window or a box."""
+    """A guess of a contact, on a window or a box."""
 
     pressure: np.ndarray
     touching: np.ndarray  # cells to start from
-    possible: np.ndarray  # cells that may touch, the others are left out until they prove to penetrate
-    row: int = 0  # where the box's first cell stands in these arrays
+    possible: np.ndarray  # cells that may touch; the others are left out until they are found to penetrate
+    row: int = 0  # position of the box's first cell in these arrays
     column: int = 0
 
 
 class Overlap(NamedTuple):
-    """The cells with S < δ: their bounding box, how many they are, and how deep the deepest (nm)."""
+    """The cells with S < δ: their bounding box, their number, and the depth of the deepest (nm)."""
 
     row: int  # the box's first
     column: int
@@ -67,7 +67,7 @@ def depth_in(separation, delta, box):
 
 @kernel(inner=True)
 def put(part, windows, k, box):
-    """Write a box's field into the k-th window's."""
+    """Copy a field in a box into the k-th window."""
     for i in range(part.shape[0]):
         for j in range(part.shape[1]):
             windows[k, box.row + i, box.column + j] = part[i, j]
@@ -75,7 +75,7 @@ def put(part, windows, k, box):
 
 @kernel(inner=True)
 def overlap_of(depth, slack):
-    """Return how many cells of a box overlap, or miss it by less than ``slack``, and how deep the deepest."""
+    """Return how many cells of a box overlap, or miss it by less than ``slack``, and the depth of the deepest."""
     count, largest = 0, -np.inf
     for i in range(depth.shape[0]):
         for j in range(depth.shape[1]):
@@ -89,10 +89,10 @@ def solve_in_box(depth, start, part, max_iterations, load, slack, cap, coefficie
     """Return pressures, displacements (NaN where not known) and `Outcome` in a box.
 
     All conditions are met to ``part`` of the deepest overlap. With a ``load`` the depths shift, and cells within
-    ``slack`` of overlapping are taken along. No pressure exceeds the ``cap``.
+    ``slack`` of overlapping are included. No pressure exceeds the ``cap``.
     """
     count, largest = overlap_of(depth, slack)
-    few, goal = count <= DENSE_LIMIT, part * largest  # of few all are chosen, and no other cell needs a proof
+    few, goal = count <= DENSE_LIMIT, part * largest  # few cells are all chosen, and none is left to check
     pressure, touching, chosen = _begin(depth, start, slack, load, cap, few)
     rows, columns = depth.shape
     displacement, whole = table(rows, columns, np.nan), whole_box((0, 0) if few else depth.shape, coefficients, known)
@@ -117,7 +117,7 @@ def solve_in_box(depth, start, part, max_iterations, load, slack, cap, coefficie
 
 @kernel(inner=True)
 def _begin(depth, start, slack, load, cap, all_chosen):
-    """Return the pressures to begin with, the cells in contact, and the cells to work on."""
+    """Return the initial pressures, the cells in contact, and the cells to work on."""
     rows, columns = depth.shape
     pressure, touching, chosen = table(rows, columns, 0.0), table(rows, columns, False), table(rows, columns, False)
     carrying, loaded = 0, False
@@ -136,7 +136,7 @@ def _begin(depth, start, slack, load, cap, all_chosen):
 
 @kernel(inner=True)
 def _spread(share, on_deepest, depth, pressure, touching, chosen):
-    """Let the touching cells, or else the deepest, carry a load in equal parts."""
+    """Distribute a load evenly over the touching cells, or else over the deepest."""
     _, largest = overlap_of(depth, np.inf)
     for i in range(depth.shape[0]):
         for j in range(depth.shape[1]):
@@ -157,7 +157,7 @@ def _count(chosen):
 def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, cap, coefficients, known):
     """Solve on the chosen cells; pressures, displacements and, under a load, depths are written into the box.
 
-    The displacement is that of the pressure already, or NaN.
+    On entry the displacement belongs to the pressure, or is NaN.
     """
     rows, columns = _places(chosen)
     count, products = rows.size, 0

@@ -1,6 +1,7 @@
-"""Peaks of a height map, the paraboloids fitted to them, and the surface that these alone would make.
+"""Peaks of a height map, the paraboloids fitted to them, and the surface that these paraboloids make up.
 
 peaks, paraboloid   local maxima, and a least-squares paraboloid at each
-tile_stitching      the same for a scan that is seen tile by tile
+tile_stitching      the same for a scan that is read tile by tile
 envelope            the upper envelope of many paraboloids
+random_surface      Gaussian surfaces of a given spectrum
 """

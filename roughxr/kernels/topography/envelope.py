@@ -37,7 +37,7 @@ class Asperity(NamedTuple):
     py: float
     qx: float
     qy: float
-    reach2: float  # square of the farthest distance from the vertex at which it counts, nm²
+    reach2: float  # square of the largest distance from the vertex at which it is drawn, nm²
 
 
 class Box(NamedTuple):
@@ -56,7 +56,7 @@ def _asperity(row):
 
 @kernel(inner=True)
 def _depth(a, u, v):
-    """How far (nm) the paraboloid has sunk below its vertex."""
+    """Return the depth (nm) of the paraboloid below its vertex."""
     return (a.px * u + a.py * v) ** 2 + (a.qx * u + a.qy * v) ** 2
 
 
@@ -147,7 +147,7 @@ def _is_small(box):
 def _fill(rows, x, y, out):
     """Draw box after box: by the asperities that may show in it, or by halves while those may be fewer.
 
-    A list of boxes to do, not a function calling itself: numba would compile that anew in every process.
+    An explicit list of boxes takes the place of recursion, which numba would compile again in every process.
     """
     todo = [(Box(0, x.size, 0, y.size), np.arange(len(rows)))]
     while len(todo) > 0:

@@ -22,7 +22,7 @@ import numpy as np
 
 from ..jit import kernel
 
-#: Where less than this part of a term is not told by the others, the pixels at hand do not tell them apart.
+#: The pixels do not determine a term if less than this part of it is independent of the other terms.
 _RANK_TOLERANCE = 1e-10
 
 
@@ -46,7 +46,7 @@ class Design(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """What the fit says of each peak; where too few pixels are known, its numbers are NaN."""
+    """The fits of all peaks; NaN where too few pixels are known."""
 
     vertex_x: np.ndarray  # vertex from the peak's pixel, nm
     vertex_y: np.ndarray

@@ -1,4 +1,4 @@
-"""Where the surface has its summits: local maxima among eight neighbours, flat tops counted once.
+"""Summits of a surface: local maxima among eight neighbours, flat tops counted once.
 
 Cheng, Dunn & Brach take as asperity every point that is higher than its neighbours. A digitised scan has
 equal heights side by side, so the rule is applied to plateaus: a plateau is a set of pixels of one height,
@@ -33,12 +33,12 @@ class Peaks(NamedTuple):
 
 
 class Search(NamedTuple):
-    """What a search finds: peaks, and what may be peaks if the pixels at −inf do not forbid it."""
+    """The result of a search: peaks, and plateaus that are peaks unless pixels beyond the seams are higher."""
 
     peaks: Peaks
     first_ix: np.ndarray  # the pixel of each peak's plateau that the walk meets first
     first_iy: np.ndarray
-    is_open: np.ndarray  # bool map: pixels of open plateaus; of no size where there is none
+    is_open: np.ndarray  # bool map: pixels of open plateaus; of size 0 where there is none
 
 
 @kernel(inner=True)

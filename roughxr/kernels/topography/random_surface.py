@@ -1,4 +1,4 @@
-"""Gaussian random surfaces of a given spectrum, the same from the same seed with any version of numpy.
+"""Gaussian random surfaces of a given spectrum, the same for the same seed with any version of numpy.
 
 White noise of one unit per pixel has the two-dimensional spectrum C = a, the area of a pixel (C as in
 ``scans.spectra``: |a Σ h exp(−iqr)|²/A). Filtered by √(C(q)/a) it becomes a surface of the spectrum C, periodic over
@@ -36,9 +36,9 @@ def k_correlation(q, plateau, rolloff, hurst):
 
 
 def fit_k_correlation(q, psd, hurst=None):
-    """Return (C₀, ℓ₀, H) that suit a spectrum at wavevectors q best in its logarithm, every factor of q alike.
+    """Return the (C₀, ℓ₀, H) that fit the logarithm of a spectrum at wavevectors q best, with equal weight per octave.
 
-    ``hurst`` holds H at a given number. Wavevectors without power are left out; NaN where fewer than four have any.
+    ``hurst`` fixes H. Wavevectors without power are left out; NaN where fewer than four have any.
     """
     from scipy.optimize import least_squares
 
@@ -46,7 +46,7 @@ def fit_k_correlation(q, psd, hurst=None):
     if known.sum() < 4:
         return np.full(3, np.nan)
     q, wanted = q[known], np.log(psd[known])
-    weight = 1.0 / np.sqrt(q / q[0])  # rings of equal width: of a factor of q there are the more, the larger q
+    weight = 1.0 / np.sqrt(q / q[0])  # rings have equal width, so that their number in an octave grows with q
 
     def off(unknown):
         H = hurst if hurst is not None else unknown[2]

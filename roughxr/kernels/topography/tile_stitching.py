@@ -1,7 +1,7 @@
-"""Tile stitching: the peaks of a scan that is read tile by tile, each tile once, exactly as of the scan in one piece.
+"""Tile stitching: the peaks of a scan that is read tile by tile, each tile once, exactly as for the scan in one piece.
 
-Plateaus (``peaks``) that end within a tile are decided there. Seams are the borders between tiles. For what reaches
-one, a tile keeps three things, small beside its heights:
+Plateaus (``peaks``) that end within a tile are decided there. Seams are the borders between tiles. For plateaus that
+reach a seam, a tile keeps three things, small compared with its heights:
 
 rims      the k − 1 outermost lines at each seam. Beside the neighbour's rim they hold every patch of k by k pixels
           that reaches across the seam.
@@ -13,8 +13,8 @@ Across a seam, open plateaus of one height that touch are one plateau. A plateau
 in any tile, is higher, or belongs to a part of the same plateau that is no peak. It may extend over any number of
 tiles. The result and its order are those of the scan in one piece, a single tile without seams. Source: own.
 
-Where the surface waves from pixel to pixel, a tile is searched on finer pixels, its heights splined together with those
-of ``HALO`` pixels around it: what lies beyond counts for less than 0.27^HALO = 1e-9 of itself.
+Where a tile is searched on finer pixels, its heights are interpolated by splines through it and ``HALO`` pixels around
+it: what lies further out has an effect of less than 0.27^HALO = 1e-9.
 
 Letters: z heights (nm) as z[ix, iy]; k pixels along a patch's side.
 """
@@ -31,10 +31,10 @@ from .peaks import Peaks, off_centroid, search
 
 _AROUND = np.ones((3, 3))
 
-#: Pixels around a tile that its spline is taken through as well.
+#: Pixels around a tile that its spline also goes through.
 HALO = 16
 
-#: Decimals (nm) that splined heights keep: what is flat in the scan then stays so, as rounding would not leave it.
+#: Decimals (nm) to which splined heights are rounded, so that what is flat in the scan stays flat.
 _DECIMALS = 9
 
 
@@ -60,11 +60,11 @@ class Open(NamedTuple):
 
 
 class Tile(NamedTuple):
-    """What is left of a tile once it has been searched; places are those on the scan."""
+    """The results of the search in one tile; places are those on the scan."""
 
     corner: tuple[int, int]
     shape: tuple[int, int]
-    missing: int  # pixels; where there are any, nothing else is looked for
+    missing: int  # number of missing pixels; where there are any, nothing else is searched
     highest: float  # nm
     peaks: Peaks
     first: np.ndarray  # place of each peak's first pixel in a walk along the scan's rows
@@ -84,7 +84,7 @@ class ScanPeaks(NamedTuple):
 
 
 def search_tile(z: np.ndarray, corner: tuple[int, int], frame: Frame) -> Tile:
-    """Return what the tile of heights ``z`` (nm), whose first pixel is the scan's ``corner``, leaves behind."""
+    """Return the results for the tile of heights ``z`` (nm) whose first pixel is the scan's ``corner``."""
     z = np.ascontiguousarray(z, dtype=float)
     missing = int(np.count_nonzero(~np.isfinite(z)))
     cut = np.array([(c > 0, c + n < whole) for c, n, whole in zip(corner, z.shape, frame.shape)], dtype=int)
@@ -111,7 +111,7 @@ def search_tile(z: np.ndarray, corner: tuple[int, int], frame: Frame) -> Tile:
 
 
 def search_finer(z: np.ndarray, corner: tuple[int, int], halo: tuple, refine: int, frame: Frame) -> Tile:
-    """Return the same of a tile on pixels ``refine`` times finer, on which ``frame`` and the places found are counted.
+    """Return the results for a tile on pixels ``refine`` times finer, in which ``frame`` and the places are counted.
 
     ``z`` holds ((before, after), (before, after)) pixels of ``halo`` beyond the tile along its axes; ``corner`` is the
     tile's first pixel on the scan.
@@ -129,7 +129,7 @@ def search_finer(z: np.ndarray, corner: tuple[int, int], halo: tuple, refine: in
 
 
 def _splined(z: np.ndarray, first: list[int], refine: int, shape: tuple[int, int]) -> np.ndarray:
-    """Return heights so many times finer, from pixel ``first`` on, by bicubic splines through the pixels' centres."""
+    """Return heights ``refine`` times finer, from pixel ``first`` on, by bicubic splines through the pixel centres."""
     from scipy.interpolate import RectBivariateSpline
 
     pixels = [np.arange(n) for n in z.shape]
@@ -194,7 +194,7 @@ def _sums(group: np.ndarray, values: np.ndarray | None) -> np.ndarray:
 
 
 class Seam(NamedTuple):
-    """What lies along one seam, from one edge of the scan to the other."""
+    """The rims along one seam, from one edge of the scan to the other."""
 
     axis: int  # that the seam cuts
     place: int  # first pixel after it
@@ -203,7 +203,7 @@ class Seam(NamedTuple):
 
 
 def join_tiles(grid: list[list[Tile]], frame: Frame) -> ScanPeaks:
-    """Return what is found on the scan that the tiles ``grid[along x][along y]`` make up.
+    """Return the peaks of the scan that the tiles ``grid[along x][along y]`` make up.
 
     Between two seams lie at least k − 1 pixels.
     """
@@ -215,7 +215,7 @@ def join_tiles(grid: list[list[Tile]], frame: Frame) -> ScanPeaks:
     joined, first = _joined(tiles, _seams(grid))
     peaks = _stacked([*(tile.peaks for tile in tiles), joined])
     fit = _stacked([*(tile.fit for tile in tiles), _fit_within(tiles, joined, frame)])
-    for seam in _seams(grid):  # laid together anew: all of them at once would double the rims
+    for seam in _seams(grid):  # stacked one at a time: all at once would double the memory of the rims
         _fit_across(fit, peaks, seam, frame)
     order = np.argsort(np.concatenate([*(tile.first for tile in tiles), first]))
     return ScanPeaks(missing, highest, _taken(peaks, order), _taken(fit, order))
@@ -278,7 +278,7 @@ def _joined(tiles: list[Tile], seams: Iterable[Seam]) -> tuple[Peaks, np.ndarray
 
 
 def _groups(seams: Iterable[Seam], count: int) -> np.ndarray:
-    """Return of which plateau each of the tiles' ``count`` open ones is a part, −1 if that is no peak."""
+    """Return the plateau to which each of the tiles' ``count`` open ones belongs, −1 if it is no peak."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -327,7 +327,7 @@ def _seek_nearest(numbers, corner_ix, corner_iy, groups, size, sum_ix, sum_iy, b
 
 
 def _fit_within(tiles: list[Tile], peaks: Peaks, frame: Frame) -> Fit:
-    """Return the fit of joined plateaus, each to what was kept of the tile in which its middle lies."""
+    """Return the fit of joined plateaus, each to the heights kept by the tile that contains its middle."""
     fit = Fit(*(np.empty(peaks.ix.size, column.dtype) for column in tiles[0].fit))
     for tile in tiles:
         (low_x, low_y), (nx, ny) = tile.corner, tile.shape

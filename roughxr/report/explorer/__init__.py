@@ -1,6 +1,6 @@
-"""A run as one page to click through: the scan with its places, and what happens at the one that is chosen.
+"""A run as an interactive page: a map of the scan with its places, and the results at the place that is chosen.
 
-The page holds everything that it shows and the script that shows it; it needs no network, no server and no library.
+The page is self-contained, its script included: it needs no network, no server and no library.
 """
 
 from .writing import explorer_page, write_explorer

@@ -1,4 +1,4 @@
-"""Contact maps of places: from the archive where it holds fields, else solved again at what it says of its solves."""
+"""Contact maps of places: from the archive where it holds fields, else solved again with the options that it holds."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from ...jobs.progress import Progress
 from . import images
 from .places import Placed, asked, cases, number, numbers, over, with_pair
 
-#: Cells of a map along a side at most: finer ones are averaged.
+#: Largest number of cells along a side of a map: finer maps are averaged.
 _MOST_CELLS = 96
 
-#: Displacements of a loop that is followed again, on each way, besides that of pull-off.
+#: Number of displacements of a loop that is followed again, on each branch, besides that of pull-off.
 _STEPS = 16
 
-#: What is left out beside a contact: so many times its half width stays.
+#: A map is cropped to this many times the half-width of the contact.
 _MARGIN = 1.15
 
-#: Colours span all but this share of the strongest tractions.
+#: The colour scale covers all but this share of the strongest tractions.
 _STRONGEST = 0.005
 
 
 class Frames(NamedTuple):
-    """The maps of one place: what presses at each step of its way, and where it was."""
+    """The maps of one place: pressures along its branches, and the extent of the maps."""
 
     branches: list[str]
     delta: np.ndarray  # (frame,), nm from the highest peak
@@ -50,7 +50,7 @@ def contact_maps(at: Placed, *, loops: int, progress: bool) -> list[dict[str, An
     ----------
     at : Placed
     loops : int
-        Places at which the cycle with adhesion is followed again, where the run holds its events alone.
+        Number of places at which the cycle with adhesion is followed again, where the run holds only its events.
     progress : bool
 
     Returns
@@ -71,7 +71,7 @@ def contact_maps(at: Placed, *, loops: int, progress: bool) -> list[dict[str, An
 
 
 def _known(scan: xr.Dataset, ds: xr.Dataset) -> bool:
-    """Say whether the bodies are known, without which nothing is solved again."""
+    """Return whether the pair of bodies is known, without which nothing can be solved again."""
     return "pressure" in ds or "contact_modulus" in scan.coords or "contact_modulus" in ds.coords
 
 
@@ -93,7 +93,7 @@ def _without(at: Placed, one: xr.Dataset, loops: int, progress: bool) -> list[Fr
 
 
 def _with_adhesion(at: Placed, one: xr.Dataset, loops: int, progress: bool) -> list[Frames | None]:
-    """Return the maps along the loops of some places, followed as the run followed them."""
+    """Return the maps along the loops of some places, followed with the run's own options."""
     if "pressure" in one:
         return _kept(at, one)
     none: list[Frames | None] = [None] * at.count
@@ -116,7 +116,7 @@ def _with_adhesion(at: Placed, one: xr.Dataset, loops: int, progress: bool) -> l
 
 
 def _along(place: xr.Dataset) -> np.ndarray | None:
-    """Return displacements from where contact was lost to where the indenter turned, denser where it pulls."""
+    """Return displacements from loss of contact to the turning point, closer together where the force pulls."""
     ends = [float(place[name][0]) for name in ("detachment_delta", "preload_delta", "pull_off_delta")]
     if not np.all(np.isfinite(ends)) or ends[0] >= ends[1]:
         return None
@@ -125,7 +125,7 @@ def _along(place: xr.Dataset) -> np.ndarray | None:
 
 
 def _each(solve: Callable, which: Sequence[int], count: int, what: str, progress: bool) -> list[Frames | None]:
-    """Return what ``solve`` makes of some places, in parallel; None of the others."""
+    """Return the results of ``solve`` for some places, computed in parallel; None for the others."""
     bar = Progress(len(which), what=what, stream=sys.stderr if progress else None)
 
     def told(k: int) -> Frames | None:
@@ -133,7 +133,7 @@ def _each(solve: Callable, which: Sequence[int], count: int, what: str, progress
         bar.add()
         return found
 
-    # the run warned of the same solves, and the page tells its cautions
+    # the run has given the same warnings, and the page shows its cautions
     made = quietly(dask.compute, *(dask.delayed(told, pure=False)(k) for k in which), scheduler="threads")
     bar.close()
     by_place = dict(zip(which, made))
@@ -141,13 +141,13 @@ def _each(solve: Callable, which: Sequence[int], count: int, what: str, progress
 
 
 def _kept(at: Placed, one: xr.Dataset) -> list[Frames | None]:
-    """Return the maps that the archive itself holds."""
+    """Return the maps that the archive holds."""
     offset = at.shift(one)
     return [_frames(one.isel(subregion=k).load(), offset[k]) for k in range(at.count)]
 
 
 def _frames(one: xr.Dataset, offset: float) -> Frames | None:
-    """Return the maps of one place, loading first, cut to where anything presses or pulls and thinned."""
+    """Return the maps of one place, loading first, cropped to the tractions and thinned."""
     parts = list(_in_order(one))
     pressure = np.nan_to_num(
         np.concatenate([part["pressure"].transpose("delta", "x", "y").values for _, part in parts])
@@ -165,7 +165,7 @@ def _frames(one: xr.Dataset, offset: float) -> Frames | None:
 
 
 def _in_order(one: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
-    """Yield both branches as they are passed, or the only one."""
+    """Yield both branches in the order of the cycle, or the only one."""
     if "branch" not in one.dims:
         yield BRANCHES[0], one
         return
@@ -174,7 +174,7 @@ def _in_order(one: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
 
 
 def _half_width(pressure: np.ndarray, one: xr.Dataset) -> float | None:
-    """Return how far from the centre a map reaches, nm; None where nothing ever presses or pulls."""
+    """Return the distance from the centre to which a map extends, nm; None where there is never any traction."""
     strongest = np.abs(pressure).max(axis=0)
     seen = np.argwhere(strongest > 0.02 * strongest.max())
     if strongest.max() == 0:
@@ -185,7 +185,7 @@ def _half_width(pressure: np.ndarray, one: xr.Dataset) -> float | None:
 
 
 def _sheets(made: dict[str, list[Frames | None]]) -> dict[str, Any]:
-    """Return the maps as pictures on one scale of colours, and what its ends mean, GPa."""
+    """Return the maps as pictures on one colour scale, and the tractions at its ends, GPa."""
     push = _strong([frames.pressure for row in made.values() for frames in row if frames is not None])
     pull = _strong([-frames.pressure for row in made.values() for frames in row if frames is not None])
     sheets = {key: [frames and _sheet(frames, pull, push) for frames in row] for key, row in made.items()}
@@ -198,7 +198,7 @@ def _sheets(made: dict[str, list[Frames | None]]) -> dict[str, Any]:
 
 
 def _strong(pressures: list[np.ndarray]) -> float:
-    """Return what all but a share of the positive values stay below; 0 where there are none."""
+    """Return the value below which all but a share of the positive values lie; 0 where there are none."""
     positive = np.concatenate([values[values > 0] for values in pressures])
     return float(np.quantile(positive, 1 - _STRONGEST)) if positive.size else 0.0
 

@@ -1,4 +1,4 @@
-"""Maps as pictures inside the page: PNG files of at most 256 colours, one byte to a pixel."""
+"""Maps as images inside the page: PNG files of at most 256 colours, one byte per pixel."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ import zlib
 
 import numpy as np
 
-#: Colours that pull and that push: index 0 is nothing, the first half pulls, strongest first, the second half pushes.
+#: Colours of tractions: index 0 is none, the first half is for pulls, strongest first, the second half for pushes.
 _PULLS, _PUSHES = np.arange(1, 128), np.arange(128, 256)
 
 
 def picture(indices: np.ndarray, colours: np.ndarray) -> str:
-    """Return a picture as a data URI.
+    """Return an image as a data URI.
 
     Parameters
     ----------
     indices : ndarray of uint8, shape (rows, columns)
-        Which colour each pixel has, the top row first.
+        Index of each pixel's colour, the top row first.
     colours : ndarray of uint8, shape (256, 4)
         Red, green, blue and opacity.
 
@@ -54,14 +54,14 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
 
 
 def heights_palette() -> np.ndarray:
-    """Return the colours of heights, dark to light; the last one, of what is missing, is transparent."""
+    """Return the colours of heights, dark to light; the last one, for missing values, is transparent."""
     colours = _of_map("mako", np.linspace(0.0, 1.0, 256))
     colours[255] = 0
     return colours
 
 
 def tractions_palette() -> np.ndarray:
-    """Return the colours of what pulls and what pushes, the stronger the darker; the first one is transparent."""
+    """Return the colours of pulls and pushes, darker for stronger ones; the first one is transparent."""
     colours = np.zeros((256, 4), np.uint8)
     colours[_PULLS] = _of_map("Blues_r", np.linspace(0.05, 0.75, _PULLS.size))
     colours[_PUSHES] = _of_map("rocket_r", np.linspace(0.12, 0.95, _PUSHES.size))
@@ -76,7 +76,7 @@ def _of_map(name: str, values: np.ndarray) -> np.ndarray:
 
 
 def heights_indices(heights: np.ndarray) -> tuple[np.ndarray, float, float]:
-    """Return which colour each height has, and the heights at both ends of the colours.
+    """Return the index of each height's colour, and the heights at both ends of the scale.
 
     Examples
     --------
@@ -91,7 +91,7 @@ def heights_indices(heights: np.ndarray) -> tuple[np.ndarray, float, float]:
 
 
 def tractions_indices(tractions: np.ndarray, pull: float, push: float) -> np.ndarray:
-    """Return which colour each traction has, between the largest pull and push; nothing where it is all but 0 or NaN.
+    """Return the index of each traction's colour, between the largest pull and push; 0 where it is nearly 0 or NaN.
 
     Examples
     --------
@@ -108,18 +108,18 @@ def tractions_indices(tractions: np.ndarray, pull: float, push: float) -> np.nda
 
 
 def heights_legend() -> str:
-    """Return the bar of colours from the lowest height to the highest."""
+    """Return the colour bar from the lowest height to the highest."""
     return picture(np.arange(255, dtype=np.uint8)[None, :], heights_palette())
 
 
 def tractions_legend(pull: float, push: float) -> str:
-    """Return the bar of colours from the largest pull, where there is any, to the largest push."""
+    """Return the colour bar from the largest pull, where there is any, to the largest push."""
     bar = np.concatenate([_PULLS if pull > 0 else _PULLS[:0], _PUSHES]).astype(np.uint8)
     return picture(bar[None, :], tractions_palette())
 
 
 def thinned(values: np.ndarray, most: int) -> np.ndarray:
-    """Return the last two axes averaged over blocks, so that neither is longer than so many; what is over is left out.
+    """Return averages over blocks, so that neither of the last two axes exceeds ``most``; a remainder is cut off.
 
     Examples
     --------

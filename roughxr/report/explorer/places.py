@@ -1,4 +1,4 @@
-"""What a run tells of each of its places: curves, events, pull-offs and numbers, for each held parameter value."""
+"""The results of a run at each of its places: curves, events, pull-offs and numbers, for all values of parameters."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from ..intervals import flagged
 
 Run = Mapping[str, xr.Dataset]
 
-#: What may be a dimension of a result beside the places, and becomes a slider.
+#: Parameters that may be dimensions of a result besides the places; each becomes a slider.
 PARAMETERS = ("preload", "sphere_radius", "contact_modulus", "work_of_adhesion", "cycle")
 
-#: Solutions whose force is drawn, by the words of the legend; the first ones lie on top.
+#: Solutions whose force is drawn, by their names in the legend; the first are drawn on top.
 METHODS = {
     "adhesive": "simulation with adhesion",
     "direct": "direct, without adhesion",
@@ -32,7 +32,7 @@ METHODS = {
     "rigid": "rigid bodies",
 }
 
-#: Numbers of one place that stand beside its pictures.
+#: Numbers of one place that are shown beside its images.
 _NUMBERS = (
     "pull_off_force",
     "pull_off_error",
@@ -46,38 +46,40 @@ _NUMBERS = (
     "refinement",
 )
 
-#: Displacements of a curve at most.
+#: Largest number of displacements in a curve.
 _MOST_POINTS = 320
 
 
 class Placed(NamedTuple):
-    """A run, and the places of its scan that the page is about."""
+    """A run, and the places of its scan that the page shows."""
 
     run: Run
     places: xr.Dataset  # subregion, subregion_x, subregion_y
-    touched: Mapping[float, np.ndarray]  # nm below the highest peak, of each place, by the sphere's radius (nm)
+    touched: Mapping[
+        float, np.ndarray
+    ]  # first touch, nm below the highest peak, by place, for each sphere's radius (nm)
 
     @property
     def count(self) -> int:
-        """How many places there are."""
+        """Number of places."""
         return self.places.sizes["subregion"]
 
     def held(self, group: str) -> xr.Dataset | None:
-        """Return a group of the run if it is of these places, in their order."""
+        """Return a group of the run if it has these places, in their order."""
         return _of_places(self.run, self.places, group)
 
     def shift(self, one: xr.Dataset) -> np.ndarray:
-        """Return what is added to a result's displacements (nm) so that they count from the highest peak."""
+        """Return the offset to add to a result's displacements (nm) so that they count from the highest peak."""
         return self.touched[_radius(one, self.run["scan"])] if _from_touch(one) else np.zeros(self.count)
 
 
 def placed(run: Run) -> Placed:
-    """Return a run at its contact centres: those of its first result that has some.
+    """Return a run with its contact centres: those of its first result that has any.
 
     Raises
     ------
     ValueError
-        If there is none.
+        If there are none.
     """
     names = [f"solutions/{name}" for name in METHODS] + [f"statistics/{name}" for name in METHODS]
     found = (run[name] for name in [*names, *run] if name in run and "subregion_x" in run[name].coords)
@@ -102,12 +104,12 @@ def _from_touch(one: xr.Dataset) -> bool:
 
 
 def _radius(one: xr.Dataset, scan: xr.Dataset) -> float:
-    """Return the sphere's radius (nm) of a result, 0 of an indenter that is no sphere."""
+    """Return the sphere's radius (nm) of a result, 0 for an indenter that is no sphere."""
     return float(one.coords.get("sphere_radius", scan.coords.get("sphere_radius", 0.0)))
 
 
 def _touched(run: Run, places: xr.Dataset) -> dict[float, np.ndarray]:
-    """Return where each place is touched first, for each radius whose results count from there."""
+    """Return the depth of first touch at each place, for each radius whose results count from there."""
     found: dict[float, np.ndarray] = {}
     for name in METHODS:
         ds = _of_places(run, places, f"solutions/{name}")
@@ -123,23 +125,23 @@ def _first_touch(run: Run, places: xr.Dataset, one: xr.Dataset, radius: float) -
     alike = kept is not None and "sphere_radius" not in kept.dims and _radius(kept, run["scan"]) == radius
     if alike and kept["touch_delta"].dims == ("subregion",):
         return kept["touch_delta"].values
-    # without warnings of its pull, which is not asked for
+    # without warnings about its pull, which is not used
     return quietly(rigid, with_pair(run["scan"], one), delta=[0.0], subregions=places)["touch_delta"].values
 
 
 def with_pair(scan: xr.Dataset, one: xr.Dataset) -> xr.Dataset:
-    """Return the scan with the pair of a result, which may not be the one that the scan was assigned."""
+    """Return the scan with the pair of a result, which may differ from that assigned to the scan."""
     pair = {name: one[name] for name in schema.PAIR if name in one.coords and one[name].ndim == 0}
     return scan.assign_coords({name: float(value) for name, value in pair.items()})
 
 
 def over(ds: xr.Dataset | xr.DataArray) -> list[str]:
-    """Return which parameters are dimensions of a result."""
+    """Return the parameters that are dimensions of a result."""
     return [name for name in PARAMETERS if name in ds.dims]
 
 
 def cases(ds: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
-    """Yield a result for each combination of its parameters, by their values in words.
+    """Yield a result for each combination of its parameters, with their values as text.
 
     Examples
     --------
@@ -158,7 +160,7 @@ def _word(value: float) -> str:
 
 
 def axes(results: list[xr.Dataset]) -> list[dict[str, Any]]:
-    """Return the sliders: each parameter with the values that any of the results holds."""
+    """Return the sliders: each parameter with the values in any of the results."""
     found = []
     for name in PARAMETERS:
         values = sorted({float(value) for ds in results if name in ds.dims for value in ds[name].values})
@@ -175,7 +177,7 @@ def _unit(name: str) -> str:
 
 
 def rows(at: Placed) -> list[dict[str, Any]]:
-    """Return where the places are, and which hold debris by rule."""
+    """Return the positions of the places, and which hold debris by the rule."""
     flags = flagged(at.run)
     debris = np.zeros(at.count, bool)
     if flags is not None and flags.size == debris.size:
@@ -185,7 +187,7 @@ def rows(at: Placed) -> list[dict[str, Any]]:
 
 
 def curves(at: Placed) -> list[dict[str, Any]]:
-    """Return the force over displacement of every method that the run holds it of, nm from the highest peak."""
+    """Return the force over displacement, nm from the highest peak, for every method that has it in the run."""
     found = []
     for name, words in METHODS.items():
         ds = at.held(f"solutions/{name}")
@@ -215,7 +217,7 @@ def _line(way: str, ds: xr.Dataset, k: int, offset: float) -> dict[str, Any]:
 
 
 def events(at: Placed) -> dict[str, Any] | None:
-    """Return what the simulation with adhesion tells of its way: first contact, turning point, pull-off, parting."""
+    """Return the events of the simulation with adhesion: first contact, turning point, pull-off, detachment."""
     ds = at.held("solutions/adhesive")
     if ds is None or "pull_off_force" not in ds:
         return None
@@ -224,7 +226,7 @@ def events(at: Placed) -> dict[str, Any] | None:
 
 
 def _points(one: xr.Dataset, offset: np.ndarray) -> list[list[dict[str, Any]]]:
-    """Return the events of each place as points of its loop, those left out that the run does not tell."""
+    """Return the events of each place as points of its loop, without those that the run does not hold."""
     told = {
         "first contact": ("snap_in_delta", -_of(one, "snap_in_force")),
         "turning point": ("preload_delta", np.full(offset.size, _preload(one))),
@@ -243,7 +245,7 @@ def _points(one: xr.Dataset, offset: np.ndarray) -> list[list[dict[str, Any]]]:
 
 
 def asked(ds: xr.Dataset, operation: str) -> Mapping[str, Any]:
-    """Return the arguments of the last such step of a result's history, none where there is no such step."""
+    """Return the arguments of the last such step in a result's history, empty where there is none."""
     steps = [step for step in schema.history(ds) if step.get("operation") == operation]
     return steps[-1].get("arguments", {}) if steps else {}
 
@@ -258,7 +260,7 @@ def _of(one: xr.Dataset, name: str) -> np.ndarray:
 
 
 def pull_offs(at: Placed) -> list[dict[str, Any]]:
-    """Return the pull-off of every place, by every method that tells it, with the bins of its histogram."""
+    """Return the pull-off of every place, by every method that has it, with the bins of its histogram."""
     found = []
     for name, words in METHODS.items():
         held_there = (at.held(f"{part}/{name}") for part in ("statistics", "solutions"))
@@ -283,7 +285,7 @@ def _bins(values: np.ndarray) -> np.ndarray:
 
 
 def facts(at: Placed) -> dict[str, Any] | None:
-    """Return the numbers of each place that the simulation with adhesion tells, with their words and units."""
+    """Return the numbers of each place from the simulation with adhesion, with their names and units."""
     ds = at.held("solutions/adhesive")
     names = [] if ds is None else [name for name in _NUMBERS if name in ds and _is_told(ds[name])]
     if not names:
@@ -297,12 +299,12 @@ def facts(at: Placed) -> dict[str, Any] | None:
 
 
 def _is_told(array: xr.DataArray) -> bool:
-    """Say whether it is one number of each place, and known at any."""
+    """Return whether a variable has one number for each place, at least one of which is known."""
     return not set(array.dims) - {"subregion", *PARAMETERS} and bool(array.notnull().any())
 
 
 def doubts(at: Placed) -> list[list[str]]:
-    """Return what each place is to be distrusted for, in words."""
+    """Return the reasons to distrust each place, as sentences."""
     said: list[list[str]] = [[] for _ in range(at.count)]
     for name, words in METHODS.items():
         ds = at.held(f"solutions/{name}")
@@ -323,7 +325,7 @@ _FLAGS = (
 
 
 def number(value: float) -> float | None:
-    """Return a number to five digits, None for what is missing.
+    """Return a number to five digits, None for a missing one.
 
     Examples
     --------
@@ -334,5 +336,5 @@ def number(value: float) -> float | None:
 
 
 def numbers(values: np.ndarray) -> list[float | None]:
-    """Return numbers to five digits, None for what is missing."""
+    """Return numbers to five digits, None for missing ones."""
     return [number(value) for value in np.asarray(values, float).tolist()]

@@ -1,4 +1,4 @@
-"""The page itself: what it holds, put together, and written."""
+"""The interactive page: its content put together, and written."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ from ..warnings_shown import cautions
 from . import images, places
 from .contact_maps import contact_maps
 
-#: Pixels of the scan along a side at most: more are averaged.
+#: Largest number of the scan's pixels along a side: more are averaged.
 _MOST_PIXELS = 1200
 
 
 def write_explorer(
     path: str | os.PathLike, output: str | os.PathLike | None = None, *, loops: int = 16, progress: bool = False
 ) -> Path:
-    """Write a run's archive as one self-contained HTML page to click through.
+    """Write a run's archive as one self-contained, interactive HTML page.
 
-    Clicking a place of the scan shows its contact map, its force over displacement and its mark among all pull-offs;
-    what the archive holds for several preloads, radii, moduli or works of adhesion has a slider.
+    Clicking a place of the scan shows its contact map, its force over displacement and its position among all
+    pull-offs. There is a slider for each parameter, such as preload, radius, modulus or work of adhesion, that the
+    archive varies.
 
     Parameters
     ----------
@@ -37,10 +38,10 @@ def write_explorer(
     output : path, optional
         The page, by default ``explore.html`` beside the archive; it appears under this name once it is complete.
     loops : int
-        A run keeps of its simulation with adhesion the events, not the way between them. At so many places, spread
-        evenly, it is followed again, for a second or more each, for its loop and its contact maps; 0: at none.
+        Of the simulation with adhesion a run keeps the events, not the states between them. At this many places, spread
+        evenly, it is followed again, for a second or more each, to show loop and contact maps; 0: at none.
     progress : bool
-        Tell on standard error what is being computed.
+        Show on standard error what is being computed.
 
     Returns
     -------
@@ -101,10 +102,17 @@ def explorer_page(
     ------
     ValueError
         If there is no scan, or no result at places of it.
+
+    Examples
+    --------
+    >>> explorer_page({})
+    Traceback (most recent call last):
+        ...
+    ValueError: expected the archive of a run, with its scan, found groups: none; make one with roughxr run
     """
     import jinja2
 
-    told = _told(run, whole_number(loops, "loops", least=0), progress)
+    told = _page_data(run, whole_number(loops, "loops", least=0), progress)
     loader = jinja2.PackageLoader("roughxr.report.explorer", ".")
     environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     return environment.get_template("page.html").render(
@@ -113,7 +121,7 @@ def explorer_page(
         version=__version__,
         count=len(told["places"]),
         cautions=cautions(run),
-        # Within a script only what could end it must not stand: a file's own text may hold anything.
+        # within a script, escape whatever could end it, since a file's own text may hold anything
         told=json.dumps(told, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
     )
 
@@ -122,8 +130,8 @@ def _title(scan: xr.Dataset) -> str:
     return str(scan.attrs.get("title") or scan.attrs.get("source_file") or "A run of roughxr")
 
 
-def _told(run: Mapping[str, xr.Dataset], loops: int, progress: bool) -> dict[str, Any]:
-    """Return all that the page's script shows."""
+def _page_data(run: Mapping[str, xr.Dataset], loops: int, progress: bool) -> dict[str, Any]:
+    """Return all the data that the page's script shows."""
     if "scan" not in run:
         raise ValueError(
             f"expected the archive of a run, with its scan, found groups: {', '.join(run) or 'none'}; make one with "
@@ -145,7 +153,7 @@ def _told(run: Mapping[str, xr.Dataset], loops: int, progress: bool) -> dict[str
 
 
 def _scan(scan: xr.Dataset) -> dict[str, Any]:
-    """Return the scan as a picture, x to the right and y upwards, with its edges and what its colours mean, nm."""
+    """Return the scan as an image, x to the right and y upwards, with its edges and its colour scale, nm."""
     heights = images.thinned(scan["height"].transpose("x", "y").values, _MOST_PIXELS)
     indices, low, high = images.heights_indices(heights.T[::-1])
     return {

@@ -1,0 +1,105 @@
+"""How rigid bodies attract each other, and what keeps them apart: the options of `rigid`, read once."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from ..jobs.lazy import is_lazy
+from ..kernels.adhesion import potentials
+from ..kernels.adhesion import rigid as kernels
+from ..substances import CUT_OFF
+from ..units import positive
+from .asperity_sum import DISTANCE
+from .problem import Problem
+
+#: Laws of attraction, and the limits that keep the bodies apart.
+RIGID_LAWS = tuple(potentials.POTENTIALS)
+LIMITS = ("cut_off", "hardness", "elastic")
+
+#: Height (nm) to which the indenter rises within a window, or this many times the range of heights if that is more
+#: (for heights in memory); the ground further out is taken as its mean plane.
+_RISE, _RANGES = 300.0, 10.0
+
+#: Share of the pull from beyond the scan above which a place counts as truncated.
+BEYOND_EDGE = 0.01
+
+#: Gaps of the nearest cell, in ε, between which Lennard-Jones's largest pull is searched.
+NEAREST = np.linspace(0.31, 1.35, 27)
+
+
+class Options(NamedTuple):
+    """How rigid bodies attract each other, and what keeps them apart."""
+
+    law: potentials.Potential
+    limit: str
+    hardness: float  # GPa, NaN unless limit="hardness"
+    area: float  # nm², of a pixel
+    parabola: bool  # whether the indenter is Hertz's paraboloid
+
+
+def options_of(ds, law, length, retardation, limit, hardness, profile) -> Options:
+    """Return the options of `rigid`; raise where they do not go together."""
+    schema.one_of(law, RIGID_LAWS, "law")
+    schema.one_of(limit, LIMITS, "limit")
+    wavelength = np.inf if retardation is None else positive(retardation, "nm", "retardation")
+    if law != "hamaker" and np.isfinite(wavelength):
+        raise ValueError(f"retardation: expected for law='hamaker' alone, found it for {law!r}")
+    if (limit == "hardness") != (hardness is not None):
+        raise ValueError(f"hardness: expected for limit='hardness' and for no other, found {hardness!r} for {limit!r}")
+    if limit != "cut_off" and law == "lennard_jones":
+        raise ValueError(f"limit: expected 'cut_off' for law='lennard_jones', which pushes by itself, found {limit!r}")
+    (w,) = schema.pair(ds, "work_of_adhesion")
+    if not w > 0:
+        raise ValueError(f"work_of_adhesion: expected a positive one, found {w:g} J/m2; nothing attracts")
+    found = potentials.potential(law, w, length_of(ds, law, length, w), wavelength)
+    return Options(
+        law=found,
+        limit=limit,
+        hardness=np.nan if hardness is None else _hardness(hardness, found),
+        area=schema.square_pixel(ds) ** 2,
+        parabola=profile == "parabola",
+    )
+
+
+def _hardness(given: Any, law: potentials.Potential) -> float:
+    """Return a hardness (GPa), which must exceed the largest traction for summits to keep the bodies apart."""
+    value, largest = positive(given, "GPa", "hardness"), potentials.traction(kernels.floor(law), law)
+    if value <= largest:
+        raise ValueError(f"hardness: expected more than the largest traction, {largest:.3g} GPa, found {value:g} GPa")
+    return value
+
+
+def length_of(ds: xr.Dataset, law: str, given: Any, w: float) -> float:
+    """Return the law's length, nm: as given, else by the assigned pair, else the usual one."""
+    if given is not None:
+        return positive(given, "nm", "length")
+    if law in ("exponential", "dugdale"):
+        return float(ds["adhesion_range"]) if "adhesion_range" in ds.coords else DISTANCE
+    if "hamaker_constant" in ds.coords:
+        return float(np.sqrt(float(ds["hamaker_constant"]) / ((12 if law == "hamaker" else 16) * np.pi * w)))
+    return CUT_OFF if law == "hamaker" else DISTANCE
+
+
+def reach_of(ds: xr.Dataset, problem: Problem) -> float:
+    """Return the half-width of the windows, nm."""
+    height_range = 0.0 if is_lazy(ds) else float(np.ptp(schema.complete(ds)["height"].values))
+    return problem.indenter.reach(max(_RISE, _RANGES * height_range))
+
+
+def largest_pull(deltas: np.ndarray, pulls: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the largest pulls and their displacements, by quartics through five pulls at even displacements."""
+    best = np.clip(pulls.argmax(-1), 2, pulls.shape[-1] - 3)[..., None]
+    around = np.take_along_axis(pulls, best + np.arange(-2, 3), -1)
+    quartic = around @ np.linalg.inv(np.vander(np.arange(-2.0, 3.0), increasing=True)).T
+    x = np.zeros(best.shape[:-1])
+    for _ in range(8):
+        slope, bend = (np.polynomial.polynomial.polyder(np.moveaxis(quartic, -1, 0), k) for k in (1, 2))
+        at = [np.polynomial.polynomial.polyval(x, part, tensor=False) for part in (slope, bend)]
+        x = np.clip(x - at[0] / np.where(at[1] < 0, at[1], -np.inf), -2, 2)
+    largest = np.polynomial.polynomial.polyval(x, np.moveaxis(quartic, -1, 0), tensor=False)
+    nearest, step = np.take_along_axis(deltas, best, -1)[..., 0], deltas[..., 1] - deltas[..., 0]
+    return largest, nearest + step * x

@@ -1,0 +1,169 @@
+"""Rigid bodies at given places: one task for each, with the pull at all displacements.
+
+The bodies come together to where the limit of `rigid` keeps them apart: the cut-off, the hardness of flattened summits,
+or their elastic deformation.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from .. import schema
+from ..jobs import lazy as parallel
+from ..kernels.adhesion import potentials
+from ..kernels.adhesion import rigid as kernels
+from ..kernels.halfspace import displacement_control
+from .problem import Place, Problem, Surface, places, surface_at
+from .records import Layout, fields_of, labelled, put_fields, window_axes
+from .rigid_attraction import BEYOND_EDGE, NEAREST, Options, largest_pull, reach_of
+
+#: Gap, in units of the law's length, up to which a cell counts as in contact.
+_TOUCHING = 2.0
+
+#: Displacements (nm, from first touch) at which an elastic approach is followed.
+_DEPTHS = np.geomspace(0.003, 30.0, 41)
+
+_EVENTS = {
+    "pull_off_force": float,
+    "pull_off_delta": float,
+    "touch_delta": float,
+    "pull_beyond_contact": float,
+    "truncated": bool,
+}
+
+
+def at_places(ds, positions, problem, options, *, fields, progress) -> xr.Dataset:
+    """Return the curves and events at given places."""
+    ds, lazy = schema.complete(ds), parallel.is_lazy(ds)
+    found, shape = places(ds, positions, reach_of(ds, problem))
+    window = tuple(problem.refine * n for n in shape) if fields else None
+    layout = Layout({"delta": problem.steps}, {"force": float}, _EVENTS, window)
+    mean = ds["height"].data.mean()
+    arguments = [(*place, mean) for place in found]
+    shared = problem, layout, options
+    records = parallel.spread(_place, arguments, layout.dtype, *shared, lazy=lazy, progress=progress)
+    out = labelled(records, layout, ds, positions)
+    return out.assign_coords(window_axes([place.window for place in found], problem, layout)) if fields else out
+
+
+class _Setting(NamedTuple):
+    """The indenter and the surface at one place, and the law between them."""
+
+    surface: Surface
+    ground: float  # nm below the datum, the mean plane beyond the window
+    rectangle: tuple[float, float, float, float]  # sides of the window from the centre, nm
+    problem: Problem
+    options: Options
+
+    def pulls(self, deltas: np.ndarray) -> np.ndarray:
+        """Return the pull (nN) at displacements (nm below the datum)."""
+        o = self.options
+        inside = kernels.pulls(self.surface.separation, deltas, o.law, kernels.floor(o.law), o.area)
+        return inside + self.beyond(deltas)
+
+    def beyond(self, deltas: np.ndarray) -> np.ndarray:
+        """Return the part of the pull (nN) that comes from beyond the window."""
+        indenter, o = self.problem.indenter, self.options
+        if indenter.map is not None:
+            return np.zeros(deltas.size)
+        return kernels.outside(self.ground - deltas, o.law, indenter.radius, o.parabola, self.rectangle)
+
+    def touch(self) -> float:
+        """Return the displacement (nm below the datum) of first touch."""
+        return float(self.surface.separation.min())
+
+
+def _place(height, datum, window, ends, mean, problem, layout, options) -> np.ndarray:
+    """Solve one place; the function that a task runs."""
+    surface = surface_at(Place(height, datum, window, ends), problem)
+    low = [-(first + problem.pixel * (lost - 0.5)) for first, lost in zip(window.origin, window.missing)]
+    sides = [(a, n * problem.pixel - a) for a, n in zip(low, height.shape)]
+    rectangle = tuple(max(side, 1e-6) for pair in sides for side in pair)
+    here = _Setting(surface, float(datum) - float(mean), rectangle, problem, options)
+    record, deltas = layout.blank(), problem.steps + surface.zero
+    closest, pull = {"cut_off": _cut_off, "hardness": _flattened, "elastic": _elastic}[options.limit](here)
+    within = deltas <= closest + 1e-9
+    record["force"][within] = -here.pulls(deltas[within])
+    record["touch_delta"] = here.touch() - surface.zero
+    record["pull_off_force"], record["pull_off_delta"] = pull[0], pull[1] - surface.zero
+    touching = _touching(here, pull[1])
+    record["pull_beyond_contact"] = 1 - touching / pull[0]
+    record["truncated"] = any(ends) and here.beyond(np.array([pull[1]]))[0] > BEYOND_EDGE * pull[0]
+    if layout.window is not None:
+        put_fields(record, surface, _fields(here, np.where(within, deltas, np.nan)))
+    return record
+
+
+def _touching(here: _Setting, delta: float) -> float:
+    """Return the part of the pull (nN) from cells in contact, or close enough to count as such."""
+    o = here.options
+    gap = np.maximum(here.surface.separation.ravel() - delta, kernels.floor(o.law))
+    near = gap[gap < _TOUCHING * o.law.length]
+    return o.area * float(potentials.tractions(near, o.law).sum())
+
+
+def _fields(here: _Setting, deltas: np.ndarray) -> dict[str, np.ndarray]:
+    """Return pressures and gaps on the window; rigid bodies have no displacement field."""
+    law = here.options.law
+    gap = np.maximum(here.surface.separation - deltas[:, None, None], kernels.floor(law))
+    pressure = -potentials.tractions(np.minimum(gap, 1e12).ravel(), law).reshape(gap.shape)
+    return {"pressure": pressure, "displacement": np.where(np.isnan(gap), np.nan, 0.0), "gap": gap}
+
+
+def _cut_off(here: _Setting) -> tuple[float, tuple[float, float]]:
+    """Return the displacement of closest approach, and the largest pull with its displacement."""
+    law = here.options.law
+    if law.closest is not None:
+        closest = here.touch() - kernels.floor(law)
+        return closest, (float(here.pulls(np.array([closest]))[0]), closest)
+    deltas = here.touch() - law.length * NEAREST
+    return np.inf, tuple(map(float, largest_pull(deltas, here.pulls(deltas))))
+
+
+def _flattened(here: _Setting) -> tuple[float, tuple[float, float]]:
+    """Return closest approach and largest pull where flattened summits bear the pull at the hardness.
+
+    Between the overlaps of two pixels the flattened area is interpolated.
+    """
+    from scipy.optimize import brentq
+
+    o, start = here.options, here.touch() - kernels.floor(here.options.law)
+    lowest = np.sort(here.surface.separation[np.isfinite(here.surface.separation)]) - here.touch()
+    areas = o.area * np.arange(lowest.size)
+
+    def lacking(depth):
+        return float(here.pulls(np.array([start + depth]))[0]) - o.hardness * np.interp(depth, lowest, areas)
+
+    depth = brentq(lacking, 0.0, float(lowest[-1]), xtol=1e-9)
+    return start + depth, (float(here.pulls(np.array([start + depth]))[0]), start + depth)
+
+
+def _elastic(here: _Setting) -> tuple[float, tuple[float, float]]:
+    """Return closest approach and largest pull where summits deform elastically under the attraction of all the gaps.
+
+    The pull at a displacement is the attraction across the gaps less Hertz's push in the contacts. The largest over the
+    displacements counts, or the rigid bodies' pull, with which an elastic approach begins, if that is larger.
+    """
+    law, problem = here.options.law, here.problem
+    start, pulls = here.touch(), []
+    deltas = start + _DEPTHS
+    limits = {"tolerance": 1e-6, "max_iterations": 5000}
+    separation, half_space = here.surface.separation, (problem.dx, problem.contact_modulus)
+    for delta in deltas:
+        states, pressure = displacement_control.sweep_arrays(
+            separation, np.array([delta]), *half_space, keep=1, **limits
+        )[:2]
+        gap = fields_of(pressure, here.surface, np.array([delta]), problem)["gap"] + kernels.floor(law)
+        open_gap = gap[(np.asarray(pressure).reshape(gap.shape) == 0) & np.isfinite(gap)]
+        attraction = here.options.area * potentials.tractions(open_gap, law).sum()
+        pulls.append(float(attraction + here.beyond(np.array([delta]))[0] - states[0, displacement_control.FORCE]))
+        if pulls[-1] < 0.5 * max(pulls):
+            break
+    rigid_pull = float(here.pulls(np.array([start - kernels.floor(law)]))[0])
+    best = int(np.argmax(pulls))
+    if pulls[best] <= rigid_pull:
+        return start - kernels.floor(law), (rigid_pull, start - kernels.floor(law))
+    return start - kernels.floor(law), (pulls[best], float(deltas[best]))
