@@ -37,6 +37,9 @@ STENCIL = (1.1628, -0.1831, -0.0478)
 #: A round of conjugate gradients ends when the largest gap has fallen to this part of the largest violation.
 _ROUND = 0.15
 
+#: A part of the load that is rounding.
+_ROUNDING = 1e-13
+
 #: Rounds without fewer violations than ever before, until cells are exchanged one at a time.
 PATIENCE = 10
 
@@ -77,11 +80,17 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
     size, cap = pressure.size, cells.cap
     direction, image, preconditioned, other = line(size, 0.0), line(size, 0.0), line(size, 0.0), line(size, 0.0)
     iterations, slope, shift, fewest, left = 0, 0.0, 0.0, np.inf, patience
+    changed, yields = False, cap < np.inf and _reaches(pressure, cap)
     while True:
+        if load > 0.0 and slope == 0.0 and yields:
+            changed |= _top_up(cells, pressure, gap, contact, direction, preconditioned, other, load)
+        if changed:
+            multiply(cells.operator, other, image)
+            iterations += 1
+            for k in range(size):
+                gap[k] += image[k]
         if load > 0.0 and slope == 0.0:
-            if cap < np.inf:
-                iterations += _top_up(cells, pressure, gap, contact, direction, image, other, load)
-            else:
+            if not yields:
                 _scale(pressure, gap, cells.depth, shift, load)
             shift += _level(gap, contact)
             _precondition_unit(cells, contact, image, other)
@@ -101,14 +110,12 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
         violating, worst = _count(pressure, gap, contact, cap, goal)
         if violating == 0 and worst <= goal:
             return Outcome(CONVERGED, iterations, worst, shift)
+        changed = False
         if violating > 0:
             slope = 0.0  # another contact: the old directions are no longer conjugate
             fewest, left = (violating, patience) if violating < fewest else (fewest, left - 1)
-            if _exchange(pressure, gap, contact, cap, other, goal, left <= 0):
-                multiply(cells.operator, other, image)
-                iterations += 1
-                for k in range(size):
-                    gap[k] += image[k]
+            changed = _exchange(pressure, gap, contact, cap, other, goal, left <= 0)
+            yields = yields or (cap < np.inf and _reaches(pressure, cap))
         if iterations >= max_iterations:
             return Outcome(ITERATION_LIMIT, iterations, _give_up(pressure, gap, contact, cap), shift)
 
@@ -160,9 +167,16 @@ def _scale(pressure, gap, depth, shift, load):
             gap[k] = (gap[k] + depth[k] + shift) * (load / total) - depth[k] - shift
 
 
+@kernel(inner=True)
+def _reaches(pressure, cap):
+    """Say whether a pressure is at the cap."""
+    return pressure.max() >= cap
+
+
 @kernel(inline=True)
-def _top_up(cells, pressure, gap, contact, unit, image, answer, load):
-    """Let the contact carry what the yielding cells leave of the load, spread as by a flat punch; return the products.
+def _top_up(cells, pressure, gap, contact, unit, answer, change, load):
+    """Let the contact carry what the yielding cells leave of the load, spread as by a flat punch, and add it to the
+    ``change``; say whether that is anything.
 
     Where all cells yield, or none is left to carry, the one that is next takes it.
     """
@@ -172,15 +186,16 @@ def _top_up(cells, pressure, gap, contact, unit, image, answer, load):
         carrying |= contact[k]
     if not carrying:
         contact[_next_to_carry(pressure, gap, cells.cap, missing)] = True
-    _precondition_unit(cells, contact, unit, answer)
-    multiply(cells.operator, answer, image)
-    whole = 0.0
-    for k in range(pressure.size - 1):
-        whole += answer[k]
-    for k in range(pressure.size - 1):
-        pressure[k] += missing / whole * answer[k]
-        gap[k] += missing / whole * image[k]
-    return 1
+    anything = abs(missing) > _ROUNDING * load
+    if anything:
+        _precondition_unit(cells, contact, unit, answer)
+        whole = 0.0
+        for k in range(pressure.size - 1):
+            whole += answer[k]
+        for k in range(pressure.size - 1):
+            pressure[k] += missing / whole * answer[k]
+            change[k] += missing / whole * answer[k]
+    return anything
 
 
 @kernel(inner=True)
