@@ -79,11 +79,16 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
     """
     size, cap = pressure.size, cells.cap
     direction, image, preconditioned, other = line(size, 0.0), line(size, 0.0), line(size, 0.0), line(size, 0.0)
+    flat = line(size, 0.0)  # nearly the pressures of a flat punch on the contact
     iterations, slope, shift, fewest, left = 0, 0.0, 0.0, np.inf, patience
     changed, yields = False, cap < np.inf and _reaches(pressure, cap)
     while True:
-        if load > 0.0 and slope == 0.0 and yields:
-            changed |= _top_up(cells, pressure, gap, contact, direction, preconditioned, other, load)
+        if load > 0.0 and slope == 0.0:
+            missing = _missing(cells, pressure, gap, contact, load) if yields else 0.0
+            _precondition_unit(cells, contact, image, flat)
+            if abs(missing) > _ROUNDING * load:
+                _top_up(pressure, flat, other, missing)
+                changed = True
         if changed:
             multiply(cells.operator, other, image)
             iterations += 1
@@ -93,7 +98,6 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
             if not yields:
                 _scale(pressure, gap, cells.depth, shift, load)
             shift += _level(gap, contact)
-            _precondition_unit(cells, contact, image, other)
         worst, inside = _violation(pressure, gap, contact, cap)
         target = max(_ROUND * worst, 0.5 * goal) if left > 0 else 0.5 * goal
         closed = inside <= target
@@ -101,7 +105,7 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
             _residual(gap, contact, image)
             _precondition(cells, image, preconditioned)
             if load > 0.0:
-                shift += _project(gap, contact, preconditioned, other)
+                shift += _project(gap, contact, preconditioned, flat)
                 _residual(gap, contact, image)
             slope = _search(image, contact, preconditioned, direction, slope)
             multiply(cells.operator, direction, image)
@@ -173,12 +177,11 @@ def _reaches(pressure, cap):
     return pressure.max() >= cap
 
 
-@kernel(inline=True)
-def _top_up(cells, pressure, gap, contact, unit, answer, change, load):
-    """Let the contact carry what the yielding cells leave of the load, spread as by a flat punch, and add it to the
-    ``change``; say whether that is anything.
+@kernel(inner=True)
+def _missing(cells, pressure, gap, contact, load):
+    """Return what the pressures leave of the load for the contact to carry.
 
-    Where all cells yield, or none is left to carry, the one that is next takes it.
+    Where all cells yield, or none is left to carry, the one that is next is taken into contact.
     """
     missing, carrying = load, False
     for k in range(pressure.size - 1):
@@ -186,16 +189,16 @@ def _top_up(cells, pressure, gap, contact, unit, answer, change, load):
         carrying |= contact[k]
     if not carrying:
         contact[_next_to_carry(pressure, gap, cells.cap, missing)] = True
-    anything = abs(missing) > _ROUNDING * load
-    if anything:
-        _precondition_unit(cells, contact, unit, answer)
-        whole = 0.0
-        for k in range(pressure.size - 1):
-            whole += answer[k]
-        for k in range(pressure.size - 1):
-            pressure[k] += missing / whole * answer[k]
-            change[k] += missing / whole * answer[k]
-    return anything
+    return missing
+
+
+@kernel(inner=True)
+def _top_up(pressure, flat, change, missing):
+    """Spread what is missing of the load as by a flat punch, and add it to the ``change``."""
+    share = missing / flat.sum()
+    for k in range(pressure.size - 1):
+        pressure[k] += share * flat[k]
+        change[k] += share * flat[k]
 
 
 @kernel(inner=True)
