@@ -150,7 +150,8 @@ def adhesive(
         Keep pressure, displacement and gap on the window around each centre, on the cells of the solve, on both
         branches, at the displacements of ``delta``; NaN beyond the scan's edge. Needs a whole number for ``refine``.
     tolerance : float, optional
-        Residual traction over the largest; by default 1e-5, of "griffith" and "dugdale" 1e-7.
+        Residual traction over the largest; by default 1e-5, of "griffith" and "dugdale" 1e-7. Under the other laws it
+        holds at ``delta`` and at the largest pull; states on the way there are found to 1e-3 only.
     max_iterations : int
         Rounds per step.
     max_cells : int, optional

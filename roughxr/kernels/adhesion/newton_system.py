@@ -4,7 +4,7 @@ A change x of the pressures changes the gaps by A x (Love's coefficients, ``kern
 
     (A x)ᵢ = rᵢ   where cells touch,        xⱼ − τⱼ (A x)ⱼ = rⱼ   where they attract, τ = −dt/du the traction's fall.
 
-GMRES (Saad & Schultz 1986) solves it to a tenth, which is all that Newton's method needs, within some six products
+GMRES (Saad & Schultz 1986) solves it to a fifth, which is all that Newton's method needs, within some five products
 where the state is stable: the attracting part is close to one by itself, and the touching part is preconditioned by the
 inverse of A on a periodic box, restricted to the cells that touch. Products are transforms of a box around the cells in
 single precision; up to ``DENSE_LIMIT`` cells are summed by their matrix.
@@ -53,6 +53,14 @@ def _precondition(near, touching, values, out):
     for k in range(values.size):
         if not touching[k]:
             out[k] = values[k]
+
+
+@kernel(reorder=True)
+def _along(vector, other):
+    total = 0.0
+    for k in range(vector.size):
+        total += vector[k] * other[k]
+    return total
 
 
 @kernel(reorder=True)
@@ -108,6 +116,29 @@ def solve(near, touching, tau, right, part, room, x, image):
             break
     _combine(h, e, size, room, x, image)
     return size
+
+
+@kernel
+def nearest(touching, tau, right, size, room, x, image):
+    """Write into ``x`` what nearly solves a system with another ``tau``, from the ``size`` products of the last one.
+
+    Least squares over the directions of which A is known already, so that it costs no product. Returns the part of the
+    right side that stays unsolved.
+    """
+    h, e, column = np.zeros((size, size)), np.zeros(size), np.zeros(size)
+    length, left = _first_basis(right, room.basis[size:], x, image), 1.0
+    for m in range(size):
+        z, y, new = room.preconditioned[m], room.images[m], room.basis[m]
+        for k in range(right.size):
+            new[k] = y[k] if touching[k] else z[k] - tau[k] * y[k]
+        h[m, m] = _orthogonal(room.basis, m, new, column)
+        along = _along(new, room.basis[size])
+        for i in range(m):
+            h[i, m] = column[i]
+        e[m] = along * length
+        left -= along * along
+    _combine(h, e, size, room, x, image)
+    return np.sqrt(max(left, 0.0))
 
 
 @kernel
