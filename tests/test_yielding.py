@@ -294,7 +294,10 @@ def test_a_load_yields_as_its_displacement_does(surface):
         back = direct(surface, delta=deltas, subregions=(2, 2)).isel(subregion=k)
         np.testing.assert_allclose(back.force.sel(branch="loading"), loads, rtol=1e-5)
         np.testing.assert_allclose(back.plastic_work, by_load.plastic_work[k], rtol=1e-3, atol=1e-6)
-    assert (by_load.delta.sel(branch="retraction")[:, 0] > by_load.delta.sel(branch="loading")[:, 0]).all()
+    loading, retraction = (by_load.delta.sel(branch=way)[:, 0].values for way in ("loading", "retraction"))
+    yielded = by_load.plastic_work[:, 0, -1].values > 0
+    assert yielded.any() and (retraction[yielded] > loading[yielded] + 1e-3).all()
+    np.testing.assert_allclose(retraction[~yielded], loading[~yielded], atol=1e-5)
 
 
 def test_lazy_equals_eager(surface):

@@ -37,6 +37,9 @@ STENCIL = (1.1628, -0.1831, -0.0478)
 #: A round of conjugate gradients ends when the largest gap has fallen to this part of the largest violation.
 _ROUND = 0.15
 
+#: Part of the load that is rounding.
+_ROUNDING = 1e-13
+
 #: Number of rounds without a new minimum of violations after which cells are exchanged one at a time.
 PATIENCE = 10
 
@@ -76,15 +79,25 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
     """
     size, cap = pressure.size, cells.cap
     direction, image, preconditioned, other = line(size, 0.0), line(size, 0.0), line(size, 0.0), line(size, 0.0)
+    flat = line(size, 0.0)  # nearly the pressures of a flat punch on the contact
     iterations, slope, shift, fewest, left = 0, 0.0, 0.0, np.inf, patience
+    changed, yields = False, cap < np.inf and _reaches(pressure, cap)
     while True:
         if load > 0.0 and slope == 0.0:
-            if cap < np.inf:
-                iterations += _top_up(cells, pressure, gap, contact, direction, image, other, load)
-            else:
+            missing = _missing(cells, pressure, gap, contact, load) if yields else 0.0
+            _precondition_unit(cells, contact, image, flat)
+            if abs(missing) > _ROUNDING * load:
+                _top_up(pressure, flat, other, missing)
+                changed = True
+        if changed:
+            multiply(cells.operator, other, image)
+            iterations += 1
+            for k in range(size):
+                gap[k] += image[k]
+        if load > 0.0 and slope == 0.0:
+            if not yields:
                 _scale(pressure, gap, cells.depth, shift, load)
             shift += _level(gap, contact)
-            _precondition_unit(cells, contact, image, other)
         worst, inside = _violation(pressure, gap, contact, cap)
         target = max(_ROUND * worst, 0.5 * goal) if left > 0 else 0.5 * goal
         closed = inside <= target
@@ -92,7 +105,7 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
             _residual(gap, contact, image)
             _precondition(cells, image, preconditioned)
             if load > 0.0:
-                shift += _project(gap, contact, preconditioned, other)
+                shift += _project(gap, contact, preconditioned, flat)
                 _residual(gap, contact, image)
             slope = _search(image, contact, preconditioned, direction, slope)
             multiply(cells.operator, direction, image)
@@ -101,14 +114,12 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
         violating, worst = _count(pressure, gap, contact, cap, goal)
         if violating == 0 and worst <= goal:
             return Outcome(CONVERGED, iterations, worst, shift)
+        changed = False
         if violating > 0:
             slope = 0.0  # another contact: the old directions are no longer conjugate
             fewest, left = (violating, patience) if violating < fewest else (fewest, left - 1)
-            if _exchange(pressure, gap, contact, cap, other, goal, left <= 0):
-                multiply(cells.operator, other, image)
-                iterations += 1
-                for k in range(size):
-                    gap[k] += image[k]
+            changed = _exchange(pressure, gap, contact, cap, other, goal, left <= 0)
+            yields = yields or (cap < np.inf and _reaches(pressure, cap))
         if iterations >= max_iterations:
             return Outcome(ITERATION_LIMIT, iterations, _give_up(pressure, gap, contact, cap), shift)
 
@@ -160,11 +171,17 @@ def _scale(pressure, gap, depth, shift, load):
             gap[k] = (gap[k] + depth[k] + shift) * (load / total) - depth[k] - shift
 
 
-@kernel(inline=True)
-def _top_up(cells, pressure, gap, contact, unit, image, answer, load):
-    """Let the contact carry the part of the load that yielding cells do not, distributed as under a flat punch.
+@kernel(inner=True)
+def _reaches(pressure, cap):
+    """Say whether a pressure is at the cap."""
+    return pressure.max() >= cap
 
-    Where all cells yield, or none is in contact, one more cell joins. Return the number of products.
+
+@kernel(inner=True)
+def _missing(cells, pressure, gap, contact, load):
+    """Return what the pressures leave of the load for the contact to carry.
+
+    Where all cells yield, or none is in contact, one more cell joins.
     """
     missing, carrying = load, False
     for k in range(pressure.size - 1):
@@ -172,15 +189,16 @@ def _top_up(cells, pressure, gap, contact, unit, image, answer, load):
         carrying |= contact[k]
     if not carrying:
         contact[_next_to_carry(pressure, gap, cells.cap, missing)] = True
-    _precondition_unit(cells, contact, unit, answer)
-    multiply(cells.operator, answer, image)
-    whole = 0.0
+    return missing
+
+
+@kernel(inner=True)
+def _top_up(pressure, flat, change, missing):
+    """Spread what is missing of the load as by a flat punch, and add it to the ``change``."""
+    share = missing / flat.sum()
     for k in range(pressure.size - 1):
-        whole += answer[k]
-    for k in range(pressure.size - 1):
-        pressure[k] += missing / whole * answer[k]
-        gap[k] += missing / whole * image[k]
-    return 1
+        pressure[k] += share * flat[k]
+        change[k] += share * flat[k]
 
 
 @kernel(inner=True)

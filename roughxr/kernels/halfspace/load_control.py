@@ -17,7 +17,7 @@ import numpy as np
 
 from ..jit import kernel
 from .active_set import CONVERGED, ITERATION_LIMIT, Outcome
-from .displacement_control import ELASTIC, FORCE, STATUS, describe, in_units, records, solutions
+from .displacement_control import ELASTIC, FORCE, HARD_FORCE, STATUS, describe, in_units, records, solutions
 from .products import coefficients_for, no_transfers
 from .warm_start import COARSE_ITERATIONS, COARSE_TOLERANCE, extrapolated, half_deep, halved, refined
 from .working_set import Overlap, WarmStart, depth_in, overlapping, put, solve_in_box
@@ -25,8 +25,8 @@ from .working_set import Overlap, WarmStart, depth_in, overlapping, put, solve_i
 #: Cells that overlap at up to this many times the guessed depth are chosen.
 _SLACK = 1.1
 
-#: d ln F / d ln depth of a sphere.
-_SPHERE_EXPONENT = 1.5
+#: d ln F / d ln depth of a sphere, and of one all of whose contact yields.
+_SPHERE_EXPONENT, _YIELDING_EXPONENT = 1.5, 1.0
 
 #: Windows narrower than this are not halved to find a displacement.
 _SMALLEST_HALVED = 24
@@ -105,7 +105,9 @@ def _loaded(
             put(pressure, pressures, kept, window)  # a tenth of what NumPy's own assignment takes to compile
             put(displacement, displacements, kept, window)
         if k + 1 < loads.size and found[k, FORCE] > 0.0:
-            deeper = (loads[k + 1] / found[k, FORCE]) ** (1.0 / _SPHERE_EXPONENT)
+            hard = found[k, HARD_FORCE] / found[k, FORCE] if cap < np.inf else 0.0
+            exponent = _SPHERE_EXPONENT + hard * (_YIELDING_EXPONENT - _SPHERE_EXPONENT)
+            deeper = (loads[k + 1] / found[k, FORCE]) ** (1.0 / exponent)
             guess = _onward(separation, touch + (state.delta - touch) * deeper, state, cap)
 
 
