@@ -62,6 +62,11 @@ def test_pull_off_is_the_same_on_dask_and_keeps_other_dimensions():
     np.testing.assert_array_equal(pull_off(both).pull_off_force.sel({"method": "twice"}), [10, np.nan])
 
 
+def test_a_sweep_that_is_elastic_has_no_pull_off_however_lightly_it_presses():
+    with pytest.raises(ValueError, match="never pulls; take method='ciavarella'"):
+        pull_off(sweep([[0.0, 0.2, 0.5]]).assign_attrs(method="direct"))
+
+
 def test_one_displacement_is_no_sweep():
     with pytest.raises(ValueError, match="at least two displacements"):
         pull_off(sweep([[1.0]]))

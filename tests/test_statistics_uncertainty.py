@@ -18,7 +18,7 @@ def coverage(side, length, *, law=lambda z: z, truth=(0.0, 0.0), statistics=("me
     held = []
     for _ in range(REPEATS):
         ds = on_grid(law(field(side, length, rng)))
-        found = bootstrap(ds, "pull_off_force", statistics=statistics, resamples=399)
+        found = bootstrap(ds, "pull_off_force", statistics=statistics, resamples=199)
         held.append((found.low <= truth) & (truth <= found.high))
     return xr.concat(held, "repeat").mean("repeat")
 
