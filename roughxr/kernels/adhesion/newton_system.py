@@ -1,13 +1,14 @@
-"""Linear systems on the cells in or near contact: A for what touches, 1 − τA for what attracts.
+"""Linear systems on the cells in or near contact: A on touching cells, 1 − τA on attracting ones.
 
-A change x of the pressures changes the gaps by A x (Love's coefficients, ``kernels.love``). Newton's step asks for
+A change x of the pressures changes the gaps by A x (Love's coefficients, ``halfspace.love``). Newton's step solves
 
-    (A x)ᵢ = rᵢ   where cells touch,        xⱼ − τⱼ (A x)ⱼ = rⱼ   where they attract, τ = −dt/du the traction's fall.
+    (A x)ᵢ = rᵢ   where cells touch,        xⱼ − τⱼ (A x)ⱼ = rⱼ   where they attract,
 
-GMRES (Saad & Schultz 1986) solves it to a fifth, which is all that Newton's method needs, within some five products
-where the state is stable: the attracting part is close to one by itself, and the touching part is preconditioned by the
-inverse of A on a periodic box, restricted to the cells that touch. Products are transforms of a box around the cells in
-single precision; up to ``DENSE_LIMIT`` cells are summed by their matrix.
+with τ = −dt/du the slope of the falling traction. GMRES (Saad & Schultz 1986) reduces the residual to a fifth, which is
+enough for Newton's method, with some five products where the state is stable. The attracting part is close to the
+identity, and the touching part is preconditioned by the inverse of A on a periodic box, restricted to the cells that
+touch. Products are transforms of a box around the cells, in single precision; up to ``DENSE_LIMIT`` cells the matrix is
+used.
 """
 
 from typing import NamedTuple
@@ -19,7 +20,7 @@ from ..jit import kernel
 
 
 class Workspace(NamedTuple):
-    """Room of GMRES."""
+    """Work arrays of GMRES."""
 
     basis: np.ndarray  # (products + 1, count)
     preconditioned: np.ndarray  # (products, count)
@@ -39,13 +40,13 @@ def near_cells(rows, columns, coefficients, product, inverse):
 
 @kernel
 def workspace(products, count):
-    """Return room for so many products on so many cells."""
+    """Return work arrays for this many products on this many cells."""
     return Workspace(np.empty((products + 1, count)), np.empty((products, count)), np.empty((products, count)))
 
 
 @kernel
 def _precondition(near, touching, values, out):
-    """Write into ``out`` nearly the pressures that answer a right side."""
+    """Write into ``out`` nearly the pressures that solve the system for a right side."""
     for k in range(values.size):
         out[k] = values[k] if touching[k] else 0.0
     if near.matrix.size == 0:
@@ -65,9 +66,9 @@ def _along(vector, other):
 
 @kernel(reorder=True)
 def _orthogonal(basis, size, vector, h):
-    """Take from ``vector`` what it has along the first ``size`` of ``basis``, written into ``h``.
+    """Remove from ``vector`` its components along the first ``size`` rows of ``basis``, which are written into ``h``.
 
-    What is left is brought to length one; returns the length it had.
+    The remainder is normalised; returns its length before.
     """
     for i in range(size):
         other, along = basis[i], 0.0
@@ -87,12 +88,12 @@ def _orthogonal(basis, size, vector, h):
 
 @kernel
 def solve(near, touching, tau, right, part, room, x, image):
-    """Write into ``x`` what solves the system to ``part`` of the right side, and A x into ``image``.
+    """Solve the system to ``part`` of the right side; write the solution into ``x`` and A x into ``image``.
 
     Returns
     -------
     products
-        At most as ``room`` has room for.
+        Their number, limited by the size of ``room``.
     """
     count, most = right.size, room.images.shape[0]
     h, rotations, e = np.zeros((most + 1, most)), np.zeros((most, 2)), np.zeros(most + 1)
@@ -143,7 +144,7 @@ def nearest(touching, tau, right, size, room, x, image):
 
 @kernel
 def _first_basis(right, basis, x, image):
-    """Begin with a right side; return its length."""
+    """Start the basis with the right side; return its length."""
     square = 0.0
     for k in range(right.size):
         x[k], image[k] = 0.0, 0.0
@@ -156,7 +157,7 @@ def _first_basis(right, basis, x, image):
 
 @kernel
 def _rotate(column, rotations, e, beyond, m):
-    """Bring the m-th column of the Hessenberg matrix into triangular form by Givens's rotations."""
+    """Bring the m-th column of the Hessenberg matrix to triangular form by Givens rotations."""
     for i in range(m):
         a, b, c, s = column[i], column[i + 1], rotations[i, 0], rotations[i, 1]
         column[i], column[i + 1] = c * a + s * b, c * b - s * a
@@ -169,7 +170,7 @@ def _rotate(column, rotations, e, beyond, m):
 
 @kernel(reorder=True)
 def _combine(h, e, size, room, x, image):
-    """Solve the triangular system and sum up."""
+    """Solve the triangular system, and add up the solution."""
     for m in range(size - 1, -1, -1):
         total = e[m]
         for i in range(m + 1, size):

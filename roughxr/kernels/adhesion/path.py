@@ -131,8 +131,7 @@ def follow(
     )
     deltas = np.ascontiguousarray(deltas, dtype=float)
     there, back = pressures[: len(pressures) // 2], pressures[len(pressures) // 2 :]
-    loading, cells = _load(problem, deltas, float(step), there, dents)
-    retraction, status = _retract(problem, deltas, float(step), cells, loading[-1, DISSIPATED], back)
+    loading, retraction, status = _there_and_back(problem, deltas, float(step), there, back, dents)
     states, inside = np.vstack([loading, retraction]), (slice(None), slice(1, -1), slice(1, -1))
     return Path(states[:, :_STATE], len(loading), status, pressures[inside], states[:, _STATE:], -dents[inside])
 
@@ -202,6 +201,14 @@ def _unmoved():
 
 
 @kernel
+def _there_and_back(problem, deltas, step, there, back, dents):
+    """Return the states of loading and of retraction, and how it ended: one entry, compiled sooner than two."""
+    loading, cells = _load(problem, deltas, step, there, dents)
+    retraction, status = _retract(problem, deltas, step, cells, loading[-1, DISSIPATED], back)
+    return loading, retraction, status
+
+
+@kernel(inner=True)
 def _load(problem, deltas, step, pressures, dents):
     """Go through ascending displacements, from the first at which anything can pull; return (states, cells)."""
     cells, states = no_cells(problem.separation.shape), _no_states()
@@ -248,7 +255,7 @@ def _copy(values, room):
             room[i, j] = values[i, j]
 
 
-@kernel
+@kernel(inner=True)
 def _retract(problem, deltas, step, cells, dissipated, pressures):
     """Go back through the prescribed displacements, then on until contact is lost; return states and outcome."""
     delta, k, length, largest, slope, states = deltas[-1], deltas.size - 2, step, 0.0, np.inf, _no_states()

@@ -1,17 +1,18 @@
 """Equilibrium at one displacement: p + t(g) = 0 where surfaces attract, g = 0 and p + t(0) ≥ 0 where they touch.
 
-The gap of every cell follows from the pressures, g = S − δ + A p. Two steps lead on from a guess, by one linear system
-(``newton_system``):
+The gap of every cell follows from the pressures, g = S − δ + A p. Either of two steps improves a guess, each by one
+linear system (``newton_system``):
 
-Newton's       linearises t as well; quadratic near the end, and taken where it goes downhill: Σ (p + t) Δg < 0.
-tangent        leaves t as it is (τ = 0). As the energy of adhesion −W(u) is concave, the energy with its tangent in its
-               place lies above it, so that the minimum of that is downhill from anywhere ("convex-concave procedure",
-               Yuille & Rangarajan 2003). It is what leads from the end of a branch to the next one.
+Newton's       linearises t as well. It converges quadratically near the solution, and is taken where it is a descent
+               direction: Σ (p + t) Δg < 0.
+tangent        holds t fixed (τ = 0). As the energy of adhesion −W(u) is concave, the energy with the tangent in place
+               of −W is an upper bound, so that its minimum is a descent from any state ("convex-concave procedure",
+               Yuille & Rangarajan 2003). This step leads from the end of a branch to the next branch.
 
-After either, the attracting cells take the traction of the gap that they have been given. Cells so far off that their
-traction hardly changes with the gap (``_NEAR``) only follow their gaps.
+After either step, the attracting cells get the traction at their new gap. Cells so far apart that their traction hardly
+changes with the gap (``_NEAR``) are left out of the systems, and their tractions updated with their gaps.
 
-Gaps come from transforms in single precision until the residual is small enough for it to matter.
+Gaps are computed by transforms in single precision, until the residual is so small that their rounding would matter.
 Unit cells and unit modulus.
 """
 
@@ -27,41 +28,41 @@ from ..jit import kernel
 from .newton_system import near_cells, nearest, solve, workspace
 from .smooth_laws import SmoothLaw, remaining_work, traction
 
-#: Cells whose traction falls at most by this part of what a cell resists with are left out of the linear systems.
+#: Cells are left out of the linear systems if their traction falls by at most this part of the cell's own stiffness.
 _NEAR = 1e-3
 
-#: Residual over the largest traction above which only tangents are followed, and below which gaps are made exact.
+#: Residual, over the largest traction, above which only tangent steps are taken, and below which gaps are exact.
 _ROUGH, _FINE = 1.0, 1e-3
 
-#: Newton's step is too long where it opens a gap by more than so many of the law's lengths.
+#: A Newton step is too long if it opens a gap by more than this many lengths of the law.
 _LONGEST = 3.0
 
-#: Products that a linear system may take, and to what part it is solved.
+#: Largest number of products for a linear system, and the part to which its residual is reduced.
 _PRODUCTS, _PART = 12, 0.2
 
-#: Where a step does not lead downhill, the fall of the tractions is linearised to this part of the last one, again
-#: and again, until less than ``_LEAST`` of it is left and it is left out. The products that the first system cost serve
-#: these too, unless more than ``_ENOUGH`` of their right side stays unsolved: it saves a fifth of all work.
+#: Where a step is no descent direction, the linearised slope of the tractions is multiplied by this factor, again and
+#: again, until less than ``_LEAST`` of it is left, and then dropped. These systems use the products of the first one,
+#: unless more than ``_ENOUGH`` of their right side remains unsolved, which saves a fifth of all work.
 _TEMPERED, _LEAST, _ENOUGH = 0.85, 0.3, 0.3
 
-#: Rounds of Newton's method, rounds without much progress, and residual at which it is given up.
+#: When Newton's method is given up: number of rounds, number of rounds without much progress, and residual.
 _LONGEST_NEWTON, _PATIENCE, _LOST = 30, 6, 6.0
 
-#: A residual is held against this part of the largest pressure, where that is more than the largest attraction.
+#: The residual is relative to this part of the largest pressure, if that is more than the largest attraction.
 _SOFT = 0.1
 
-#: Tangents that are followed at first where it is.
+#: Number of tangent steps at the start where that is the case.
 _TANGENTS = 2
 
-#: Under an attraction that is held gaps are closed to this part of the largest traction, by so many products at most.
+#: With attraction held fixed, gaps are closed to this part of the largest traction, with at most so many products.
 _PRESSED, _PRODUCTS_TO_PRESS = 0.01, 200
 
-#: How many nm of gap weigh as much as a nm of pressure where both say whether a cell touches.
+#: Weight of a gap (nm) relative to a pressure (nm) in deciding whether a cell touches.
 _WEIGHT = 0.5
 
 
 class Body(NamedTuple):
-    """What is given of a box, and room to work in."""
+    """The input of a solve on a box, and its work space."""
 
     separation: np.ndarray  # (nx, ny) S, nm, inf where there is nothing to touch
     coefficients: np.ndarray
@@ -70,13 +71,13 @@ class Body(NamedTuple):
     max_rounds: int
     exact: Convolution  # of the whole box
     quick: Convolution
-    first: tuple[int, int]  # the part of the box that holds the cells of the linear systems: where it begins
-    product: Convolution  # with A in that part
-    inverse: Convolution  # with its inverse, periodic
+    first: tuple[int, int]  # origin of the part of the box that contains the cells of the linear systems
+    product: Convolution  # with A, on that part
+    inverse: Convolution  # with the periodic inverse of A
 
 
 class State(NamedTuple):
-    """Where a body is."""
+    """Pressures, gaps and contact of a body."""
 
     pressure: np.ndarray  # (nx, ny) nm
     gap: np.ndarray  # nm
@@ -84,7 +85,7 @@ class State(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """How an equilibrium was found."""
+    """Cost and accuracy of an equilibrium."""
 
     rounds: int
     products: int
@@ -93,9 +94,9 @@ class Outcome(NamedTuple):
 
 
 def settle(body, delta, last, state, near=False):
-    """Bring ``state`` into equilibrium at a displacement (nm), from what stands in it or else from ``last``.
+    """Bring ``state`` to equilibrium at a displacement (nm), starting from its own values or else from ``last``.
 
-    With ``near`` only by Newton's method: what is not near the guess is not looked for.
+    With ``near`` only Newton's method is used: a state that is not close to the guess is not searched.
     """
     out = _newton(body, delta, state)
     products, rounds, steps = out.products, out.rounds, _TANGENTS
@@ -116,7 +117,7 @@ def settle(body, delta, last, state, near=False):
 
 
 def _newton(body, delta, state):
-    """Iterate until the residual is small enough, or has not fallen for some time.
+    """Iterate until the residual is small enough, or has not decreased for several rounds.
 
     The residual is infinite where a cell touches beyond the part of the box in which systems are solved.
     """
@@ -136,7 +137,7 @@ def _newton(body, delta, state):
 
 
 def _relax(body, delta, state, steps):
-    """Follow the energy's tangents downhill for some steps; return the products that they cost."""
+    """Take some tangent steps; return the number of products."""
     held = np.zeros(state.gap.shape)
     _hold(body, state, held)
     _quick_gaps(body, delta, state)
@@ -145,7 +146,7 @@ def _relax(body, delta, state, steps):
 
 @kernel
 def _exact_residual(body, delta, state):
-    """Find the gaps in double precision, and which cells touch; return the largest residual over the strength."""
+    """Compute gaps in double precision, and which cells touch; return the largest residual over the strength."""
     displace(state.pressure, body.exact, state.gap)
     _less_approach(body, delta, state)
     return _classify(body, state)
@@ -153,14 +154,14 @@ def _exact_residual(body, delta, state):
 
 @kernel
 def _quick_residual(body, delta, state):
-    """Do so in single precision."""
+    """Do the same in single precision."""
     _quick_gaps(body, delta, state)
     return _classify(body, state)
 
 
 @kernel
 def _hold(body, state, held):
-    """Let every cell attract as its gap says, on top of what presses where it touches."""
+    """Set the pressure of each cell to the attraction at its gap, minus what presses where it touches."""
     for i in range(held.shape[0]):
         for j in range(held.shape[1]):
             t = traction(max(state.gap[i, j], 0.0), body.law)[0]
@@ -171,7 +172,7 @@ def _hold(body, state, held):
 
 @kernel
 def _press(body, delta, state, held):
-    """Find where cells touch and how they press under the attraction of their gaps, held; return the products."""
+    """Find which cells touch, and their pressures, with the attraction held fixed; return the number of products."""
     _hold(body, state, held)
     _quick_gaps(body, delta, state)
     rows, columns = _places(body, state)
@@ -197,7 +198,7 @@ def _press(body, delta, state, held):
 
 @kernel
 def _quick_gaps(body, delta, state):
-    """Write the gaps that follow from the pressures, in single precision."""
+    """Compute the gaps from the pressures, in single precision."""
     pressure, box = state.pressure, body.quick.box
     for i in range(box.shape[0]):
         for j in range(box.shape[1]):
@@ -218,10 +219,10 @@ def _less_approach(body, delta, state):
 
 @kernel
 def _classify(body, state):
-    """Say which cells touch; let those far off follow; return the largest residual.
+    """Decide which cells touch, update the tractions of distant cells, and return the largest residual.
 
-    It is over the largest attraction, or ``_SOFT`` of the largest pressure if that is more. Infinite where a cell
-    touches beyond the part of the box in which systems are solved.
+    It is relative to the largest attraction, or to ``_SOFT`` of the largest pressure if that is more. It is infinite
+    where a cell touches beyond the part of the box in which systems are solved.
     """
     law, worst, most = body.law, 0.0, 0.0
     for i in range(state.gap.shape[0]):
@@ -259,7 +260,7 @@ def _near(body, rows, columns):
 
 @kernel
 def _improve(body, state, worst):
-    """Take one step; return the products that it cost."""
+    """Take one step; return the number of products."""
     rows, columns = _places(body, state)
     if rows.size == 0:
         return 0
@@ -283,7 +284,7 @@ def _improve(body, state, worst):
 
 @kernel
 def _go(body, state, rows, columns, touching, x, image):
-    """Let touching cells press as solved for, and attracting ones attract as the gaps say that were."""
+    """Apply a step: solved pressures where cells touch, tractions at the new gaps where they attract."""
     most = traction(0.0, body.law)[0]
     for k in range(rows.size):
         i, j = rows[k], columns[k]
@@ -295,7 +296,7 @@ def _go(body, state, rows, columns, touching, x, image):
 
 @kernel
 def _places(body, state):
-    """Return the rows and columns of the cells that touch or whose traction changes with their gap."""
+    """Return rows and columns of the cells that touch, or whose traction changes with the gap."""
     i0, j0 = body.first
     i1, j1 = i0 + body.inverse.box.shape[0], j0 + body.inverse.box.shape[1]
     i1, j1 = min(i1, state.gap.shape[0]), min(j1, state.gap.shape[1])
@@ -311,7 +312,7 @@ def _places(body, state):
 
 @kernel
 def _system(body, state, rows, columns):
-    """Return which cells touch, how fast the others' tractions fall, and what is to be mended."""
+    """Return which cells touch, the slopes of the others' tractions, and the right side."""
     count = rows.size
     touching, tau, right = np.empty(count, np.bool_), np.zeros(count), np.empty(count)
     for k in range(count):
@@ -327,7 +328,7 @@ def _system(body, state, rows, columns):
 
 @kernel
 def _is_downhill(touching, right, image, longest):
-    """Say whether the energy falls along a step of the gaps that is not too long."""
+    """Return whether a step of the gaps lowers the energy and is not too long."""
     fall = 0.0
     for k in range(right.size):
         if not touching[k]:
@@ -351,7 +352,7 @@ def energy(separation, law, delta, state):
 
 @kernel
 def closed_parts(state, law):
-    """Return of each cell the part of the work of separation that is left to do."""
+    """Return the closed fraction of each cell: the work of separation that is left there, over the whole."""
     closed = np.empty(state.gap.shape)
     for i in range(closed.shape[0]):
         for j in range(closed.shape[1]):

@@ -1,11 +1,11 @@
-"""Smooth laws of adhesion across a gap u ≥ 0, the work of separation w whatever their range.
+"""Smooth laws of adhesion across a gap u ≥ 0, all with the work of separation w, whatever their range.
 
 exponential     t = (w/ρ) exp(−u/ρ)                                              largest traction w/ρ, where it touches
 van der Waals   t = (8w/3z₀) [(z₀/z)³ − (z₀/z)⁹],  z = z₀ + u                    1.026 w/z₀, at z = 3^{1/6} z₀
 
-The second is the attraction between two half spaces of Lennard-Jones atoms (Israelachvili; Greenwood 1997); closer than
-z₀, where they repel, the surfaces are held to be hard. Beyond ``range`` nothing pulls: t jumps to zero there, by e^-12
-of the largest under the first law, and by 1.6·10⁻³ under the second, at eleven z₀.
+The second is the attraction between two half spaces of Lennard-Jones atoms (Israelachvili; Greenwood 1997). The
+surfaces are taken as hard at z₀, closer than which they would repel. Beyond ``range`` nothing pulls: there t drops to
+zero, from e⁻¹² of the largest under the first law, and from 1.6·10⁻³ under the second, at eleven z₀.
 
 Unit cells and unit modulus: tractions in nm (t dx/E*), w in nm² (w dx/E*).
 """
@@ -18,10 +18,10 @@ from ..jit import kernel
 
 EXPONENTIAL, VAN_DER_WAALS = range(2)
 
-#: Laws by name.
+#: Codes of the laws, by name.
 NAMES = {"exponential": EXPONENTIAL, "van_der_waals": VAN_DER_WAALS}
 
-#: Gap, over the law's length, from which nothing pulls.
+#: Gap, in lengths of the law, beyond which nothing pulls.
 CUT = (12.0, 11.0)
 
 #: Largest traction over w/length.
@@ -36,13 +36,13 @@ class SmoothLaw(NamedTuple):
     length: float  # ρ or z₀, nm
     strength: float  # largest traction, nm
     range: float  # nm
-    cut: float  # the work left to do at the range, nm²
+    cut: float  # the work left beyond the range, which is not counted, nm²
 
 
 def smooth_law(name, w, length, cut=None):
-    """Return the law of a name with the work of separation w (nm²) and its length ρ or z₀ (nm).
+    """Return the law of this name with the work of separation w (nm²) and its length ρ or z₀ (nm).
 
-    ``cut`` is the gap over the length from which nothing pulls; the work that is left there is not done.
+    ``cut`` is the gap, in lengths, beyond which nothing pulls; the work left there is not counted.
     """
     code = NAMES[name]
     reach = (CUT[code] if cut is None else cut) * length
@@ -52,7 +52,7 @@ def smooth_law(name, w, length, cut=None):
 
 @kernel
 def traction(u, law):
-    """Return t(u) ≥ 0 and how fast it falls, −dt/du."""
+    """Return t(u) ≥ 0, and the slope −dt/du at which it falls."""
     if u >= law.range:
         return 0.0, 0.0
     if law.code == EXPONENTIAL:
@@ -67,7 +67,7 @@ def traction(u, law):
 
 @kernel
 def remaining_work(u, law):
-    """Return the work that is left to separate the surfaces from the gap u, nm²."""
+    """Return the work left to separate the surfaces from the gap u, nm²."""
     if u >= law.range:
         return 0.0
     if law.code == EXPONENTIAL:

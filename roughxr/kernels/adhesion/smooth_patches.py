@@ -1,9 +1,9 @@
-"""Which cells belong to which contact, and how well the mesh shows it."""
+"""Contacts under a smooth law: their number, and how well the mesh resolves them."""
 
 import numpy as np
 from scipy import ndimage
 
-#: Cells that attract with more than this part of the largest traction belong to the contact that is nearest to them.
+#: Cells with more than this part of the largest attraction belong to the nearest contact.
 _ATTRACTS = 0.02
 
 #: Contacts with a smaller part of the whole tension than this do not count for the resolution.
@@ -11,10 +11,10 @@ _SHARE = 0.1
 
 
 def contacts_and_resolution(state, closed, law):
-    """Return how many contacts there are, and the radius in cells of the smallest that bears enough of the tension.
+    """Return the number of contacts, and the radius in cells of the smallest that bears a relevant part of the tension.
 
-    Cells that touch and share a side are one contact. A contact's size counts each cell by the part of the work of
-    separation that is left to do there, ``closed``. NaN where nothing attracts.
+    Cells that touch and share a side are one contact. Its size counts each cell by its ``closed`` fraction, the work of
+    separation that is left there. NaN where nothing attracts.
     """
     of, found = ndimage.label(state.touching)
     members = state.touching | (state.pressure < -_ATTRACTS * law.strength)

@@ -1,20 +1,21 @@
 """Path of a body under a smooth law of adhesion: one loading, any number of turning points, a retraction from each.
 
-From each state the next is sought from where the last two point to: gaps where cells attract, pressures where they
-touch. So a path follows a branch to its end and goes downhill from there, as a body held by a stiff device does.
-Displacement moves in steps; what a path passes between two of them must not matter:
+Each state is searched from an extrapolation of the last two: of gaps where cells attract, of pressures where they
+touch. So the path follows a branch to its end and then descends to another one, as a body held by a stiff device does.
+The displacement moves in steps, and the result must not depend on what lies between two of them:
 
-- while the pull may grow beyond the largest, states are sought near to where the last two lead; where there is none, a
-  branch or the last contact of a stiff body has ended, which is closed in upon and left by a leap;
-- where the force passed a minimum, one more state is sought at the vertex of the parabola through three;
-- a preload is closed in upon by regula falsi.
+- while the pull may still exceed the largest, only states near the extrapolation are accepted. Where there is none, a
+  branch has ended or the last contact of a stiff body is lost; this end is located by shorter steps, and passed by a
+  leap.
+- where the force passed a minimum, one more state is solved at the vertex of the parabola through three.
+- a preload is located by regula falsi.
 
-Only the bounding box of the cells within the law's range at a displacement is worked on. What a step frees at fixed
-displacement is dissipated: the work ½(F₀ + F₁)Δδ less what the energy rose by.
+At each displacement only the bounding box of the cells within the law's range is solved. The energy that a step
+releases at fixed displacement is dissipated: the work ½(F₀ + F₁)Δδ less the increase of the energy.
 
-A body that yields bears p ≤ H (``halfspace.yielding``): where a state on loading presses harder, it gives way until it
-does not, under the attraction of that state, and the state is sought again on the dented surface. What the surface has
-given way stays, and retraction is elastic.
+A body that yields bears p ≤ H (``halfspace.yielding``). Where a state on loading exceeds this, the surface gives way
+until it does not, with the attraction of that state held, and the state is solved again on the dented surface. What
+has given way stays, and retraction is elastic.
 
 Unit cells and unit modulus.
 """
@@ -31,65 +32,66 @@ from .smooth_laws import traction
 from .smooth_patches import contacts_and_resolution
 from .smooth_prediction import ahead
 
-#: How a path ended.
+#: Outcomes of a path.
 CONVERGED, NOT_FINITE, CELL_LIMIT = range(3)
 
-#: What is kept of a state.
+#: Columns of a state.
 DELTA, FORCE, AREA, ENERGY, DISSIPATED, CONTACTS, RESOLUTION, ITERATIONS, OK, ASKED = range(10)
 
-#: Loading begins, and retraction ends, so many lengths of the law before first contact.
+#: Loading begins, and retraction ends, this many lengths of the law before first contact.
 _BEFORE = 8.0
 
-#: A retraction also ends where nothing touches and the pull has fallen to this part of the largest.
+#: Retraction also ends where nothing touches and the pull is below this part of the largest.
 _LOST = 1e-3
 
-#: A step jumped if it dissipated more than this part of |ΔF Δδ|, and passed an edge if it seems to have gained more
-#: than that: a smooth curved branch stays well below.
+#: A step has jumped if it dissipated more than this part of |ΔF Δδ|, and has passed a sharp edge if it seems to have
+#: gained more than the second part: a smooth curved branch stays well below both.
 _JUMP, _EDGE = 0.15, 0.05
 
-#: Keeps a ratio of nothing to nothing finite.
+#: Avoids 0/0 in ratios.
 _TINY = 1e-300
 
-#: Where a branch has ended the next one is sought some way on: the nearer to the end, the slower is the way there, as
-#: one over the root of the distance. At most so many longest steps, and so that at most this part of the largest pull
-#: is passed by. It saves a quarter of the work, with pull-offs nearer to those of short steps than without it.
+#: Where a branch has ended, the next one is searched some distance beyond: close to the end, convergence is slow, as
+#: one over the root of the distance. The leap is at most so many longest steps, and such that at most this part of the
+#: largest pull may be missed. It saves a quarter of the work, and its pull-offs are closer to those of short steps.
 _LEAP, _PASSED = 1.0 / 16, 0.005
 
-#: How much of the largest pull may be missed between two states, and the part of the longest step that is not halved.
+#: Largest part of the largest pull that may be missed between two states; part of the longest step below which steps
+#: are not halved.
 _MISSED, _LEAST_STEP = 0.002, 1.0 / 64
 
-#: The same where a smooth curve may have turned: the tangent lies above it, and the vertex is sought afterwards.
+#: The same where a smooth curve may have turned: the tangent is an upper bound, and the vertex is solved afterwards.
 _MISSED_IN_A_CURVE = 0.05
 
-#: States that are added at most to close in on the largest pull.
+#: Largest number of states that are added to locate the largest pull.
 _VERTICES = 4
 
-#: A preload is met to this part of it, or of the largest pull if that is more.
+#: Accuracy of a preload, as a part of it, or of the largest pull if that is more.
 _MET = 1e-3
 
-#: Boxes have lengths of so many cells or a multiple of it, so that few transformed coefficients are ever made.
+#: The sides of boxes are multiples of this many cells, so that few transforms of the coefficients are needed.
 _ALIKE = 16
 
-#: Cells with gaps of up to so many lengths of the law belong to the linear systems, as far as these care.
+#: Cells with gaps of up to this many lengths of the law are expected in the linear systems.
 _NEAR_LENGTHS = 7.0
 
-#: Residual over the largest traction of states on the way, if more than what is asked. Those at displacements asked for
-#: and the largest pull are found as well as asked. It saves a quarter of the work; pull-offs change by 0.1 %.
+#: Residual, over the largest traction, of states in between, if it is larger than the tolerance. States at prescribed
+#: displacements and at the largest pull meet the tolerance. It saves a quarter of the work; pull-offs change by 0.1 %.
 _ON_THE_WAY = 1e-3
 
-#: Closer displacements than this part of a step are one.
+#: Displacements closer than this part of a step count as equal.
 _SAME = 1e-9
 
 
-#: What is said of yield in a state: force and area of cells at the hardness or above over those that push or touch,
-#: the area that has given way, in cells, and by which volume.
+#: Yield of a state: force and area of the cells at the hardness or above, over those of all cells that push or touch;
+#: the area that has given way, in cells, and its volume.
 HARD_FORCE, HARD_AREA, DENT_AREA, DENT = range(4)
 
-#: A state on loading may press harder than the hardness by this part, or else gives way so many times at most, each
-#: time found to this part of the deepest overlap.
+#: On loading a state may exceed the hardness by this part. Else it gives way, at most so many times, each time by an
+#: amount found to this part of the deepest overlap.
 _OVER, _DENTS, _DENT_TOLERANCE = 1e-3, 6, 1e-5
 
-#: Cells that the linear systems' part of the box reaches beyond those that belong to them now.
+#: Margin, in cells, of the linear systems' part of the box around the cells that belong to them now.
 _MARGIN = 6
 
 
@@ -99,9 +101,9 @@ class Path(NamedTuple):
     states: np.ndarray  # (state, DELTA … ASKED)
     turn: int  # first state of the retraction
     status: int
-    pressures: np.ndarray  # (asked or 0, nx, ny) p dx/E*, nm, at the states asked for, in their order
+    pressures: np.ndarray  # (asked or 0, nx, ny) p dx/E*, nm, at the prescribed displacements, in the order of the path
     hard: np.ndarray  # (state, HARD_FORCE … DENT)
-    left: np.ndarray  # (asked or 1, nx, ny) nm ≤ 0, the height that is left after loading, at the states asked for
+    left: np.ndarray  # (asked or 1, nx, ny) nm ≤ 0, residual height after loading to the prescribed displacements
 
 
 class Known(NamedTuple):
@@ -115,7 +117,7 @@ class Known(NamedTuple):
     state: State
     rounds: int
     fine: bool
-    left: np.ndarray  # (nx, ny) of the window: height that is left
+    left: np.ndarray  # (nx, ny) of the window: residual height
 
 
 def follow_smooth(
@@ -141,7 +143,7 @@ def follow_smooth(
     separation : (nx, ny) array
         S, nm; NaN or inf where there is nothing to touch.
     deltas : array
-        Displacements at which states are asked for, nm, ascending. The last is the largest that the body is pressed by.
+        Prescribed displacements, nm, ascending. Loading ends at the last.
     step : float
         Longest step between two states, nm.
     coefficients : array
@@ -149,27 +151,27 @@ def follow_smooth(
     law : laws.SmoothLaw
     preloads : array, optional
         Forces, nm (F/(E* dx)), ascending: the body turns back where the force first reaches them on loading, once it
-        touches; at 0 it has settled under its own adhesion. All share one loading path. Without any it turns at the
-        last of ``deltas``.
+        touches; at 0 it has settled under its own adhesion. All share one loading path. Without any it turns back at
+        the last of ``deltas``.
     tolerance : float
         Residual traction over the largest, at ``deltas`` and at the largest pull.
     max_rounds : int
-        Linear systems per state.
+        Largest number of linear systems per state.
     max_cells : int
-        Cells within range at most.
+        Largest number of cells within range.
     fields : bool
-        Whether to keep pressures.
+        Whether to return pressures.
     cap : float
         Largest pressure that the body bears, nm (H dx/E*); inf where it never yields.
     limit : float
-        Pressure, nm, above which the share of force and area is told.
+        Pressure, nm, above which the shares of force and area are reported.
     left : (nx, ny) array, optional
-        Height that earlier cycles left, nm ≤ 0.
+        Residual height of earlier cycles, nm ≤ 0.
 
     Returns
     -------
     list of Path
-        One per turning point. A preload that was not reached turns at the last of ``deltas``.
+        One for each turning point. A preload that was not reached turns back at the last of ``deltas``.
     """
     separation = np.ascontiguousarray(np.where(np.isfinite(separation), separation, np.inf))
     deltas, preloads = np.asarray(deltas, dtype=float), np.sort(np.asarray(preloads, dtype=float))
@@ -184,7 +186,7 @@ def follow_smooth(
 
 
 def _path(loading, fine, fields):
-    """Return the `Path` that turns where the loading stands."""
+    """Return the `Path` that turns back where the loading has arrived."""
     back = loading.turned()
     fine = fine and back.retract()
     pressures = (
@@ -224,7 +226,7 @@ class _Solver:
         return found
 
     def _dented(self, found):
-        """Return the height that is left once what presses too hard has given way, under the attraction of a state."""
+        """Return the residual height once the surface has given way under too large pressures, at fixed attraction."""
         at, state, most = (found.rows, found.columns), found.state, traction(0.0, self.law)[0]
         held = np.where(state.touching, most, np.maximum(-state.pressure, 0.0))
         separation = self.separation[at] - found.left[at] - surface_displacement(held, 1.0, 1.0)
@@ -246,10 +248,10 @@ class _Solver:
         return left
 
     def seek(self, delta, before, last, *, near=False, well=True):
-        """Return the state at a displacement, from where two others point to, on the surface that the last one left.
+        """Return the state at a displacement, extrapolated from two others, on the surface left by the last one.
 
-        With ``near`` it is given up, and not ``fine``, where no state is near to where they point. Unless ``well`` it
-        is on the way only, and need not be found closer than ``_ON_THE_WAY``.
+        With ``near`` it is given up, and not ``fine``, where there is no state close to the extrapolation. Unless
+        ``well`` it is a state in between, which need not be solved closer than ``_ON_THE_WAY``.
         """
         rows, columns = self._box(delta)
         start = self._moved(last, rows, columns)
@@ -270,7 +272,7 @@ class _Solver:
         return Known(delta, force, held, rows, columns, state, out.rounds, out.fine, left)
 
     def contacts(self, state):
-        """Return how many contacts there are, and how well the mesh shows them."""
+        """Return the number of contacts, and how well the mesh resolves them."""
         return contacts_and_resolution(state, closed_parts(state, self.law), self.law)
 
     def yielded(self, found):
@@ -286,7 +288,7 @@ class _Solver:
         return tuple(_rounded(np.flatnonzero(within.any(axis)), within.shape[1 - axis], 0) for axis in (1, 0))
 
     def _moved(self, known, rows, columns):
-        """Return a state on another box: nothing pulls where it was not known."""
+        """Return a state on another box; cells outside the old one have no traction."""
         shape = rows.stop - rows.start, columns.stop - columns.start
         state = State(np.zeros(shape), np.full(shape, np.inf), np.zeros(shape, bool))
         (a, b), (c, d) = _shared(known.rows, rows), _shared(known.columns, columns)
@@ -295,7 +297,7 @@ class _Solver:
         return state
 
     def _part(self, state):
-        """Return the rows and columns of a box that hold all cells of the linear systems, and some more."""
+        """Return the rows and columns of a box that contains all cells of the linear systems, with a margin."""
         gap = np.maximum(state.gap, 0.0)
         near = state.touching | (gap < self.law.length * _NEAR_LENGTHS)
         return tuple(_rounded(np.flatnonzero(near.any(axis)), near.shape[1 - axis], _MARGIN) for axis in (1, 0))
@@ -329,7 +331,7 @@ class _Solver:
         return self.transfers[rows, columns]
 
     def _inverse(self, rows, columns):
-        """Return one over transformed coefficients; like these it is divided by the number of cells."""
+        """Return the inverse of transformed coefficients, like these divided by the number of cells."""
         key = "inverse", rows, columns
         if key not in self.transfers:
             self.transfers[key] = (1.0 / ((rows * columns) ** 2 * self._transfer(rows, columns).double)).astype(
@@ -339,7 +341,7 @@ class _Solver:
 
 
 def _rounded(places, size, margin):
-    """Return a slice around some places, of one of few lengths."""
+    """Return a slice around some cells, with one of few lengths."""
     if places.size == 0:
         return slice(0, min(_ALIKE, size))
     first, end = places[0] - margin, places[-1] + 1 + margin
@@ -349,13 +351,13 @@ def _rounded(places, size, margin):
 
 
 def _shared(old, new):
-    """Return where what two slices share lies in each of them."""
+    """Return the intersection of two slices, as a slice within each of them."""
     first, end = max(old.start, new.start), max(min(old.stop, new.stop), max(old.start, new.start))
     return slice(first - old.start, end - old.start), slice(first - new.start, end - new.start)
 
 
 class _Branch:
-    """States kept along one branch, and where it stands."""
+    """The states along one branch of the path, and the present one."""
 
     def __init__(self, solver, step, deltas, fields, left, yields=False):
         self.solver, self.step, self.deltas, self.fields = solver, step, deltas, fields
@@ -363,11 +365,11 @@ class _Branch:
         self.rows, self.pressures, self.left, self.largest, self.dissipated = [], [], [], 0.0, 0.0
         self.before, self.next, self.stiffness = None, 0, np.inf
         self.first = float(solver.separation.min()) - _BEFORE * solver.law.length
-        ahead = max(deltas[0] - self.first, 0.0)  # from there in whole steps: both branches pass the same displacements
+        ahead = max(deltas[0] - self.first, 0.0)  # then whole steps: both branches visit the same displacements
         self.last = solver.nothing(deltas[0] - step * np.ceil(ahead / step), left)
 
     def turned(self):
-        """Return the branch that leads back from here; it begins with the same state."""
+        """Return the branch that leads back from here; it begins with the present state."""
         back = _Branch(self.solver, self.step, self.deltas, self.fields, self.last.left)
         back.before, back.last, back.next, back.stiffness = self.before, self.last, self.next, self.stiffness
         back.dissipated = self.dissipated
@@ -377,7 +379,7 @@ class _Branch:
         return back
 
     def load(self, goal):
-        """Go on until the force reaches ``goal`` or the last displacement is reached; say whether all went well."""
+        """Continue until the force reaches ``goal`` or the last displacement; return whether it converged."""
         over = None  # a state beyond the goal
         while self.next < self.deltas.size:
             target, last = self.deltas[self.next], self.last
@@ -401,10 +403,10 @@ class _Branch:
         return True
 
     def retract(self):
-        """Go back through the displacements asked for below, then on until contact is lost.
+        """Go back through the prescribed displacements, then on until contact is lost.
 
-        While a larger pull may lie ahead, the next state is sought near to where the last two lead. Where there is
-        none the branch has ended on the way: its end is closed in upon, and left by a leap.
+        While a larger pull may lie ahead, the next state is searched near the extrapolation of the last two. Where
+        there is none, the branch has ended on the way: its end is located by shorter steps, and passed by a leap.
         """
         change, beyond, least = self.step, None, _LEAST_STEP * self.step
         while self.next > 0 and self.deltas[self.next - 1] >= self.last.delta - _SAME * self.step:
@@ -433,23 +435,23 @@ class _Branch:
         return True
 
     def _leap(self):
-        """Return how far to go beyond the end of a branch."""
+        """Return how far to leap beyond the end of a branch."""
         far = _PASSED * self.largest / max(self.stiffness, _TINY)
         return min(max(far, _LEAST_STEP * self.step), _LEAP * self.step)
 
     def _leads_to_more(self, back):
-        """Say whether the branch, as stiff as it was last, leads to a larger pull than any, a step on."""
+        """Return whether the branch, with its last stiffness, leads to a larger pull than any before within a step."""
         return self.stiffness * back - self.last.force > (1.0 + _MISSED) * self.largest
 
     def _is_lost(self):
-        """Say whether nothing touches, and next to nothing pulls."""
+        """Return whether nothing touches, and almost nothing pulls."""
         last = self.last
         return not last.state.touching.any() and (last.delta <= self.first or -last.force < _LOST * self.largest)
 
     def _passed_more(self, found):
-        """Say whether a step may have passed a larger pull on the way.
+        """Return whether a step may have passed over a larger pull.
 
-        That is so if it jumped or let go of what is stiff, by its energy, or if the pull fell though it was growing.
+        It may if, by its energy, it jumped or a stiff contact let go, or if the pull fell although it was growing.
         """
         last, smooth = self.last, self._is_smooth(found)
         if smooth and found.force <= last.force:
@@ -459,30 +461,30 @@ class _Branch:
         return most > (1.0 + missed) * max(self.largest, -found.force)
 
     def _is_smooth(self, found):
-        """Say whether a step follows a branch, by what it dissipates."""
+        """Return whether a step follows a branch, judged by what it dissipates."""
         last = self.last
         apart = abs((last.force - found.force) * (last.delta - found.delta)) + _TINY
         return -_EDGE <= self._freed(found) / apart <= _JUMP
 
     def _shorter(self, found):
-        """Return a step to where the last two states lead to the pull that was found, or half as far as it.
+        """Return a step to where the extrapolation has the pull that was found, or half as far as that state.
 
-        A stiff body lets go within a small part of a step: so it is found in three tries and not in ten.
+        A stiff body lets go within a small part of a step, which is so found in three tries instead of ten.
         """
         last = self.last
         half, leads = 0.5 * (last.delta - found.delta), (last.force - found.force) / self.stiffness
         return max(min(half, leads) if leads > 0.0 and found.fine else half, _LEAST_STEP * self.step)
 
     def _freed(self, found):
-        """Return what the step to a state dissipates, nm²."""
+        """Return the energy that the step to a state dissipates, nm²."""
         last = self.last
         return 0.5 * (found.force + last.force) * (found.delta - last.delta) - (found.energy - last.energy)
 
     def _accept(self, found, asked):
-        """Make a state the last one, and write it down."""
+        """Append a state, which becomes the present one."""
         self.dissipated += self._freed(found)
         moved = self.last.delta - found.delta
-        if moved != 0.0 and self._is_smooth(found):  # across a jump two states tell nothing of the stiffness
+        if moved != 0.0 and self._is_smooth(found):  # across a jump two states do not give the stiffness
             self.stiffness = (self.last.force - found.force) / moved
         self.before, self.last = self.last, found
         self.largest = max(self.largest, -found.force)

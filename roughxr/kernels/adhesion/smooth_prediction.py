@@ -1,4 +1,4 @@
-"""Where two states of a path point to."""
+"""Extrapolation of a path from its last two states."""
 
 from ..jit import kernel
 from .smooth_laws import traction
@@ -6,10 +6,10 @@ from .smooth_laws import traction
 
 @kernel
 def ahead(state, before, ratio, law):
-    """Move ``state`` on by ``ratio`` of what it has changed by since ``before``.
+    """Change ``state`` by ``ratio`` times its change since ``before``.
 
-    Pressures follow where cells touch in both, gaps where they do not; a gap that would close attracts as where it is
-    closed.
+    Pressures are extrapolated where cells touch in both states, gaps where they do not; where a gap would close, the
+    attraction is that in contact.
     """
     most = traction(0.0, law)[0]
     for i in range(state.gap.shape[0]):
