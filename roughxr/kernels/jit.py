@@ -9,8 +9,12 @@ import sys
 import time
 from multiprocessing import parent_process
 
+from llvmlite.binding import parse_bitcode
 from numba import njit, types
 from numba.core import event
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler, compile_result
 from numba.core.registry import CPUDispatcher
 
 #: Ordinary kernels: IEEE arithmetic, division by zero gives inf or NaN as in NumPy. None is called from C.
@@ -44,12 +48,54 @@ def kernel(function=None, *, inner=False, reorder=False, inline=False):
     options = dict(_OPTIONS, no_cpython_wrapper=inner or inline)
     if reorder:
         options["fastmath"] = _REORDER
-    if inline:
-        options["inline"] = "always"
-    compiled = _with_cache(njit(**options)(function))
+    if inner or inline:
+        options["pipeline_class"] = _PartCompiler
+    compiled = njit(**options)(function)
     if isinstance(compiled, CPUDispatcher):
         compiled.__class__ = _Inner if options["no_cpython_wrapper"] else _Kernel
-    return compiled
+    return _with_cache(compiled)
+
+
+class _Part(JITCodeLibrary):
+    """What is only linked into other libraries: neither optimised nor made machine code by itself."""
+
+    def finalize(self):
+        """Link what it calls."""
+        for library in dict.fromkeys(self._linking_libraries):
+            self._reload_init.update(library._reload_init)
+            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def serialize_using_object_code(self):
+        """Serialise."""
+        return self.name, self._get_module_for_linking().as_bitcode()
+
+
+class _PartCompiler(Compiler):
+    """Compiles to a `_Part`."""
+
+    def compile_extra(self, func):
+        """Compile."""
+        self.state.flags.no_compile = True
+        self.state.library = _Part(self.state.targetctx.codegen(), func.__qualname__)
+        return super().compile_extra(func)._replace(entry_point=object())
+
+
+class _PartCacheImpl(CompileResultCacheImpl):
+    def rebuild(self, target_context, payload):
+        (name, bitcode), fndesc, env, signature, _, _, _, reload_init, envs = payload
+        for function in reload_init:
+            function()
+        library = _Part(target_context.codegen(), name)
+        library._shared_module = parse_bitcode(bitcode)
+        library._finalized = True
+        return compile_result(target_context=target_context, typing_context=target_context.typing_context, library=library, environment=env, entry_point=object(),
+           fndesc=fndesc, signature=signature, objectmode=False, lifted=(), reload_init=reload_init, referenced_envs=envs)
+
+
+class _PartCache(FunctionCache):
+    _impl_class = _PartCacheImpl
 
 
 class _Kernel(CPUDispatcher):
@@ -66,6 +112,13 @@ class _Kernel(CPUDispatcher):
 
 class _Inner(_Kernel):
     """A kernel without an entry for Python: to call it from there would end the interpreter."""
+
+    def enable_caching(self):
+        self._cache = _PartCache(self.py_func)
+
+    def add_overload(self, cres):
+        self.targetctx.insert_user_function(cres.entry_point, cres.fndesc, [cres.library])
+        self.overloads[tuple(cres.signature.args)] = cres
 
     def __call__(self, *arguments, **options):
         raise TypeError(f"{self.py_func.__name__}: called by kernels only (inner=True), found a call from Python")
