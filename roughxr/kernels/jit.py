@@ -3,10 +3,19 @@
 Compilation happens on the first call, never on import, and is cached on disk. Kernels release the GIL
 and are serial: parallelism belongs to dask alone, since two parallel layers at once (``parallel=True``
 below dask threads) can abort the process.
+
+What a kernel calls is compiled once, together with it. Numba by itself optimises every function and makes machine code
+of it, and does both again with each function that calls it: of long functions that call long ones, level upon level,
+that was two thirds of a first call. Here a kernel that another one calls is a *part*: plain LLVM, as numba writes it
+down, which is linked into the kernel that Python calls, the *entry*, and only there optimised, all at once. Only
+kernels may call kernels: a function compiled by ``numba.njit`` links no part.
 """
 
+import gc
 import sys
 import time
+from contextlib import contextmanager
+from functools import cached_property
 from multiprocessing import parent_process
 
 from llvmlite.binding import parse_bitcode
@@ -29,99 +38,21 @@ _PATIENCE = 1.0
 _cached = True
 
 
-def kernel(function=None, *, inner=False, reorder=False, inline=False):
+def kernel(function=None, *, reorder=False, inner=False, inline=False):
     """Compile ``function`` on its first call.
 
     Parameters
     ----------
-    inner : bool
-        Called by kernels only, never from Python: an entry for Python costs each some 0.1 s of compilation, more where
-        tuples of arrays pass through it.
     reorder : bool
         Let sums be reordered, so that loops over cells vectorise.
-    inline : bool
-        Compile as a part of its callers: for long functions that are called in one place. LLVM optimises all that
-        a function calls anew with each caller, so that every level of long functions adds seconds to the first call.
     """
     if function is None:
-        return lambda function: kernel(function, inner=inner, reorder=reorder, inline=inline)
-    options = dict(_OPTIONS, no_cpython_wrapper=inner or inline)
-    if reorder:
-        options["fastmath"] = _REORDER
-    if inner or inline:
-        options["pipeline_class"] = _PartCompiler
+        return lambda function: kernel(function, reorder=reorder)
+    options = dict(_OPTIONS, fastmath=_REORDER) if reorder else _OPTIONS
     compiled = njit(**options)(function)
-    if isinstance(compiled, CPUDispatcher):
-        compiled.__class__ = _Inner if options["no_cpython_wrapper"] else _Kernel
-    return _with_cache(compiled)
-
-
-class _Part(JITCodeLibrary):
-    """What is only linked into other libraries: neither optimised nor made machine code by itself."""
-
-    def finalize(self):
-        """Link what it calls."""
-        for library in dict.fromkeys(self._linking_libraries):
-            self._reload_init.update(library._reload_init)
-            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
-        self._finalize_dynamic_globals()
-        self._finalized = True
-
-    def serialize_using_object_code(self):
-        """Serialise."""
-        return self.name, self._get_module_for_linking().as_bitcode()
-
-
-class _PartCompiler(Compiler):
-    """Compiles to a `_Part`."""
-
-    def compile_extra(self, func):
-        """Compile."""
-        self.state.flags.no_compile = True
-        self.state.library = _Part(self.state.targetctx.codegen(), func.__qualname__)
-        return super().compile_extra(func)._replace(entry_point=object())
-
-
-class _PartCacheImpl(CompileResultCacheImpl):
-    def rebuild(self, target_context, payload):
-        (name, bitcode), fndesc, env, signature, _, _, _, reload_init, envs = payload
-        for function in reload_init:
-            function()
-        library = _Part(target_context.codegen(), name)
-        library._shared_module = parse_bitcode(bitcode)
-        library._finalized = True
-        return compile_result(target_context=target_context, typing_context=target_context.typing_context, library=library, environment=env, entry_point=object(),
-           fndesc=fndesc, signature=signature, objectmode=False, lifted=(), reload_init=reload_init, referenced_envs=envs)
-
-
-class _PartCache(FunctionCache):
-    _impl_class = _PartCacheImpl
-
-
-class _Kernel(CPUDispatcher):
-    """A kernel that is compiled for a type, not anew for each number that its callers write out, as in ``f(x, 1)``.
-
-    Numba would: it saves a sixth of the first superposition.
-    """
-
-    def get_call_template(self, args, kws):
-        """Tell a caller's compilation what to call, for the types of its arguments."""
-        plain = {name: types.unliteral(value) for name, value in kws.items()}
-        return super().get_call_template([types.unliteral(value) for value in args], plain)
-
-
-class _Inner(_Kernel):
-    """A kernel without an entry for Python: to call it from there would end the interpreter."""
-
-    def enable_caching(self):
-        self._cache = _PartCache(self.py_func)
-
-    def add_overload(self, cres):
-        self.targetctx.insert_user_function(cres.entry_point, cres.fndesc, [cres.library])
-        self.overloads[tuple(cres.signature.args)] = cres
-
-    def __call__(self, *arguments, **options):
-        raise TypeError(f"{self.py_func.__name__}: called by kernels only (inner=True), found a call from Python")
+    if isinstance(compiled, CPUDispatcher):  # not under NUMBA_DISABLE_JIT, which leaves the plain function
+        compiled = _with_cache(_Kernel(function, targetoptions=compiled.targetoptions))
+    return compiled
 
 
 def _with_cache(compiled):
@@ -131,9 +62,166 @@ def _with_cache(compiled):
         compiled.enable_caching()
     except RuntimeError:  # numba's, if it finds no place
         _cached = False
-    except AttributeError:  # NUMBA_DISABLE_JIT: a plain function
-        pass
     return compiled
+
+
+@contextmanager
+def _uncollected():
+    """Keep Python from looking for garbage: what the compiler makes is none, and to go over it takes a sixth longer."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+class _EntryLibrary(JITCodeLibrary):
+    """Compiled code that links all that its parts call."""
+
+    def add_linking_library(self, library):
+        """Link what is called, and what that calls."""
+        for one in (library, *library._linking_libraries) if isinstance(library, _PartLibrary) else (library,):
+            if one not in self._linking_libraries:
+                super().add_linking_library(one)
+
+
+class _PartLibrary(_EntryLibrary):
+    """A function as numba writes it down, its callees beside it: to be optimised where all is linked."""
+
+    def finalize(self):
+        """Leave it at that."""
+        for library in self._linking_libraries:
+            self._reload_init.update(library._reload_init)
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def _optimize_functions(self, ll_module):
+        ll_module.data_layout = self._codegen._data_layout
+
+    def pieces(self):
+        """Return name and LLVM of the function and of all that it calls."""
+        return [(one.name, one._get_module_for_linking().as_bitcode()) for one in (self, *self._linking_libraries)]
+
+    @classmethod
+    def of(cls, codegen, pieces):
+        """Return the library with such `pieces`."""
+        first, *others = [cls(codegen, name) for name, _ in pieces]
+        for library, (_, bitcode) in zip((first, *others), pieces):
+            library._shared_module, library._finalized = parse_bitcode(bitcode), True
+        first._linking_libraries = others
+        return first
+
+
+class _EntryCompiler(Compiler):
+    """Compiles what Python calls."""
+
+    def compile_extra(self, function):
+        """Compile the function; return numba's CompileResult."""
+        self.state.library = _EntryLibrary(self.state.targetctx.codegen(), function.__qualname__)
+        self.state.library.enable_object_caching()
+        compiled = super().compile_extra(function)
+        for environment in compiled._find_referenced_environments():
+            compiled.codegen.set_env(environment.env_name, environment)
+        return compiled
+
+
+class _PartCompiler(Compiler):
+    """Compiles what kernels call."""
+
+    def compile_extra(self, function):
+        """Compile the function; return numba's CompileResult."""
+        self.state.flags.no_compile = True
+        self.state.library = _PartLibrary(self.state.targetctx.codegen(), function.__qualname__)
+        return super().compile_extra(function)._replace(entry_point=object())  # by which numba knows it
+
+
+class _PartStored(CompileResultCacheImpl):
+    """A part as it is kept on disk."""
+
+    def reduce(self, compiled):
+        """Return what can be pickled."""
+        compiled.fndesc.typemap = compiled.fndesc.calltypes = None
+        return {
+            "pieces": compiled.library.pieces(),
+            "fndesc": compiled.fndesc,
+            "environment": compiled.environment,
+            "signature": compiled.signature,
+            "reload_init": compiled.reload_init,
+        }
+
+    def rebuild(self, target_context, kept):
+        """Return numba's CompileResult of it."""
+        for initialize in kept["reload_init"]:
+            initialize()
+        return compile_result(
+            library=_PartLibrary.of(target_context.codegen(), kept.pop("pieces")),
+            entry_point=object(),
+            target_context=target_context,
+            typing_context=target_context.typing_context,
+            objectmode=False,
+            lifted=(),
+            **kept,
+        )
+
+
+class _PartCache(FunctionCache):
+    _impl_class = _PartStored
+
+    def _index_key(self, sig, codegen):
+        return *super()._index_key(sig, codegen), "part"
+
+
+class _Kernel(CPUDispatcher):
+    """A kernel: an entry for Python, and a part for other kernels, each compiled when it is first called for."""
+
+    def __init__(self, py_func, locals=None, targetoptions=None, pipeline_class=_EntryCompiler):
+        super().__init__(py_func, locals, targetoptions, pipeline_class)
+
+    @cached_property
+    def part(self):
+        """What other kernels call."""
+        part = _Part(self.py_func, targetoptions=dict(self.targetoptions, no_cpython_wrapper=True))
+        return _with_cache(part)
+
+    def compile(self, sig):
+        """Compile for a signature; return what is to be called."""
+        with _uncollected():
+            return super().compile(sig)
+
+    def get_call_template(self, args, kws):
+        """Tell a caller's compilation what to call."""
+        return self.part.get_call_template(args, kws)
+
+    def get_overload(self, sig):
+        """Return by what numba knows the part."""
+        return self.part.get_overload(sig)
+
+
+class _Part(CPUDispatcher):
+    """A kernel that kernels call.
+
+    It is compiled for types, not anew for each number that its callers write out, as in ``f(x, 1)``. Numba would: it
+    saves a sixth of the first superposition.
+    """
+
+    def __init__(self, py_func, locals=None, targetoptions=None, pipeline_class=_PartCompiler):
+        super().__init__(py_func, locals, targetoptions, pipeline_class)
+
+    def enable_caching(self):
+        """Keep what is compiled on disk."""
+        self._cache = _PartCache(self.py_func)
+
+    def add_overload(self, compiled):
+        """Make known what was compiled."""
+        self.targetctx.insert_user_function(compiled.entry_point, compiled.fndesc, [compiled.library])
+        self.overloads[tuple(compiled.signature.args)] = compiled
+
+    def get_call_template(self, args, kws):
+        """Tell a caller's compilation what to call, for the types of its arguments."""
+        plain = {name: types.unliteral(value) for name, value in kws.items()}
+        return super().get_call_template([types.unliteral(value) for value in args], plain)
 
 
 class _Notice(event.Listener):
