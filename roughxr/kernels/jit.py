@@ -4,11 +4,11 @@ Compilation happens on the first call, never on import, and is cached on disk. K
 and are serial: parallelism belongs to dask alone, since two parallel layers at once (``parallel=True``
 below dask threads) can abort the process.
 
-What a kernel calls is compiled once, together with it. Numba by itself optimises every function and makes machine code
-of it, and does both again with each function that calls it: of long functions that call long ones, level upon level,
-that was two thirds of a first call. Here a kernel that another one calls is a *part*: plain LLVM, as numba writes it
-down, which is linked into the kernel that Python calls, the *entry*, and only there optimised, all at once. Only
-kernels may call kernels: a function compiled by ``numba.njit`` links no part.
+What a kernel calls is optimised once, together with it. Numba by itself optimises every function and makes machine code
+of it, and does both again with each function that calls it: with long functions that call long ones, level upon level,
+that was half of a first call. Here a kernel that other kernels call is a *part*: LLVM's language as numba writes it
+down, linked into the kernel that Python calls, the *entry*, and optimised there, all at once. So kernels are called by
+Python and by kernels only: a function that ``numba.njit`` compiles does not link what a part calls.
 """
 
 import gc
@@ -17,13 +17,14 @@ import time
 from contextlib import contextmanager
 from functools import cached_property
 from multiprocessing import parent_process
+from types import MappingProxyType
 
-from llvmlite.binding import parse_bitcode
+from llvmlite.binding import ModulePassManager, parse_bitcode
 from numba import njit, types
 from numba.core import event
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler, compile_result
+from numba.core.compiler import Compiler, Flags, compile_result
 from numba.core.registry import CPUDispatcher
 
 #: Ordinary kernels: IEEE arithmetic, division by zero gives inf or NaN as in NumPy. None is called from C.
@@ -39,18 +40,20 @@ _cached = True
 
 
 def kernel(function=None, *, reorder=False, inner=False, inline=False):
-    """Compile ``function`` on its first call.
+    """Compile ``function`` on its first call, from Python or from another kernel.
 
     Parameters
     ----------
     reorder : bool
         Let sums be reordered, so that loops over cells vectorise.
+    inner, inline : bool
+        Without effect: every kernel is compiled for those that call it, and as often as it must be.
     """
     if function is None:
         return lambda function: kernel(function, reorder=reorder)
     options = dict(_OPTIONS, fastmath=_REORDER) if reorder else _OPTIONS
     compiled = njit(**options)(function)
-    if isinstance(compiled, CPUDispatcher):  # not under NUMBA_DISABLE_JIT, which leaves the plain function
+    if isinstance(compiled, CPUDispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
         compiled = _with_cache(_Kernel(function, targetoptions=compiled.targetoptions))
     return compiled
 
@@ -67,7 +70,7 @@ def _with_cache(compiled):
 
 @contextmanager
 def _uncollected():
-    """Keep Python from looking for garbage: what the compiler makes is none, and to go over it takes a sixth longer."""
+    """Keep Python from looking for garbage in what a compiler makes: it finds none, in a sixth of a first call."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -98,20 +101,36 @@ class _PartLibrary(_EntryLibrary):
         self._finalized = True
 
     def _optimize_functions(self, ll_module):
+        """Leave out what nothing uses, no more: among it addresses of callees, for which nothing would be cached."""
         ll_module.data_layout = self._codegen._data_layout
+        passes, builder = ModulePassManager(), self._codegen._pass_builder()
+        passes.add_sroa_pass()
+        passes.add_dead_code_elimination_pass()
+        passes.run(ll_module, builder)
 
     def pieces(self):
         """Return name and LLVM of the function and of all that it calls."""
         return [(one.name, one._get_module_for_linking().as_bitcode()) for one in (self, *self._linking_libraries)]
 
     @classmethod
-    def of(cls, codegen, pieces):
-        """Return the library with such `pieces`."""
+    def of(cls, codegen, pieces, reload_init):
+        """Return the library with such `pieces`, and what is to be done where they are loaded."""
         first, *others = [cls(codegen, name) for name, _ in pieces]
         for library, (_, bitcode) in zip((first, *others), pieces):
             library._shared_module, library._finalized = parse_bitcode(bitcode), True
         first._linking_libraries = others
+        first._reload_init.update(reload_init)
         return first
+
+
+class _Flags(Flags):
+    """Numba's options, quicker to compare: numba does so some twenty thousand times in a first call."""
+
+    _DEFAULTS = MappingProxyType(Flags().values())
+
+    def values(self):
+        """Return all options."""
+        return {**self._DEFAULTS, **self._values}
 
 
 class _EntryCompiler(Compiler):
@@ -119,6 +138,7 @@ class _EntryCompiler(Compiler):
 
     def compile_extra(self, function):
         """Compile the function; return numba's CompileResult."""
+        self.state.flags = _Flags(self.state.flags)
         self.state.library = _EntryLibrary(self.state.targetctx.codegen(), function.__qualname__)
         self.state.library.enable_object_caching()
         compiled = super().compile_extra(function)
@@ -132,6 +152,7 @@ class _PartCompiler(Compiler):
 
     def compile_extra(self, function):
         """Compile the function; return numba's CompileResult."""
+        self.state.flags = _Flags(self.state.flags)
         self.state.flags.no_compile = True
         self.state.library = _PartLibrary(self.state.targetctx.codegen(), function.__qualname__)
         return super().compile_extra(function)._replace(entry_point=object())  # by which numba knows it
@@ -145,10 +166,10 @@ class _PartStored(CompileResultCacheImpl):
         compiled.fndesc.typemap = compiled.fndesc.calltypes = None
         return {
             "pieces": compiled.library.pieces(),
+            "reload_init": tuple(compiled.library._reload_init),
             "fndesc": compiled.fndesc,
             "environment": compiled.environment,
             "signature": compiled.signature,
-            "reload_init": compiled.reload_init,
         }
 
     def rebuild(self, target_context, kept):
@@ -156,7 +177,7 @@ class _PartStored(CompileResultCacheImpl):
         for initialize in kept["reload_init"]:
             initialize()
         return compile_result(
-            library=_PartLibrary.of(target_context.codegen(), kept.pop("pieces")),
+            library=_PartLibrary.of(target_context.codegen(), kept.pop("pieces"), kept["reload_init"]),
             entry_point=object(),
             target_context=target_context,
             typing_context=target_context.typing_context,
@@ -167,23 +188,25 @@ class _PartStored(CompileResultCacheImpl):
 
 
 class _PartCache(FunctionCache):
+    """Where parts are kept: in the files of the entries."""
+
     _impl_class = _PartStored
 
     def _index_key(self, sig, codegen):
+        """Return by what a part is found, which its entry is not."""
         return *super()._index_key(sig, codegen), "part"
 
 
 class _Kernel(CPUDispatcher):
-    """A kernel: an entry for Python, and a part for other kernels, each compiled when it is first called for."""
+    """A kernel: an entry for Python, and a part for other kernels, each compiled when it is first called."""
 
     def __init__(self, py_func, locals=None, targetoptions=None, pipeline_class=_EntryCompiler):
-        super().__init__(py_func, locals, targetoptions, pipeline_class)
+        super().__init__(py_func, locals or {}, targetoptions or {}, pipeline_class)
 
     @cached_property
     def part(self):
         """What other kernels call."""
-        part = _Part(self.py_func, targetoptions=dict(self.targetoptions, no_cpython_wrapper=True))
-        return _with_cache(part)
+        return _with_cache(_Part(self.py_func, targetoptions=dict(self.targetoptions, no_cpython_wrapper=True)))
 
     def compile(self, sig):
         """Compile for a signature; return what is to be called."""
@@ -207,7 +230,7 @@ class _Part(CPUDispatcher):
     """
 
     def __init__(self, py_func, locals=None, targetoptions=None, pipeline_class=_PartCompiler):
-        super().__init__(py_func, locals, targetoptions, pipeline_class)
+        super().__init__(py_func, locals or {}, targetoptions or {}, pipeline_class)
 
     def enable_caching(self):
         """Keep what is compiled on disk."""

@@ -90,8 +90,7 @@ def follow(separation, deltas, step, law, w, *, tolerance, max_iterations, max_c
     )
     deltas = np.ascontiguousarray(deltas, dtype=float)
     there, back = pressures[: len(pressures) // 2], pressures[len(pressures) // 2 :]
-    loading, cells = _load(problem, deltas, float(step), there)
-    retraction, status = _retract(problem, deltas, float(step), cells, loading[-1, DISSIPATED], back)
+    loading, retraction, status = _there_and_back(problem, deltas, float(step), there, back)
     return Path(np.vstack([loading, retraction]), len(loading), status, pressures[:, 1:-1, 1:-1])
 
 
@@ -151,6 +150,14 @@ def _no_states():
 def _unmoved():
     """Return the descent of a state from which nothing has moved."""
     return Descent(0.0, np.int64(0), np.bool_(True), np.bool_(True))
+
+
+@kernel
+def _there_and_back(problem, deltas, step, there, back):
+    """Return the states of the loading, those of the retraction, and how it ended; pressures go there and back."""
+    loading, cells = _load(problem, deltas, step, there)
+    retraction, status = _retract(problem, deltas, step, cells, loading[-1, DISSIPATED], back)
+    return loading, retraction, status
 
 
 @kernel
