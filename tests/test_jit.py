@@ -1,7 +1,9 @@
-"""How kernels are compiled: what only kernels may call says so instead of ending the interpreter."""
+"""How kernels are compiled: for Python and for other kernels, each once, and kept on disk."""
 
+import gc
 import subprocess
 import sys
+from types import FunctionType
 
 import pytest
 
@@ -9,7 +11,7 @@ from roughxr.kernels import jit
 from roughxr.kernels.jit import kernel
 
 
-@kernel(inner=True)
+@kernel
 def doubled(x):
     return 2 * x
 
@@ -19,6 +21,18 @@ def quadrupled(x):
     return doubled(doubled(x))
 
 
+@kernel
+def eightfold(x):
+    return doubled(quadrupled(x))
+
+
+def calling(function, **kernels):
+    """Return a kernel afresh, not from the cache, that calls others under the names of those it knows."""
+    names = {"__name__": __name__, **kernels}
+    other = FunctionType(function.py_func.__code__, names, function.py_func.__name__)
+    return jit._Kernel(other, targetoptions=function.targetoptions)
+
+
 compiled = pytest.mark.skipif(
     not hasattr(quadrupled, "py_func"),
     reason="compilation is switched off (NUMBA_DISABLE_JIT): every kernel is plain Python",
@@ -26,10 +40,31 @@ compiled = pytest.mark.skipif(
 
 
 @compiled
-def test_inner_kernels_are_called_by_kernels_only():
-    assert quadrupled(3) == 12
-    with pytest.raises(TypeError, match="doubled: called by kernels only"):
-        doubled(3)
+def test_a_kernel_is_compiled_for_those_that_call_it():
+    called_by_kernels, called_by_python = kernel(doubled.py_func), kernel(doubled.py_func)
+    assert (calling(quadrupled, doubled=called_by_kernels)(3), called_by_python(3)) == (12, 6)
+    assert not called_by_kernels.signatures and called_by_kernels.part.signatures
+    assert called_by_python.signatures and not called_by_python.part.signatures
+
+
+@compiled
+def test_what_kernels_call_is_kept_with_all_that_it_calls():
+    assert eightfold(3) == 24  # compiled here or before: what it calls is on disk
+    anew = kernel(quadrupled.py_func)
+    assert calling(eightfold, doubled=kernel(doubled.py_func), quadrupled=anew)(3) == 24
+    assert sum(anew.part.stats.cache_hits.values()) == 1 and not anew.part.stats.cache_misses
+
+
+@compiled
+@pytest.mark.parametrize("enabled", [True, False])
+def test_garbage_is_collected_after_compiling_as_before(enabled):
+    before = gc.isenabled()
+    try:
+        gc.enable() if enabled else gc.disable()
+        assert calling(doubled)(2) == 4
+        assert gc.isenabled() == enabled
+    finally:
+        gc.enable() if before else gc.disable()
 
 
 #: A call of a small kernel for which numba finds no place to keep it, told from its first moment on.
@@ -55,7 +90,7 @@ def test_one_compilation_serves_every_number_that_a_caller_writes_out(monkeypatc
     # Compiled afresh: of what comes from the cache nothing tells how often it was compiled.
     monkeypatch.setattr(jit, "_with_cache", lambda compiled: compiled)
 
-    @kernel(inner=True)
+    @kernel
     def added(i, x):
         return i + x
 
@@ -64,4 +99,4 @@ def test_one_compilation_serves_every_number_that_a_caller_writes_out(monkeypatc
         return added(1, 2.0) + added(3, 4.0)
 
     assert sum_of_numbers() == 10
-    assert len(added.signatures) == 1
+    assert len(added.part.signatures) == 1
