@@ -9,7 +9,7 @@ import numpy as np
 from .jit import kernel
 
 
-@kernel(inner=True)
+@kernel
 def line(size, value):
     """Return a vector of ``size`` times the value, in its type."""
     out = np.empty(size, type(value))
@@ -18,7 +18,7 @@ def line(size, value):
     return out
 
 
-@kernel(inner=True)
+@kernel
 def table(rows, columns, value):
     """Return a table (rows, columns) of the value, in its type."""
     out = np.empty((rows, columns), type(value))

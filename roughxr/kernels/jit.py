@@ -39,15 +39,13 @@ _PATIENCE = 1.0
 _cached = True
 
 
-def kernel(function=None, *, reorder=False, inner=False, inline=False):
+def kernel(function=None, *, reorder=False):
     """Compile ``function`` on its first call, from Python or from another kernel.
 
     Parameters
     ----------
     reorder : bool
         Let sums be reordered, so that loops over cells vectorise.
-    inner, inline : bool
-        Without effect: every kernel is compiled for those that call it, and as often as it must be.
     """
     if function is None:
         return lambda function: kernel(function, reorder=reorder)

@@ -48,7 +48,7 @@ def give_way(problem, delta, cells):
             _one_by_one(hard, problem, cells)
 
 
-@kernel(inner=True)
+@kernel
 def bears(part, problem, cells):
     """Return whether each cell is at the hardness, to this part of it, or below it without giving way in this step."""
     for k in range(cells.count[0]):
@@ -58,12 +58,12 @@ def bears(part, problem, cells):
     return True
 
 
-@kernel(inner=True)
+@kernel
 def _gives(i, j, problem):
     return problem.dent[i, j] > problem.stays[i, j]
 
 
-@kernel(inner=True)
+@kernel
 def left_open(problem, cells):
     """Return whether a cell that gave way in this step has left the set since, and so gave way too far."""
     for i in range(problem.dent.shape[0]):
@@ -73,7 +73,7 @@ def left_open(problem, cells):
     return False
 
 
-@kernel(inner=True)
+@kernel
 def _close_up(problem, delta, cells):
     """Undo the depth that open cells gained in this step, until they touch, which changes no pressure."""
     for i in range(problem.dent.shape[0]):
@@ -93,7 +93,7 @@ def _close_up(problem, delta, cells):
                 dent(k, -back, cells)
 
 
-@kernel(inner=True)
+@kernel
 def _together(hard, problem, cells):
     """Bring all marked cells to the hardness together; return False if their matrix is not positive definite."""
     size = np.int64(0)
@@ -113,14 +113,14 @@ def _together(hard, problem, cells):
     return True
 
 
-@kernel(inner=True)
+@kernel
 def _one_by_one(hard, problem, cells):
     for k in range(hard.size):
         if hard[k]:
             _give(k, (cells.pressure[k] - problem.cap) / cells.inverse[k, k], problem, cells)
 
 
-@kernel(inner=True)
+@kernel
 def _give(k, depth, problem, cells):
     """Change the depth of a cell, but not to less than is permanent."""
     i, j = cells.row[k], cells.column[k]

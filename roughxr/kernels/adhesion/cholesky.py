@@ -39,7 +39,7 @@ def solve_in_place(matrix, right, size):
     return True
 
 
-@kernel(inner=True, reorder=True)
+@kernel(reorder=True)
 def _factor_panel(matrix, first, end, size):
     """Find L in some columns, from which all columns before have been taken."""
     for a in range(first, size):
@@ -56,7 +56,7 @@ def _factor_panel(matrix, first, end, size):
     return True
 
 
-@kernel(inner=True, reorder=True)
+@kernel(reorder=True)
 def _take_from_tile(matrix, first, end, start, stop, size):
     """Take L Lᵀ of a panel's columns (first to end) from the columns start to stop, on and below the diagonal.
 
@@ -78,7 +78,7 @@ def _take_from_tile(matrix, first, end, start, stop, size):
             matrix[a, b], matrix[a, d], matrix[c, b], matrix[c, d] = ab, ad, cb, cd
 
 
-@kernel(inner=True, reorder=True)
+@kernel(reorder=True)
 def _substitute(matrix, right, size):
     """Solve L y = b, then Lᵀ x = y by rows of L, as they lie in memory."""
     for a in range(size):

@@ -137,7 +137,7 @@ def balance(pressure, u, stiffness, law, root):
     return max((stiffness * free - law.softening * end) / (stiffness - law.softening), 0.0)
 
 
-@kernel(inner=True)
+@kernel
 def _exponential_balance(pressure, u, stiffness, law, root):
     held = min(u, law.range * root)
     for _ in range(30):

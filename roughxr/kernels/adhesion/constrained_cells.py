@@ -46,7 +46,7 @@ def no_cells(shape):
     return _empty(_ROOM, np.full(shape, ABSENT, np.int64))
 
 
-@kernel(inner=True)
+@kernel
 def _empty(room, place):
     row, column = np.zeros(room, np.int64), np.zeros(room, np.int64)
     vectors = np.zeros((4, room))
@@ -71,7 +71,7 @@ def with_room(cells):
     return larger
 
 
-@kernel(inner=True, reorder=True)
+@kernel(reorder=True)
 def displacement_at(i, j, cells, coefficients):
     """Return the displacement of the surface at a cell of the window, nm."""
     sunk = 0.0
@@ -129,7 +129,7 @@ def release(k, cells):
         p[m] -= factor * p[last]
 
 
-@kernel(inner=True)
+@kernel
 def _swap(k, last, cells):
     if k == last:
         return
@@ -180,7 +180,7 @@ def elastic_energy(separation, delta, cells):
     return 0.5 * total
 
 
-@kernel(inner=True)
+@kernel
 def force(cells):
     """Return the force, nm, positive where it pushes."""
     total = 0.0
@@ -189,7 +189,7 @@ def force(cells):
     return total
 
 
-@kernel(inner=True)
+@kernel
 def save(cells):
     """Return a copy of gaps and pressures, (2, count), the state of a set whose cells do not change."""
     saved = np.empty((2, cells.count[0]))
@@ -198,7 +198,7 @@ def save(cells):
     return saved
 
 
-@kernel(inner=True)
+@kernel
 def restore(saved, cells):
     """Restore the gaps and pressures that `save` has copied."""
     for k in range(cells.count[0]):

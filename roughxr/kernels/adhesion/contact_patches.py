@@ -55,7 +55,7 @@ def contact_patches(closed, cells):
     return Patches(of, area, radius, cores)
 
 
-@kernel(inner=True)
+@kernel
 def _separate(closed, cells):
     """Return the patch of each cell, the number of patches, and the number of those with a core."""
     count = closed.size
@@ -71,7 +71,7 @@ def _separate(closed, cells):
     return of, number, cores
 
 
-@kernel(inner=True)
+@kernel
 def _spread(of, queue, head, tail, closed, least, cells):
     """Assign the patch of the cells in the queue to their neighbours, and so on outwards; return the queue's end."""
     while head < tail:
@@ -86,7 +86,7 @@ def _spread(of, queue, head, tail, closed, least, cells):
     return tail
 
 
-@kernel(inner=True)
+@kernel
 def _axis_ratio(moments):
     """Return the axis ratio b/a of the ellipse with the moments of a patch."""
     total = moments[0]

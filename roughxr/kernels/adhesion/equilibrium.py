@@ -57,7 +57,7 @@ class Problem(NamedTuple):
     stays: np.ndarray  # the same before this step
 
 
-@kernel(inner=True)
+@kernel
 def root_of(k, problem, cells):
     """Return the root of the factor on w at the k-th cell."""
     return problem.roots[cells.row[k], cells.column[k]]
@@ -72,7 +72,7 @@ class Descent(NamedTuple):
     stable: bool  # whether the stiffness was positive definite all the way
 
 
-@kernel(inner=True)
+@kernel
 def settle(problem, delta, cells):
     """Balance the cells and let others join, until none beside the contacts would.
 
@@ -96,7 +96,7 @@ def settle(problem, delta, cells):
     return cells, Descent(freed, rounds, arrived, stable)
 
 
-@kernel(inner=True)
+@kernel
 def descend(problem, delta, cells, patience):
     """Descend to a local minimum of Π; return the `Descent`.
 
@@ -122,7 +122,7 @@ def descend(problem, delta, cells, patience):
     return Descent(before - _energy(problem, delta, cells), rounds, arrived, stable)
 
 
-@kernel(inner=True)
+@kernel
 def release_open(problem, cells):
     """Release the cells whose gap is beyond the law's range."""
     k = np.int64(0)  # not a literal, for which numba would compile again
@@ -133,7 +133,7 @@ def release_open(problem, cells):
             k += 1
 
 
-@kernel(inner=True)
+@kernel
 def _energy(problem, delta, cells):
     """Return Π, nm²."""
     total = elastic_energy(problem.separation, delta, cells)
@@ -142,7 +142,7 @@ def _energy(problem, delta, cells):
     return total
 
 
-@kernel(inner=True)
+@kernel
 def _join(problem, delta, cells, everywhere):
     """Let cells join that interpenetrate, or on which the law acts within its range.
 
@@ -161,7 +161,7 @@ def _join(problem, delta, cells, everywhere):
     return cells, gained
 
 
-@kernel(inner=True)
+@kernel
 def _joining(problem, delta, cells, everywhere):
     """Return the cells (row, column) that should join the set, and their gaps."""
     separation, place, law = problem.separation, cells.place, problem.law
@@ -184,7 +184,7 @@ def _joining(problem, delta, cells, everywhere):
     return joining[:number], gaps[:number]
 
 
-@kernel(inner=True)
+@kernel
 def _uplift(separation, delta, cells):
     """Return the largest uplift of the surface, nm, which is within the set."""
     highest = 0.0
@@ -193,7 +193,7 @@ def _uplift(separation, delta, cells):
     return highest
 
 
-@kernel(inner=True)
+@kernel
 def _root_beside(i, j, problem, cells):
     """Return the root of the factor on w that a cell takes from its neighbours, or that of a single cell."""
     if problem.law.anywhere:
@@ -220,7 +220,7 @@ def _sweep(problem, cells):
     return worst
 
 
-@kernel(inner=True)
+@kernel
 def _newton(problem, delta, cells):
     """Balance all open cells together, if the work space holds them and the state is not past the end of its branch.
 
@@ -254,7 +254,7 @@ def _newton(problem, delta, cells):
     return _DONE
 
 
-@kernel(inner=True)
+@kernel
 def _open_all(part, size, problem, cells):
     """Take a part of Newton's step; cells whose gap would become negative close."""
     for a in range(size):
@@ -263,7 +263,7 @@ def _open_all(part, size, problem, cells):
         open_cell(k, -cells.gap[k] if cells.gap[k] + change < 1e-14 else change, cells)
 
 
-@kernel(inner=True)
+@kernel
 def _admissible(problem, cells, size):
     """Return the part of Newton's step up to the first cell that closes or crosses the law's range."""
     part = 1.0

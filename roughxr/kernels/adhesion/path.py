@@ -165,7 +165,7 @@ class _Trial(NamedTuple):
     after: float  # force after it
 
 
-@kernel(inner=True)
+@kernel
 def _table(states):
     """Return states as rows."""
     table = np.empty((len(states), _STATE + DENT + 1))
@@ -185,7 +185,7 @@ def _table(states):
     return table
 
 
-@kernel(inner=True)
+@kernel
 def _no_states():
     """Return an empty list of states, typed for numba."""
     zero, no = np.int64(0), np.bool_(False)
@@ -194,7 +194,7 @@ def _no_states():
     return states
 
 
-@kernel(inner=True)
+@kernel
 def _unmoved():
     """Return the descent of a state in which nothing has moved."""
     return Descent(0.0, np.int64(0), np.bool_(True), np.bool_(True))
@@ -208,7 +208,7 @@ def _there_and_back(problem, deltas, step, there, back, dents):
     return loading, retraction, status
 
 
-@kernel(inner=True)
+@kernel
 def _load(problem, deltas, step, pressures, dents):
     """Go through ascending displacements, from the first at which anything can pull; return (states, cells)."""
     cells, states = no_cells(problem.separation.shape), _no_states()
@@ -231,7 +231,7 @@ def _load(problem, deltas, step, pressures, dents):
     return _table(states), cells
 
 
-@kernel(inline=True)
+@kernel
 def _bear(problem, delta, cells):
     """Settle, and again while the surface gives way where it is pressed too hard."""
     begin_to_yield(problem)
@@ -247,7 +247,7 @@ def _bear(problem, delta, cells):
     return cells, Descent(freed, rounds, way.arrived, way.stable)
 
 
-@kernel(inner=True)
+@kernel
 def _copy(values, room):
     """Copy an array into another: NumPy's own assignment takes longer to compile."""
     for i in range(values.shape[0]):
@@ -255,7 +255,7 @@ def _copy(values, room):
             room[i, j] = values[i, j]
 
 
-@kernel(inner=True)
+@kernel
 def _retract(problem, deltas, step, cells, dissipated, pressures):
     """Go back through the prescribed displacements, then on until contact is lost; return states and outcome."""
     delta, k, length, largest, slope, states = deltas[-1], deltas.size - 2, step, 0.0, np.inf, _no_states()
@@ -292,7 +292,7 @@ def _retract(problem, deltas, step, cells, dissipated, pressures):
     return _table(states), CONVERGED if cells.count[0] < problem.max_cells else CELL_LIMIT
 
 
-@kernel(inner=True)
+@kernel
 def _step_back(problem, delta, back, long_enough, largest, slope, cells):
     """Try a step back and descend; where it went too far, undo it and report that.
 
@@ -315,7 +315,7 @@ def _step_back(problem, delta, back, long_enough, largest, slope, cells):
     return _Trial(accepted, way, before, held, after)
 
 
-@kernel(inner=True)
+@kernel
 def _rest(problem, delta, cells):
     """Settle, and again while this changes the toughness of the outlines; return the same as ``settle``.
 
@@ -337,7 +337,7 @@ def _rest(problem, delta, cells):
     return cells, Descent(freed, rounds, way.arrived, way.stable)
 
 
-@kernel(inner=True)
+@kernel
 def _toughen(problem, cells, part):
     """Move each cell's factor on w by a part of the way to that for the curvature of its patch's outline.
 
@@ -354,7 +354,7 @@ def _toughen(problem, cells, part):
     return most
 
 
-@kernel(inner=True)
+@kernel
 def _closed(problem, cells):
     """Return the closed fraction of each cell: the work left to open it, over the whole work of opening."""
     closed = np.ones(cells.count[0])
@@ -366,7 +366,7 @@ def _closed(problem, cells):
     return closed
 
 
-@kernel(inner=True)
+@kernel
 def _keep(states, delta, dissipated, problem, cells, way, asked, pressures):
     """Store one state; ``dissipated`` is the sum up to the step that led to it."""
     closed = _closed(problem, cells)
@@ -396,7 +396,7 @@ def _keep(states, delta, dissipated, problem, cells, way, asked, pressures):
     states.append(state)
 
 
-@kernel(inner=True)
+@kernel
 def _hard_shares(problem, cells):
     """Return force and area of the cells at the hardness or above, over those that push or touch."""
     pushes, hard_force, touching, hard = 0.0, 0.0, 0, 0
@@ -410,7 +410,7 @@ def _hard_shares(problem, cells):
     return hard_force / max(pushes, 1e-300), hard / max(touching, 1)
 
 
-@kernel(inner=True)
+@kernel
 def _dented(dent):
     """Return the number of cells that have given way, and their volume."""
     count, volume = 0, 0.0
@@ -420,7 +420,7 @@ def _dented(dent):
     return float(count), volume
 
 
-@kernel(inner=True)
+@kernel
 def _number_asked(states):
     number = 0
     for k in range(len(states)):
@@ -428,7 +428,7 @@ def _number_asked(states):
     return number
 
 
-@kernel(inner=True)
+@kernel
 def _area(problem, cells, closed):
     """Return the area in contact, cells; in the Griffith limit the outline runs through cells."""
     area = 0.0
@@ -438,7 +438,7 @@ def _area(problem, cells, closed):
     return area
 
 
-@kernel(inner=True)
+@kernel
 def _whole_energy(problem, delta, cells):
     """Return the energy, nm²: elastic and of adhesion."""
     closed = _closed(problem, cells)
@@ -446,7 +446,7 @@ def _whole_energy(problem, delta, cells):
     return elastic_energy(problem.separation, delta, cells) + adhesion
 
 
-@kernel(inner=True)
+@kernel
 def _adhesion(problem, closed, patches):
     """Return the energy of adhesion, nm²: of all cells, less that of the line tension around them."""
     energy = -problem.w * np.sum(closed)
@@ -456,7 +456,7 @@ def _adhesion(problem, closed, patches):
     return energy
 
 
-@kernel(inner=True)
+@kernel
 def _resolution(patches, cells):
     """Return the radius, in cells, of the smallest contact that bears a relevant part of the tension."""
     pulls = np.zeros(patches.area.size)
@@ -469,7 +469,7 @@ def _resolution(patches, cells):
     return smallest if pulls.size > 0 else np.nan
 
 
-@kernel(inner=True)
+@kernel
 def _keep_pressure(pressure, cells):
     for i in range(pressure.shape[0]):
         for j in range(pressure.shape[1]):

@@ -76,7 +76,7 @@ def traction(g, law):
     return t if law.code == HAMAKER else t * _retardation(_GREGORY * g / law.wavelength)
 
 
-@kernel(inner=True)
+@kernel
 def _retardation(x):
     """Return f − x f′/2 of f = 1 − x ln(1 + 1/x), the factor of retardation on a traction."""
     return 1.0 - 0.5 * x * np.log1p(1.0 / x) - 0.5 * x / (x + 1.0)

@@ -150,7 +150,7 @@ def first_touches(height, rise, rows, out):
             out[i, j] = highest
 
 
-@kernel(inner=True, reorder=True)
+@kernel(reorder=True)
 def _highest(height, rise):
     highest = -np.inf
     for k in range(height.size):
@@ -186,7 +186,7 @@ def near_pulls(height, rise, top, rows, z, law, split, closest):
     return found
 
 
-@kernel(inner=True)
+@kernel
 def _half_width(rise, middle, depth):
     """Return the distance in pixels from the axis within which the indenter rises by less than a depth."""
     half = 0
@@ -195,7 +195,7 @@ def _half_width(rise, middle, depth):
     return half
 
 
-@kernel(inner=True)
+@kernel
 def _beyond_exponentials(g, law, table, per_nm):
     x = g * per_nm
     k = min(int(x), table.size - 2)

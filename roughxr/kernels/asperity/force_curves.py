@@ -53,7 +53,7 @@ def closed_force(delta):
     return root * (root - 2.0), 1.5 * a * (root - 1.0) / (root - 1.0 / 3.0)
 
 
-@kernel(inner=True)
+@kernel
 def line_contact(lines, above_end):
     """Return P*, a* and b*/λ at ``above_end`` ≥ 0 on collapsed branches: (LENGTH, 3), columns ``P``, ``A``, ``B``."""
     size = 1.0 + sqrt(above_end)
@@ -66,7 +66,7 @@ def line_contact(lines, above_end):
     return p * size * size * size, a * size, b * size
 
 
-@kernel(inner=True)
+@kernel
 def closed_contact(delta, adheres):
     """Return P*, a* and b*/λ of the closed forms at δ* on the branch: JKR's, or Hertz's where nothing adheres."""
     if not adheres:

@@ -39,7 +39,7 @@ def self_similar_units(A, B, E_star, w):
     return units_of_ellipse(A, B, shape(A, B), E_star, w)
 
 
-@kernel(inner=True)
+@kernel
 def units_of_ellipse(A, B, lam, E_star, w):
     """The same where λ is known already."""
     K, _ = elliptic_integrals(lam)

@@ -182,7 +182,7 @@ def pull_off(x, y, grid, table, radius, profile):
     return least, near, evaluations
 
 
-@kernel(inner=True)
+@kernel
 def _held(delta, near, grid):
     """Return the number of asperities in contact at δ, and how many of them are at the scan's edge."""
     held = at_edge = 0.0
@@ -213,7 +213,7 @@ def nearby(x, y, reach, grid, table, radius, profile):
     return _in_order(onset[:n], offset[:n], index[:n], grid, table)
 
 
-@kernel(inner=True)
+@kernel
 def _in_order(onset, offset, index, grid, table):
     order = np.argsort(onset, kind="mergesort")
     index = index[order]
@@ -225,7 +225,7 @@ def _in_order(onset, offset, index, grid, table):
     return Near(onset[order], offset[order], index, adhesion, lines)
 
 
-@kernel(inner=True)
+@kernel
 def _radius(height, radius, profile):
     """Return the distance from the axis (nm) at which the sphere's profile has this height (nm)."""
     if height <= 0.0:
@@ -235,7 +235,7 @@ def _radius(height, radius, profile):
     return radius if height >= radius else np.sqrt(height * (2.0 * radius - height))
 
 
-@kernel(inner=True)
+@kernel
 def _square(x, y, r, cells):
     """Return the ranges of cells that hold everything within r of (x, y)."""
     nx, ny = cells.first.shape[0], cells.first.shape[1] - 1
@@ -249,7 +249,7 @@ def _square(x, y, r, cells):
     )
 
 
-@kernel(inner=True)
+@kernel
 def least_up_to(near, reach, least, steps, grid):
     """Return the least force up to the displacement ``reach``, or ``least``, and how many loads were needed."""
     work, k, n = 0, 0, near.onset.size
@@ -265,7 +265,7 @@ def least_up_to(near, reach, least, steps, grid):
     return least, work
 
 
-@kernel(inner=True)
+@kernel
 def _skip(k, L, total, least, near):
     """Return the first beginning, from the k-th on, after which F may lie below the least."""
     before = near.adhesion[k]
@@ -308,7 +308,7 @@ def search(k, width, end, least, steps, near, grid):
     return least, work
 
 
-@kernel(inner=True)
+@kernel
 def _beginning(k, near, grid):
     """Return a small q after the k-th beginning, and its slope times q, to which the other branches add nothing yet.
 
@@ -321,7 +321,7 @@ def _beginning(k, near, grid):
     return _SMALL_Q * np.sqrt(delta), g * load / np.sqrt(delta)
 
 
-@kernel(inner=True)
+@kernel
 def one_force(above_end, k, near, end):
     """Return P* and its slope of the k-th asperity near by."""
     if near.lines.size:
@@ -329,7 +329,7 @@ def one_force(above_end, k, near, end):
     return closed_force(end + above_end)
 
 
-@kernel(inner=True)
+@kernel
 def total_force(delta, n, near, grid):
     """Return the ``Total`` at δ of the first n asperities, all of whose branches have begun there."""
     scales = grid.field.scales
@@ -347,7 +347,7 @@ def total_force(delta, n, near, grid):
     return Total(F, slope, A, S)
 
 
-@kernel(inner=True)
+@kernel
 def _proved(x, y, reach, total, near, least, grid, radius, profile):
     """Return whether F cannot fall below the least beyond ``reach``, whatever lies farther away."""
     if near.offset.size == 0 or near.offset.min() > reach:

@@ -165,7 +165,7 @@ def asperities_contact(delta, scales, spline):
     return Contact(P, a, b)
 
 
-@kernel(inner=True)
+@kernel
 def _state(P, a, b, delta, scales):
     """A starred state (b* divided by λ) in nN and nm."""
     return State(scales.P * P, scales.a * a, scales.a * scales.axis_ratio * b, scales.delta * delta)

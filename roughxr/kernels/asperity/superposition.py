@@ -72,7 +72,7 @@ def superpose(deltas, field, offset, patch_radius, branch):
     return out
 
 
-@kernel(inner=True)
+@kernel
 def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
     """Add one asperity's contact at every displacement that reaches it; ``lines`` is work space for its branch.
 

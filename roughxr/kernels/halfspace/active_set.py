@@ -62,13 +62,13 @@ class Cells(NamedTuple):
     cap: float  # H dx/E*, the largest pressure; inf where nothing yields
 
 
-@kernel(inline=True)
+@kernel
 def gather_cells(operator, count, cap):
     """Return the ``count`` `Cells` of an operator, with their depths still to be filled in."""
     return Cells(line(count, 0.0), _neighbours(operator.rows, operator.columns), operator, cap)
 
 
-@kernel(inline=True)
+@kernel
 def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
     """Solve from the given pressures, their gaps and a contact, each (count + 1,), which become the solution's.
 
@@ -124,7 +124,7 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
             return Outcome(ITERATION_LIMIT, iterations, _give_up(pressure, gap, contact, cap), shift)
 
 
-@kernel(inner=True)
+@kernel
 def _neighbours(rows, columns):
     """Return for each cell the compact index of the four cells beside it and the four at its corners."""
     count = rows.size
@@ -141,13 +141,13 @@ def _neighbours(rows, columns):
     return neighbours
 
 
-@kernel(inline=True)
+@kernel
 def _wrong_by(pressure, gap, cap):
     """Return by how much the gap of a cell out of contact has the wrong sign, be it open or yielding."""
     return gap if pressure >= cap else -gap
 
 
-@kernel(inner=True)
+@kernel
 def _violation(pressure, gap, contact, cap):
     """Return the largest |g| in contact or of the wrong sign outside, and the largest |g| in contact."""
     inside, outside = 0.0, 0.0
@@ -159,7 +159,7 @@ def _violation(pressure, gap, contact, cap):
     return max(inside, outside), inside
 
 
-@kernel(inner=True)
+@kernel
 def _scale(pressure, gap, depth, shift, load):
     """Scale the pressures to the load, their gaps along with them."""
     total = 0.0
@@ -171,13 +171,13 @@ def _scale(pressure, gap, depth, shift, load):
             gap[k] = (gap[k] + depth[k] + shift) * (load / total) - depth[k] - shift
 
 
-@kernel(inner=True)
+@kernel
 def _reaches(pressure, cap):
     """Say whether a pressure is at the cap."""
     return pressure.max() >= cap
 
 
-@kernel(inner=True)
+@kernel
 def _missing(cells, pressure, gap, contact, load):
     """Return what the pressures leave of the load for the contact to carry.
 
@@ -192,7 +192,7 @@ def _missing(cells, pressure, gap, contact, load):
     return missing
 
 
-@kernel(inner=True)
+@kernel
 def _top_up(pressure, flat, change, missing):
     """Spread what is missing of the load as by a flat punch, and add it to the ``change``."""
     share = missing / flat.sum()
@@ -201,7 +201,7 @@ def _top_up(pressure, flat, change, missing):
         change[k] += share * flat[k]
 
 
-@kernel(inner=True)
+@kernel
 def _next_to_carry(pressure, gap, cap, missing):
     """Return the open cell of the least gap if load is missing, else the yielding one that has given way least."""
     best, least = 0, np.inf
@@ -212,7 +212,7 @@ def _next_to_carry(pressure, gap, cap, missing):
     return best
 
 
-@kernel(inner=True)
+@kernel
 def _level(gap, contact):
     """Shift the gaps so that those in contact have zero mean; return the shift of the depths."""
     count, mean = 0, 0.0
@@ -225,7 +225,7 @@ def _level(gap, contact):
     return mean
 
 
-@kernel(inline=True)
+@kernel
 def _precondition_unit(cells, contact, unit, preconditioned):
     """Write the preconditioned unit residual on the contact, and zero outside."""
     for k in range(unit.size - 1):
@@ -235,7 +235,7 @@ def _precondition_unit(cells, contact, unit, preconditioned):
         preconditioned[k] *= unit[k]
 
 
-@kernel(inner=True)
+@kernel
 def _project(gap, contact, preconditioned, unit):
     """Remove the load from the preconditioned residual, and the shift that it stands for from the gaps."""
     total, whole = 0.0, 0.0
@@ -250,14 +250,14 @@ def _project(gap, contact, preconditioned, unit):
     return -excess
 
 
-@kernel(inner=True)
+@kernel
 def _residual(gap, contact, residual):
     """Write the gaps to be closed; without branches, like the loops below, in half of their time."""
     for k in range(gap.size):
         residual[k] = -gap[k] if contact[k] else 0.0
 
 
-@kernel(inner=True, reorder=True)
+@kernel(reorder=True)
 def _search(residual, contact, preconditioned, direction, slope):
     """Set the next conjugate direction on the contact; return the residual's preconditioned square.
 
@@ -272,7 +272,7 @@ def _search(residual, contact, preconditioned, direction, slope):
     return new
 
 
-@kernel(inline=True)
+@kernel
 def _precondition(cells, residual, preconditioned):
     """Write nearly the pressures that would close the residual, which is zero outside the contact."""
     if cells.operator.inverse.box.size:
@@ -281,7 +281,7 @@ def _precondition(cells, residual, preconditioned):
         _precondition_by_neighbours(cells.neighbours, residual, preconditioned)
 
 
-@kernel(inner=True)
+@kernel
 def _precondition_by_neighbours(neighbours, r, preconditioned):
     for k in range(neighbours.shape[0]):
         n = neighbours[k]
@@ -290,7 +290,7 @@ def _precondition_by_neighbours(neighbours, r, preconditioned):
         preconditioned[k] = STENCIL[0] * r[k] + STENCIL[1] * beside + STENCIL[2] * corner
 
 
-@kernel(inner=True, reorder=True)
+@kernel(reorder=True)
 def _advance(pressure, gap, contact, direction, image, slope, target):
     """Minimise the energy along the direction; return whether all gaps in contact are within the target."""
     curvature = 0.0
@@ -304,7 +304,7 @@ def _advance(pressure, gap, contact, direction, image, slope, target):
     return not beyond
 
 
-@kernel(inner=True)
+@kernel
 def _count(pressure, gap, contact, cap, goal):
     """Return how many cells pull, press above the cap or have the wrong gap outside, and the largest violation."""
     violating, worst = 0, 0.0
@@ -319,7 +319,7 @@ def _count(pressure, gap, contact, cap, goal):
     return violating, worst
 
 
-@kernel(inner=True)
+@kernel
 def _exchange(pressure, gap, contact, cap, change, goal, single):
     """Free cells beyond the bounds and add those with the wrong gap, all or the first; return whether any was freed."""
     freed = False
@@ -341,7 +341,7 @@ def _exchange(pressure, gap, contact, cap, change, goal, single):
     return freed
 
 
-@kernel(inner=True)
+@kernel
 def _give_up(pressure, gap, contact, cap):
     """Cut off pressures below zero or above the cap; return the largest violation."""
     for k in range(gap.size - 1):

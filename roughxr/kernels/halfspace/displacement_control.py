@@ -212,7 +212,7 @@ def _sweep(
             _remember(trail, deltas[k], box, pressure, displacement)
 
 
-@kernel(inner=True)
+@kernel
 def describe(row, pressure, displacement, depth, outcome, largest, cap, limit):
     """Write the columns of a solve whose deepest overlap is ``largest``."""
     total, touching, hard_force, hard, dent = 0.0, 0, 0.0, 0, 0.0
@@ -229,7 +229,7 @@ def describe(row, pressure, displacement, depth, outcome, largest, cap, limit):
     row[STATUS], row[ITERATIONS], row[RESIDUAL] = outcome.status, outcome.iterations, outcome.violation / largest
 
 
-@kernel(inline=True)
+@kernel
 def _begin(depth, delta, box, trail, cap, start):
     """Return a guess of the contact in a box: from the solutions before or, for the first, the given one."""
     if np.isnan(trail.delta[1]):
@@ -239,7 +239,7 @@ def _begin(depth, delta, box, trail, cap, start):
     return extrapolated(depth, step, trail.pressure, trail.displacement, ahead, cap, box.row, box.column)
 
 
-@kernel(inner=True)
+@kernel
 def _remember(trail, delta, box, pressure, displacement):
     """Store a solution as the last one."""
     trail.delta[0], trail.delta[1] = trail.delta[1], delta

@@ -111,7 +111,7 @@ def _loaded(
             guess = _onward(separation, touch + (state.delta - touch) * deeper, state, cap)
 
 
-@kernel(inner=True)
+@kernel
 def _solve(separation, load, guess, tolerance, max_iterations, cap, coefficients, known):
     """Solve one load, starting from a guess."""
     touch, products = _lowest(separation), 0
@@ -138,19 +138,19 @@ def _solve(separation, load, guess, tolerance, max_iterations, cap, coefficients
     return state
 
 
-@kernel(inner=True)
+@kernel
 def _cut(start, box):
     return WarmStart(start.pressure, start.touching, start.possible, box.row, box.column)
 
 
-@kernel(inner=True)
+@kernel
 def _onward(separation, delta, state, cap):
     """Return a guess from one solution: that of the load before, or of the same load on too few cells."""
     depth, step = delta - separation, delta - state.delta
     return _Guess(delta, extrapolated(depth, step, state.pressure, state.displacement, np.nan, cap, 0, 0))
 
 
-@kernel(inner=True)
+@kernel
 def _coarse_guess(separation, load, cap, coefficients, known):
     """Return a guess from the same load on cells twice as large, solved likewise; with few cells from a paraboloid."""
     levels = [separation]
@@ -171,7 +171,7 @@ def _coarse_guess(separation, load, cap, coefficients, known):
     return guess
 
 
-@kernel(inner=True)
+@kernel
 def _depth_estimate(separation, load):
     """Return the depth at which F = (4/3) E* depth √(overlap area/2π), as for a paraboloid, reaches the load."""
     heights = separation.ravel()
@@ -183,7 +183,7 @@ def _depth_estimate(separation, load):
     return np.nan
 
 
-@kernel(inner=True)
+@kernel
 def _lowest(separation):
     lowest = np.inf
     for value in separation.flat:

@@ -47,13 +47,13 @@ def coefficients_for(shape):
     return love_coefficients(size, size)
 
 
-@kernel(inner=True)
+@kernel
 def no_transfers():
     """Return an empty list for `known_transfer` to keep transformed coefficients in."""
     return [Transfer(0, 0, np.empty((1, 1), np.float64), np.empty((1, 1), np.float32))]
 
 
-@kernel(inner=True)
+@kernel
 def known_transfer(rows, columns, coefficients, known):
     """Return the transformed coefficients of the padded box, from the list or computed."""
     for transfer in known:
@@ -65,7 +65,7 @@ def known_transfer(rows, columns, coefficients, known):
     return transfer
 
 
-@kernel(inline=True)
+@kernel
 def whole_box(shape, coefficients, known):
     """Return the convolution of a whole box in double precision."""
     rows, columns = even_length(2 * shape[0] - 1), even_length(2 * shape[1] - 1)
@@ -73,7 +73,7 @@ def whole_box(shape, coefficients, known):
     return convolution(shape[0], columns, transfer.double, np.complex128(0))
 
 
-@kernel(inner=True)
+@kernel
 def displace(pressure, whole, out):
     """Write into ``out`` the displacement of every cell of a whole box under the pressures in it."""
     rows, columns = pressure.shape
@@ -86,13 +86,13 @@ def displace(pressure, whole, out):
             out[i, j] = whole.box[i, j]
 
 
-@kernel(inline=True)
+@kernel
 def _no_convolution():
     zero = np.int64(0)
     return convolution(zero, zero + 2, np.empty((2, 2), np.float32), np.complex64(0))
 
 
-@kernel(inline=True)
+@kernel
 def operator(rows, columns, coefficients, known, dense):
     """Return the operator of the cells at (rows, columns), integers; by a matrix where ``dense``."""
     rows, columns = _from_first(rows), _from_first(columns)
@@ -111,7 +111,7 @@ def operator(rows, columns, coefficients, known, dense):
     return Operator(rows, columns, np.empty((0, 0), np.float64), box, inverse)
 
 
-@kernel(inner=True)
+@kernel
 def _from_first(places):
     first, out = np.int64(2**62), np.empty(places.size, np.int64)
     for k in range(places.size):
@@ -121,7 +121,7 @@ def _from_first(places):
     return out
 
 
-@kernel(inner=True)
+@kernel
 def largest(places):
     last = 0
     for k in range(places.size):
@@ -129,7 +129,7 @@ def largest(places):
     return last
 
 
-@kernel(inner=True)
+@kernel
 def _inverse(periodic):
     """Return the inverse of transformed coefficients, like these divided by the number of cells."""
     (rows, columns), count = periodic.single.shape, periodic.rows * periodic.columns
@@ -140,7 +140,7 @@ def _inverse(periodic):
     return out
 
 
-@kernel(inline=True)
+@kernel
 def multiply(operator, pressure, out):
     """Write the displacement of the cells under ``pressure`` (compact) into ``out`` (compact)."""
     if operator.matrix.size:
@@ -149,13 +149,13 @@ def multiply(operator, pressure, out):
         _multiply_in_box(operator, operator.convolution, pressure, out)
 
 
-@kernel(inline=True)
+@kernel
 def divide(operator, displacement, out):
     """Write into ``out`` (compact) nearly the pressures that cause a displacement of the cells (compact)."""
     _multiply_in_box(operator, operator.inverse, displacement, out)
 
 
-@kernel(inner=True)
+@kernel
 def _multiply_in_box(operator, convolution, values, out):
     box = convolution.box
     for i in range(box.shape[0]):
@@ -184,7 +184,7 @@ def _displacements(windows, coefficients):
     return out
 
 
-@kernel(inner=True)
+@kernel
 def _between(rows, columns, coefficients):
     count = rows.size
     matrix = np.empty((count, count), np.float64)
@@ -195,7 +195,7 @@ def _between(rows, columns, coefficients):
     return matrix
 
 
-@kernel(inner=True, reorder=True)
+@kernel(reorder=True)
 def _multiply(matrix, pressure, out):
     """Sum the matrix rows of loaded cells only: an active set leaves about half of the cells free."""
     count = matrix.shape[0]

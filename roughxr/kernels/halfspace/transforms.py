@@ -70,12 +70,12 @@ def convolution(rows, columns, transfer, zero):
     return Convolution(transfer, box, spectrum, strip)
 
 
-@kernel(inner=True)
+@kernel
 def _empty(rows, columns, zero):
     return np.empty((rows, columns), type(zero))
 
 
-@kernel(inner=True)
+@kernel
 def convolve(c):
     """Replace the values in ``c.box`` by their convolution; columns beyond the box's own are padding."""
     _forward_rows(c.box, c.spectrum)
@@ -84,7 +84,7 @@ def convolve(c):
     _backward_rows(c.spectrum, c.box)
 
 
-@kernel(inline=True)
+@kernel
 def _convolve_columns(c, first):
     """Transform as many columns of the spectrum as a strip holds, multiply them, and transform them back."""
     (rows, wide), (high, width) = c.spectrum.shape, c.strip.shape

@@ -24,7 +24,7 @@ _MARGIN = 0.05
 COARSE_TOLERANCE, COARSE_ITERATIONS = 1e-3, np.int64(1000)
 
 
-@kernel(inner=True)
+@kernel
 def extrapolated(depth, step, pressure, displacement, ahead, cap, row, column):
     """Extrapolate the contact in a box along the line through two solutions, or from one (``ahead`` is NaN then).
 
@@ -53,7 +53,7 @@ def extrapolated(depth, step, pressure, displacement, ahead, cap, row, column):
     return WarmStart(out, touching, possible, 0, 0)
 
 
-@kernel(inner=True)
+@kernel
 def half_deep(depth, slack):
     """Return a guess for few cells: those that overlap by more than half the deepest, as under a paraboloid, touch."""
     _, largest = overlap_of(depth, 0.0)
@@ -65,7 +65,7 @@ def half_deep(depth, slack):
     return WarmStart(table(rows, columns, 0.0), touching, possible, 0, 0)
 
 
-@kernel(inner=True)
+@kernel
 def coarser(depth):
     """Return the depths on cells twice as large, on cells twice as large as those, and so on, while they are many."""
     levels = [depth]
@@ -74,7 +74,7 @@ def coarser(depth):
     return levels
 
 
-@kernel(inner=True)
+@kernel
 def refined(pressure, displacement, depth, cap):
     """Return the guess in a box of depths from a solution on cells twice as large, its pressures below the cap."""
     (rows, columns), margin = depth.shape, _MARGIN * overlap_of(depth, 0.0)[1]
@@ -88,7 +88,7 @@ def refined(pressure, displacement, depth, cap):
     return WarmStart(out, touching, possible, 0, 0)
 
 
-@kernel(inner=True)
+@kernel
 def _between(field, i, j):
     """Return a coarse field at the centre of a cell half as large, interpolated linearly between centres."""
     k, m = i // 2, j // 2
@@ -98,7 +98,7 @@ def _between(field, i, j):
     return 0.75 * near + 0.25 * (0.75 * field[k_next, m] + 0.25 * field[k_next, m_next])
 
 
-@kernel(inner=True)
+@kernel
 def halved(depth):
     """Return the means of 2 × 2 cells; odd rims are repeated."""
     rows, columns = depth.shape

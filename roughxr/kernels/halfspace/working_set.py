@@ -39,7 +39,7 @@ class Overlap(NamedTuple):
     largest: float
 
 
-@kernel(inner=True)
+@kernel
 def overlapping(separation, delta):
     """Return the `Overlap` of a window."""
     rows, columns = separation.shape
@@ -55,7 +55,7 @@ def overlapping(separation, delta):
     return Overlap(first_row, first_column, high, wide, count, delta - least)
 
 
-@kernel(inner=True)
+@kernel
 def depth_in(separation, delta, box):
     """Return δ − S in the box of an `Overlap`."""
     depth = np.empty((box.rows, box.columns), np.float64)
@@ -65,7 +65,7 @@ def depth_in(separation, delta, box):
     return depth
 
 
-@kernel(inner=True)
+@kernel
 def put(part, windows, k, box):
     """Copy a field in a box into the k-th window."""
     for i in range(part.shape[0]):
@@ -73,7 +73,7 @@ def put(part, windows, k, box):
             windows[k, box.row + i, box.column + j] = part[i, j]
 
 
-@kernel(inner=True)
+@kernel
 def overlap_of(depth, slack):
     """Return how many cells of a box overlap, or miss it by less than ``slack``, and the depth of the deepest."""
     count, largest = 0, -np.inf
@@ -84,7 +84,7 @@ def overlap_of(depth, slack):
     return count, largest
 
 
-@kernel(inline=True)
+@kernel
 def solve_in_box(depth, start, part, max_iterations, load, slack, cap, coefficients, known):
     """Return pressures, displacements (NaN where not known) and `Outcome` in a box.
 
@@ -115,7 +115,7 @@ def solve_in_box(depth, start, part, max_iterations, load, slack, cap, coefficie
             return pressure, displacement, Outcome(outcome.status, products, worst, shift)
 
 
-@kernel(inner=True)
+@kernel
 def _begin(depth, start, slack, load, cap, all_chosen):
     """Return the initial pressures, the cells in contact, and the cells to work on."""
     rows, columns = depth.shape
@@ -134,7 +134,7 @@ def _begin(depth, start, slack, load, cap, all_chosen):
     return pressure, touching, chosen
 
 
-@kernel(inner=True)
+@kernel
 def _spread(share, on_deepest, depth, pressure, touching, chosen):
     """Distribute a load evenly over the touching cells, or else over the deepest."""
     _, largest = overlap_of(depth, np.inf)
@@ -144,7 +144,7 @@ def _spread(share, on_deepest, depth, pressure, touching, chosen):
                 pressure[i, j], touching[i, j], chosen[i, j] = share, True, True
 
 
-@kernel(inner=True)
+@kernel
 def _count(chosen):
     count = 0
     for i in range(chosen.shape[0]):
@@ -153,7 +153,7 @@ def _count(chosen):
     return count
 
 
-@kernel(inline=True)
+@kernel
 def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, cap, coefficients, known):
     """Solve on the chosen cells; pressures, displacements and, under a load, depths are written into the box.
 
@@ -180,14 +180,14 @@ def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iter
     return Outcome(outcome.status, outcome.iterations + products, outcome.violation, outcome.shift)
 
 
-@kernel(inner=True)
+@kernel
 def _shift(depth, shift):
     for i in range(depth.shape[0]):
         for j in range(depth.shape[1]):
             depth[i, j] += shift
 
 
-@kernel(inner=True)
+@kernel
 def _places(chosen):
     """Return the rows and columns of the chosen cells."""
     count = _count(chosen)
@@ -199,7 +199,7 @@ def _places(chosen):
     return rows, columns
 
 
-@kernel(inner=True)
+@kernel
 def _violation(pressure, displacement, depth, cap, goal, touching, chosen):
     """Choose the cells that penetrate; return the largest |g| in contact or of the wrong sign outside."""
     worst = 0.0

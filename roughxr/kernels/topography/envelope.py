@@ -49,23 +49,23 @@ class Box(NamedTuple):
     j1: int
 
 
-@kernel(inner=True)
+@kernel
 def _asperity(row):
     return Asperity(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
 
 
-@kernel(inner=True)
+@kernel
 def _depth(a, u, v):
     """Return the depth (nm) of the paraboloid below its vertex."""
     return (a.px * u + a.py * v) ** 2 + (a.qx * u + a.qy * v) ** 2
 
 
-@kernel(inner=True)
+@kernel
 def _clip(value, low, high):
     return min(max(value, low), high)
 
 
-@kernel(inner=True)
+@kernel
 def _least_depth(a, u0, u1, v0, v1):
     """Least depth (nm) over a rectangle: exact, hence never too great for a ridge that passes it obliquely.
 
@@ -79,7 +79,7 @@ def _least_depth(a, u0, u1, v0, v1):
     return min(_depth(a, u, lowest_v), _depth(a, lowest_u, v))
 
 
-@kernel(inner=True)
+@kernel
 def _greatest_depth(a, u0, u1, v0, v1):
     """Greatest depth (nm) over a rectangle: a convex function is greatest at a corner."""
     return max(
@@ -88,7 +88,7 @@ def _greatest_depth(a, u0, u1, v0, v1):
     )
 
 
-@kernel(inner=True)
+@kernel
 def _bounds(a, x0, x1, y0, y1):
     """Return the lowest and highest height (nm) that the asperity lends the rectangle; −inf: out of reach.
 
@@ -102,7 +102,7 @@ def _bounds(a, x0, x1, y0, y1):
     return lowest, max(lowest, highest)  # rounding may not drop the one that sets the floor
 
 
-@kernel(inner=True)
+@kernel
 def _visible(rows, candidates, x, y, box):
     """Return those of the candidates that may show within the box."""
     x0, x1, y0, y1 = x[box.i0], x[box.i1 - 1], y[box.j0], y[box.j1 - 1]
@@ -114,7 +114,7 @@ def _visible(rows, candidates, x, y, box):
     return candidates[(highest >= floor) & (highest > -np.inf)]
 
 
-@kernel(inner=True)
+@kernel
 def _draw(a, x, y, box, out):
     """Raise ``out`` to the asperity, pixel by pixel."""
     y_box = y[box.j0 : box.j1]
@@ -127,7 +127,7 @@ def _draw(a, x, y, box, out):
             row[j] = height if height > row[j] else row[j]
 
 
-@kernel(inner=True)
+@kernel
 def _halves(box):
     """Cut the box across its longer side."""
     i0, i1, j0, j1 = box
@@ -138,12 +138,12 @@ def _halves(box):
     return Box(i0, i1, j0, middle), Box(i0, i1, middle, j1)
 
 
-@kernel(inner=True)
+@kernel
 def _is_small(box):
     return (box.i1 - box.i0) * (box.j1 - box.j0) <= _PIXELS_PER_BOX
 
 
-@kernel(inner=True)
+@kernel
 def _fill(rows, x, y, out):
     """Draw box after box: by the asperities that may show in it, or by halves while those may be fewer.
 

@@ -73,13 +73,13 @@ def principal(A, B, C):
     return A + B - spread, A + B + spread, flattest
 
 
-@kernel(inner=True)
+@kernel
 def _is_summit(f):
     """Whether both curvatures are positive; asked twice, since rounding may tell the two forms apart."""
     return principal(f.A, f.B, f.C)[0] > 0 and 4 * f.A * f.B > f.C**2
 
 
-@kernel(inner=True)
+@kernel
 def _vertex(f):
     """Return where the paraboloid is level, x and y (nm) from the pixel, and its height there (nm)."""
     determinant = 4 * f.A * f.B - f.C**2
@@ -88,7 +88,7 @@ def _vertex(f):
     return x, y, f.z0 + 0.5 * (f.gx * x + f.gy * y)
 
 
-@kernel(inner=True)
+@kernel
 def _is_summit_near(f, dx, dy):
     """Whether the paraboloid has its summit within one pixel of the peak's."""
     if not _is_summit(f):
@@ -97,7 +97,7 @@ def _is_summit_near(f, dx, dy):
     return abs(x) <= dx and abs(y) <= dy
 
 
-@kernel(inner=True)
+@kernel
 def _gather(z, i, j, half, heights, known):
     """Copy the patch around pixel (i, j), as heights above that pixel; what is not known counts as 0."""
     p = 0
@@ -110,7 +110,7 @@ def _gather(z, i, j, half, heights, known):
             p += 1
 
 
-@kernel(inner=True, reorder=True)
+@kernel(reorder=True)
 def _solve_whole(inverse, heights, c):
     for m in range(c.size):
         total = 0.0
@@ -119,7 +119,7 @@ def _solve_whole(inverse, heights, c):
         c[m] = total
 
 
-@kernel(inner=True)
+@kernel
 def _dot(a, i, b, j):
     """Return the scalar product of column i of ``a`` and column j of ``b``."""
     total = 0.0
@@ -128,7 +128,7 @@ def _dot(a, i, b, j):
     return total
 
 
-@kernel(inner=True)
+@kernel
 def _solve_clipped(terms, heights, known, first, c):
     """Solve for the coefficients from ``first`` on, the others being 0; all NaN if the pixels are too few.
 
@@ -158,7 +158,7 @@ def _solve_clipped(terms, heights, known, first, c):
             c[k] -= upper[k, m] * c[m]
 
 
-@kernel(inner=True)
+@kernel
 def _solve(design, heights, known, fixed, c):
     if known.all():
         _solve_whole(design.inverses[int(fixed)], heights, c)
@@ -166,7 +166,7 @@ def _solve(design, heights, known, fixed, c):
         _solve_clipped(design.terms, heights, known, 3 if fixed else 0, c)
 
 
-@kernel(inner=True)
+@kernel
 def _residual_rms(terms, heights, known, c):
     """Root mean square (nm) of heights minus paraboloid over the known pixels."""
     total, count = 0.0, 0
@@ -180,12 +180,12 @@ def _residual_rms(terms, heights, known, c):
     return np.sqrt(total / count) if count else np.nan
 
 
-@kernel(inner=True)
+@kernel
 def _in_nanometres(c, dx, dy):
     return Paraboloid(c[0], c[1] / dx, c[2] / dy, -c[3] / dx**2, -c[4] / dy**2, -c[5] / (dx * dy))
 
 
-@kernel(inner=True)
+@kernel
 def _fit_patch(design, heights, known, fixed, dx, dy, c):
     """Fit one patch; hold the vertex at the pixel if asked, or if it would else leave the peak.
 
@@ -199,7 +199,7 @@ def _fit_patch(design, heights, known, fixed, dx, dy, c):
     return _in_nanometres(c, dx, dy), True
 
 
-@kernel(inner=True)
+@kernel
 def _record(fit, n, f, fixed, level):
     """Write paraboloid ``f`` as peak ``n``; ``level`` is the height (nm) of its pixel."""
     x, y, height = (0.0, 0.0, f.z0) if fixed else _vertex(f)

@@ -41,7 +41,7 @@ class Search(NamedTuple):
     is_open: np.ndarray  # bool map: pixels of open plateaus; of size 0 where there is none
 
 
-@kernel(inner=True)
+@kernel
 def _mark_unsurpassed(west, row, east, unsurpassed):
     """Mark the inner pixels of ``row`` that no neighbour exceeds; comparing with NaN marks nothing.
 
@@ -65,12 +65,12 @@ def _mark_unsurpassed(west, row, east, unsurpassed):
         )
 
 
-@kernel(inner=True)
+@kernel
 def _on_border(shape, i, j):
     return i == 0 or j == 0 or i == shape[0] - 1 or j == shape[1] - 1
 
 
-@kernel(inner=True)
+@kernel
 def _flood(z, i, j, seen, plateau):
     """Fill the plateau around an inner pixel; return its size, whether all around it is lower, and whether it is open.
 
@@ -97,7 +97,7 @@ def _flood(z, i, j, seen, plateau):
     return n, is_peak, is_open
 
 
-@kernel(inner=True)
+@kernel
 def off_centroid(i, j, n, sum_i, sum_j):
     """Return n² times the squared distance (pixels²) of pixel i, j from the centroid of n that sum up to these.
 
@@ -106,7 +106,7 @@ def off_centroid(i, j, n, sum_i, sum_j):
     return float(n * i - sum_i) ** 2 + float(n * j - sum_j) ** 2
 
 
-@kernel(inner=True)
+@kernel
 def _nearest_centroid(pixels):
     """Return the plateau's pixel nearest its centroid, counted in pixels; of equals the first in the scan."""
     n = len(pixels)
