@@ -1,6 +1,8 @@
 """What adhesion costs: cycles of approach and retraction at 64 places on the twin of the glass.
 
-``python tests/benchmarks/adhesive_cost.py [refine …]`` prints the time of each, and where it goes; and how much the
+``python tests/benchmarks/adhesive_cost.py pressed`` prints what 64 places cost, pressed by 4 nm from first contact:
+with glass's range on a quarter of the pixel, and without one on half and on a quarter of it.
+``adhesive_cost.py [refine …]`` prints the time of deeper cycles without range, and where it goes; and how much the
 pull-off of single places hangs on the step.
 """
 
@@ -45,6 +47,29 @@ def main(refines):
     pstats.Stats(profile).sort_stats("tottime").print_stats(6)
 
 
+#: Law and refinement of the cycles that press by 4 nm.
+PRESSED = (("exponential", 4), ("griffith", 2), ("griffith", 4))
+
+
+def pressed():
+    """Print a line per law and refinement: wall and processor time, mean pull-off and its standard deviation."""
+    warnings.simplefilter("ignore", UserWarning)
+    scan = roughxr.open_sample("glass").contact.assign_pair(**PAIR, adhesion_range=0.3)
+    options = {"delta": [4.0], "datum": "first_contact"}
+    for law in ("exponential", "griffith"):
+        adhesive(scan, subregions=(1, 1), law=law, refine=1, **options)  # compile
+    for law, refine in PRESSED:
+        wall, processor = time.perf_counter(), time.process_time()
+        cycle = adhesive(scan, subregions=(8, 8), law=law, refine=refine, **options)
+        wall, processor = time.perf_counter() - wall, time.process_time() - processor
+        pull, ends = cycle.pull_off_force, int(cycle.complete.sum())
+        print(
+            f"{law}, refine {refine}: {wall:.0f} s, {processor:.0f} s of processor time, "
+            f"pull-off {float(pull.mean()):.0f} ± {float(pull.std()):.0f} nN, complete {ends}/64",
+            flush=True,
+        )
+
+
 def halvings(scan, steps=(0.5, 0.25, 0.125, 0.0625, 0.01)):
     """Print how little the pull-off of single places changes from step to step: peaks and jumps are closed in upon."""
     before = None
@@ -61,4 +86,7 @@ def halvings(scan, steps=(0.5, 0.25, 0.125, 0.0625, 0.01)):
 
 
 if __name__ == "__main__":
-    main([int(value) for value in sys.argv[1:]] or [1, 2])
+    if sys.argv[1:] == ["pressed"]:
+        pressed()
+    else:
+        main([int(value) for value in sys.argv[1:]] or [1, 2])
