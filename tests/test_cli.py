@@ -315,7 +315,7 @@ def test_what_nobody_can_guess_is_asked_for(options, says, tmp_path, capsys):
 @pytest.mark.parametrize(
     "options",
     [
-        ["--subregions", "1", "1"],
+        pytest.param(["--subregions", "1", "1"], marks=pytest.mark.soak),
         ["--subregions", "2", "1", "--delta", "1e-6"],
         pytest.param(["--subregions", "2", "1", "--delta", "1e4"], marks=pytest.mark.soak),
         ["--subregions", "2", "1", "--work-of-adhesion", "0"],

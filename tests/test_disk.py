@@ -209,6 +209,7 @@ import os; os._exit(0)
 """
 
 
+@pytest.mark.soak
 def test_interrupts_while_an_archive_is_written_or_read_never_hang(tmp_path):
     """Within xarray they leave a lock taken, for which the file's own closing then waits for ever."""
     command = [sys.executable, "-c", _INTERRUPTED, str(tmp_path / "run.nc")]

@@ -56,7 +56,10 @@ def wait(k, seconds):
     return np.array([float(k)])
 
 
-@pytest.mark.parametrize(("seconds", "items", "largest"), [(1e-3, 400, 100), (0.02, 200, 25), (0.6, 8, 1)])
+@pytest.mark.parametrize(
+    ("seconds", "items", "largest"),
+    [(1e-3, 400, 100), (0.02, 200, 25), pytest.param(0.6, 8, 1, marks=pytest.mark.soak)],
+)
 def test_batches_take_half_a_second_and_less_near_the_end(seconds, items, largest):
     found, sizes = {}, []
     with dask.config.set(scheduler="threads", num_workers=1):
@@ -173,6 +176,7 @@ def leaves_its_number(folder):
     time.sleep(60)
 
 
+@pytest.mark.soak
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="Windows kills otherwise")
 def test_workers_end_with_the_process_they_work_for(tmp_path):
     """However it ends: killed, it cannot tell them."""

@@ -218,6 +218,7 @@ def test_a_reader_that_dies_is_said_and_started_again(tmp_path):
     xr.testing.assert_identical(open_scan(sound), whole)
 
 
+@pytest.mark.soak
 def test_the_reading_process_goes_with_its_caller(tmp_path):
     rows = picture()
     path = WRITERS["bruker"](tmp_path, rows, size_of(rows))
