@@ -14,8 +14,8 @@ the end of a step is permanent (``halfspace.yielding``). Source: own. Unit cells
 import numpy as np
 
 from ..jit import kernel
+from .cholesky import solve_in_place
 from .constrained_cells import ABSENT, dent, displacement_at, open_cell
-from .equilibrium import solve_in_place
 
 #: Parts by which a pressure may exceed the hardness: in a state, and within `give_way`.
 OVER, _EXACT = 1e-3, 1e-9

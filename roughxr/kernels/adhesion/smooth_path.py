@@ -76,7 +76,7 @@ _ALIKE = 16
 _NEAR_LENGTHS = 7.0
 
 #: Residual, over the largest traction, of states in between, if it is larger than the tolerance. States at prescribed
-#: displacements and at the largest pull meet the tolerance. It saves a quarter of the work; pull-offs change by 0.1 %.
+#: displacements and at the largest pull meet the tolerance. It saves a quarter of the work; pull-offs change by 0.2 %.
 _ON_THE_WAY = 1e-3
 
 #: Displacements closer than this part of a step count as equal.
