@@ -383,24 +383,32 @@ class _Branch:
         over = None  # a state beyond the goal
         while self.next < self.deltas.size:
             target, last = self.deltas[self.next], self.last
-            delta = min(target, last.delta + self.step)
-            if over is not None:
-                part = (goal - last.force) / (over.force - last.force)
-                delta = last.delta + min(max(part, 0.05), 0.95) * (over.delta - last.delta)
-            delta = float(target) if target - delta < _SAME * self.step else delta
-            found = self.seek(delta, self.before, last, well=delta == target)
+            if over is not None and over.delta - last.delta <= _LEAST_STEP * self.step:
+                found = over  # the force jumps past the goal
+            else:
+                delta = self._towards(goal, over, target)
+                found = self.seek(delta, self.before, last, well=delta == target)
             if not np.isfinite(found.force):
                 return False
             reached = found.force >= goal and found.state.touching.any()
             met = found.force - goal <= _MET * max(abs(goal), self.largest)
-            if reached and not met and delta - last.delta > _LEAST_STEP * self.step:
+            if reached and not met and found.delta - last.delta > _LEAST_STEP * self.step:
                 over = found
                 continue
-            self._accept(found, delta == target)
-            self.next += delta == target
+            self._accept(found, found.delta == target)
+            self.next += found.delta == target
             if reached:
                 break
         return True
+
+    def _towards(self, goal, over, target):
+        """Return the next displacement on loading: a step ahead, or where the line to a state ``over`` the goal meets it."""
+        last = self.last
+        delta = last.delta + self.step
+        if over is not None:
+            part = (goal - last.force) / (over.force - last.force)
+            delta = last.delta + min(max(part, 0.05), 0.95) * (over.delta - last.delta)
+        return float(target) if target - delta < _SAME * self.step else float(delta)
 
     def retract(self):
         """Go back through the prescribed displacements, then on until contact is lost.
