@@ -129,8 +129,9 @@ def main():
         other, peer_seconds, states, missed = asked_of(given.peer_python, separation, dx)
         ratios.append(peer_seconds / seconds)
         print(
-            f"place {given.place}: ours {seconds:.2f} s, the peer {peer_seconds:.1f} s ({states:.0f} states, {missed:.0f} "
-            f"not converged), ratio {ratios[-1]:.1f}; ours {same:.1f} nN, the peer's {other:.1f} nN; between {pull:.1f} nN",
+            f"place {given.place}: ours {seconds:.2f} s, the peer {peer_seconds:.1f} s ({states:.0f} states, "
+            f"{missed:.0f} not converged), ratio {ratios[-1]:.1f}; "
+            f"at its displacements ours {same:.1f} nN, the peer's {other:.1f} nN; between them ours {pull:.1f} nN",
             flush=True,
         )
     print(f"median ratio {np.median(ratios):.1f}")
