@@ -28,7 +28,7 @@ def profile_height(r2, radius, profile):
 @kernel
 def sphere_separation(height, datum, x, y, radius, profile):
     """Return S (nm), shape (x.size, y.size), of a sphere over heights (nm) at x, y from the contact centre."""
-    separation = np.empty(height.shape)
+    separation = np.empty((x.size, y.size), np.float64)
     for i in range(x.size):
         for j in range(y.size):
             separation[i, j] = datum - height[i, j] + profile_height(x[i] * x[i] + y[j] * y[j], radius, profile)
