@@ -84,8 +84,10 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
     changed, yields = False, cap < np.inf and _reaches(pressure, cap)
     while True:
         if load > 0.0 and slope == 0.0:
-            missing = _missing(cells, pressure, gap, contact, load) if yields else 0.0
-            _precondition_unit(cells, contact, image, flat)
+            missing = _missing(pressure, gap, contact, cap, load) if yields else 0.0
+            _ones_in(contact, image)
+            _precondition(cells, image, flat)
+            _keep_in(contact, flat)
             if abs(missing) > _ROUNDING * load:
                 _top_up(pressure, flat, other, missing)
                 changed = True
@@ -181,7 +183,7 @@ def _reaches(pressure, cap):
 
 
 @kernel
-def _missing(cells, pressure, gap, contact, load):
+def _missing(pressure, gap, contact, cap, load):
     """Return what the pressures leave of the load for the contact to carry.
 
     Where all cells yield, or none is in contact, one more cell joins.
@@ -191,7 +193,7 @@ def _missing(cells, pressure, gap, contact, load):
         missing -= pressure[k]
         carrying |= contact[k]
     if not carrying:
-        contact[_next_to_carry(pressure, gap, cells.cap, missing)] = True
+        contact[_next_to_carry(pressure, gap, cap, missing)] = True
     return missing
 
 
@@ -232,13 +234,18 @@ def _level(gap, contact):
 
 
 @kernel
-def _precondition_unit(cells, contact, unit, preconditioned):
-    """Write the preconditioned unit residual on the contact, and zero outside."""
-    for k in range(unit.size - 1):
-        unit[k] = 1.0 if contact[k] else 0.0
-    _precondition(cells, unit, preconditioned)
-    for k in range(unit.size - 1):
-        preconditioned[k] *= unit[k]
+def _ones_in(contact, values):
+    """Write ones in contact, and zeros outside."""
+    for k in range(values.size - 1):
+        values[k] = 1.0 if contact[k] else 0.0
+
+
+@kernel
+def _keep_in(contact, values):
+    """Write zeros outside the contact."""
+    for k in range(values.size - 1):
+        if not contact[k]:
+            values[k] = 0.0
 
 
 @kernel
@@ -281,7 +288,7 @@ def _search(residual, contact, preconditioned, direction, slope):
 @kernel
 def _precondition(cells, residual, preconditioned):
     """Write nearly the pressures that would close the residual, which is zero outside the contact."""
-    if cells.operator.inverse.box.size:
+    if len(cells.operator.convolutions) > 1:
         divide(cells.operator, residual, preconditioned)
     else:
         _precondition_by_neighbours(cells.neighbours, residual, preconditioned)
