@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.fft
 
+from ..arrays import unset
 from ..jit import kernel
 from .love import love_coefficients
 from .transforms import Convolution, Transfer, convolution, convolve, even_length, transfer_of
@@ -53,7 +54,7 @@ def coefficients_for(shape):
 @kernel
 def no_transfers():
     """Return an empty list for `known_transfer` to keep transformed coefficients in."""
-    return [Transfer(0, 0, np.empty((1, 1), np.float64), np.empty((1, 1), np.float32))]
+    return [Transfer(0, 0, unset((1, 1), 0.0), unset((1, 1), np.float32(0)))]
 
 
 @kernel
@@ -107,7 +108,7 @@ def operator(rows, columns, coefficients, known, dense):
 
 @kernel
 def _from_first(places):
-    first, out = np.int64(2**62), np.empty(places.size, np.int64)
+    first, out = np.int64(2**62), unset((places.size,), 0)
     for k in range(places.size):
         first = min(first, places[k])
     for k in range(places.size):
@@ -127,7 +128,7 @@ def largest(places):
 def _inverse(periodic):
     """Return the inverse of transformed coefficients, like these divided by the number of cells."""
     (rows, columns), count = periodic.single.shape, periodic.rows * periodic.columns
-    out = np.empty((rows, columns), np.float32)
+    out = unset((rows, columns), np.float32(0))
     for i in range(rows):
         for j in range(columns):
             out[i, j] = 1.0 / (count * count * periodic.double[i, j])
@@ -181,7 +182,7 @@ def _displacements(windows, coefficients):
 @kernel
 def _between(rows, columns, count, coefficients):
     """Return the coefficients between the first cells."""
-    matrix = np.empty((count, count), np.float64)
+    matrix = unset((count, count), 0.0)
     for k in range(count):
         for m in range(k + 1):
             matrix[k, m] = coefficients[abs(rows[k] - rows[m]), abs(columns[k] - columns[m])]

@@ -23,6 +23,7 @@ import scipy.fft
 from numba import config
 from rocket_fft import lowlevel
 
+from ..arrays import unset
 from ..jit import kernel
 
 #: Spectra of up to so many values are transformed in one piece, larger ones in strips of so many columns.
@@ -79,7 +80,7 @@ def even_length(size):
 def transfer_of(rows, columns, quadrant):
     """Return the `Transfer` of a padded box (even lengths) from the kernel at offsets (i, j) ≥ 0."""
     high, wide = rows // 2 + 1, columns // 2 + 1
-    values, single = _empty(high, wide, quadrant[0, 0]), _empty(high, wide, np.float32(0))
+    values, single = unset((high, wide), 0.0), unset((high, wide), np.float32(0))
     for i in range(high):  # NumPy's own quotients of arrays and ``astype`` take 0.2 s to compile
         for j in range(wide):
             values[i, j] = quadrant[i, j] / (rows * columns)
@@ -95,14 +96,9 @@ def convolution(rows, columns, transfer, zero):
     """Return the `Convolution` of ``rows`` rows padded to ``columns`` columns, ``zero`` the complex number's type."""
     high, wide = 2 * (transfer.shape[0] - 1), transfer.shape[1]
     width = wide if high * wide <= _IN_ONE_PIECE else _STRIP
-    box = _empty(rows, columns, transfer[0, 0])
-    spectrum, strip = _empty(rows, wide, zero), _empty(high, width, zero)
+    box = unset((rows, columns), transfer[0, 0])
+    spectrum, strip = unset((rows, wide), zero), unset((high, width), zero)
     return Convolution(transfer, box, spectrum, strip)
-
-
-@kernel
-def _empty(rows, columns, zero):
-    return np.empty((rows, columns), type(zero))
 
 
 @kernel

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import line, table
+from ..arrays import line, table, unset
 from ..jit import kernel
 from .active_set import CONVERGED, PATIENCE, Outcome, gather_cells, solve
 from .products import DENSE_LIMIT, displace, multiply, operator, whole_box
@@ -58,7 +58,7 @@ def overlapping(separation, delta):
 @kernel
 def depth_in(separation, delta, box):
     """Return δ − S in the box of an `Overlap`."""
-    depth = np.empty((box.rows, box.columns), np.float64)
+    depth = unset((box.rows, box.columns), 0.0)
     for i in range(box.rows):
         for j in range(box.columns):
             depth[i, j] = delta - separation[box.row + i, box.column + j]
@@ -191,7 +191,7 @@ def _shift(depth, shift):
 def _places(chosen):
     """Return the rows and columns of the chosen cells."""
     count = _count(chosen)
-    rows, columns, k = np.empty(count, np.int64), np.empty(count, np.int64), 0
+    rows, columns, k = unset((count,), 0), unset((count,), 0), 0
     for i in range(chosen.shape[0]):
         for j in range(chosen.shape[1]):
             if chosen[i, j]:
