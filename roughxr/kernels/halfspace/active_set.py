@@ -73,8 +73,9 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
     """Solve from the given pressures, their gaps and a contact, each (count + 1,), which become the solution's.
 
     Every condition is met to ``goal`` (the unit of the depths) unless ``max_iterations`` products are not enough;
-    pressures are never negative or above the cap. Where ``load`` > 0 the pressures keep adding up to it, and all depths
+    pressures are never negative or above the cap. With a ``load`` > 0 the pressures keep adding up to it, and all depths
     are shifted by what that takes: the search directions are projected onto loads of zero sum, at no further product.
+    Without one it is None, by which numba leaves out what a load needs: a twelfth of the first sweep of displacements.
     Returns the `Outcome`.
     """
     size, cap = pressure.size, cells.cap
@@ -83,7 +84,7 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
     iterations, slope, shift, fewest, left = 0, 0.0, 0.0, np.inf, patience
     changed, yields = False, cap < np.inf and _reaches(pressure, cap)
     while True:
-        if load > 0.0 and slope == 0.0:
+        if load is not None and slope == 0.0:
             missing = _missing(pressure, gap, contact, cap, load) if yields else 0.0
             _ones_in(contact, image)
             _precondition(cells, image, flat)
@@ -96,7 +97,7 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
             iterations += 1
             for k in range(size):
                 gap[k] += image[k]
-        if load > 0.0 and slope == 0.0:
+        if load is not None and slope == 0.0:
             if not yields:
                 _scale(pressure, gap, cells.depth, shift, load)
             shift += _level(gap, contact)
@@ -106,7 +107,7 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
         while not closed and iterations < max_iterations:
             _residual(gap, contact, image)
             _precondition(cells, image, preconditioned)
-            if load > 0.0:
+            if load is not None:
                 shift += _project(gap, contact, preconditioned, flat)
                 _residual(gap, contact, image)
             slope = _search(image, contact, preconditioned, direction, slope)

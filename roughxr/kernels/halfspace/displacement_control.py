@@ -200,7 +200,7 @@ def _sweep(
             most = max_iterations if n == 0 else COARSE_ITERATIONS
             coarse_cap = cap * (1 << n)  # with the cells' side E*/dx halves
             pressure, displacement, outcome = solve_in_box(
-                levels[n], begin, part, most, 0.0, 0.0, coarse_cap, coefficients, known
+                levels[n], begin, part, most, None, 0.0, coarse_cap, coefficients, known
             )
             begin = refined(pressure, displacement, levels[n - 1], 0.5 * coarse_cap) if n > 0 else begin
         describe(found[k], pressure, displacement, depth, outcome, box.largest, cap, limit)

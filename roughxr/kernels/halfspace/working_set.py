@@ -88,8 +88,8 @@ def overlap_of(depth, slack):
 def solve_in_box(depth, start, part, max_iterations, load, slack, cap, coefficients, known):
     """Return pressures, displacements (NaN where not known) and `Outcome` in a box.
 
-    All conditions are met to ``part`` of the deepest overlap. With a ``load`` the depths shift, and cells within
-    ``slack`` of overlapping are included. No pressure exceeds the ``cap``.
+    All conditions are met to ``part`` of the deepest overlap. With a ``load`` (else None) the depths shift, and cells
+    within ``slack`` of overlapping are included. No pressure exceeds the ``cap``.
     """
     count, largest = overlap_of(depth, slack)
     few, goal = count <= DENSE_LIMIT, part * largest  # few cells are all chosen, and none is left to check
@@ -129,7 +129,7 @@ def _begin(depth, start, slack, load, cap, all_chosen):
             chosen[i, j] = inside and (all_chosen or start.possible[k, m] or touching[i, j] or yielding)
             pressure[i, j] = start.pressure[k, m] if touching[i, j] or yielding else 0.0
             carrying, loaded = carrying + touching[i, j], loaded or pressure[i, j] > 0.0
-    if load > 0.0 and not loaded:
+    if load is not None and not loaded:
         _spread(load / max(carrying, 1), carrying == 0, depth, pressure, touching, chosen)
     return pressure, touching, chosen
 
