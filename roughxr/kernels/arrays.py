@@ -53,3 +53,38 @@ def table(rows, columns, value):
         for j in range(columns):
             out[i, j] = value
     return out
+
+
+@kernel
+def lowest(values):
+    """Return the least of a vector; inf where there is none."""
+    least = np.inf
+    for value in values:
+        least = min(least, value)
+    return least
+
+
+@kernel
+def ascending(values):
+    """Return the order that sorts a vector, equal values as they stand: sorted runs are merged, two by two."""
+    order, merged, width = unset((values.size,), 0), unset((values.size,), 0), 1
+    for k in range(values.size):
+        order[k] = k
+    while width < values.size:
+        for low in range(0, values.size, 2 * width):
+            middle, high = min(low + width, values.size), min(low + 2 * width, values.size)
+            i, j = low, middle
+            for k in range(low, high):
+                if i < middle and (j == high or values[order[i]] <= values[order[j]]):
+                    merged[k], i = order[i], i + 1
+                else:
+                    merged[k], j = order[j], j + 1
+        order, merged, width = merged, order, 2 * width
+    return order
+
+
+@kernel
+def median(values):
+    """Return the median of a vector that is not empty."""
+    order, count = ascending(values), values.size
+    return 0.5 * (values[order[(count - 1) // 2]] + values[order[count // 2]])
