@@ -352,7 +352,7 @@ def total_force(delta, n, near, grid):
 @kernel
 def _proved(x, y, reach, total, near, least, grid, radius, profile):
     """Return whether F cannot fall below the least beyond ``reach``, whatever lies farther away."""
-    if near.offset.size == 0 or near.offset.min() > reach:
+    if near.offset.size == 0 or lowest(near.offset) > reach:
         return grid.adhesion.size == 0  # the first touch is not known yet
     cells, known = grid.cells, near.adhesion[-1]
     nx, ny = cells.first.shape[0], cells.first.shape[1] - 1

@@ -73,10 +73,10 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
     """Solve from the given pressures, their gaps and a contact, each (count + 1,), which become the solution's.
 
     Every condition is met to ``goal`` (the unit of the depths) unless ``max_iterations`` products are not enough;
-    pressures are never negative or above the cap. With a ``load`` > 0 the pressures keep adding up to it, and all depths
-    are shifted by what that takes: the search directions are projected onto loads of zero sum, at no further product.
-    Without one it is None, by which numba leaves out what a load needs: a twelfth of the first sweep of displacements.
-    Returns the `Outcome`.
+    pressures are never negative or above the cap. With a ``load`` > 0 the pressures keep adding up to it, and all
+    depths are shifted by what that takes: the search directions are projected onto loads of zero sum, at no further
+    product. Without one it is None, by which numba leaves out what a load needs: an eighth of the first call. Returns
+    the `Outcome`.
     """
     size, cap = pressure.size, cells.cap
     direction, image, preconditioned, other = line(size, 0.0), line(size, 0.0), line(size, 0.0), line(size, 0.0)
@@ -177,10 +177,10 @@ def _scale(pressure, gap, depth, shift, load):
 @kernel
 def _reaches(pressure, cap):
     """Say whether a pressure is at the cap."""
+    reaches = False
     for p in pressure:  # a tenth of what NumPy's own ``max`` takes to compile
-        if p >= cap:
-            return True
-    return False
+        reaches |= p >= cap
+    return reaches
 
 
 @kernel

@@ -161,10 +161,10 @@ def _solve_clipped(terms, heights, known, first, c):
 
 @kernel
 def _all(known):
+    everywhere = True
     for one in known:
-        if not one:
-            return False
-    return True
+        everywhere &= one
+    return everywhere
 
 
 @kernel
