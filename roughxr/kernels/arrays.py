@@ -2,8 +2,8 @@
 
 NumPy's own ``zeros``, ``full`` and the like are compiled again for every type and every form of their arguments, some
 0.1 s each time; here one function serves all vectors of a type, and one all tables. Even ``empty`` takes 0.06 s for
-each type and form: `unset` is written where it is called, as Numba writes the arrays that expressions make. It builds on
-a function of Numba's that is not public, tried with 0.63 and 0.68; `_unset_plain`, compiled, gives the same arrays.
+each type and form: `unset` is written where it is called, as Numba writes the arrays that expressions make. It builds
+on a function of Numba's that is not public, tried with 0.63 and 0.68; `_unset_plain`, compiled, gives the same arrays.
 """
 
 import numpy as np
