@@ -251,7 +251,7 @@ def test_an_exhausted_solve_says_so():
 def solve_cells(rows, columns, depth, coefficients, dense, pressure, gap, contact, goal, patience):
     cells = active_set.gather_cells(operator(rows, columns, coefficients, no_transfers(), dense), depth.size, np.inf)
     cells.depth[:] = depth
-    return active_set.solve(cells, pressure, gap, contact, goal, 5000, 0.0, patience).status
+    return active_set.solve(cells, pressure, gap, contact, goal, 5000, None, patience).status
 
 
 @pytest.mark.parametrize("dense", [False, True])

@@ -35,7 +35,7 @@ def near_cells(rows, columns, coefficients, product, inverse):
     for k in range(count):
         for m in range(count):
             matrix[k, m] = coefficients[abs(rows[k] - rows[m]), abs(columns[k] - columns[m])]
-    return Operator(rows, columns, matrix, product, inverse)
+    return Operator(rows, columns, matrix, [product, inverse])
 
 
 @kernel

@@ -199,7 +199,7 @@ def _press(body, delta, state, held):
         deepest = max(deepest, -gap[k])
         contact[k] = state.touching[i, j] and pressure[k] > 0.0
     goal = _PRESSED * max(body.law.strength, 0.1 * deepest)
-    out = solve_contact(cells, pressure, gap, contact, goal, _PRODUCTS_TO_PRESS, 0.0, np.int64(PATIENCE))
+    out = solve_contact(cells, pressure, gap, contact, goal, _PRODUCTS_TO_PRESS, None, np.int64(PATIENCE))
     for k in range(count):
         i, j = rows[k], columns[k]
         state.pressure[i, j], state.gap[i, j] = pressure[k] - held[i, j], gap[k]

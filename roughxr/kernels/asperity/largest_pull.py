@@ -30,6 +30,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arrays import ascending, line, lowest, unset
 from ..halfspace.separation import PARABOLA, profile_height
 from ..jit import kernel
 from .elliptic_table import mark
@@ -128,7 +129,7 @@ def _selected(field, which):
 
 @kernel
 def _marks(marks, rows):
-    out = np.empty(rows.size)
+    out = line(rows.size, 0.0)
     for i in range(rows.size):
         out[i] = mark(marks, rows[i], 1)
     return out
@@ -155,11 +156,11 @@ def _cells(field, adhesion, per_cell=4.0):
 @kernel
 def pull_offs(x, y, grid, table, radius, profile):
     """Return (centre, 6), ``FORCE`` … ``EVALUATIONS``, for the axis of the sphere at each (x, y)."""
-    out = np.empty((x.size, 6))
+    out = unset((x.size, 6), 0.0)
     for k in range(x.size):
         least, near, evaluations = pull_off(x[k], y[k], grid, table, radius, profile)
         out[k, FORCE], out[k, DELTA] = least.F, least.delta
-        out[k, FIRST_TOUCH] = near.offset.min() if near.offset.size else np.nan
+        out[k, FIRST_TOUCH] = lowest(near.offset) if near.offset.size else np.nan
         out[k, CONTACTS], out[k, AT_EDGE] = _held(least.delta, near, grid)
         out[k, EVALUATIONS] = evaluations
     return out
@@ -201,7 +202,7 @@ def nearby(x, y, reach, grid, table, radius, profile):
     most = 0
     for i in range(i0, i1):
         most += cells.first[i, j1] - cells.first[i, j0]
-    onset, offset, index, n = np.empty(most), np.empty(most), np.empty(most, np.int64), 0
+    onset, offset, index, n = unset((most,), 0.0), unset((most,), 0.0), unset((most,), 0), 0
     for i in range(i0, i1):
         for k in range(cells.first[i, j0], cells.first[i, j1]):
             u, v = field.x[k] - x, field.y[k] - y
@@ -215,14 +216,15 @@ def nearby(x, y, reach, grid, table, radius, profile):
 
 @kernel
 def _in_order(onset, offset, index, grid, table):
-    order = np.argsort(onset, kind="mergesort")
-    index = index[order]
-    adhesion, lines = np.zeros(order.size + 1), np.empty((order.size if table.size else 0, LENGTH))
-    for k in range(order.size):
-        adhesion[k + 1] = adhesion[k] + grid.adhesion[index[k]]
+    order, count = ascending(onset), onset.size
+    begins, offsets, which = line(count, 0.0), line(count, 0.0), line(count, 0)
+    adhesion, lines = line(count + 1, 0.0), unset((count if table.size else 0, LENGTH), 0.0)
+    for k in range(count):
+        begins[k], offsets[k], which[k] = onset[order[k]], offset[order[k]], index[order[k]]
+        adhesion[k + 1] = adhesion[k] + grid.adhesion[which[k]]
         if table.size:
-            collapse(table, grid.field.scales.row[index[k]], P, lines[k])
-    return Near(onset[order], offset[order], index, adhesion, lines)
+            collapse(table, grid.field.scales.row[which[k]], P, lines[k])
+    return Near(begins, offsets, which, adhesion, lines)
 
 
 @kernel
@@ -350,7 +352,7 @@ def total_force(delta, n, near, grid):
 @kernel
 def _proved(x, y, reach, total, near, least, grid, radius, profile):
     """Return whether F cannot fall below the least beyond ``reach``, whatever lies farther away."""
-    if near.offset.size == 0 or near.offset.min() > reach:
+    if near.offset.size == 0 or lowest(near.offset) > reach:
         return grid.adhesion.size == 0  # the first touch is not known yet
     cells, known = grid.cells, near.adhesion[-1]
     nx, ny = cells.first.shape[0], cells.first.shape[1] - 1

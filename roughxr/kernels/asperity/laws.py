@@ -25,6 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from roughxr.kernels.arrays import unset
 from roughxr.kernels.asperity import elliptic_jkr, elliptic_table, jkr, maugis
 from roughxr.kernels.asperity.ellipse import shape, stiffness
 from roughxr.kernels.asperity.elliptic_jkr import State
@@ -146,7 +147,7 @@ def pick(scales, i):
 @kernel
 def asperities_scales(A, B, E_star, w, law):
     """The ``Scales`` of many asperities: A, B and each field have shape (asperity,)."""
-    out = np.empty((6, A.size))
+    out = unset((6, A.size), 0.0)
     for i in range(A.size):
         one = asperity_scales(A[i], B[i], E_star, w, law)
         out[0, i], out[1, i], out[2, i] = one.a, one.P, one.delta
@@ -157,7 +158,7 @@ def asperities_scales(A, B, E_star, w, law):
 @kernel
 def asperities_contact(delta, scales, spline):
     """The ``Contact`` of many asperities, each at its own displacements: all of shape (asperity, step)."""
-    P, a, b = np.empty(delta.shape), np.empty(delta.shape), np.empty(delta.shape)
+    P, a, b = unset(delta.shape, 0.0), unset(delta.shape, 0.0), unset(delta.shape, 0.0)
     for i in range(delta.shape[0]):
         one = pick(scales, i)
         for j in range(delta.shape[1]):
@@ -195,7 +196,7 @@ def asperity_events(scales, law):
 @kernel
 def asperities_events(scales, law):
     """Events of many asperities, shape (event, quantity, asperity), ordered as ``Events`` and ``State``."""
-    out = np.empty((3, 4, scales.a.size))
+    out = unset((3, 4, scales.a.size), 0.0)
     for i in range(scales.a.size):
         events = asperity_events(pick(scales, i), law)
         for e in range(3):

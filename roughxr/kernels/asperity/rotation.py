@@ -26,6 +26,7 @@ Source: own.
 
 import numpy as np
 
+from ..arrays import line, lowest, median, unset
 from ..jit import kernel
 from .laws import asperity_contact, pick
 
@@ -43,7 +44,7 @@ MOMENT, HINGE, PULL, PULL_HINGE = range(4)
 @kernel
 def resisting_moments(directions, x, y, orientation, delta, scales, load, spline):
     """Return (direction, 4), ``MOMENT`` … ``PULL_HINGE``, for each direction φ (rad); NaN without contact."""
-    out = np.empty((directions.size, 4))
+    out = unset((directions.size, 4), 0.0)
     for k in range(directions.size):
         c, s = np.cos(directions[k]), np.sin(directions[k])
         along = x * c + y * s
@@ -56,7 +57,7 @@ def resisting_moments(directions, x, y, orientation, delta, scales, load, spline
 def _turn(along, turned, delta, scales, load, spline, out):
     """Turn the sphere until all asperities have detached; store the largest moment and the largest M/h on the way."""
     n = along.size
-    force, reach, way = np.empty(n), np.empty(n), np.empty(n)
+    force, reach, way = line(n, 0.0), line(n, 0.0), line(n, 0.0)
     for i in range(n):
         way[i] = delta[i] - scales.end[i] * scales.delta[i]
     out[MOMENT], out[HINGE], out[PULL], out[PULL_HINGE] = -np.inf, np.nan, -np.inf, np.nan
@@ -119,8 +120,8 @@ def rest(offset, scales, load, start, spline):
     """
     if offset.size == 0:
         return np.nan
-    unit = max(np.median(scales.delta), 1e-3)
-    high = max(start, offset.min()) + unit
+    unit, first = max(median(scales.delta), 1e-3), lowest(offset)
+    high = max(start, first) + unit
     for _ in range(200):
         if total_force(high, offset, scales, spline)[0] > load:
             break
@@ -130,7 +131,7 @@ def rest(offset, scales, load, start, spline):
     low = high - step
     while total_force(low, offset, scales, spline)[0] > load:
         high, low = low, low - step
-        if high < offset.min() - 1e6:
+        if high < first - 1e6:
             return np.nan
     for _ in range(80):
         middle = 0.5 * (low + high)

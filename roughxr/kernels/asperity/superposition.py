@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arrays import table, unset
 from ..halfspace.separation import profile_height
 from ..jit import kernel
 from .force_curves import LENGTH, A, B, P, closed_contact, collapse, line_contact
@@ -49,7 +50,7 @@ FORCE, AREA, CONTACTS, BEYOND_PATCH, OVERLAPPING, TRUNCATED = range(6)
 @kernel
 def offsets(field, x, y, radius, profile):
     """Return the distance (nm) by which the sphere at (x, y) must come down to reach each vertex."""
-    out = np.empty(field.x.size)
+    out = unset((field.x.size,), 0.0)
     for i in range(out.size):
         u, v = field.x[i] - x, field.y[i] - y
         out[i] = field.depth[i] + profile_height(u * u + v * v, radius, profile)
@@ -59,7 +60,7 @@ def offsets(field, x, y, radius, profile):
 @kernel
 def superpose(deltas, field, offset, patch_radius, branch):
     """Return (6, delta): force nN, area nm², and the counts of ``CONTACTS`` … ``TRUNCATED``."""
-    out, lines = np.zeros((6, deltas.size)), np.empty((LENGTH, 3))
+    out, lines = table(6, deltas.size, 0.0), unset((LENGTH, 3), 0.0)
     for i in range(offset.size):
         if deltas[-1] - offset[i] >= field.scales.end[i] * field.scales.delta[i]:
             _add(deltas, field, i, offset[i], patch_radius, branch, lines, out)

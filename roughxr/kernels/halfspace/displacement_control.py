@@ -198,9 +198,9 @@ def _sweep(
         for n in range(len(levels) - 1, -1, -1):
             part = 0.5 * (tolerance if n == 0 else COARSE_TOLERANCE)
             most = max_iterations if n == 0 else COARSE_ITERATIONS
-            coarse_cap = cap * 2.0**n  # with the cells' side E*/dx halves
+            coarse_cap = cap * (1 << n)  # with the cells' side E*/dx halves
             pressure, displacement, outcome = solve_in_box(
-                levels[n], begin, part, most, 0.0, 0.0, coarse_cap, coefficients, known
+                levels[n], begin, part, most, None, 0.0, coarse_cap, coefficients, known
             )
             begin = refined(pressure, displacement, levels[n - 1], 0.5 * coarse_cap) if n > 0 else begin
         describe(found[k], pressure, displacement, depth, outcome, box.largest, cap, limit)

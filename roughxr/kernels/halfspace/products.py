@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.fft
 
+from ..arrays import unset
 from ..jit import kernel
 from .love import love_coefficients
 from .transforms import Convolution, Transfer, convolution, convolve, even_length, transfer_of
@@ -31,13 +32,16 @@ _KEPT = 256**2
 
 
 class Operator(NamedTuple):
-    """A for one list of cells: a matrix, or a convolution (the other is empty)."""
+    """A for one list of cells: a matrix, or a convolution.
+
+    Convolutions are in a list, since numba takes named tuples apart into their arrays' numbers, here some ninety, and
+    puts them together again wherever they are handed on.
+    """
 
     rows: np.ndarray  # of the cells, counted from the first row that holds any
     columns: np.ndarray
     matrix: np.ndarray  # (count, count), or (0, 0)
-    convolution: Convolution  # in single precision
-    inverse: Convolution  # nearly A's inverse, for many cells; else with no rows
+    convolutions: list[Convolution]  # in single precision: with A, then for many cells with nearly A's inverse
 
 
 def coefficients_for(shape):
@@ -50,7 +54,7 @@ def coefficients_for(shape):
 @kernel
 def no_transfers():
     """Return an empty list for `known_transfer` to keep transformed coefficients in."""
-    return [Transfer(0, 0, np.empty((1, 1), np.float64), np.empty((1, 1), np.float32))]
+    return [Transfer(0, 0, unset((1, 1), 0.0), unset((1, 1), np.float32(0)))]
 
 
 @kernel
@@ -87,33 +91,24 @@ def displace(pressure, whole, out):
 
 
 @kernel
-def _no_convolution():
-    zero = np.int64(0)
-    return convolution(zero, zero + 2, np.empty((2, 2), np.float32), np.complex64(0))
-
-
-@kernel
 def operator(rows, columns, coefficients, known, dense):
     """Return the operator of the cells at (rows, columns), integers; by a matrix where ``dense``."""
     rows, columns = _from_first(rows), _from_first(columns)
-    nothing = _no_convolution()
-    if dense:
-        return Operator(rows, columns, _between(rows, columns, coefficients), nothing, nothing)
-    shape = largest(rows) + 1, largest(columns) + 1
+    shape = (1, 1) if dense else (largest(rows) + 1, largest(columns) + 1)
     high, wide = even_length(2 * shape[0] - 1), even_length(2 * shape[1] - 1)
     transfer = known_transfer(high, wide, coefficients, known)
-    box = convolution(shape[0], wide, transfer.single, np.complex64(0))
-    inverse = nothing
-    if rows.size > LONG_RANGE:
+    convolutions = [convolution(shape[0], wide, transfer.single, np.complex64(0))]
+    if rows.size > LONG_RANGE and not dense:
         high, wide = even_length(shape[0]), even_length(shape[1])
-        periodic = known_transfer(high, wide, coefficients, known)
-        inverse = convolution(shape[0], wide, _inverse(periodic), np.complex64(0))
-    return Operator(rows, columns, np.empty((0, 0), np.float64), box, inverse)
+        transfer = known_transfer(high, wide, coefficients, known)
+        convolutions.append(convolution(shape[0], wide, _inverse(transfer), np.complex64(0)))
+    matrix = _between(rows, columns, rows.size if dense else 0, coefficients)
+    return Operator(rows, columns, matrix, convolutions)
 
 
 @kernel
 def _from_first(places):
-    first, out = np.int64(2**62), np.empty(places.size, np.int64)
+    first, out = np.int64(2**62), unset((places.size,), 0)
     for k in range(places.size):
         first = min(first, places[k])
     for k in range(places.size):
@@ -133,7 +128,7 @@ def largest(places):
 def _inverse(periodic):
     """Return the inverse of transformed coefficients, like these divided by the number of cells."""
     (rows, columns), count = periodic.single.shape, periodic.rows * periodic.columns
-    out = np.empty((rows, columns), np.float32)
+    out = unset((rows, columns), np.float32(0))
     for i in range(rows):
         for j in range(columns):
             out[i, j] = 1.0 / (count * count * periodic.double[i, j])
@@ -146,26 +141,26 @@ def multiply(operator, pressure, out):
     if operator.matrix.size:
         _multiply(operator.matrix, pressure, out)
     else:
-        _multiply_in_box(operator, operator.convolution, pressure, out)
+        _multiply_in_box(operator.rows, operator.columns, operator.convolutions[0], pressure, out)
 
 
 @kernel
 def divide(operator, displacement, out):
     """Write into ``out`` (compact) nearly the pressures that cause a displacement of the cells (compact)."""
-    _multiply_in_box(operator, operator.inverse, displacement, out)
+    _multiply_in_box(operator.rows, operator.columns, operator.convolutions[1], displacement, out)
 
 
 @kernel
-def _multiply_in_box(operator, convolution, values, out):
+def _multiply_in_box(rows, columns, convolution, values, out):
     box = convolution.box
     for i in range(box.shape[0]):
         for j in range(box.shape[1]):
             box[i, j] = 0.0
-    for k in range(operator.rows.size):
-        box[operator.rows[k], operator.columns[k]] = values[k]
+    for k in range(rows.size):
+        box[rows[k], columns[k]] = values[k]
     convolve(convolution)
-    for k in range(operator.rows.size):
-        out[k] = box[operator.rows[k], operator.columns[k]]
+    for k in range(rows.size):
+        out[k] = box[rows[k], columns[k]]
 
 
 def surface_displacement(pressure, dx, contact_modulus):
@@ -185,9 +180,9 @@ def _displacements(windows, coefficients):
 
 
 @kernel
-def _between(rows, columns, coefficients):
-    count = rows.size
-    matrix = np.empty((count, count), np.float64)
+def _between(rows, columns, count, coefficients):
+    """Return the coefficients between the first cells."""
+    matrix = unset((count, count), 0.0)
     for k in range(count):
         for m in range(k + 1):
             matrix[k, m] = coefficients[abs(rows[k] - rows[m]), abs(columns[k] - columns[m])]

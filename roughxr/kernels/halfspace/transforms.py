@@ -10,22 +10,46 @@ spectrum is larger than the cache its columns are transformed, multiplied and tr
 the time at 2048².
 
 SciPy's transforms run inside compiled code through rocket-fft: no Python in the loop and no lock held, so that
-threads scale. Without compilation (NUMBA_DISABLE_JIT) SciPy itself is used.
+threads scale. Without compilation (NUMBA_DISABLE_JIT) SciPy itself is used. Kernels call rocket-fft's own functions,
+which Numba writes where they are called: functions of ours between them took 0.06 s each to compile, and there are
+eight.
 """
 
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
 import scipy.fft
-from numba.extending import overload
+from numba import config
 from rocket_fft import lowlevel
 
+from ..arrays import unset
 from ..jit import kernel
 
 #: Spectra of up to so many values are transformed in one piece, larger ones in strips of so many columns.
 _IN_ONE_PIECE, _STRIP = 2**17, 32
 
 _ALONG_ROWS, _ALONG_COLUMNS = np.array([1]), np.array([0])
+
+
+def _plain():
+    """Return the transforms of `lowlevel` that are used here, by SciPy: none of them scales."""
+
+    def r2c(values, out, axes, forward, factor, threads):
+        out[:] = scipy.fft.rfft(values, axis=axes[0])
+
+    def c2r(values, out, axes, forward, factor, threads):
+        out[:] = scipy.fft.irfft(values, out.shape[axes[0]], axis=axes[0], norm="forward")
+
+    def c2c(values, out, axes, forward, factor, threads):
+        transform, norm = (scipy.fft.fft, "backward") if forward else (scipy.fft.ifft, "forward")
+        out[:] = transform(values, axis=axes[0], norm=norm)
+
+    return SimpleNamespace(r2c=r2c, c2r=c2r, c2c=c2c)
+
+
+if config.DISABLE_JIT:
+    lowlevel = _plain()
 
 
 class Transfer(NamedTuple):
@@ -55,9 +79,16 @@ def even_length(size):
 @kernel
 def transfer_of(rows, columns, quadrant):
     """Return the `Transfer` of a padded box (even lengths) from the kernel at offsets (i, j) ≥ 0."""
-    values = quadrant[: rows // 2 + 1, : columns // 2 + 1] / (rows * columns)
+    high, wide = rows // 2 + 1, columns // 2 + 1
+    values, single = unset((high, wide), 0.0), unset((high, wide), np.float32(0))
+    for i in range(high):  # NumPy's own quotients of arrays and ``astype`` take 0.2 s to compile
+        for j in range(wide):
+            values[i, j] = quadrant[i, j] / (rows * columns)
     double = scipy.fft.dctn(values, 1)
-    return Transfer(rows, columns, double, double.astype(np.float32))
+    for i in range(high):
+        for j in range(wide):
+            single[i, j] = double[i, j]
+    return Transfer(rows, columns, double, single)
 
 
 @kernel
@@ -65,23 +96,18 @@ def convolution(rows, columns, transfer, zero):
     """Return the `Convolution` of ``rows`` rows padded to ``columns`` columns, ``zero`` the complex number's type."""
     high, wide = 2 * (transfer.shape[0] - 1), transfer.shape[1]
     width = wide if high * wide <= _IN_ONE_PIECE else _STRIP
-    box = _empty(rows, columns, transfer[0, 0])
-    spectrum, strip = _empty(rows, wide, zero), _empty(high, width, zero)
+    box = unset((rows, columns), transfer[0, 0])
+    spectrum, strip = unset((rows, wide), zero), unset((high, width), zero)
     return Convolution(transfer, box, spectrum, strip)
-
-
-@kernel
-def _empty(rows, columns, zero):
-    return np.empty((rows, columns), type(zero))
 
 
 @kernel
 def convolve(c):
     """Replace the values in ``c.box`` by their convolution; columns beyond the box's own are padding."""
-    _forward_rows(c.box, c.spectrum)
+    lowlevel.r2c(c.box, c.spectrum, _ALONG_ROWS, True, 1.0, 1)
     for first in range(0, c.spectrum.shape[1], c.strip.shape[1]):
         _convolve_columns(c, first)
-    _backward_rows(c.spectrum, c.box)
+    lowlevel.c2r(c.spectrum, c.box, _ALONG_ROWS, False, 1.0, 1)
 
 
 @kernel
@@ -92,53 +118,13 @@ def _convolve_columns(c, first):
     for i in range(high):  # faster to compile than slices, as elsewhere in these kernels
         for j in range(width):
             c.strip[i, j] = c.spectrum[i, first + j] if i < rows else 0.0
-    _forward_columns(c.strip)
+    lowlevel.c2c(c.strip, c.strip, _ALONG_COLUMNS, True, 1.0, 1)
     for i in range(high):
         row = c.transfer[min(i, high - i)]
         for j in range(width):
             z, factor = c.strip[i, j], row[first + j]
             c.strip[i, j] = complex(z.real * factor, z.imag * factor)
-    _backward_columns(c.strip)
+    lowlevel.c2c(c.strip, c.strip, _ALONG_COLUMNS, False, 1.0, 1)
     for i in range(rows):
         for j in range(width):
             c.spectrum[i, first + j] = c.strip[i, j]
-
-
-def _forward_rows(box, spectrum):
-    """Write the transforms of the rows of ``box`` into ``spectrum``."""
-    spectrum[:] = scipy.fft.rfft(box, axis=1)
-
-
-@overload(_forward_rows, inline="always")
-def _(box, spectrum):
-    return lambda box, spectrum: lowlevel.r2c(box, spectrum, _ALONG_ROWS, True, 1.0, 1)
-
-
-def _backward_rows(spectrum, box):
-    """Write the inverse transforms of ``spectrum`` into the rows of ``box``, times their length."""
-    box[:] = scipy.fft.irfft(spectrum, box.shape[1], axis=1, norm="forward")
-
-
-@overload(_backward_rows, inline="always")
-def _(spectrum, box):
-    return lambda spectrum, box: lowlevel.c2r(spectrum, box, _ALONG_ROWS, False, 1.0, 1)
-
-
-def _forward_columns(strip):
-    """Transform the columns in place."""
-    strip[:] = scipy.fft.fft(strip, axis=0)
-
-
-@overload(_forward_columns, inline="always")
-def _(strip):
-    return lambda strip: lowlevel.c2c(strip, strip, _ALONG_COLUMNS, True, 1.0, 1)
-
-
-def _backward_columns(strip):
-    """Transform the columns back in place, times their length."""
-    strip[:] = scipy.fft.ifft(strip, axis=0, norm="forward")
-
-
-@overload(_backward_columns, inline="always")
-def _(strip):
-    return lambda strip: lowlevel.c2c(strip, strip, _ALONG_COLUMNS, False, 1.0, 1)

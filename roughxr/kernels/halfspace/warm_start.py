@@ -9,7 +9,7 @@ Unit cells and unit modulus: pressures are in units of E*/dx, hence in nm as all
 
 import numpy as np
 
-from ..arrays import table
+from ..arrays import table, unset
 from ..jit import kernel
 from .products import DENSE_LIMIT
 from .working_set import WarmStart, overlap_of
@@ -102,7 +102,7 @@ def _between(field, i, j):
 def halved(depth):
     """Return the means of 2 × 2 cells; odd rims are repeated."""
     rows, columns = depth.shape
-    out = np.empty(((rows + 1) // 2, (columns + 1) // 2), np.float64)
+    out = unset(((rows + 1) // 2, (columns + 1) // 2), 0.0)
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
             k, m = min(2 * i + 1, rows - 1), min(2 * j + 1, columns - 1)

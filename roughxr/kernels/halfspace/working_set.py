@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import line, table
+from ..arrays import line, table, unset
 from ..jit import kernel
 from .active_set import CONVERGED, PATIENCE, Outcome, gather_cells, solve
 from .products import DENSE_LIMIT, displace, multiply, operator, whole_box
@@ -58,7 +58,7 @@ def overlapping(separation, delta):
 @kernel
 def depth_in(separation, delta, box):
     """Return δ − S in the box of an `Overlap`."""
-    depth = np.empty((box.rows, box.columns), np.float64)
+    depth = unset((box.rows, box.columns), 0.0)
     for i in range(box.rows):
         for j in range(box.columns):
             depth[i, j] = delta - separation[box.row + i, box.column + j]
@@ -88,8 +88,8 @@ def overlap_of(depth, slack):
 def solve_in_box(depth, start, part, max_iterations, load, slack, cap, coefficients, known):
     """Return pressures, displacements (NaN where not known) and `Outcome` in a box.
 
-    All conditions are met to ``part`` of the deepest overlap. With a ``load`` the depths shift, and cells within
-    ``slack`` of overlapping are included. No pressure exceeds the ``cap``.
+    All conditions are met to ``part`` of the deepest overlap. With a ``load`` (else None) the depths shift, and cells
+    within ``slack`` of overlapping are included. No pressure exceeds the ``cap``.
     """
     count, largest = overlap_of(depth, slack)
     few, goal = count <= DENSE_LIMIT, part * largest  # few cells are all chosen, and none is left to check
@@ -129,7 +129,7 @@ def _begin(depth, start, slack, load, cap, all_chosen):
             chosen[i, j] = inside and (all_chosen or start.possible[k, m] or touching[i, j] or yielding)
             pressure[i, j] = start.pressure[k, m] if touching[i, j] or yielding else 0.0
             carrying, loaded = carrying + touching[i, j], loaded or pressure[i, j] > 0.0
-    if load > 0.0 and not loaded:
+    if load is not None and not loaded:
         _spread(load / max(carrying, 1), carrying == 0, depth, pressure, touching, chosen)
     return pressure, touching, chosen
 
@@ -191,7 +191,7 @@ def _shift(depth, shift):
 def _places(chosen):
     """Return the rows and columns of the chosen cells."""
     count = _count(chosen)
-    rows, columns, k = np.empty(count, np.int64), np.empty(count, np.int64), 0
+    rows, columns, k = unset((count,), 0), unset((count,), 0), 0
     for i in range(chosen.shape[0]):
         for j in range(chosen.shape[1]):
             if chosen[i, j]:

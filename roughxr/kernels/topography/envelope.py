@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arrays import table
 from ..jit import kernel
 
 #: Boxes of no more pixels than this are drawn without further division.
@@ -167,10 +168,14 @@ def upper_envelope(x, y, rows):
 
     A pixel that no asperity reaches is NaN.
     """
-    out = np.full((x.size, y.size), -np.inf)
+    out = table(x.size, y.size, -np.inf)
     if out.size:
         _fill(rows, x, y, out)
-    return np.where(out > -np.inf, out, np.nan)
+    for i in range(x.size):  # NumPy's own ``where`` takes 2 s to compile
+        for j in range(y.size):
+            if not out[i, j] > -np.inf:
+                out[i, j] = np.nan
+    return out
 
 
 def asperity_rows(x, y, height, curvature_min, curvature_max, orientation, *, reach=np.inf):

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arrays import line, table
 from ..jit import kernel
 
 #: The pixels do not determine a term if less than this part of it is independent of the other terms.
@@ -136,7 +137,7 @@ def _solve_clipped(terms, heights, known, first, c):
     orthogonal matrices. In plain loops, which compile in a tenth of the time of ``np.linalg.lstsq``.
     """
     pixels, last = terms.shape[0], terms.shape[1]
-    columns, upper = np.zeros((pixels, last + 1)), np.zeros((last, last + 1))
+    columns, upper = table(pixels, last + 1, 0.0), table(last, last + 1, 0.0)
     for p in range(pixels):
         if known[p]:
             for k in range(first, last):
@@ -159,8 +160,16 @@ def _solve_clipped(terms, heights, known, first, c):
 
 
 @kernel
+def _all(known):
+    everywhere = True
+    for one in known:
+        everywhere &= one
+    return everywhere
+
+
+@kernel
 def _solve(design, heights, known, fixed, c):
-    if known.all():
+    if _all(known):
         _solve_whole(design.inverses[int(fixed)], heights, c)
     else:
         _solve_clipped(design.terms, heights, known, 3 if fixed else 0, c)
@@ -211,15 +220,15 @@ def _record(fit, n, f, fixed, level):
 
 @kernel
 def _fit_each(z, ix, iy, dx, dy, design, fixed, fit):
-    heights = np.empty(design.terms.shape[0])
-    known = np.empty(heights.size, np.bool_)
-    c = np.empty(design.terms.shape[1])
+    heights = line(design.terms.shape[0], 0.0)
+    known = line(heights.size, False)
+    c = line(design.terms.shape[1], 0.0)
     for n in range(ix.size):
         _gather(z, ix[n], iy[n], design.half, heights, known)
         f, held = _fit_patch(design, heights, known, fixed, dx, dy, c)
         _record(fit, n, f, held, z[ix[n], iy[n]])
         fit.fit_rms[n] = _residual_rms(design.terms, heights, known, c)
-        fit.edge[n] = not known.all()
+        fit.edge[n] = not _all(known)
 
 
 def _design(k):

@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..arrays import line, table
 from ..jit import kernel
 
 #: Marks of a pixel of the plateaus that were filled: of an open one, and of any other.
@@ -109,8 +110,9 @@ def off_centroid(i, j, n, sum_i, sum_j):
 @kernel
 def _nearest_centroid(pixels):
     """Return the plateau's pixel nearest its centroid, counted in pixels; of equals the first in the scan."""
-    n = len(pixels)
-    sum_i, sum_j = pixels[:, 0].sum(), pixels[:, 1].sum()
+    n, sum_i, sum_j = len(pixels), 0, 0
+    for i, j in pixels:
+        sum_i, sum_j = sum_i + i, sum_j + j
     best_i, best_j, best = pixels[0, 0], pixels[0, 1], np.inf
     for i, j in pixels:
         distance = off_centroid(i, j, n, sum_i, sum_j)
@@ -126,7 +128,7 @@ def search(z):
     most = (max(nx - 1, 0) // 2) * (max(ny - 1, 0) // 2)  # peaks do not touch: one in two by two pixels
     found = np.empty((5, most), np.int32)  # the system lends these pages, and the next, only as they are touched
     plateau = np.empty((z.size, 2), np.int32)
-    unsurpassed = np.zeros(max(ny - 2, 0), np.bool_)
+    unsurpassed = line(max(ny - 2, 0), False)
     seen = np.zeros(z.shape, np.uint8)
     count, any_open = 0, False
     for i in range(1, nx - 1):
@@ -144,8 +146,13 @@ def search(z):
                 found[0, count], found[1, count], found[2, count] = ix, iy, n
                 found[3, count], found[4, count] = i, j
                 count += 1
-    kept = found[:, :count].astype(np.intp)
-    is_open = seen == _OPEN if any_open else np.zeros((0, 0), np.bool_)
+    kept, is_open = table(5, count, 0), table(nx if any_open else 0, ny if any_open else 0, False)
+    for row in range(5):
+        for k in range(count):
+            kept[row, k] = found[row, k]
+    for i in range(is_open.shape[0]):
+        for j in range(is_open.shape[1]):
+            is_open[i, j] = seen[i, j] == _OPEN
     return Search(Peaks(kept[0], kept[1], kept[2]), kept[3], kept[4], is_open)
 
 
