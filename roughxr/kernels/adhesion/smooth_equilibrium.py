@@ -282,17 +282,25 @@ def _improve(body, state, worst):
     touching, fall, right = _system(body, state, rows, columns)
     room, x, image = workspace(_PRODUCTS, rows.size), np.empty(rows.size), np.empty(rows.size)
     part = 1.0 if worst < _ROUGH else 0.0
-    tau = part * fall
+    tau = np.empty(rows.size)
+    _scale(part, fall, tau)
     size = solve(near, touching, tau, right, _PART, room, x, image)
     products = size
     while part > 0.0 and not _is_downhill(body, state, rows, columns, touching, x, image):
         part = _TEMPERED * part if part > _LEAST else 0.0
-        tau[:] = part * fall
+        _scale(part, fall, tau)
         if nearest(touching, tau, right, size, room, x, image) > _ENOUGH:
             size = solve(near, touching, tau, right, _PART, room, x, image)
             products += size
     _go(body, state, rows, columns, touching, x, image)
     return products
+
+
+@kernel
+def _scale(factor, values, out):
+    """Write a multiple of an array into another: in a loop it compiles sooner."""
+    for k in range(values.size):
+        out[k] = factor * values[k]
 
 
 @kernel
