@@ -43,6 +43,7 @@ GROUPS = {
             "displacement_control",
             "without_jit_cases",
             "yielding",
+            "contact_problem",
             "direct",
         ]
     },
