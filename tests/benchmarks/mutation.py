@@ -24,7 +24,8 @@ from typing import NamedTuple
 
 os.environ.setdefault("MPLBACKEND", "Agg")
 
-import dask.array  # noqa: F401  what every child needs, imported once
+import dask
+import dask.array  # what every child needs, imported once
 import numba
 import numpy as np
 import pytest
@@ -51,11 +52,13 @@ GROUPS = {
         "roughxr/kernels/adhesion/c*.py roughxr/kernels/adhesion/path.py roughxr/kernels/adhesion/equilibrium.py": [
             "cholesky",
             "constrained_cells",
+            "single_cells",
             "adhesive",
             "yielding_adhesive",
         ],
         "roughxr/kernels/adhesion/rigid.py roughxr/kernels/adhesion/potentials.py": ["rigid", "reference"],
         "roughxr/kernels/adhesion/smooth_*.py roughxr/kernels/adhesion/newton_system.py": [
+            "single_cells",
             "adhesion_smooth",
             "yielding_adhesive",
             "adhesive",
@@ -288,6 +291,7 @@ def forked(work, cache):
     if child:
         return child
     os.setpgrp()
+    dask.config.set(scheduler="synchronous")  # a test that is stopped would wait for threads of its own
     numba.config.DISABLE_JIT, numba.config.CACHE_DIR = cache is None, str(cache or "")
     silent = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silent, 1)
