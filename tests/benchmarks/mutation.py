@@ -58,6 +58,7 @@ GROUPS = {
         ],
         "roughxr/kernels/adhesion/rigid.py roughxr/kernels/adhesion/potentials.py": ["rigid", "reference"],
         "roughxr/kernels/adhesion/smooth_*.py roughxr/kernels/adhesion/newton_system.py": [
+            "smooth_parts",
             "single_cells",
             "adhesion_smooth",
             "yielding_adhesive",
@@ -393,7 +394,7 @@ def main():
     parser.add_argument("--sample", type=int, default=20, help="mutants of each file; default %(default)s")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    parser.add_argument("--longest", type=float, default=0.5, help="processor seconds of a test; default %(default)s")
+    parser.add_argument("--longest", type=float, default=1.0, help="processor seconds of a test; default %(default)s")
     parser.add_argument("--longest-compiled", type=float, default=3.0, help="the same, compiled; default %(default)s")
     parser.add_argument("--survivors", action="store_true", help="print the mutants that no test noticed")
     options = parser.parse_args()
