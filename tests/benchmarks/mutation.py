@@ -1,8 +1,8 @@
 """How many small faults, put into a kernel one at a time, its tests notice.
 
-    python tests/benchmarks/mutation.py [--only statistics] [--sample 20] [--seed 0] [--jobs 2] [--survivors]
+    python tests/benchmarks/mutation.py [--only statistics] [--sample 20] [--seed 0 1] [--jobs 2] [--survivors]
 
-For each file a sample of mutants is drawn: an operator, a comparison, a constant or a condition changed, or an
+For each file and seed a sample of mutants is drawn: an operator, a comparison, a constant or a condition changed, or an
 assignment left out. First the tests named for the file run on each with kernels uncompiled, those alone that take less
 than ``--longest`` seconds so. Mutants that survive meet the others of them that take less than ``--longest-compiled``
 seconds, kernels compiled: those of the file and of all that import it anew, the others as they were. A mutant is killed
@@ -392,7 +392,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", help=f"groups ({', '.join(GROUPS)}) or parts of file names, with commas between")
     parser.add_argument("--sample", type=int, default=20, help="mutants of each file; default %(default)s")
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=int, nargs="+", default=[0], help="of each a sample; default 0")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--longest", type=float, default=1.0, help="processor seconds of a test; default %(default)s")
     parser.add_argument("--longest-compiled", type=float, default=3.0, help="the same, compiled; default %(default)s")
@@ -408,15 +408,15 @@ def main():
             files = [path for path in files if name in wanted or any(word in str(path) for word in wanted)]
             if files:
                 found.append(part(files, [f"tests/test_{test}.py" for test in tests], name != "statistics", options))
-        if found:
-            killed, drawn = (sum(counts) for counts in zip(*found))
-            print(f"{name}: {killed} of {drawn} killed, {killed / drawn:.0%}", flush=True)
+        for k, seed in enumerate(options.seed if found else ()):
+            killed, drawn = (sum(counts) for counts in zip(*(counts[k] for counts in found)))
+            print(f"{name}, seed {seed}: {killed} of {drawn} killed, {killed / drawn:.0%}", flush=True)
 
 
 def part(files, tests, kernels, options):
-    """Print the results of the files of a group that share their tests; return the numbers killed and drawn."""
-    every = [one for path in files for one in mutants(path, options.sample, options.seed)[0]]
-    left, passed = every, {}
+    """Print the results of the files of a group that share their tests; return killed and drawn by seed."""
+    drawn = {(path, seed): mutants(path, options.sample, seed)[0] for path in files for seed in options.seed}
+    left, passed = [one for some in drawn.values() for one in some], {}
     with tempfile.TemporaryDirectory(prefix="roughxr-mutants-") as folder:
         for compiled in (False, True) if kernels else (True,):
             if not left:
@@ -429,13 +429,16 @@ def part(files, tests, kernels, options):
             how = "compiled" if compiled else "uncompiled"
             print(f"{len(chosen.seconds)} tests, {how}, {chosen.total:.1f} s, on {len(left)} mutants", flush=True)
             left = survivors(left, chosen, options.jobs)
+    alive = {key: [one for one in some if one in left] for key, some in drawn.items()}
     for path in files:
-        drawn, alive = ([one for one in some if one.path == path] for some in (every, left))
-        total, killed = mutants(path, 1, 0)[1], len(drawn) - len(alive)
-        print(f"  {path.relative_to(ROOT)}: {killed} of {len(drawn)} killed, of {total} possible", flush=True)
-        for one in alive if options.survivors else ():
-            print(f"    line {one.line}: {one.words}", flush=True)
-    return len(every) - len(left), len(every)
+        shares = [f"{len(drawn[path, k]) - len(alive[path, k])} of {len(drawn[path, k])}" for k in options.seed]
+        total = mutants(path, 1, 0)[1]
+        print(f"  {path.relative_to(ROOT)}: {', '.join(shares)} killed, of {total} possible", flush=True)
+        for seed in options.seed if options.survivors else ():
+            for one in alive[path, seed]:
+                print(f"    seed {seed}, line {one.line}: {one.words}", flush=True)
+    counts = [([len(some[path, k]) for path in files] for some in (alive, drawn)) for k in options.seed]
+    return [(sum(whole) - sum(living), sum(whole)) for living, whole in counts]
 
 
 if __name__ == "__main__":
