@@ -52,6 +52,7 @@ GROUPS = {
         "roughxr/kernels/adhesion/c*.py roughxr/kernels/adhesion/path.py roughxr/kernels/adhesion/equilibrium.py": [
             "cholesky",
             "constrained_cells",
+            "capped_cells",
             "single_cells",
             "adhesive",
             "yielding_adhesive",
