@@ -236,6 +236,7 @@ class Times:
     def __init__(self, longest):
         self.longest = longest
         self.passed = {}
+        self.running = False
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item):
@@ -249,14 +250,20 @@ class Times:
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_setup(self, item):
         """Stop a test's fixtures by a signal, as the test itself."""
-        signal.signal(signal.SIGPROF, _stop)
+        signal.signal(signal.SIGPROF, self._stop)
         signal.setitimer(signal.ITIMER_PROF, self.longest)
+        self.running = True
         try:
             return (yield)
         finally:
+            self.running = False
             signal.setitimer(signal.ITIMER_PROF, 0)
 
     pytest_runtest_call = pytest_runtest_setup
+
+    def _stop(self, *_):
+        if self.running:
+            pytest.fail("takes too long", pytrace=False)
 
     def pytest_runtest_logreport(self, report):
         """Note that a test passed."""
@@ -277,13 +284,20 @@ class Limits:
         return (yield)
 
 
-def _stop(*_):
-    pytest.fail("takes too long")
-
-
 def run_tests(tests, *options, plugin):
     """Return pytest's exit status."""
-    options = [*options, "-q", "--no-header", "-p", "no:cacheprovider", "-p", "no:randomly", "-o", "addopts="]
+    options = [
+        *options,
+        "-q",
+        "--no-header",
+        "--tb=no",
+        "-p",
+        "no:cacheprovider",
+        "-p",
+        "no:randomly",
+        "-o",
+        "addopts=",
+    ]
     return pytest.main([*options, "--rootdir", str(ROOT), *tests], plugins=[plugin])
 
 
