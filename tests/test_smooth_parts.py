@@ -6,6 +6,7 @@ import pytest
 from roughxr.kernels.adhesion import newton_system, smooth_laws
 from roughxr.kernels.adhesion.smooth_equilibrium import State, closed_parts
 from roughxr.kernels.adhesion.smooth_patches import contacts_and_resolution
+from roughxr.kernels.adhesion.smooth_path import FORCE, ITERATIONS, OK, follow_smooth
 from roughxr.kernels.adhesion.smooth_prediction import ahead
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.kernels.halfspace.products import DENSE_LIMIT
@@ -105,6 +106,19 @@ def test_nothing_is_solved_by_nothing():
     assert not system.x.any() and not system.image.any()
 
 
+@pytest.mark.parametrize("name", ["exponential", "van_der_waals"])
+def test_slopes_are_those_of_the_tractions_and_tractions_those_of_the_work(name):
+    """From contact on, where the van der Waals law repels more the closer it is."""
+    law = smooth_laws.smooth_law(name, 0.03, 0.4)
+    u, part = np.linspace(1e-4, 3.0, 61), 1e-5
+    every = [
+        [(*smooth_laws.traction(x, law), smooth_laws.remaining_work(x, law)) for x in u + d] for d in (-part, 0, part)
+    ]
+    (low, _, more), (t, fall, _), (high, _, less) = np.transpose(every, (0, 2, 1))
+    np.testing.assert_allclose(fall, (low - high) / (2 * part), atol=1e-6 * law.strength / law.length)
+    np.testing.assert_allclose(t, (more - less) / (2 * part), atol=1e-6 * law.strength)
+
+
 def state_of(gap, touching, pressure):
     return State(np.array(pressure, float)[None], np.array(gap, float)[None], np.array(touching)[None])
 
@@ -148,3 +162,20 @@ def test_contacts_are_counted_where_cells_touch_and_sized_by_what_is_closed():
     nothing = State(np.zeros_like(gap), gap, np.zeros_like(touching))
     assert contacts_and_resolution(nothing, closed, LAW)[0] == 0
     assert np.isnan(contacts_and_resolution(nothing, closed, LAW)[1])
+
+
+def test_a_long_contact_may_lie_along_either_axis():
+    """Where its linear systems need a part of the box that begins elsewhere along its length than across it."""
+    x, y = np.arange(40) - 19.6, np.arange(132) - 65.7
+    separation = x[:, None] ** 2 / 50 + y**2 / 800
+    paths = []
+    for turned in (separation, np.ascontiguousarray(separation.T)):
+        (found,) = follow_smooth(turned, [0.5], 0.25, LOVE, LAW, fields=True)
+        assert found.states[:, OK].all()
+        assert np.count_nonzero(found.pressures[0]) > DENSE_LIMIT
+        paths.append(found)
+    one, other = paths
+    assert one.states[:, FORCE].min() == pytest.approx(other.states[:, FORCE].min(), rel=1e-3)
+    np.testing.assert_allclose(one.pressures[0], other.pressures[0].T, atol=1e-4 * LAW.strength)
+    rounds = sorted(found.states[:, ITERATIONS].sum() for found in paths)
+    assert rounds[1] <= 1.2 * rounds[0]
