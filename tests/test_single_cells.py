@@ -4,12 +4,17 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from roughxr.kernels.adhesion import cohesive_laws, path, smooth_laws, smooth_path
+from roughxr.kernels.adhesion import cohesive_laws, equilibrium, path, smooth_laws, smooth_path
+from roughxr.kernels.adhesion.constrained_cells import constrain, no_cells
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.kernels.halfspace.products import coefficients_for
+from roughxr.kernels.jit import kernel
 
 W, STRENGTH, HEIGHT = 0.3, 0.2, 0.7
 LOVE = love_coefficients(8, 8)
+
+#: Dugdale's law on this mesh: where its plateau and its fall end, nm.
+LENGTH, RANGE = (getattr(cohesive_laws.finite_range("dugdale", W, STRENGTH), name) for name in ("length", "range"))
 
 #: Displacements (nm) on all parts of the path: apart, falling traction, plateau, closed by a pull, pressed.
 DELTAS = np.array([-2.5, -1.3, -0.8, -0.5, 0.1, 0.55, 0.75, 1.0, 1.5, 2.2])
@@ -185,3 +190,33 @@ def test_cells_under_a_smooth_law_yield_as_they_do_under_any(places):
     assert not first.any()
     assert found.left[-1][places[0]] == pytest.approx(-dent, abs=5e-3)
     assert not found.left[0].any()  # not at the first displacement
+
+
+@kernel
+def admissible(problem, cells, size):
+    return equilibrium._admissible(problem, cells, size)
+
+
+@pytest.mark.parametrize(
+    ("gap", "change", "part"),
+    [
+        (0.4, -0.5, 0.8),  # closes
+        (0.4, -0.3, 1.0),
+        (0.4, 2.0, (LENGTH - 0.4) / 2.0),  # leaves the plateau
+        (LENGTH + 0.2, -0.4, 0.5),  # returns to it
+        (LENGTH + 0.2, 0.8, (RANGE - LENGTH - 0.2) / 0.8),  # passes the end of the range
+        (RANGE + 0.3, -0.5, 0.6),
+        (RANGE + 0.3, 0.5, 1.0),
+    ],
+)
+def test_a_step_is_shortened_to_where_the_first_cell_changes_its_regime(gap, change, part):
+    law = cohesive_laws.finite_range("dugdale", W, STRENGTH)
+    cells = no_cells((7, 9))
+    for place, (i, j) in enumerate(PLACES["two cells"]):
+        constrain(i, j, (0.1, gap)[place], HEIGHT, cells, LOVE)
+    nothing = np.zeros((7, 9))
+    work = {"open": np.array([0, 1]), "matrix": np.zeros((2, 2)), "step": np.array([0.01, change])}
+    limits = {"tolerance": 1e-9, "max_iterations": 9, "max_cells": 9, "cap": np.inf, "limit": np.inf}
+    fields = {"separation": window(PLACES["two cells"]), "roots": nothing + 1.0, "dent": nothing, "stays": nothing}
+    body = equilibrium.Problem(coefficients=LOVE, law=law, w=W, **limits, **fields, **work)
+    assert admissible(body, cells, 2) == pytest.approx(part, rel=1e-6)
