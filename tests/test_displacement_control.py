@@ -196,6 +196,19 @@ def test_a_load_costs_about_as_many_products_as_its_displacement(hardness):
         assert sum(solution.iterations for _, solution in loads) < 1.3 * products
 
 
+@pytest.mark.parametrize("size", [24, 65], ids=["few cells", "many cells"])
+def test_the_residual_is_the_worst_gap_over_the_deepest_overlap(size):
+    """Under a load as at its displacement, wherever the surface stands; of loose solutions, so that there is some."""
+    z = rough(size, seed=3)
+    separation = z.max() - z + sphere_gap(size, 9.77) + 7.0
+    ((delta, under_load),) = loaded(separation, [3e3], 9.77, E, tolerance=1e-2)
+    for solution in (under_load, kalker.solve(separation, delta, 9.77, E, tolerance=1e-2)):
+        gap = separation + solution.displacement - delta
+        worst = np.nanmax(np.where(solution.pressure > 0, np.abs(gap), -gap)) / (delta - separation.min())
+        assert 1e-7 < worst <= 0.5e-2
+        assert solution.residual == pytest.approx(worst, rel=1e-2)
+
+
 def test_nothing_to_press_on_carries_no_load():
     ((delta, solution),) = loaded(np.full((30, 30), np.inf), [5.0], 9.77, E)
     assert np.isnan(delta) and not solution.converged and solution.force == 0

@@ -215,6 +215,12 @@ def mutant(path, source, k):
     return Mutant(path, chosen.lineno, words, compile(ast.fix_missing_locations(changed_tree), str(path), "exec"))
 
 
+def without_fault(path):
+    """Return a file as it is, for comparison."""
+    code = compile(path.read_text(encoding="utf-8"), str(path), "exec")
+    return Mutant(path, 0, "as it is", code)
+
+
 # ---------------------------------------------------------------- tests
 
 
@@ -341,6 +347,7 @@ def passing(tests, longest, cache):
 
 def compiled_tests(files, longest, cache, passed):
     """Return the `Tests` that pass in a short time once all is compiled, but for those that mutants have passed."""
+    cache.mkdir()
     once = passing(files, longest + _COMPILING, cache)
     return passing([name for name in once.seconds if name not in passed], longest, cache)
 
@@ -443,7 +450,9 @@ def part(files, tests, kernels, options):
                 passed = chosen.seconds
             how = "compiled" if compiled else "uncompiled"
             print(f"{len(chosen.seconds)} tests, {how}, {chosen.total:.1f} s, on {len(left)} mutants", flush=True)
-            left = survivors(left, chosen, options.jobs)
+            some, left = left, survivors(left, chosen, options.jobs)
+            if not left and not survivors([without_fault(some[0].path)], chosen, options.jobs):
+                raise SystemExit("a file without a fault is killed as well: its tests do not pass on their own")
     alive = {key: [one for one in some if one in left] for key, some in drawn.items()}
     for path in files:
         shares = [f"{len(drawn[path, k]) - len(alive[path, k])} of {len(drawn[path, k])}" for k in options.seed]
