@@ -5,7 +5,7 @@ import pytest
 import scipy.fft
 from scipy.optimize import minimize
 
-from roughxr.kernels.adhesion import cohesive_laws
+from roughxr.kernels.adhesion import cohesive_laws, smooth_path
 from roughxr.kernels.adhesion import path as cell_by_cell
 from roughxr.kernels.adhesion import smooth_laws as laws
 from roughxr.kernels.adhesion.smooth_path import AREA, ASKED, DELTA, DISSIPATED, ENERGY, FORCE, OK, follow_smooth
@@ -207,6 +207,24 @@ def test_preloads_share_one_loading_and_are_met(law):
     turns = [one.turn for one in paths]
     for one, turn in zip(paths[1:], turns):
         np.testing.assert_array_equal(one.states[:turn], paths[-1].states[:turn])
+
+
+def test_a_preload_that_the_force_jumps_past_is_met_beyond_the_jump(law, monkeypatch):
+    """Where two branches overlap, a state that a long step leads to may be out of reach of all shorter ones."""
+    tries, seek = [], smooth_path._Solver.seek
+
+    def on_the_lower_branch(self, delta, before, last, **options):
+        tries.append(delta)
+        assert len(tries) < 500
+        found = seek(self, delta, before, last, **options)
+        return found._replace(force=-0.01) if found.force > 0 > last.force and delta - last.delta < 0.1 else found
+
+    monkeypatch.setattr(smooth_path._Solver, "seek", on_the_lower_branch)
+    (path,) = follow(rough(7), [2.0], law, preloads=[0.0])
+    turn = path.states[path.turn - 2 : path.turn]
+    assert turn[0, FORCE] < 0 <= turn[1, FORCE]
+    assert 0 <= np.diff(turn[:, DELTA])[0] < 0.01
+    assert path.states[-1, AREA] == 0
 
 
 def test_a_preload_out_of_reach_turns_at_the_last_displacement(law):

@@ -32,22 +32,28 @@ def disc(radius, x=0.0, y=0.0):
     return i[inside], j[inside]
 
 
-def test_cells_that_come_and_go_leave_the_dense_solution():
+@pytest.mark.parametrize("together", [1, 9])
+def test_cells_that_come_and_go_leave_the_dense_solution(together):
     rng = np.random.default_rng(1)
     separation = rng.random((40, 40))
     cells, delta = no_cells(separation.shape), 0.0
     for turn in range(500):
-        count = int(cells.count[0])
+        count, number = int(cells.count[0]), int(rng.integers(1, together + 1))
         if count > 20 and rng.random() < 0.4:
-            k = int(rng.integers(count))
-            open_cell(k, -cells.pressure[k] / cells.inverse[k, k], cells)  # load-free, so it may go
-            release(k, cells)
+            gone = np.sort(rng.choice(count, number, replace=False))
+            loads = np.linalg.solve(cells.inverse[gone][:, gone], cells.pressure[gone])
+            for k, change in zip(gone, -loads):
+                open_cell(k, change, cells)  # load-free, so they may go
+            release(gone, cells)
         else:
-            i, j = np.argwhere(cells.place < 0)[rng.integers((cells.place < 0).sum())]
+            free = np.argwhere(cells.place < 0)
+            i, j = free[rng.choice(len(free), number, replace=False)].T.copy()
             at = cells.row[:count], cells.column[:count]
-            sunk = TABLE[abs(at[0] - i), abs(at[1] - j)] @ cells.pressure[:count]
-            cells = with_room(cells)
+            sunk = TABLE[abs(at[0][:, None] - i), abs(at[1][:, None] - j)].T @ cells.pressure[:count]
+            cells = with_room(cells, number)
             constrain(i, j, separation[i, j] - delta + sunk, separation[i, j], cells, TABLE)
+        assert (cells.place[cells.row, cells.column][: cells.count[0]] == np.arange(cells.count[0])).all()
+        assert (cells.place >= 0).sum() == cells.count[0]
         if turn % 7 == 0:
             approach(0.1, cells)
             delta += 0.1
@@ -63,7 +69,10 @@ def test_cells_that_come_and_go_leave_the_dense_solution():
 
 
 def test_room_grows_without_losing_anything():
-    cells = held([(i, j) for i in range(20) for j in range(20)])
+    cells = held([(i, j) for i in range(20) for j in range(19)])
+    row, column = np.arange(20), np.full(20, 19)
+    cells = with_room(cells, 20)
+    constrain(row, column, np.zeros(20), np.zeros(20), cells, TABLE)
     count = int(cells.count[0])
     assert count == 400
     row, column = cells.row[:count], cells.column[:count]
@@ -82,9 +91,9 @@ def test_an_edge_row_along_the_grid_resists_with_0_58():
 def held(places):
     """Return a set that holds the given cells of a window."""
     cells = no_cells((64, 64))
-    for i, j in places:
-        cells = with_room(cells)
-        constrain(i, j, 0.0, 0.0, cells, TABLE)
+    i, j = np.array(places).T.copy()
+    cells = with_room(cells, i.size)
+    constrain(i, j, np.zeros(i.size), np.zeros(i.size), cells, TABLE)
     return cells
 
 

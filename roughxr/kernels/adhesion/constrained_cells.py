@@ -1,12 +1,13 @@
-"""Cells held at a prescribed gap, and the pressures that hold them, updated as cells join and leave one at a time.
+"""Cells held at a prescribed gap, and the pressures that hold them, updated as cells join and leave.
 
 On a set C of cells the surface takes the shape δ − S + u, where u is the gap of each cell, so that
 
     A p = δ − S + u   on C,        p = 0 elsewhere;        p = δ q₁ − q_S + M u,     M = A⁻¹, q₁ = M 1, q_S = M S,
 
-with Love's coefficients A (``love``). M is kept in full: a cell that joins adds a row to A, a cell that leaves removes
-one, and either changes M by a matrix of rank one (Schur complement; Sherman & Morrison 1950). So a contact's edge that
-sweeps over n cells costs as much as one inversion, and every energy is exact.
+with Love's coefficients A (``love``). M is kept in full: cells that join add rows to A, cells that leave remove some,
+and either changes M by a matrix whose rank is their number (Schur complement; Sherman & Morrison 1950). So a contact's
+edge that sweeps over n cells costs as much as one inversion, and every energy is exact. M is read and written once for
+all the cells that come or go together: it outgrows the processor's cache, and one by one takes four times as long.
 
 δ displacement, S separation, u gap, all in nm. Cells have unit side and the half space unit modulus: pressures are in
 nm, p dx/E*. Source: own, from Schur's complement; tests compare it with the dense solution. The arrays are longer than
@@ -18,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..jit import kernel
+from .cholesky import invert
 
 #: Initial length of the arrays.
 _ROOM = 256
@@ -55,18 +57,18 @@ def _empty(room, place):
 
 
 @kernel
-def with_room(cells):
-    """Return the set with room for one more cell: itself, or a copy with half as much room again."""
-    room = cells.row.size
-    if cells.count[0] < room:
+def with_room(cells, more):
+    """Return the set with room for some more cells: itself, or a copy with half as much room again, or all it needs."""
+    room, count = cells.row.size, cells.count[0]
+    if count + more <= room:
         return cells
-    larger = _empty(room + room // 2, cells.place)
-    larger.count[0] = room
-    for k in range(room):
+    larger = _empty(max(room + room // 2, count + more), cells.place)
+    larger.count[0] = count
+    for k in range(count):
         larger.row[k], larger.column[k] = cells.row[k], cells.column[k]
         larger.pressure_rate[k], larger.shape_pressure[k] = cells.pressure_rate[k], cells.shape_pressure[k]
         larger.gap[k], larger.pressure[k] = cells.gap[k], cells.pressure[k]
-        for m in range(room):
+        for m in range(count):
             larger.inverse[k, m] = cells.inverse[k, m]
     return larger
 
@@ -80,53 +82,134 @@ def displacement_at(i, j, cells, coefficients):
     return sunk
 
 
-@kernel(reorder=True)
-def constrain(i, j, gap, separation, cells, coefficients):
-    """Add the cell (i, j) to the set at its present gap, so that nothing else changes; needs room (`with_room`)."""
-    count = cells.count[0]
-    inverse, q1, qs = cells.inverse, cells.pressure_rate, cells.shape_pressure
-    by_new, image = np.empty(count), np.empty(count)
-    for k in range(count):
-        by_new[k] = coefficients[abs(cells.row[k] - i), abs(cells.column[k] - j)]
-    compliance, rate, shape = coefficients[0, 0], 1.0, separation
-    for k in range(count):
-        row, total = inverse[k], 0.0
-        for m in range(count):
-            total += row[m] * by_new[m]
-        image[k] = total
-        compliance -= by_new[k] * total
-        rate -= by_new[k] * q1[k]
-        shape -= by_new[k] * qs[k]
-    rate, shape = rate / compliance, shape / compliance
-    for k in range(count):
-        row, factor = inverse[k], image[k] / compliance
-        for m in range(count):
-            row[m] += factor * image[m]
-        inverse[k, count] = inverse[count, k] = -factor
-        q1[k] -= image[k] * rate
-        qs[k] -= image[k] * shape
-    inverse[count, count] = 1.0 / compliance
-    q1[count], qs[count], cells.gap[count], cells.pressure[count] = rate, shape, gap, 0.0
-    cells.row[count], cells.column[count], cells.place[i, j] = i, j, count
-    cells.count[0] = count + 1
+@kernel
+def constrain(rows, columns, gaps, separation, cells, coefficients):
+    """Add cells to the set at their present gaps, so that nothing else changes; needs room for them (`with_room`).
+
+    With B the coefficients between old cells (columns) and new ones (rows), and G = B M, their Schur complement is
+    A' − G Bᵀ, and what M gains is Gᵀ (A' − G Bᵀ)⁻¹ G.
+    """
+    count, new = cells.count[0], rows.size
+    between, images, beside = np.empty((new, count)), np.empty((new, count)), np.empty((new, new))
+    for c in range(new):
+        for k in range(count):
+            between[c, k] = coefficients[abs(cells.row[k] - rows[c]), abs(cells.column[k] - columns[c])]
+        for d in range(new):
+            beside[c, d] = coefficients[abs(rows[c] - rows[d]), abs(columns[c] - columns[d])]
+    _multiply(cells.inverse, between, images)
+    _take_products(images, between, beside)
+    invert(beside)
+    loads = np.zeros((new, count))
+    _add_products(beside, images, loads, 1.0)
+    _add_products(np.ascontiguousarray(images.T), loads, cells.inverse, 1.0)
+    for c in range(new):
+        for k in range(count):
+            cells.inverse[count + c, k] = cells.inverse[k, count + c] = -loads[c, k]
+        for d in range(new):
+            cells.inverse[count + c, count + d] = beside[c, d]
+    _take_on(cells.pressure_rate, np.ones(new), between, beside, images)
+    _take_on(cells.shape_pressure, separation, between, beside, images)
+    for c in range(new):
+        k = count + c
+        cells.gap[k], cells.pressure[k] = gaps[c], 0.0
+        cells.row[k], cells.column[k], cells.place[rows[c], columns[c]] = rows[c], columns[c], k
+    cells.count[0] = count + new
 
 
 @kernel(reorder=True)
-def release(k, cells):
-    """Remove the k-th cell; the last one takes its place in the arrays."""
-    last = cells.count[0] - 1
-    _swap(k, last, cells)
-    inverse, q1, qs, p = cells.inverse, cells.pressure_rate, cells.shape_pressure, cells.pressure
-    cells.place[cells.row[last], cells.column[last]] = ABSENT
-    cells.count[0] = last
-    gone = inverse[last]
-    for m in range(last):
-        row, factor = inverse[m], gone[m] / gone[last]
-        for n in range(last):
-            row[n] -= factor * gone[n]
-        q1[m] -= factor * q1[last]
-        qs[m] -= factor * qs[last]
-        p[m] -= factor * p[last]
+def _take_on(pressures, right, between, complement, images):
+    """Append to M r of the old cells that of the new ones, on which r is ``right``, and change it for them."""
+    new, count = between.shape
+    left = np.empty(new)
+    for c in range(new):
+        total, row = right[c], between[c]
+        for k in range(count):
+            total -= row[k] * pressures[k]
+        left[c] = total
+    for c in range(new):
+        total, row = 0.0, images[c]
+        for d in range(new):
+            total += complement[c, d] * left[d]
+        pressures[count + c] = total
+        for k in range(count):
+            pressures[k] -= total * row[k]
+
+
+@kernel
+def release(gone, cells):
+    """Remove cells by their indices, in ascending order; the last ones take their places in the arrays.
+
+    With D the rows of M for them and C their part of these, what M loses is Dᵀ C⁻¹ D.
+    """
+    left, number = cells.count[0] - gone.size, gone.size
+    for c in range(number - 1, -1, -1):
+        _swap(gone[c], left + c, cells)
+        cells.place[cells.row[left + c], cells.column[left + c]] = ABSENT
+    cells.count[0] = left
+    rows, within = cells.inverse[left : left + number, :left].copy(), np.empty((number, number))
+    for c in range(number):
+        for d in range(number):
+            within[c, d] = cells.inverse[left + c, left + d]
+    invert(within)
+    loads = np.zeros((number, left))
+    _add_products(within, rows, loads, 1.0)
+    _add_products(np.ascontiguousarray(rows.T), loads, cells.inverse, -1.0)
+    for values in (cells.pressure_rate, cells.shape_pressure, cells.pressure):
+        for c in range(number):
+            for k in range(left):
+                values[k] -= loads[c, k] * values[left + c]
+
+
+@kernel(reorder=True)
+def _multiply(matrix, vectors, out):
+    """Write M times each of some vectors, which are rows, into the rows of ``out``; four at a time, for speed."""
+    number, size = vectors.shape
+    fours = number - number % 4
+    for k in range(size):
+        row = matrix[k]
+        for c in range(0, fours, 4):
+            v0, v1, v2, v3 = vectors[c], vectors[c + 1], vectors[c + 2], vectors[c + 3]
+            t0 = t1 = t2 = t3 = 0.0
+            for m in range(v0.size):
+                t0 += row[m] * v0[m]
+                t1 += row[m] * v1[m]
+                t2 += row[m] * v2[m]
+                t3 += row[m] * v3[m]
+            out[c, k], out[c + 1, k], out[c + 2, k], out[c + 3, k] = t0, t1, t2, t3
+        for c in range(fours, number):
+            vector, total = vectors[c], 0.0
+            for m in range(vector.size):
+                total += row[m] * vector[m]
+            out[c, k] = total
+
+
+@kernel(reorder=True)
+def _take_products(rows, others, out):
+    """Take the products of some rows with others from a matrix."""
+    for c in range(rows.shape[0]):
+        for d in range(others.shape[0]):
+            row, other, total = rows[c], others[d], 0.0
+            for m in range(row.size):
+                total += row[m] * other[m]
+            out[c, d] -= total
+
+
+@kernel(reorder=True)
+def _add_products(factors, rows, out, sign):
+    """Add to each row of a matrix the sum of some rows times its own factors; four at a time, for speed."""
+    number, size = rows.shape
+    fours = number - number % 4
+    for k in range(factors.shape[0]):
+        to = out[k]
+        for c in range(0, fours, 4):
+            r0, r1, r2, r3 = rows[c], rows[c + 1], rows[c + 2], rows[c + 3]
+            f0, f1, f2, f3 = factors[k, c], factors[k, c + 1], factors[k, c + 2], factors[k, c + 3]
+            for m in range(size):
+                to[m] += sign * (f0 * r0[m] + f1 * r1[m] + f2 * r2[m] + f3 * r3[m])
+        for c in range(fours, number):
+            row, factor = rows[c], sign * factors[k, c]
+            for m in range(size):
+                to[m] += factor * row[m]
 
 
 @kernel

@@ -6,9 +6,11 @@ Unknowns are the gaps u of the constrained cells (``constrained_cells``), with M
 
 by two methods in turn. Nonlinear Gauss-Seidel balances one cell after the other, each on its own, which never raises Π.
 Newton's method balances all open cells (u > 0) at once, with the matrix M + dt/du, as long as this is positive
-definite; where it is not, the state is past the end of its branch. Newton's full step is taken where it lowers the
-energy, although cells may change their regime within it (closed, plateau, falling, beyond the range): to stop at the
-first that does takes half as long again. Then cells that interpenetrate, or that adhesion reaches, join the set.
+definite. Where it is not, the state is past the end of its branch: if many cells are open, they move together along a
+direction of negative curvature (``conjugate_gradients``), which saves half the time where contacts jump. A full step is
+taken where it lowers the energy, although cells may change their regime within it (closed, plateau, falling, beyond the
+range): to stop at the first that does takes half as long again. Then cells that interpenetrate, or that adhesion
+reaches, join the set.
 
 Source: own. Unit cells and unit modulus, as in ``constrained_cells``: δ, S, u, p and tractions in nm, Π in nm².
 """
@@ -21,6 +23,7 @@ from ..jit import kernel
 from . import tuning
 from .cholesky import solve_in_place
 from .cohesive_laws import CohesiveLaw, balance, remaining_work, toughness, traction
+from .conjugate_gradients import solve_nearly
 from .constrained_cells import (
     ABSENT,
     constrain,
@@ -125,12 +128,12 @@ def descend(problem, delta, cells, patience):
 @kernel
 def release_open(problem, cells):
     """Release the cells whose gap is beyond the law's range."""
-    k = np.int64(0)  # not a literal, for which numba would compile again
-    while k < cells.count[0]:
+    gone, number = np.empty(cells.count[0], np.int64), 0
+    for k in range(cells.count[0]):
         if cells.gap[k] > tuning.RELEASE * problem.law.range * root_of(k, problem, cells):
-            release(k, cells)
-        else:
-            k += 1
+            gone[number], number = k, number + 1
+    if number > 0:
+        release(gone[:number], cells)
 
 
 @kernel
@@ -148,27 +151,29 @@ def _join(problem, delta, cells, everywhere):
 
     Returns the set and the energy, nm², that this releases.
     """
-    joining, gaps = _joining(problem, delta, cells, everywhere)
-    gained = 0.0
-    for k in range(gaps.size):
-        if cells.count[0] < problem.max_cells:
-            i, j = joining[k, 0], joining[k, 1]
-            cells = with_room(cells)
-            root = _root_beside(i, j, problem, cells)
-            problem.roots[i, j] = root
-            constrain(i, j, gaps[k], problem.separation[i, j], cells, problem.coefficients)
-            gained += remaining_work(max(gaps[k], 0.0), problem.law, root)
+    rows, columns, gaps = _joining(problem, delta, cells, everywhere)
+    number, gained = min(gaps.size, problem.max_cells - cells.count[0]), 0.0
+    if number <= 0:
+        return cells, gained
+    rows, columns, gaps, separation = rows[:number], columns[:number], gaps[:number], np.empty(number)
+    for c in range(number):
+        i, j = rows[c], columns[c]
+        root, separation[c] = _root_beside(i, j, problem, cells), problem.separation[i, j]
+        problem.roots[i, j], cells.place[i, j] = root, cells.count[0] + c
+        gained += remaining_work(max(gaps[c], 0.0), problem.law, root)
+    cells = with_room(cells, number)
+    constrain(rows, columns, gaps, separation, cells, problem.coefficients)
     return cells, gained
 
 
 @kernel
 def _joining(problem, delta, cells, everywhere):
-    """Return the cells (row, column) that should join the set, and their gaps."""
+    """Return rows and columns of the cells that should join the set, and their gaps."""
     separation, place, law = problem.separation, cells.place, problem.law
     reach = law.range if law.anywhere else 0.0
     highest = _uplift(separation, delta, cells) + reach
     nx, ny = separation.shape
-    joining, gaps, number = np.empty((nx * ny, 2), np.int64), np.empty(nx * ny), 0
+    rows, columns, gaps, number = np.empty(nx * ny, np.int64), np.empty(nx * ny, np.int64), np.empty(nx * ny), 0
     for i in range(1, nx - 1):
         for j in range(1, ny - 1):
             if place[i, j] != ABSENT or not separation[i, j] < np.inf:
@@ -179,9 +184,9 @@ def _joining(problem, delta, cells, everywhere):
                 continue
             gap = separation[i, j] - delta + displacement_at(i, j, cells, problem.coefficients)
             if gap < (law.range if beside else reach):
-                joining[number, 0], joining[number, 1], gaps[number] = i, j, gap
+                rows[number], columns[number], gaps[number] = i, j, gap
                 number += 1
-    return joining[:number], gaps[:number]
+    return rows[:number], columns[:number], gaps[:number]
 
 
 @kernel
@@ -240,18 +245,34 @@ def _newton(problem, delta, cells):
         for b in range(a + 1):
             problem.matrix[a, b] = cells.inverse[k, problem.open[b]]
         problem.matrix[a, a] += slope
-    if not solve_in_place(problem.matrix, problem.step, size):
-        return _PAST_END
+    outcome = _solve(problem, size)
+    if outcome == _PAST_END and size < tuning.FEW_OPEN:
+        return outcome
     part = _admissible(problem, cells, size)
     if part < 1.0:
         saved = save(cells)
         before = _energy(problem, delta, cells)
         _open_all(1.0, size, problem, cells)
         if _energy(problem, delta, cells) < before:
-            return _DONE
+            return outcome
         restore(saved, cells)
     _open_all(part, size, problem, cells)
-    return _DONE
+    return outcome
+
+
+@kernel
+def _solve(problem, size):
+    """Solve for Newton's step; past the end of a branch with many open cells, find one along which the energy falls."""
+    if size < tuning.FEW_OPEN:
+        return _DONE if solve_in_place(problem.matrix, problem.step, size) else _PAST_END
+    if solve_nearly(problem.matrix, problem.step, size, tuning.OPEN_PART):
+        return _DONE
+    longest = 0.0
+    for a in range(size):
+        longest = max(longest, abs(problem.step[a]))
+    for a in range(size):
+        problem.step[a] *= problem.law.range / longest
+    return _PAST_END
 
 
 @kernel

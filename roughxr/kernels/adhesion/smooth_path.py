@@ -402,7 +402,7 @@ class _Branch:
         return True
 
     def _towards(self, goal, over, target):
-        """Return the next displacement on loading: a step ahead, or where the line to a state ``over`` the goal meets it."""
+        """Return the next displacement on loading: a step ahead, or towards a goal that the state ``over`` exceeds."""
         last = self.last
         delta = last.delta + self.step
         if over is not None:
@@ -512,12 +512,16 @@ class _Branch:
         return row
 
     def _mend(self, place):
-        """Find the last state but one as well as is asked, if it stands at ``place`` and was on the way only."""
+        """Find the last state but one as well as is asked, if it stands at ``place`` and was on the way only.
+
+        Where that is another state, the branch ended just before, and the first stays: the end of the branch is as
+        close to it as its residual is small.
+        """
         row = self.rows[place]
         if row[ASKED]:
             return
         found = self.solver.seek(self.before.delta, None, self.before)
-        if found.fine:
+        if found.fine and abs(found.force - row[FORCE]) < _MISSED * self.largest:
             self.rows[place] = self._row(found, False)
             self.rows[place][DISSIPATED] = row[DISSIPATED]
             self.before, self.largest = found, -found.force
