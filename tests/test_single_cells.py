@@ -212,8 +212,8 @@ def admissible(problem, cells, size):
 def test_a_step_is_shortened_to_where_the_first_cell_changes_its_regime(gap, change, part):
     law = cohesive_laws.finite_range("dugdale", W, STRENGTH)
     cells = no_cells((7, 9))
-    for place, (i, j) in enumerate(PLACES["two cells"]):
-        constrain(i, j, (0.1, gap)[place], HEIGHT, cells, LOVE)
+    i, j = np.ascontiguousarray(np.transpose(PLACES["two cells"]))
+    constrain(i, j, np.array([0.1, gap]), np.full(2, HEIGHT), cells, LOVE)
     nothing = np.zeros((7, 9))
     work = {"open": np.array([0, 1]), "matrix": np.zeros((2, 2)), "step": np.array([0.01, change])}
     limits = {"tolerance": 1e-9, "max_iterations": 9, "max_cells": 9, "cap": np.inf, "limit": np.inf}
