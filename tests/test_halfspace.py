@@ -1,4 +1,4 @@
-"""Love's coefficients and the two engines of the product, against quadrature and each other."""
+"""Love's coefficients and the two engines of the product, against quadrature and each other; separations."""
 
 import numpy as np
 import pytest
@@ -12,6 +12,7 @@ from roughxr.kernels.halfspace.products import (
     operator,
     surface_displacement,
 )
+from roughxr.kernels.halfspace.separation import PARABOLA, SPHERE, map_separation, sphere_separation
 from roughxr.kernels.jit import kernel
 
 
@@ -80,7 +81,45 @@ def test_a_whole_box_is_displaced_exactly(shape):
     np.testing.assert_allclose(surface_displacement(pressure, 1.0, 1.0), expected, atol=1e-12)
 
 
+def test_coefficients_reach_across_every_box_in_few_sizes():
+    """Half of the padded length and one; so many sizes, and not more, whatever the windows."""
+    lengths = (1, 2, 31, 32, 100, 255, 256, 500, 513, 600, 900, 1000)
+    sizes = [coefficients_for((3, length)).shape for length in lengths]
+    for length, (rows, columns) in zip(lengths, sizes):
+        assert rows == columns
+        assert length + 1 <= rows <= max(2.2 * length + 2, 32)
+        assert rows <= 512 or rows - length <= 300
+    assert len(set(sizes)) <= 7
+    assert coefficients_for((900, 3)).shape == coefficients_for((3, 900)).shape
+
+
 def test_displacement_scales_with_pixel_and_modulus():
     pressure = np.random.default_rng(2).random((6, 9))
     once = surface_displacement(pressure, 1.0, 1.0)
     np.testing.assert_allclose(surface_displacement(pressure, 3.0, 7.0), once * 3 / 7, rtol=1e-12)
+
+
+def test_a_sphere_s_separation_is_the_circle_s_and_a_paraboloid_s_half_the_square():
+    """At 3-4-5 distances from the axis, on a surface whose datum is not its highest point; beside the sphere: inf."""
+    x, y = np.array([-4.0, 0.0, 3.0]), np.array([0.0, 4.0])
+    height = np.array([[0.5, 0.0], [0.2, -1.0], [0.0, 0.1]])
+    above = 2.0 - height
+    ball = np.array([[2.0, np.inf], [0.0, 2.0], [1.0, np.inf]])
+    np.testing.assert_allclose(sphere_separation(height, 2.0, x, y, 5.0, SPHERE), above + ball)
+    bowl = (x[:, None] ** 2 + y**2) / 10.0
+    np.testing.assert_allclose(sphere_separation(height, 2.0, x, y, 5.0, PARABOLA), above + bowl)
+    near = sphere_separation(np.zeros((1, 1)), 0.0, np.array([1e-3]), np.zeros(1), 1e6, SPHERE)
+    assert near[0, 0] == pytest.approx(0.5e-12, rel=1e-9)  # no cancellation
+
+
+@pytest.mark.parametrize("pixel", [1e-3, 1.0, 1e3])
+def test_a_map_is_read_linearly_and_ends_at_its_rim(pixel):
+    """Its highest point touches; what lies beyond its rim by rounding, in whatever unit, is on it."""
+    map_x, map_y = pixel * np.arange(4), pixel * np.arange(-1, 2)
+    heights = 0.5 * np.arange(4)[:, None] - 0.25 * np.arange(3)
+    x, y = pixel * np.array([-1e-3, -1e-7, 0.4, 3.0 + 1e-7, 3.0 + 1e-3]), pixel * np.array([-1.0 - 1e-7, 0.5, 1.1])
+    surface = np.linspace(0.0, 1.4, 15).reshape(5, 3)
+    found = map_separation(surface, 3.0, x, y, map_x, map_y, heights)
+    rises = 1.5 - (0.5 * np.array([0.0, 0.4, 3.0])[:, None] - 0.25 * np.array([0.0, 1.5]))
+    np.testing.assert_allclose(found[1:4, :2], 3.0 - surface[1:4, :2] + rises, rtol=0, atol=1e-6)
+    assert np.isinf(found[[0, 4]]).all() and np.isinf(found[:, 2]).all()

@@ -85,6 +85,21 @@ def test_the_map_is_what_place_by_place_sums_give(rough, law, datum):
         np.testing.assert_allclose(one.force, other.force.transpose(*one.force.dims), rtol=tolerance, atol=least)
 
 
+@pytest.mark.parametrize(("length", "heights"), [(0.165, 18.0), (0.3, 0.5), (2.0, 3.0)])
+@pytest.mark.parametrize("name", ["hamaker", "lennard_jones"])
+def test_far_away_a_traction_is_a_sum_of_exponentials(name, length, heights):
+    """To 10⁻⁶ of itself over a decade and a half, and none so steep that heights of this range drown it in rounding."""
+    law = potentials.potential(name, 0.1, length)
+    split = kernels.split(law, heights, 25 * max(2.0, 4 * length, heights / 1.5))
+    g = np.geomspace(split.near, 25 * split.near, 777)
+    total = np.exp(-np.outer(g, split.rates)) @ split.weights
+    np.testing.assert_allclose(total, potentials.tractions(g, law), rtol=1e-6)
+    assert 2.0 <= split.near < max(heights, 5 * length, 2.1)
+    assert np.exp(split.rates.max() * heights) * np.finfo(float).eps < 2e-8
+    near = np.linspace(0, split.near, split.table.size)
+    np.testing.assert_allclose(split.table, np.exp(-np.outer(near, split.rates)) @ split.weights, rtol=1e-9)
+
+
 @pytest.mark.parametrize(("law", "length"), [("hamaker", 0.165), ("lennard_jones", 0.3), ("exponential", 2.0)])
 def test_what_lies_beyond_nothing_is_all_of_the_sphere(law, length):
     found = potentials.potential(law, 0.1, length)

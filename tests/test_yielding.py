@@ -50,6 +50,15 @@ def pressed_paraboloid(times, cells, radius=1000.0):
 FORCES, AREAS = {1: 1.0, 2: 2.7204, 5: 9.0327}, {2: 2.07, 5: 6.08}
 
 
+def test_what_is_left_is_the_closed_gap_where_the_hardness_bears():
+    """Gaps of −0.5, 0.5, −2 and −2 nm at δ = 3 and 1 nm more at δ = 2; the last cell presses a little less than H."""
+    separation = np.array([[1.0, 2.0, 0.5, 0.5]])
+    displacement = np.array([[[1.5, 1.5, 0.5, 0.5]]] * 2)
+    pressure = np.array([[[H, H, H * (1 - 1e-12), 0.999 * H]]] * 2)
+    left = residual_heights(pressure, displacement, separation, [3.0, 2.0], H)
+    np.testing.assert_allclose(left, [[[-0.5, 0.0, -2.0, 0.0]], [[0.0, 0.0, -1.0, 0.0]]])
+
+
 @pytest.mark.parametrize("times", [1, 2, 5])
 def test_a_paraboloid_that_yields(times):
     found, radius, depth = pressed_paraboloid(times, 50)
