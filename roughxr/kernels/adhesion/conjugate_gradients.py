@@ -2,7 +2,7 @@
 
 The open cells lie in narrow rings around contacts, so that their matrix is well conditioned: a dozen products bring the
 residual to a thousandth, where factors cost a sixth of as many products as there are unknowns. A direction of negative
-curvature tells that the matrix is not positive definite; at nine places of a rough surface none was missed.
+curvature tells that the matrix is not positive definite; at seven places of a rough surface none was missed.
 
 Source: Hestenes & Stiefel 1952, with the diagonal as preconditioner. Only the lower triangle is read.
 """
