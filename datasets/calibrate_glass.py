@@ -22,14 +22,14 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from roughxr.catalogue import asperities
+from roughxr.asperity.catalogue import asperities
+from roughxr.asperity.reconstruction import reconstruct
+from roughxr.asperity.superposition import superpose
+from roughxr.bodies.materials import assign_pair
 from roughxr.contact.elastic import direct
-from roughxr.contact.superposition import superpose
-from roughxr.materials import assign_pair
-from roughxr.reconstruction import reconstruct
-from roughxr.report.paper_rows import second_group
+from roughxr.presentation.report.paper_rows import second_group
+from roughxr.scans.synthetic import GLASS_SEED, GlassModel, glass, particle_centres
 from roughxr.statistics import pull_off
-from roughxr.synthetic import GLASS_SEED, GlassModel, glass, particle_centres
 
 #: The published pair of bodies: nm, GPa, J/m².
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.6747}

@@ -11,27 +11,26 @@ methods of ``ds.contact``.
 'nN'
 """
 
-from . import archive, detachment, figures, regions, report, schema, synthetic
+from . import detachment
 from ._version import __version__
 from .accessor import ContactAccessor
-from .analysis import paper, run
-from .catalogue import asperities
+from .asperity.catalogue import asperities
+from .asperity.maps import pull_off_map
+from .asperity.moments import rolling
+from .asperity.reconstruction import reconstruct
+from .asperity.superposition import superpose
+from .bodies.materials import assign_pair, contact_modulus, gilman_surface_energy, hamaker_constant
+from .bodies.probes import fit_sphere, placements
 from .contact import reference
 from .contact.adhesion import adhesive
 from .contact.elastic import direct
 from .contact.estimates import elastic_pull_off, tabor
-from .contact.maps import pull_off_map
-from .contact.moments import rolling
 from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
-from .contact.short_waves import scale_dependence
-from .contact.superposition import superpose
 from .detachment import critical_load, resuspension
-from .exports import table, to_resuspension, to_table
-from .figures import plot
+from .files import archive
 from .jobs.lazy import compute
 from .jobs.run import checkpointed
-from .materials import assign_pair, contact_modulus, gilman_surface_energy, hamaker_constant
 from .measured import (
     against,
     curves_pull_off,
@@ -42,9 +41,10 @@ from .measured import (
     open_pull_off,
     predict_others,
 )
-from .parameter_grid import vary
-from .probes import fit_sphere, placements
-from .reconstruction import reconstruct
+from .presentation import figures, report
+from .presentation.exports import table, to_resuspension, to_table
+from .presentation.figures import plot
+from .runs.analysis import paper, run
 from .scans import (
     add_fine_roughness,
     autocorrelation,
@@ -55,19 +55,24 @@ from .scans import (
     open_sample,
     open_scan,
     power_spectrum,
+    regions,
     resample,
     rotate90,
     roughness,
     self_affine_fit,
     smooth,
+    synthetic,
     to_gsf,
     to_surfacetopography,
     to_tiff,
 )
-from .sensitivities import error_budget, sensitivity
-from .several_scans import over_scans
+from .scans.tip import dilate, erode, tip_flags
 from .statistics import bootstrap, cdf, compare, debris, fit, pdf, pooled, pull_off, reduction, summary
-from .tip import dilate, erode, tip_flags
+from .studies.parameter_grid import vary
+from .studies.sensitivities import error_budget, sensitivity
+from .studies.several_scans import over_scans
+from .studies.short_waves import scale_dependence
+from .vocabulary import schema
 
 __all__ = [
     "ContactAccessor",

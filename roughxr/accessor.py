@@ -10,23 +10,27 @@ from collections.abc import Callable
 
 import xarray as xr
 
-from . import exports, figures, probes, scans, schema, statistics, tip
-from .catalogue import asperities
+from . import scans, statistics
+from .asperity.catalogue import asperities
+from .asperity.maps import pull_off_map
+from .asperity.moments import rolling
+from .asperity.reconstruction import reconstruct
+from .asperity.superposition import superpose
+from .bodies import probes
+from .bodies.materials import assign_pair
 from .contact.adhesion import adhesive
 from .contact.elastic import direct
 from .contact.estimates import elastic_pull_off, tabor
-from .contact.maps import pull_off_map
-from .contact.moments import rolling
 from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
-from .contact.short_waves import scale_dependence
-from .contact.superposition import superpose
 from .detachment import critical_load, resuspension
-from .materials import assign_pair
 from .measured import against, curves_pull_off, fit_adhesion_range, fit_hardness, fit_work_of_adhesion
-from .parameter_grid import vary
-from .reconstruction import reconstruct
-from .sensitivities import error_budget, sensitivity
+from .presentation import exports, figures
+from .scans import tip
+from .studies.parameter_grid import vary
+from .studies.sensitivities import error_budget, sensitivity
+from .studies.short_waves import scale_dependence
+from .vocabulary import schema
 
 
 def _method(function: Callable) -> Callable:

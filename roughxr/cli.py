@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Sequence
 
 from ._version import __version__
-from .substances import MATERIALS
+from .bodies.substances import MATERIALS
 
 #: Laws of attraction, the same as in `adhesive`, repeated here so that help needs no import of the solver.
 LAWS = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
@@ -331,14 +331,14 @@ def _add_quiet(command) -> None:
 
 
 def _paper(options) -> None:
-    from . import analysis
+    from .runs import analysis
 
     analysis.paper(options.output, budget=options.budget, progress=not options.quiet)
     print(f"written to {options.output}")
 
 
 def _run(options) -> None:
-    from . import analysis
+    from .runs import analysis
 
     scan = _paired(_opened(options.scan, options), options)
     analysis.run(
@@ -359,7 +359,8 @@ def _run(options) -> None:
 
 def _paired(scan, options):
     """Return the scan with the bodies that the options name; ask for what has no default."""
-    from . import materials, scans
+    from . import scans
+    from .bodies import materials
 
     pair = {
         "sphere_radius": options.sphere_radius,
@@ -400,7 +401,7 @@ def _numbers(value):
 
 
 def _report(options) -> None:
-    from .report import write_report
+    from .presentation.report import write_report
 
     options.file = options.measured
     measured = _measurement(options) if options.file else None
@@ -410,7 +411,7 @@ def _report(options) -> None:
 def _explore(options) -> None:
     import webbrowser
 
-    from .report import write_explorer
+    from .presentation.report import write_explorer
 
     page = write_explorer(options.run, options.output, loops=options.loops, progress=not options.quiet)
     print(f"written to {page}")
@@ -419,7 +420,8 @@ def _explore(options) -> None:
 
 
 def _info(options) -> None:
-    from . import figures, scans
+    from . import scans
+    from .presentation import figures
 
     channels = scans.describe(options.file)
     print("\n".join(f"{key}: {value or 'none'}" for key, value in channels.attrs.items() if key != "history"))
@@ -442,7 +444,7 @@ def _convert(options) -> None:
     from pathlib import Path
 
     from . import scans
-    from .schema import one_of
+    from .vocabulary.schema import one_of
 
     endings = (".nc",) if options.surfacetopography else (".nc", ".gsf")
     suffix = one_of(Path(options.output).suffix, endings, "output")
@@ -453,7 +455,8 @@ def _convert(options) -> None:
 
 
 def _measured(options) -> None:
-    from . import exports, statistics
+    from . import statistics
+    from .presentation import exports
 
     ds = _measurement(options)
     told = {key: value for key, value in ds.attrs.items() if key != "history"}
@@ -472,8 +475,10 @@ def _measured(options) -> None:
 def _compare(options) -> None:
     from pathlib import Path
 
-    from . import archive, figures, measured
-    from .schema import one_of
+    from . import measured
+    from .files import archive
+    from .presentation import figures
+    from .vocabulary.schema import one_of
 
     groups = archive.load(archive.of_run(Path(options.run)))
     methods = [name.partition("/")[2] for name, ds in groups.items() if name.startswith("statistics/") and _pulls(ds)]
@@ -499,7 +504,9 @@ def _compare(options) -> None:
 def _detach(options) -> None:
     from pathlib import Path
 
-    from . import archive, detachment, exports, report
+    from . import detachment
+    from .files import archive
+    from .presentation import exports, report
 
     groups = archive.load(archive.of_run(Path(options.run)))
     if not set(report.COMING_OFF) <= set(groups):
@@ -552,7 +559,7 @@ def _draw_coming_off(critical, held, path: str) -> None:
     """Draw the map of modes beside the rose of resisting moments."""
     from matplotlib.figure import Figure
 
-    from . import figures
+    from .presentation import figures
 
     figure = Figure(figsize=(6.9, 3.4), layout="constrained")
     figures.mode_map(critical, ax=figure.add_subplot(1, 2, 1))

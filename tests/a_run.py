@@ -8,9 +8,9 @@ import dask
 import numpy as np
 
 from roughxr import checkpointed
+from roughxr.asperity.maps import pull_off_map
+from roughxr.asperity.superposition import superpose
 from roughxr.contact.elastic import direct
-from roughxr.contact.maps import pull_off_map
-from roughxr.contact.superposition import superpose
 from roughxr.jobs import executor, schedulers
 from roughxr.statistics import pull_off
 

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from roughxr.materials import assign_pair
+from roughxr.bodies.materials import assign_pair
 
 
 def scan(height, pixel=9.77, **attrs):

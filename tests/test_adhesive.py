@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.catalogue import asperities
+from roughxr.asperity.catalogue import asperities
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.elastic import direct
 from roughxr.contact.estimates import elastic_pull_off, tabor

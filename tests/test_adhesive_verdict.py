@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from matplotlib import pyplot
 
-from roughxr.figures.verdict_figure import verdict
+from roughxr.presentation.figures.verdict_figure import verdict
 
 
 @pytest.fixture

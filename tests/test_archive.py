@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.archive import save
+from roughxr.asperity.superposition import superpose
 from roughxr.contact.elastic import direct
-from roughxr.contact.superposition import superpose
+from roughxr.files.archive import save
 from roughxr.scans import to_netcdf
-from roughxr.schema import history
 from roughxr.statistics import pull_off
+from roughxr.vocabulary.schema import history
 
 from .surfaces import glass_pair, rough, scan
 

@@ -7,10 +7,10 @@ import pytest
 import xarray as xr
 from scipy.special import ellipk  # SciPy takes the parameter e², the kernels the axis ratio
 
-from roughxr.catalogue import asperities, poorly_fitted
+from roughxr.asperity.catalogue import asperities, poorly_fitted
+from roughxr.asperity.reconstruction import reconstruct
 from roughxr.kernels.asperity.ellipse import elliptic_integrals
-from roughxr.reconstruction import reconstruct
-from roughxr.synthetic import self_affine
+from roughxr.scans.synthetic import self_affine
 
 from .surfaces import glass_pair, rough, scan
 

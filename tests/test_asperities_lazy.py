@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.catalogue import asperities
-from roughxr.contact.maps import pull_off_map
-from roughxr.contact.superposition import superpose
+from roughxr.asperity.catalogue import asperities
+from roughxr.asperity.maps import pull_off_map
+from roughxr.asperity.superposition import superpose
 from roughxr.jobs.schedulers import NO_DASHBOARD, active_client
 from roughxr.scans import level
 from roughxr.scans.wavelength import shortest_wavelength
 
 from .surfaces import glass_pair, rough, scan
 
-module = importlib.import_module("roughxr.catalogue")  # the package gives the function of this name
+module = importlib.import_module("roughxr.asperity.catalogue")  # the package gives the function of this name
 
 
 @pytest.fixture

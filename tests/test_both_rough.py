@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import probes
+from roughxr.bodies import probes
 
 from .surfaces import rough, scan
 

@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from roughxr import analysis
 from roughxr.cli import main
-from roughxr.report import embedded_figures
+from roughxr.presentation.report import embedded_figures
+from roughxr.runs import analysis
 
 from .surfaces import rough, scan
 
@@ -134,7 +134,7 @@ def test_a_radius_in_the_wrong_unit_is_refused(tmp_path, capsys):
 
 
 def test_interruption_is_told_and_leaves_nothing(tmp_path, monkeypatch, capsys):
-    from roughxr import analysis
+    from roughxr.runs import analysis
 
     def interrupted(*arguments, **options):
         raise KeyboardInterrupt

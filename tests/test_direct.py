@@ -7,9 +7,9 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from roughxr.bodies.materials import assign_pair
 from roughxr.contact.elastic import direct
 from roughxr.kernels.halfspace import displacement_control as kalker
-from roughxr.materials import assign_pair
 
 from .surfaces import glass_pair, rough, scan
 

@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import archive, figures
-from roughxr.disk import leftovers, uninterrupted, whole
-from roughxr.exports import to_table
+from roughxr.files import archive
+from roughxr.files.disk import leftovers, uninterrupted, whole
+from roughxr.presentation import figures
+from roughxr.presentation.exports import to_table
 from roughxr.scans import to_gsf, to_netcdf, to_surfacetopography, to_tiff
 
 from .surfaces import rough, scan

@@ -6,9 +6,10 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import roughxr
-from roughxr import archive, figures, report
-from roughxr.sensitivities import SIMULATED, cut_off_waves, error_budget, sensitivity
-from roughxr.sensitivities.budget import ENTRIES
+from roughxr.files import archive
+from roughxr.presentation import figures, report
+from roughxr.studies.sensitivities import SIMULATED, cut_off_waves, error_budget, sensitivity
+from roughxr.studies.sensitivities.budget import ENTRIES
 
 QUICK = {"law": "exponential", "refine": 1, "step": 0.8}
 
@@ -122,7 +123,7 @@ def test_a_budget_survives_its_archive(budget, changes, scales, tmp_path):
 
 
 def test_every_default_factor_makes_an_entry():
-    from roughxr.sensitivities.budget import CHANGED
+    from roughxr.studies.sensitivities.budget import CHANGED
 
     assert {factor for factor, _ in CHANGED.values()} == set(SIMULATED)
 

@@ -6,8 +6,9 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import roughness, schema
-from roughxr.exports import table, to_resuspension, to_table
+from roughxr import roughness
+from roughxr.presentation.exports import table, to_resuspension, to_table
+from roughxr.vocabulary import schema
 
 from .surfaces import rough, scan
 

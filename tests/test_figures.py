@@ -14,16 +14,18 @@ matplotlib.use("Agg")
 
 from matplotlib import pyplot
 
-from roughxr import figures, regions, schema
-from roughxr.catalogue import asperities
+from roughxr.asperity.catalogue import asperities
+from roughxr.asperity.reconstruction import reconstruct
+from roughxr.asperity.superposition import superpose
+from roughxr.bodies.materials import assign_pair
 from roughxr.contact.elastic import direct
-from roughxr.contact.superposition import superpose
-from roughxr.figures.distributions import bin_edges
-from roughxr.figures.forces import hertz_error, jkr_sphere, mean_ratio
-from roughxr.figures.style import display_unit, styled, superscripts
-from roughxr.materials import assign_pair
-from roughxr.reconstruction import reconstruct
+from roughxr.presentation import figures
+from roughxr.presentation.figures.distributions import bin_edges
+from roughxr.presentation.figures.forces import hertz_error, jkr_sphere, mean_ratio
+from roughxr.presentation.figures.style import display_unit, styled, superscripts
+from roughxr.scans import regions
 from roughxr.statistics import bootstrap, compare, debris, pull_off
+from roughxr.vocabulary import schema
 
 PAPER = [f"figure-{number:02d}" for number in range(2, 17)]
 

@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.synthetic import self_affine
+from roughxr.scans.synthetic import self_affine
 
 from .surfaces import glass_pair, scan
 

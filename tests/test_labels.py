@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import schema
+from roughxr.vocabulary import schema
 
 from .surfaces import glass_pair, rough, scan
 

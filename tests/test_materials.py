@@ -6,8 +6,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.materials import ImplausiblePair, assign_pair, contact_modulus, gilman_surface_energy, indenter_map
-from roughxr.units import factor, magnitude
+from roughxr.bodies.materials import (
+    ImplausiblePair,
+    assign_pair,
+    contact_modulus,
+    gilman_surface_energy,
+    indenter_map,
+)
+from roughxr.vocabulary.units import factor, magnitude
 
 from .surfaces import rough, scan
 

@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 import roughxr
+from roughxr.scans.synthetic import self_affine
 from roughxr.statistics.pooling import random_effects
-from roughxr.synthetic import self_affine
 
 
 def several(rng, *, scans=4, places=100, within=2.0, between=1.0, mean=20.0):

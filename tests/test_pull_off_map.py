@@ -6,10 +6,10 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.catalogue import asperities
-from roughxr.contact.asperity_sum import FORMULATIONS, catalogue_field, options_of
-from roughxr.contact.maps import pull_off_map
-from roughxr.contact.superposition import superpose
+from roughxr.asperity.asperity_sum import FORMULATIONS, catalogue_field, options_of
+from roughxr.asperity.catalogue import asperities
+from roughxr.asperity.maps import pull_off_map
+from roughxr.asperity.superposition import superpose
 from roughxr.kernels.asperity import force_curves as branches
 from roughxr.kernels.asperity import largest_pull as kernel
 from roughxr.kernels.asperity.elliptic_table import LARGEST_RATIO

@@ -5,7 +5,7 @@ import pytest
 
 import roughxr
 from roughxr import reference
-from roughxr.synthetic import self_affine
+from roughxr.scans.synthetic import self_affine
 
 from .surfaces import scan
 

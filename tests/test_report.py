@@ -13,7 +13,11 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import analysis, archive, cli, report, schema
+from roughxr import cli
+from roughxr.files import archive
+from roughxr.presentation import report
+from roughxr.runs import analysis
+from roughxr.vocabulary import schema
 
 from .browser import BROWSER, NO_BROWSER
 

@@ -10,7 +10,7 @@ import roughxr
 from roughxr import reference
 from roughxr.kernels.adhesion import potentials
 from roughxr.kernels.adhesion import rigid as kernels
-from roughxr.synthetic import self_affine
+from roughxr.scans.synthetic import self_affine
 
 from .surfaces import scan
 
@@ -235,7 +235,7 @@ def test_hamaker_constant_and_work_of_adhesion_go_together():
     assert same[0] == pytest.approx(same[1], rel=1e-6)
     closed = reference.hamaker_sphere(9.0, radius=RADIUS, hamaker_constant=0.1)
     assert -same[0] == pytest.approx(closed, rel=1e-4)
-    with pytest.warns(roughxr.materials.ImplausiblePair, match="closest approach of 0.0"):
+    with pytest.warns(roughxr.bodies.materials.ImplausiblePair, match="closest approach of 0.0"):
         pair(ground, hamaker_constant=0.065, work_of_adhesion=1.35)
     with pytest.raises(ValueError, match="medium"):
         ground.contact.assign_pair(sphere_radius=RADIUS, materials="glass", medium="honey")

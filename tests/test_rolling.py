@@ -7,7 +7,7 @@ from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
 import roughxr
-from roughxr.contact import moments
+from roughxr.asperity import moments
 from roughxr.kernels.asperity import jkr
 
 from .surfaces import glass_pair, rough, scan

@@ -5,8 +5,8 @@ import warnings
 import numpy as np
 import pytest
 
-from roughxr import analysis
-from roughxr.synthetic import self_affine
+from roughxr.runs import analysis
+from roughxr.scans.synthetic import self_affine
 
 
 @pytest.mark.parametrize(("cutoff", "refined"), [(40.0, True), (600.0, False)])

@@ -15,8 +15,8 @@ import psutil
 import pytest
 import xarray as xr
 
-from roughxr import archive, disk
 from roughxr.contact import elastic
+from roughxr.files import archive, disk
 from roughxr.jobs import checkpoint, executor, schedulers
 from roughxr.jobs.fingerprint import key_of
 from roughxr.jobs.work import Work

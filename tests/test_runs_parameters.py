@@ -5,10 +5,10 @@ import pytest
 import xarray as xr
 
 from roughxr import checkpointed, vary
+from roughxr.asperity.maps import pull_off_map
+from roughxr.asperity.moments import rolling
+from roughxr.asperity.superposition import superpose
 from roughxr.contact.elastic import direct
-from roughxr.contact.maps import pull_off_map
-from roughxr.contact.moments import rolling
-from roughxr.contact.superposition import superpose
 from roughxr.detachment import critical_load
 
 from .surfaces import glass_pair, rough, scan

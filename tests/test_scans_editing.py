@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import schema
 from roughxr.scans import crop, fill, resample, rotate90
+from roughxr.vocabulary import schema
 
 from .surfaces import rough, scan
 

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import archive, schema
+from roughxr.files import archive
 from roughxr.scans import ImplausibleScan, RoughxrBackend, UnreadableScan, describe, open_scan, to_netcdf
+from roughxr.vocabulary import schema
 
 from .afm_files import (
     ROUNDING,

@@ -8,8 +8,8 @@ from dask.callbacks import Callback
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from roughxr import schema
 from roughxr.scans import level, open_scan
+from roughxr.vocabulary import schema
 
 from .surfaces import rough, scan
 

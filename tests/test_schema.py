@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import level, roughness, schema
-from roughxr.catalogue import asperities
+from roughxr import level, roughness
+from roughxr.asperity.catalogue import asperities
+from roughxr.asperity.superposition import superpose
 from roughxr.contact.elastic import direct
-from roughxr.contact.superposition import superpose
+from roughxr.vocabulary import schema
 
 from .surfaces import glass_pair, rough, scan
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import roughxr
-from roughxr.sensitivities import SETTINGS, sensitivity
+from roughxr.studies.sensitivities import SETTINGS, sensitivity
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 import roughxr
+from roughxr.scans.synthetic import particle_centres
 from roughxr.statistics import bootstrap, debris, fit, summary, with_and_without
-from roughxr.synthetic import particle_centres
 
 
 def tiles(heights):

@@ -8,10 +8,10 @@ import pytest
 import xarray as xr
 
 import roughxr
+from roughxr.asperity.superposition import superpose
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.elastic import direct
 from roughxr.contact.estimates import elastic_pull_off
-from roughxr.contact.superposition import superpose
 from roughxr.statistics import bootstrap, fit, pdf, pull_off, reduction, summary
 
 from .surfaces import glass_pair, rough, scan

@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.catalogue import asperities
-from roughxr.contact.asperity_sum import FORMULATIONS
+from roughxr.asperity.asperity_sum import FORMULATIONS
+from roughxr.asperity.catalogue import asperities
+from roughxr.asperity.maps import pull_off_map
+from roughxr.asperity.superposition import superpose
+from roughxr.bodies.materials import contact_modulus
 from roughxr.contact.elastic import direct
-from roughxr.contact.maps import pull_off_map
-from roughxr.contact.superposition import superpose
 from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals
-from roughxr.materials import contact_modulus
 
 from .surfaces import glass_pair, rough, scan
 from .test_direct import refuse

@@ -7,10 +7,10 @@ import xarray as xr
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
-from roughxr.catalogue import asperities
+from roughxr.asperity.catalogue import asperities
+from roughxr.asperity.maps import pull_off_map
+from roughxr.asperity.superposition import superpose
 from roughxr.contact.estimates import tabor
-from roughxr.contact.maps import pull_off_map
-from roughxr.contact.superposition import superpose
 from roughxr.kernels.asperity import force_curves as branches
 from roughxr.kernels.asperity import maugis
 from roughxr.kernels.asperity.ellipse import axis_ratio

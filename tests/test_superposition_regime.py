@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from roughxr.contact import expectation
+from roughxr.asperity import expectation
 
 FOLDER = Path(__file__).parent / "benchmarks"
 

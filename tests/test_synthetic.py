@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import schema
-from roughxr.catalogue import asperities
+from roughxr.asperity.catalogue import asperities
 from roughxr.kernels.topography.random_surface import uniform
-from roughxr.synthetic import GlassModel, glass, main, particle_centres, self_affine, write_glass
+from roughxr.scans.synthetic import GlassModel, glass, main, particle_centres, self_affine, write_glass
+from roughxr.vocabulary import schema
 
 SHIPPED = Path(__file__).parents[1] / "datasets" / "glass.nc"
 PINNED = [0.6369616873214543, 0.26978671376387037]
@@ -133,7 +133,7 @@ def test_shipped_file_is_what_the_command_makes(tmp_path, twin):
 
 
 def test_the_command_runs_and_leaves_one_file(tmp_path):
-    command = [sys.executable, "-m", "roughxr.synthetic", "-o", str(tmp_path / "glass.nc")]
+    command = [sys.executable, "-m", "roughxr.scans.synthetic", "-o", str(tmp_path / "glass.nc")]
     subprocess.run(command, check=True, capture_output=True, cwd=Path(__file__).parents[1])
     assert [path.name for path in tmp_path.iterdir()] == ["glass.nc"]
 

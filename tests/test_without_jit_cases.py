@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from roughxr.contact.superposition import superpose
+from roughxr.asperity.superposition import superpose
 from roughxr.kernels.halfspace import displacement_control as kalker
 
 from .surfaces import glass_pair, rough, scan, sphere_gap

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
+from roughxr.bodies.materials import assign_pair
 from roughxr.contact.elastic import direct
 from roughxr.kernels.halfspace import displacement_control as kalker
 from roughxr.kernels.halfspace.load_control import loaded
 from roughxr.kernels.halfspace.yielding import residual_heights
-from roughxr.materials import assign_pair
 
 from .surfaces import rough, scan, sphere_gap
 from .test_halfspace import printed_coefficients

@@ -5,6 +5,7 @@ import pytest
 from scipy.optimize import minimize
 from scipy.special import ellipe, ellipk
 
+from roughxr.bodies.materials import assign_pair
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.cycle import largest_cell
 from roughxr.contact.elastic import direct
@@ -15,7 +16,6 @@ from roughxr.kernels.adhesion.smooth_path import AREA, FORCE, follow_smooth
 from roughxr.kernels.halfspace import displacement_control
 from roughxr.kernels.halfspace.products import coefficients_for
 from roughxr.kernels.halfspace.yielding import residual_heights
-from roughxr.materials import assign_pair
 
 from .surfaces import rough, scan
 

@@ -8,9 +8,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import roughxr
-from roughxr import analysis, archive, cli, figures, report, statistics
-from roughxr.report import embedded_figures
-from roughxr.report.embedded_figures import Picture
+from roughxr import cli, statistics
+from roughxr.files import archive
+from roughxr.presentation import figures, report
+from roughxr.presentation.report import embedded_figures
+from roughxr.presentation.report.embedded_figures import Picture
+from roughxr.runs import analysis
 
 from .surfaces import rough, scan
 

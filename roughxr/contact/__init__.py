@@ -3,19 +3,14 @@
 A Dataset is read once into plain numbers, and the results are labelled once; kinds of contact differ in between.
 
 problem         scan, pair and options -> plain numbers, and the surface at each contact centre
-records         the results of all centres -> a labelled Dataset
+solving         one problem solved at every centre
 elastic         `direct`: the half space without adhesion, at displacements or loads
 adhesion        `adhesive`: the half space with adhesion, through loading and retraction; cycle, one place of it
-superposition   `superpose`: the sum of single asperities; asperity_sum and flattening, its parts
-maps            `pull_off_map`: the exact pull-off of that sum, up to every pixel
-moments         `rolling`: the moment that resists as the sphere begins to roll
 rigid_bodies    `rigid`: bodies too stiff to deform; rigid_attraction, rigid_places and rigid_map, its parts
 regimes         `regime`, `formulas`: the recommended model, and the usual formulas
-short_waves     `scale_dependence`: the effect of waves shorter than the scan shows
 estimates       `elastic_pull_off`, `tabor`: cheap estimates
-expectation     how far superposed pull-offs may be from those of the simulation
 reference       closed forms of single contacts, and formulas for rough ones, to compare with
 
 A new kind of contact is one new file: a layout of what it returns, a function ``(place, problem, layout, options) ->
-record``, and a public verb that reads its options and calls `records.solve`.
+record``, and a public verb that reads its options and calls `solving.solve`.
 """

@@ -13,17 +13,19 @@ import dask.array as da
 import numpy as np
 import xarray as xr
 
-from .. import regions, schema
+from ..bodies.materials import DEFAULT_RANGE
 from ..jobs import lazy as parallel
+from ..jobs.records import BRANCHES, Layout
 from ..kernels.adhesion import cohesive_laws, path
-from ..materials import DEFAULT_RANGE
+from ..scans import regions
 from ..scans.wavelength import later, shortest_wavelength
-from ..units import fraction, positive, whole_number
+from ..vocabulary import schema
+from ..vocabulary.units import fraction, positive, whole_number
 from .cycle import SMOOTH, Adhesion, Cycles, cycles_at, deepest_of, events, reach_of_law, reached, yield_told
 from .elastic import ABOVE_HARDNESS, YIELDED
 from .estimates import tabor
 from .problem import NOT_LOADED, Place, Problem, deepest, need_heights, read_problem
-from .records import BRANCHES, Layout, fields_of, put_fields, solve
+from .solving import fields_of, put_fields, solve
 
 #: Laws of adhesion; "auto" chooses between the first two.
 LAWS_OF_ADHESION = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")

@@ -12,12 +12,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from .. import regions, schema
 from ..jobs import lazy as parallel
+from ..jobs.records import BRANCHES, Layout
 from ..kernels.halfspace import displacement_control, load_control, yielding
-from ..units import fraction, whole_number
+from ..scans import regions
+from ..vocabulary import schema
+from ..vocabulary.units import fraction, whole_number
 from .problem import Place, Problem, Surface, deepest, need_heights, read_problem, surface_at
-from .records import BRANCHES, Layout, fields_of, put_fields, solve
+from .solving import fields_of, put_fields, solve
 
 _STATES = {
     "force": float,

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .. import schema
-from ..catalogue import asperities
+from ..asperity.catalogue import asperities
 from ..kernels.asperity import maugis
-from ..units import positive
+from ..vocabulary import schema
+from ..vocabulary.units import positive
 
 #: P″ of a paraboloid is half of P′ over the depth. Where an elastic sweep has less than half of that P″ (a flat top, or
 #: noise of the mesh), the estimate would divide by nearly zero, and is left out.

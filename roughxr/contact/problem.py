@@ -11,13 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from .. import regions, schema
+from ..bodies.materials import indenter_map
 from ..jobs.lazy import is_lazy
 from ..kernels.halfspace.separation import PROFILES, map_separation, sphere_separation
-from ..materials import indenter_map
-
-#: Choices of where delta = 0.
-DATUMS = ("highest_peak", "first_contact")
+from ..scans import regions
+from ..vocabulary import schema
 
 #: The message where default displacements are wanted of heights that are not in memory; the number of displacements.
 NOT_LOADED = "delta: expected displacements in nm, since the heights are not loaded; give them, or load the scan"
@@ -85,7 +83,7 @@ def read_problem(
     steps = schema.ascending(load, "nN", "load") if by_load else schema.ascending(delta, "nm", "delta")
     if by_load and steps[0] <= 0:
         raise ValueError(f"load: expected positive loads, found {steps[0]:g} nN")
-    schema.one_of(datum, DATUMS, "datum")
+    schema.one_of(datum, schema.DATUMS, "datum")
     (modulus,) = schema.pair(ds, "contact_modulus")
     hardness, assigned = hardness_of(ds)
     return Problem(

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .. import schema
 from ..kernels.adhesion import potentials
 from ..kernels.asperity import ellipse, elliptic_jkr, jkr, maugis
-from ..units import positive
+from ..vocabulary import schema
+from ..vocabulary.units import positive
 
 #: Formulations of an adhesive ellipse.
 FORMULATIONS = ("energy", "self_similar", "johnson_greenwood")

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .. import regions, schema
-from ..catalogue import asperities
+from ..asperity.catalogue import asperities
 from ..jobs import lazy as parallel
-from ..scans import level, smooth
-from ..units import positive
+from ..scans import level, regions, smooth
+from ..vocabulary import schema
+from ..vocabulary.units import positive
 from . import reference
 from .problem import hardness_of
 from .rigid_attraction import length_of

@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from .. import schema
+from ..asperity.asperity_sum import DISTANCE
+from ..bodies.substances import CUT_OFF
 from ..jobs.lazy import is_lazy
 from ..kernels.adhesion import potentials
 from ..kernels.adhesion import rigid as kernels
-from ..substances import CUT_OFF
-from ..units import positive
-from .asperity_sum import DISTANCE
+from ..vocabulary import schema
+from ..vocabulary.units import positive
 from .problem import Problem
 
 #: Laws of attraction, and the limits that keep the bodies apart.

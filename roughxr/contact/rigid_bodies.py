@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .. import regions, schema
+from ..asperity.maps import EVERY_PIXEL
 from ..jobs import lazy as parallel
 from ..kernels.adhesion import potentials
 from ..kernels.adhesion import rigid as kernels
-from ..units import whole_number
-from .maps import EVERY_PIXEL
+from ..scans import regions
+from ..vocabulary import schema
+from ..vocabulary.units import whole_number
 from .problem import NOT_LOADED, Problem, first_touches, indenter_of, read_problem
 from .rigid_attraction import Options, options_of
 from .rigid_map import every_pixel

@@ -8,9 +8,9 @@ import dask
 import numpy as np
 import xarray as xr
 
-from .. import schema
 from ..jobs import lazy as parallel
 from ..kernels.adhesion import rigid as kernels
+from ..vocabulary import schema
 from .problem import Problem
 from .rigid_attraction import BEYOND_EDGE, NEAREST, Options, largest_pull, reach_of
 

@@ -11,14 +11,15 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from .. import schema
 from ..jobs import lazy as parallel
+from ..jobs.records import Layout, labelled
 from ..kernels.adhesion import potentials
 from ..kernels.adhesion import rigid as kernels
 from ..kernels.halfspace import displacement_control
+from ..vocabulary import schema
 from .problem import Place, Problem, Surface, places, surface_at
-from .records import Layout, fields_of, labelled, put_fields, window_axes
 from .rigid_attraction import BEYOND_EDGE, NEAREST, Options, largest_pull, reach_of
+from .solving import fields_of, put_fields, window_axes
 
 #: Gap, in units of the law's length, up to which a cell counts as in contact.
 _TOUCHING = 2.0

@@ -20,8 +20,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from .. import schema
-from ..units import magnitude, positive
+from ..vocabulary import schema
+from ..vocabulary.units import magnitude, positive
 from .loads import AIR_DENSITY, AIR_VISCOSITY, GRAVITY, LIFTS, LOADS, Body, Load, Push
 
 MODES = ("roll", "slide", "lift")

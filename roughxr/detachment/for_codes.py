@@ -14,9 +14,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from .. import schema
-from ..regions import extent
+from ..scans.regions import extent
 from ..statistics import fit, reduction
+from ..vocabulary import schema
 from .balance import expect_moments
 
 #: Shares of the places whose quantiles are given, and the endings of their names.

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import schema
-from ..units import factor, magnitude, positive
+from ..vocabulary import schema
+from ..vocabulary.units import factor, magnitude, positive
 from .loads import AIR_DENSITY, AIR_VISCOSITY, friction_reynolds, lift
 
 #: rms of the removal force over its mean, and frequency of the wall flow in units of u*²/ν.

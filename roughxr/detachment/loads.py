@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import schema
-from ..units import factor, magnitude, positive
+from ..vocabulary import schema
+from ..vocabulary.units import factor, magnitude, positive
 
 #: Air at 20 °C, as Reeks & Hall (2001) took it: kg/m³ and m²/s.
 AIR_DENSITY, AIR_VISCOSITY = 1.181, 1.539e-5

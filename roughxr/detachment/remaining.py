@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .. import schema
 from ..statistics import bootstrap
+from ..vocabulary import schema
 from .balance import Body, Held, body_of, drive_ratios, for_each, held_of, varied_dimension
 from .kinetics import survival
 from .loads import AIR_DENSITY, AIR_VISCOSITY, GRAVITY, LOADS

@@ -12,8 +12,8 @@ import dask
 import numpy as np
 import xarray as xr
 
-from .. import schema
 from .._version import __version__
+from ..vocabulary import schema
 from .work import Work
 
 #: Longer texts are cut in messages.

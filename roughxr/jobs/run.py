@@ -16,7 +16,7 @@ import dask
 import numpy as np
 import xarray as xr
 
-from .. import archive, disk
+from ..files import archive, disk
 from . import lazy as parallel
 from .checkpoint import Checkpoint
 from .executor import Failure, each_finished

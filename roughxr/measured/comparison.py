@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .. import schema
 from ..statistics import bootstrap
 from ..statistics.places import independent_places
 from ..statistics.sampling import Samples, known_samples
-from ..units import fraction, magnitude
+from ..vocabulary import schema
+from ..vocabulary.units import fraction, magnitude
 from .registration import Match, matched
 
 _NAME = "pull_off_force"

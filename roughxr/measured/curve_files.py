@@ -19,7 +19,7 @@ from ..scans import vendor_process
 from ..scans.channel import UnreadableScan, not_installed
 from ..scans.netcdf import HDF5
 from ..scans.plain import decoded, separators
-from ..units import factor, positive
+from ..vocabulary.units import factor, positive
 from . import curve_reader
 from .forces import Calibration, has_units
 

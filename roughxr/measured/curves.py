@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .. import schema
 from ..scans import files
 from ..scans.channel import UnreadableScan
+from ..vocabulary import schema
 from .curve_files import curve_kind, curves_of, opened
 from .forces import Calibration, converts, forces
 from .tables import Column, lengths, place_columns, read_table

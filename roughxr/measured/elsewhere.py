@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .. import schema
-from ..units import fraction
+from ..vocabulary import schema
+from ..vocabulary.units import fraction
 from .comparison import against
 from .fitting import VERBS, fit_work_of_adhesion
 

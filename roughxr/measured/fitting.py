@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .. import schema
+from ..asperity.maps import pull_off_map
 from ..contact.adhesion import adhesive
-from ..contact.maps import pull_off_map
 from ..statistics.sampling import Samples
-from ..units import fraction
+from ..vocabulary import schema
+from ..vocabulary.units import fraction
 from .matching import CHANGE, ln_quantiles, matching, positive_forces, predicted_forces, trade
 
 #: Methods that predict pull-offs.

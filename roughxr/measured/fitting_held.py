@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from .. import schema
+from ..bodies.materials import DEFAULT_RANGE
 from ..contact.adhesion import adhesive
 from ..contact.rigid_bodies import rigid
-from ..materials import DEFAULT_RANGE
 from ..statistics.sampling import Samples
-from ..units import fraction
+from ..vocabulary import schema
+from ..vocabulary.units import fraction
 from .matching import CHANGE, Fitted, matching, positive_forces, predicted_forces, trade
 
 #: A number is not determined by forces that depend on it with a smaller exponent than this.

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from .. import schema
-from ..units import converted, fraction, positive
+from ..vocabulary import schema
+from ..vocabulary.units import converted, fraction, positive
 from .baselines import Baseline, baseline_of, fitted
 from .kept_curves import kept
 

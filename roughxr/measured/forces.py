@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..schema import one_of
-from ..units import factor, positive
+from ..vocabulary.schema import one_of
+from ..vocabulary.units import factor, positive
 
 PULLS = ("positive", "negative")
 

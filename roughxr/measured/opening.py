@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from .. import schema
 from ..scans import files
 from ..scans.channel import Channel, UnreadableScan, along, listing, named
 from ..statistics.sampling import of_a_map
-from ..units import fraction
+from ..vocabulary import schema
+from ..vocabulary.units import fraction
 from .curve_files import calibration, curve_kind, curves_of, opened
 from .force_curves import curves_pull_off
 from .forces import Calibration, converts, forces, magnitudes

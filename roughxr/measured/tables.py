@@ -11,7 +11,7 @@ import numpy as np
 
 from ..scans.channel import UnreadableScan
 from ..scans.plain import decoded, separators
-from ..units import factor
+from ..vocabulary.units import factor
 from .forces import converts
 
 #: "force [nN]", "force (nN)", "force / nN"

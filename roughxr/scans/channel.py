@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..units import factor
+from ..vocabulary.units import factor
 
 
 class UnreadableScan(ValueError):

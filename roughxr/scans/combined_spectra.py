@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..schema import label, pixel, record, validate
-from ..units import positive, whole_number
+from ..vocabulary.schema import label, pixel, record, validate
+from ..vocabulary.units import positive, whole_number
 from .spectra import power_spectrum
 
 #: A scan is used for waves shorter than this part of its side, and longer than this many pixels.

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..units import factor
+from ..vocabulary.units import factor
 from .channel import Channel, is_length
 from .files import file_hash, guarded, labelled, list_channels, reader_of, regular_file, sized
 from .levelling import level

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..schema import label, pixel, record, validate
-from ..units import is_whole, magnitude, positive
+from ..vocabulary.schema import label, pixel, record, validate
+from ..vocabulary.units import is_whole, magnitude, positive
 
 
 def fill(ds: xr.Dataset, *, method: Any = "linear") -> xr.Dataset:

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..disk import as_characters, uninterrupted, whole
-from ..schema import pixel, validate
+from ..files.disk import as_characters, uninterrupted, whole
+from ..vocabulary.schema import pixel, validate
 from .channel import optional
 
 #: Chunks of a native file: a 512 x 512 block of heights is 2 MiB.

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..schema import history, label, pixel, record, validate
-from ..units import factor, magnitude
+from ..vocabulary.schema import history, label, pixel, record, validate
+from ..vocabulary.units import factor, magnitude
 from . import gwyddion, plain, vendors
 from .channel import Channel, UnreadableScan, choose, is_length, listing
 from .netcdf import is_netcdf, open_netcdf, variable_names

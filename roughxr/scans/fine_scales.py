@@ -16,8 +16,8 @@ import numpy as np
 import xarray as xr
 
 from ..kernels.topography.random_surface import HURST, band_limited, fit_k_correlation, k_correlation
-from ..schema import label, pixel, record, square_pixel, validate
-from ..units import magnitude, positive, whole_number
+from ..vocabulary.schema import label, pixel, record, square_pixel, validate
+from ..vocabulary.units import magnitude, positive, whole_number
 from . import wavelength
 
 #: Longest waves that the model is fitted to, over the shortest that the scan shows: longer ones are spoiled by
@@ -307,7 +307,7 @@ def smooth(ds: xr.Dataset, *, shortest: Any) -> xr.Dataset:
 def _without_short_waves(height: np.ndarray, steps: tuple[float, float], shortest: float) -> np.ndarray:
     from scipy.fft import dctn, idctn
 
-    from ..schema import finite
+    from ..vocabulary.schema import finite
 
     along = (np.arange(n) / (2 * n * step) for n, step in zip(height.shape, steps))
     waves = dctn(finite(height).astype(float), norm="ortho")

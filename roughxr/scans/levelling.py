@@ -16,8 +16,8 @@ import xarray as xr
 from dask import is_dask_collection
 from numpy.polynomial import legendre
 
-from ..schema import label, record, validate
-from ..units import magnitude, whole_number
+from ..vocabulary.schema import label, record, validate
+from ..vocabulary.units import magnitude, whole_number
 
 #: Number of times that a background is fitted again without the heights that exceeded the last one.
 ROUNDS = 5

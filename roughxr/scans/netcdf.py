@@ -15,8 +15,8 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from ..schema import spacing
-from ..units import factor
+from ..vocabulary.schema import spacing
+from ..vocabulary.units import factor
 from .channel import UnreadableScan, is_length
 from .plausibility import refuse_absurd
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..units import factor
+from ..vocabulary.units import factor
 from .channel import Channel, UnreadableScan, direction_in
 
 NPY = b"\x93NUMPY"

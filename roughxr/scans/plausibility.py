@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..schema import pixel
+from ..vocabulary.schema import pixel
 from .channel import UnreadableScan
 
 #: Where neighbouring pixels correlate less than this, the data are garbled, or noise alone.

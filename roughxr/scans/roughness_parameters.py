@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..schema import label, pixel, record, validate
+from ..vocabulary.schema import label, pixel, record, validate
 from .levelling import level
 from .spectra import autocorrelation, power_spectrum
 

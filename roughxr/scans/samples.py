@@ -6,8 +6,8 @@ from pathlib import Path
 
 import xarray as xr
 
-from .. import schema
-from ..disk import opened
+from ..files.disk import opened
+from ..vocabulary import schema
 
 #: Beside the modules in an installed package, beside the package in a checkout.
 _FOLDERS = (Path(__file__).parents[1] / "datasets", Path(__file__).parents[2] / "datasets")

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ..schema import label, pixel, validate
+from ..vocabulary.schema import label, pixel, validate
 
 #: Share of missing pixels above which there is no spectrum.
 MOST_MISSING = 0.01

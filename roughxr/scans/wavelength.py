@@ -20,7 +20,7 @@ import dask.array as da
 import numpy as np
 import xarray as xr
 
-from ..schema import pixel, validate
+from ..vocabulary.schema import pixel, validate
 from .parts import taker
 
 #: Share of the mean square curvature that shorter waves may have.

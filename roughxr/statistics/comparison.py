@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from .. import schema
-from ..contact.records import loading
+from ..jobs.records import loading
+from ..vocabulary import schema
 
 
 def compare(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> xr.Dataset:

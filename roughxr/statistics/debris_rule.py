@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .. import schema
+from ..vocabulary import schema
 from .sampling import sample_dimension
 
 #: Median absolute deviations above the median: four standard deviations of a normal law.

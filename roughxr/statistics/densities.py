@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .. import schema
+from ..vocabulary import schema
 from .sampling import Samples, per, samples
 
 #: Variables that cannot be negative: a kernel estimate must not extend below zero.

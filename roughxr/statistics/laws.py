@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from .. import schema
+from ..vocabulary import schema
 from .sampling import samples
 
 

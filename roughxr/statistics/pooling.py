@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from .. import schema
-from ..units import fraction
+from ..vocabulary import schema
+from ..vocabulary.units import fraction
 from .sampling import SAMPLES, of_a_map
 from .uncertainty import bootstrap
 

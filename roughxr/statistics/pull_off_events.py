@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .. import schema
 from ..contact.estimates import elastic_pull_off
+from ..vocabulary import schema
 
 #: Further variables of a cycle's pull-off.
 _OF_CYCLES = ("pull_off_resolution", "pull_off_error", "refinement")

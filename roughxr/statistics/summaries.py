@@ -8,7 +8,7 @@ from typing import Any
 
 import xarray as xr
 
-from .. import schema
+from ..vocabulary import schema
 from .sampling import SAMPLES, of_a_map, warn_of_missing
 
 

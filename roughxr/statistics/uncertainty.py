@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from .. import schema
+from ..vocabulary import schema
 from .places import block_side, blocks, independent_places
 from .sampling import Samples, other_dimensions, samples
 
@@ -304,7 +304,7 @@ def _one_drawn(members: list[np.ndarray], size: int, rng) -> np.ndarray:
 
 
 def _resampling(found: Samples, block: Any, within: Samples | None = None) -> Resampling:
-    from ..units import positive
+    from ..vocabulary.units import positive
 
     effective = independent_places(found.values, found.places)
     if within is not None:

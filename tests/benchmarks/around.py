@@ -16,7 +16,7 @@ import roughxr
 from roughxr.kernels.topography.envelope import asperity_rows, upper_envelope
 from roughxr.kernels.topography.paraboloid import fit_paraboloids
 from roughxr.kernels.topography.peaks import find_peaks
-from roughxr.synthetic import self_affine
+from roughxr.scans.synthetic import self_affine
 
 PIXEL = 10.0
 

@@ -29,7 +29,7 @@ from roughxr.jobs import lazy as parallel
 from roughxr.kernels.halfspace import displacement_control as kalker
 from roughxr.kernels.halfspace.load_control import loaded
 from roughxr.kernels.halfspace.love import love_coefficients
-from roughxr.synthetic import self_affine
+from roughxr.scans.synthetic import self_affine
 
 DX, RADIUS, MODULUS = 9.77, 3000.0, 39.4
 DELTAS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.5, 15.0, 17.5, 20.0)
@@ -222,8 +222,8 @@ def show_speed_up(name, run, repeat):
 
 def bare_kernels(scan):
     """Return the same job as a loop over kernels on windows cut beforehand."""
-    from roughxr import regions
     from roughxr.kernels.halfspace.separation import SPHERE, sphere_separation
+    from roughxr.scans import regions
 
     z, dx = scan.height.values, float(scan.x[1] - scan.x[0])
     windows, _ = regions.windows(scan, regions.centres(scan, (8, 8)), np.sqrt(2 * RADIUS * DELTAS[-1]))

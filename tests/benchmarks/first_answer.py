@@ -56,7 +56,7 @@ def command(arguments, cache):
 
 #: The paper's command: whole, and at one place.
 COMMANDS = {
-    "paper": "import sys; from roughxr.analysis import paper; paper(sys.argv[1])",
+    "paper": "import sys; from roughxr.runs.analysis import paper; paper(sys.argv[1])",
     "place": """if True:
         import sys
         from roughxr import analysis

@@ -13,7 +13,7 @@ import warnings
 import numpy as np
 
 import roughxr
-from roughxr import regions
+from roughxr.scans import regions
 
 
 def surfaces():

@@ -15,8 +15,8 @@ import dask
 import numpy as np
 
 import roughxr
-from roughxr.contact.asperity_sum import FORMULATIONS, LAWS, catalogue_field, options_of
-from roughxr.contact.maps import pull_off_map
+from roughxr.asperity.asperity_sum import FORMULATIONS, LAWS, catalogue_field, options_of
+from roughxr.asperity.maps import pull_off_map
 from roughxr.kernels.asperity import superposition as kernel
 
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}

@@ -6,7 +6,7 @@ adhesive simulation (Griffith's limit) at the same four places, each pressed 1 n
 
 ``--measure`` computes what ``datasets/superposition_family.csv`` lacks, a row for each surface and pair, for so many
 seconds of processor time. Then the sums are made anew on all rows, and printed: the rule that `superpose` carries
-(`roughxr.contact.expectation`), from the group "made", beside its scatter on the group "held", of other spectra; what
+(`roughxr.asperity.expectation`), from the group "made", beside its scatter on the group "held", of other spectra; what
 numbers that are known beforehand would add to it; what wider patches do; and the glass twin, whose direct pull-off
 (pressed 4 nm, 64 places, half the pixel) is measured with ``--twin``, some minutes. ``--scans`` does the same on
 measured scans, four places under each pair, on which nothing was tuned: the rule is tried, not made.
@@ -26,13 +26,13 @@ import numpy as np
 import pandas as pd
 
 import roughxr
-from roughxr.contact import expectation
+from roughxr.asperity import expectation
+from roughxr.asperity.maps import pull_off_map
+from roughxr.asperity.superposition import superpose
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.estimates import tabor
-from roughxr.contact.maps import pull_off_map
-from roughxr.contact.superposition import superpose
+from roughxr.scans.synthetic import self_affine
 from roughxr.statistics import smooth_pull_off
-from roughxr.synthetic import self_affine
 
 TABLE = Path(__file__).parents[2] / "datasets" / "superposition_family.csv"
 PIXEL, PIXELS = 8.0, 128

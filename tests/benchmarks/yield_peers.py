@@ -25,7 +25,7 @@ PEERS = ("contactmechanics", "tamaas")
 
 def window():
     """Return the separation (nm) of a self-affine window of 64 × 64 cells under the sphere."""
-    from roughxr.synthetic import self_affine
+    from roughxr.scans.synthetic import self_affine
 
     options = {"rms": 3.5, "hurst": 0.8, "rolloff": 128 * DX, "cutoff": 4 * DX, "seed": 2026}
     tile = self_affine((128, 128), DX, **options).height.values[32:96, 32:96]

@@ -29,7 +29,7 @@ from roughxr.kernels.halfspace import displacement_control as kalker
 from roughxr.kernels.halfspace.load_control import loaded_arrays
 from roughxr.kernels.halfspace.products import coefficients_for
 from roughxr.kernels.halfspace.yielding import residual_heights
-from roughxr.synthetic import self_affine
+from roughxr.scans.synthetic import self_affine
 
 DX, RADIUS, MODULUS = 9.77, 3000.0, 39.4
 DELTAS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.5, 15.0, 17.5, 20.0)

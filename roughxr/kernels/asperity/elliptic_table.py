@@ -25,7 +25,13 @@ import numpy as np
 
 from roughxr.kernels.asperity import jkr
 from roughxr.kernels.asperity.ellipse import axis_ratio
-from roughxr.kernels.asperity.elliptic_jkr import FORMULATIONS, contact_at, end_of_branch, largest_tension, stable_state
+from roughxr.kernels.asperity.elliptic_jkr import (
+    FORMULATIONS,
+    contact_at,
+    end_of_branch,
+    largest_tension,
+    stable_state,
+)
 from roughxr.kernels.jit import kernel
 
 LARGEST_RATIO = 1e4

@@ -1,0 +1,168 @@
+"""What all sums over asperities share: the options of a law, the asperities as plain arrays, and the largest pull."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ..kernels.asperity import largest_pull
+from ..kernels.asperity import superposition as sums
+from ..kernels.asperity.laws import ASPERITY_LAWS, AsperityLaw, asperities_scales
+from ..kernels.asperity.laws import law as read_law
+from ..kernels.halfspace.separation import PROFILES
+from ..vocabulary import schema
+from ..vocabulary.units import positive
+from .catalogue import asperities
+
+#: The laws with adhesion, and all laws.
+ADHESIVE = ("jkr", "maugis")
+LAWS = (*ADHESIVE, "hertz")
+
+#: Formulations of adhesion on an elliptic asperity, for the law "jkr".
+FORMULATIONS = ASPERITY_LAWS[1:]
+
+#: The default formulation, and the one used by "maugis" for the shape of its ellipses: only these may go with "maugis".
+DEFAULT, _OF_MAUGIS = "energy", "self_similar"
+
+#: Default of z₀, nm.
+DISTANCE = 0.3
+
+#: The record of the largest pull at one contact centre.
+PULL_OFF = np.dtype([("pull_off_force", float), ("pull_off_delta", float), ("contacts", int), ("truncated", bool)])
+
+
+class Options(NamedTuple):
+    """How asperities adhere, and what is pressed against them."""
+
+    law: str  # name of the kernel's law
+    equilibrium_distance: float  # nm, NaN for a law without range
+    composite: bool
+    profile: int
+    first_contact: bool
+    radius: float
+    contact_modulus: float
+    work_of_adhesion: float
+
+    def kernel_law(self) -> AsperityLaw:
+        """Return the law in the form that the kernels take."""
+        return read_law(self.law, self.equilibrium_distance) if self.law == "maugis" else read_law(self.law)
+
+
+def options_of(ds, law, formulation, equilibrium_distance, datum, profile) -> Options:
+    """Return the options of a sum over asperities; raise where they do not go together."""
+    distance = _checked(law, formulation, equilibrium_distance)
+    schema.one_of(datum, schema.DATUMS, "datum")
+    schema.one_of(profile, PROFILES, "profile")
+    if "indenter_height" in ds:
+        raise ValueError("expected a sphere (assign_pair with sphere_radius), found an indenter's map; use direct")
+    radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
+    return Options(
+        law=formulation if law == "jkr" else law,
+        equilibrium_distance=distance,
+        composite=formulation != "published",
+        profile=PROFILES[profile],
+        first_contact=datum == "first_contact",
+        radius=radius,
+        contact_modulus=modulus,
+        work_of_adhesion=0.0 if law == "hertz" else schema.pair(ds, "work_of_adhesion")[0],
+    )
+
+
+def _checked(law: str, formulation: str, equilibrium_distance: Any) -> float:
+    """Return z₀ in nm, NaN for a law without range; raise where law, formulation and z₀ do not go together."""
+    if law in FORMULATIONS or formulation in LAWS:
+        raise ValueError(
+            f"law: expected one of {', '.join(map(repr, LAWS))}, and formulation one of "
+            f"{', '.join(map(repr, FORMULATIONS))}, found law={law!r}, formulation={formulation!r}"
+        )
+    schema.one_of(law, LAWS, "law")
+    schema.one_of(formulation, FORMULATIONS, "formulation")
+    distance = positive(equilibrium_distance, "nm", "equilibrium_distance")
+    if law != "maugis":
+        if distance != DISTANCE:
+            raise ValueError(f"equilibrium_distance: expected for law='maugis' alone, found {distance:g} for {law!r}")
+        return np.nan
+    if formulation not in (DEFAULT, _OF_MAUGIS):
+        raise ValueError(
+            f"formulation: expected none beside law='maugis', found {formulation!r}; take law='jkr' for it"
+        )
+    return distance
+
+
+def law_of(law: str, formulation: str, options: Options) -> dict[str, Any]:
+    """Return the law's name and its parameters as attributes of a result."""
+    if law == "maugis":
+        return {"law": law, "formulation": _OF_MAUGIS, "equilibrium_distance": options.equilibrium_distance}
+    return {"law": law, "formulation": formulation}
+
+
+def fit_of(law: str | None) -> dict[str, str]:
+    """Return the options for finding a scan's asperities: the paper's for the paper's own law, else the defaults."""
+    return {"patch": "paper", "vertex": "pixel"} if law == "published" else {}
+
+
+def catalogue_of(ds: xr.Dataset, options: Options) -> xr.Dataset:
+    """Return the asperities of a scan, or the catalogue itself where one is given."""
+    return ds if "asperity" in ds.dims else asperities(ds, **fit_of(options.law))
+
+
+def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
+    """Return the asperities that are peaks, the half-width of their patch, and the number left out.
+
+    The law decides whether the sphere's curvature is added to that of the asperities.
+    """
+    catalogue = catalogue_of(ds, options)
+    A, B = composite_curvatures(catalogue, options)
+    scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, options.kernel_law())
+    x, y = catalogue["x"].values, catalogue["y"].values
+    depth = float(catalogue["datum_height"]) - catalogue["height"].values
+    at_edge = catalogue["edge"].values.astype(float) if "edge" in catalogue else np.zeros(x.size)
+    peaks = np.isfinite(scales.P)
+    kept = [array[peaks] for array in (x, y, depth, catalogue["orientation"].values, at_edge)]
+    scales = type(scales)(*(array[peaks] for array in scales))
+    return sums.Field(*kept, _neighbours(*kept[:2]), scales), float(catalogue["patch_radius"]), int((~peaks).sum())
+
+
+def composite_curvatures(catalogue: xr.Dataset, options: Options) -> tuple[np.ndarray, np.ndarray]:
+    """Return half the principal curvatures (nm⁻¹) of each asperity, with the sphere's where the law adds it."""
+    sphere = 0.5 / options.radius if options.composite else 0.0
+    return tuple(0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
+
+
+def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return the indices of the points nearest to each point, −1 where there are fewer."""
+    from scipy.spatial import cKDTree
+
+    points, count = np.c_[x, y], min(sums.NEIGHBOURS, max(x.size - 1, 0))
+    out = np.full((x.size, sums.NEIGHBOURS), -1, np.intp)
+    if count:
+        quickly_made = {"balanced_tree": False, "compact_nodes": False}
+        nearest = cKDTree(points, **quickly_made).query(points, k=count + 1)[1]
+        itself = nearest == np.arange(x.size)[:, None]
+        itself[~itself.any(axis=1), -1] = True  # where several points coincide, another one may come first
+        out[:, :count] = nearest[~itself].reshape(x.size, count)
+    return out
+
+
+def asperity_grid(ds: xr.Dataset, options: Options) -> largest_pull.AsperityGrid:
+    """Return the asperities of a scan or a catalogue as the grid in which the largest pull is searched."""
+    return grid_of(catalogue_field(ds, options), options)
+
+
+def grid_of(prepared: tuple, options: Options) -> largest_pull.AsperityGrid:
+    """Return the asperities of `catalogue_field` as the grid in which the largest pull is searched."""
+    return largest_pull.build_grid(prepared[0], options.kernel_law(), options.radius, options.profile)
+
+
+def largest_pulls(x: np.ndarray, y: np.ndarray, grid: largest_pull.AsperityGrid, options: Options) -> np.ndarray:
+    """Return the exact pull-off at each centre, records of ``PULL_OFF``; NaN where nothing pulls."""
+    found = largest_pull.pull_offs(x, y, grid, options.kernel_law().spline, options.radius, options.profile)
+    force, delta = -found[:, largest_pull.FORCE], found[:, largest_pull.DELTA]
+    records = np.zeros(x.size, PULL_OFF)
+    records["pull_off_force"] = np.where(force > 0, force, np.nan)
+    records["pull_off_delta"] = delta - found[:, largest_pull.FIRST_TOUCH] if options.first_contact else delta
+    records["contacts"] = found[:, largest_pull.CONTACTS]
+    records["truncated"] = found[:, largest_pull.AT_EDGE] > 0
+    return records

@@ -1,0 +1,379 @@
+"""Asperities: the peaks of a scan, each with the paraboloid that fits it best.
+
+The catalogue keeps what superposition needs of its scan: the datum, the outer edges, and the size of the fitted patch.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+from itertools import accumulate
+from typing import Any, NamedTuple
+
+import dask
+import dask.array as da
+import numpy as np
+import xarray as xr
+
+from ..kernels.asperity.ellipse import shape
+from ..kernels.jit import kernel
+from ..kernels.topography.tile_stitching import HALO, Frame, ScanPeaks, Tile, join_tiles, search_finer, search_tile
+from ..scans import regions, wavelength
+from ..scans.parts import taker
+from ..scans.wavelength import Waves
+from ..vocabulary import schema
+from ..vocabulary.units import is_whole, positive
+
+#: Least number of pixels along a side of a tile: rims and tasks of smaller ones would cost more than their heights.
+_SIDE = 256
+
+#: Pixels along a side of the paper's patch.
+PAPER_PATCH = 5
+
+#: Largest patch, as a part of the shortest wave. A narrower one gives the curvature at the very vertex, which a contact
+#: outgrows: sums over asperities fall short of the adhesive simulation, while patches over whole waves exceed it.
+_OF_A_WAVE = 0.75
+
+#: Least number of pixels in the shortest wave for which a scan resolves it; with fewer, no spline can interpolate.
+RESOLVED = 2.0
+
+#: Least number of pixels along a side of a patch; the number from which on pixels are not refined; and the largest.
+_FEWEST, _COARSE, _MOST = 3, 5, 31
+
+#: Largest refinement of the pixels, and how near the patch must come to the wanted width.
+_LIMIT, _NEAR = 16, 0.8
+
+#: Largest residual of a fit, as a part of the paraboloid's own drop across the patch; above it the fit is poor.
+POOR_FIT = 0.15
+
+#: Variables of a catalogue that have the same names in the fit.
+_FITTED = (
+    "height",
+    "curvature_min",
+    "curvature_max",
+    "orientation",
+    "fit_rms",
+    "saddle",
+    "edge",
+    "vertex_fixed",
+)
+
+
+class _Request(NamedTuple):
+    """A scan's pixels, and the options with which its asperities are fitted."""
+
+    shape: tuple[int, int]
+    pixel: tuple[float, float]  # nm
+    patch: Any  # "auto", pixels (int) or nm (float)
+    vertex: str
+
+
+class _Setup(NamedTuple):
+    """What all tiles share."""
+
+    frame: Frame  # on the finer pixels
+    refine: int  # refinement of these pixels
+    waves: Waves | None
+
+
+def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -> xr.Dataset:
+    """Return the catalogue of a scan's asperities.
+
+    A peak is a pixel, or a plateau of equal pixels, higher than all its neighbours; a plateau is one peak.
+    Its paraboloid is the least-squares fit to a square patch around it.
+
+    A paraboloid has the summit's curvature only if the patch is narrower than the shortest wave that makes up the
+    summit: fitted over two waves it is several times too flat, and the asperity's pull too strong.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan. A lazy one is read now, since only then the number of asperities is known: tile by tile, each chunk
+        once, with bit for bit the same result; with ``patch="auto"`` parts of it are read once more, before. Held in
+        memory, besides the catalogue, are one tile for each of dask's threads, and the heights near the seams between
+        tiles and around flat tops that reach across one.
+    patch : "auto", "paper", int or length
+        Side of the fitted patch. "auto": at most three quarters of the `shortest_wavelength`, as an odd number of
+        pixels from 3 to 31; where this is less than three pixels, or cannot be met closely, heights are interpolated by
+        splines on finer pixels, on which peaks are searched and fitted. A scan whose shortest wave is below two pixels
+        cannot be interpolated, and is fitted on 3 × 3 of its own pixels. "paper": 5 × 5 pixels. An odd whole number, at
+        least 3: this many pixels. A length such as "15 nm": the largest patch that does not exceed it.
+    vertex : {"fitted", "pixel"}
+        Let the fit place the vertex, between pixels, or fix it at the peak's pixel, as the paper does.
+        A free fit that is no summit, or more than one pixel away, is replaced by a fixed one (``vertex_fixed``).
+
+    Returns
+    -------
+    Dataset
+        Along ``asperity``: ``height`` of the vertex (nm), principal curvatures ``curvature_min`` ≤
+        ``curvature_max`` (nm⁻¹, positive for a peak), ``orientation`` of the flattest direction (rad),
+        ``axis_ratio`` λ = b/a of the Hertz ellipse (NaN for a saddle), ``fit_rms`` (nm), ``plateau_size``, the
+        flags ``saddle``, ``edge``, ``vertex_fixed``; coordinates ``x``, ``y`` of the vertex (nm). The scalar
+        coordinates ``patch_radius`` and, with "auto", ``shortest_wavelength``, ``pixel`` (nm) and
+        ``rms_slope`` say how the fit was made.
+
+    Raises
+    ------
+    ValueError
+        If the scan is not one, has missing pixels, or the patch is even, larger than the scan, or a length of less than
+        a fifth of a pixel.
+
+    Warns
+    -----
+    UserWarning
+        If at least half of the patches are poorly fitted by a paraboloid (`poorly_fitted`), unless the patch is
+        "paper".
+
+    References
+    ----------
+    Cheng, Dunn & Brach, eqs. 25–34 (the printed dz/dx² holds for heights in counts, and arctan loses the
+    quadrant).
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> catalogue = asperities(roughxr.open_sample("glass"))
+    >>> bool((catalogue.curvature_min <= catalogue.curvature_max).all())
+    True
+    """
+    ds, asked = _prepared(ds, patch, vertex)
+    setup = _setup(asked, wavelength.waves(ds) if asked.patch == "auto" else None)
+    if ds["height"].chunks:
+        out = _set_up_later(ds, setup).compute()
+    else:
+        out = _catalogue(_searched(ds["height"].values, setup), _without_maps(ds), setup)
+    if not (isinstance(patch, str) and patch == "paper"):
+        _warn(out)
+    return out
+
+
+def later(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -> Any:
+    """Return `asperities` of a lazy scan as a dask task that is still to be computed.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan.
+    patch, vertex
+        As for `asperities`.
+
+    Returns
+    -------
+    dask.delayed.Delayed
+    """
+    ds, asked = _prepared(ds, patch, vertex)
+    if asked.patch != "auto":
+        return _set_up_later(ds, _setup(asked, None))
+    height = da.asarray(ds["height"].data)
+    setup = dask.delayed(_setup, pure=False)(asked, wavelength.later(height, asked.pixel))
+    return dask.delayed(_catalogue)(_searched_finer_later(height, setup), _without_maps(ds), setup)
+
+
+def _set_up_later(ds: xr.Dataset, setup: _Setup) -> Any:
+    search = _searched_later if setup.refine == 1 else _searched_finer_later
+    return dask.delayed(_catalogue)(search(da.asarray(ds["height"].data), setup), _without_maps(ds), setup)
+
+
+def _prepared(ds: xr.Dataset, patch: Any, vertex: str) -> tuple[xr.Dataset, _Request]:
+    ds = schema.validate(ds, "scan")
+    schema.one_of(vertex, ("fitted", "pixel"), "vertex")
+    return ds, _Request(ds["height"].shape, schema.pixel(ds), _patch(ds, patch), vertex)
+
+
+def _setup(asked: _Request, waves: Waves | None) -> _Setup:
+    """Return the set-up of the search for the waves of a scan; None where these were not needed."""
+    patch = asked.patch
+    if patch == "auto":
+        resolved = waves.shortest >= RESOLVED * max(asked.pixel)
+        patch = _OF_A_WAVE * waves.shortest if resolved else _FEWEST
+    count, refine = (patch, 1) if isinstance(patch, int) else _pixels(patch, asked)
+    shape = tuple(refine * (n - 1) + 1 for n in asked.shape) if refine > 1 else asked.shape
+    frame = Frame(shape, tuple(step / refine for step in asked.pixel), count, asked.vertex)
+    return _Setup(frame, refine, waves)
+
+
+def _pixels(width: float, asked: _Request) -> tuple[int, int]:
+    """Return the pixels of a patch, an odd number, and the refinement of the scan's pixels, for a width in nm.
+
+    The first refinement for which a patch of at least three pixels comes within `_NEAR` of the width, from below.
+    """
+    pixels = width / max(asked.pixel) * (1 + 1e-9)
+    most = int(min(pixels, _MOST, *asked.shape))
+    if most >= _COARSE:
+        return most - (most + 1) % 2, 1
+    for refine in range(1, _LIMIT + 1):
+        count = int(refine * pixels)
+        count -= (count + 1) % 2
+        if count >= _FEWEST and count >= _NEAR * refine * pixels:
+            return count, refine
+    return _FEWEST, _LIMIT
+
+
+def _without_maps(ds: xr.Dataset) -> xr.Dataset:
+    """Return the axes, scalars and attributes of a scan without its maps, for tasks to carry along."""
+    return ds.coords.to_dataset().assign_attrs(ds.attrs)
+
+
+def _searched_later(height: da.Array, setup: _Setup) -> Any:
+    """Return the peaks of lazy heights, as one task after those of the tiles."""
+    frame = setup.frame
+    sizes = [_joined_sizes(chunks, max(_SIDE, frame.patch)) for chunks in height.chunks]
+    x, y = ([0, *accumulate(n)] for n in sizes)
+    blocks = height.rechunk(tuple(sizes), method="tasks").to_delayed()
+    search, join = (dask.delayed(function, pure=False) for function in (search_tile, join_tiles))
+    return join([[search(block, (i, j), frame) for block, j in zip(row, y)] for row, i in zip(blocks, x)], frame)
+
+
+def _searched(height: np.ndarray, setup: _Setup) -> ScanPeaks:
+    """Return the peaks of the heights of a scan."""
+    if setup.refine > 1:
+        return _searched_finer(height, setup)
+    return join_tiles([[search_tile(height, (0, 0), setup.frame)]], setup.frame)
+
+
+def _searched_finer(height: np.ndarray, setup: _Setup) -> ScanPeaks:
+    """Return the peaks on finer pixels, tile by tile: all finer pixels at once would fill the memory."""
+    tiles = [
+        [search_finer(height[part], corner, halo, setup.refine, setup.frame) for part, corner, halo in row]
+        for row in _tiles(height.shape)
+    ]
+    return join_tiles(tiles, setup.frame)
+
+
+def _searched_finer_later(height: da.Array, setup: Any) -> Any:
+    """Return the same for lazy heights, as one task; ``setup`` may be lazy too."""
+    search, join = (dask.delayed(function, pure=False) for function in (_search_finer, _join))
+    take = taker(height)
+    return join(
+        [[search(take(part), corner, halo, setup) for part, corner, halo in row] for row in _tiles(height.shape)],
+        setup,
+    )
+
+
+def _search_finer(height: np.ndarray, corner: tuple, halo: tuple, setup: _Setup) -> Tile:
+    return search_finer(height, corner, halo, setup.refine, setup.frame)
+
+
+def _join(tiles: list[list[Tile]], setup: _Setup) -> ScanPeaks:
+    return join_tiles(tiles, setup.frame)
+
+
+def _tiles(shape: tuple[int, int]) -> list[list[tuple]]:
+    """Return rows of tiles, the same however a scan is chunked: pixels with their halo, first pixel, and halo."""
+    side = max(_SIDE, _MOST)
+    x, y = ([(i, min(i + side, n) if n - i >= 2 * side else n) for i in _starts(n, side)] for n in shape)
+    return [[_with_halo(shape, (i, j), (ends_x, ends_y)) for j, ends_y in y] for i, ends_x in x]
+
+
+def _starts(n: int, side: int) -> range:
+    return range(0, max(n - side, 0) + 1, side)
+
+
+def _with_halo(shape: tuple[int, int], start: tuple[int, int], stop: tuple[int, int]) -> tuple:
+    halo = tuple((min(HALO, i), min(HALO, n - j)) for i, j, n in zip(start, stop, shape))
+    part = tuple(slice(i - low, j + high) for i, j, (low, high) in zip(start, stop, halo))
+    return part, start, halo
+
+
+def _joined_sizes(chunks: Iterable[int], least: int) -> tuple[int, ...]:
+    """Return the sizes of tiles that are whole chunks side by side, with ``least`` pixels or more in each."""
+    out = [0]
+    for size in chunks:
+        if out[-1] >= least:
+            out.append(0)
+        out[-1] += size
+    if len(out) > 1 and out[-1] < least:
+        out[-2:] = [sum(out[-2:])]
+    return tuple(out)
+
+
+def _catalogue(found: ScanPeaks, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
+    """Return the peaks of a scan as a labelled catalogue; the heights in ``ds`` are not needed."""
+    frame = setup.frame
+    schema.none_missing(found.missing, ds.sizes["x"] * ds.sizes["y"])
+    peaks, fit = found.peaks, found.fit
+    out = xr.Dataset({name: ("asperity", getattr(fit, name)) for name in _FITTED})
+    out["plateau_size"] = "asperity", peaks.size
+    out["axis_ratio"] = "asperity", _axis_ratios(fit.curvature_min, fit.curvature_max)
+    places = (
+        ds[axis].values[at // setup.refine] + at % setup.refine * step
+        for axis, at, step in zip("xy", (peaks.ix, peaks.iy), frame.pixel)
+    )
+    x, y = (place + off for place, off in zip(places, (fit.vertex_x, fit.vertex_y)))
+    out = out.assign_coords(
+        asperity=np.arange(peaks.ix.size),
+        x=("asperity", x),
+        y=("asperity", y),
+        datum_height=found.highest,
+        patch_radius=0.5 * frame.patch * max(frame.pixel),
+        **dict(zip(regions.EDGES, regions.extent(ds))),
+        **{name: ds[name] for name in (*schema.TRAVELLING, "subregion_x", "subregion_y") if name in ds.coords},
+    )
+    if setup.waves is not None:
+        known = {"shortest_wavelength": setup.waves.shortest, "rms_slope": setup.waves.slope}
+        out = out.assign_coords(known | {"pixel": max(schema.pixel(ds))})
+    done = {"patch": frame.patch, "refine": setup.refine, "vertex": frame.vertex}
+    return schema.record(schema.label(out), "asperities", ds, **done)
+
+
+def _patch(ds: xr.Dataset, patch: Any) -> Any:
+    """Return "auto", pixels as an int, or nm as a float."""
+    if isinstance(patch, str) and patch in ("auto", "paper"):
+        return "auto" if patch == "auto" else _patch(ds, PAPER_PATCH)
+    most = min(ds.sizes["x"], ds.sizes["y"])
+    if isinstance(patch, str) or hasattr(patch, "units"):
+        finest = _FEWEST * max(schema.pixel(ds)) / _LIMIT
+        if (width := positive(patch, "nm", "patch")) < finest:
+            raise ValueError(
+                f"patch: expected a length of at least {finest:.3g} nm, {_FEWEST}/{_LIMIT} of a pixel, found {patch!r}"
+            )
+        return width
+    if not is_whole(patch) or patch % 2 != 1 or not 3 <= patch <= most:
+        raise ValueError(
+            f"patch: expected 'auto', 'paper', a length such as '15 nm', or an odd number of pixels from 3 to {most}, "
+            f"found {patch!r}"
+        )
+    return int(patch)
+
+
+def poorly_fitted(catalogue: xr.Dataset) -> float:
+    """Return the share of asperities whose patch a paraboloid fits poorly.
+
+    For these the rms residual exceeds `POOR_FIT` of the paraboloid's drop from its vertex to the middle of the patch's
+    sides, as on a patch as wide as the shortest wave or wider.
+
+    Parameters
+    ----------
+    catalogue : Dataset
+        Asperities.
+
+    Returns
+    -------
+    float
+        NaN where there are none.
+    """
+    if catalogue.sizes["asperity"] == 0:
+        return np.nan
+    mean_curvature = 0.5 * np.abs(catalogue["curvature_min"] + catalogue["curvature_max"])
+    fall = 0.5 * mean_curvature * float(catalogue["patch_radius"]) ** 2
+    return float((catalogue["fit_rms"] > POOR_FIT * fall).mean())
+
+
+def _warn(out: xr.Dataset) -> None:
+    share = poorly_fitted(out)
+    if share >= 0.5:
+        auto = "shortest_wavelength" in out.coords
+        remedy = "the scan does not resolve them" if auto else "take patch='auto', which follows the surface"
+        warnings.warn(
+            f"patch: {100 * share:.0f} % of the asperities are no paraboloids on a patch of "
+            f"{2 * float(out['patch_radius']):.3g} nm, and their curvatures not those of the summits; {remedy}",
+            stacklevel=3,
+        )
+
+
+@kernel
+def _axis_ratios(curvature_min, curvature_max):
+    out = np.empty(curvature_min.size)
+    for n in range(out.size):
+        out[n] = shape(curvature_min[n], curvature_max[n])
+    return out

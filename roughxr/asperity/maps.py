@@ -1,0 +1,160 @@
+"""The largest superposed pull at very many places, up to every pixel of a scan, found exactly and without a sweep."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import dask
+import numpy as np
+import xarray as xr
+
+from ..jobs import lazy as parallel
+from ..scans import regions
+from ..vocabulary import schema
+from .asperity_sum import (
+    ADHESIVE,
+    PULL_OFF,
+    Options,
+    asperity_grid,
+    catalogue_of,
+    fit_of,
+    largest_pulls,
+    law_of,
+    options_of,
+)
+from .catalogue import later
+from .expectation import expectation, warn_above_smooth
+
+#: Centres in one task, which then takes some hundredths of a second.
+_TILE = 512
+
+EVERY_PIXEL = "every pixel"
+
+
+def pull_off_map(
+    ds: xr.Dataset,
+    *,
+    subregions: Any = EVERY_PIXEL,
+    law: str = "jkr",
+    formulation: str = "energy",
+    equilibrium_distance: Any = 0.3,
+    datum: str = "highest_peak",
+    profile: str = "sphere",
+    progress: bool = False,
+) -> xr.Dataset:
+    """Return the largest pull of the superposed asperities at each contact centre, whatever the displacement.
+
+    The sum over asperities that `superpose` takes at given displacements is here minimised over all displacements. It
+    is convex between the displacements at which asperities come into contact, and proven bounds tell which of these
+    intervals must be searched, so that the result is the global minimum of the force to rounding. (With law="maugis" to
+    1e-6 of an asperity's own pull, since its tabulated branches are convex only to that accuracy.)
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan, or an asperity catalogue, with an assigned pair and work of adhesion.
+    subregions : "every pixel", (int, int), (array, array) or Dataset
+        Contact centres, see `regions.centres`; every pixel needs a scan.
+    law : {"jkr", "maugis"}
+        Adhesion without range, or with one, see `superpose`.
+    formulation : {"energy", "self_similar", "johnson_greenwood", "published"}
+        With law="jkr": how adhesion acts on an ellipse, see `superpose`.
+    equilibrium_distance : number or quantity
+        With law="maugis": z₀ of the interatomic potential, nm.
+    datum : {"highest_peak", "first_contact"}
+        Where delta = 0, see `superpose`.
+    profile : {"sphere", "parabola"}
+        The exact sphere or Hertz's paraboloid.
+    progress : bool
+        Show progress on standard error.
+
+    Returns
+    -------
+    Dataset
+        ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_delta`` (nm), NaN where nothing pulls;
+        ``contacts``, the number of asperities in contact there, and ``truncated``, whether one of them is at the scan's
+        edge. Along (x, y) of the scan for every pixel, along ``subregion`` otherwise. Lazy where the scan is a dask
+        array.
+
+    Raises
+    ------
+    ValueError
+        If no pair or no work of adhesion is assigned, the indenter is no sphere, or a name is unknown.
+
+    See Also
+    --------
+    superpose : the whole curve of force over displacement.
+    pull_off : the largest pull among the displacements of a sweep.
+
+    References
+    ----------
+    Cheng, Dunn & Brach, eqs. 20–24 and 35.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> found = pull_off_map(scan, subregions=(8, 8))
+    >>> bool((found.pull_off_force > 0).all()), found.pull_off_force.units
+    (True, 'nN')
+    """
+    kind = "asperities" if "asperity" in ds.dims else "scan"
+    ds = schema.validate(ds, kind)
+    schema.one_of(law, ADHESIVE, "law")
+    options = options_of(ds, law, formulation, equilibrium_distance, datum, profile)
+    pixels = isinstance(subregions, str)
+    positions = _pixels(ds, subregions) if pixels else regions.centres(ds, subregions)
+    lazy = parallel.is_lazy(ds)
+    later_on = lazy and kind == "scan"
+    catalogue = later(ds, **fit_of(options.law)) if later_on else catalogue_of(ds, options)
+    grid = dask.delayed(asperity_grid)(catalogue, options) if later_on else asperity_grid(catalogue, options)
+    out = _labelled(_records(positions, grid, options), ds)
+    out = _on_pixels(out, ds) if pixels else out.assign_coords(positions.coords)
+    named = law_of(law, formulation, options)
+    out.attrs = {"datum": datum, "method": "superpose", **named, "missing": "NaN where no displacement pulls"}
+    if not later_on:
+        out.attrs |= expectation(catalogue, options.law)
+    arguments = {"subregions": subregions, **named, "datum": datum, "profile": profile}
+    out = schema.record(schema.label(out), "pull_off_map", ds, **arguments)
+    out = parallel.finish(out, lazy=lazy, progress=progress)
+    if not lazy:
+        warn_above_smooth(out["pull_off_force"].values, catalogue, law)
+    return out
+
+
+def _pixels(ds: xr.Dataset, subregions: str) -> xr.Dataset:
+    schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
+    if "x" not in ds.dims:
+        raise ValueError(f"subregions={EVERY_PIXEL!r}: expected a scan, found a catalogue, which has no pixels")
+    x, y = np.meshgrid(ds["x"].values, ds["y"].values, indexing="ij")
+    return xr.Dataset(coords={"subregion_x": ("subregion", x.ravel()), "subregion_y": ("subregion", y.ravel())})
+
+
+def _records(positions: xr.Dataset, grid: Any, options: Options) -> Any:
+    """Return one record for each centre, computed or lazy."""
+    x, y = (positions[name].values.astype(float) for name in ("subregion_x", "subregion_y"))
+    tiles = [(x[k : k + _TILE], y[k : k + _TILE]) for k in range(0, x.size, _TILE)]
+    each = min(_TILE, x.size)
+    record = np.dtype((PULL_OFF, (each,)))
+    records = parallel.spread(_tile, tiles, record, grid, options, each, name="pull_off_map", each=each)
+    return records.reshape(-1)[: x.size]
+
+
+def _tile(x: np.ndarray, y: np.ndarray, grid: Any, options: Options, size: int) -> np.ndarray:
+    """Return the records of one tile, padded to its full size."""
+    records = np.zeros(size, PULL_OFF)
+    records[: x.size] = largest_pulls(x, y, grid, options)
+    return records
+
+
+def _labelled(records: Any, ds: xr.Dataset) -> xr.Dataset:
+    out = xr.Dataset({name: ("subregion", records[name]) for name in PULL_OFF.names})
+    return out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
+
+
+def _on_pixels(out: xr.Dataset, ds: xr.Dataset) -> xr.Dataset:
+    """Return variables along (x, y) that lie along ``subregion``, one for each pixel."""
+    shape = ds.sizes["x"], ds.sizes["y"]
+    folded = {name: (("x", "y"), array.data.reshape(shape)) for name, array in out.data_vars.items()}
+    return xr.Dataset(folded, coords={**out.coords, "x": ds["x"], "y": ds["y"]})

@@ -1,0 +1,316 @@
+"""`rolling`: the moment that resists rolling, by direction, from asperities or from the adhesive simulation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import dask
+import numpy as np
+import xarray as xr
+
+from ..jobs import lazy as parallel
+from ..jobs.records import Layout, labelled
+from ..kernels.asperity import rotation
+from ..kernels.asperity import superposition as sums
+from ..scans import regions
+from ..vocabulary import schema
+from ..vocabulary.units import is_whole, magnitude
+from .asperity_sum import (
+    ADHESIVE,
+    DEFAULT,
+    DISTANCE,
+    Options,
+    catalogue_field,
+    catalogue_of,
+    fit_of,
+    grid_of,
+    largest_pulls,
+    law_of,
+    options_of,
+)
+from .catalogue import later
+
+_FOUND = ("resisting_moment", "hinge_distance", "tipping_pull", "tipping_hinge_distance")
+_STATES = {name: float for name in (*_FOUND, "lever")}
+_EVENTS = {
+    "pull_off_force": float,
+    "pull_off_delta": float,
+    "contact_area": float,
+    "weakest_direction": float,
+    "stiffest_direction": float,
+}
+_OF_ASPERITIES = {"rest_delta": float, "contacts": int, "truncated": bool}
+
+#: Why a number is missing, by the kind of input.
+_MISSING = {
+    "superpose": "NaN where nothing is in contact under this load, or nothing pulls",
+    "adhesive": "NaN where no state of the retraction is in contact",
+}
+
+#: Largest gap (nm), due to rounding, of cells of the simulation that are in contact.
+_CLOSED = 1e-6
+
+
+def rolling(
+    ds: xr.Dataset,
+    *,
+    directions: Any = 24,
+    load: Any = 0.0,
+    subregions: Any = None,
+    law: str = "jkr",
+    formulation: str = DEFAULT,
+    equilibrium_distance: Any = DISTANCE,
+    profile: str = "sphere",
+    progress: bool = False,
+) -> xr.Dataset:
+    """Return the largest moment that contact, adhesion and load resist as the sphere begins to roll, by direction.
+
+    From a scan or a catalogue: the sphere rests on its asperities under ``load``, then turns as a rigid body about the
+    foremost edge of its contact, and the asperities behind let go one after the other. The largest moment on the way
+    is the resisting moment. The reaction acts at the foremost edge, which draws back as the contact there shrinks.
+    Asperities further ahead, onto which the sphere would come down, are left out.
+
+    From a solution by `adhesive` with fields: the largest moment about the foremost cell in contact, over the states of
+    the retraction. Each state is an equilibrium between the pull on the sphere and a push at that edge, so that the
+    contact resists at least its moment; what more it would resist when turned rather than lifted is not counted.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan or an asperity catalogue with an assigned pair, or a solution by `adhesive` with ``fields=True``.
+    directions : int or array_like
+        Directions of rolling: a number of them, spaced evenly, or angles from x towards y, rad.
+    load : number or quantity
+        Force on the sphere's axis as it begins to roll, nN, positive pushes; for example its weight. It must be
+        positive where nothing adheres (law="hertz").
+    subregions : (int, int), (array, array) or Dataset, optional
+        Contact centres, see `regions.centres`; not for a solution, which has its own.
+    law : {"jkr", "maugis", "hertz"}
+    formulation : str
+    equilibrium_distance : number or quantity
+    profile : {"sphere", "parabola"}
+        As in `superpose`; not for a solution.
+    progress : bool
+        Show a bar while computing.
+
+    Returns
+    -------
+    Dataset
+        Along (subregion, direction): ``resisting_moment`` (nN nm), negative where the sphere rolls off by itself;
+        ``hinge_distance`` (nm) from the sphere's axis to the edge at that moment, negative where the axis lies beyond
+        it; ``lever`` (nm), the moment over the pull-off force; ``tipping_pull`` (nN), the pull at the axis that alone
+        tips the sphere, inf where none does, and ``tipping_hinge_distance`` (nm), the edge's distance then. Along
+        subregion: ``weakest_direction`` and ``stiffest_direction`` (rad), ``pull_off_force`` (nN), ``pull_off_delta``
+        (nm), ``contact_area`` (nm², at rest), and for asperities ``rest_delta`` (nm from the highest peak),
+        ``contacts`` and ``truncated``. NaN where nothing is in contact; the attribute ``missing`` says why. Lazy where
+        the scan is.
+
+    Raises
+    ------
+    ValueError
+        If no pair is assigned, the load is not positive where nothing adheres, directions are empty or not finite, or a
+        solution holds no pressures or no retraction.
+
+    Notes
+    -----
+    For one JKR contact the moment is the largest −P a = (15/16)(5/4)^(2/3) P_c a_c = 1.087872 P_c a_c, at
+    a = 1.160397 a_c; for two contacts far apart P_c times their distance; for N equal ones on a ring of radius ρ ≫ a_c
+    0.8770 N P_c ρ, between 3/4 (brittle springs) and 1 (a constant pull up to the end). Without adhesion, stiff
+    contacts under a load L resist L times the edge's distance, and the sphere tips where the line of the load leaves
+    the support polygon.
+
+    Asperities stay elastic, whatever hardness is assigned.
+
+    The sphere is put down at each place as it is, and does not settle sideways. Where ``contacts`` is one or two, a
+    real sphere would roll on until it rests on three; such places resist little, and detach first in `critical_load`
+    and `resuspension`.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> held = rolling(scan, directions=8, subregions=(2, 2))
+    >>> held.resisting_moment.dims, held.resisting_moment.units
+    (('subregion', 'direction'), 'nN nm')
+    """
+    angles = _angles(directions)
+    push = float(magnitude(load, "nN", "load"))
+    if "height" not in ds and "force" in ds:
+        _no_contact_options(subregions, law, formulation, equilibrium_distance, profile)
+        return _finished(_of_states(ds, angles, push), ds, "adhesive", {"directions": angles, "load": push})
+    kind = "asperities" if "asperity" in ds.dims else "scan"
+    ds = schema.validate(ds, kind)
+    options = options_of(ds, law, formulation, equilibrium_distance, "highest_peak", profile)
+    if law not in ADHESIVE and not push > 0:
+        raise ValueError(f"load: expected a positive load (nN) where nothing adheres, found {push:g}; or law='jkr'")
+    out = _of_asperities(ds, kind, options, angles, push, subregions, progress)
+    named = law_of(law, formulation, options)
+    arguments = {"directions": angles, "load": push, "subregions": subregions, **named, "profile": profile}
+    return _finished(out.assign_attrs(named), ds, "superpose", arguments)
+
+
+def _angles(directions: Any) -> np.ndarray:
+    """Return directions in rad; raise where there are none."""
+    if is_whole(directions):
+        if directions < 1:
+            raise ValueError(f"directions: expected at least one, found {directions}")
+        return 2 * np.pi * np.arange(directions) / directions
+    return schema.ascending(directions, "rad", "directions")
+
+
+def _no_contact_options(subregions: Any, *given: Any) -> None:
+    """Raise where contact options are given for a solution, which has its own."""
+    if subregions is not None or given != ("jkr", DEFAULT, DISTANCE, "sphere"):
+        raise ValueError(
+            "subregions, law, formulation, equilibrium_distance, profile: expected with a scan or a catalogue alone; "
+            "a solution has its own"
+        )
+
+
+def _finished(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: dict[str, Any]) -> xr.Dataset:
+    """Return the result with its labels and its history."""
+    out.attrs |= {"method": method, "load": arguments["load"], "missing": _MISSING[method]}
+    return schema.record(schema.label(out), "rolling", ds, **arguments)
+
+
+def _of_asperities(ds, kind, options: Options, angles, load, subregions, progress) -> xr.Dataset:
+    """Roll the sphere off the asperities at each contact centre."""
+    positions = regions.centres(ds, subregions)
+    lazy = parallel.is_lazy(ds)
+    later_on = lazy and kind == "scan"
+    catalogue = later(ds, **fit_of(options.law)) if later_on else catalogue_of(ds, options)
+    prepared = dask.delayed(_prepared)(catalogue, options) if later_on else _prepared(catalogue, options)
+    centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
+    layout = Layout({"direction": angles}, _STATES, _EVENTS | _OF_ASPERITIES)
+    when = {"name": "rolling", "lazy": lazy, "progress": progress}
+    records = parallel.spread(_roll, centres, layout.dtype, prepared, options, layout, load, **when)
+    out = labelled(records, layout, ds, positions)
+    return parallel.finish(out.assign_attrs(datum="highest_peak"), lazy=lazy, progress=progress)
+
+
+def _prepared(ds: xr.Dataset, options: Options) -> tuple:
+    """Return the asperities, and, where they adhere, the asperity grid for the search of the largest pull."""
+    found = catalogue_field(ds, options)
+    return found[0], grid_of(found, options) if options.work_of_adhesion > 0 else None
+
+
+def _roll(x: float, y: float, prepared: tuple, options: Options, layout: Layout, load: float) -> np.ndarray:
+    """Roll the sphere off one place."""
+    (field, grid), record = prepared, layout.blank()
+    if grid is not None:
+        pull = largest_pulls(np.array([x]), np.array([y]), grid, options)[0]
+        record["pull_off_force"], record["pull_off_delta"] = pull["pull_off_force"], pull["pull_off_delta"]
+    offset = sums.offsets(field, x, y, options.radius, options.profile)
+    spline = options.kernel_law().spline
+    near, rest = _rest(field, offset, float(record["pull_off_delta"]), load, spline)
+    if np.isnan(rest):
+        return record
+    held = near[offset[near] + field.scales.end[near] * field.scales.delta[near] <= rest]
+    scales = type(field.scales)(*(array[held] for array in field.scales))
+    u, v, delta = field.x[held] - x, field.y[held] - y, rest - offset[held]
+    found = rotation.resisting_moments(
+        layout.axes["direction"], u, v, field.orientation[held], delta, scales, load, spline
+    )
+    record["rest_delta"], record["contacts"] = rest, held.size
+    record["truncated"] = field.at_edge[held].any()
+    record["contact_area"] = rotation.total_force(rest, offset[held], scales, spline)[1]
+    return _put(record, layout, found.T)
+
+
+def _rest(field: sums.Field, offset: np.ndarray, pull_off: float, load: float, spline: np.ndarray) -> tuple:
+    """Return the nearby asperities and the displacement (nm) at which the sphere rests under ``load``, NaN if none.
+
+    Asperities are added in the order in which the sphere meets them, until it rests above those left out.
+    """
+    onset = offset + field.scales.end * field.scales.delta
+    if offset.size == 0:
+        return np.arange(0), np.nan
+    start = pull_off if np.isfinite(pull_off) else float(onset.min())
+    reach = 4 * max(float(np.median(field.scales.delta)), 0.1)
+    for _ in range(60):
+        near = np.flatnonzero(onset <= start + reach)
+        scales = type(field.scales)(*(array[near] for array in field.scales))
+        rest = rotation.rest(offset[near], scales, load, start, spline)
+        if rest <= start + reach:
+            return near, rest
+        if near.size == offset.size:
+            break
+        reach *= 2
+    return near, rest
+
+
+def _put(record: np.ndarray, layout: Layout, found: np.ndarray) -> np.ndarray:
+    """Write results (4, direction), and the variables that follow from them, into a record."""
+    moment, angles = found[rotation.MOMENT], layout.axes["direction"]
+    if np.isnan(moment).any():
+        return record
+    for name, values in zip(_FOUND, found):
+        record[name] = values
+    record["lever"] = moment / record["pull_off_force"]
+    record["weakest_direction"], record["stiffest_direction"] = angles[moment.argmin()], angles[moment.argmax()]
+    return record
+
+
+def _of_states(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dataset:
+    """Return the largest moments over the retraction of a solution."""
+    if "pressure" not in ds or "branch" not in ds["pressure"].dims or "pull_off_force" not in ds:
+        raise ValueError(
+            "expected a scan, a catalogue, or a solution by adhesive with pressures on the way out, found none; "
+            "solve with ds.contact.adhesive(delta=[…], fields=True, refine=…)"
+        )
+    layout = Layout({"direction": angles}, _STATES, _EVENTS)
+    out = ds.sel(branch="retraction", drop=True)
+    records = np.stack([_of_place(out.isel(subregion=k), layout, load) for k in range(ds.sizes["subregion"])])
+    return labelled(records, layout, ds, _centres(ds))
+
+
+def _centres(ds: xr.Dataset) -> xr.Dataset:
+    """Return a solution's contact centres."""
+    return xr.Dataset(coords={name: ds[name] for name in ("subregion", "subregion_x", "subregion_y")})
+
+
+def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
+    """Return the record of one place of a solution: its states along ``delta``."""
+    record, angles = layout.blank(), layout.axes["direction"]
+    for name in ("pull_off_force", "pull_off_delta"):
+        record[name] = ds[name]
+    x, y = (ds[axis].values - float(ds.get(f"subpixel_{axis}", 0.0)) for axis in "xy")
+    x, y = np.meshgrid(x, y, indexing="ij")
+    cell = float(ds["x"][1] - ds["x"][0]) * float(ds["y"][1] - ds["y"][0])
+    found = np.array([[-np.inf], [np.nan], [-np.inf], [np.nan]]) * np.ones(angles.size)
+    for state in range(ds.sizes["delta"]):
+        pressure, gap = (ds[name].isel(delta=state).values for name in ("pressure", "gap"))
+        touching = (gap <= _CLOSED) | (pressure > 0)
+        if touching.any():
+            _of_state(np.nan_to_num(pressure) * cell, touching, x, y, angles, load, found)
+    found[rotation.PULL, found[rotation.PULL] == -np.inf] = np.inf
+    record["contact_area"] = _area_at_rest(ds["contact_area"].values, ds["force"].values, load)
+    return _put(record, layout, found if np.isfinite(found[rotation.MOMENT]).all() else np.full_like(found, np.nan))
+
+
+def _area_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> float:
+    """Return the contact area (nm²) at the first state on retraction whose force does not exceed the load.
+
+    Of that state and the one before, the one nearer to the load counts. States further out are left aside: there the
+    force may be near the load again, but the sphere hangs on little or has come off. NaN where nothing touches.
+    """
+    back = np.flatnonzero(area > 0)[::-1]
+    if not back.size:
+        return np.nan
+    unbalance = force[back] - load
+    rests = int((unbalance <= 0).argmax()) if (unbalance <= 0).any() else back.size - 1
+    around = back[max(rests - 1, 0) : rests + 1]
+    return float(area[around[np.abs(force[around] - load).argmin()]])
+
+
+def _of_state(push, touching, x, y, angles, load, found) -> None:
+    """Update results (4, direction) with one state's moment about the foremost cell in contact, where it is larger."""
+    for k, angle in enumerate(angles):
+        along = x * np.cos(angle) + y * np.sin(angle)
+        edge = along[touching].max()
+        moment = load * edge - (push * (edge - along)).sum()
+        if moment > found[rotation.MOMENT, k]:
+            found[: rotation.PULL, k] = moment, edge
+        if edge > 0 and moment / edge > found[rotation.PULL, k]:
+            found[rotation.PULL :, k] = moment / edge, edge

@@ -1,0 +1,6 @@
+"""The two bodies: what they are made of, and what is pressed on.
+
+materials   `assign_pair`: moduli, adhesion and its range, hardness
+substances  the table of named materials
+probes      an indenter from its own scan
+"""

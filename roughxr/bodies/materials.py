@@ -1,0 +1,514 @@
+"""The pair of bodies: elastic moduli, surface energy, and the indenter, put on a scan as coordinates.
+
+They travel as scalar coordinates through every result into every archive.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ..vocabulary import schema
+from ..vocabulary.units import converted, magnitude, positive
+from . import substances
+
+
+class ImplausiblePair(UserWarning):
+    """A pair of bodies was taken as it was given, but is probably not what was meant."""
+
+
+#: Closest approaches, nm, at which a Hamaker constant and a work of adhesion are consistent.
+_CUT_OFFS = 0.08, 0.6
+
+
+class _Range(NamedTuple):
+    """The range of a quantity: refused beyond the outer bounds, questioned beyond the inner ones."""
+
+    units: str
+    least: float
+    low: float
+    high: float
+    greatest: float
+    known: str
+
+
+_MODULUS = _Range("GPa", 1e-9, 1e-7, 1.5e3, 1e5, "gels have 1e-6 GPa, glass 75, diamond 1100")
+
+#: Default range of adhesion, nm, of dry solids: about their interatomic distance.
+DEFAULT_RANGE = 0.3
+
+_RANGES = {
+    "sphere_radius": _Range("nm", 0.2, 5.0, 1e7, 1e10, "an atom has 0.1 nm, an AFM's tip 10, a colloidal probe 3000"),
+    "young_modulus": _MODULUS,
+    "contact_modulus": _MODULUS,
+    "hardness": _Range("GPa", 1e-6, 1e-3, 100.0, 1e3, "PTFE has 0.05 GPa, gold 1, glass 6, diamond 100"),
+    "adhesion_range": _Range("nm", 0.01, 0.1, 50.0, 1e4, "dry solids have 0.2 to 0.4 nm, capillary bridges some nm"),
+    "work_of_adhesion": _Range("J m-2", 0.0, 1e-6, 6.0, 30.0, "dry glass has 0.06 J/m², cleaved diamond 11"),
+}
+
+#: A sphere with fewer pixels than these in its radius is refused, or questioned.
+_FEWEST_PIXELS, _FEW_PIXELS = 1.0, 5.0
+
+
+def contact_modulus(young_modulus: Any, poisson_ratio: Any) -> float:
+    """Return the contact modulus E* of two elastic bodies, 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂.
+
+    Parameters
+    ----------
+    young_modulus : number, quantity or pair of them
+        GPa; one value for two equal bodies, ``inf`` for a rigid one.
+    poisson_ratio : number or pair of them
+
+    Returns
+    -------
+    float
+        GPa.
+
+    Raises
+    ------
+    ValueError
+        If a modulus is not positive, a ratio outside (−1, 0.5], or both bodies are rigid.
+
+    References
+    ----------
+    Johnson, Contact Mechanics, eq. 4.22; Cheng, Dunn & Brach below eq. 5.
+
+    Examples
+    --------
+    >>> round(contact_modulus(75, 0.22), 3)
+    39.407
+    """
+    moduli = [_modulus(value) for value in _two(young_modulus, "young_modulus")]
+    ratios = [_ratio(value) for value in _two(poisson_ratio, "poisson_ratio")]
+    compliance = sum((1 - ratio**2) / modulus for modulus, ratio in zip(moduli, ratios))
+    if compliance == 0:
+        raise ValueError("young_modulus: expected at least one elastic body, found two rigid ones")
+    return 1 / compliance
+
+
+def gilman_surface_energy(
+    young_modulus: Any,
+    *,
+    poisson_ratio: float | None = None,
+    plane_spacing: Any = 0.2,
+    atomic_radius: Any = 0.13,
+) -> float:
+    """Return Gilman's estimate of the surface energy from the stiffness, γ = (E/y₀)(a₀/π)².
+
+    Parameters
+    ----------
+    young_modulus : number or quantity
+        E, GPa.
+    poisson_ratio : float, optional
+        If given, E/(1 − ν²) takes the place of E. The published pull-off of the smooth sphere, 19.1 µN, uses this
+        reading; the equation as printed uses E.
+    plane_spacing : number or quantity
+        y₀ between cleavage planes, nm.
+    atomic_radius : number or quantity
+        a₀ of the atoms in these planes, nm.
+
+    Returns
+    -------
+    float
+        γ, J/m².
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive, or Poisson's ratio does not lie between −1 and 0.5.
+
+    References
+    ----------
+    Gilman (1960); Cheng, Dunn & Brach eq. 43.
+
+    Examples
+    --------
+    >>> round(gilman_surface_energy(75), 4), round(gilman_surface_energy(75, poisson_ratio=0.22), 4)
+    (0.6421, 0.6748)
+    """
+    modulus = positive(young_modulus, "GPa", "young_modulus")
+    if poisson_ratio is not None:
+        modulus /= 1 - _ratio(poisson_ratio) ** 2
+    spacing = positive(plane_spacing, "nm", "plane_spacing")
+    return modulus / spacing * (positive(atomic_radius, "nm", "atomic_radius") / np.pi) ** 2
+
+
+def assign_pair(
+    ds: xr.Dataset,
+    *,
+    sphere_radius: Any = None,
+    indenter: xr.DataArray | xr.Dataset | None = None,
+    materials: str | tuple[str, str] | None = None,
+    young_modulus: Any = None,
+    poisson_ratio: Any = None,
+    contact_modulus: Any = None,
+    surface_energy: Any = None,
+    work_of_adhesion: Any = None,
+    adhesion_range: Any = None,
+    adhesion_strength: Any = None,
+    hamaker_constant: Any = None,
+    medium: str = "vacuum",
+    hardness: Any = None,
+) -> xr.Dataset:
+    """Return the scan or catalogue with the pair of bodies on it.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan or an asperity catalogue.
+    sphere_radius : number or quantity
+        nm. Either this or ``indenter``.
+    indenter : Dataset or DataArray
+        A scan of the indenter's face, such as of a colloidal probe: its highest point is put at the contact
+        centre, and it is turned over about the x axis to face the surface (its y runs against the surface's).
+        Or its heights (x, y), pointing out of it, nm or with ``units``, with x, y (nm) counted from the contact
+        centre along the surface's axes. It must be larger than any contact with it.
+    materials : str or pair of str
+        Names, such as "glass/silicon" or "glass" for two bodies of it: moduli from handbooks and, unless it is
+        given, the work of adhesion of clean, dry bodies by van der Waals forces alone; see `substances`.
+    young_modulus, poisson_ratio : number or pair
+        Of both bodies alike, or of each; GPa. Either these, ``materials`` or ``contact_modulus``.
+    contact_modulus : number or quantity
+        E*, GPa.
+    surface_energy : number or quantity, optional
+        γ of two equal bodies, J/m²; the work of adhesion is 2γ.
+    work_of_adhesion : number or quantity, optional
+        w, J/m².
+    adhesion_range : number or quantity, optional
+        ρ, nm: the length over which the pull between the surfaces falls by a factor of e; 0.2 to 0.4 nm for dry
+        solids, more where liquids or charges pull. `adhesive` uses 0.3 nm where none is assigned.
+    adhesion_strength : number or quantity, optional
+        The largest pull, GPa, in place of its range: ρ is w over it.
+    hamaker_constant : number or quantity, optional
+        A of the bodies across what lies between them, nN nm (1e-18 J) or text such as "6.5e-20 J"; see
+        `hamaker_constant`. Together with a work of adhesion it sets the closest approach, z₀ = √(A/(12πw)); without one
+        w = A/(12π z₀²) with z₀ = 0.165 nm. Named materials have their own, unless a work of adhesion is given.
+    medium : {"vacuum", "air", "water", "ethanol", "hexadecane"}
+        What lies between named materials.
+    hardness : number or quantity, optional
+        H of the softer body, GPa: the largest pressure that it bears, beyond which it yields; see `direct`. Without it
+        the bodies stay elastic, and for named materials results report how much of them lies above the hardness
+        estimated for these (`substances`).
+
+    Returns
+    -------
+    Dataset
+        With scalar coordinates ``sphere_radius``, ``contact_modulus``, ``work_of_adhesion``, ``adhesion_range``,
+        ``hamaker_constant``, ``hardness`` as far as given, ``hardness_estimate`` of named materials whose hardness is
+        not given, and the indenter's map where there is one.
+
+    Raises
+    ------
+    ValueError
+        If a quantity is given twice or not at all, is not a positive number (w may be zero) or impossible for any body,
+        the hardness is no larger than the pull of adhesion w/ρ, or an indenter's map does not have the contact
+        centre in its middle.
+
+    Warns
+    -----
+    ImplausiblePair
+        If a quantity is improbable, such as a sphere with a radius of fewer than five pixels.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass")
+    >>> pair = assign_pair(scan, sphere_radius="3 um", young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> float(pair.sphere_radius), round(float(pair.contact_modulus), 3), float(pair.work_of_adhesion)
+    (3000.0, 39.407, 1.35)
+    >>> round(float(assign_pair(scan, sphere_radius="3 um", materials="glass").work_of_adhesion), 4)
+    0.0633
+    """
+    given = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
+    given |= {"surface_energy": surface_energy}
+    _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
+    _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
+    bodies = None if materials is None else substances.pair_of(materials)
+    attraction = _attraction(bodies, medium, _work_of_adhesion(surface_energy, work_of_adhesion), hamaker_constant)
+    if bodies is not None:
+        young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
+    values = {"contact_modulus": _contact_modulus(contact_modulus, young_modulus, poisson_ratio)}
+    if sphere_radius is not None:
+        values["sphere_radius"] = _radius(sphere_radius, ds)
+    values |= attraction
+    adhesion = values.get("work_of_adhesion")
+    values |= _adhesion_range(adhesion_range, adhesion_strength, adhesion)
+    if hardness is not None:
+        values["hardness"] = _hardness(hardness, adhesion, values.get("adhesion_range"))
+    elif bodies is not None:
+        values["hardness_estimate"] = substances.softer_hardness(*bodies)
+    out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
+    out = out.assign_coords(values)
+    if indenter is not None:
+        out = out.assign(indenter_height=_indenter(indenter))
+    told = {name: _recordable(value) for name, value in given.items() if value is not None}
+    return schema.record(schema.label(out), "assign_pair", **values, **told)
+
+
+def _recordable(value: Any) -> Any:
+    """Return a given value in a form that text can hold: numbers, words, or a pair of them."""
+    if isinstance(value, (tuple, list)):
+        return [_recordable(one) for one in value]
+    return value if isinstance(value, (int, float, str)) else str(value)
+
+
+def hamaker_constant(first: Any, second: Any = None, *, medium: Any = "vacuum") -> float:
+    """Return the Hamaker constant of two bodies across a medium, by combining rules.
+
+    Parameters
+    ----------
+    first, second : str, number or quantity
+        Names of materials, or the Hamaker constant of each across vacuum, nN nm (1e-18 J). One value is used for
+        both.
+    medium : str, number or quantity
+        The medium between them: "vacuum", "air", "water", "ethanol", "hexadecane", or its Hamaker constant.
+
+    Returns
+    -------
+    float
+        nN nm; negative where the bodies repel.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown, or no constant is known for a material.
+
+    Notes
+    -----
+    A₁₂ = √(A₁A₂) and A₁₃₂ = (√A₁ − √A₃)(√A₂ − √A₃). For media such as water, whose static response differs from all the
+    others', the rules are rough, and the zero-frequency part of A should be computed by Lifshitz's theory.
+
+    References
+    ----------
+    Israelachvili, Intermolecular and Surface Forces, 3rd ed., §13.9.
+
+    Examples
+    --------
+    >>> round(hamaker_constant("silica", "alumina"), 4), round(hamaker_constant("silica", medium="water"), 5)
+    (0.0994, 0.00392)
+    """
+    bodies = [_own_constant(body, substances.MATERIALS) for body in (first, first if second is None else second)]
+    return substances.combined(*bodies, _own_constant(medium, substances.MEDIA))
+
+
+def _own_constant(given: Any, known: dict[str, Any]) -> float:
+    """Return the Hamaker constant (nN nm) of a name or a quantity."""
+    if isinstance(given, str) and not given[:1].isdigit():
+        found = known[schema.one_of(given.strip().lower(), known, "hamaker_constant")]
+        found = getattr(found, "hamaker", found)
+        if found is None:
+            raise ValueError(f"hamaker_constant: expected a material of which it is known, found {given!r}; give it")
+        return found
+    value = magnitude(given, "nN nm", "hamaker_constant")
+    if not isinstance(value, float) or value < 0:
+        raise ValueError(f"hamaker_constant: expected one number >= 0 in nN nm, found {given!r}")
+    return value
+
+
+def _attraction(bodies: tuple | None, medium: str, adhesion: float | None, given: Any) -> dict[str, float]:
+    """Return work of adhesion and Hamaker constant, as far as they are given or follow from named materials."""
+    constant = None if given is None else positive(given, "nN nm", "hamaker_constant")
+    schema.one_of(medium, substances.MEDIA, "medium")
+    if bodies is not None and adhesion is None and constant is None:
+        constant = _attracting(substances.hamaker_of(*bodies, medium), medium)
+    if constant is not None:
+        adhesion = substances.work_of(constant) if adhesion is None else adhesion
+        _check_cut_off(constant, adhesion)
+    found = {"work_of_adhesion": adhesion, "hamaker_constant": constant}
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def _attracting(constant: float | None, medium: str) -> float | None:
+    """Return a Hamaker constant; raise where the bodies repel each other."""
+    if constant is not None and constant <= 0:
+        raise ValueError(
+            f"medium: expected one across which the bodies attract, found A = {constant:.3g} nN nm in {medium}"
+        )
+    return constant
+
+
+def _check_cut_off(constant: float, work: float) -> None:
+    """Warn of a Hamaker constant and a work of adhesion that bring the bodies too near, or not near enough."""
+    distance = np.sqrt(constant / (12 * np.pi * work)) if work > 0 else np.inf
+    if not _CUT_OFFS[0] <= distance <= _CUT_OFFS[1]:
+        _warn_implausible(
+            f"hamaker_constant: {constant:.3g} nN nm and a work of adhesion of {work:.3g} J/m2 go together at a "
+            f"closest approach of {distance:.2g} nm: is it meant? (solids have 0.1 to 0.5; bonds stick harder)"
+        )
+
+
+def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Return x, y and height (nm) of the assigned indenter's map, or None where a sphere is assigned."""
+    if "indenter_height" not in ds:
+        return None
+    return tuple(ds[name].values.astype(float) for name in ("indenter_x", "indenter_y", "indenter_height"))
+
+
+def _contact_modulus(given: Any, young_modulus: Any, poisson_ratio: Any) -> float:
+    if given is not None:
+        return _plausible(positive(given, "GPa", "contact_modulus"), "contact_modulus", given)
+    if poisson_ratio is None:
+        raise ValueError("poisson_ratio: expected one beside young_modulus, found none")
+    return contact_modulus(young_modulus, poisson_ratio)
+
+
+def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | None:
+    if surface_energy is not None and work_of_adhesion is not None:
+        raise ValueError("expected surface_energy or work_of_adhesion (= 2 surface_energy), found both")
+    if surface_energy is None and work_of_adhesion is None:
+        return None
+    given, times = (work_of_adhesion, 1.0) if surface_energy is None else (surface_energy, 2.0)
+    name = "surface_energy" if times == 2.0 else "work_of_adhesion"
+    value = magnitude(given, "J m-2", name)
+    if not isinstance(value, float) or value < 0:
+        raise ValueError(f"{name}: expected one number >= 0 in J m-2, found {given!r}")
+    if value > 0:
+        _plausible(times * value, "work_of_adhesion", given, name if times == 2.0 else "")
+    return times * value
+
+
+def _adhesion_range(given: Any, strength: Any, work: float | None) -> dict[str, float]:
+    """Return the range of adhesion (nm) as a coordinate, where it or the strength is given."""
+    if given is not None and strength is not None:
+        raise ValueError("expected adhesion_range or adhesion_strength (= work_of_adhesion/adhesion_range), found both")
+    if given is not None:
+        return {"adhesion_range": _plausible(positive(given, "nm", "adhesion_range"), "adhesion_range", given)}
+    if strength is None:
+        return {}
+    if not work:
+        raise ValueError("adhesion_strength: expected a work of adhesion > 0 beside it, found none")
+    found = work / positive(strength, "GPa", "adhesion_strength")
+    return {"adhesion_range": _plausible(found, "adhesion_range", strength, "adhesion_strength")}
+
+
+def _hardness(given: Any, work: float | None, length: float | None) -> float:
+    """Return the hardness (GPa); raise unless it exceeds the pull of adhesion."""
+    value = _plausible(positive(given, "GPa", "hardness"), "hardness", given)
+    strength = (work or 0.0) / (length or DEFAULT_RANGE)
+    words = (
+        f"hardness: {value:.3g} GPa is no more than the pull of adhesion, w/rho = {strength:.3g} GPa over "
+        f"{length or DEFAULT_RANGE:g} nm: such a body would yield before it is pressed"
+    )
+    if value <= strength and length is not None:
+        raise ValueError(f"{words}; expected a larger hardness, a larger adhesion_range or less work of adhesion")
+    if value <= strength:
+        _warn_implausible(f"{words}; is it meant? (assign the adhesion_range that belongs to this work of adhesion)")
+    return value
+
+
+def _radius(given: Any, ds: xr.Dataset) -> float:
+    """Return the sphere's radius (nm); raise or warn where the scan's pixels do not resolve it."""
+    radius = _plausible(positive(given, "nm", "sphere_radius"), "sphere_radius", given)
+    if "height" not in ds or not {"x", "y"} <= set(ds["height"].dims) & set(ds.indexes):
+        return radius
+    pixel = max(schema.spacing(converted(ds[axis], "nm", axis)) for axis in ("x", "y"))
+    words = f"sphere_radius: {radius:g} nm is {radius / pixel:.2g} pixels of {pixel:g} nm"
+    if radius < _FEWEST_PIXELS * pixel:
+        raise ValueError(f"{words}: expected more than one; plain numbers are nm, else say '3 um'")
+    if radius < _FEW_PIXELS * pixel:
+        _warn_implausible(
+            f"{words}, too few to show where such a sphere touches; plain numbers are nm, else say '3 um'"
+        )
+    return radius
+
+
+def _plausible(value: float, quantity: str, given: Any, name: str = "") -> float:
+    """Return a value; raise if no body can have it, warn if it is improbable."""
+    known = _RANGES[quantity]
+    words = f"{name or quantity}: {given!r} is {value:.4g} {known.units}" + (f" of {quantity}" if name else "")
+    advice = f"{known.known}; plain numbers are {known.units}, others say theirs, as in '3 um' or '70e9 Pa'"
+    if not known.least <= value <= known.greatest:
+        raise ValueError(f"{words}, which no body has ({advice})")
+    if not known.low <= value <= known.high:
+        _warn_implausible(f"{words}: is it meant? ({advice})")
+    return value
+
+
+def check_plausible(name: str, value: float, ds: xr.Dataset) -> None:
+    """Raise or warn for one of the pair's values (nm, GPa, J/m²) on a scan, as `assign_pair` does.
+
+    Raises
+    ------
+    ValueError
+        If no body can have it.
+    """
+    if name == "sphere_radius":
+        _radius(value, ds)
+    elif name == "work_of_adhesion":
+        _work_of_adhesion(None, value)
+    else:
+        _plausible(positive(value, "GPa", name), name, value)
+
+
+def _warn_implausible(words: str) -> None:
+    """Warn at the line of the user's own code."""
+    frame, above = sys._getframe(), 1
+    while frame.f_back and frame.f_globals.get("__package__") == __package__:
+        frame, above = frame.f_back, above + 1
+    warnings.warn(words, ImplausiblePair, stacklevel=above)
+
+
+def _indenter(indenter: xr.DataArray | xr.Dataset) -> xr.DataArray:
+    """Return the indenter's map on its own dimensions, in nm, the contact centre at x = y = 0."""
+    if isinstance(indenter, xr.Dataset):
+        return _facing(schema.complete(schema.validate(indenter, "scan"))["height"].reset_coords(drop=True))
+    if not isinstance(indenter, xr.DataArray) or set(indenter.dims) != {"x", "y"}:
+        raise ValueError("indenter: expected a scan, or a DataArray of heights with dimensions ('x', 'y')")
+    if "units" in indenter.attrs:
+        indenter = converted(indenter, "nm", "indenter")
+    for axis in ("x", "y"):
+        schema.spacing(indenter[axis])
+        _check_centred(indenter[axis])
+    schema.finite(indenter.values)
+    return indenter.transpose("x", "y").rename(x="indenter_x", y="indenter_y").reset_coords(drop=True)
+
+
+def _facing(height: xr.DataArray) -> xr.DataArray:
+    """Return a scan of the indenter's face turned over to face the surface, its highest point at the centre."""
+    top = height.isel(height.argmax(["x", "y"]))
+    turned = height.assign_coords(x=height["x"] - top["x"], y=top["y"] - height["y"]).isel(y=slice(None, None, -1))
+    axes = {f"indenter_{axis}": turned[axis].values for axis in "xy"}
+    return xr.DataArray(turned.values, axes, list(axes), attrs={"units": "nm"})
+
+
+def _check_centred(axis: xr.DataArray) -> None:
+    """Raise where the contact centre is not within a map's axis, as when the axis starts at a corner of a scan."""
+    first, last = float(axis[0]), float(axis[-1])
+    if abs(first + last) / 2 > (last - first) / 4:
+        raise ValueError(
+            f"indenter: expected x and y counted from the contact centre, found {axis.name} from {first:g} to {last:g} "
+            "nm; give the whole scan instead of its height, and its highest point becomes the centre, or shift the "
+            f"axes with .assign_coords({axis.name}=…)"
+        )
+
+
+def _exactly_one(**given: Any) -> None:
+    """Raise unless exactly one of several ways to state a quantity was used."""
+    found = [name for name, value in given.items() if value is not None]
+    if len(found) != 1:
+        raise ValueError(f"expected one of {', '.join(given)}, found {' and '.join(found) or 'none'}")
+
+
+def _two(value: Any, name: str) -> tuple[Any, Any]:
+    if isinstance(value, (tuple, list)):
+        if len(value) != 2:
+            raise ValueError(f"{name}: expected one value or a pair, found {len(value)}")
+        return tuple(value)
+    return value, value
+
+
+def _modulus(value: Any) -> float:
+    if isinstance(value, (int, float)) and value == np.inf:
+        return np.inf
+    return _plausible(positive(value, "GPa", "young_modulus"), "young_modulus", value)
+
+
+def _ratio(value: Any) -> float:
+    ratio = magnitude(value, "1", "poisson_ratio")
+    if not isinstance(ratio, float) or not -1 < ratio <= 0.5:
+        raise ValueError(f"poisson_ratio: expected a number in (-1, 0.5], found {value!r}")
+    return ratio

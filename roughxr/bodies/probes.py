@@ -1,0 +1,221 @@
+"""Rough indenters: a sphere fitted to a probe's scan and subtracted, and rough spheres in many placements.
+
+In an elastic half space two rough bodies touch as one with the sum of their roughnesses touches a smooth one. A
+particle presents another part of its surface each time it lands, in a random orientation: an ensemble of indenters
+along ``placement``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..vocabulary import schema
+from ..vocabulary.units import positive, whole_number
+
+#: A cap that rises by less than this many times its roughness over the scan is too flat for a sphere to be fitted.
+_CURVED = 2.0
+
+ROTATIONS = ("quarter", "any", "none")
+
+
+def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
+    """Fit a sphere to the scan of a probe's face, and subtract it.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan of the face, such as of a colloidal probe over a grating of spikes; missing pixels are left out.
+
+    Returns
+    -------
+    Dataset
+        The scan with ``height`` (nm) less the sphere: its roughness, of zero mean, for `placements`; and as scalars
+        ``fitted_radius`` (nm), ``fit_rms`` (nm), ``apex_x`` and ``apex_y`` (nm), and ``apex_tilt`` (rad), the
+        inclination of the sphere in the middle of the scan. A tilt of the scan only moves the apex of a sphere, so that
+        the two cannot be told apart.
+
+    Raises
+    ------
+    ValueError
+        If the scan is not curved as a sphere's face is: hollow, or flatter than it is rough.
+
+    Notes
+    -----
+    Waves on the probe that are longer than half the scan count as curvature; the scanning tip rounds what is
+    sharper than itself (use `erode` first, on this scan as on the surface's).
+
+    Examples
+    --------
+    >>> x = np.linspace(-200.0, 200.0, 41)
+    >>> nm = {"units": "nm"}
+    >>> cap = np.sqrt(3000.0**2 - (x[:, None] - 30) ** 2 - x**2)
+    >>> face = xr.Dataset({"height": (("x", "y"), cap, nm)}, {"x": ("x", x, nm), "y": ("y", x, nm)})
+    >>> found = fit_sphere(face)
+    >>> round(float(found.fitted_radius)), round(float(found.apex_x)), bool(abs(found.height).max() < 1e-6)
+    (3000, 30, True)
+    """
+    scan = schema.validate(ds, "scan")
+    height = scan["height"].values.astype(float)
+    x, y = np.meshgrid(scan["x"].values, scan["y"].values, indexing="ij")
+    known = np.isfinite(height)
+    if known.sum() < 10:
+        raise ValueError(f"height: expected at least 10 heights to fit a sphere to, found {known.sum()}")
+    middle = float(scan["x"].mean()), float(scan["y"].mean())
+    top_x, top_y, top, radius = _sphere(x[known] - middle[0], y[known] - middle[1], height[known])
+    r2 = (x - middle[0] - top_x) ** 2 + (y - middle[1] - top_y) ** 2
+    left = height - (top - _drop(r2, radius))
+    out = scan.assign(height=(("x", "y"), left - left[known].mean(), scan["height"].attrs))
+    out["fitted_radius"], out["fit_rms"] = radius, float(left[known].std())
+    out["apex_x"], out["apex_y"] = middle[0] + top_x, middle[1] + top_y
+    out["apex_tilt"] = float(np.arcsin(min(np.hypot(top_x, top_y) / radius, 1.0)))
+    return schema.record(schema.label(out), "fit_sphere", ds)
+
+
+def _drop(r2: Any, radius: float) -> Any:
+    """Return the depth of a sphere below its apex, nm; beyond its edge that of its equator."""
+    return r2 / (radius + np.sqrt(np.maximum(radius**2 - r2, 0.0)))
+
+
+def _sphere(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float, float, float, float]:
+    """Return apex (x, y, height) and radius, nm, of the sphere that fits the heights by least squares."""
+    from scipy.optimize import least_squares
+
+    x0, y0, top, radius = _paraboloid(x, y, height)
+    scale = np.array([1.0, 1.0, 1.0, radius])
+
+    def off(found):
+        x0, y0, top, radius = found * scale
+        return top - _drop((x - x0) ** 2 + (y - y0) ** 2, abs(radius)) - height
+
+    found = least_squares(off, [x0, y0, top, 1.0], x_scale=[radius, radius, 1.0, 1.0], method="lm")
+    x0, y0, top, radius = (float(value) for value in found.x * scale)
+    rise = float(np.ptp(_drop((x - x.mean()) ** 2 + (y - y.mean()) ** 2, abs(radius))))
+    rms = float(np.sqrt(np.mean(found.fun**2)))
+    if rise < _CURVED * rms or not np.isfinite(radius):
+        raise ValueError(
+            f"height: expected a sphere's face, found one that curves by {rise:.3g} nm and is rough by {rms:.3g} nm; "
+            "give a larger scan of it"
+        )
+    return x0, y0, top, abs(radius)
+
+
+def _paraboloid(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float, float, float, float]:
+    """Return apex and radius of the round paraboloid that fits the heights."""
+    scale = float(np.hypot(x, y).max())
+    design = np.c_[np.ones(x.size), x / scale, y / scale, (x**2 + y**2) / scale**2]
+    base, along_x, along_y, bend = np.linalg.lstsq(design, height, rcond=None)[0]
+    if bend >= 0:
+        raise ValueError("height: expected a sphere's face, which falls off from its apex, found one that does not")
+    radius = float(-(scale**2) / (2 * bend))
+    x0, y0 = along_x / scale * radius, along_y / scale * radius
+    return float(x0), float(y0), float(base + (x0**2 + y0**2) / (2 * radius)), radius
+
+
+def placements(
+    roughness: xr.Dataset,
+    *,
+    sphere_radius: Any,
+    count: int = 16,
+    width: Any = None,
+    rotation: str = "quarter",
+    seed: int = 0,
+) -> xr.Dataset:
+    """Return rough spheres in random placements: each with another part of a roughness at its apex, and turned.
+
+    Parameters
+    ----------
+    roughness : Dataset
+        A scan of the roughness: from `fit_sphere`, of a flat face of the same make, or synthetic.
+    sphere_radius : number or quantity
+        Radius of the sphere below the roughness, nm.
+    count : int
+        Number of placements.
+    width : number or quantity, optional
+        Side of the part that faces the surface, nm; by default half of the scan's shorter side. It must be larger
+        than any contact, see `assign_pair`.
+    rotation : {"quarter", "any", "none"}
+        Turn by quarter turns, which leave all heights unchanged; by any angle, interpolated by splines; or not at all.
+    seed : int
+        The same seed gives the same placements.
+
+    Returns
+    -------
+    Dataset
+        ``indenter_height`` (nm) along (placement, indenter_x, indenter_y), facing the surface, for `vary`; ``patch_x``
+        and ``patch_y`` (nm), the centre of the part on the scan, and ``rotation`` (rad).
+
+    Raises
+    ------
+    ValueError
+        If the scan lacks pixels, they are not square, or it is smaller than the part.
+
+    Examples
+    --------
+    >>> from roughxr.synthetic import self_affine
+    >>> rough = self_affine((64, 64), 10, rms=1, hurst=0.8, rolloff=200, seed=1)
+    >>> found = placements(rough, sphere_radius=3000, count=3)
+    >>> dict(found.indenter_height.sizes), round(float(found.indenter_x[0]))
+    ({'placement': 3, 'indenter_x': 31, 'indenter_y': 31}, -150)
+    """
+    scan = schema.complete(schema.validate(roughness, "scan"))
+    pixel, radius = schema.square_pixel(scan), positive(sphere_radius, "nm", "sphere_radius")
+    whole_number(count, "count", least=1)
+    schema.one_of(rotation, ROTATIONS, "rotation")
+    height = scan["height"].values.astype(float)[:, ::-1]  # turned over about the x axis to face the surface
+    n, margin = _part(height.shape, pixel, width, rotation)
+    rng = np.random.default_rng(seed)
+    first = np.stack([rng.integers(0, size - margin + 1, count) for size in height.shape], axis=1)
+    angles = _angles(rng, count, rotation)
+    axis = (np.arange(n) - (n - 1) / 2) * pixel
+    sphere = _drop(axis[:, None] ** 2 + axis**2, radius)
+    parts = [_turned(height[a : a + margin, b : b + margin], angle, n) for (a, b), angle in zip(first, angles)]
+    middle = first + (margin - 1) / 2
+    out = xr.Dataset(
+        {"indenter_height": (("placement", "indenter_x", "indenter_y"), np.stack(parts) - sphere)},
+        {
+            "placement": np.arange(count),
+            "indenter_x": axis,
+            "indenter_y": axis,
+            "patch_x": ("placement", float(scan["x"][0]) + middle[:, 0] * pixel),
+            "patch_y": ("placement", float(scan["y"][-1]) - middle[:, 1] * pixel),
+            "rotation": ("placement", angles),
+        },
+    )
+    given = {"sphere_radius": radius, "count": count, "width": width, "rotation": rotation, "seed": seed}
+    return schema.record(schema.label(out), "placements", roughness, **given)
+
+
+def _part(shape: tuple[int, int], pixel: float, width: Any, rotation: str) -> tuple[int, int]:
+    """Return the width of a part in pixels, an odd number, and that of the piece from which it is cut."""
+    wide = 0.5 * min(shape) * pixel if width is None else positive(width, "nm", "width")
+    n = int(wide / pixel - 1) // 2 * 2 + 1
+    margin = int(np.ceil(n * np.sqrt(2))) // 2 * 2 + 1 if rotation == "any" else n
+    if n < 3 or margin > min(shape):
+        raise ValueError(
+            f"width: expected from {4 * pixel:g} nm to what the scan of {min(shape) * pixel:g} nm holds"
+            f"{' turned by any angle' if rotation == 'any' else ''}, found {wide:g} nm"
+        )
+    return n, margin
+
+
+def _angles(rng: np.random.Generator, count: int, rotation: str) -> np.ndarray:
+    if rotation == "none":
+        return np.zeros(count)
+    return rng.integers(0, 4, count) * (np.pi / 2) if rotation == "quarter" else rng.uniform(0, 2 * np.pi, count)
+
+
+def _turned(part: np.ndarray, angle: float, n: int) -> np.ndarray:
+    """Return the middle n × n pixels of a part turned by an angle, x towards y."""
+    from scipy.ndimage import map_coordinates
+
+    quarters = angle / (np.pi / 2)
+    if quarters == int(quarters):
+        turned, edge = np.rot90(part, int(quarters)), (len(part) - n) // 2
+        return turned[edge : edge + n, edge : edge + n]
+    axis = np.arange(n) - (n - 1) / 2
+    x, y = np.meshgrid(axis, axis, indexing="ij")
+    middle, c, s = (len(part) - 1) / 2, np.cos(angle), np.sin(angle)
+    return map_coordinates(part, [middle + c * x + s * y, middle - s * x + c * y], order=3, mode="nearest")

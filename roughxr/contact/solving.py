@@ -1,0 +1,122 @@
+"""One problem solved at every contact centre: its places handed to tasks, fields written on their windows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..jobs import lazy as parallel
+from ..jobs.records import Layout, labelled
+from ..kernels.halfspace.products import surface_displacement
+from ..scans import regions
+from ..vocabulary import schema
+from .problem import Place, Problem, Surface, places, surface_at
+
+
+def solve(
+    solver: Any,
+    ds: xr.Dataset,
+    problem: Problem,
+    layout: Layout,
+    options: Any,
+    *,
+    name: str,
+    positions: xr.Dataset,
+    reach: float,
+    fields: bool = False,
+    cost: Any = None,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Solve a problem at every contact centre and label what comes back.
+
+    Parameters
+    ----------
+    solver : callable
+        ``solver(place, problem, layout, options)`` returns a filled `Layout.blank` record. At the top of a module,
+        so that other processes can import it.
+    ds : Dataset
+        A valid scan.
+    problem : Problem
+    layout : Layout
+    options : NamedTuple
+        Further options of the solver.
+    name : str
+        Name of the solve in logs and messages.
+    positions : Dataset
+        Contact centres, as `regions.centres` returns them.
+    reach : float
+        Half-width of the windows, nm.
+    fields : bool
+        Keep fields on the windows.
+    cost : callable, optional
+        ``cost(surface, problem)`` returns the cost of a centre, in any unit.
+    progress : bool
+
+    Returns
+    -------
+    Dataset
+        Lazy where the scan is; within a checkpointed run also not yet computed.
+    """
+    ds, lazy = schema.complete(ds), parallel.is_lazy(ds)
+    found, shape = places(ds, positions, reach)
+    if fields:
+        layout = layout._replace(window=tuple(problem.refine * n for n in shape))
+    records = parallel.spread(
+        _solve_one,
+        found,
+        layout.dtype,
+        solver,
+        problem,
+        layout,
+        options,
+        name=name,
+        cost=partial(_costs, found, problem, cost) if cost else None,
+        lazy=lazy,
+        progress=progress,
+    )
+    out = labelled(records, layout, ds, positions)
+    return out.assign_coords(window_axes([place.window for place in found], problem, layout)) if fields else out
+
+
+def _solve_one(height, datum, window, ends, solver, problem, layout, options) -> np.ndarray:
+    """Solve one place; the function that a task runs."""
+    return solver(Place(height, datum, window, ends), problem, layout, options)
+
+
+def _costs(found: list[Place], problem: Problem, cost: Any) -> np.ndarray:
+    return np.array([cost(surface_at(place, problem), problem) for place in found])
+
+
+def fields_of(pressure: np.ndarray, surface: Surface, deltas: np.ndarray, problem: Problem) -> dict[str, np.ndarray]:
+    """Return pressure (GPa), displacement and gap (nm) of the states at ``deltas`` (nm below the datum)."""
+    displacement = surface_displacement(pressure, problem.dx, problem.contact_modulus)
+    gap = displacement + surface.separation - deltas[..., None, None]
+    return {
+        "pressure": pressure,
+        "displacement": displacement,
+        "gap": np.where(np.isfinite(surface.separation), gap, np.nan),
+    }
+
+
+def put_fields(record: np.ndarray, surface: Surface, found: Mapping[str, np.ndarray]) -> None:
+    """Write the fields of the solved cells into a record's full windows; cells beyond the scan stay NaN."""
+    (i, j), (rows, columns) = surface.corner, surface.separation.shape
+    for name, values in found.items():
+        record[name][..., i : i + rows, j : j + columns] = values
+
+
+def window_axes(windows: list[regions.Window], problem: Problem, layout: Layout) -> dict:
+    """Return x, y from the contact centre, and each centre's offset where they lie unequally within their pixels."""
+    half = 0.5 * (problem.pixel - problem.dx)  # from a pixel's centre to its first cell's
+    origins = np.array([window.origin for window in windows]) - half
+    alike = np.ptp(origins, axis=0).max() < 1e-6 * problem.dx
+    common = origins[0] if alike else np.round(origins[0] / problem.pixel) * problem.pixel - half
+    axes = {axis: common[k] + problem.dx * np.arange(layout.window[k]) for k, axis in enumerate("xy")}
+    if alike:
+        return axes
+    shifts = origins - common
+    return axes | {f"subpixel_{axis}": ("subregion", shifts[:, k]) for k, axis in enumerate("xy")}

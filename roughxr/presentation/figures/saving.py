@@ -1,0 +1,147 @@
+"""A figure as a sheet of a report: a title that says what is seen, panels, and a table of numbers."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ...files.disk import whole
+from .style import COLUMN, GREY, SMALL, TITLE, tidy
+
+#: Number of letters on one line of a title at one column's width, and of small print.
+_TITLE_LETTERS, _NOTE_LETTERS = 50, 66
+
+#: Height of one line of the table, inches.
+_LINE = 0.145
+
+
+def sheet(
+    title: str,
+    *,
+    shape: tuple[int, int] = (1, 1),
+    aspect: float = 0.72,
+    rows: Sequence[tuple[str, ...]] = (),
+    note: str = "",
+    **options,
+):
+    """Return a Figure and its panels: title above, panels of ``aspect`` × one column, a table below.
+
+    Parameters
+    ----------
+    title : str
+        Wrapped to the width.
+    shape : (int, int)
+        Rows and columns of panels.
+    aspect : float
+        Height of all panels together over the column's width.
+    rows : sequence of (quantity, here, paper) or (quantity, here)
+        Rows of the table, with the paper's numbers where they are given; without rows there is no table.
+    note : str
+        Small print below the table.
+    **options
+        As for `Figure.subplots`.
+
+    Returns
+    -------
+    (Figure, array of Axes)
+        The Figure belongs to no pyplot window.
+    """
+    from matplotlib.figure import Figure
+
+    notes = textwrap.wrap(note, _NOTE_LETTERS)
+    below = _LINE * (len(rows) + 1.6) * bool(rows) + 0.85 * _LINE * len(notes) + 0.04
+    lines = textwrap.wrap(title, _TITLE_LETTERS)
+    above, middle = 0.155 * len(lines) + 0.08, aspect * COLUMN
+    figure = Figure(figsize=(COLUMN, above + middle + below), layout="constrained")
+    figure.suptitle("\n".join(lines), x=0.015, ha="left", fontsize=TITLE, fontweight="bold", linespacing=1.25)
+    upper, lower = figure.subfigures(2, 1, height_ratios=[middle, below], hspace=0)
+    axes = upper.subplots(*shape, squeeze=False, **options).ravel()
+    for ax in axes:
+        tidy(ax)
+    _table(lower, rows, notes, below)
+    return figure, axes
+
+
+def _table(figure, rows, notes: list[str], height: float):
+    ax = figure.add_axes((0.015, 0, 0.97, 1))
+    ax.set(xlim=(0, 1), ylim=(height / _LINE, 0))
+    ax.axis("off")
+    line = 0.7
+    if rows:
+        if len(rows[0]) > 2:
+            _row(ax, line, "", "here", "paper", color="#555555", style="italic")
+        ax.axhline(line + 0.5, color=GREY, linewidth=0.5)
+        for line, row in enumerate(rows, start=2):
+            _row(ax, line - 0.2, *row)
+        line = len(rows) + 1.9
+    for k, text in enumerate(notes):
+        ax.text(0, line + 0.85 * k, text, fontsize=SMALL - 0.7, color="#555555", va="center")
+
+
+def _row(ax, line: float, quantity: str, here: str, paper: str | None = None, **style):
+    ax.text(0.0, line, quantity, ha="left", va="center", fontsize=SMALL, **style)
+    ax.text(1.0 if paper is None else 0.74, line, here, ha="right", va="center", fontsize=SMALL, **style)
+    if paper is not None:
+        ax.text(1.0, line, paper, ha="right", va="center", fontsize=SMALL, **style)
+
+
+def save(figure, path, *, dpi: int = 300) -> Path:
+    """Write a figure to a file.
+
+    Parameters
+    ----------
+    figure : Figure or Axes
+        Axes stand for their figure.
+    path : path
+        Its suffix gives the format: ``.png``, ``.pdf``, ``.svg``.
+    dpi : int
+        Dots per inch of a pixel format.
+
+    Returns
+    -------
+    Path
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from matplotlib.figure import Figure
+    >>> save(Figure(), Path(tempfile.mkdtemp()) / "empty.png", dpi=50).name
+    'empty.png'
+    """
+    sheet = getattr(figure, "figure", None) or figure
+    with whole(path) as temporary:
+        sheet.savefig(temporary, dpi=dpi)
+    return Path(path)
+
+
+def number(value: float, unit: str = "", digits: int = 3) -> str:
+    """Return a number with its unit as text for a table; a dash for NaN.
+
+    Examples
+    --------
+    >>> number(2.04, "µN", 2), number(float("nan"), "nm"), number(-0.5)
+    ('2 µN', '–', '−0.5')
+    """
+    if not np.isfinite(value):
+        return "–"
+    text = f"{value:.{digits}g}" if abs(value) < 10**digits else f"{value:.0f}"
+    return f"{text} {unit}".strip().replace("-", "−")
+
+
+def mean_and_spread(values, unit: str, *, size: float = 1.0, digits: int = 2) -> str:
+    """Return mean ± standard deviation (n − 1) of the finite values, divided by ``size``, with one unit.
+
+    Examples
+    --------
+    >>> mean_and_spread([1000.0, 3000.0], "µN", size=1e3)
+    '2.00 ± 1.41 µN'
+    """
+    finite = np.asarray(values, dtype=float) / size
+    finite = finite[np.isfinite(finite)]
+    if finite.size == 0:
+        return "–"
+    spread = finite.std(ddof=1) if finite.size > 1 else np.nan
+    return f"{finite.mean():.{digits}f} ± {spread:.{digits}f} {unit}".replace("-", "−")

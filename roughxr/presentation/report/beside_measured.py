@@ -1,0 +1,104 @@
+"""Measured pull-off forces beside those that the run predicts, where a run holds or is given measured ones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pandas as pd
+import xarray as xr
+
+from ...measured import against
+from .intervals import force_unit
+
+Run = Mapping[str, xr.Dataset]
+
+#: Groups of the measured pull-offs, and of their comparison with the method of the main numbers.
+MEASURED, COMPARED = "measured/pull_off", "measured/against"
+
+
+def prediction(run: Run) -> xr.Dataset:
+    """Return the pull-off of the main numbers, that of the first preload where there are several.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        With ``statistics/adhesive`` or ``statistics/energy``.
+    """
+    found = run["statistics/adhesive" if "statistics/adhesive" in run else "statistics/energy"]
+    return found.isel(preload=0) if "preload" in found.dims else found
+
+
+def compared(run: Run) -> Run:
+    """Return a run with the comparison added; unchanged where there is nothing to compare.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run, among them ``measured/pull_off``.
+    """
+    predicted = {"statistics/adhesive", "statistics/energy"} & set(run)
+    if MEASURED not in run or not predicted:
+        return run
+    return {**run, COMPARED: against(prediction(run), run[MEASURED])}
+
+
+def measured_words(run: Run) -> list[str]:
+    """Return sentences on what was measured, and on whether it agrees with the predicted distribution.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        As `compared` returns it.
+
+    Returns
+    -------
+    list of str
+        Empty where nothing was compared.
+
+    Examples
+    --------
+    >>> measured_words({})
+    []
+    """
+    if COMPARED not in run:
+        return []
+    found, measured = run[COMPARED], run[MEASURED]
+    mean = found.sel(statistic="mean")
+    origin = f"{measured.attrs.get('measured', 'pull-offs')} in {measured.attrs.get('source_file', 'no file')}"
+    said = [f"Measured: {int(measured['pull_off_force'].notnull().sum())} places of {origin}."]
+    interval = f"{float(mean['ratio_low']):.2g} … {float(mean['ratio_high']):.2g}"
+    said += [f"The measured mean is {float(mean['ratio']):.3g} times the predicted (95 % interval {interval})."]
+    p_value, distance = float(found["distribution_p_value"]), float(found["distribution_distance"])
+    verdict = "are told apart" if p_value < 0.05 else "are not told apart"
+    said += [
+        f"The distributions {verdict}: they differ by up to {distance:.2g}, which chance does with p = {p_value:.2g}."
+    ]
+    return [*said, f"Places: {found.attrs['places']}."]
+
+
+def measured_table(run: Run) -> pd.DataFrame:
+    """Return predicted and measured statistics with their ratio, in a suitable unit.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        As `compared` returns it.
+
+    Returns
+    -------
+    DataFrame
+        One row per statistic: predicted and measured, in nN or a larger unit, their ratio and the ends of its interval.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> pulls = [xr.Dataset({"pull_off_force": ("subregion", f * np.arange(1.0, 9.0))}) for f in (1, 2)]
+    >>> run = compared({"statistics/energy": pulls[0], MEASURED: pulls[1]})
+    >>> round(float(measured_table(run).loc["mean", "ratio"]), 3)
+    2.0
+    """
+    found = run[COMPARED]
+    unit, size = force_unit(float(found["predicted"].sel(statistic="mean")))
+    columns = {f"{name} [{unit}]": found[name].values / size for name in ("predicted", "measured")}
+    columns |= {name.replace("_", ", "): found[name].values for name in ("ratio", "ratio_low", "ratio_high")}
+    return pd.DataFrame(columns, index=pd.Index(found["statistic"].values.astype(str), name="statistic"))

@@ -1,0 +1,176 @@
+"""The flow in which the sphere of a run comes off: a table, a figure, and its caveats."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from ...detachment import resuspension, with_pull_off
+from ...detachment.balance import MODES
+
+Run = Mapping[str, xr.Dataset]
+
+#: The groups that are needed.
+COMING_OFF = "solutions/rolling", "statistics/adhesive", "statistics/detachment", "statistics/detachment_superposed"
+
+#: Columns of the table, by the method of the pull-off force.
+_CRITICAL = {"adhesive": "statistics/detachment", "energy": "statistics/detachment_superposed"}
+
+#: Number of speeds for the fraction remaining, and how far they extend beyond the critical ones.
+_SPEEDS, _BEYOND = 40, 3.0
+
+#: Number of contacts from which on a sphere does not settle sideways.
+_RESTS = 3
+
+
+def detachment_table(run: Run) -> pd.DataFrame:
+    """Return the resistance against rolling, and the flow of air that overcomes it, by method.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        With the groups `COMING_OFF`.
+
+    Returns
+    -------
+    DataFrame
+        One row per quantity, units with it; one column for each method of the pull-off force: the simulation with
+        adhesion, the superposition by least energy. Both use the levers of the superposed asperities.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
+    >>> critical = roughxr.critical_load(held)
+    >>> table = detachment_table(dict(zip(COMING_OFF, (held, held, critical, critical))))
+    >>> table.loc[["places that roll first", "places that slide first"], "adhesive"].tolist()
+    [4.0, 0.0]
+    """
+    columns = {method: _column(moments_of(run, method), run[group]) for method, group in _CRITICAL.items()}
+    table = pd.DataFrame(columns)
+    table.index.name = "quantity"
+    return table
+
+
+def moments_of(run: Run, method: str = "adhesive") -> xr.Dataset:
+    """Return the run's resisting moments, with the pull-off forces of a method.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+    method : {"adhesive", "energy"}
+
+    Returns
+    -------
+    Dataset
+        As from `rolling`.
+
+    Examples
+    --------
+    >>> held = xr.Dataset({"resisting_moment": (("subregion", "direction"), [[1.0, 2.0]])})
+    >>> moments_of({"solutions/rolling": held}, "energy") is held
+    True
+    """
+    held = run["solutions/rolling"]
+    if method == "energy":
+        return held
+    pulled = run["statistics/adhesive"]
+    return with_pull_off(held, pulled.isel(preload=0) if "preload" in pulled.dims else pulled)
+
+
+def _column(held: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
+    moment, lever = held["resisting_moment"], held["lever"]
+    speed = critical["critical_friction_velocity"].values
+    speed = speed[np.isfinite(speed)]
+    weakest = moment.min("direction")
+    rows = {
+        "resisting moment, median [nN nm]": float(moment.median()),
+        "lever, median [nm]": float(lever.median()),
+        "lever / sphere's radius, median": float(lever.median() / held["sphere_radius"]),
+        "stiffest / weakest direction, median": float((moment.max("direction") / weakest.where(weakest > 0)).median()),
+        "critical friction velocity, mean [m/s]": float(speed.mean()) if speed.size else np.nan,
+    }
+    for share, words in ((0.05, "5 %"), (0.5, "median"), (0.95, "95 %")):
+        quantile = float(np.quantile(speed, share)) if speed.size else np.nan
+        rows[f"critical friction velocity, {words} [m/s]"] = quantile
+    for mode in MODES:
+        rows[f"places that {mode} first"] = float((critical["mode"] == mode).sum())
+    rows["places where the flow's formulas hold (r⁺ ≤ 1)"] = float(critical["in_range"].sum())
+    rows[f"places on fewer than {_RESTS} asperities"] = float(_not_settled(held).sum())
+    return rows
+
+
+def _not_settled(held: xr.Dataset) -> xr.DataArray:
+    return (held["contacts"] < _RESTS) & held["resisting_moment"].notnull().all("direction")
+
+
+def coming_off_words(run: Run) -> list[str]:
+    """Return the caveats of the table: one sentence each, none for a run without its groups.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> coming_off_words({})
+    []
+    """
+    if not set(COMING_OFF) <= set(run):
+        return []
+    critical, hard = run["statistics/detachment"], "hardness" in run["solutions/rolling"].coords
+    said = [
+        "Air flows along x over a sphere without weight that lies as it was put down; nothing slides, no friction "
+        "being given. What is resisted is the superposed asperities' moment about the contact's edge as they let go "
+        "one after the other; of the simulation the pull-off forces are taken at the same levers, not its pressures."
+        + hard
+        * " These asperities stay elastic: flattened ones would be wider."
+    ]
+    known = np.isfinite(critical["critical_friction_velocity"].values)
+    out = int((known & ~critical["in_range"].values.astype(bool)).sum())
+    if out:
+        said.append(
+            f"At {out} of {known.size} places the critical flow is beyond what the formulas of drag and torque hold "
+            "for (r u*/ν above 1): there it is an extrapolation."
+        )
+    few = int(_not_settled(run["solutions/rolling"]).sum())
+    if few:
+        said.append(
+            f"At {few} of {known.size} places the sphere rests on fewer than three asperities: a real one would roll "
+            "on until three hold it, and the simulation's contact may be wider; these are the first to go here."
+        )
+    return said
+
+
+def remaining(run: Run) -> xr.Dataset:
+    """Return the fraction remaining in a flow of air, over speeds from below the first critical one to above the last.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+
+    Returns
+    -------
+    Dataset
+        As from `resuspension`.
+
+    Raises
+    ------
+    ValueError
+        If no place gives way in any flow.
+    """
+    speed = run["statistics/detachment"]["critical_friction_velocity"].values
+    speed = speed[speed > 0]
+    if not speed.size:
+        raise ValueError("no place gives way in a flow")
+    speeds = np.geomspace(speed.min() / _BEYOND, speed.max() * _BEYOND, _SPEEDS)
+    return resuspension(moments_of(run), friction_velocity=speeds, time=1.0)

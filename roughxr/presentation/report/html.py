@@ -1,0 +1,261 @@
+"""A run as one page: what was analysed and how, the main numbers with intervals, figures, and caveats.
+
+The page is self-contained: it needs no network and no script, and can be printed.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from ..._version import __version__
+from ...files import archive
+from ...files.disk import whole
+from ...scans import level
+from ...scans.regions import extent
+from ...vocabulary import schema
+from .beside_measured import COMPARED, MEASURED, compared, measured_table, measured_words
+from .budget import BUDGET, budget_table, headline
+from .coming_off import COMING_OFF, coming_off_words, detachment_table
+from .embedded_figures import budget_picture, pictures
+from .intervals import interval_table
+from .repeat import command
+from .tables import contact_table, formula_table, scan_table
+from .warnings_shown import cautions
+
+#: How to cite this library, and what it implements.
+CITATION = (
+    f"roughxr {__version__}: contact mechanics on AFM scans as labelled xarray datasets.",
+    "W. Cheng, P. F. Dunn, R. M. Brach: Contact between a smooth microsphere and an anisotropic rough surface.",
+)
+
+
+def write_report(
+    path: str | os.PathLike, output: str | os.PathLike | None = None, *, measured: xr.Dataset | None = None
+) -> Path:
+    """Write a run's archive as one self-contained HTML page.
+
+    Parameters
+    ----------
+    path : path
+        The archive of a run, NetCDF-4, or the folder that `roughxr run` or `paper` made.
+    output : path, optional
+        The page, by default ``report.html`` beside the archive; it appears under this name once it is complete.
+    measured : Dataset, optional
+        From `open_pull_off`: compared with the run's prediction in a section of its own. An archive may also hold it,
+        as its group ``measured/pull_off``.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    ValueError
+        If the file holds no group for a report.
+    OSError
+        If the file is absent or no NetCDF-4.
+
+    Examples
+    --------
+    >>> import tempfile, roughxr
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> run = {"scan": scan, "asperities": roughxr.asperities(scan)}
+    >>> write_report(roughxr.archive.save(run, folder / "run.nc"), folder / "report.html").name
+    'report.html'
+    """
+    path = archive.of_run(Path(path))
+    run = {name: ds.load() for name, ds in archive.load(path).items() if ds.data_vars}
+    if not set(run) & {"scan", "solutions/direct", "statistics/energy"}:
+        found = ", ".join(run) or "none"
+        raise ValueError(f"{path}: expected the archive of a run, found groups: {found}; make one with roughxr run")
+    run = run if measured is None else {**run, MEASURED: measured}
+    text = page(run, archive_name=path.name)
+    output = path.with_name("report.html") if output is None else Path(output)
+    with whole(output) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return output
+
+
+def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
+    """Return the page as text.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run.
+    archive_name : str
+        The file that they come from, as the page names it.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> text = page({"scan": roughxr.open_sample("glass")}, archive_name="glass.nc")
+    >>> "glass.nc" in text, "made from a seed, not measured" in text
+    (True, True)
+    """
+    import jinja2
+
+    loader = jinja2.PackageLoader("roughxr.presentation.report", ".")
+    run = compared(run)
+    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    return environment.get_template("page.html").render(
+        title=_title(run),
+        archive_name=archive_name,
+        facts=_facts(run),
+        cautions=cautions(run),
+        numbers=list(_numbers(run)),
+        headline=headline(run),
+        budget=_as_text(budget_table(run))[1] if BUDGET in run else [],
+        budget_picture=budget_picture(run),
+        adhesion=_adhesion(run),
+        model=_model(run),
+        measured=measured_words(run),
+        coming_off=coming_off_words(run),
+        coming_off_table=_as_text(detachment_table(run)) if set(COMING_OFF) <= set(run) else None,
+        pictures=list(pictures(run)),
+        tables=_tables(run),
+        steps=_steps(run),
+        command=command(run),
+        citation=CITATION,
+        version=__version__,
+    )
+
+
+def _title(run: Mapping[str, xr.Dataset]) -> str:
+    attrs = run["scan"].attrs if "scan" in run else {}
+    return str(attrs.get("title") or attrs.get("source_file") or "A run of roughxr")
+
+
+def _facts(run: Mapping[str, xr.Dataset]) -> list[tuple[str, str]]:
+    """Return what was analysed, and the sphere."""
+    if "scan" not in run:
+        return []
+    scan = run["scan"]
+    x_low, x_high, y_low, y_high = extent(scan)
+    pixels = " × ".join(str(scan.sizes[axis]) for axis in ("x", "y"))
+    facts = [
+        ("file", scan.attrs.get("source_file", "none: synthetic")),
+        ("channel", scan.attrs.get("channel", "")),
+        ("size", f"{(x_high - x_low) / 1e3:.4g} × {(y_high - y_low) / 1e3:.4g} µm, {pixels} pixels"),
+        ("heights", _heights(scan)),
+        *[_coordinate(scan, name) for name in schema.TRAVELLING if name in scan.coords],
+        ("places", _places(run)),
+        ("checksum of the heights", scan.attrs.get("input_sha256", "")[:16]),
+    ]
+    return [(name, str(value)) for name, value in facts if value]
+
+
+def _heights(scan: xr.Dataset) -> str:
+    """Return the range of heights, and for a tilted scan also that about its mean plane."""
+    low, high = float(scan["height"].min()), float(scan["height"].max())
+    words = f"{low:.4g} … {high:.4g} nm".replace("-", "−")
+    flat = float(np.ptp(level(schema.label(scan))["height"].values))
+    tilted = f", of which tilt is all but {flat:.4g} nm: level the scan first"
+    return words + (tilted if flat < 0.8 * (high - low) else "")
+
+
+def _coordinate(scan: xr.Dataset, name: str) -> tuple[str, str]:
+    known = schema.VARIABLES[name]
+    return known.long_name, f"{float(scan[name]):.5g} {known.units.replace('J m-2', 'J/m²')}"
+
+
+def _places(run: Mapping[str, xr.Dataset]) -> str:
+    counts = {ds.sizes["subregion"] for name, ds in run.items() if "subregion" in ds.sizes}
+    return f"{max(counts)} contact centres" if counts else ""
+
+
+def _adhesion(run: Mapping[str, xr.Dataset]) -> str:
+    """Return the method of the adhesion on the page."""
+    if "statistics/adhesive" in run:
+        return "Adhesion by direct simulation of approach and retraction."
+    return "Adhesion by superposed asperities (least energy)." if "statistics/energy" in run else ""
+
+
+def _model(run: Mapping[str, xr.Dataset]) -> str:
+    """Return the sentence that recommends a model for the scan and its pair."""
+    return run["statistics/regime"].attrs["recommendation"] if "statistics/regime" in run else ""
+
+
+def _numbers(run: Mapping[str, xr.Dataset]):
+    """Yield the main numbers as they are printed: quantity, places, estimate, intervals, independent places."""
+    before = None
+    for (quantity, places), row in interval_table(run).iterrows():
+        block, naive = (
+            f"{_digits(row[low])} … {_digits(row[high])}"
+            for low, high in (("low", "high"), ("naive low", "naive high"))
+        )
+        shown = "" if quantity == before else quantity
+        before = quantity
+        yield shown, places, _digits(row["estimate"]), block, naive, f"{row['independent places']:.0f}"
+
+
+def _digits(value: float) -> str:
+    """Return a whole number unchanged, any other to three digits.
+
+    Examples
+    --------
+    >>> _digits(1234.5), _digits(-0.01234), _digits(float("nan")), _digits(14422.0)
+    ('1230', '−0.0123', '–', '14422')
+    """
+    if not np.isfinite(value):
+        return "–"
+    value = round(value, 12)  # removes rounding left by a subtracted mean
+    if value == int(value):
+        return f"{int(value)}".replace("-", "−")
+    rounded = float(f"{value:.3g}")
+    text = f"{rounded:.0f}" if abs(rounded) >= 100 else f"{value:#.3g}".rstrip(".")
+    return text.replace("-", "−")
+
+
+def _tables(run: Mapping[str, xr.Dataset]) -> list[tuple[str, list[str], list[list[str]]]]:
+    """Return the tables of the command line: title, head and rows of text."""
+    makers: dict[str, Any] = {
+        "Scan and asperities": (scan_table, {"scan", "asperities", "reconstruction"}),
+        "Contact, by method": (contact_table, {"solutions/energy", "statistics/energy", "solutions/direct"}),
+        "Predicted beside measured": (measured_table, {COMPARED}),
+        "What the usual formulas say": (formula_table, {"statistics/formulas"}),
+    }
+    return [(title, *_as_text(make(run))) for title, (make, needs) in makers.items() if needs <= set(run)]
+
+
+def _as_text(table: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
+    head = [table.index.name or "", *(str(column).replace("_", " ") for column in table.columns)]
+    return head, [[str(words), *map(_cell, row)] for words, row in table.iterrows()]
+
+
+def _cell(value: Any) -> str:
+    return value if isinstance(value, str) else _digits(float(value))
+
+
+def _steps(run: Mapping[str, xr.Dataset]) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Return the last steps of each group with their arguments, without the steps of earlier groups."""
+    known: list = []
+    groups = []
+    for name, ds in run.items():
+        steps = [step for step in schema.history(ds) if step not in known]
+        known += steps
+        if steps:
+            groups.append((name, [(str(step.get("operation")), _arguments(step)) for step in steps]))
+    return groups
+
+
+def _arguments(step: Mapping[str, Any]) -> str:
+    arguments = step.get("arguments", {})
+    return ", ".join(f"{key} = {_short(value)}" for key, value in arguments.items())
+
+
+def _short(value: Any) -> str:
+    text = str(value)
+    return text if len(text) <= 120 else text[:117] + "…"

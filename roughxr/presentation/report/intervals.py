@@ -1,0 +1,131 @@
+"""The main numbers of a run with their intervals, for all places and for those without debris."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from ... import statistics
+
+#: The main numbers of pull-off: words, variable, statistic.
+_PULL_OFF = (
+    ("pull-off force, mean", "pull_off_force", "mean"),
+    ("pull-off force, median", "pull_off_force", "q50"),
+    ("pull-off force, std", "pull_off_force", "std"),
+    ("pull-off force, rough / smooth", "pull_off_ratio", "mean"),
+    ("displacement at pull-off, mean", "pull_off_delta", "mean"),
+)
+
+#: Units of force and their size in nN; the largest unit of which a force is at least one is printed.
+_PREFIXES = (("mN", 1e6), ("µN", 1e3), ("nN", 1.0), ("pN", 1e-3))
+
+PLACES = ("all places", "without debris")
+_COLUMNS = ("estimate", "low", "high", "naive low", "naive high", "independent places")
+
+
+def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> pd.DataFrame:
+    """Return the main numbers with their 95 % intervals by block and by naive bootstrap.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run.
+    method : str, optional
+        Method of the pull-off: "adhesive", the simulation with adhesion, is the default where the run holds it, else
+        the superposition by least energy.
+
+    Returns
+    -------
+    DataFrame
+        By (quantity, places): estimate, ends of the block interval and of the naive one, and the number of
+        independent places; units are in the name of the quantity. There is a row without debris only where there is
+        some.
+
+    Examples
+    --------
+    >>> pull = xr.Dataset({"pull_off_force": ("subregion", [1.0, 2.0, 3.0, 6.0], {"units": "nN"})})
+    >>> table = interval_table({"statistics/energy": pull})
+    >>> mean = table.iloc[0]
+    >>> float(mean["estimate"]), bool(mean["low"] < 3 < mean["high"])
+    (3.0, True)
+    """
+    rows = {}
+    flags = flagged(run)
+    pull = _pull_off(run, method or ("adhesive" if "statistics/adhesive" in run else "energy"))
+    for words, name, what in _PULL_OFF if pull is not None else ():
+        if name not in pull:
+            continue
+        unit, size = _unit_of(pull, name)
+        rows |= _rows(f"{words} [{unit}]" if unit else words, pull, name, what, size, flags)
+    if "solutions/direct" in run:
+        direct = run["solutions/direct"]
+        for delta in marked(direct):
+            at = direct.sel(delta=delta, method="nearest")
+            unit, size = _unit_of(direct, "force")
+            rows |= _rows(f"elastic force at δ = {delta:g} nm, mean [{unit}]", at, "force", "mean", size, flags)
+    table = pd.DataFrame.from_dict(rows, orient="index", columns=_COLUMNS)
+    table.index = pd.MultiIndex.from_tuples(rows, names=["quantity", "places"])
+    return table
+
+
+def _pull_off(run: Mapping[str, xr.Dataset], method: str) -> xr.Dataset | None:
+    """Return a run's pull-off, with its ratio to the smooth sphere's where the bodies adhere."""
+    pull = run.get(f"statistics/{method}")
+    if pull is None or float(pull.coords.get("work_of_adhesion", 0.0)) <= 0:
+        return pull
+    return statistics.reduction(pull)
+
+
+def force_unit(force: float) -> tuple[str, float]:
+    """Return a suitable unit for a force (nN), and its size in nN.
+
+    Examples
+    --------
+    >>> force_unit(6.011), force_unit(2000.0), force_unit(0.0)
+    (('nN', 1.0), ('µN', 1000.0), ('nN', 1.0))
+    """
+    return next(((unit, size) for unit, size in _PREFIXES if abs(force) >= size), ("nN", 1.0))
+
+
+def _unit_of(ds: xr.Dataset, name: str) -> tuple[str, float]:
+    """Return the unit in which a variable is printed, and its size in the schema's units."""
+    if name in ("force", "pull_off_force"):
+        values = ds[name].values
+        mean = np.nanmean(values.reshape(len(values), -1)[:, -1]) if np.isfinite(values).any() else 0.0
+        return force_unit(float(mean))
+    return ("" if ds[name].attrs.get("units", "1") == "1" else str(ds[name].attrs["units"])), 1.0
+
+
+def flagged(run: Mapping[str, xr.Dataset]) -> xr.DataArray | None:
+    """Return which places hold debris, None where the run does not say."""
+    places = next((ds for ds in run.values() if "subregion_x" in ds.coords and ds.sizes.get("subregion", 0) > 1), None)
+    if places is None or "asperities" not in run:
+        return None
+    return statistics.debris(run["asperities"], places)
+
+
+def marked(direct: xr.Dataset) -> list[float]:
+    """Return the paper's two displacements where they were solved, else the middle and the last."""
+    deltas = direct["delta"].values
+    found = [d for d in (5.08, 15.4) if np.isclose(deltas, d).any()]
+    return found or sorted({float(deltas[deltas.size // 2]), float(deltas[-1])})
+
+
+def _rows(words: str, ds: xr.Dataset, name: str, what: str, size: float, flags: xr.DataArray | None) -> dict:
+    values = ds[name].values[np.isfinite(ds[name].values)]
+    if values.size < 2:  # an estimate without an interval, or none: reported nevertheless
+        alone = float(values[0]) / size if values.size and what != "std" else np.nan
+        return {(words, PLACES[0]): [alone, *[np.nan] * 4, float(values.size)]}
+    rows = {(words, PLACES[0]): _row(ds, name, what, size)}
+    if flags is not None and 0 < int(flags.sum()) < flags.size - 1 and flags.size == ds.sizes["subregion"]:
+        rows[words, PLACES[1]] = _row(ds.isel(subregion=np.flatnonzero(~flags.values)), name, what, size, within=ds)
+    return rows
+
+
+def _row(ds: xr.Dataset, name: str, what: str, size: float, within: xr.Dataset | None = None) -> list[float]:
+    found = statistics.bootstrap(ds, name, statistics=[what], within=within).isel(statistic=0)
+    ends = [float(found[end].sel(resampling=way)) / size for way in ("block", "naive") for end in ("low", "high")]
+    return [float(found["estimate"]) / size, *ends, float(found["independent_places"].sel(resampling="block"))]

@@ -1,0 +1,87 @@
+"""Rows of the comparison with the paper only: its values at one place, in one group, or along a curve."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+from ...statistics import compare, debris
+
+Run = Mapping[str, xr.Dataset]
+
+_MICRO = 1e-3  # µN per nN
+
+#: Displacements (nm) at which the paper shows distributions of forces, and at which both methods agree in it.
+_SHOWN, _ALIKE = (5.08, 15.4), (9.0, 10.0, 12.0)
+
+
+def of_the_paper(run: Run, method: str) -> dict[str, float]:
+    """Return the values of one method for these rows.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run.
+    method : str
+        A column of the contact's table.
+
+    Returns
+    -------
+    dict of str to float
+    """
+    return _of_direct(run) if method == "direct" else _of_figure_15(run, method)
+
+
+def _of_figure_15(run: Run, method: str) -> dict[str, float]:
+    """Return values at the place of figure 15: of those without debris, the one with the largest published pull-off."""
+    clean = run["statistics/published"]["pull_off_force"].where(~_debris(run, "solutions/published"))
+    place = {"subregion": int(clean.fillna(0).argmax("subregion"))}
+    rows = {
+        "pull-off, place of figure 15 [µN]": _MICRO * float(run[f"statistics/{method}"]["pull_off_force"].isel(place))
+    }
+    if "force" not in run[f"solutions/{method}"] or run[f"solutions/{method}"].sizes["delta"] < 2:
+        return rows  # with a preload, and for rigid bodies, there are only events
+    force = run[f"solutions/{method}"]["force"].isel(place)
+    pulling = force["delta"].values[force.values < 0]
+    return rows | {
+        "that place pulls from [nm]": float(pulling.min(initial=np.inf)),
+        "that place pulls to [nm]": float(pulling.max(initial=-np.inf)),
+    }
+
+
+def _of_direct(run: Run) -> dict[str, float]:
+    direct, superposed = run["solutions/direct"], run["solutions/hertz"]
+    rows = {
+        f"force at {delta:g} nm, second group [µN]": _MICRO * second_group(_at(direct["force"], delta).values)
+        for delta in _SHOWN
+    }
+    clean = np.flatnonzero(~_debris(run, "solutions/direct"))
+    found = compare(superposed.isel(subregion=clean), direct.isel(subregion=clean))
+    rows |= {
+        f"superposed / direct at {delta:g} nm, no debris": 1 + float(_at(found["mean_difference"], delta))
+        for delta in _ALIKE
+    }
+    agree = (np.abs(found["force_difference"]) <= 0.1).any("delta")
+    return rows | {"places without debris that agree to 10 % somewhere": float(agree.sum())}
+
+
+def _at(values: xr.DataArray, delta: float) -> xr.DataArray:
+    return values.sel(delta=delta, method="nearest")
+
+
+def _debris(run: Run, solution: str) -> np.ndarray:
+    return debris(run["asperities"], run[solution]).values
+
+
+def second_group(values: np.ndarray) -> float:
+    """Return the mean of the values above the widest gap between consecutive ones.
+
+    Examples
+    --------
+    >>> float(second_group(np.array([0.0, 1.0, 2.0, 9.0, 10.0])))
+    9.5
+    """
+    values = np.sort(values)
+    return float(values[np.argmax(np.diff(values)) + 1 :].mean()) if values.size > 1 else np.nan

@@ -1,0 +1,315 @@
+"""The main numbers of a run as tables, beside the values of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from ...scans.regions import extent
+from ...statistics import compare, smooth_pull_off
+from .intervals import force_unit, marked
+from .paper_rows import of_the_paper
+
+#: Columns of the comparison, for the methods that a run holds.
+METHODS = ("adhesive", "rigid", "published", "self_similar", "energy", "direct")
+
+_MICRO = 1e-3  # µm per nm
+
+_PARTING = "superposed and direct part by 10 %, median place [nm]"
+
+
+def contact_table(
+    run: Mapping[str, xr.Dataset],
+    paper: Mapping[str, float] | None = None,
+    notes: Mapping[str, str] | None = None,
+) -> pd.DataFrame:
+    """Return the contact's main numbers by method.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run: ``solutions/<method>``, ``solutions/hertz``, ``solutions/smooth``, and
+        ``statistics/<method>``, as far as it holds them.
+    paper : mapping of str to float, optional
+        Published values by row name, for a first column; adds the rows that only this comparison needs.
+    notes : mapping of str to str, optional
+        How to read the published values, by row name, for a column beside them.
+
+    Returns
+    -------
+    DataFrame
+        One row per quantity (forces in a suitable unit, displacements in nm), one column per method; NaN
+        where a method has no such number.
+
+    Examples
+    --------
+    >>> force = ("subregion", "delta"), [[0.0, 1.0], [2.0, 5.0]]
+    >>> run = {"solutions/direct": xr.Dataset({"force": force}, coords={"delta": [1.0, 2.0]})}
+    >>> float(contact_table(run).loc["force at 2 nm, mean [nN]", "direct"])
+    3.0
+    """
+    pulls = [run[f"statistics/{method}"]["pull_off_force"] for method in METHODS if f"statistics/{method}" in run]
+    unit = force_unit(max((float(pull.mean()) for pull in pulls if pull.notnull().any()), default=0.0))
+    columns = {method: _column(run, method, *unit) for method in METHODS if f"solutions/{method}" in run}
+    if paper is not None:
+        columns = {method: rows | of_the_paper(run, method) for method, rows in columns.items()}
+    return _beside_paper(pd.DataFrame(columns), paper, notes)
+
+
+def _beside_paper(table: pd.DataFrame, paper: Mapping | None, notes: Mapping | None) -> pd.DataFrame:
+    """Return a table with the published values in the first column, and how to read them."""
+    table.index.name = "quantity"
+    if paper is not None:
+        table.insert(0, "paper", pd.Series(paper, dtype=float).reindex(table.index))
+    if notes is not None:
+        table.insert(1, "paper's is", pd.Series(notes, dtype=object).reindex(table.index).fillna(""))
+    return table
+
+
+def _column(run: Mapping[str, xr.Dataset], method: str, unit: str, size: float) -> dict[str, float]:
+    if method == "direct":
+        return _direct_column(run)
+    rows = _pull_off_rows(run, method, unit, size)
+    if method == "adhesive":
+        return rows | _mesh_rows(run)
+    if method == "rigid":
+        return rows
+    return rows | {
+        "contacts beyond their patch at pull-off [%]": _share_at_pull_off(run, method, "contacts_beyond_patch"),
+        "contacts overlapping at pull-off [%]": _share_at_pull_off(run, method, "contacts_overlapping"),
+    }
+
+
+def _mesh_rows(run: Mapping[str, xr.Dataset]) -> dict[str, float]:
+    """Return the change of the pull-off on a finer mesh with shorter steps, at the places solved on both."""
+    if "solutions/finer" not in run:
+        return {}
+    change = mesh_change(run)
+    return {
+        "pull-off, error of mesh and step, median [%]": 100 * float(np.abs(change).median()),
+        "places solved twice as fine": float(change.notnull().sum()),
+    }
+
+
+def mesh_change(run: Mapping[str, xr.Dataset]) -> xr.DataArray:
+    """Return the relative change of the pull-off on a finer mesh with shorter steps, at the places solved on both.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        With the groups ``statistics/adhesive`` and ``solutions/finer``.
+
+    Returns
+    -------
+    DataArray
+        Along the subregions of ``solutions/finer``.
+    """
+    finer, whole = run["solutions/finer"], run["statistics/adhesive"]
+    same = [
+        int(np.argmin(np.hypot(whole["subregion_x"] - x, whole["subregion_y"] - y).values))
+        for x, y in zip(finer["subregion_x"].values, finer["subregion_y"].values)
+    ]
+    coarse = whole["pull_off_force"].isel(subregion=same).values
+    return coarse / finer["pull_off_force"] - 1
+
+
+def _pull_off_rows(run: Mapping[str, xr.Dataset], method: str, unit: str, size: float) -> dict[str, float]:
+    pull = run[f"statistics/{method}"]
+    force, delta = pull["pull_off_force"] / size, pull["pull_off_delta"]
+    smooth = smooth_pull_off(run[f"solutions/{method}"]) / size
+    return {
+        f"pull-off, smooth sphere [{unit}]": smooth,
+        f"pull-off, mean [{unit}]": float(force.mean()),
+        f"pull-off, std [{unit}]": _spread(force),
+        f"pull-off, largest [{unit}]": float(force.max()),
+        "pull-off, rough / smooth": float(force.mean()) / smooth if smooth > 0 else np.nan,
+        "pull-off displacement, mean [nm]": float(delta.mean()),
+        "pull-off displacement, std [nm]": _spread(delta),
+        "subregions that pull": float(force.notnull().sum()),
+    }
+
+
+def _spread(values: xr.DataArray) -> float:
+    """Return the standard deviation (n − 1) of the finite values, NaN for fewer than two."""
+    return float(values.std(ddof=1)) if int(values.notnull().sum()) > 1 else np.nan
+
+
+def _share_at_pull_off(run: Mapping[str, xr.Dataset], method: str, name: str) -> float:
+    """Return the share of contacts at the pull-off of their subregion that are counted as ``name``, in per cent."""
+    sweep, at = run[f"solutions/{method}"], run[f"statistics/{method}"]["pull_off_delta"]
+    pulling = sweep.isel(subregion=np.flatnonzero(at.notnull().values))
+    there = pulling.sel(delta=at.dropna("subregion"), method="nearest")
+    contacts = float(there["contacts"].sum())
+    return 100 * float(there[name].sum()) / contacts if contacts else np.nan
+
+
+def _direct_column(run: Mapping[str, xr.Dataset]) -> dict[str, float]:
+    direct = run["solutions/direct"]
+    unit, size = force_unit(float(direct["force"].isel(delta=-1).mean()))
+    force = direct["force"] / size
+    rows = {}
+    for delta in marked(direct):
+        here = force.sel(delta=delta, method="nearest")
+        rows[f"force at {delta:g} nm, mean [{unit}]"] = float(here.mean())
+        rows[f"force at {delta:g} nm, std [{unit}]"] = _spread(here)
+        rows[f"force at {delta:g} nm, largest [{unit}]"] = float(here.max())
+    if "solutions/smooth" in run:
+        smooth = run["solutions/smooth"]["force"].isel(subregion=0, drop=True) / size
+        for delta in _ratio_deltas(direct):
+            ratio = force.mean("subregion").sel(delta=delta, method="nearest") / smooth.sel(
+                delta=delta, method="nearest"
+            )
+            rows[f"rough / smooth force at {delta:g} nm"] = float(ratio)
+    if "solutions/hertz" in run:
+        rows[_PARTING] = _parting(run["solutions/hertz"], direct)
+    return rows
+
+
+def _ratio_deltas(direct: xr.Dataset) -> list[float]:
+    """Return 10 nm, the paper's, where it was solved, and the last displacement."""
+    deltas = direct["delta"].values
+    return sorted({10.0 if np.isclose(deltas, 10.0).any() else marked(direct)[0], float(deltas[-1])})
+
+
+def _parting(superposed: xr.Dataset, direct: xr.Dataset) -> float:
+    """Return the median displacement (nm) from which on the two forces at a place differ by more than a tenth."""
+    parting = compare(superposed, direct)["parting_delta"]
+    return float(parting.median())
+
+
+def scan_table(
+    run: Mapping[str, xr.Dataset],
+    paper: Mapping[str, float] | None = None,
+    notes: Mapping[str, str] | None = None,
+) -> pd.DataFrame:
+    """Return the main numbers of scan and asperities, with the published ones where given.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        With the groups ``scan``, ``asperities`` and ``reconstruction``.
+    paper, notes : mapping, optional
+        As for `contact_table`.
+
+    Returns
+    -------
+    DataFrame
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.synthetic.self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
+    >>> peaks = roughxr.asperities(scan)
+    >>> run = {"scan": scan, "asperities": peaks, "reconstruction": roughxr.reconstruct(scan, peaks)}
+    >>> float(scan_table(run).loc["size along x [µm]", "scan"])
+    0.64
+    """
+    height, catalogue = run["scan"]["height"], run["asperities"]
+    x_min, x_max, y_min, y_max = extent(run["scan"])
+    envelope = run["reconstruction"]
+    ratio = catalogue["axis_ratio"]
+    rows = {
+        "size along x [µm]": (x_max - x_min) * _MICRO,
+        "size along y [µm]": (y_max - y_min) * _MICRO,
+        "height, least [nm]": float(height.min()),
+        "height, greatest [nm]": float(height.max()),
+        "height, mean [nm]": float(height.mean()),
+        "height, std [nm]": float(height.std()),
+        "R_q about zero, original [nm]": float(np.sqrt((height**2).mean())),
+        "R_q about zero, reconstructed [nm]": float(np.sqrt((envelope["height"] ** 2).mean())),
+        "R_a about zero, original [nm]": float(np.abs(height).mean()),
+        "R_a about zero, reconstructed [nm]": float(np.abs(envelope["height"]).mean()),
+        "R_a, reconstructed above original [%]": _above(np.abs(envelope["height"]), np.abs(height), 1),
+        "R_q, reconstructed above original [%]": _above(envelope["height"], height, 2),
+        "original - reconstructed, rms [nm]": envelope.attrs["residual_rms"],
+        "asperities": float(catalogue.sizes["asperity"]),
+        "peak height, median [nm]": float(catalogue["height"].median()),
+        "axis ratio b/a, mean": float(ratio.mean()),
+        "axis ratio b/a, std": float(ratio.std()),
+        "less than ten times as long as wide [%]": 100 * float((ratio > 0.1).sum() / ratio.notnull().sum()),
+        "directions, least / greatest of twelve bins": _evenness(catalogue["orientation"].values),
+        "peaks that fit no summit [%]": 100 * float(catalogue["saddle"].mean()),
+    }
+    return _beside_paper(pd.DataFrame({"scan": rows}), paper, notes)
+
+
+#: Formulas and the names that readers know them by.
+_FORMULAS = {
+    "sum": "rigid bodies, summed over the scan (median place)",
+    "bradley": "Bradley, smooth sphere",
+    "rumpf": "Rumpf, asperities' median radius",
+    "rumpf_rms": "Rumpf, by rms height",
+    "rabinovich": "Rabinovich, one scale",
+    "rabinovich_two_scales": "Rabinovich, two scales",
+    "gaussian_heights": "work left over Gaussian heights",
+}
+
+
+def formula_table(run: Mapping[str, xr.Dataset]) -> pd.DataFrame:
+    """Return the pull-off by the usual formulas, and its ratio to the sum over the scan.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        With the group ``statistics/formulas``, as `formulas` returns it; ``statistics/adhesive`` where there is one.
+
+    Returns
+    -------
+    DataFrame
+        One row per formula: pull-off in a suitable unit, and its ratio to that of rigid bodies and of the simulation
+        with adhesion (median place).
+
+    Examples
+    --------
+    >>> force = xr.DataArray([40.0, 400.0], {"formula": ["sum", "bradley"]}, attrs={"units": "nN"})
+    >>> formula_table({"statistics/formulas": xr.Dataset({"pull_off_force": force})})["over rigid bodies"].tolist()
+    [1.0, 10.0]
+    """
+    force = run["statistics/formulas"]["pull_off_force"]
+    unit, size = force_unit(float(force.max()))
+    columns = {f"pull-off [{unit}]": force / size, "over rigid bodies": force / force.sel(formula="sum", drop=True)}
+    if "statistics/adhesive" in run:
+        columns["over simulation with adhesion"] = force / float(run["statistics/adhesive"]["pull_off_force"].median())
+    table = pd.DataFrame({name: column.values for name, column in columns.items()})
+    table.index = pd.Index([_FORMULAS[name] for name in force["formula"].values], name="formula")
+    return table
+
+
+def _above(values: xr.DataArray, others: xr.DataArray, power: int) -> float:
+    """Return the excess, in per cent, of one set's mean power over another's, as a length."""
+    return 100 * float(((values**power).mean() / (others**power).mean()) ** (1 / power) - 1)
+
+
+def _evenness(angles: np.ndarray) -> float:
+    """Return the ratio of the least to the most frequent of twelve bins of directions: 1 where all are equal."""
+    counts = np.histogram(angles[np.isfinite(angles)], bins=12, range=(-np.pi / 2, np.pi / 2))[0]
+    return float(counts.min() / counts.max()) if counts.max() else np.nan
+
+
+def text(table: pd.DataFrame, title: str) -> str:
+    """Return a table as lines of text, numbers to four digits, a dash for missing ones.
+
+    Parameters
+    ----------
+    table : DataFrame
+    title : str
+        Heading above the table, underlined.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> print(text(pd.DataFrame({"direct": {"force [nN]": 1.23456, "pull [nN]": np.nan}}), "Contact"))
+    Contact
+    =======
+    direct
+    force [nN]   1.235
+    pull [nN]        –
+    """
+    body = table.to_string(float_format=lambda v: f"{round(v, 9):.4g}", na_rep="–", justify="right")
+    return f"{title}\n{'=' * len(title)}\n{body}\n"

@@ -1,0 +1,268 @@
+"""Cautions about a run's numbers, as sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import xarray as xr
+
+from ...scans import doubts
+from ...vocabulary import schema
+from .budget import resolution
+from .intervals import flagged
+from .tables import mesh_change
+
+Run = Mapping[str, xr.Dataset]
+
+#: Per cent of the force above the hardness at which a caution is given.
+_LITTLE_YIELD = 0.5
+
+#: Median change of the pull-off, on a finer mesh with shorter steps, at which a caution is given.
+_COARSE = 0.1
+
+
+def cautions(run: Run) -> list[str]:
+    """Return cautions about a run's numbers, one sentence each, none if there is no reason for any.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run.
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> from roughxr.synthetic import self_affine
+    >>> cautions({"scan": self_affine((16, 16), 10, rms=1, hurst=0.8, rolloff=80, seed=1)})[0]
+    'The scan is synthetic: made from a seed, not measured.'
+    """
+    found = [
+        _synthetic(run),
+        *_doubts(run),
+        _debris(run),
+        *_few(run),
+        _unconverged(run),
+        _coarse(run),
+        *_yielding(run),
+        *_truncated(run),
+        *_unbracketed(run),
+        *resolution(run),
+    ]
+    return [
+        sentence
+        for sentence in (*found, *superposed(run), _beyond_patch(run), _saddles(run), _lattice(run), _unresolved(run))
+        if sentence
+    ]
+
+
+def _coarse(run: Run) -> str:
+    """Return a caution where the simulation with adhesion has not converged in mesh and step."""
+    if not {"solutions/finer", "statistics/adhesive"} <= set(run):
+        return ""
+    change = float(np.abs(mesh_change(run)).median())
+    words = f"On a mesh twice as fine in half the steps the pull-off differs by {change:.0%} in the median"
+    return (
+        f"{words}: the main numbers are no better than that; take a larger refine (--refine)."
+        if change > _COARSE
+        else ""
+    )
+
+
+def superposed(run: Run) -> list[str]:
+    """Return what to expect of a run's superposed pull-offs, and which of them exceed the possible.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run.
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> pair = {"work_of_adhesion": 0.1, "sphere_radius": 500.0}
+    >>> superposed({"solutions/self_similar": xr.Dataset(coords=pair, attrs={"expectation": "half of it"})})
+    ['Superposed (self similar): half of it.']
+    """
+    return [
+        f"Superposed ({way}): {ds.attrs['expectation']}.{_above_smooth(ds)}"
+        for way, ds in _groups(run, "solutions")
+        if "expectation" in ds.attrs
+    ]
+
+
+def _groups(run: Run, kind: str) -> Iterator[tuple[str, xr.Dataset]]:
+    """Yield the groups of a kind, such as "solutions", each with a description of its method."""
+    for name, ds in run.items():
+        if name.startswith(f"{kind}/"):
+            yield name.partition("/")[2].replace("_", " "), ds
+
+
+def _above_smooth(ds: xr.Dataset) -> str:
+    smooth = 1.5 * np.pi * float(ds["work_of_adhesion"]) * float(ds["sphere_radius"])
+    above = int((ds["pull_off_force"] > smooth).sum()) if "pull_off_force" in ds else 0
+    if not above:
+        return ""
+    return (
+        f" At {above} of {ds.sizes['subregion']} places the sum exceeds what the sphere holds on a smooth flat: there "
+        "it is wrong, its patch being too wide or its contacts counted twice where they overlap."
+    )
+
+
+def _synthetic(run: Run) -> str:
+    made = "scan" in run and run["scan"].attrs.get("synthetic") == "yes"
+    return "The scan is synthetic: made from a seed, not measured." if made else ""
+
+
+def _doubts(run: Run) -> list[str]:
+    """Return what is implausible about the scan itself, in the words used when a file is opened."""
+    return [f"About the scan: {doubt}." for doubt in doubts(run["scan"])] if "scan" in run else []
+
+
+def _few(run: Run) -> list[str]:
+    """Return cautions where nothing touches, or there is only one place."""
+    said = []
+    if "solutions/direct" in run:
+        force = run["solutions/direct"]["force"]
+        if force.sizes["subregion"] == 1:
+            said.append("One place was computed: it says nothing of how places differ.")
+        if not bool((force > 0).any()):
+            said.append("Nothing touches at any displacement of the direct simulation: go deeper (--delta).")
+    return said
+
+
+def _debris(run: Run) -> str:
+    flags = flagged(run)
+    if flags is None or not flags.any():
+        return ""
+    limit = f"{flags.attrs['threshold_value']:.4g} {flags.attrs['threshold_units']}"
+    places = f"{int(flags.sum())} of {flags.size} places hold debris"
+    return f"{places} by rule ({flags.attrs['comment']}, {limit}); the main numbers are given with and without them."
+
+
+def _unconverged(run: Run) -> str:
+    bad, total = _count(run, "converged", lambda flags: ~flags.astype(bool))
+    return f"{bad} of {total} direct solves did not converge; their forces are not to be trusted." if bad else ""
+
+
+def _yielding(run: Run) -> list[str]:
+    """Return cautions on how much is above the hardness in an elastic solution, or which results ignore the yield."""
+    said = []
+    for words, group, where in (
+        ("the direct simulation", "solutions/direct", "at its largest displacement"),
+        ("the simulation with adhesion", "solutions/adhesive", "at its preload"),
+    ):
+        if group in run and "yielded_fraction" in run[group]:
+            said.append(_above_hardness(run[group], words, where))
+    if said and any("plastic_work" in ds for ds in run.values()):
+        said.append("Superposition and the rigid bodies of this run know nothing of yield: they stay elastic or stiff.")
+    return said
+
+
+def _above_hardness(ds: xr.Dataset, words: str, where: str) -> str:
+    name = "hardness" if "hardness" in ds.coords else "hardness_estimate"
+    last = ds.isel(delta=-1) if "delta" in ds["yielded_fraction"].dims else ds
+    force, area = (100 * float(last[f"yielded{part}_fraction"].mean()) for part in ("", "_area"))
+    if not force > _LITTLE_YIELD:
+        return ""
+    shares = f"{where} {area:.2g} % of the contact area with {force:.2g} % of the force lies"
+    if "plastic_work" in ds:
+        return f"The softer body yields: in {words} {shares} at its hardness, {float(ds[name]):.3g} GPa."
+    known = "the hardness" if name == "hardness" else "the hardness that such materials are estimated to have"
+    return (
+        f"Elasticity is to be doubted: in {words} {shares} above {known}, {float(ds[name]):.3g} GPa. Such summits "
+        "yield; give the hardness (--hardness) to follow them."
+    )
+
+
+def _truncated(run: Run) -> list[str]:
+    said = []
+    for words, group in (("direct simulation", "direct"), ("superposition", "energy")):
+        if f"solutions/{group}" not in run or "truncated" not in run[f"solutions/{group}"]:
+            continue
+        flags = run[f"solutions/{group}"]["truncated"].astype(bool)
+        places = int(flags.any("delta").sum()) if "delta" in flags.dims else int(flags.sum())
+        if places:
+            said.append(
+                f"Of {flags.sizes['subregion']} places, {places} reach the scan's edge at the largest displacement "
+                f"({words}): what lies beyond the edge is not there to touch, so their forces are too low."
+            )
+    return said
+
+
+def _unbracketed(run: Run) -> list[str]:
+    said = []
+    for way, ds in _groups(run, "statistics"):
+        if "bracketed" in ds:
+            pulls = ds["pull_off_force"].notnull()
+            bad, none = int((pulls & ~ds["bracketed"].astype(bool)).sum()), int((~pulls).sum())
+            if bad:
+                said.append(
+                    f"Places whose sweep was too short ({way}): {bad}; there the largest pull stands at its end."
+                )
+            if none:
+                said.append(f"Places where nothing pulls ({way}), left out of the pull-off's statistics: {none}.")
+    return said
+
+
+def _beyond_patch(run: Run) -> str:
+    """Return a caution on contacts at pull-off that overlap or are larger than the fitted patch."""
+    if not {"solutions/energy", "statistics/energy"} <= set(run):
+        return ""
+    sweep, at = run["solutions/energy"], run["statistics/energy"]["pull_off_delta"]
+    there = sweep.isel(subregion=np.flatnonzero(at.notnull().values))
+    there = there.sel(delta=at.dropna("subregion"), method="nearest")
+    contacts = max(int(there["contacts"].sum()), 1)
+    beyond, over = (100 * int(there[f"contacts_{k}"].sum()) / contacts for k in ("beyond_patch", "overlapping"))
+    if max(beyond, over) < 5:
+        return ""
+    return (
+        f"At pull-off {beyond:.0f} % of the contacts reach beyond the patch that their paraboloid was fitted to, and "
+        f"{over:.0f} % overlap a neighbour's: there superposition of single asperities loses its ground."
+    )
+
+
+def _saddles(run: Run) -> str:
+    if "asperities" not in run or "saddle" not in run["asperities"]:
+        return ""
+    share = 100 * float(run["asperities"]["saddle"].astype(bool).mean())
+    return f"{share:.0f} % of the peaks fit no summit and are left out of superposition." if share >= 5 else ""
+
+
+def _lattice(run: Run) -> str:
+    """Return a caution where the asperities' directions follow the pixels, unlike those of any real surface."""
+    if "asperities" not in run:
+        return ""
+    angles = run["asperities"]["orientation"].dropna("asperity").values
+    fourfold = float(np.cos(4 * angles).mean()) if angles.size else 0.0
+    chance = 1 / np.sqrt(2 * max(angles.size, 1))
+    if fourfold < max(3 * chance, 0.05) or abs(np.exp(2j * angles).mean()) > fourfold:
+        return ""
+    return (
+        f"The asperities' directions prefer those of the pixels (mean of cos 4θ {fourfold:.2f}, by chance "
+        f"{chance:.2f}): they are hardly wider than the pixels, and their shapes owe as much to these as to "
+        "the surface."
+    )
+
+
+def _unresolved(run: Run) -> str:
+    """Return a caution where pixels are too coarse for the contacts: fewer than ten of them touch."""
+    if not {"scan", "solutions/direct"} <= set(run) or "contact_area" not in run["solutions/direct"]:
+        return ""
+    area = run["solutions/direct"]["contact_area"].values
+    cell = float(np.prod(schema.pixel(run["scan"])))
+    share = 100 * np.mean(area[area > 0] < 10 * cell) if (area > 0).any() else 0.0
+    if share < 5:
+        return ""
+    return f"In {share:.0f} % of the direct contacts fewer than ten pixels touch: they are not resolved."
+
+
+def _count(run: Run, name: str, bad) -> tuple[int, int]:
+    flags = [ds[name] for _, ds in _groups(run, "solutions") if name in ds]
+    return sum(int(bad(one).sum()) for one in flags), sum(one.size for one in flags)

@@ -1,0 +1,449 @@
+"""From a scan to pull-off statistics: the paper's whole analysis, and the same for any scan.
+
+A run is a dictionary of Datasets, the groups of its archive:
+
+    scan, asperities, reconstruction
+    solutions/adhesive, /rigid, /direct, /contact (fields of one place), /smooth (the same sphere on a flat), /hertz,
+    /published, …, /rolling (resisting moments)
+    statistics/adhesive, /rigid, /published, …, /roughness, /regime (the recommended model), /formulas (pull-off by the
+    usual formulas), /detachment and /detachment_superposed (the critical flow), /error_budget, /sensitivity,
+    /shorter_waves
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from textwrap import fill
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ..asperity.catalogue import asperities
+from ..asperity.moments import rolling
+from ..asperity.reconstruction import reconstruct
+from ..asperity.superposition import superpose
+from ..bodies.materials import assign_pair
+from ..contact.adhesion import MOST_REFINED, adhesive
+from ..contact.elastic import direct
+from ..contact.problem import default_deltas, indenter_of
+from ..contact.regimes import formulas, regime
+from ..contact.rigid_bodies import rigid
+from ..detachment import critical_load, with_pull_off
+from ..files.disk import whole
+from ..jobs.progress import teller
+from ..jobs.records import loading
+from ..jobs.run import checkpointed
+from ..presentation import figures, report
+from ..scans import level, open_sample, regions, roughness
+from ..statistics import pull_off
+from ..studies.sensitivities import cut_off_waves, error_budget, sensitivity
+from ..vocabulary import schema
+from ..vocabulary.units import magnitude, whole_number
+from .paper_values import PAPER_CONTACT, PAPER_NOTES, PAPER_PAIR, PAPER_SCAN, PAPER_TWIN
+
+#: Formulations that a run compares.
+COMPARED = ("published", "self_similar", "energy")
+
+#: Largest cells (nm) on which the pull between rigid bodies is summed, but no more than eight to a pixel.
+_RIGID_CELL = 2.5
+
+#: A mesh is fine enough where the median change of the pull-off on a finer one is smaller than this, over some places.
+_SETTLED = 0.05
+
+
+class Plan(NamedTuple):
+    """The options of a run."""
+
+    subregions: Any
+    direct_deltas: np.ndarray  # nm
+    sweep: np.ndarray  # nm, for superpositions
+    contact_delta: float  # nm, for the one contact with fields
+    patch: int | str
+    vertex: str
+    preload: float = 0.0  # nN, of the adhesive simulation; 0: the sphere settles under its own adhesion
+    law: str = "auto"
+    refine: int | str = "auto"
+    step: float = 0.4  # nm
+    checked: int = 4  # places also solved on a mesh twice as fine with half the steps
+    budget: int = 4  # places solved again under each change of the error budget; 0: no budget
+
+
+#: The paper's plan: 8 × 8 places, its two displacements among those solved, vertices at pixels.
+PAPER_PLAN = Plan(
+    subregions=(8, 8),
+    direct_deltas=np.array([1, 2, 3, 4, 5.08, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15.4, 17, 18.5, 20]),
+    sweep=np.round(np.arange(-50, 251) * 0.1, 10),
+    contact_delta=17.0,
+    patch="paper",
+    vertex="pixel",
+)
+
+
+def paper(output: str | Path, *, budget: int = 4, progress: bool = False) -> dict[str, xr.Dataset]:
+    """Repeat the paper on the glass twin: archive, figures 2–16 and the table of all methods.
+
+    Parameters
+    ----------
+    output : path
+        A folder, created if necessary: ``paper.nc``, ``overview.png``, ``figure-02.png`` …
+        ``figure-16.png``, ``table.txt``, ``table-scan.csv`` and ``table-contact.csv``.
+    budget : int
+        As for `run`.
+    progress : bool
+        Show on standard error what is being computed.
+
+    Returns
+    -------
+    dict of str to Dataset
+        The groups of the archive.
+
+    Raises
+    ------
+    ValueError
+        If ``paper.nc`` exists and holds another run.
+    BlockingIOError
+        If another process is computing it.
+
+    Examples
+    --------
+    ``paper("results")`` takes minutes; its plan says what it solves:
+
+    >>> PAPER_PLAN.subregions, PAPER_PLAN.direct_deltas.size, PAPER_PLAN.sweep.size
+    ((8, 8), 18, 301)
+    """
+    scan = assign_pair(open_sample("glass"), **PAPER_PAIR)
+    folder = Path(output)
+    wanted = PAPER_PLAN._replace(budget=whole_number(budget, "budget", least=0))
+    groups = _kept(scan, wanted, folder / "paper.nc", progress=progress)
+    _show(
+        groups,
+        (
+            report.scan_table(groups, PAPER_SCAN, PAPER_NOTES),
+            report.contact_table(groups, PAPER_CONTACT, PAPER_NOTES),
+        ),
+        folder,
+        progress,
+        figures.paper_figures,
+    )
+    return groups
+
+
+def run(
+    scan: xr.Dataset,
+    output: str | Path,
+    *,
+    subregions: Any = (8, 8),
+    delta: Any = None,
+    preload: Any = 0.0,
+    law: str = "auto",
+    refine: int | str = "auto",
+    levelling: str = "plane",
+    budget: int = 4,
+    scheduler: str | None = None,
+    progress: bool = False,
+) -> dict[str, xr.Dataset]:
+    """Do the paper's analysis on any scan; called again after an interruption, it resumes.
+
+    Parameters
+    ----------
+    scan : Dataset
+        A scan with an assigned pair.
+    output : path
+        A folder for the archive ``run.nc``, figures named by what they show, and tables,
+        or a file ending in ``.nc`` for the archive alone.
+    subregions : (int, int), (array, array) or Dataset
+        Contact centres, see `regions.centres`.
+    delta : array_like, optional
+        Displacements of the direct simulation, nm; by default 16, the last such that a place of median height is
+        pressed as deep as it lies below the highest peak.
+    preload : number or quantity
+        How hard the sphere is pressed on before it is drawn off, nN; 0: it settles under its own adhesion.
+    law, refine
+        Options of the simulation with adhesion, see `adhesive`. By default the mesh is refined until the pull-off of
+        four places changes by less than 5 % in the median, or to sixteen cells per pixel. These places are also solved
+        on a mesh twice as fine with half the steps, to estimate the error of both.
+    levelling : {"plane", "quadratic", "none"}
+        What is subtracted from the scan first.
+    budget : int
+        Number of places at which each change of the error budget is simulated; 0: no budget.
+    scheduler : str, optional
+        Where the subregions are solved: "threads", "processes", "synchronous", or the address of a
+        ``dask scheduler``; by default the active ``distributed.Client``, else threads.
+    progress : bool
+        Show on standard error what is being computed.
+
+    Returns
+    -------
+    dict of str to Dataset
+        The groups of the archive.
+
+    Raises
+    ------
+    ValueError
+        If the output holds another run.
+    BlockingIOError
+        If another process is computing it.
+
+    Examples
+    --------
+    Two places on a small scan without adhesion, the printed tables suppressed.
+
+    >>> import contextlib, io, tempfile
+    >>> from roughxr.synthetic import self_affine
+    >>> scan = self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
+    >>> scan = assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0)
+    >>> with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()) as printed:
+    ...     groups = run(scan, Path(folder) / "run.nc", subregions=(2, 1), delta=[1.0, 2.0])
+    >>> dict(groups["solutions/direct"].force.sizes), "asperities" in printed.getvalue()
+    ({'subregion': 2, 'delta': 2}, True)
+    """
+    scan = scan if levelling == "none" else level(scan, method=levelling)
+    adhesion = {"preload": magnitude(preload, "nN", "preload"), "law": law, "refine": refine}
+    adhesion["budget"] = whole_number(budget, "budget", least=0)
+    wanted, output = plan(scan, subregions=subregions, delta=delta, **adhesion), Path(output)
+    path = output if output.suffix == ".nc" else output / "run.nc"
+    groups = _kept(scan, wanted, path, scheduler=scheduler, progress=progress)
+    tables = report.scan_table(groups), report.contact_table(groups)
+    _show(groups, tables, None if path == output else output, progress)
+    return groups
+
+
+def _kept(scan: xr.Dataset, plan: Plan, path: Path, *, scheduler: str | None = None, progress: bool = False):
+    """Return the groups of a run, read from its archive as far as they are there, else computed and kept."""
+    return checkpointed(
+        lambda: analyse(scan, plan, progress=progress),
+        path,
+        scan=scan,
+        arguments=plan._asdict(),
+        title=scan.attrs.get("title", ""),
+        progress=progress,
+        scheduler=scheduler,
+    )
+
+
+def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None, **adhesion: Any) -> Plan:
+    """Return a plan whose displacements suit the heights of a scan.
+
+    Parameters
+    ----------
+    scan : Dataset
+        A scan with an assigned pair.
+    subregions : (int, int), (array, array) or Dataset
+        Contact centres.
+    delta : array_like, optional
+        Displacements of the direct simulation, nm.
+    **adhesion
+        ``preload``, ``law`` and ``refine`` of `adhesive`, and ``budget``.
+
+    Returns
+    -------
+    Plan
+    """
+    ds = schema.validate(scan, "scan")
+    deltas = default_deltas(ds, regions.centres(ds, subregions), indenter_of(ds), "highest_peak")
+    deepest = deltas[-1]
+    if delta is not None:
+        deltas = schema.ascending(delta, "nm", "delta")
+        deepest = max(deepest, deltas[-1])
+    sweep = np.round(np.linspace(-0.25 * deepest, deepest, 401), 4)
+    return Plan(subregions, deltas, sweep, float(deltas[-1]), patch="auto", vertex="fitted", **adhesion)
+
+
+def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str, xr.Dataset]:
+    """Compute all groups of a run.
+
+    Parameters
+    ----------
+    scan : Dataset
+        A scan with an assigned pair.
+    plan : Plan
+    progress : bool
+        Show on standard error what is being computed.
+
+    Returns
+    -------
+    dict of str to Dataset
+    """
+    say = teller(progress)
+    say("asperities and reconstruction")
+    catalogue = asperities(scan, patch=plan.patch, vertex=plan.vertex)
+    if not bool((catalogue["curvature_min"] > 0).any()):
+        raise ValueError(
+            f"scan: expected asperities, found no peak among {catalogue.sizes['asperity']} (is it flat?); the smooth "
+            "sphere on a flat is JKR's, and roughxr.direct and roughxr.adhesive need no asperities"
+        )
+    groups = {
+        "scan": scan.assign_attrs(input_sha256=schema.height_hash(scan)),
+        "asperities": catalogue,
+        "reconstruction": reconstruct(scan, catalogue),
+        "statistics/roughness": roughness(scan, spectra=True),
+    }
+    options = {"subregions": plan.subregions, "progress": progress}
+    if float(scan.coords.get("work_of_adhesion", 0.0)) > 0:
+        groups |= _with_adhesion(scan, plan, options, say)
+        groups |= _rigid_bodies(scan, options, say)
+    say(f"direct simulation, {plan.direct_deltas.size} displacements at {_count(scan, plan)} places")
+    groups |= _pressed(scan, plan, options)
+    groups["solutions/contact"] = _one_contact(scan, plan, groups["solutions/direct"])
+    groups["solutions/smooth"] = loading(direct(_flat(scan), delta=plan.direct_deltas))
+    elastic = options | {"yielding": False}  # to show the effect of yield beside it
+    groups["solutions/hertz"] = superpose(catalogue, delta=plan.sweep, law="hertz", **elastic)
+    suited = catalogue if plan.patch == "auto" else asperities(scan)
+    for name in COMPARED:
+        say(f"superposition, {name}")
+        summed = scan if name == "published" else suited  # the paper's own asperities for its own formulas
+        groups[f"solutions/{name}"] = superpose(summed, delta=plan.sweep, formulation=name, **elastic)
+    for name in COMPARED:
+        groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
+    if "solutions/adhesive" in groups and "sphere_radius" in scan.coords:
+        say("what it takes to roll the sphere off")
+        groups |= _coming_off(suited, options, groups["statistics/adhesive"])
+    if plan.budget and "solutions/adhesive" in groups:
+        groups |= _error_budget(scan, plan, groups["solutions/adhesive"], progress)
+    return groups
+
+
+def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, progress: bool) -> dict[str, xr.Dataset]:
+    """Return the sensitivity of the simulated pull-off, at a few of its places, and its error budget."""
+    preload = float(np.min(plan.preload))
+    how = {"preload": preload, "law": solved.attrs["law"], "step": plan.step, "places": plan.budget}
+    how |= {"refine": solved.attrs["refine"], "subregions": solved}
+    changes = sensitivity(scan, method="adhesive", progress=progress, **how)
+    teller(progress)("the same with shorter waves added or cut off")
+    scales = cut_off_waves(scan, **how)
+    budget = error_budget(scan, solved=solved, changes=changes, scales=scales, seeds=0, **how)
+    found = {"statistics/error_budget": budget, "statistics/sensitivity": changes}
+    return found if scales is None else found | {"statistics/shorter_waves": scales}
+
+
+def _coming_off(catalogue: xr.Dataset, options: dict[str, Any], pulled: xr.Dataset) -> dict[str, xr.Dataset]:
+    """Return the moments that superposed asperities resist, and the flow that overcomes them with either pull-off.
+
+    The simulation's fields are not kept: its pull-off is used with the levers of the superposed asperities.
+    """
+    held = rolling(catalogue, **options)
+    simulated = with_pull_off(held, pulled.isel(preload=0) if "preload" in pulled.dims else pulled)
+    return {
+        "solutions/rolling": held,
+        "statistics/detachment": critical_load(simulated),
+        "statistics/detachment_superposed": critical_load(held),
+    }
+
+
+def _pressed(scan: xr.Dataset, plan: Plan, options: dict[str, Any]) -> dict[str, xr.Dataset]:
+    """Return the direct simulation; where the body yields, with its retraction as a group of its own."""
+    solved = direct(scan, delta=plan.direct_deltas, **options)
+    if "branch" not in solved.dims:
+        return {"solutions/direct": solved}
+    back = solved.sel(branch="retraction", drop=True)
+    return {"solutions/direct": loading(solved), "solutions/retraction": back}
+
+
+def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
+    """Return the simulation with adhesion at all places, and at some on a mesh twice as fine with half the steps."""
+    how = {"preload": plan.preload, "law": plan.law}
+    refine, finer = plan.refine, None
+    with warnings.catch_warnings():
+        # the choice of the mesh and the report's page deal with small contacts
+        warnings.filterwarnings("ignore", "[^:]*contacts of less than")
+        if plan.refine == "auto":
+            some = regions.sample(regions.centres(scan, plan.subregions), plan.checked)
+            refine, finer = _fine_enough_mesh(scan, plan, options | how | {"subregions": some}, say)
+        say(f"simulation with adhesion at {_count(scan, plan)} places")
+        solved = adhesive(scan, refine=refine, accuracy=None, step=plan.step, **how, **options)
+    groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
+    return groups if finer is None else groups | {"solutions/finer": finer}
+
+
+def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> tuple[int | str, Any]:
+    """Return the refinement at which the pull-off of most places has settled, and results on a mesh twice as fine.
+
+    On pixels wider than the contacts, the coarsest mesh on which the law can be solved may be off by a factor.
+    """
+    say(f"the mesh: the simulation with adhesion at {options['subregions'].sizes['subregion']} places")
+    refine, coarse = "auto", adhesive(scan, refine="auto", accuracy=None, step=plan.step, **options)
+    n = int(coarse["refinement"].max())
+    while 2 * n <= MOST_REFINED:
+        say(f"the same on a mesh twice as fine, {2 * n} cells to a pixel")
+        finer = adhesive(scan, refine=2 * n, step=0.5 * plan.step, **options)
+        change = abs(coarse["pull_off_force"] / finer["pull_off_force"] - 1).median()
+        if not change > _SETTLED or 4 * n > MOST_REFINED:
+            return refine, finer
+        refine, coarse, n = 2 * n, finer, 2 * n
+    return refine, None
+
+
+def _rigid_bodies(scan: xr.Dataset, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
+    """Return the pull between rigid bodies and, for a sphere, the recommended model and the usual formulas."""
+    say("the same bodies, too stiff to bend")
+    refine = int(np.clip(np.ceil(schema.square_pixel(scan) / _RIGID_CELL), 1, 8))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about the size of cells: the report's page has it for all methods
+        summed = rigid(scan, delta=[0.0], refine=refine, **options)
+        groups = {"solutions/rigid": summed, "statistics/rigid": pull_off(summed)}
+        if "sphere_radius" in scan.coords:
+            groups["statistics/regime"] = regime(scan, refine=refine)
+            groups["statistics/formulas"] = formulas(scan, refine=refine)
+    return groups
+
+
+def _count(scan: xr.Dataset, plan: Plan) -> int:
+    return regions.centres(scan, plan.subregions).sizes["subregion"]
+
+
+def _one_contact(scan: xr.Dataset, plan: Plan, solved: xr.Dataset) -> xr.Dataset:
+    """Return the fields at the place of median force among those away from the scan's edge."""
+    last = solved.isel(delta=-1)
+    inner = last.where(~last["truncated"] & (last["force"] > 0), drop=True)
+    if inner.sizes["subregion"] == 0:
+        inner = last
+    middle = inner.sortby("force").isel(subregion=[inner.sizes["subregion"] // 2])
+    return loading(direct(scan, delta=[plan.contact_delta], subregions=middle, fields=True))
+
+
+def _flat(scan: xr.Dataset) -> xr.Dataset:
+    """Return a flat as large as the scan, under the same sphere."""
+    return scan.assign(height=xr.zeros_like(scan["height"]).assign_attrs(scan["height"].attrs))
+
+
+def _show(
+    groups: dict[str, xr.Dataset],
+    tables: tuple,
+    folder: Path | None,
+    progress: bool,
+    drawn: Callable = figures.run_figures,
+) -> None:
+    """Print the tables, and put them and the figures into a folder."""
+    notes = [PAPER_TWIN] if "paper" in tables[0] else []
+    if "statistics/error_budget" in groups:
+        notes = [report.headline(groups), *notes]
+    printed = _print(tables, notes + report.superposed(groups), groups)
+    if folder is None:
+        return
+    for part, table in zip(("scan", "contact"), tables):
+        with whole(folder / f"table-{part}.csv") as temporary:
+            table.to_csv(temporary)
+    with whole(folder / "table.txt") as temporary:
+        temporary.write_text(printed, encoding="utf-8")
+    teller(progress)("figures")
+    figures.save(figures.overview(groups), folder / "overview.png", dpi=150)
+    for name, figure in drawn(groups):
+        figures.save(figure, folder / f"{name}.png")
+    for name, figure in figures.budget_figures(groups):
+        figures.save(figure, folder / f"{name}.png", dpi=220)
+
+
+def _print(tables: tuple, notes: list[str], groups: dict[str, xr.Dataset]) -> str:
+    """Print the tables, and below them the notes needed to read them."""
+    parts = [report.text(table, title) for table, title in zip(tables, ("Scan and asperities", "Contact"))]
+    if "statistics/error_budget" in groups:
+        parts.append(report.text(report.budget_table(groups), "Error budget of the mean pull-off"))
+    if set(report.COMING_OFF) <= set(groups):
+        parts.append(report.text(report.detachment_table(groups), "Coming off in a flow of air"))
+        notes = [*notes, *report.coming_off_words(groups)]
+    lines = "\n".join([*parts, *(fill(note, 100) for note in notes)])
+    print(lines)
+    return lines + "\n" * bool(notes)

@@ -1,0 +1,167 @@
+"""Contact centres on a scan, and the window of pixels that each of them needs.
+
+A subregion's tile only places its centre; the window around the centre extends as far as the indenter can
+overlap the surface, beyond the tile.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ..vocabulary import schema
+from ..vocabulary.units import is_whole, magnitude
+
+__all__ = ["centres", "extent"]
+
+#: Largest number of tiles along one axis, where the number of pixels is not known.
+_MOST_TILES = 65536
+
+
+class Window(NamedTuple):
+    """The pixels around one centre: index ranges on the scan, and their position in the full window."""
+
+    rows: slice
+    columns: slice
+    #: Pixels that the full window has before the scan begins, along x and y (> 0 at the scan's edge only).
+    missing: tuple[int, int]
+    #: Offsets from the contact centre, nm, of the first pixel in the full window.
+    origin: tuple[float, float]
+
+
+def centres(ds: xr.Dataset, subregions: Any = None) -> xr.Dataset:
+    """Return the contact centres as coordinates along ``subregion``.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan, or any Dataset with ``subregion_x`` and ``subregion_y``.
+    subregions : (int, int), (array, array) or Dataset, optional
+        Two whole numbers: the centres of a grid of so many tiles along x and y. Two arrays: x and y of
+        the centres, nm. A Dataset: its centres. By default the centres on ``ds``, else one in its middle.
+
+    Returns
+    -------
+    Dataset
+        Coordinates ``subregion`` (number), ``subregion_x`` and ``subregion_y`` (nm).
+
+    Raises
+    ------
+    ValueError
+        If the grid is finer than the pixels, or a centre lies outside the scan.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> centres(roughxr.open_sample("glass"), (8, 8)).sizes["subregion"]
+    64
+    """
+    x, y = _positions(ds, subregions)
+    _inside(ds, x, y)
+    out = xr.Dataset(
+        coords={
+            "subregion": np.arange(x.size),
+            "subregion_x": ("subregion", x),
+            "subregion_y": ("subregion", y),
+        }
+    )
+    return schema.label(out)
+
+
+def sample(positions: xr.Dataset, count: int) -> xr.Dataset:
+    """Return ``count`` of the contact centres, spread evenly over their order; all if there are fewer.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> sample(centres(roughxr.open_sample("glass"), (8, 8)), 4).subregion.values.tolist()
+    [0, 21, 42, 63]
+    """
+    last = positions.sizes["subregion"] - 1
+    return positions.isel(subregion=np.unique(np.linspace(0, last, count).round().astype(int)))
+
+
+#: Scalar coordinates in which a catalogue keeps its scan's outer edges.
+EDGES = ("scan_x_min", "scan_x_max", "scan_y_min", "scan_y_max")
+
+
+def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
+    """Return the outer edges of a scan, half a pixel beyond its outermost pixel centres.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan, or the catalogue of its asperities, which keeps them.
+
+    Returns
+    -------
+    tuple of float
+        Least and greatest x, least and greatest y, nm.
+
+    Examples
+    --------
+    >>> from roughxr.synthetic import self_affine
+    >>> extent(self_affine((8, 4), 10, rms=1, hurst=0.8, rolloff=40, seed=1))
+    (0.0, 80.0, 0.0, 40.0)
+    """
+    if "x" not in ds.dims:
+        return tuple(float(ds[name]) for name in EDGES)
+    (dx, dy), x, y = schema.pixel(ds), ds["x"].values, ds["y"].values
+    return tuple(float(edge) for edge in (x[0] - dx / 2, x[-1] + dx / 2, y[0] - dy / 2, y[-1] + dy / 2))
+
+
+def windows(ds: xr.Dataset, positions: xr.Dataset, reach: float) -> tuple[list[Window], tuple[int, int]]:
+    """Return each centre's window of half-width ``reach`` (nm) and the full window's shape, one for all."""
+    (dx, dy), (x, y) = schema.pixel(ds), (ds["x"].values, ds["y"].values)
+    ahead = np.ceil(np.array([reach / dx, reach / dy])).astype(int) + 1
+    shape = tuple(2 * ahead + 1)
+    found = []
+    for cx, cy in zip(positions["subregion_x"].values, positions["subregion_y"].values):
+        first = [int(np.floor((c - axis[0]) / d + 0.5)) - a for c, axis, d, a in zip((cx, cy), (x, y), (dx, dy), ahead)]
+        rows, columns = (slice(max(f, 0), min(f + n, axis.size)) for f, n, axis in zip(first, shape, (x, y)))
+        origin = x[0] + first[0] * dx - cx, y[0] + first[1] * dy - cy
+        found.append(Window(rows, columns, (max(-first[0], 0), max(-first[1], 0)), origin))
+    return found, shape
+
+
+def _positions(ds: xr.Dataset, subregions: Any) -> tuple[np.ndarray, np.ndarray]:
+    if subregions is None:
+        subregions = ds if "subregion_x" in ds.coords else (1, 1)
+    if isinstance(subregions, xr.Dataset):
+        return tuple(np.atleast_1d(subregions[name].values.astype(float)) for name in ("subregion_x", "subregion_y"))
+    try:
+        first, second = subregions
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"subregions: expected a grid such as (8, 8), or two arrays of centres in nm, found {subregions!r}"
+        ) from None
+    if np.ndim(first) == 0 and np.ndim(second) == 0:
+        return _grid(ds, first, second)
+    x, y = (np.atleast_1d(magnitude(v, "nm", "subregions")) for v in (first, second))
+    if x.shape != y.shape or x.ndim != 1 or x.size == 0:
+        raise ValueError(f"subregions: expected two arrays of equal length, found shapes {x.shape} and {y.shape}")
+    return x, y
+
+
+def _grid(ds: xr.Dataset, nx: Any, ny: Any) -> tuple[np.ndarray, np.ndarray]:
+    sizes = (ds.sizes["x"], ds.sizes["y"]) if "x" in ds.dims else (_MOST_TILES, _MOST_TILES)
+    for n, size, axis in zip((nx, ny), sizes, "xy"):
+        if not is_whole(n) or not 1 <= n <= size:
+            raise ValueError(f"subregions: expected a whole number from 1 to {size} along {axis}, found {n!r}")
+    x_low, x_high, y_low, y_high = extent(ds)
+    x = x_low + (np.arange(nx) + 0.5) * (x_high - x_low) / nx
+    y = y_low + (np.arange(ny) + 0.5) * (y_high - y_low) / ny
+    return tuple(axis.ravel() for axis in np.meshgrid(x, y, indexing="ij"))
+
+
+def _inside(ds: xr.Dataset, x: np.ndarray, y: np.ndarray) -> None:
+    x_low, x_high, y_low, y_high = extent(ds)
+    outside = (x < x_low) | (x > x_high) | (y < y_low) | (y > y_high)
+    if outside.any():
+        k = int(np.flatnonzero(outside)[0])
+        raise ValueError(
+            f"subregions: expected centres within x {x_low:g} … {x_high:g}, y {y_low:g} … {y_high:g} nm, "
+            f"found {int(outside.sum())} outside, the first at ({x[k]:g}, {y[k]:g})"
+        )

@@ -1,0 +1,151 @@
+"""The scanning tip: how it distorts a surface, what can be undone, and which asperities it hides.
+
+The image by a parabolic tip of apex radius R is the surface's grey-scale dilation by −r²/(2R). A summit of radius ρ has
+an image of radius ρ + R, so that no image is sharper than the tip. Erosion removes the tip, exactly at places that it
+touched; but where the image's radius hardly exceeds R, ρ is a small difference of large numbers and uncertain. The tip
+is placed on pixels only: an image's curvature over a few of them is that of a polygon. References: Keller, Surf. Sci.
+253 (1991) 353; Villarrubia, J. Res. NIST 102 (1997) 425.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..vocabulary import schema
+from ..vocabulary.units import positive
+
+
+def dilate(ds: xr.Dataset, *, tip_radius: Any) -> xr.Dataset:
+    """Return the image that a parabolic tip takes of a surface.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan without missing pixels: the surface as it is.
+    tip_radius : number or quantity
+        Of the tip's apex, nm.
+
+    Returns
+    -------
+    Dataset
+        The scan with the heights (nm) that the tip would draw, nowhere lower than the surface.
+
+    Raises
+    ------
+    ValueError
+        If the radius is not positive, or heights are missing.
+
+    Examples
+    --------
+    >>> x = np.arange(-20.0, 21.0)
+    >>> bump = -(x[:, None] ** 2 + x**2) / (2 * 10.0)
+    >>> surface = schema.label(xr.Dataset({"height": (("x", "y"), bump)}, coords={"x": x, "y": x}))
+    >>> image = dilate(surface, tip_radius=30)  # a summit of 10 nm is drawn as one of 40 nm
+    >>> [float(one.height.sel(x=-8, y=0)) for one in (surface, image)]
+    [-3.2, -0.8]
+    """
+    return _swept(ds, tip_radius, "dilate")
+
+
+def erode(ds: xr.Dataset, *, tip_radius: Any) -> xr.Dataset:
+    """Return the highest surface that a parabolic tip could have taken an image of.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan without missing pixels: the image.
+    tip_radius : number or quantity
+        Of the tip's apex, nm.
+
+    Returns
+    -------
+    Dataset
+        The scan with the tip removed, nowhere higher than the image (nm). It is the surface itself wherever the
+        tip touched it; noise sharper than the tip becomes sharper still.
+
+    Raises
+    ------
+    ValueError
+        If the radius is not positive, or heights are missing.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass")
+    >>> bool((erode(scan, tip_radius=10).height <= scan.height).all())
+    True
+    """
+    return _swept(ds, tip_radius, "erode")
+
+
+def _swept(ds: xr.Dataset, tip_radius: Any, operation: str) -> xr.Dataset:
+    """Return heights after sweeping the parabola along x, then along y, as it is a sum of one parabola for each."""
+    scan = schema.validate(ds, "scan")
+    radius = positive(tip_radius, "nm", "tip_radius")
+    sign = 1.0 if operation == "dilate" else -1.0
+    height = sign * schema.finite(np.asarray(scan["height"].values, dtype=float))
+    for axis, step in enumerate(schema.pixel(scan)):
+        height = _highest(height, axis, step, radius)
+    out = schema.label(scan.assign(height=(("x", "y"), sign * height)))
+    return schema.record(out, operation, tip_radius=radius)
+
+
+def _highest(height: np.ndarray, axis: int, step: float, radius: float) -> np.ndarray:
+    """Return the upper envelope of the parabolas that hang from all heights along an axis.
+
+    Pixels farther away than where the parabola falls below the lowest height have no effect.
+    """
+    from scipy.ndimage import grey_dilation
+
+    reach = int(np.ceil(np.sqrt(2 * radius * np.ptp(height)) / step))
+    reach = min(max(reach, 1), height.shape[axis] - 1)
+    parabola = -((step * np.arange(-reach, reach + 1)) ** 2) / (2 * radius)
+    shape = [1, 1]
+    shape[axis] = parabola.size
+    return grey_dilation(height, structure=parabola.reshape(shape), mode="constant", cval=-np.inf)
+
+
+def tip_flags(catalogue: xr.Dataset, *, tip_radius: Any) -> xr.Dataset:
+    """Flag the asperities of an image that are sharper than the tip that took it.
+
+    Parameters
+    ----------
+    catalogue : Dataset
+        Asperities as found in the image.
+    tip_radius : number or quantity
+        Of the tip's apex, nm.
+
+    Returns
+    -------
+    Dataset
+        The catalogue with ``sharper_than_tip`` (the summit below the image has a smaller radius than the tip:
+        image radius below 2R), ``beyond_tip`` (image radius below R, which no tip of this radius can draw: noise,
+        or a sharper tip), and ``curvature_recovered`` (nm⁻¹): the summit's larger principal curvature, 1/(ρ − R)
+        of the image's radius ρ; NaN beyond the tip.
+
+    Raises
+    ------
+    ValueError
+        If ``catalogue`` is no catalogue, or the radius is not positive.
+
+    Examples
+    --------
+    >>> values = {"curvature_max": ("asperity", [1 / 40, 1 / 15, 1 / 5])}
+    >>> others = {name: ("asperity", [0.0] * 3) for name in ("height", "curvature_min", "orientation")}
+    >>> flagged = tip_flags(xr.Dataset(values | others), tip_radius=10)
+    >>> flagged.sharper_than_tip.values.tolist(), flagged.beyond_tip.values.tolist()
+    ([False, True, True], [False, False, True])
+    """
+    catalogue = schema.validate(catalogue, "asperities")
+    radius = positive(tip_radius, "nm", "tip_radius")
+    image = catalogue["curvature_max"]
+    inside = image * radius < 1
+    out = catalogue.assign(
+        sharper_than_tip=image * radius > 0.5,
+        beyond_tip=~inside,
+        curvature_recovered=(image / (1 - image * radius).where(inside)).drop_attrs(),
+    )
+    return schema.record(schema.label(out.assign_coords(tip_radius=radius)), "tip_flags", tip_radius=radius)

@@ -1,0 +1,182 @@
+"""Runs over parameters: radii, moduli, works of adhesion and rough indenters as further dimensions of one result.
+
+The scan fixes all lengths, so that the modulus is the only unit of stress: at the same displacement and the same
+w/E*, forces and pressures are proportional to E*, and the shapes are the same. So only one solve is needed for all
+combinations with the same radius and w/E*, or without adhesion for all with the same radius.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..asperity.asperity_sum import fit_of
+from ..asperity.catalogue import asperities
+from ..bodies import materials
+from ..vocabulary import schema
+
+#: Units of variables proportional to E*.
+_STRESSES = ("nN", "GPa", "nN nm")
+
+#: Verbs that sum over asperities: a scan's catalogue is made once for all solves.
+_OF_ASPERITIES = ("superpose", "pull_off_map", "rolling")
+
+#: Verbs whose results are known to scale with E*; others are solved for every pair.
+_SCALING = (*_OF_ASPERITIES, "direct", "adhesive", "rigid")
+
+#: Options and coordinates that are forces or pressures themselves: with these, results do not scale.
+_FIXED = ("load", "preload"), ("hardness", "hardness_estimate")
+
+
+def vary(
+    ds: xr.Dataset,
+    solve: Callable[..., xr.Dataset],
+    *,
+    sphere_radius: Any = None,
+    contact_modulus: Any = None,
+    work_of_adhesion: Any = None,
+    indenter: xr.Dataset | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """Solve for every combination of radii, moduli, works of adhesion and placements of a rough indenter.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan, or an asperity catalogue where ``solve`` takes one, with an assigned pair.
+    solve : callable
+        `direct`, `superpose`, `pull_off_map`, `adhesive` or `rolling`; or your own function of a Dataset and
+        options.
+    sphere_radius, contact_modulus, work_of_adhesion : array_like, optional
+        Values in nm, GPa and J/m², ascending; a parameter that is not given stays as assigned, without a dimension.
+    indenter : Dataset, optional
+        Result of `placements`, in place of the assigned sphere.
+    **options
+        Passed to ``solve``.
+
+    Returns
+    -------
+    Dataset
+        The result of ``solve`` with a dimension for each given parameter, and ``placement`` for an indenter.
+
+    Raises
+    ------
+    ValueError
+        If no parameter is given, one is not ascending or not positive (w may be 0), no pair is assigned, fields
+        are asked for at several radii, or radii are given together with an indenter.
+
+    References
+    ----------
+    Cheng, Dunn & Brach, eqs. 20–24 and 36–42, which depend on E* and w in this way.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.assign_pair(roughxr.open_sample("glass"),
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> found = vary(scan, roughxr.superpose, contact_modulus=[30, 60], work_of_adhesion=[0.5, 1], delta=[5.0])
+    >>> dict(found.force.sizes)
+    {'contact_modulus': 2, 'work_of_adhesion': 2, 'subregion': 1, 'delta': 1}
+    """
+    given = {"sphere_radius": sphere_radius, "contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion}
+    if indenter is not None:
+        return _placed(ds, solve, indenter, given, options)
+    axes = _axes(ds, given)
+    if options.get("fields") and len(axes.get("sphere_radius", ())) > 1:
+        raise ValueError(
+            "fields: expected one sphere_radius, since each has windows of its own size, found "
+            f"{len(axes['sphere_radius'])}; vary the other parameters, or leave the fields out"
+        )
+    varied = [name for name, values in given.items() if values is not None]
+    if getattr(solve, "__name__", "") in _OF_ASPERITIES and "asperity" not in ds.dims:
+        ds = asperities(ds, **fit_of(options.get("formulation")))
+    solved: dict[tuple, xr.Dataset] = {}
+    parts = []
+    for values in itertools.product(*axes.values()):
+        pair = dict(zip(axes, values))
+        key = _shared(pair, solve, options) if _scales(ds, solve, options) else tuple(pair.values())
+        if key not in solved:
+            solved[key] = solve(ds.assign_coords(pair), **options)
+        parts.append(_scaled(solved[key], pair).expand_dims(varied))
+    _same_deltas(parts)
+    how = {"join": "exact", "combine_attrs": "drop_conflicts", "data_vars": "all", "coords": "minimal"}
+    out = xr.combine_by_coords(parts, compat="override", **how)
+    arguments = {name: given[name] for name in varied}
+    return schema.record(
+        schema.label(out), "vary", parts[0], solve=getattr(solve, "__name__", "a function"), **arguments
+    )
+
+
+def _placed(ds: xr.Dataset, solve: Callable, indenter: xr.Dataset, given: dict[str, Any], options: dict[str, Any]):
+    """Return the solutions for every placement of a rough indenter."""
+    if given["sphere_radius"] is not None:
+        raise ValueError(
+            "sphere_radius: expected none beside an indenter, which brings its own; make `placements` of it"
+        )
+    if not isinstance(indenter, xr.Dataset) or "placement" not in indenter.dims or "indenter_height" not in indenter:
+        raise ValueError("indenter: expected a Dataset from `placements`, with indenter_height along placement")
+    others = {name: values for name, values in given.items() if values is not None}
+    bare = ds.drop_vars(["sphere_radius", "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
+    parts = []
+    for k in range(indenter.sizes["placement"]):
+        face = indenter["indenter_height"].isel(placement=k).reset_coords(drop=True)
+        pair = bare.assign(indenter_height=face)
+        parts.append(vary(pair, solve, **others, **options) if others else solve(pair, **options))
+    _same_deltas(parts)
+    how = {"join": "exact", "combine_attrs": "drop_conflicts", "data_vars": "all", "coords": "minimal"}
+    out = xr.concat(parts, indenter["placement"].reset_coords(drop=True), compat="override", **how)
+    told = {name: indenter[name] for name in ("patch_x", "patch_y", "rotation") if name in indenter.coords}
+    out = schema.label(out.assign_coords(told))
+    made = schema.history(indenter)[-1:] or [{"arguments": "given"}]
+    return schema.record(out, "vary", parts[0], solve=solve.__name__, indenter=made[0]["arguments"], **others)
+
+
+def _same_deltas(parts: list[xr.Dataset]) -> None:
+    """Raise where displacements must be given because their default differs from part to part."""
+    if any("delta" in part.dims and not part["delta"].equals(parts[0]["delta"]) for part in parts):
+        raise ValueError("delta: expected displacements in nm, since their default differs from one pair to the next")
+
+
+def _axes(ds: xr.Dataset, given: dict[str, Any]) -> dict[str, list[float]]:
+    """Return the values of each parameter: those given, or the one assigned."""
+    if all(values is None for values in given.values()):
+        raise ValueError(f"expected values of {', '.join(given)} or several of them, found none")
+    axes = {}
+    for name, values in given.items():
+        if values is not None:
+            axes[name] = schema.ascending(values, schema.VARIABLES[name].units, name).tolist()
+            for value in axes[name]:
+                materials.check_plausible(name, value, ds)
+        elif name in ds.coords:
+            axes[name] = [float(ds[name])]
+    return axes
+
+
+def _scales(ds: xr.Dataset, solve: Callable, options: dict[str, Any]) -> bool:
+    """Return whether solutions for pairs with the same w/E* differ by a factor only."""
+    given, assigned = _FIXED
+    forced = any(options.get(name) is not None and np.any(options[name]) for name in given)
+    return getattr(solve, "__name__", "") in _SCALING and not forced and not set(assigned) & set(ds.coords)
+
+
+def _shared(pair: dict[str, float], solve: Callable, options: dict[str, Any]) -> tuple:
+    """Return what a solution depends on apart from its scale."""
+    radius, modulus = pair.get("sphere_radius"), pair.get("contact_modulus")
+    if modulus is None:
+        return tuple(pair.values())
+    adhesionless = solve.__name__ == "direct" or options.get("law") == "hertz" or "work_of_adhesion" not in pair
+    return radius, None if adhesionless else float(f"{pair['work_of_adhesion'] / modulus:.13g}")
+
+
+def _scaled(solution: xr.Dataset, pair: dict[str, float]) -> xr.Dataset:
+    """Return a solution for another modulus at the same w/E*, from the one that was solved."""
+    factor = pair["contact_modulus"] / float(solution["contact_modulus"]) if "contact_modulus" in pair else 1.0
+    if factor == 1.0:
+        return solution.assign_coords(pair)
+    stresses = [name for name, array in solution.data_vars.items() if array.attrs.get("units") in _STRESSES]
+    scaled = {name: (solution[name] * factor).assign_attrs(solution[name].attrs) for name in stresses}
+    return solution.assign(scaled).assign_coords(pair)

@@ -1,0 +1,291 @@
+"""An error budget of the simulated pull-off: the known uncertainties of its mean, and their sources.
+
+Each entry is one relative standard deviation of the mean pull-off. The entry of sampling is the scatter between places
+on this scan. Every other entry is the change of the mean, over a sample of places, when one assumption is changed by
+about its uncertainty (`sensitivity`): the length of its bar in the tornado plot, nothing is computed twice. An entry
+that was not computed is NaN and says why.
+
+The effect of waves shorter than the scan shows is no such entry, since their heights are unknown rather than uncertain.
+It is reported beside the total, which holds for a surface without such waves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...asperity.catalogue import asperities
+from ...scans import regions, self_affine_fit
+from ...scans.tip import tip_flags
+from ...statistics import bootstrap
+from ...vocabulary import schema
+from ...vocabulary.units import positive, whole_number
+from ..short_waves import quietly, scale_dependence
+from .verb import sensitivity
+
+#: Entries given by a change of `sensitivity`: the factor, and a description into which its settings are put.
+CHANGED: dict[str, tuple[str, str]] = {
+    "mesh": ("mesh", "cells {}"),
+    "step": ("step", "steps of the displacement {}"),
+    "preload": ("preload", "preload {}"),
+    "levelling": ("levelling", "another levelling: {}"),
+    "pixel": ("interpolation", "heights between the pixels by {} in place of splines"),
+    "tip": ("tip radius", "a tip of {} taken off the scan"),
+    "range of the law": ("range of adhesion", "range of adhesion {}"),
+    "work of adhesion": ("surface energy", "work of adhesion {}"),
+    "modulus": ("modulus", "contact modulus {}"),
+    "sphere radius": ("sphere radius", "radius {}"),
+}
+
+#: The entries given by the scan's own places, and by its shortest waves.
+SAMPLING, SHORT_WAVES = "sampling", "shorter waves"
+
+#: All entries in order; for a body that yields also that of its hardness.
+ENTRIES = (SAMPLING, *CHANGED, SHORT_WAVES)
+
+#: Shortest waves that are added, as parts of the shortest that the scan shows, and that are cut off, in pixels.
+_ADDED, _CUT = (0.5, 0.5**0.5), (2, 4)
+
+#: A tip whose effect is smaller than this part cannot be seen on the scan's pixels: between neighbours its flanks fall
+#: by more than the heights do.
+_UNSEEN = 1e-4
+
+#: Standard deviations in the width of a 95 % interval.
+_WITHIN = 4.0
+
+
+class _Entry(NamedTuple):
+    """One entry: relative standard deviation, NaN if not known, and how it was computed, or why it was not."""
+
+    value: float
+    how: str
+
+
+def error_budget(
+    ds: xr.Dataset,
+    *,
+    solved: xr.Dataset | None = None,
+    changes: xr.Dataset | None = None,
+    scales: xr.Dataset | None = None,
+    subregions: Any = None,
+    places: int = 4,
+    preload: Any = 0.0,
+    law: str = "auto",
+    refine: int | str = "auto",
+    step: Any = 0.4,
+    settings: Mapping[str, Sequence] | None = None,
+    seeds: int = 2,
+    tip_radius: Any = 10.0,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Return the uncertainty of the mean simulated pull-off: one entry for each source.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan in memory with an adhesive pair.
+    solved : Dataset, optional
+        The result of `adhesive` at all places, for the entry of sampling; by default the sample is used.
+    changes : Dataset, optional
+        The result of `sensitivity` with method="adhesive", by default computed here.
+    scales : Dataset, optional
+        The result of `cut_off_waves`, by default computed here.
+    subregions : (int, int), (array, array) or Dataset, optional
+        Contact centres, by default those of ``solved``.
+    places : int
+        Number of centres, spread evenly, at which each change is solved again.
+    preload, law, refine, step
+        Options of `adhesive`, as for `sensitivity`.
+    settings : mapping of str to sequence, optional
+        The uncertainty of each factor, see `sensitivity`: a factor that is left out is not computed, and one that is
+        known to be exact, such as ``{"modulus": [1.0]}``, gives 0.
+    seeds : int
+        Number of surfaces for each roughness that continues the scan's spectrum; 0 leaves this out.
+    tip_radius : number or quantity
+        Of the tip that took the scan, nm, for the share of asperities that are sharper. The effect of the tip on the
+        pull-off is computed with the settings.
+    progress : bool
+        Show on standard error what is being computed.
+
+    Returns
+    -------
+    Dataset
+        ``relative_error`` and ``how`` along ``entry``; ``total_error``, the root of the sum of squares of all computed
+        entries except "shorter waves"; ``pull_off_mean`` (nN), ``shortest_wavelength`` (nm) that the scan shows,
+        ``contact_radius_pixels``, the median radius at pull-off of the smallest relevant contact, in pixels of the
+        scan, and ``sharper_than_tip``, the share of asperities. The attribute ``condition`` says for which surface the
+        total holds, and ``resolved`` whether the contacts are larger than the pixels.
+
+    Raises
+    ------
+    ValueError
+        If no pair with adhesion is assigned, or ``changes`` or ``scales`` are results of something else.
+
+    Notes
+    -----
+    For a factor that is changed both up and down, the larger change is used. The changes are taken as independent and
+    as one standard deviation each; the entry of sampling is a quarter of its 95 % interval.
+
+    References
+    ----------
+    JCGM 100:2008, Guide to the expression of uncertainty in measurement, 5.1.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.synthetic.self_affine((48, 48), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1)
+    >>> options = {"settings": {"surface energy": [0.9, 1.1]}, "places": 1, "seeds": 0, "law": "griffith", "step": 1}
+    >>> budget = error_budget(scan, **options)
+    >>> bool(budget.relative_error.sel(entry="work of adhesion") > 0.05), budget.how.sel(entry="mesh").item()
+    (True, 'not computed: left out of the settings')
+    """
+    ds = schema.validate(ds, "scan")
+    centres = regions.centres(ds, solved if subregions is None and solved is not None else subregions)
+    how = {"subregions": centres, "preload": preload, "law": law, "refine": refine, "step": step}
+    if changes is None:
+        changes = sensitivity(ds, method="adhesive", places=places, settings=settings, progress=progress, **how)
+    if "pull_off_change" not in changes:
+        raise ValueError("changes: expected what sensitivity(method='adhesive') returns, found no pull_off_change")
+    if scales is None and whole_number(seeds, "seeds", least=0):
+        scales = cut_off_waves(ds, seeds=seeds, places=places, **how)
+    pulls = (changes.isel(case=0) if solved is None else solved)["pull_off_force"]
+    pulls = pulls.isel(preload=0) if "preload" in pulls.dims else pulls
+    entries = {SAMPLING: _sampling(pulls)}
+    entries |= {entry: _of_changes(changes, *told) for entry, told in CHANGED.items()}
+    if "hardness" in ds.coords:
+        entries["hardness"] = _of_changes(changes, "hardness", "hardness {}")
+    entries[SHORT_WAVES] = _of_short_waves(scales)
+    out = _budget(entries).assign(_known(ds, changes, pulls, positive(tip_radius, "nm", "tip_radius")))
+    out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
+    shown = float(out["shortest_wavelength"])
+    out.attrs = {"law": changes.attrs.get("law", law), "places": changes.sizes["subregion"]}
+    out.attrs |= {"condition": _condition(shown), "resolved": _resolved(float(out["contact_radius_pixels"]))}
+    arguments = {name: how[name] for name in ("preload", "law", "refine", "step")}
+    arguments |= {"places": places, "settings": settings, "seeds": seeds}
+    return schema.record(schema.label(out), "error_budget", ds, subregions=subregions, **arguments)
+
+
+def cut_off_waves(
+    ds: xr.Dataset,
+    *,
+    seeds: int = 2,
+    places: int = 4,
+    subregions: Any = None,
+    preload: Any = 0.0,
+    law: str = "auto",
+    refine: int | str = "auto",
+    step: Any = 0.4,
+) -> xr.Dataset | None:
+    """Return the simulated pull-off over the shortest wave: at two below that of the scan, at its own, and above it.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan in memory with an adhesive pair.
+    seeds, places, subregions, preload, law, refine, step
+        As for `error_budget`.
+
+    Returns
+    -------
+    Dataset or None
+        As from `scale_dependence`; None where the scan has no spectrum to continue, or the indenter is no sphere.
+    """
+    if "sphere_radius" not in ds.coords:
+        return None
+    spectrum = self_affine_fit(ds)
+    shown, pixel = float(spectrum["shortest_wavelength"]), schema.square_pixel(ds)
+    if not np.isfinite(float(spectrum["psd_plateau"])) or not np.isfinite(shown):
+        return None
+    waves = {*(part * shown for part in _ADDED), shown, *(n * pixel for n in _CUT if n * pixel > 1.02 * shown)}
+    sample = regions.sample(regions.centres(ds, subregions), places)
+    options = {"subregions": sample, "preload": preload, "law": law, "refine": refine, "step": step}
+    return scale_dependence(ds, shortest=sorted(waves), seeds=seeds, method="adhesive", **options)
+
+
+def _budget(entries: Mapping[str, _Entry]) -> xr.Dataset:
+    """Return the entries and their total."""
+    values = np.array([entries[name].value for name in entries])
+    known = np.array([entries[name].value for name in entries if name != SHORT_WAVES])
+    total = float(np.sqrt(np.nansum(known**2))) if np.isfinite(known).any() else np.nan
+    how = [entries[name].how for name in entries]
+    columns = {"relative_error": ("entry", values), "how": ("entry", how), "total_error": total}
+    return xr.Dataset(columns, {"entry": list(entries)})
+
+
+def _sampling(force: xr.DataArray) -> _Entry:
+    """Return the uncertainty from the choice of places on this surface."""
+    count = int(force.notnull().sum())
+    if count < 2:
+        return _Entry(np.nan, f"not computed: it takes two places that pull, there are {count}")
+    found = bootstrap(force.to_dataset(name="pull_off_force"), "pull_off_force", statistics=["mean"]).isel(statistic=0)
+    block = found.sel(resampling="block")
+    half = float(block["high"] - block["low"]) / _WITHIN
+    independent = float(block["independent_places"])
+    words = f"bootstrap of blocks of the {count} places, worth {independent:.3g} independent ones"
+    return _Entry(half / float(found["estimate"]), words)
+
+
+def _of_changes(changes: xr.Dataset, factor: str, words: str) -> _Entry:
+    """Return the largest change among a factor's settings."""
+    cases = changes.isel(case=np.flatnonzero(changes["factor"].values == factor))
+    if not cases.sizes["case"]:
+        return _Entry(np.nan, "not computed: left out of the settings")
+    change = np.abs(cases["pull_off_change"].values)
+    if not np.isfinite(change).any():
+        return _Entry(np.nan, f"not computed: {cases['reason'].values[0]}")
+    told = " and ".join(map(str, cases["setting"].values[np.isfinite(change)]))
+    unseen = factor == "tip radius" and np.nanmax(change) < _UNSEEN
+    seen = ", which is too sharp for the pixels to show" if unseen else ""
+    return _Entry(float(np.nanmax(change)), f"{words.format(told)}{seen}; {_count(changes)}")
+
+
+def _count(ds: xr.Dataset) -> str:
+    count = ds.sizes["subregion"]
+    return f"{count} place{'s' * (count > 1)}"
+
+
+def _of_short_waves(scales: xr.Dataset | None) -> _Entry:
+    """Return the change when the scan's spectrum is continued by one octave."""
+    if scales is None:
+        return _Entry(np.nan, "not computed: left out, no sphere, or a scan without a spectrum to continue")
+    if "shortest_kept" not in scales.dims:
+        raise ValueError("scales: expected what cut_off_waves returns, found no dimension 'shortest_kept'")
+    means = scales["pull_off_force"].mean("subregion")
+    shown = scales.attrs["shortest_wavelength"]
+    least = means.isel(shortest_kept=0)
+    wave, ratios = float(least["shortest_kept"]), least / means.sel(shortest_kept=shown, method="nearest").mean()
+    scatter = f", ± {100 * float(ratios.std()):.2g} % over {ratios.size} seeds" if ratios.size > 1 else ""
+    words = f"its spectrum continued from {shown:.3g} down to {wave:.3g} nm{scatter}; {_count(scales)}"
+    return _Entry(abs(float(ratios.mean()) - 1), words)
+
+
+def _known(ds: xr.Dataset, changes: xr.Dataset, pulls: xr.DataArray, tip_radius: float) -> dict[str, float]:
+    """Return further variables that a reader should see beside the entries."""
+    found = quietly(asperities, ds)
+    sharp = tip_flags(found, tip_radius=tip_radius)["sharper_than_tip"]
+    return {
+        "pull_off_mean": float(pulls.mean()),
+        "shortest_wavelength": float(found.coords.get("shortest_wavelength", np.nan)),
+        "contact_radius_pixels": float(changes.attrs["contact_radius_pixels"]),
+        "sharper_than_tip": float(sharp.mean()) if sharp.size else np.nan,
+        "tip_radius": tip_radius,
+    }
+
+
+def _condition(shown: float) -> str:
+    """Return a sentence on the surface for which the pull-off holds."""
+    if not np.isfinite(shown):
+        return "for a surface as smooth as this scan shows it"
+    return f"for a surface as smooth below {shown:.3g} nm as this scan shows it"
+
+
+def _resolved(pixels: float) -> str:
+    """Return a sentence on the size of the contacts in the scan's pixels."""
+    words = f"At pull-off the smallest contact that matters has a radius of {pixels:.2g} pixels (median place)"
+    if pixels >= 2:
+        return f"{words}."
+    return f"{words}: what the surface does within a pixel, which the scan does not show, decides how hard it sticks."

@@ -1,0 +1,160 @@
+"""The assumptions about a scan and its pair of bodies that can be changed, one factor at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...contact.problem import hardness_of
+from ...scans import level
+from ...scans.tip import erode
+from ...vocabulary import schema
+
+#: Settings tried for each factor with superposed asperities: fit window in pixels, how its vertex is placed, levelling,
+#: pixels joined, height step (nm), radius of the tip removed (nm), factors on work of adhesion and contact modulus.
+SETTINGS: dict[str, tuple] = {
+    "fit window": (3, 5, 7),
+    "vertex": ("pixel",),
+    "levelling": ("plane", "quadratic", "cubic"),
+    "pixel": (2, 4),
+    "height step": (0.1, 0.5, 1.0),
+    "tip radius": (5.0, 10.0, 20.0),
+    "surface energy": (0.5, 2.0),
+    "modulus": (0.5, 2.0),
+}
+
+#: Settings for the simulation, the typical uncertainties of a careful experiment. Besides those above: cells this many
+#: times finer, factor on the step, preload increased by this many mean pull-offs, interpolation of the heights between
+#: the pixels, and factors on the range of adhesion and on the sphere's radius.
+SIMULATED: dict[str, tuple] = {
+    "mesh": (2,),
+    "step": (0.5,),
+    "preload": (0.1,),
+    "levelling": ("quadratic",),
+    "interpolation": ("waves",),
+    "tip radius": (10.0,),
+    "range of adhesion": (2 / 3, 4 / 3),
+    "surface energy": (0.8, 1.2),
+    "modulus": (0.9, 1.1),
+    "sphere radius": (0.95, 1.05),
+}
+
+#: Further settings for the simulation of a body that yields: factors on its hardness.
+OF_YIELD: dict[str, tuple] = {"hardness": (0.75, 1.25)}
+
+#: Factors of superposed asperities only, and of the simulation only; the latter change how it is solved.
+OF_FITS, OF_SOLVES = (
+    ("fit window", "vertex"),
+    ("mesh", "step", "preload", "interpolation", "range of adhesion", "hardness"),
+)
+
+
+class Case(NamedTuple):
+    """One factor at one of its settings."""
+
+    factor: str
+    value: Any
+    ds: xr.Dataset  # the scan and the pair as given
+
+    def changed(self) -> tuple[str, xr.Dataset]:
+        """Return the setting in words, and the scan and pair with it, which are unchanged if only the solve changes.
+
+        Raises
+        ------
+        ValueError
+            If the scan or its pair cannot be changed in this way.
+        """
+        if self.factor in CHANGES:
+            return CHANGES[self.factor](self.ds, self.value)
+        return _WORDS[self.factor](self.value), self.ds
+
+
+def cases(ds: xr.Dataset, settings: Mapping[str, Sequence]) -> list[Case]:
+    """Return the base case and each change."""
+    changes = [Case(factor, value, ds) for factor, values in settings.items() for value in values]
+    return [Case("base", None, ds), *changes]
+
+
+#: Changes of the fit or of the solve, in words.
+_WORDS: dict[str, Callable[[Any], str]] = {
+    "base": lambda _: "as given",
+    "fit window": lambda value: f"{value} pixels",
+    "vertex": str,
+    "mesh": lambda value: f"{value} times as fine",
+    "step": lambda value: f"× {value:g}",
+    "preload": lambda value: f"+ {value:.3g} pull-offs",
+}
+
+
+def _levelled(ds: xr.Dataset, method: str) -> tuple[str, xr.Dataset]:
+    how = {"method": "polynomial", "order": 3} if method == "cubic" else {"method": method}
+    return method, level(ds, **how)
+
+
+def _coarser(ds: xr.Dataset, count: int) -> tuple[str, xr.Dataset]:
+    pixel = count * schema.pixel(ds)[0]
+    return f"{pixel:.3g} nm", schema.label(ds.coarsen(x=count, y=count, boundary="trim").mean())
+
+
+def _by_waves(ds: xr.Dataset, method: str) -> tuple[str, xr.Dataset]:
+    """Return the scan on pixels half as large, with heights interpolated by cosine series in place of splines."""
+    from scipy.fft import dctn, idctn
+
+    schema.one_of(method, ("waves",), "interpolation")
+    height = schema.finite(np.asarray(ds["height"].values, dtype=float))
+    waves = np.pad(dctn(height, norm="ortho"), [(0, n) for n in height.shape])
+    axes = {name: _halved(ds[name]) for name in ("x", "y")}
+    finer = ds.drop_dims(["x", "y"]).assign(height=(("x", "y"), 2 * idctn(waves, norm="ortho"), ds["height"].attrs))
+    return method, finer.assign_coords(axes)
+
+
+def _halved(axis: xr.DataArray) -> xr.Variable:
+    step = schema.spacing(axis)
+    first = float(axis[0]) - step / 4
+    return xr.Variable(axis.name, first + step / 2 * np.arange(2 * axis.size), axis.attrs)
+
+
+def _rounded(ds: xr.Dataset, step: float) -> tuple[str, xr.Dataset]:
+    return f"{step:g} nm", ds.assign(height=(np.round(ds["height"] / step) * step).assign_attrs(ds["height"].attrs))
+
+
+def _without_tip(ds: xr.Dataset, radius: float) -> tuple[str, xr.Dataset]:
+    return f"{radius:g} nm", erode(ds, tip_radius=radius).assign_coords(tip_radius=radius)
+
+
+def _scaled(name: str) -> Callable:
+    """Return the change that multiplies a coordinate of the pair."""
+
+    def change(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
+        (value,) = schema.pair(ds, name)
+        return f"× {factor:.3g}", ds.assign_coords({name: value * factor})
+
+    return change
+
+
+def _harder(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
+    """Return the pair with the assigned or estimated hardness multiplied by a factor, so that it yields there."""
+    hardness, _ = hardness_of(ds)
+    if not np.isfinite(hardness):
+        raise ValueError("no hardness is assigned, and none estimated for named materials")
+    return f"× {factor:.3g}", ds.drop_vars("hardness_estimate", errors="ignore").assign_coords(
+        hardness=hardness * factor
+    )
+
+
+#: The function that changes the scan or its pair, by factor.
+CHANGES: dict[str, Callable[[xr.Dataset, Any], tuple[str, xr.Dataset]]] = {
+    "levelling": _levelled,
+    "pixel": _coarser,
+    "interpolation": _by_waves,
+    "height step": _rounded,
+    "tip radius": _without_tip,
+    "surface energy": _scaled("work_of_adhesion"),
+    "modulus": _scaled("contact_modulus"),
+    "sphere radius": _scaled("sphere_radius"),
+    "range of adhesion": _scaled("adhesion_range"),
+    "hardness": _harder,
+}

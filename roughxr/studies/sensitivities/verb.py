@@ -1,0 +1,128 @@
+"""Sensitivity of the pull-off to each assumption, computed at the same places.
+
+One factor at a time is changed from the given scan and pair.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import xarray as xr
+
+from ...bodies.materials import DEFAULT_RANGE
+from ...jobs.progress import teller
+from ...scans import regions
+from ...vocabulary import schema
+from ...vocabulary.units import magnitude, positive, whole_number
+from .changes import CHANGES, OF_FITS, OF_SOLVES, OF_YIELD, SETTINGS, SIMULATED, cases
+from .simulated import Simulation, simulated
+from .superposed import Sweep, superposed, sweep_of
+
+METHODS = ("superpose", "adhesive")
+
+
+def sensitivity(
+    ds: xr.Dataset,
+    *,
+    method: str = "superpose",
+    subregions: Any = None,
+    delta: Any = None,
+    patch: Any = "auto",
+    formulation: str = "energy",
+    settings: Mapping[str, Sequence] | None = None,
+    places: int = 4,
+    preload: Any = 0.0,
+    law: str = "auto",
+    refine: int | str = "auto",
+    step: Any = 0.4,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Return how the pull-off force changes with each assumption.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan with an adhesive pair.
+    method : {"superpose", "adhesive"}
+        "superpose": superposed asperities at all places; "adhesive": the simulation at a few of them.
+    subregions : (int, int), (array, array) or Dataset, optional
+        Contact centres, see `regions.centres`; the same in all cases.
+    delta : array_like, optional
+        For "superpose": displacements, nm, from each place's first touch; by default 161 from where a smooth sphere
+        detaches to four times as deep, and at least to the standard deviation of the heights.
+    patch, formulation
+        For "superpose": fit window of the base case, as for `asperities`, and formulation as for `superpose`.
+    settings : mapping of str to sequence, optional
+        Settings to try for each factor, by default ``SETTINGS`` or, for "adhesive", ``SIMULATED``: "levelling"
+        ("plane", "quadratic" or "cubic"), "pixel" (number joined along each axis), "height step" (nm, rounding), "tip
+        radius" (nm, of a tip removed from the scan), "surface energy", "modulus" and "sphere radius" (factors); for
+        "superpose" also "fit window" (pixels) and "vertex" (as for `asperities`); for "adhesive" also "mesh" (factor by
+        which cells are finer), "step" (factor), "preload" (in mean pull-offs, added), "interpolation" ("waves": heights
+        between the pixels by cosine series in place of splines), "range of adhesion" and "hardness" (factors; the last
+        by default where one is assigned, and on request of the one estimated for named materials, at which they then
+        yield).
+    places : int
+        For "adhesive": number of the contact centres used, spread evenly over them.
+    preload, law, refine, step
+        For "adhesive", see there; refine="auto" is the coarsest mesh on which the law can be solved.
+    progress : bool
+        Show on standard error which case is being computed.
+
+    Returns
+    -------
+    Dataset
+        Along ``case``, of which the first is the base: ``pull_off_mean``, ``pull_off_std``, ``pull_off_median`` (nN);
+        coordinates ``factor`` and ``setting``. For "superpose" also the ends ``pull_off_mean_low`` and
+        ``pull_off_mean_high`` (95 %, block bootstrap), ``asperities``, ``unbracketed`` (places whose sweep was too
+        short), and ``sharper_than_tip``, the share of asperities flagged (NaN except for the tip). For "adhesive" also
+        ``pull_off_change``, that of the mean from the base case on cells of the same size, ``refinement``, the
+        ``pull_off_force`` of each place, and ``reason``, why a case was not computed (its results are NaN then).
+
+    Raises
+    ------
+    ValueError
+        If no pair with adhesion is assigned, or the method does not have a factor.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.synthetic.self_affine((64, 64), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.2)
+    >>> found = sensitivity(scan, subregions=(3, 3), settings={"surface energy": [2.0]})
+    >>> found.setting.values.tolist(), bool(found.pull_off_mean[1] > found.pull_off_mean[0])
+    (['as given', '× 2'], True)
+    """
+    ds = schema.validate(ds, "scan")
+    if schema.pair(ds, "work_of_adhesion")[0] <= 0:
+        raise ValueError("expected a pair with work_of_adhesion > 0, found 0; assign one with assign_pair")
+    known = _factors(schema.one_of(method, METHODS, "method"))
+    for factor in settings or ():
+        schema.one_of(factor, known, "settings")
+    centres = regions.centres(ds, subregions)
+    if method == "superpose":
+        deltas = sweep_of(ds) if delta is None else schema.ascending(delta, "nm", "delta")
+        tried = cases(ds, SETTINGS if settings is None else settings)
+        out = superposed(ds, tried, Sweep(centres, deltas, patch, formulation))
+        arguments = {"delta": deltas, "patch": patch, "formulation": formulation}
+    else:
+        sample = regions.sample(centres, whole_number(places, "places", least=1))
+        way = Simulation(sample, magnitude(preload, "nN", "preload"), law, positive(step, "nm", "step"), refine)
+        usual = SIMULATED | (OF_YIELD if "hardness" in ds.coords else {})
+        tried = cases(_with_range(ds), usual if settings is None else settings)
+        out = simulated(tried[0].ds, tried, way, teller(progress))
+        arguments = {"places": places, "preload": way.preload, "law": law, "refine": refine, "step": way.step}
+    out = out.assign_coords(factor=("case", [case.factor for case in tried])).assign_attrs(method=method)
+    arguments |= {"method": method, "settings": settings}
+    return schema.record(schema.label(out), "sensitivity", ds, subregions=subregions, **arguments)
+
+
+def _factors(method: str) -> tuple[str, ...]:
+    """Return the factors that can be changed with a method."""
+    both = tuple(factor for factor in CHANGES if factor not in OF_SOLVES)
+    return (*(OF_FITS if method == "superpose" else OF_SOLVES), *both)
+
+
+def _with_range(ds: xr.Dataset) -> xr.Dataset:
+    """Return a scan to which the range of adhesion that `adhesive` would use is assigned."""
+    return ds if "adhesion_range" in ds.coords else ds.assign_coords(adhesion_range=DEFAULT_RANGE)
