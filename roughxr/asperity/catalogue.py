@@ -148,19 +148,7 @@ def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -
 
 
 def later(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -> Any:
-    """Return `asperities` of a lazy scan as a dask task that is still to be computed.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A scan.
-    patch, vertex
-        As for `asperities`.
-
-    Returns
-    -------
-    dask.delayed.Delayed
-    """
+    """Return `asperities` of a lazy scan as a dask task that is still to be computed."""
     ds, asked = _prepared(ds, patch, vertex)
     if asked.patch != "auto":
         return _set_up_later(ds, _setup(asked, None))
@@ -341,16 +329,6 @@ def poorly_fitted(catalogue: xr.Dataset) -> float:
 
     For these the rms residual exceeds `POOR_FIT` of the paraboloid's drop from its vertex to the middle of the patch's
     sides, as on a patch as wide as the shortest wave or wider.
-
-    Parameters
-    ----------
-    catalogue : Dataset
-        Asperities.
-
-    Returns
-    -------
-    float
-        NaN where there are none.
     """
     if catalogue.sizes["asperity"] == 0:
         return np.nan

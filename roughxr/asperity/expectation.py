@@ -27,21 +27,7 @@ WIDEST = 0.8
 
 
 def expectation(catalogue: xr.Dataset, law: str) -> dict[str, Any]:
-    """Return what to expect of the pull-off from these asperities, as attributes of the sum.
-
-    Parameters
-    ----------
-    catalogue : Dataset
-        Asperities.
-    law : str
-        Name of the kernel's law: the ratio was measured with "energy".
-
-    Returns
-    -------
-    dict
-        ``expectation``, a sentence, and, where they are known, ``expected_ratio``, ``expected_ratio_low`` and
-        ``expected_ratio_high`` of superposed over direct pull-off.
-    """
+    """Return what to expect of the pull-off from these asperities, as attributes of the sum."""
     unknown = _unknown(catalogue, law)
     if unknown:
         return {"expectation": f"not known how near this comes to an adhesive simulation: {unknown}"}

@@ -320,19 +320,7 @@ def _shortest_wavelength(ds: xr.Dataset) -> Any:
 
 
 def window_half_width(ds: xr.Dataset, *, preload: float = 0.0, law: str = "auto") -> float:
-    """Return the distance (nm) from a contact centre within which `adhesive` needs the surface, at a preload (nN).
-
-    Parameters
-    ----------
-    ds : Dataset
-        A scan in memory with an assigned pair.
-    preload, law
-        As for `adhesive`.
-
-    Returns
-    -------
-    float
-    """
+    """Return the distance (nm) from a contact centre within which `adhesive` needs the surface, at a preload (nN)."""
     adhesion = Adhesion(
         work=schema.pair(ds, "work_of_adhesion")[0],
         preloads=_preloads(preload),

@@ -35,11 +35,6 @@ _LEVEL = 1
 class Checkpoint:
     """The unfinished run beside ``output``, open and locked until `close`.
 
-    Parameters
-    ----------
-    output : Path
-        The run's archive; the checkpoint is ``output`` with ``.checkpoint`` appended.
-
     Raises
     ------
     BlockingIOError

@@ -21,20 +21,7 @@ _SHOWN = 120
 
 
 def identity(scan: xr.Dataset, arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the identity of a run: plain values, by name.
-
-    Parameters
-    ----------
-    scan : Dataset
-        With its pair of bodies, if one is assigned.
-    arguments : mapping
-        Arguments of the run.
-
-    Returns
-    -------
-    dict
-        Each value as JSON returns it; long arrays by their ends, size and a hash.
-    """
+    """Return the identity of a run: plain values, by name."""
     known = {"scan": _name(scan), "scan_sha256": schema.height_hash(scan)}
     known |= {name: float(scan[name]) for name in schema.TRAVELLING if name in scan.coords}
     if "indenter_height" in scan:

@@ -22,17 +22,6 @@ class Progress:
     The first items wait while kernels are compiled, up to a minute where nothing is cached. The rate is therefore that
     of items after the first finished one, counted over the latter half of the time since then.
 
-    Parameters
-    ----------
-    total : int
-        Items to finish.
-    done : int
-        Items that an earlier call finished: they count as done, but not for the rate.
-    what : str
-        Name of the items.
-    stream : file, optional
-        Where to report; nowhere by default.
-
     Examples
     --------
     >>> import sys

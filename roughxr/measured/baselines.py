@@ -34,13 +34,6 @@ class Baseline(NamedTuple):
 def baseline_of(z: np.ndarray, force: np.ndarray, share: float) -> Baseline:
     """Fit the baseline of a curve.
 
-    Parameters
-    ----------
-    z, force : ndarray
-        Travel (nm, growing towards the surface) and force (nN).
-    share : float
-        The share of the travel, farthest from the surface, in which no surface force acts.
-
     Examples
     --------
     >>> z = np.linspace(0.0, -100.0, 101)

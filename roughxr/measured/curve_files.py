@@ -41,16 +41,7 @@ class CurveFile(NamedTuple):
 
 
 def curve_kind(path: Path, family: str, given: Calibration) -> str | None:
-    """Return the kind of a file of curves, by its content; None for any other file.
-
-    Parameters
-    ----------
-    path : Path
-    family : str
-        As `scans.files.reader_of` returns it.
-    given : Calibration
-        Needed for bare columns of numbers, which are an NT-MDT export if the sensitivity is in nm/nA.
-    """
+    """Return the kind of a file of curves, by its content; None for any other file."""
     with path.open("rb") as file:
         head = file.read(4096)
     if head.startswith(_ZIP):
@@ -169,14 +160,7 @@ def _asked(path: Path, kind: str, known: dict[str, float], **which: int) -> dict
 
 
 def curves_of(file: CurveFile, first: int = 0, last: int | None = None) -> xr.Dataset:
-    """Return curves of a file, in the form of `open_curves`.
-
-    Parameters
-    ----------
-    file : CurveFile
-    first, last : int
-        Range of the curves in the file; all by default.
-    """
+    """Return curves of a file, in the form of `open_curves`."""
     curves = file.curves[first:last]
     found = _asked(file.path, file.kind, file.known, first=first, last=first + len(curves))["branches"]
     size = max((one[0].size for both in found for one in both if one is not None), default=0)

@@ -37,23 +37,7 @@ _TOLD = ("spring constant", "sensitivity", "position x", "position y")
 
 
 def read(path: str, kind: str, known: dict[str, float], first: int = 0, last: int | None = None) -> dict[str, Any]:
-    """Return the headers of a file of curves, or its curves from ``first`` to before ``last``.
-
-    Parameters
-    ----------
-    path : str
-    kind : str
-        The kind of the file by its content, one of `_MODULES`.
-    known : dict
-        ``sensitivity`` (m/V) and ``spring constant`` (N/m) as far as the caller states them.
-    first, last : int, optional
-
-    Returns
-    -------
-    dict
-        ``format`` and ``curves``, what the file states of each; ``missing`` where values that forces need are not
-        stated; or ``branches``: for each curve a pair of (piezo towards the surface in m, force in N), or None.
-    """
+    """Return the headers of a file of curves, or its curves from ``first`` to before ``last``."""
     from afmformats import errors
 
     stat = os.stat(path)

@@ -43,18 +43,6 @@ def converts(units: str | None, target: str) -> bool:
 def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[np.ndarray, dict[str, Any]]:
     """Return recorded values as forces in nN, and attributes that say how they were converted.
 
-    Parameters
-    ----------
-    values : ndarray
-    units : str or None
-        Units that the file states.
-    given : Calibration
-
-    Returns
-    -------
-    forces : ndarray
-    attributes : dict
-
     Raises
     ------
     ValueError
@@ -122,13 +110,6 @@ def _nothing_beside(units: str, given: Calibration, *options: str) -> None:
 
 def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:
     """Return pull-off forces as positive magnitudes, and the sign that pulls had in the file.
-
-    Parameters
-    ----------
-    values : ndarray
-        NaN where nothing was measured.
-    pulls : {"positive", "negative"}, optional
-        The sign of a pull; by default that of all values.
 
     Raises
     ------

@@ -9,22 +9,7 @@ from .baselines import baseline_of
 
 
 def kept(recorded: xr.Dataset, contact_points: np.ndarray, share: float) -> xr.Dataset:
-    """Return all curves on one axis of distances.
-
-    Parameters
-    ----------
-    recorded : Dataset
-        ``piezo`` (nm) and ``force`` (nN) along (subregion, sample) or (subregion, branch, sample).
-    contact_points : ndarray
-        For each curve, nm; NaN for a curve without one, which is left out.
-    share : float
-        Share of the travel that is baseline.
-
-    Returns
-    -------
-    Dataset
-        ``force`` along (subregion, branch, piezo_distance).
-    """
+    """Return all curves on one axis of distances."""
     branches = recorded["branch"].values.tolist() if "branch" in recorded.dims else ["retraction"]
     shape = (recorded.sizes["subregion"], len(branches), recorded.sizes["sample"])
     distance = contact_points[:, None, None] - recorded["piezo"].values.reshape(shape)

@@ -54,15 +54,7 @@ def positive_forces(measured: xr.Dataset) -> Samples:
 
 
 def predicted_forces(found: xr.Dataset, words: str) -> Samples:
-    """Return predicted forces, one at every place; raise where there is none at some.
-
-    Parameters
-    ----------
-    found : Dataset
-        With ``pull_off_force``.
-    words : str
-        For the error message: which number was used, and what to do if another is needed.
-    """
+    """Return predicted forces, one at every place; raise where there is none at some."""
     forces = found["pull_off_force"].to_dataset()
     without = int((~(forces["pull_off_force"] > 0)).sum())
     if without:  # leaving them out would compare with different places at each value
@@ -79,19 +71,7 @@ def ln_quantiles(values: np.ndarray, axis: int = -1) -> np.ndarray:
 def matching(
     found: Samples, predict: Callable[[float], Samples], values: np.ndarray, *, seed: int, **given: float
 ) -> Fitted:
-    """Return the value whose predicted forces come closest to the distribution of the measured ones.
-
-    Parameters
-    ----------
-    found : Samples
-        Measured forces.
-    predict : callable
-        Returns samples of predicted forces for a value.
-    values : ndarray
-        Values to try, ascending.
-    seed, **given
-        Passed to `interval_of`: confidence, resamples.
-    """
+    """Return the value whose predicted forces come closest to the distribution of the measured ones."""
     target = ln_quantiles(found.values)
     curves = Curves(np.log(values), np.array([ln_quantiles(predict(one).values) for one in values]))
     best = float(np.exp(_best(curves, target)))

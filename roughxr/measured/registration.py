@@ -57,15 +57,6 @@ def grid_of(found: Samples) -> Grid | None:
 def matched(predicted: Samples, measured: Samples, *, shift: tuple[float, float] | None, farthest: float) -> Match:
     """Return the prediction at the measured places, after the given shift or, without one, the best.
 
-    Parameters
-    ----------
-    predicted, measured : Samples
-        With places; those of the prediction on a grid, or the same as the measured ones.
-    shift : (float, float) or None
-        nm; None: the shift of the largest correlation is searched.
-    farthest : float
-        Largest shift along each axis, as a share of the prediction's extent.
-
     Raises
     ------
     ValueError

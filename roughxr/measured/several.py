@@ -13,17 +13,6 @@ import xarray as xr
 def together(paths: Sequence[Any], found: Sequence[xr.Dataset]) -> xr.Dataset:
     """Return the pull-offs of several files along one ``subregion``.
 
-    Parameters
-    ----------
-    paths : sequence of path
-    found : sequence of Dataset
-        One for each file.
-
-    Returns
-    -------
-    Dataset
-        Variables and coordinates that all of them have, and, where there are several, ``file`` for each place.
-
     Raises
     ------
     ValueError

@@ -35,17 +35,6 @@ class Column(NamedTuple):
 def read_table(path: Path) -> list[Column]:
     """Return the columns of numbers of a text table.
 
-    Parameters
-    ----------
-    path : Path
-        Columns separated by comma, semicolon, tab or blanks; a line of names above them, which a table of one column
-        may lack. Lines that begin with # are comments; the last of them holds the names where no other line does.
-
-    Returns
-    -------
-    list of Column
-        NaN where a cell is empty. Columns of text are left out.
-
     Raises
     ------
     UnreadableScan

@@ -44,22 +44,7 @@ def in_true_units(path: Path, channels: list[Channel], chosen: Channel, family: 
 
 
 def nanoscope_scale(path: Path, index: int, name: str) -> tuple[str, float]:
-    """Return the units of a Nanoscope image, and the value of one count in them.
-
-    Parameters
-    ----------
-    path : Path
-    index : int
-        Number of the image in the file.
-    name : str
-        Name of the image, which the header must state at that place.
-
-    Returns
-    -------
-    units : str
-        V where the header states no sensitivity for it.
-    scale : float
-    """
+    """Return the units of a Nanoscope image, and the value of one count in them."""
     header = path.read_bytes().partition(b"\x1a")[0].decode("latin-1").splitlines()
     scale, one_count = _hard_scale(path, _block(header, index), name)
     found = next((one for one in map(_SENSITIVITY.match, header) if one and one["quantity"] == scale["quantity"]), None)

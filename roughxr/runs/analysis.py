@@ -225,23 +225,7 @@ def _kept(scan: xr.Dataset, plan: Plan, path: Path, *, scheduler: str | None = N
 
 
 def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None, **adhesion: Any) -> Plan:
-    """Return a plan whose displacements suit the heights of a scan.
-
-    Parameters
-    ----------
-    scan : Dataset
-        A scan with an assigned pair.
-    subregions : (int, int), (array, array) or Dataset
-        Contact centres.
-    delta : array_like, optional
-        Displacements of the direct simulation, nm.
-    **adhesion
-        ``preload``, ``law`` and ``refine`` of `adhesive`, and ``budget``.
-
-    Returns
-    -------
-    Plan
-    """
+    """Return a plan whose displacements suit the heights of a scan."""
     ds = schema.validate(scan, "scan")
     deltas = default_deltas(ds, regions.centres(ds, subregions), indenter_of(ds), "highest_peak")
     deepest = deltas[-1]
@@ -253,20 +237,7 @@ def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None, **adh
 
 
 def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str, xr.Dataset]:
-    """Compute all groups of a run.
-
-    Parameters
-    ----------
-    scan : Dataset
-        A scan with an assigned pair.
-    plan : Plan
-    progress : bool
-        Show on standard error what is being computed.
-
-    Returns
-    -------
-    dict of str to Dataset
-    """
+    """Compute all groups of a run."""
     say = teller(progress)
     say("asperities and reconstruction")
     catalogue = asperities(scan, patch=plan.patch, vertex=plan.vertex)

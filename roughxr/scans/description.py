@@ -30,17 +30,6 @@ _NUMBERS = {
 def describe(path: Any) -> xr.Dataset:
     """Return what a file holds: one entry per image along ``channel``.
 
-    Parameters
-    ----------
-    path : str or path
-
-    Returns
-    -------
-    Dataset
-        ``name``, ``direction``, ``units``, ``columns``, ``rows``, ``size_x``, ``size_y`` (nm), ``missing``,
-        ``lowest``, ``highest`` and ``s_q`` about the mean plane (nm; NaN where the channel is no length).
-        Attributes: file, format, SHA-256, and the doubts about its topographies.
-
     Raises
     ------
     UnreadableScan, OSError, ImportError

@@ -40,16 +40,6 @@ def _map(ds: xr.Dataset, name: str) -> xr.Dataset:
 def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     """Write a scan as roughxr's own NetCDF-4: everything it holds, in chunks, each with a checksum.
 
-    Parameters
-    ----------
-    ds : Dataset
-        A scan; a lazy one is written chunk by chunk.
-    path : str or path
-
-    Returns
-    -------
-    Path
-
     Examples
     --------
     >>> import tempfile, numpy as np, xarray as xr

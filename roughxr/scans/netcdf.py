@@ -78,20 +78,7 @@ def is_netcdf(head: bytes) -> bool:
 
 
 def open_netcdf(path: Path, *, channel: str | int | None = None) -> xr.Dataset:
-    """Return the scan in a NetCDF file, unread: heights (x, y) in nm.
-
-    Parameters
-    ----------
-    path : Path
-    channel : str or int, optional
-        The variable, or its number among those in units of length; by default ``height``, else the only one of
-        these.
-
-    Returns
-    -------
-    Dataset
-        A file of roughxr's own comes back with everything it holds.
-    """
+    """Return the scan in a NetCDF file, unread: heights (x, y) in nm."""
     ds = _opened(path)
     try:
         name = _variable_name(ds, channel, path)

@@ -13,21 +13,7 @@ from dask.graph_manipulation import clone
 
 
 def taker(height: da.Array, *, apart: bool = False) -> Callable[[tuple[slice, slice]], Any]:
-    """Return a function that gives the heights of a rectangle as a task.
-
-    Parameters
-    ----------
-    height : dask array
-        The scan's.
-    apart : bool
-        Read the chunks separately from all other tasks on them: chunks read before a search would otherwise be held
-        in memory until the search needs them.
-
-    Returns
-    -------
-    callable
-        Takes a pair of slices, with a start and a stop each.
-    """
+    """Return a function that gives the heights of a rectangle as a task."""
     blocks = (clone(height) if apart else height).to_delayed()
     bounds = [list(pairwise((0, *accumulate(sizes)))) for sizes in height.chunks]
     join = dask.delayed(_joined, pure=False)

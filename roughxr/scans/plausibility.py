@@ -36,15 +36,6 @@ def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
 def doubts(ds: xr.Dataset) -> list[str]:
     """Return what is implausible about a scan, one sentence with numbers each; empty if nothing is.
 
-    Parameters
-    ----------
-    ds : Dataset
-        A scan, height in nm; a lazy one is read.
-
-    Returns
-    -------
-    list of str
-
     Examples
     --------
     >>> import numpy as np, xarray as xr

@@ -51,14 +51,6 @@ class ReadingFailed(Exception):
 def ask(path: Path, reader: str = __file__, **question: Any) -> dict[str, Any]:
     """Return a reader's answer about a vendor's file; see `read` for that about images.
 
-    Parameters
-    ----------
-    path : Path
-    reader : str
-        The reader's file.
-    **question
-        Arguments of the reader.
-
     Raises
     ------
     ReadingFailed
@@ -183,14 +175,7 @@ def _words(error: Exception) -> str:
 
 
 def read(path: str, index: int | None = None) -> dict[str, Any]:
-    """Return the images of a file or, for ``index`` (counted over images of all dimensions), the heights of one.
-
-    Returns
-    -------
-    dict
-        ``format`` and ``images``, or ``unit`` and ``heights`` as SurfaceTopography returns them; ``said``, by reader,
-        if none accepts the file.
-    """
+    """Return the images of a file or, for ``index`` (counted over images of all dimensions), the heights of one."""
     stat = os.stat(path)
     reader, said = _opened(path, stat.st_mtime_ns, stat.st_size)
     if reader is None:

@@ -36,16 +36,6 @@ _ROUNDING = 1e-11
 def shortest_wavelength(ds: xr.Dataset) -> float:
     """Return the wavelength at which all but 5 % of a scan's mean square curvature have been summed.
 
-    Parameters
-    ----------
-    ds : Dataset
-        A scan. At most 16 parts of 256 × 256 pixels, spread over it, are used; of a lazy scan only these are read.
-
-    Returns
-    -------
-    float
-        nm; inf where the surface has no curvature, NaN where every part has missing pixels.
-
     Examples
     --------
     >>> from roughxr.synthetic import self_affine

@@ -102,21 +102,6 @@ def with_and_without(
 ) -> xr.Dataset:
     """Return a statistic of all samples, and of those that are not debris.
 
-    Parameters
-    ----------
-    ds : Dataset
-    flags : DataArray
-        From `debris`, along the same samples.
-    statistic : callable
-        Such as `summary`, `bootstrap` or `fit`; its first argument is a Dataset.
-    *arguments, **options
-        Its further arguments.
-
-    Returns
-    -------
-    Dataset
-        Its results along ``places``: "all", "no debris".
-
     Examples
     --------
     >>> ds = xr.Dataset({"height": ("asperity", [1.0, 2.0, 30.0], {"units": "nm"})})

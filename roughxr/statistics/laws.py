@@ -143,19 +143,6 @@ def _labelled(out: xr.Dataset, ds: xr.Dataset, name: str, size: int) -> xr.Datas
 def law_density(fits: xr.Dataset, law: str, points: np.ndarray) -> np.ndarray:
     """Return the probability density of a fitted law.
 
-    Parameters
-    ----------
-    fits : Dataset
-        From `fit`.
-    law : str
-    points : array
-        In the variable's unit.
-
-    Returns
-    -------
-    array
-        One over the variable's unit.
-
     Examples
     --------
     >>> found = xr.Dataset({"shape": ("law", [np.nan]), "location": ("law", [0.0]), "scale": ("law", [1.0])})

@@ -27,21 +27,7 @@ class Correlogram(NamedTuple):
 
 
 def correlogram(values: np.ndarray, places: np.ndarray) -> Correlogram:
-    """Return the correlation of samples against their distance, in bins as wide as their mean spacing.
-
-    Parameters
-    ----------
-    values : ndarray
-    places : ndarray
-        (samples, 2), nm.
-
-    Returns
-    -------
-    Correlogram
-        Correlation of the samples' normal scores, so that a single outlier does not hide it. It is estimated about the
-        samples' own mean, and therefore too low by about one over the number of independent places, which
-        `independent_places` corrects.
-    """
+    """Return the correlation of samples against their distance, in bins as wide as their mean spacing."""
     from scipy.spatial import cKDTree
 
     values = normal_scores(values)
@@ -74,19 +60,6 @@ def normal_scores(values: np.ndarray) -> np.ndarray:
 
 def independent_places(values: np.ndarray, places: np.ndarray | None) -> float:
     """Return the number of independent samples whose mean would vary as much as that of these.
-
-    Parameters
-    ----------
-    values : ndarray
-    places : ndarray or None
-        (samples, 2), nm; without it the samples count as independent.
-
-    Returns
-    -------
-    float
-        Between 1 and the number of samples. The correlation is used up to the first distance at which it is not
-        positive. Where a few places cannot distinguish it from chance, its estimate is used nevertheless: if it were
-        set to zero, fewer places on the same surface would count as more independent ones.
 
     References
     ----------

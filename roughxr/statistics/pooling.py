@@ -136,12 +136,6 @@ def _alone(part: xr.Dataset, name: str) -> xr.Dataset:
 def random_effects(estimate: np.ndarray, error: np.ndarray, *, confidence: float) -> Pool:
     """Return the mean of estimates that differ by more than their own errors.
 
-    Parameters
-    ----------
-    estimate, error : ndarray
-        The estimates and their standard errors, 0 where they are exact.
-    confidence : float
-
     Examples
     --------
     >>> found = random_effects(np.array([1.0, 2.0, 3.0]), np.zeros(3), confidence=0.95)

@@ -144,15 +144,6 @@ def _of_events(ds: xr.Dataset, method: str, found: str) -> xr.Dataset:
 def smooth_pull_off(ds: xr.Dataset) -> float:
     """Return the pull-off force (nN) of the same sphere on a smooth flat, 3/2 π w R.
 
-    Parameters
-    ----------
-    ds : Dataset
-        With an assigned pair.
-
-    Returns
-    -------
-    float
-
     References
     ----------
     Johnson, Kendall & Roberts (1971); for a sphere all formulations agree.

@@ -29,19 +29,6 @@ class Samples(NamedTuple):
 def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     """Return the finite samples of a variable.
 
-    Parameters
-    ----------
-    ds : Dataset
-    name : str
-        A variable along ``subregion`` or ``asperity`` and no other dimension, or a map along ``x`` and ``y``.
-    weights : str or DataArray, optional
-        Weight of each sample: a variable of ``ds``, or an array along the same dimension.
-
-    Returns
-    -------
-    Samples
-        In memory also where the input was lazy.
-
     Raises
     ------
     ValueError
@@ -83,17 +70,6 @@ def warn_of_missing(name: str, missing: int, total: int, why: str | None = None)
 
 def of_a_map(ds: xr.Dataset, *names: str) -> xr.Dataset:
     """Return variables along ``x`` and ``y`` alone, for example a pull-off at every pixel, as samples along subregions.
-
-    Parameters
-    ----------
-    ds : Dataset
-    *names : str
-        The variables; by default all.
-
-    Returns
-    -------
-    Dataset
-        Unchanged if any of them has other dimensions.
 
     Examples
     --------

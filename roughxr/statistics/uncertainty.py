@@ -145,20 +145,6 @@ def _fewer(found: Samples, seed: int) -> Samples:
 def bootstrap_sweep(ds: xr.Dataset, name: str = "force", *, along: str = "delta", **options: Any) -> xr.Dataset:
     """Return `bootstrap` of a variable at each entry of a second dimension.
 
-    Parameters
-    ----------
-    ds : Dataset
-    name : str
-        A variable along its samples and ``along``.
-    along : str
-    **options
-        As for `bootstrap`.
-
-    Returns
-    -------
-    Dataset
-        As from `bootstrap`, along ``along``.
-
     Examples
     --------
     >>> ds = xr.Dataset({"force": (("subregion", "delta"), np.arange(12.0).reshape(6, 2))}, {"delta": [1.0, 2.0]})
@@ -216,19 +202,6 @@ def interval_of(
 ) -> tuple[float, float]:
     """Return the ends of a block-bootstrap interval of any statistic.
 
-    Parameters
-    ----------
-    found : Samples
-    function : callable
-        A function of (values, axis), such as `statistic` returns.
-    confidence : float
-    resamples : int
-    seed : int
-
-    Returns
-    -------
-    low, high : float
-
     Examples
     --------
     >>> found = Samples(np.random.default_rng(1).normal(15.0, 2.0, 400), None, None, 0)
@@ -242,23 +215,7 @@ def interval_of(
 
 
 def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float = 0.95, resamples: int = 399):
-    """Return block-bootstrap intervals of a histogram's densities.
-
-    Parameters
-    ----------
-    ds : Dataset
-    name : str
-        As for `bootstrap`.
-    bins : array
-        Edges of the bins.
-    confidence : float
-    resamples : int
-
-    Returns
-    -------
-    array
-        (2, bins), the lower and upper ends: plain percentiles, at least 0.
-    """
+    """Return block-bootstrap intervals of a histogram's densities."""
     found = _fewer(samples(ds, name), seed=0)
     edges = np.asarray(bins, dtype=float)
     drawn = resampled(found, _resampling(found, None), resamples, seed=0)

@@ -71,20 +71,6 @@ def factor(source: str, target: str) -> float:
 def magnitude(value: Any, units: str, name: str) -> Any:
     """Return ``value`` as plain float(s) in ``units``.
 
-    Parameters
-    ----------
-    value : number, array, str, pint.Quantity or DataArray
-        A plain number or array is taken to be in ``units`` already. Text such as ``"3 um"``, a pint
-        quantity, or a DataArray with a ``units`` attribute is converted.
-    units : str
-        The units wanted, UDUNITS-readable.
-    name : str
-        What the value is, for the error message.
-
-    Returns
-    -------
-    float or ndarray
-
     Raises
     ------
     ValueError

@@ -223,18 +223,6 @@ def force_ratio(
 def mean_ratio(ds: xr.Dataset, reference: xr.Dataset, *, where: Any = None) -> xr.DataArray:
     """Return the ratio of two solutions' mean forces along the first one's ``delta``, NaN beyond the reference.
 
-    Parameters
-    ----------
-    ds, reference : Dataset
-        Solutions without adhesion. Between its displacements the reference is interpolated as force^(2/3),
-        which for Hertz is a straight line.
-    where : DataArray or array of bool, optional
-        Mask of the subregions to use, as for `mean_force`.
-
-    Returns
-    -------
-    DataArray
-
     Examples
     --------
     >>> delta = np.array([1.0, 2.0, 3.0])

@@ -197,23 +197,7 @@ def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Any = Non
 
 
 def draw_places(ax, ds: xr.Dataset, values: np.ndarray, **colours: Any):
-    """Draw a number for each contact centre: tiles where the centres lie on a grid, else points.
-
-    Parameters
-    ----------
-    ax : Axes
-    ds : Dataset
-        With the centres ``subregion_x``, ``subregion_y``.
-    values : array
-        One for each centre; NaN is left grey.
-    **colours
-        Colour map and norm of matplotlib.
-
-    Returns
-    -------
-    matplotlib artist
-        The artist that a colour bar can be made for.
-    """
+    """Draw a number for each contact centre: tiles where the centres lie on a grid, else points."""
     x, y = ds["subregion_x"].values, ds["subregion_y"].values
     grid = _grid(x, y)
     if grid is None:

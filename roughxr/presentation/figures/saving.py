@@ -27,28 +27,7 @@ def sheet(
     note: str = "",
     **options,
 ):
-    """Return a Figure and its panels: title above, panels of ``aspect`` × one column, a table below.
-
-    Parameters
-    ----------
-    title : str
-        Wrapped to the width.
-    shape : (int, int)
-        Rows and columns of panels.
-    aspect : float
-        Height of all panels together over the column's width.
-    rows : sequence of (quantity, here, paper) or (quantity, here)
-        Rows of the table, with the paper's numbers where they are given; without rows there is no table.
-    note : str
-        Small print below the table.
-    **options
-        As for `Figure.subplots`.
-
-    Returns
-    -------
-    (Figure, array of Axes)
-        The Figure belongs to no pyplot window.
-    """
+    """Return a Figure and its panels: title above, panels of ``aspect`` × one column, a table below."""
     from matplotlib.figure import Figure
 
     notes = textwrap.wrap(note, _NOTE_LETTERS)

@@ -15,20 +15,6 @@ from .style import BLACK, BLUE, GREY, SMALL, VERMILION, axes, label_axis, legend
 def verdict(ds: xr.Dataset, *, marks: Mapping[str, float] | None = None, ax: Any = None):
     """Draw the pull-off forces by method: every place, the median, and the mean with its interval.
 
-    Parameters
-    ----------
-    ds : Dataset
-        ``pull_off_force`` (nN) along ``method``, whose values are the labels, and ``subregion``; ``low`` and ``high``
-        of the mean along ``method`` if known.
-    marks : mapping, optional
-        Forces (nN) to mark by a line, by their labels.
-    ax : Axes, optional
-
-    Returns
-    -------
-    Axes
-        Forces on a logarithmic axis, one row per method from the top.
-
     Examples
     --------
     >>> from matplotlib.figure import Figure

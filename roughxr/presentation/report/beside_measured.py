@@ -17,25 +17,13 @@ MEASURED, COMPARED = "measured/pull_off", "measured/against"
 
 
 def prediction(run: Run) -> xr.Dataset:
-    """Return the pull-off of the main numbers, that of the first preload where there are several.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        With ``statistics/adhesive`` or ``statistics/energy``.
-    """
+    """Return the pull-off of the main numbers, that of the first preload where there are several."""
     found = run["statistics/adhesive" if "statistics/adhesive" in run else "statistics/energy"]
     return found.isel(preload=0) if "preload" in found.dims else found
 
 
 def compared(run: Run) -> Run:
-    """Return a run with the comparison added; unchanged where there is nothing to compare.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run, among them ``measured/pull_off``.
-    """
+    """Return a run with the comparison added; unchanged where there is nothing to compare."""
     predicted = {"statistics/adhesive", "statistics/energy"} & set(run)
     if MEASURED not in run or not predicted:
         return run

@@ -113,17 +113,7 @@ def budget_table(run: Run) -> pd.DataFrame:
 
 
 def resolution(run: Run) -> list[str]:
-    """Return sentences on how well pixels and tip resolve the contacts, none if there is no doubt.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run.
-
-    Returns
-    -------
-    list of str
-    """
+    """Return sentences on how well pixels and tip resolve the contacts, none if there is no doubt."""
     if BUDGET not in run:
         return []
     budget, said = run[BUDGET], []

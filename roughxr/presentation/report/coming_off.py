@@ -154,15 +154,6 @@ def coming_off_words(run: Run) -> list[str]:
 def remaining(run: Run) -> xr.Dataset:
     """Return the fraction remaining in a flow of air, over speeds from below the first critical one to above the last.
 
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-
-    Returns
-    -------
-    Dataset
-        As from `resuspension`.
-
     Raises
     ------
     ValueError

@@ -38,18 +38,7 @@ class _Drawing(NamedTuple):
 
 
 def pictures(run: Run) -> Iterator[Picture]:
-    """Yield the figures for which a run holds the groups.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run.
-
-    Yields
-    ------
-    Picture
-        With a reason in place of the caption, and no source, where a group is missing or its numbers make no figure.
-    """
+    """Yield the figures for which a run holds the groups."""
     for name, drawing in _DRAWINGS.items():
         if drawing.optional and not set(drawing.needs) <= set(run):
             continue
@@ -57,17 +46,7 @@ def pictures(run: Run) -> Iterator[Picture]:
 
 
 def budget_picture(run: Run) -> Picture | None:
-    """Return the figure of the error budget, None where the run holds none.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run.
-
-    Returns
-    -------
-    Picture or None
-    """
+    """Return the figure of the error budget, None where the run holds none."""
     return _picture("Error budget", _BUDGET, run) if set(_BUDGET.needs) <= set(run) else None
 
 

@@ -18,19 +18,7 @@ _SHOWN, _ALIKE = (5.08, 15.4), (9.0, 10.0, 12.0)
 
 
 def of_the_paper(run: Run, method: str) -> dict[str, float]:
-    """Return the values of one method for these rows.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run.
-    method : str
-        A column of the contact's table.
-
-    Returns
-    -------
-    dict of str to float
-    """
+    """Return the values of one method for these rows."""
     return _of_direct(run) if method == "direct" else _of_figure_15(run, method)
 
 

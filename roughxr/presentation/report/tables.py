@@ -95,18 +95,7 @@ def _mesh_rows(run: Mapping[str, xr.Dataset]) -> dict[str, float]:
 
 
 def mesh_change(run: Mapping[str, xr.Dataset]) -> xr.DataArray:
-    """Return the relative change of the pull-off on a finer mesh with shorter steps, at the places solved on both.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        With the groups ``statistics/adhesive`` and ``solutions/finer``.
-
-    Returns
-    -------
-    DataArray
-        Along the subregions of ``solutions/finer``.
-    """
+    """Return the relative change of the pull-off on a finer mesh with shorter steps, at the places solved on both."""
     finer, whole = run["solutions/finer"], run["statistics/adhesive"]
     same = [
         int(np.argmin(np.hypot(whole["subregion_x"] - x, whole["subregion_y"] - y).values))

@@ -180,20 +180,7 @@ def cut_off_waves(
     refine: int | str = "auto",
     step: Any = 0.4,
 ) -> xr.Dataset | None:
-    """Return the simulated pull-off over the shortest wave: at two below that of the scan, at its own, and above it.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A scan in memory with an adhesive pair.
-    seeds, places, subregions, preload, law, refine, step
-        As for `error_budget`.
-
-    Returns
-    -------
-    Dataset or None
-        As from `scale_dependence`; None where the scan has no spectrum to continue, or the indenter is no sphere.
-    """
+    """Return the simulated pull-off over the shortest wave: at two below that of the scan, at its own, and above it."""
     if "sphere_radius" not in ds.coords:
         return None
     spectrum = self_affine_fit(ds)

@@ -15,17 +15,6 @@ _PULLS, _PUSHES = np.arange(1, 128), np.arange(128, 256)
 def picture(indices: np.ndarray, colours: np.ndarray) -> str:
     """Return an image as a data URI.
 
-    Parameters
-    ----------
-    indices : ndarray of uint8, shape (rows, columns)
-        Index of each pixel's colour, the top row first.
-    colours : ndarray of uint8, shape (256, 4)
-        Red, green, blue and opacity.
-
-    Returns
-    -------
-    str
-
     References
     ----------
     W3C, Portable Network Graphics, 2nd edition (2003).
