@@ -305,7 +305,7 @@ def test_units_on_labels():
 
 
 def test_importing_figures_leaves_matplotlib_alone():
-    code = "import sys, roughxr.figures; sys.exit(any(m in sys.modules for m in ('matplotlib', 'seaborn')))"
+    code = "import sys, roughxr; roughxr.figures; sys.exit(any(m in sys.modules for m in ('matplotlib', 'seaborn')))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
