@@ -11,6 +11,8 @@ methods of ``ds.contact``.
 'nN'
 """
 
+import sys
+
 from . import detachment
 from ._version import __version__
 from .accessor import ContactAccessor
@@ -73,6 +75,10 @@ from .studies.sensitivities import error_budget, sensitivity
 from .studies.several_scans import over_scans
 from .studies.short_waves import scale_dependence
 from .vocabulary import schema
+
+# Public modules are imported by their short names, such as ``roughxr.figures``, whichever room they lie in.
+for _module in (archive, figures, reference, regions, report, schema, synthetic):
+    sys.modules[f"{__name__}.{_module.__name__.rpartition('.')[2]}"] = _module
 
 __all__ = [
     "ContactAccessor",
