@@ -4,6 +4,7 @@ loads       drag, torque and lift in wall shear, weight and tilt, centrifuge, vi
 balance     `critical_load`: the strength of a load at which a place gives way, and whether it rolls, slides or lifts
 kinetics    Rock'n'Roll: rates of resuspension in turbulence, and adhesion by Biasi's fit
 for_codes   `parameters`, `by_place`: the parameters of adhesion that other codes need
+particle_codes  `to_dem`: adhesion as lines for the input of discrete-element codes
 remaining   `resuspension`: the fraction of particles left, from computed moments and pull-off forces
 
 A new load is one function ``(strength, body) -> Push`` and its row in `LOADS`, or a `Load` of one's own.
@@ -13,6 +14,7 @@ from .balance import critical_load, with_pull_off
 from .for_codes import by_place, parameters
 from .kinetics import LogNormal, biasi_adhesion, resuspension_rate, rock_n_roll
 from .loads import LOADS, Body, Load, Push, drag, friction_reynolds, lift, torque, vibration_acceleration, weight
+from .particle_codes import to_dem
 from .remaining import resuspension
 
 __all__ = [
@@ -31,6 +33,7 @@ __all__ = [
     "resuspension",
     "resuspension_rate",
     "rock_n_roll",
+    "to_dem",
     "torque",
     "vibration_acceleration",
     "weight",
