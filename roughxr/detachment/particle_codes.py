@@ -166,8 +166,8 @@ def _liggghts(adhesion: _Adhesion) -> list[str]:
     rows.append(" ".join(f"{value:.6g}" for value in [*density, 0.0]))
     return [
         "units si",
-        f"# types 1 to {count} of equal share, type {wall} the wall. sjkr pulls with k times the area of overlap, so",
-        "# that its largest pull, at an overlap of (pi k/E*)^2 R, is set to the pull-off force. Nothing pulls without overlap.",
+        f"# types 1 to {count} of equal share, type {wall} the wall. sjkr pulls with k times the area of overlap;",
+        "# its largest pull, at an overlap of (pi k/E*)^2 R, is set to the pull-off force. Nothing pulls without overlap.",
         *(f"# type {k}: pull-off {pull:.5g} N" for k, pull in enumerate(adhesion.pulls, 1)),
         "pair_style gran model hertz tangential history cohesion sjkr",
         f"fix m6 all property/global cohesionEnergyDensity peratomtypepair {wall} &",

