@@ -71,7 +71,7 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
 
     Notes
     -----
-    LAMMPS was run with these lines: a particle pulled off the wall needs the pull-off force handed over to 3e-5
+    LAMMPS was run with these lines: a particle pulled off the wall needs the pull-off force handed over, to 1e-5
     (``tests/benchmarks/dem_codes.py``). The others follow their manuals and sources; pull one particle off before use.
     LAMMPS' mdr is left out: with the work of adhesion of the same pull-off it let go at a tenth of the force.
 
@@ -167,7 +167,7 @@ def _liggghts(adhesion: _Adhesion) -> list[str]:
     return [
         "units si",
         f"# types 1 to {count} of equal share, type {wall} the wall. sjkr pulls with k times the area of overlap;",
-        "# its largest pull, at an overlap of (pi k/E*)^2 R, is set to the pull-off force. Nothing pulls without overlap.",
+        "# its largest pull, at an overlap of (pi k/E*)^2 R, is set to the pull-off force. No overlap, no pull.",
         *(f"# type {k}: pull-off {pull:.5g} N" for k, pull in enumerate(adhesion.pulls, 1)),
         "pair_style gran model hertz tangential history cohesion sjkr",
         f"fix m6 all property/global cohesionEnergyDensity peratomtypepair {wall} &",
