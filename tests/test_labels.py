@@ -37,7 +37,7 @@ def results():
         "pull_off_map": surface.contact.pull_off_map(**PLACES),
         "rigid": surface.contact.rigid(**PLACES, fields=True, delta=[-1.0]),
         "rigid of every pixel": surface.contact.rigid(subregions="every pixel"),
-        "regime": surface.contact.regime(subregions=(1, 1), hardness=6),
+        "regime": surface.assign_coords(hardness=6.0).contact.regime(subregions=(1, 1)),
         "formulas": surface.contact.formulas(subregions=(1, 1)),
         "scale_dependence": surface.contact.scale_dependence(shortest=[40, 80], seeds=1, subregions=(1, 1)),
         "self_affine_fit": surface.contact.self_affine_fit(),

@@ -67,7 +67,7 @@ def test_elliptic_pull_off(ratio, self_similar, johnson_greenwood, energy):
 def test_maugis_pull_off(lam, expected):
     modulus = 40.0
     distance = 1.157 * (R * W**2 / modulus**2) ** (1 / 3) / lam  # λ = 1.157 μ
-    given = {"radius": R, "contact_modulus": modulus, "work_of_adhesion": W, "equilibrium_distance": distance}
+    given = {"radius": R, "contact_modulus": modulus, "work_of_adhesion": W, "adhesion_range": distance}
     assert reference.tabor_parameter(**given) == pytest.approx(lam / 1.157)
     assert reference.maugis_pull_off(**given) / (np.pi * W * R) == pytest.approx(expected, abs=1e-5)
     curve = reference.maugis_sphere(**given, points=8001)
@@ -76,7 +76,7 @@ def test_maugis_pull_off(lam, expected):
 
 def test_hamaker_sphere_is_the_published_number_and_the_surface_integral():
     assert reference.hamaker_sphere(0.3, radius="1 um", hamaker_constant="1e-19 J") == pytest.approx(185.1296, abs=5e-5)
-    w = reference.work_from_hamaker(hamaker_constant=0.1, distance=0.3)
+    w = reference.work_from_hamaker(hamaker_constant=0.1, closest_approach=0.3)
     found = reference.rigid_sphere([0.3, 10, 3000], radius=1000, work_of_adhesion=w, length=0.3).force.values
     closed = [reference.hamaker_sphere(z, radius=1000, hamaker_constant=0.1) for z in (0.3, 10, 3000)]
     assert -found == pytest.approx(closed, rel=1e-12)
@@ -137,7 +137,7 @@ def test_work_over_gaussian_heights(sigma, left):
 
 
 def test_formulas_for_rough_surfaces_have_the_limits_that_their_papers_name():
-    given = {"radius": 1000.0, "hamaker_constant": 0.1, "distance": 0.3}
+    given = {"radius": 1000.0, "hamaker_constant": 0.1, "closest_approach": 0.3}
     smooth = 0.1 * 1000 / (6 * 0.09)
     assert reference.rumpf(asperity_radius=1e-9, **given) == pytest.approx(smooth, rel=1e-6)
     assert reference.rumpf(asperity_radius=1e9, **given) == pytest.approx(smooth, rel=1e-5)

@@ -38,7 +38,7 @@ def test_stiff_is_rigid_soft_is_summed_between_is_adhesive(rough):
 
 
 def test_yield_is_told_where_a_hardness_is_given(rough):
-    soft, hard = (rough.contact.regime(subregions=(1, 1), hardness=H) for H in (0.01, 1e3))
+    soft, hard = (rough.assign_coords(hardness=H).contact.regime(subregions=(1, 1)) for H in (0.01, 1e3))
     assert bool(soft["yields"]) and not bool(hard["yields"])
     assert "yield" in soft.attrs["recommendation"] and "yield" not in hard.attrs["recommendation"]
     radius = 100.0
@@ -61,7 +61,7 @@ def test_rumpf_is_right_on_the_surface_that_it_is_made_for():
     z0 = float(np.sqrt(0.0615 / (12 * np.pi * 0.06)))
     top = [float(single.x[64])], [float(single.y[64])]
     found = float(single.contact.rigid(subregions=top, delta=[0.0], refine=4).pull_off_force[0])
-    formula = reference.rumpf(radius=2000, asperity_radius=12, hamaker_constant=0.0615, distance=z0)
+    formula = reference.rumpf(radius=2000, asperity_radius=12, hamaker_constant=0.0615, closest_approach=z0)
     assert found / formula == pytest.approx(1, abs=0.1)
 
 
@@ -79,7 +79,7 @@ def test_rabinovich_is_right_on_the_surface_that_he_draws(radius, rms, wavelengt
     top = [float(caps.x[60])], [float(caps.y[60])]
     found = float(caps.contact.rigid(subregions=top, delta=[0.0], refine=8).pull_off_force[0])
     formula = reference.rabinovich(
-        radius=radius, rms=rms, wavelength=wavelength, hamaker_constant=constant, distance=z0
+        radius=radius, rms=rms, wavelength=wavelength, hamaker_constant=constant, closest_approach=z0
     )
     assert found / formula == pytest.approx(1, abs=0.05)
 
@@ -117,7 +117,7 @@ def test_the_table_holds_the_formulas_at_the_scans_own_numbers(rough):
         rms=given["rms"],
         wavelength=given["wavelength"],
         hamaker_constant=given["hamaker_constant"],
-        distance=given["cut_off"],
+        closest_approach=given["closest_approach"],
     )
     assert float(force.sel(formula="rabinovich")) == pytest.approx(expected)
     assert given["short_rms"] ** 2 + given["long_rms"] ** 2 == pytest.approx(given["rms"] ** 2, rel=0.02)

@@ -23,6 +23,13 @@ def pair(ds, **options):
     return ds.contact.assign_pair(**(given | options))
 
 
+def of_length(ds, law, length):
+    """Return a pair whose law has a length (nm), by its range of adhesion or its Hamaker constant."""
+    if law != "hamaker":
+        return ds.assign_coords(adhesion_range=length)
+    return ds.assign_coords(hamaker_constant=12 * np.pi * length**2 * float(ds.work_of_adhesion))
+
+
 @pytest.fixture(scope="module")
 def rough():
     return pair(self_affine((96, 96), 9.77, rms=2, hurst=0.6, rolloff=300, cutoff=25, seed=4))
@@ -31,9 +38,9 @@ def rough():
 @pytest.mark.parametrize("law", LAWS)
 def test_on_a_plane_it_is_the_closed_form_of_the_true_sphere(law):
     """On fine pixels, the window's edges and all beyond them."""
-    flat = pair(scan(np.zeros((161, 161)), 1.0), sphere_radius=200.0)
+    flat = of_length(pair(scan(np.zeros((161, 161)), 1.0), sphere_radius=200.0), law, 0.3)
     delta = [-5.0, -1.0, -0.4]
-    found = flat.contact.rigid(delta=delta, law=law, length=0.3)
+    found = flat.contact.rigid(delta=delta, law=law)
     exact = reference.rigid_sphere([0.4, 1.0, 5.0], radius=200, work_of_adhesion=0.1, length=0.3, law=law)
     tolerance = 2e-2 if law == "dugdale" else 5e-6  # its force ends within a ring of pixels
     assert found.force.values[0] == pytest.approx(exact.force.values[::-1], rel=tolerance, abs=1e-9)
@@ -45,7 +52,7 @@ def test_what_the_pixels_miss_vanishes_with_them(law):
     exact = float(reference.rigid_sphere([0.3], radius=RADIUS, work_of_adhesion=0.1, length=0.3, law=law).force[0])
     off = []
     for n, pixel in ((33, 36.0), (49, 24.0), (73, 16.0), (145, 8.0)):
-        found = pair(scan(np.zeros((n, n)), pixel)).contact.rigid(delta=[-0.3], law=law, length=0.3)
+        found = of_length(pair(scan(np.zeros((n, n)), pixel)), law, 0.3).contact.rigid(delta=[-0.3], law=law)
         off.append(abs(float(found.force[0, 0]) / exact - 1))
     assert off[0] > 3e-3 and off[-1] < 1e-6 and all(b < a / 2.25 for a, b in itertools.pairwise(off))
 
@@ -53,15 +60,15 @@ def test_what_the_pixels_miss_vanishes_with_them(law):
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("profile", ["sphere", "parabola"])
 def test_a_large_sphere_on_a_plane_pulls_with_2_pi_w_R_by_any_law(law, profile):
-    flat = pair(scan(np.zeros((201, 201)), 0.5), sphere_radius=2e4)
-    found = flat.contact.rigid(law=law, length=0.5, delta=[-1.0], profile=profile)
+    flat = of_length(pair(scan(np.zeros((201, 201)), 0.5), sphere_radius=2e4), law, 0.5)
+    found = flat.contact.rigid(law=law, delta=[-1.0], profile=profile)
     tolerance = 0.03 if law == "dugdale" else 5e-4
     assert float(found.pull_off_force[0]) == pytest.approx(2 * np.pi * 0.1 * 2e4, rel=tolerance)
 
 
 def test_largest_pull_of_lennard_jones_stands_at_its_length():
     flat = pair(scan(np.zeros((81, 81)), 5.0))
-    found = flat.contact.rigid(law="lennard_jones", length=0.4, delta=[-1.0])
+    found = flat.assign_coords(adhesion_range=0.4).contact.rigid(law="lennard_jones", delta=[-1.0])
     assert float(found.pull_off_delta[0]) == pytest.approx(-0.4, abs=1e-4)
     assert float(found.pull_off_force[0]) == pytest.approx(2 * np.pi * 0.1 * RADIUS, rel=2e-4)
 
@@ -135,7 +142,7 @@ def test_work_left_over_gaussian_heights_is_the_mean_of_the_potential(sigma, tol
     heights = np.random.default_rng(7).standard_normal(401 * 401 + 100)
     heights = sigma * 0.3 * heights[np.abs(heights) < 4][: 401 * 401].reshape(401, 401)
     ground = pair(scan(heights, 2.0), sphere_radius=1e5)
-    found = float(ground.contact.rigid(law="lennard_jones", length=0.3, delta=[-1.0]).pull_off_force[0])
+    found = float(ground.contact.rigid(law="lennard_jones", delta=[-1.0]).pull_off_force[0])
     left = reference.gaussian_work(rms=sigma * 0.3, length=0.3, work_of_adhesion=0.1)
     assert found / (2 * np.pi * 1e5 * left) == pytest.approx(1, abs=tolerance)
 
@@ -174,14 +181,15 @@ def test_an_indenter_given_as_a_map_of_the_sphere_pulls_as_the_sphere():
 
 
 def test_soft_summits_flatten_and_hold_more_hard_ones_hold_as_rigid(rough):
-    hard, rigid = rough.contact.rigid(limit="hardness", hardness=1e7), rough.contact.rigid()
+    hard, rigid = rough.assign_coords(hardness=1e7).contact.rigid(limit="hardness"), rough.contact.rigid()
     np.testing.assert_allclose(hard.pull_off_force, rigid.pull_off_force, rtol=1e-3)
-    pulls = [float(rough.contact.rigid(limit="hardness", hardness=H).pull_off_force[0]) for H in (1.5, 3.0, 30.0)]
+    yielding = [rough.assign_coords(hardness=H) for H in (1.5, 3.0, 30.0)]
+    pulls = [float(one.contact.rigid(limit="hardness").pull_off_force[0]) for one in yielding]
     assert pulls[0] > pulls[1] > pulls[2] >= float(rigid.pull_off_force[0])
 
 
 def test_flattened_summits_bear_the_pull_at_the_hardness(rough):
-    found = rough.contact.rigid(limit="hardness", hardness=2.0, fields=True)
+    found = rough.assign_coords(hardness=2.0).contact.rigid(limit="hardness", fields=True)
     depth = float(found.pull_off_delta[0] - (found.touch_delta[0] - 0.165))
     gap = found.gap.isel(subregion=0, delta=0) + float(found.delta[0]) - float(found.pull_off_delta[0])
     overlap = np.sort(0.165 - gap.values[np.isfinite(gap.values)])[::-1]
@@ -226,11 +234,11 @@ def test_hamaker_constant_and_work_of_adhesion_go_together():
     assert float(named.hamaker_constant) == pytest.approx(np.sqrt(0.065 * 0.152))
     assert named.hamaker_constant.units == "nN nm"
     found = named.contact.rigid(delta=[-1.0])
-    assert found.attrs["length"] == pytest.approx(0.165)
+    assert found.attrs["closest_approach"] == pytest.approx(0.165)
     assert float(found.hamaker_constant) == float(named.hamaker_constant)
     both = pair(ground, hamaker_constant="1e-19 J", work_of_adhesion=0.05)
     z0 = np.sqrt(0.1 / (12 * np.pi * 0.05))
-    assert both.contact.rigid(delta=[-1.0]).attrs["length"] == pytest.approx(z0)
+    assert both.contact.rigid(delta=[-1.0]).attrs["closest_approach"] == pytest.approx(z0)
     same = [float(both.contact.rigid(delta=[-9.0], law=law).force[0, 0]) for law in ("hamaker", "lennard_jones")]
     assert same[0] == pytest.approx(same[1], rel=1e-6)
     closed = reference.hamaker_sphere(9.0, radius=RADIUS, hamaker_constant=0.1)
@@ -248,19 +256,21 @@ def test_hamaker_constant_and_work_of_adhesion_go_together():
     [
         ({"law": "jkr"}, "law: expected one of"),
         ({"limit": "cutoff"}, "limit: expected one of"),
-        ({"limit": "hardness"}, "hardness: expected for limit='hardness'"),
-        ({"hardness": 5.0}, "hardness: expected for limit='hardness'"),
+        ({"limit": "hardness"}, "hardness: expected an assigned one for limit='hardness'"),
         ({"law": "lennard_jones", "limit": "elastic"}, "pushes by itself"),
         ({"law": "dugdale", "retardation": 100}, "retardation"),
         ({"subregions": "all"}, "every pixel"),
         ({"subregions": "every pixel", "limit": "elastic"}, "limit='cut_off'"),
-        ({"length": -1}, "length"),
-        ({"limit": "hardness", "hardness": 0.5}, "more than the largest traction"),
     ],
 )
 def test_what_is_wrong_is_said(rough, options, words):
     with pytest.raises(ValueError, match=words):
         rough.contact.rigid(**options)
+
+
+def test_a_hardness_below_the_pull_keeps_nothing_apart(rough):
+    with pytest.raises(ValueError, match="more than the largest traction"):
+        rough.assign_coords(hardness=0.5).contact.rigid(limit="hardness")
 
 
 def test_no_work_of_adhesion_is_said(rough):

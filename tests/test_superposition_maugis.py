@@ -10,6 +10,7 @@ from scipy.special import ellipk
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.superposition import superpose
+from roughxr.bodies.materials import assign_pair
 from roughxr.contact.estimates import tabor
 from roughxr.kernels.asperity import force_curves as branches
 from roughxr.kernels.asperity import maugis
@@ -35,6 +36,11 @@ def distance_of(parameter):
     return (RADIUS * W**2 / E**2) ** (1 / 3) / (parameter / 1.157)
 
 
+def reaching(ds, length):
+    """Return a pair whose adhesion has a range (nm)."""
+    return ds.assign_coords(adhesion_range=length)
+
+
 def a_line(parameter):
     line = np.empty(branches.LENGTH)
     branches.collapse(maugis.table().spline, maugis.row_of(parameter), branches.P, line)
@@ -44,7 +50,7 @@ def a_line(parameter):
 @pytest.mark.parametrize("parameter, pull", [(0.1, 1.95059), (0.5, 1.71825), (1, 1.60073), (2, 1.53460), (5, 1.50635)])
 def test_one_sphere_pulls_off_as_published(parameter, pull):
     found = pull_off_map(
-        one_asperity(1 / 200, 1 / 200), subregions=(1, 1), law="maugis", equilibrium_distance=distance_of(parameter)
+        reaching(one_asperity(1 / 200, 1 / 200), distance_of(parameter)), subregions=(1, 1), law="maugis"
     )
     assert found.pull_off_force.item() == pytest.approx(pull * np.pi * W * RADIUS, rel=1e-5)
 
@@ -52,14 +58,14 @@ def test_one_sphere_pulls_off_as_published(parameter, pull):
 @pytest.mark.parametrize("shape", [(1 / 200, 1 / 200), (1 / 400, 1 / 150)])
 def test_short_range_is_jkr(shape):
     asperity, deltas = one_asperity(*shape), np.arange(-0.8, 4, 0.05)
-    close = superpose(asperity, delta=deltas, law="maugis", equilibrium_distance=1e-3).force
+    close = superpose(reaching(asperity, 1e-3), delta=deltas, law="maugis").force
     limit = superpose(asperity, delta=deltas, formulation="self_similar").force
     np.testing.assert_allclose(close, limit, atol=1e-3 * 1.5 * np.pi * W * RADIUS)
 
 
 def test_long_range_is_dmt():
     """Lets go at 2πwR with a contact that has shrunk to a point; loaded, Hertz's load on that contact less 2πwR."""
-    asperity, far = one_asperity(1 / 200, 1 / 200), {"law": "maugis", "equilibrium_distance": distance_of(0.02)}
+    asperity, far = reaching(one_asperity(1 / 200, 1 / 200), distance_of(0.02)), {"law": "maugis"}
     dmt = 2 * np.pi * W * RADIUS
     found = pull_off_map(asperity, subregions=(1, 1), **far)
     assert found.pull_off_force.item() == pytest.approx(dmt, rel=3e-3)
@@ -77,7 +83,7 @@ def test_an_ellipse_is_as_far_from_its_equivalent_sphere_as_self_similar_jkr(rat
     asperity = one_asperity(flat - 1 / 3000, sharp - 1 / 3000)
     R = 1 / np.sqrt(sharp * flat)
     far = (R * W**2 / E**2) ** (1 / 3) / (0.02 / 1.157)
-    found = pull_off_map(asperity, subregions=(1, 1), law="maugis", equilibrium_distance=far)
+    found = pull_off_map(reaching(asperity, far), subregions=(1, 1), law="maugis")
     assert found.pull_off_force.item() / (2 * np.pi * W * R) == pytest.approx(part, rel=3e-3)
 
 
@@ -85,8 +91,7 @@ def test_beyond_the_table_it_stays_at_its_ends():
     asperity = one_asperity(1 / 200, 1 / 200)
 
     def force(parameter):
-        z0 = distance_of(parameter)
-        return superpose(asperity, delta=[-0.1, 0.5, 3.0], law="maugis", equilibrium_distance=z0).force
+        return superpose(reaching(asperity, distance_of(parameter)), delta=[-0.1, 0.5, 3.0], law="maugis").force
 
     for end, beyond in ((maugis.SMALLEST, maugis.SMALLEST / 100), (maugis.LARGEST, maugis.LARGEST * 100)):
         np.testing.assert_allclose(force(end), force(beyond), rtol=1e-9)
@@ -128,8 +133,8 @@ def load_by_hand(A, B, delta, z0):
 @pytest.mark.parametrize("z0", [0.3, 1.2])
 def test_the_sum_is_that_of_the_equations_solved_directly(surface, z0):
     """On many elliptic asperities, in JKR-like and in DMT-like contact."""
-    catalogue, deltas = asperities(surface), np.array([0.5, 2.0, 4.0])
-    found = superpose(catalogue, delta=deltas, subregions=([0.0], [0.0]), law="maugis", equilibrium_distance=z0)
+    catalogue, deltas = reaching(asperities(surface), z0), np.array([0.5, 2.0, 4.0])
+    found = superpose(catalogue, delta=deltas, subregions=([0.0], [0.0]), law="maugis")
     r2 = (catalogue.x**2 + catalogue.y**2).values
     touch = float(catalogue.datum_height) - catalogue.height.values + r2 / (3000 + np.sqrt(3000**2 - r2))
     A, B = (0.5 * catalogue[name].values + 0.5 / 3000 for name in ("curvature_min", "curvature_max"))
@@ -167,7 +172,7 @@ def test_no_branch_falls_below_its_mark():
 @pytest.mark.parametrize("work, z0", [(1.35, 0.3), (1.35, 1.5), (0.1, 0.3), (0.1, 1.0), (0.02, 3.0)])
 def test_no_fine_sweep_finds_a_larger_pull(surface, work, z0):
     """From λ = 3 to beyond the table's end; at the displacement found `superpose` gives that very force."""
-    sticky, options = surface.assign_coords(work_of_adhesion=work), {"law": "maugis", "equilibrium_distance": z0}
+    sticky, options = reaching(surface.assign_coords(work_of_adhesion=work), z0), {"law": "maugis"}
     rng = np.random.default_rng(0)
     places = rng.uniform(float(surface.x[0]), float(surface.x[-1]), (2, 12))
     found = pull_off_map(sticky, subregions=tuple(places), **options)
@@ -181,17 +186,18 @@ def test_no_fine_sweep_finds_a_larger_pull(surface, work, z0):
 
 
 def test_the_range_takes_any_unit_of_length(surface):
-    found = [
-        superpose(surface, delta=[2.0], law="maugis", equilibrium_distance=z0) for z0 in (0.4, "4 angstrom", "400 pm")
-    ]
+    bodies = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
+    ranges = (0.4, "4 angstrom", "400 pm")
+    found = [superpose(assign_pair(surface, **bodies, adhesion_range=z), delta=[2.0], law="maugis") for z in ranges]
     assert found[0].force.item() == found[1].force.item() == pytest.approx(found[2].force.item(), rel=1e-12)
-    assert found[1].attrs["equilibrium_distance"] == pytest.approx(0.4)
+    assert found[1].attrs["adhesion_range"] == pytest.approx(0.4)
     assert found[1].attrs["formulation"] == "self_similar"
 
 
 @pytest.mark.parametrize("function, options", [(superpose, {"delta": [2.0, 8.0]}), (pull_off_map, {})])
 def test_lazy_is_the_same(surface, function, options):
-    options |= {"subregions": (3, 3), "law": "maugis", "equilibrium_distance": 0.7}
+    options |= {"subregions": (3, 3), "law": "maugis"}
+    surface = reaching(surface, 0.7)
     expected = function(surface, **options)
     with dask.config.set(scheduler="processes"):
         xr.testing.assert_equal(function(surface.chunk(x=64), **options).compute(), expected)
@@ -207,12 +213,10 @@ def test_without_adhesion_it_is_hertz(surface):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"law": "maugis", "equilibrium_distance": 0}, "equilibrium_distance: expected one positive number in nm"),
         ({"law": "maugis", "formulation": "published"}, "expected none beside law='maugis', found 'published'"),
         ({"law": "dmt"}, "law: expected one of 'jkr', 'maugis', 'hertz'"),
         ({"law": "energy"}, "and formulation one of 'published', .* found law='energy'"),
         ({"formulation": "maugis"}, "law: expected one of 'jkr', 'maugis', .* formulation='maugis'"),
-        ({"equilibrium_distance": 0.5}, "equilibrium_distance: expected for law='maugis' alone, found 0.5 for 'jkr'"),
     ],
 )
 def test_bad_options_are_refused_in_words(surface, options, says):
@@ -227,10 +231,10 @@ def test_a_map_needs_a_law_that_adheres(surface):
 
 def test_the_range_matters_where_tabor_says_so(surface):
     """Asperities of λ above 3 pull off as without range, to a few percent."""
-    catalogue = tabor(asperities(surface), equilibrium_distance=0.3)
+    catalogue = tabor(asperities(surface))
     assert float(catalogue.tabor_parameter.min()) > 2
     ranged = pull_off_map(catalogue, subregions=(3, 3), law="maugis").pull_off_force
     limit = pull_off_map(catalogue, subregions=(3, 3), formulation="self_similar").pull_off_force
     np.testing.assert_allclose(ranged, limit, rtol=0.05)
-    far = pull_off_map(catalogue, subregions=(3, 3), law="maugis", equilibrium_distance=3.0).pull_off_force
+    far = pull_off_map(reaching(catalogue, 3.0), subregions=(3, 3), law="maugis").pull_off_force
     assert (far > 1.1 * limit).all()

@@ -261,7 +261,7 @@ def test_without_range_the_mesh_s_own_zone_takes_its_part_of_the_first_order():
 def test_dugdale_s_law_on_a_flat_punch_is_the_closed_form(strength, cells, within):
     """The whole punch pulls at 0.5 GPa, on any mesh; at 1 GPa a zone of 3 nm does, and is spread over more by it."""
     flat = {"radius": PUNCH, "contact_modulus": E, "work_of_adhesion": W}
-    expected = punch_pull_off(strength=strength, **flat)
+    expected = punch_pull_off(adhesion_range=W / strength, **flat)
     coarse, fine = (
         other_pull(count, lambda w, dx: cohesive_laws.finite_range("dugdale", w, strength * dx / E)) for count in cells
     )
@@ -273,9 +273,9 @@ def test_the_closed_form_of_a_flat_punch_has_both_limits():
     flat = {"radius": PUNCH, "contact_modulus": E, "work_of_adhesion": W}
     griffith = punch_pull_off(**flat)
     assert griffith == pytest.approx(314.7, abs=0.05)
-    assert punch_pull_off(strength=1e3, **flat) == pytest.approx(griffith, rel=1e-6)
-    assert punch_pull_off(strength=0.01, **flat) == pytest.approx(np.pi * PUNCH**2 * 0.01)
-    forces = [punch_pull_off(strength=strength, **flat) for strength in np.geomspace(0.1, 100, 40)]
+    assert punch_pull_off(adhesion_range=W / 1e3, **flat) == pytest.approx(griffith, rel=1e-6)
+    assert punch_pull_off(adhesion_range=W / 0.01, **flat) == pytest.approx(np.pi * PUNCH**2 * 0.01)
+    forces = [punch_pull_off(adhesion_range=W / strength, **flat) for strength in np.geomspace(0.1, 100, 40)]
     assert (np.diff(forces) > 0).all() and max(forces) < griffith
 
 

@@ -45,7 +45,7 @@ def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
         "reconstruction": roughxr.reconstruct(scan, catalogue, reach=50),
         "direct": roughxr.direct(scan, delta=[1.0, 2.0], subregions=places, fields=True),
         "load": roughxr.direct(scan, load=np.array([100.0]), subregions=(2, 2)),
-        "superposed": roughxr.superpose(catalogue, delta=np.arange(3.0), law="maugis", equilibrium_distance="0.3 nm"),
+        "superposed": roughxr.superpose(catalogue, delta=np.arange(3.0), law="maugis"),
         "map": roughxr.pull_off_map(catalogue, subregions=places, formulation="energy"),
         "adhesive": roughxr.adhesive(scan, preload=[0.0, 100.0], refine="auto", accuracy=0.02),
         "cycle": roughxr.adhesive(scan, delta=[1.0], law="dugdale", strength=0.5, refine=2, step=0.5),

@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ..bodies.materials import range_of
 from ..kernels.asperity import largest_pull
 from ..kernels.asperity import superposition as sums
 from ..kernels.asperity.laws import ASPERITY_LAWS, AsperityLaw, asperities_scales
 from ..kernels.asperity.laws import law as read_law
 from ..kernels.halfspace.separation import PROFILES
 from ..vocabulary import schema
-from ..vocabulary.units import positive
 from .catalogue import asperities
 
 #: The laws with adhesion, and all laws.
@@ -26,9 +26,6 @@ FORMULATIONS = ASPERITY_LAWS[1:]
 #: The default formulation, and the one used by "maugis" for the shape of its ellipses: only these may go with "maugis".
 DEFAULT, _OF_MAUGIS = "energy", "self_similar"
 
-#: Default of z₀, nm.
-DISTANCE = 0.3
-
 #: The record of the largest pull at one contact centre.
 PULL_OFF = np.dtype([("pull_off_force", float), ("pull_off_delta", float), ("contacts", int), ("truncated", bool)])
 
@@ -37,7 +34,7 @@ class Options(NamedTuple):
     """How asperities adhere, and what is pressed against them."""
 
     law: str  # name of the kernel's law
-    equilibrium_distance: float  # nm, NaN for a law without range
+    adhesion_range: float  # nm, NaN for a law without range
     composite: bool
     profile: int
     first_contact: bool
@@ -47,12 +44,12 @@ class Options(NamedTuple):
 
     def kernel_law(self) -> AsperityLaw:
         """Return the law in the form that the kernels take."""
-        return read_law(self.law, self.equilibrium_distance) if self.law == "maugis" else read_law(self.law)
+        return read_law(self.law, self.adhesion_range) if self.law == "maugis" else read_law(self.law)
 
 
-def options_of(ds, law, formulation, equilibrium_distance, datum, profile) -> Options:
+def options_of(ds, law, formulation, datum, profile) -> Options:
     """Return the options of a sum over asperities; raise where they do not go together."""
-    distance = _checked(law, formulation, equilibrium_distance)
+    _check(law, formulation)
     schema.one_of(datum, schema.DATUMS, "datum")
     schema.one_of(profile, PROFILES, "profile")
     if "indenter_height" in ds:
@@ -60,7 +57,7 @@ def options_of(ds, law, formulation, equilibrium_distance, datum, profile) -> Op
     radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
     return Options(
         law=formulation if law == "jkr" else law,
-        equilibrium_distance=distance,
+        adhesion_range=range_of(ds) if law == "maugis" else np.nan,
         composite=formulation != "published",
         profile=PROFILES[profile],
         first_contact=datum == "first_contact",
@@ -70,8 +67,8 @@ def options_of(ds, law, formulation, equilibrium_distance, datum, profile) -> Op
     )
 
 
-def _checked(law: str, formulation: str, equilibrium_distance: Any) -> float:
-    """Return z₀ in nm, NaN for a law without range; raise where law, formulation and z₀ do not go together."""
+def _check(law: str, formulation: str) -> None:
+    """Raise where law and formulation do not go together."""
     if law in FORMULATIONS or formulation in LAWS:
         raise ValueError(
             f"law: expected one of {', '.join(map(repr, LAWS))}, and formulation one of "
@@ -79,22 +76,16 @@ def _checked(law: str, formulation: str, equilibrium_distance: Any) -> float:
         )
     schema.one_of(law, LAWS, "law")
     schema.one_of(formulation, FORMULATIONS, "formulation")
-    distance = positive(equilibrium_distance, "nm", "equilibrium_distance")
-    if law != "maugis":
-        if distance != DISTANCE:
-            raise ValueError(f"equilibrium_distance: expected for law='maugis' alone, found {distance:g} for {law!r}")
-        return np.nan
-    if formulation not in (DEFAULT, _OF_MAUGIS):
+    if law == "maugis" and formulation not in (DEFAULT, _OF_MAUGIS):
         raise ValueError(
             f"formulation: expected none beside law='maugis', found {formulation!r}; take law='jkr' for it"
         )
-    return distance
 
 
 def law_of(law: str, formulation: str, options: Options) -> dict[str, Any]:
     """Return the law's name and its parameters as attributes of a result."""
     if law == "maugis":
-        return {"law": law, "formulation": _OF_MAUGIS, "equilibrium_distance": options.equilibrium_distance}
+        return {"law": law, "formulation": _OF_MAUGIS, "adhesion_range": options.adhesion_range}
     return {"law": law, "formulation": formulation}
 
 

@@ -37,7 +37,6 @@ def pull_off_map(
     subregions: Any = EVERY_PIXEL,
     law: str = "jkr",
     formulation: str = "energy",
-    equilibrium_distance: Any = 0.3,
     datum: str = "highest_peak",
     profile: str = "sphere",
     progress: bool = False,
@@ -56,11 +55,9 @@ def pull_off_map(
     subregions : "every pixel", (int, int), (array, array) or Dataset
         Contact centres, see `regions.centres`; every pixel needs a scan.
     law : {"jkr", "maugis"}
-        Adhesion without range, or with one, see `superpose`.
+        Adhesion without range, or with the pair's, see `superpose`.
     formulation : {"energy", "self_similar", "johnson_greenwood", "published"}
         With law="jkr": how adhesion acts on an ellipse, see `superpose`.
-    equilibrium_distance : number or quantity
-        With law="maugis": z₀ of the interatomic potential, nm.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, see `superpose`.
     profile : {"sphere", "parabola"}
@@ -102,7 +99,7 @@ def pull_off_map(
     kind = "asperities" if "asperity" in ds.dims else "scan"
     ds = schema.validate(ds, kind)
     schema.one_of(law, ADHESIVE, "law")
-    options = options_of(ds, law, formulation, equilibrium_distance, datum, profile)
+    options = options_of(ds, law, formulation, datum, profile)
     pixels = isinstance(subregions, str)
     positions = _pixels(ds, subregions) if pixels else regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)

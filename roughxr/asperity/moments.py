@@ -18,7 +18,6 @@ from ..vocabulary.units import is_whole, magnitude
 from .asperity_sum import (
     ADHESIVE,
     DEFAULT,
-    DISTANCE,
     Options,
     catalogue_field,
     catalogue_of,
@@ -59,7 +58,6 @@ def rolling(
     subregions: Any = None,
     law: str = "jkr",
     formulation: str = DEFAULT,
-    equilibrium_distance: Any = DISTANCE,
     profile: str = "sphere",
     progress: bool = False,
 ) -> xr.Dataset:
@@ -87,7 +85,6 @@ def rolling(
         Contact centres, see `regions.centres`; not for a solution, which has its own.
     law : {"jkr", "maugis", "hertz"}
     formulation : str
-    equilibrium_distance : number or quantity
     profile : {"sphere", "parabola"}
         As in `superpose`; not for a solution.
     progress : bool
@@ -137,11 +134,11 @@ def rolling(
     angles = _angles(directions)
     push = float(magnitude(load, "nN", "load"))
     if "height" not in ds and "force" in ds:
-        _no_contact_options(subregions, law, formulation, equilibrium_distance, profile)
+        _no_contact_options(subregions, law, formulation, profile)
         return _finished(_of_states(ds, angles, push), ds, "adhesive", {"directions": angles, "load": push})
     kind = "asperities" if "asperity" in ds.dims else "scan"
     ds = schema.validate(ds, kind)
-    options = options_of(ds, law, formulation, equilibrium_distance, "highest_peak", profile)
+    options = options_of(ds, law, formulation, "highest_peak", profile)
     if law not in ADHESIVE and not push > 0:
         raise ValueError(f"load: expected a positive load (nN) where nothing adheres, found {push:g}; or law='jkr'")
     out = _of_asperities(ds, kind, options, angles, push, subregions, progress)
@@ -161,10 +158,9 @@ def _angles(directions: Any) -> np.ndarray:
 
 def _no_contact_options(subregions: Any, *given: Any) -> None:
     """Raise where contact options are given for a solution, which has its own."""
-    if subregions is not None or given != ("jkr", DEFAULT, DISTANCE, "sphere"):
+    if subregions is not None or given != ("jkr", DEFAULT, "sphere"):
         raise ValueError(
-            "subregions, law, formulation, equilibrium_distance, profile: expected with a scan or a catalogue alone; "
-            "a solution has its own"
+            "subregions, law, formulation, profile: expected with a scan or a catalogue alone; a solution has its own"
         )
 
 

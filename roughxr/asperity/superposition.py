@@ -21,7 +21,6 @@ from . import flattening
 from .asperity_sum import (
     ADHESIVE,
     DEFAULT,
-    DISTANCE,
     Options,
     catalogue_field,
     catalogue_of,
@@ -58,7 +57,6 @@ def superpose(
     subregions: Any = None,
     law: str = "jkr",
     formulation: str = DEFAULT,
-    equilibrium_distance: Any = DISTANCE,
     datum: str = "highest_peak",
     profile: str = "sphere",
     yielding: bool = True,
@@ -79,7 +77,8 @@ def superpose(
         Contact centres, see `regions.centres`.
     law : {"jkr", "maugis", "hertz"}
         Adhesion without range, with a range, or none. "maugis" is Maugis's and Dugdale's law between JKR and DMT,
-        tabulated and read for each asperity at its own λ = 1.157 μ, Tabor's μ taken with R = 1/(2√(AB)) (see `tabor`).
+        tabulated and read for each asperity at its own λ = 1.157 μ, Tabor's μ taken with R = 1/(2√(AB)) and the pair's
+        range of adhesion (see `tabor`).
         It is the law of a sphere. An ellipse keeps Hertz's shape; for large μ its load is that of "self_similar", and
         for small μ 2πwR reduced by the same factor (by 0.2 % at B/A = 1.5, 3 % at 5, 6 % at 10). The pull across a gap,
         before an asperity touches and after it lets go, is left out: on a surface of 1.5 nm rms this is less than 1 %
@@ -90,8 +89,6 @@ def superpose(
         "self_similar": Hertz's shape (the paper's derivation, corrected); "johnson_greenwood": the edge condition at
         the ends of both axes; "published": the paper to the letter, with λ² where the derivation gives λ, and with the
         asperity's curvature alone. All but the last add the sphere's own curvature to the asperity's.
-    equilibrium_distance : number or quantity
-        For law="maugis": z₀ of the interatomic potential, nm, which sets the range of adhesion.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0: the sphere's lowest point level with the highest point of the whole scan, or this
         subregion's first touch of a vertex.
@@ -157,7 +154,7 @@ def superpose(
     """
     kind = "asperities" if "asperity" in ds.dims else "scan"
     ds = schema.validate(ds, kind)
-    options = options_of(ds, law, formulation, equilibrium_distance, datum, profile)
+    options = options_of(ds, law, formulation, datum, profile)
     positions = regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)
     later_on = lazy and kind == "scan"

@@ -5,6 +5,7 @@ They travel as scalar coordinates through every result into every archive.
 
 from __future__ import annotations
 
+import math
 import sys
 import warnings
 from typing import Any, NamedTuple
@@ -38,7 +39,7 @@ class _Range(NamedTuple):
 
 _MODULUS = _Range("GPa", 1e-9, 1e-7, 1.5e3, 1e5, "gels have 1e-6 GPa, glass 75, diamond 1100")
 
-#: Default range of adhesion, nm, of dry solids: about their interatomic distance.
+#: Range of adhesion, nm, where none is assigned: about the interatomic distance of dry solids.
 DEFAULT_RANGE = 0.3
 
 _RANGES = {
@@ -149,7 +150,6 @@ def assign_pair(
     surface_energy: Any = None,
     work_of_adhesion: Any = None,
     adhesion_range: Any = None,
-    adhesion_strength: Any = None,
     hamaker_constant: Any = None,
     medium: str = "vacuum",
     hardness: Any = None,
@@ -179,10 +179,8 @@ def assign_pair(
     work_of_adhesion : number or quantity, optional
         w, J/m².
     adhesion_range : number or quantity, optional
-        ρ, nm: the length over which the pull between the surfaces falls by a factor of e; 0.2 to 0.4 nm for dry
-        solids, more where liquids or charges pull. `adhesive` uses 0.3 nm where none is assigned.
-    adhesion_strength : number or quantity, optional
-        The largest pull, GPa, in place of its range: ρ is w over it.
+        ρ, nm: how far the surfaces pull on each other, the work of adhesion over the largest pull; 0.2 to 0.4 nm for
+        dry solids, more where liquids or charges pull. All verbs take 0.3 nm where none is assigned (`range_of`).
     hamaker_constant : number or quantity, optional
         A of the bodies across what lies between them, nN nm (1e-18 J) or text such as "6.5e-20 J"; see
         `hamaker_constant`. Together with a work of adhesion it sets the closest approach, z₀ = √(A/(12πw)); without one
@@ -236,7 +234,9 @@ def assign_pair(
         values["sphere_radius"] = _radius(sphere_radius, ds)
     values |= attraction
     adhesion = values.get("work_of_adhesion")
-    values |= _adhesion_range(adhesion_range, adhesion_strength, adhesion)
+    if adhesion_range is not None:
+        length = positive(adhesion_range, "nm", "adhesion_range")
+        values["adhesion_range"] = _plausible(length, "adhesion_range", adhesion_range)
     if hardness is not None:
         values["hardness"] = _hardness(hardness, adhesion, values.get("adhesion_range"))
     elif bodies is not None:
@@ -333,7 +333,7 @@ def _attracting(constant: float | None, medium: str) -> float | None:
 
 def _check_cut_off(constant: float, work: float) -> None:
     """Warn of a Hamaker constant and a work of adhesion that bring the bodies too near, or not near enough."""
-    distance = np.sqrt(constant / (12 * np.pi * work)) if work > 0 else np.inf
+    distance = _closest_approach(constant, work)
     if not _CUT_OFFS[0] <= distance <= _CUT_OFFS[1]:
         _warn_implausible(
             f"hamaker_constant: {constant:.3g} nN nm and a work of adhesion of {work:.3g} J/m2 go together at a "
@@ -371,18 +371,29 @@ def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | Non
     return times * value
 
 
-def _adhesion_range(given: Any, strength: Any, work: float | None) -> dict[str, float]:
-    """Return the range of adhesion (nm) as a coordinate, where it or the strength is given."""
-    if given is not None and strength is not None:
-        raise ValueError("expected adhesion_range or adhesion_strength (= work_of_adhesion/adhesion_range), found both")
-    if given is not None:
-        return {"adhesion_range": _plausible(positive(given, "nm", "adhesion_range"), "adhesion_range", given)}
-    if strength is None:
-        return {}
-    if not work:
-        raise ValueError("adhesion_strength: expected a work of adhesion > 0 beside it, found none")
-    found = work / positive(strength, "GPa", "adhesion_strength")
-    return {"adhesion_range": _plausible(found, "adhesion_range", strength, "adhesion_strength")}
+def range_of(ds: xr.Dataset, law: str = "") -> float:
+    """Return how far the pair's adhesion reaches, nm: as assigned, else 0.3.
+
+    Every law with a range takes this one length: "exponential" as ρ, "dugdale" as the gap up to which it pulls,
+    "lennard_jones", "maugis" and Tabor's parameter as z₀. Where a Hamaker constant A is assigned and no range,
+    "lennard_jones" takes √(A/(16πw)), with which it pulls on far surfaces as A does.
+    """
+    if "adhesion_range" in ds.coords:
+        return float(ds["adhesion_range"])
+    if law == "lennard_jones" and "hamaker_constant" in ds.coords and float(ds["work_of_adhesion"]) > 0:
+        return math.sqrt(0.75) * closest_approach(ds)
+    return DEFAULT_RANGE
+
+
+def closest_approach(ds: xr.Dataset) -> float:
+    """Return how near surfaces come that attract by A/(6πu³), nm: √(A/(12πw)), or 0.165 without a Hamaker constant."""
+    if "hamaker_constant" not in ds.coords:
+        return substances.CUT_OFF
+    return _closest_approach(float(ds["hamaker_constant"]), float(ds["work_of_adhesion"]))
+
+
+def _closest_approach(constant: float, work: float) -> float:
+    return math.sqrt(constant / (12 * math.pi * work)) if work > 0 else math.inf
 
 
 def _hardness(given: Any, work: float | None, length: float | None) -> float:

@@ -13,7 +13,7 @@ import dask.array as da
 import numpy as np
 import xarray as xr
 
-from ..bodies.materials import DEFAULT_RANGE
+from ..bodies.materials import range_of
 from ..jobs import lazy as parallel
 from ..jobs.records import BRANCHES, Layout
 from ..kernels.adhesion import cohesive_laws, path
@@ -337,7 +337,7 @@ def _law(ds: xr.Dataset, law: str, strength: Any, yields: bool) -> dict[str, Any
     if law == "griffith" and strength is not None:
         raise ValueError(f"strength: expected for a law with a range, found {strength!r} for 'griffith'")
     (work,) = schema.pair(ds, "work_of_adhesion")
-    length = float(ds["adhesion_range"]) if "adhesion_range" in ds.coords else DEFAULT_RANGE
+    length = range_of(ds, law)
     if strength is not None:
         length = work / positive(strength, "GPa", "strength")
     if law == "auto":
@@ -363,7 +363,7 @@ def _range_counts(ds: xr.Dataset, length: float) -> bool:
     """Return whether the range of adhesion matters under the sphere, for at least half of the asperities."""
     if "indenter_height" in ds or parallel.is_lazy(ds):
         return True
-    found = tabor(ds, equilibrium_distance=length)["tabor_parameter"].values
+    found = tabor(ds.assign_coords(adhesion_range=length))["tabor_parameter"].values
     found = found[np.isfinite(found)]
     return bool(np.median(found) < SHORT_RANGE) if found.size else True
 

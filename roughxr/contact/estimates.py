@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..asperity.catalogue import asperities
+from ..bodies.materials import range_of
 from ..kernels.asperity import maugis
 from ..vocabulary import schema
 from ..vocabulary.units import positive
@@ -122,7 +123,7 @@ def _roots(delta, force):
     return np.sqrt(delta - delta[0] + before * (delta[1] - delta[0]))
 
 
-def tabor(ds: xr.Dataset, *, equilibrium_distance: Any = 0.3) -> xr.Dataset:
+def tabor(ds: xr.Dataset) -> xr.Dataset:
     """Return the catalogue with Tabor's parameter of each asperity under the assigned sphere.
 
     Above about 5 the Griffith limit (JKR) holds, below about 0.1 the limit of long range (DMT).
@@ -131,9 +132,7 @@ def tabor(ds: xr.Dataset, *, equilibrium_distance: Any = 0.3) -> xr.Dataset:
     ----------
     ds : Dataset
         An asperity catalogue, or a scan (its asperities are then found with the default patch), with an assigned pair
-        and its work of adhesion.
-    equilibrium_distance : number or quantity
-        z₀ of the interatomic potential, nm.
+        and its work of adhesion; z₀ is the pair's range of adhesion.
 
     Returns
     -------
@@ -155,9 +154,8 @@ def tabor(ds: xr.Dataset, *, equilibrium_distance: Any = 0.3) -> xr.Dataset:
     """
     ds = schema.validate(ds, "asperities") if "asperity" in ds.dims else asperities(ds)
     radius, modulus, w = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion")
-    z0 = positive(equilibrium_distance, "nm", "equilibrium_distance")
     A, B = (0.5 * (ds[name].values + 1 / radius) for name in ("curvature_min", "curvature_max"))
     with np.errstate(invalid="ignore", divide="ignore"):
-        parameter = np.where(A > 0, maugis.tabor(A, B, modulus, w, z0), np.nan)
+        parameter = np.where(A > 0, maugis.tabor(A, B, modulus, w, range_of(ds)), np.nan)
     out = ds.assign(tabor_parameter=("asperity", parameter))
-    return schema.record(schema.label(out), "tabor", ds, equilibrium_distance=z0)
+    return schema.record(schema.label(out), "tabor", ds)

@@ -208,16 +208,14 @@ def dmt_pull_off(*, radius: Any, work_of_adhesion: Any) -> float:
     return 2 * np.pi * positive(work_of_adhesion, "J m-2", "work_of_adhesion") * positive(radius, "nm", "radius")
 
 
-def maugis_pull_off(
-    *, radius: Any, contact_modulus: Any, work_of_adhesion: Any, equilibrium_distance: Any = 0.3
-) -> float:
+def maugis_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, adhesion_range: Any = 0.3) -> float:
     """Return the pull-off force of Maugis's sphere with Dugdale's law, between JKR's and DMT's.
 
     Parameters
     ----------
     radius, contact_modulus, work_of_adhesion : number or quantity
         nm, GPa, J/m².
-    equilibrium_distance : number or quantity
+    adhesion_range : number or quantity
         z₀ of the interatomic potential, nm.
 
     Returns
@@ -236,18 +234,18 @@ def maugis_pull_off(
     1.54
     """
     radius, w = positive(radius, "nm", "radius"), positive(work_of_adhesion, "J m-2", "work_of_adhesion")
-    parameter = _maugis_parameter(radius, contact_modulus, w, equilibrium_distance)
+    parameter = _maugis_parameter(radius, contact_modulus, w, adhesion_range)
     return float(np.pi * w * radius * maugis.pull_off(parameter))
 
 
 def maugis_sphere(
-    *, radius: Any, contact_modulus: Any, work_of_adhesion: Any, equilibrium_distance: Any = 0.3, points: int = 801
+    *, radius: Any, contact_modulus: Any, work_of_adhesion: Any, adhesion_range: Any = 0.3, points: int = 801
 ) -> xr.Dataset:
     """Return the curve of Maugis's sphere with Dugdale's law, along its contact radius.
 
     Parameters
     ----------
-    radius, contact_modulus, work_of_adhesion, equilibrium_distance : number or quantity
+    radius, contact_modulus, work_of_adhesion, adhesion_range : number or quantity
         nm, GPa, J/m², nm.
     points : int
 
@@ -263,20 +261,18 @@ def maugis_sphere(
     True
     """
     units = _jkr_units(radius, contact_modulus, work_of_adhesion)
-    parameter = _maugis_parameter(radius, contact_modulus, work_of_adhesion, equilibrium_distance)
+    parameter = _maugis_parameter(radius, contact_modulus, work_of_adhesion, adhesion_range)
     P, a, delta = maugis.contact_at(parameter, 1 + np.geomspace(1e-5, 1e7, points))
     order = np.argsort(a)
     return _along("semi_axis_a", units.a * a[order], {"delta": units.delta * delta[order], "force": units.P * P[order]})
 
 
-def tabor_parameter(
-    *, radius: Any, contact_modulus: Any, work_of_adhesion: Any, equilibrium_distance: Any = 0.3
-) -> float:
+def tabor_parameter(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, adhesion_range: Any = 0.3) -> float:
     """Return Tabor's parameter (R w²/(E*² z₀³))^{1/3} of a sphere: large for JKR, small for DMT.
 
     Parameters
     ----------
-    radius, contact_modulus, work_of_adhesion, equilibrium_distance : number or quantity
+    radius, contact_modulus, work_of_adhesion, adhesion_range : number or quantity
         nm, GPa, J/m², nm.
 
     Returns
@@ -292,7 +288,7 @@ def tabor_parameter(
     >>> round(tabor_parameter(radius=3000, contact_modulus=39.407, work_of_adhesion=1.35), 1)
     5.1
     """
-    return _tabor(radius, contact_modulus, work_of_adhesion, equilibrium_distance)
+    return _tabor(radius, contact_modulus, work_of_adhesion, adhesion_range)
 
 
 def rigid_sphere(
@@ -337,7 +333,7 @@ def rigid_sphere(
 
     Examples
     --------
-    >>> w = work_from_hamaker(hamaker_constant="1e-19 J", distance=0.3)
+    >>> w = work_from_hamaker(hamaker_constant="1e-19 J", closest_approach=0.3)
     >>> found = rigid_sphere([0.3], radius=1000, work_of_adhesion=w, length=0.3)
     >>> round(float(found.force[0]), 4)
     -185.1296
@@ -374,14 +370,14 @@ def hamaker_sphere(distance: Any, *, radius: Any, hamaker_constant: Any) -> floa
     return 2 * _hamaker(hamaker_constant) * R**3 / (3 * D**2 * (D + 2 * R) ** 2)
 
 
-def work_from_hamaker(*, hamaker_constant: Any, distance: Any = 0.165) -> float:
+def work_from_hamaker(*, hamaker_constant: Any, closest_approach: Any = 0.165) -> float:
     """Return the work of adhesion A/(12π z₀²) (J/m²) of a Hamaker constant and a cut-off z₀.
 
     Parameters
     ----------
     hamaker_constant : number or quantity
         nN nm, that is 1e-18 J.
-    distance : number or quantity
+    closest_approach : number or quantity
         z₀, nm.
 
     Returns
@@ -397,10 +393,10 @@ def work_from_hamaker(*, hamaker_constant: Any, distance: Any = 0.165) -> float:
     >>> round(work_from_hamaker(hamaker_constant="6.5e-20 J"), 4)
     0.0633
     """
-    return _hamaker(hamaker_constant) / (12 * np.pi * positive(distance, "nm", "distance") ** 2)
+    return _hamaker(hamaker_constant) / (12 * np.pi * positive(closest_approach, "nm", "closest_approach") ** 2)
 
 
-def rumpf(*, radius: Any, asperity_radius: Any, hamaker_constant: Any, distance: Any = 0.165) -> float:
+def rumpf(*, radius: Any, asperity_radius: Any, hamaker_constant: Any, closest_approach: Any = 0.165) -> float:
     """Return Rumpf's pull of a sphere on a plane with one hemispherical asperity.
 
     Parameters
@@ -411,7 +407,7 @@ def rumpf(*, radius: Any, asperity_radius: Any, hamaker_constant: Any, distance:
         nm; its centre lies in the plane.
     hamaker_constant : number or quantity
         nN nm.
-    distance : number or quantity
+    closest_approach : number or quantity
         z₀ between sphere and asperity, nm.
 
     Returns
@@ -425,15 +421,15 @@ def rumpf(*, radius: Any, asperity_radius: Any, hamaker_constant: Any, distance:
 
     Examples
     --------
-    >>> round(rumpf(radius=1000, asperity_radius=10, hamaker_constant="1e-19 J", distance=0.3), 3)
+    >>> round(rumpf(radius=1000, asperity_radius=10, hamaker_constant="1e-19 J", closest_approach=0.3), 3)
     1.991
     """
     R, r = positive(radius, "nm", "radius"), positive(asperity_radius, "nm", "asperity_radius")
-    z = positive(distance, "nm", "distance")
+    z = positive(closest_approach, "nm", "closest_approach")
     return _hamaker(hamaker_constant) / (6 * z**2) * (r * R / (r + R) + R / (1 + r / z) ** 2)
 
 
-def rumpf_rms(*, radius: Any, rms: Any, hamaker_constant: Any, distance: Any = 0.165) -> float:
+def rumpf_rms(*, radius: Any, rms: Any, hamaker_constant: Any, closest_approach: Any = 0.165) -> float:
     """Return Rumpf's pull, with hemispheres whose radius 1.48 rms gives a surface its roughness.
 
     Parameters
@@ -442,7 +438,7 @@ def rumpf_rms(*, radius: Any, rms: Any, hamaker_constant: Any, distance: Any = 0
         nm.
     hamaker_constant : number or quantity
         nN nm.
-    distance : number or quantity
+    closest_approach : number or quantity
         nm.
 
     Returns
@@ -456,7 +452,7 @@ def rumpf_rms(*, radius: Any, rms: Any, hamaker_constant: Any, distance: Any = 0
 
     Examples
     --------
-    >>> arguments = {"radius": 1000, "hamaker_constant": "1e-19 J", "distance": 0.3}
+    >>> arguments = {"radius": 1000, "hamaker_constant": "1e-19 J", "closest_approach": 0.3}
     >>> rumpf_rms(rms=2, **arguments) == rumpf(asperity_radius=2.96, **arguments)
     True
     """
@@ -464,7 +460,7 @@ def rumpf_rms(*, radius: Any, rms: Any, hamaker_constant: Any, distance: Any = 0
         radius=radius,
         asperity_radius=_HEMISPHERE * positive(rms, "nm", "rms"),
         hamaker_constant=hamaker_constant,
-        distance=distance,
+        closest_approach=closest_approach,
     )
 
 
@@ -474,7 +470,7 @@ def rabinovich(
     rms: Any,
     wavelength: Any,
     hamaker_constant: Any,
-    distance: Any = 0.165,
+    closest_approach: Any = 0.165,
     long_rms: Any = None,
     long_wavelength: Any = None,
 ) -> float:
@@ -488,7 +484,7 @@ def rabinovich(
         Root mean square roughness and peak-to-peak distance, nm, of the only scale or the shorter of two.
     hamaker_constant : number or quantity
         nN nm.
-    distance : number or quantity
+    closest_approach : number or quantity
         z₀, nm.
     long_rms, long_wavelength : number or quantity, optional
         Roughness and distance of the longer scale, nm; both or none.
@@ -511,13 +507,13 @@ def rabinovich(
 
     Examples
     --------
-    >>> arguments = {"radius": 1000, "rms": 1, "wavelength": 50, "hamaker_constant": "1e-19 J", "distance": 0.3}
+    >>> arguments = {"radius": 1000, "rms": 1, "wavelength": 50, "hamaker_constant": "1e-19 J", "closest_approach": 0.3}
     >>> round(rabinovich(**arguments), 2)
     11.36
     >>> round(rabinovich(**arguments, long_rms=10, long_wavelength=1000), 2)
     10.04
     """
-    R, z = positive(radius, "nm", "radius"), positive(distance, "nm", "distance")
+    R, z = positive(radius, "nm", "radius"), positive(closest_approach, "nm", "closest_approach")
     rms, wavelength = positive(rms, "nm", "rms"), positive(wavelength, "nm", "wavelength")
     flat = _hamaker(hamaker_constant) * R / (6 * z**2)
     cap = 1 / (1 + _CAP_RADIUS * R * rms / wavelength**2)
@@ -601,7 +597,7 @@ def yield_load(*, radius: Any, contact_modulus: Any, hardness: Any) -> float:
     return np.pi**3 * R**2 * positive(hardness, "GPa", "hardness") ** 3 / (6 * modulus**2)
 
 
-def punch_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, strength: Any = None) -> float:
+def punch_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, adhesion_range: Any = None) -> float:
     """Return the pull-off force of a flat punch whose edge is sharp.
 
     Parameters
@@ -610,9 +606,8 @@ def punch_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, 
         Of the punch, nm.
     contact_modulus, work_of_adhesion : number or quantity
         E*, GPa, and w, J/m².
-    strength : number or quantity, optional
-        GPa: the adhesion pulls with this traction up to a gap of w/strength (Dugdale's law). By default adhesion has no
-        range.
+    adhesion_range : number or quantity, optional
+        nm: the adhesion pulls with σ₀ = w over this range up to a gap of the range (Dugdale's law). By default none.
 
     Returns
     -------
@@ -634,16 +629,16 @@ def punch_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, 
     Examples
     --------
     >>> flat = {"radius": 10, "contact_modulus": 39.4, "work_of_adhesion": 0.1}
-    >>> round(punch_pull_off(**flat), 1), round(punch_pull_off(strength=1 / 3, **flat), 1)
+    >>> round(punch_pull_off(**flat), 1), round(punch_pull_off(adhesion_range=0.3, **flat), 1)
     (314.7, 104.7)
     """
     from scipy.optimize import brentq
 
     edge, modulus = positive(radius, "nm", "radius"), positive(contact_modulus, "GPa", "contact_modulus")
     work = positive(work_of_adhesion, "J m-2", "work_of_adhesion")
-    if strength is None:
+    if adhesion_range is None:
         return float(np.sqrt(8 * np.pi * work * modulus * edge**3))
-    pull = positive(strength, "GPa", "strength")
+    pull = work / positive(adhesion_range, "nm", "adhesion_range")
 
     def opens_too_far(inner: float) -> float:
         m = edge / inner
@@ -722,7 +717,7 @@ def _hamaker(value: Any) -> float:
 def _tabor(radius: Any, contact_modulus: Any, work: Any, distance: Any) -> float:
     A = 0.5 / positive(radius, "nm", "radius")
     modulus = positive(contact_modulus, "GPa", "contact_modulus")
-    w, z0 = positive(work, "J m-2", "work_of_adhesion"), positive(distance, "nm", "equilibrium_distance")
+    w, z0 = positive(work, "J m-2", "work_of_adhesion"), positive(distance, "nm", "adhesion_range")
     return float(maugis.tabor(A, A, modulus, w, z0))
 
 

@@ -8,13 +8,12 @@ import numpy as np
 import xarray as xr
 
 from ..asperity.catalogue import asperities
+from ..bodies.materials import closest_approach, range_of
 from ..jobs import lazy as parallel
 from ..scans import level, regions, smooth
 from ..vocabulary import schema
-from ..vocabulary.units import positive
 from . import reference
 from .problem import hardness_of
-from .rigid_attraction import length_of
 from .rigid_bodies import rigid
 
 #: Tabor's parameter below which bodies may be taken as rigid, and above which the range of adhesion may be neglected
@@ -31,8 +30,6 @@ _LONG = 4.0
 def regime(
     ds: xr.Dataset,
     *,
-    equilibrium_distance: Any = 0.3,
-    hardness: Any = None,
     subregions: Any = (4, 4),
     refine: int = 8,
 ) -> xr.Dataset:
@@ -41,11 +38,8 @@ def regime(
     Parameters
     ----------
     ds : Dataset
-        A scan in memory with an assigned sphere and work of adhesion.
-    equilibrium_distance : number or quantity
-        z₀ of the interatomic potential, nm, for Tabor's parameter.
-    hardness : number or quantity, optional
-        GPa; by default the pair's ``hardness``, else its ``hardness_estimate``; without any, ``yields`` is left out.
+        A scan in memory with an assigned sphere and work of adhesion; Tabor's parameter is taken with the pair's range
+        of adhesion, ``yields`` with its ``hardness``, else its ``hardness_estimate``.
     subregions : (int, int), (array, array) or Dataset
         Contact centres at which the attraction between rigid bodies is summed.
     refine : int
@@ -55,7 +49,7 @@ def regime(
     -------
     Dataset
         ``sphere_tabor``, ``asperity_tabor`` (of the median asperity), ``pull_beyond_contact`` (median over the
-        centres), ``pixels_per_contact``, ``peak_pressure`` (GPa) and ``yields`` where a hardness is given,
+        centres), ``pixels_per_contact``, ``peak_pressure`` (GPa) and ``yields`` where a hardness is known,
         ``recommended`` ("rigid", "adhesive" or "superpose"); a sentence in the attribute ``recommendation``.
 
     Raises
@@ -83,24 +77,22 @@ def regime(
     """
     ds = in_memory(ds)
     radius, modulus, w = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion")
-    z0 = positive(equilibrium_distance, "nm", "equilibrium_distance")
-    pair = {"contact_modulus": modulus, "work_of_adhesion": w}
+    pair = {"contact_modulus": modulus, "work_of_adhesion": w, "adhesion_range": range_of(ds)}
     tip = 1 / (1 / radius + 1 / _asperity_radius(asperities(ds)))
     contact = (9 * np.pi * w * tip**2 / (8 * modulus)) ** (1 / 3)
     found = {
-        "sphere_tabor": reference.tabor_parameter(radius=radius, equilibrium_distance=z0, **pair),
-        "asperity_tabor": reference.tabor_parameter(radius=tip, equilibrium_distance=z0, **pair),
+        "sphere_tabor": reference.tabor_parameter(radius=radius, **pair),
+        "asperity_tabor": reference.tabor_parameter(radius=tip, **pair),
         "pull_beyond_contact": _beyond(ds, subregions, refine),
         "pixels_per_contact": contact / schema.square_pixel(ds),
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
-    hardness = hardness_of(ds)[0] if hardness is None else positive(hardness, "GPa", "hardness")
+    hardness, _ = hardness_of(ds)
     if np.isfinite(hardness):
         found["yields"] = found["peak_pressure"] > hardness
     found["recommended"] = _recommended(found["asperity_tabor"], found["pull_beyond_contact"])
     out = xr.Dataset(found).assign_attrs(recommendation=_sentence(found))
-    arguments = {"equilibrium_distance": z0, "hardness": hardness, "subregions": subregions, "refine": refine}
-    return schema.record(schema.label(out), "regime", ds, **arguments)
+    return schema.record(schema.label(out), "regime", ds, subregions=subregions, refine=refine)
 
 
 def _beyond(ds: xr.Dataset, subregions: Any, refine: int) -> float:
@@ -139,9 +131,7 @@ def _peak_pressure(radius: float, modulus: float, w: float) -> float:
     return (6 * force * modulus**2 / (np.pi**3 * radius**2)) ** (1 / 3)
 
 
-def formulas(
-    ds: xr.Dataset, *, subregions: Any = (4, 4), law: str = "hamaker", length: Any = None, refine: int = 8
-) -> xr.Dataset:
+def formulas(ds: xr.Dataset, *, subregions: Any = (4, 4), law: str = "hamaker", refine: int = 8) -> xr.Dataset:
     """Return the pull-off on a scan by the usual formulas, beside the sum over the scan itself.
 
     Parameters
@@ -150,7 +140,7 @@ def formulas(
         A scan in memory with an assigned sphere and work of adhesion.
     subregions : (int, int), (array, array) or Dataset
         Contact centres at which the scan is summed.
-    law, length, refine
+    law, refine
         Options of that sum, see `rigid`.
 
     Returns
@@ -186,10 +176,10 @@ def formulas(
     """
     ds = in_memory(ds)
     radius, w = schema.pair(ds, "sphere_radius", "work_of_adhesion")
-    summed = rigid(ds, subregions=subregions, delta=[0.0], law=law, length=length, refine=refine)
-    z0 = summed.attrs["length"] if law == "hamaker" else rigid_cut_off(ds, w)
+    summed = rigid(ds, subregions=subregions, delta=[0.0], law=law, refine=refine)
+    z0 = closest_approach(ds)
     given = _inputs(ds)
-    sphere = {"radius": radius, "hamaker_constant": 12 * np.pi * z0**2 * w, "distance": z0}
+    sphere = {"radius": radius, "hamaker_constant": 12 * np.pi * z0**2 * w, "closest_approach": z0}
     short = {"rms": given["short_rms"], "wavelength": given["wavelength"]}
     long = {name: given[name] for name in ("long_rms", "long_wavelength")}
     left = reference.gaussian_work(rms=given["rms"], length=z0, work_of_adhesion=w, law="hamaker")
@@ -204,16 +194,9 @@ def formulas(
     }
     force = np.array(list(found.values()))
     columns = {"pull_off_force": ("formula", force), "formula_ratio": ("formula", force / force[0])}
-    inputs = given | {"hamaker_constant": sphere["hamaker_constant"], "cut_off": z0}
+    inputs = given | {name: sphere[name] for name in ("hamaker_constant", "closest_approach")}
     out = xr.Dataset(columns, {"formula": list(found)}, attrs=inputs)
-    return schema.record(
-        schema.label(out), "formulas", ds, subregions=subregions, law=law, length=length, refine=refine
-    )
-
-
-def rigid_cut_off(ds: xr.Dataset, w: float) -> float:
-    """Return the closest approach z₀ (nm) at which the pair's Hamaker constant gives its work of adhesion."""
-    return length_of(ds, "hamaker", None, w)
+    return schema.record(schema.label(out), "formulas", ds, subregions=subregions, law=law, refine=refine)
 
 
 def _inputs(ds: xr.Dataset) -> dict[str, float]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from ..asperity.asperity_sum import DISTANCE
-from ..bodies.substances import CUT_OFF
+from ..bodies.materials import closest_approach, range_of
 from ..jobs.lazy import is_lazy
 from ..kernels.adhesion import potentials
 from ..kernels.adhesion import rigid as kernels
@@ -41,47 +40,41 @@ class Options(NamedTuple):
     parabola: bool  # whether the indenter is Hertz's paraboloid
 
 
-def options_of(ds, law, length, retardation, limit, hardness, profile) -> Options:
+def options_of(ds, law, retardation, limit, profile) -> Options:
     """Return the options of `rigid`; raise where they do not go together."""
     schema.one_of(law, RIGID_LAWS, "law")
     schema.one_of(limit, LIMITS, "limit")
     wavelength = np.inf if retardation is None else positive(retardation, "nm", "retardation")
     if law != "hamaker" and np.isfinite(wavelength):
         raise ValueError(f"retardation: expected for law='hamaker' alone, found it for {law!r}")
-    if (limit == "hardness") != (hardness is not None):
-        raise ValueError(f"hardness: expected for limit='hardness' and for no other, found {hardness!r} for {limit!r}")
     if limit != "cut_off" and law == "lennard_jones":
         raise ValueError(f"limit: expected 'cut_off' for law='lennard_jones', which pushes by itself, found {limit!r}")
     (w,) = schema.pair(ds, "work_of_adhesion")
     if not w > 0:
         raise ValueError(f"work_of_adhesion: expected a positive one, found {w:g} J/m2; nothing attracts")
-    found = potentials.potential(law, w, length_of(ds, law, length, w), wavelength)
+    found = potentials.potential(law, w, length_of(ds, law), wavelength)
     return Options(
         law=found,
         limit=limit,
-        hardness=np.nan if hardness is None else _hardness(hardness, found),
+        hardness=_hardness(ds, found) if limit == "hardness" else np.nan,
         area=schema.square_pixel(ds) ** 2,
         parabola=profile == "parabola",
     )
 
 
-def _hardness(given: Any, law: potentials.Potential) -> float:
-    """Return a hardness (GPa), which must exceed the largest traction for summits to keep the bodies apart."""
-    value, largest = positive(given, "GPa", "hardness"), potentials.traction(kernels.floor(law), law)
+def _hardness(ds: xr.Dataset, law: potentials.Potential) -> float:
+    """Return the hardness (GPa), which must exceed the largest traction for summits to keep the bodies apart."""
+    if "hardness" not in ds.coords:
+        raise ValueError("hardness: expected an assigned one for limit='hardness', found none; assign_pair(hardness=…)")
+    value, largest = float(ds["hardness"]), potentials.traction(kernels.floor(law), law)
     if value <= largest:
         raise ValueError(f"hardness: expected more than the largest traction, {largest:.3g} GPa, found {value:g} GPa")
     return value
 
 
-def length_of(ds: xr.Dataset, law: str, given: Any, w: float) -> float:
-    """Return the law's length, nm: as given, else by the assigned pair, else the usual one."""
-    if given is not None:
-        return positive(given, "nm", "length")
-    if law in ("exponential", "dugdale"):
-        return float(ds["adhesion_range"]) if "adhesion_range" in ds.coords else DISTANCE
-    if "hamaker_constant" in ds.coords:
-        return float(np.sqrt(float(ds["hamaker_constant"]) / ((12 if law == "hamaker" else 16) * np.pi * w)))
-    return CUT_OFF if law == "hamaker" else DISTANCE
+def length_of(ds: xr.Dataset, law: str) -> float:
+    """Return the law's length, nm: the closest approach of Hamaker's, the pair's range of any other."""
+    return closest_approach(ds) if law == "hamaker" else range_of(ds, law)
 
 
 def reach_of(ds: xr.Dataset, problem: Problem) -> float:

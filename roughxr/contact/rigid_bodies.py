@@ -37,10 +37,8 @@ def rigid(
     delta: Any = None,
     subregions: Any = None,
     law: str = "hamaker",
-    length: Any = None,
     retardation: Any = None,
     limit: str = "cut_off",
-    hardness: Any = None,
     refine: int = 1,
     datum: str = "highest_peak",
     profile: str = "sphere",
@@ -59,21 +57,18 @@ def rigid(
     subregions : (int, int), (array, array), Dataset or "every pixel", optional
         Contact centres, see `regions.centres`.
     law : {"hamaker", "lennard_jones", "exponential", "dugdale"}
-        Traction across a gap, see `reference.rigid_sphere`; all laws have the same work of adhesion.
-    length : number or quantity, optional
-        nm: the cut-off z₀ of "hamaker", ε of "lennard_jones", ρ of "exponential", the range h of "dugdale". By default
-        the length that relates the assigned Hamaker constant to the work of adhesion, A = 12π z₀² w = 16π ε² w; without
-        a Hamaker constant 0.165 nm for z₀, and for the others the assigned ``adhesion_range``, else 0.3 nm.
+        Traction across a gap, see `reference.rigid_sphere`; all laws have the same work of adhesion. "hamaker" ends at
+        the closest approach z₀ = √(A/(12πw)), 0.165 nm where no Hamaker constant is assigned; the others have the
+        pair's range of adhesion, see `assign_pair`.
     retardation : number or quantity, optional
         Wavelength, nm, of retarded van der Waals forces (law="hamaker"), about 100 nm; by default they are not
         retarded, which overestimates the contribution of gaps of more than some 10 nm.
     limit : {"cut_off", "hardness", "elastic"}
         What keeps the bodies apart. "cut_off": the closest approach of the nearest cell (for law="lennard_jones" its
-        own repulsion). "hardness": summits are flattened until they bear the pull at the hardness. "elastic": summits
+        own repulsion). "hardness": summits are flattened until they bear the pull at the assigned hardness, which must
+        exceed the largest traction; the other limits leave it unused. "elastic": summits
         deform elastically under the pull, solved as in `direct`, while the attraction acts across the gaps that are
         left (as in the theory of Derjaguin, Muller & Toporov).
-    hardness : number or quantity, optional
-        GPa, for limit="hardness"; more than the largest traction.
     refine : int
         Sum over refine × refine cells in each pixel, heights interpolated by bicubic splines; not for every pixel.
     datum : {"highest_peak", "first_contact"}
@@ -130,7 +125,7 @@ def rigid(
     if pixels:
         schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
     refine = whole_number(refine, "refine", least=1, most=64)
-    options = options_of(ds, law, length, retardation, limit, hardness, profile)
+    options = options_of(ds, law, retardation, limit, profile)
     options = options._replace(area=options.area / refine**2)
     positions = regions.centres(ds, None if pixels else subregions)
     given = [0.0] if pixels and delta is None else _default_deltas(ds) if delta is None else delta
@@ -140,10 +135,12 @@ def rigid(
         out = every_pixel(ds, problem, options, kept=delta is not None, progress=progress)
     else:
         out = at_places(ds, positions, problem, options, fields=fields, progress=progress)
-    named = {"law": law, "length": options.law.length, "limit": limit, "refine": refine}
-    out.attrs = {"datum": datum, "method": "rigid", **named, "missing": "NaN where the bodies cannot come so near"}
+    named = {"law": law, "limit": limit, "refine": refine}
+    length = {"closest_approach" if law == "hamaker" else "adhesion_range": options.law.length}
+    out.attrs = {"datum": datum, "method": "rigid", **named, **length}
+    out.attrs["missing"] = "NaN where the bodies cannot come so near"
     arguments = {"delta": problem.steps, "subregions": subregions, "profile": profile, "fields": fields}
-    arguments |= {"retardation": retardation, "hardness": hardness, "datum": datum, **named}
+    arguments |= {"retardation": retardation, "datum": datum, **named}
     out = schema.record(schema.label(out), "rigid", ds, **arguments)
     out = parallel.finish(out, lazy=parallel.is_lazy(ds), progress=progress)
     if not parallel.is_lazy(ds):

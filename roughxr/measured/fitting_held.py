@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..bodies.materials import DEFAULT_RANGE
+from ..bodies.materials import range_of
 from ..contact.adhesion import adhesive
 from ..contact.rigid_bodies import rigid
 from ..statistics.sampling import Samples
@@ -101,8 +101,7 @@ def fit_adhesion_range(
     2.0
     """
     schema.one_of(method, tuple(_TRIALS), "method")
-    start = float(ds.coords.get("adhesion_range", DEFAULT_RANGE))
-    held = _Held("adhesion_range", "range of adhesion", "fitted_range", start, 0.0)
+    held = _Held("adhesion_range", "range of adhesion", "fitted_range", range_of(ds), 0.0)
     verb = adhesive if method == "adhesive" else rigid
     given = {"confidence": confidence, "resamples": resamples, "seed": seed}
     return _fitted(ds, measured, held, verb, given, {"subregions": subregions, "law": "exponential", **options})
@@ -157,7 +156,7 @@ def fit_hardness(
     """
     if "hardness" not in ds.coords:
         raise ValueError("hardness: expected an assigned one to begin with, found none; assign_pair(hardness=…)")
-    work, length = float(ds.coords.get("work_of_adhesion", 0.0)), float(ds.coords.get("adhesion_range", DEFAULT_RANGE))
+    work, length = float(ds.coords.get("work_of_adhesion", 0.0)), range_of(ds)
     held = _Held("hardness", "hardness", "fitted_hardness", float(ds["hardness"]), 1.05 * work / length)
     given = {"confidence": confidence, "resamples": resamples, "seed": seed}
     return _fitted(ds, measured, held, adhesive, given, {"subregions": subregions, **options})

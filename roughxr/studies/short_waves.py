@@ -50,7 +50,6 @@ def scale_dependence(
     subregions: Any = (2, 2),
     method: str = "rigid",
     law: str | None = None,
-    length: Any = None,
     preload: float = 0.0,
     refine: int | str = "auto",
     step: float = 0.4,
@@ -71,7 +70,7 @@ def scale_dependence(
         Contact centres.
     method : {"rigid", "adhesive"}
         Between rigid bodies, or by the simulation with adhesion on one mesh for each surface.
-    law, length
+    law : str, optional
         See `rigid`, by default its "hamaker"; or the law of `adhesive`, by default "auto".
     preload, refine, step
         Options of `adhesive`: nN; cells along a side of a pixel, at least; nm.
@@ -110,7 +109,7 @@ def scale_dependence(
     spectrum = self_affine_fit(ds, hurst=hurst)
     centres = regions.centres(ds, subregions)
     if method == "rigid":
-        law, way = law or "hamaker", _rigid_method(ds, spectrum, count, law or "hamaker", length)
+        law, way = law or "hamaker", _rigid_method(ds, spectrum, count, law or "hamaker")
     else:
         options = {"law": law or "auto", "preload": preload, "step": step}
         way = _adhesive_method(ds, spectrum, count, refine, options, centres)
@@ -121,14 +120,14 @@ def scale_dependence(
     out = out.assign_coords({**centres.coords, "shortest_kept": waves, "seed": np.arange(count), **pair})
     out.attrs = {"method": method, "law": law} | {str(name): float(spectrum[name]) for name in spectrum.data_vars}
     arguments = {"shortest": waves, "seeds": count, "subregions": subregions, "method": method, "law": law}
-    arguments |= {"length": length} if method == "rigid" else {"preload": preload, "refine": refine, "step": step}
+    arguments |= {} if method == "rigid" else {"preload": preload, "refine": refine, "step": step}
     return schema.record(schema.label(out), "scale_dependence", ds, **arguments, hurst=hurst)
 
 
-def _rigid_method(ds: xr.Dataset, spectrum: xr.Dataset, seeds: int, law: str, length: Any) -> _Method:
+def _rigid_method(ds: xr.Dataset, spectrum: xr.Dataset, seeds: int, law: str) -> _Method:
     (radius,) = schema.pair(ds, "sphere_radius")
     cells = int(np.ceil(schema.square_pixel(ds) / _CELL))
-    options = {"delta": [0.0], "law": law, "length": length}
+    options = {"delta": [0.0], "law": law}
     return _Method("rigid", spectrum, seeds, np.sqrt(2 * radius * _RISE), cells, options)
 
 

@@ -61,7 +61,7 @@ VARIABLES: dict[str, Variable] = {
     "contact_modulus": Variable("GPa", "contact modulus E*", "1/E* = (1-nu1^2)/E1 + (1-nu2^2)/E2"),
     "work_of_adhesion": Variable("J m-2", "work of adhesion w", "w = 2 gamma for equal bodies"),
     "adhesion_range": Variable(
-        "nm", "range of adhesion", "length over which the pull falls by a factor e: strength = w/range"
+        "nm", "range of adhesion", "w over the largest pull; the length of each law: rho, Dugdale's gap, z0"
     ),
     "hardness": Variable("GPa", "hardness H", "the largest pressure; beyond it the softer body yields"),
     "hardness_estimate": Variable(

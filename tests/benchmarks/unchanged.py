@@ -141,25 +141,27 @@ def _under_a_map(ds):
 def superposition():
     """Yield superposed sweeps by every law, and their pull-off at many places."""
     catalogue, delta = roughxr.asperities(glass(), vertex="pixel"), np.arange(-5, 25, 0.5)
-    for words, options in _laws().items():
-        yield words, roughxr.superpose(catalogue, delta=delta, subregions=(8, 8), **options)
+    for words, length, options in _laws():
+        ranged = catalogue.assign_coords(adhesion_range=length)
+        yield words, roughxr.superpose(ranged, delta=delta, subregions=(8, 8), **options)
     yield "first contact", roughxr.superpose(catalogue, delta=delta, subregions=(8, 8), datum="first_contact")
     yield "parabola", roughxr.superpose(made(), delta=delta, subregions=(3, 3), profile="parabola")
     yield "scan", roughxr.superpose(made(), delta=delta, subregions=(3, 3))
 
 
 def _laws():
-    named = {f"jkr {name}": {"formulation": name} for name in FORMULATIONS}
-    ranged = {f"maugis {z:g}": {"law": "maugis", "equilibrium_distance": z} for z in (0.1, 0.3, 2.0)}
-    return named | ranged | {"hertz": {"law": "hertz"}}
+    yield from ((f"jkr {name}", 0.3, {"formulation": name}) for name in FORMULATIONS)
+    yield from ((f"maugis {length:g}", length, {"law": "maugis"}) for length in (0.1, 0.3, 2.0))
+    yield "hertz", 0.3, {"law": "hertz"}
 
 
 def pull_off_maps():
     """Yield the exact pull-off at many places."""
     ds = made()
-    for words, options in _laws().items():
+    for words, length, options in _laws():
         if words != "hertz":
-            yield words, roughxr.pull_off_map(glass(), subregions=(24, 24), **options)
+            ranged = glass().assign_coords(adhesion_range=length)
+            yield words, roughxr.pull_off_map(ranged, subregions=(24, 24), **options)
     yield "every pixel", roughxr.pull_off_map(ds)
     yield "first contact", roughxr.pull_off_map(ds, subregions=(9, 8), datum="first_contact", profile="parabola")
 
@@ -194,7 +196,7 @@ def estimates():
     yield "elastic_pull_off", roughxr.elastic_pull_off(elastic)
     yield "elastic_pull_off smoothing", roughxr.elastic_pull_off(elastic, smoothing=1.0)
     yield "tabor", roughxr.tabor(ds)
-    yield "tabor distance", roughxr.tabor(made(), equilibrium_distance=0.5)
+    yield "tabor distance", roughxr.tabor(made().assign_coords(adhesion_range=0.5))
 
 
 def statistics():

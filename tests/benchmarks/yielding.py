@@ -146,7 +146,7 @@ def punch_rows():
             (
                 "1 GPa",
                 cohesive_laws.finite_range("dugdale", w, dx / MODULUS),
-                reference.punch_pull_off(strength=1, **flat),
+                reference.punch_pull_off(adhesion_range=0.1, **flat),
             ),
         ):
             found = follow(separation, np.array([0.2]), 0.02, law, w, **options)

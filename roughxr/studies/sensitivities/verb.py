@@ -10,7 +10,7 @@ from typing import Any
 
 import xarray as xr
 
-from ...bodies.materials import DEFAULT_RANGE
+from ...bodies.materials import range_of
 from ...jobs.progress import teller
 from ...scans import regions
 from ...vocabulary import schema
@@ -125,4 +125,4 @@ def _factors(method: str) -> tuple[str, ...]:
 
 def _with_range(ds: xr.Dataset) -> xr.Dataset:
     """Return a scan to which the range of adhesion that `adhesive` would use is assigned."""
-    return ds if "adhesion_range" in ds.coords else ds.assign_coords(adhesion_range=DEFAULT_RANGE)
+    return ds.assign_coords(adhesion_range=range_of(ds))
