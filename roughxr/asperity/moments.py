@@ -15,6 +15,7 @@ from ..kernels.asperity import superposition as sums
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import is_whole, magnitude
+from ..vocabulary.verbs import verb
 from .asperity_sum import (
     ADHESIVE,
     DEFAULT,
@@ -51,6 +52,7 @@ _MISSING = {
 _CLOSED = 1e-6
 
 
+@verb
 def rolling(
     ds: xr.Dataset,
     *,

@@ -12,6 +12,7 @@ from ..jobs import lazy as parallel
 from ..scans import level, regions, smooth
 from ..vocabulary import schema
 from ..vocabulary.units import positive
+from ..vocabulary.verbs import verb
 from . import reference
 from .problem import hardness_of
 from .rigid_attraction import length_of
@@ -28,6 +29,7 @@ _MUCH = 0.5
 _LONG = 4.0
 
 
+@verb
 def regime(
     ds: xr.Dataset,
     *,
@@ -139,6 +141,7 @@ def _peak_pressure(radius: float, modulus: float, w: float) -> float:
     return (6 * force * modulus**2 / (np.pi**3 * radius**2)) ** (1 / 3)
 
 
+@verb
 def formulas(
     ds: xr.Dataset, *, subregions: Any = (4, 4), law: str = "hamaker", length: Any = None, refine: int = 8
 ) -> xr.Dataset:
