@@ -5,7 +5,6 @@ The catalogue keeps what superposition needs of its scan: the datum, the outer e
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable
 from itertools import accumulate
 from typing import Any, NamedTuple
@@ -23,6 +22,7 @@ from ..scans.parts import taker
 from ..scans.wavelength import Waves
 from ..vocabulary import schema
 from ..vocabulary.units import is_whole, positive
+from ..vocabulary.verbs import verb, warn
 
 #: Least number of pixels along a side of a tile: rims and tasks of smaller ones would cost more than their heights.
 _SIDE = 256
@@ -76,6 +76,7 @@ class _Setup(NamedTuple):
     waves: Waves | None
 
 
+@verb
 def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -> xr.Dataset:
     """Return the catalogue of a scan's asperities.
 
@@ -342,10 +343,9 @@ def _warn(out: xr.Dataset) -> None:
     if share >= 0.5:
         auto = "shortest_wavelength" in out.coords
         remedy = "the scan does not resolve them" if auto else "take patch='auto', which follows the surface"
-        warnings.warn(
+        warn(
             f"patch: {100 * share:.0f} % of the asperities are no paraboloids on a patch of "
-            f"{2 * float(out['patch_radius']):.3g} nm, and their curvatures not those of the summits; {remedy}",
-            stacklevel=3,
+            f"{2 * float(out['patch_radius']):.3g} nm, and their curvatures not those of the summits; {remedy}"
         )
 
 

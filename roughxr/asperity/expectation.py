@@ -10,13 +10,13 @@ A patch wider than `WIDEST` of the shortest wave adds a factor that grows with i
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.verbs import warn
 from .catalogue import RESOLVED
 
 #: Superposed over direct pull-off: the median, and the 5 % and 95 % quantiles over surfaces.
@@ -55,10 +55,9 @@ def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> Non
     smooth = factor * np.pi * work * radius
     above = np.asarray(force) > smooth
     if smooth > 0 and above.any():
-        warnings.warn(
+        warn(
             f"{int(above.sum())} of {above.size} superposed pull-offs exceed what the sphere holds on a smooth flat "
-            f"(largest {np.nanmax(force) / smooth:.2g} times {factor:g} πwR = {smooth:.4g} nN): {_excess(catalogue)}",
-            stacklevel=3,
+            f"(largest {np.nanmax(force) / smooth:.2g} times {factor:g} πwR = {smooth:.4g} nN): {_excess(catalogue)}"
         )
 
 

@@ -11,6 +11,7 @@ import xarray as xr
 from ..jobs import lazy as parallel
 from ..scans import regions
 from ..vocabulary import schema
+from ..vocabulary.verbs import verb
 from .asperity_sum import (
     ADHESIVE,
     PULL_OFF,
@@ -31,6 +32,7 @@ _TILE = 512
 EVERY_PIXEL = "every pixel"
 
 
+@verb
 def pull_off_map(
     ds: xr.Dataset,
     *,

@@ -15,6 +15,7 @@ from ..kernels.asperity import superposition as sums
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import is_whole, magnitude
+from ..vocabulary.verbs import verb
 from .asperity_sum import (
     ADHESIVE,
     DEFAULT,
@@ -50,6 +51,7 @@ _MISSING = {
 _CLOSED = 1e-6
 
 
+@verb
 def rolling(
     ds: xr.Dataset,
     *,

@@ -17,6 +17,7 @@ from ..kernels.asperity import superposition as sums
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import positive
+from ..vocabulary.verbs import verb
 from . import flattening
 from .asperity_sum import (
     ADHESIVE,
@@ -50,6 +51,7 @@ _PULL_OFF = {"pull_off_force": float, "pull_off_delta": float}
 _STEPS = 301
 
 
+@verb
 def superpose(
     ds: xr.Dataset,
     *,

@@ -6,15 +6,14 @@ They travel as scalar coordinates through every result into every archive.
 from __future__ import annotations
 
 import math
-import sys
-import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import converted, magnitude, positive
+from ..vocabulary.units import in_units, magnitude, positive
+from ..vocabulary.verbs import verb, warn
 from . import substances
 
 
@@ -55,6 +54,7 @@ _RANGES = {
 _FEWEST_PIXELS, _FEW_PIXELS = 1.0, 5.0
 
 
+@verb
 def contact_modulus(young_modulus: Any, poisson_ratio: Any) -> float:
     """Return the contact modulus E* of two elastic bodies, 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂.
 
@@ -91,6 +91,7 @@ def contact_modulus(young_modulus: Any, poisson_ratio: Any) -> float:
     return 1 / compliance
 
 
+@verb
 def gilman_surface_energy(
     young_modulus: Any,
     *,
@@ -138,6 +139,7 @@ def gilman_surface_energy(
     return modulus / spacing * (positive(atomic_radius, "nm", "atomic_radius") / np.pi) ** 2
 
 
+@verb
 def assign_pair(
     ds: xr.Dataset,
     *,
@@ -335,9 +337,10 @@ def _check_cut_off(constant: float, work: float) -> None:
     """Warn of a Hamaker constant and a work of adhesion that bring the bodies too near, or not near enough."""
     distance = _closest_approach(constant, work)
     if not _CUT_OFFS[0] <= distance <= _CUT_OFFS[1]:
-        _warn_implausible(
+        warn(
             f"hamaker_constant: {constant:.3g} nN nm and a work of adhesion of {work:.3g} J/m2 go together at a "
-            f"closest approach of {distance:.2g} nm: is it meant? (solids have 0.1 to 0.5; bonds stick harder)"
+            f"closest approach of {distance:.2g} nm: is it meant? (solids have 0.1 to 0.5; bonds stick harder)",
+            ImplausiblePair,
         )
 
 
@@ -407,7 +410,9 @@ def _hardness(given: Any, work: float | None, length: float | None) -> float:
     if value <= strength and length is not None:
         raise ValueError(f"{words}; expected a larger hardness, a larger adhesion_range or less work of adhesion")
     if value <= strength:
-        _warn_implausible(f"{words}; is it meant? (assign the adhesion_range that belongs to this work of adhesion)")
+        warn(
+            f"{words}; is it meant? (assign the adhesion_range that belongs to this work of adhesion)", ImplausiblePair
+        )
     return value
 
 
@@ -416,13 +421,14 @@ def _radius(given: Any, ds: xr.Dataset) -> float:
     radius = _plausible(positive(given, "nm", "sphere_radius"), "sphere_radius", given)
     if "height" not in ds or not {"x", "y"} <= set(ds["height"].dims) & set(ds.indexes):
         return radius
-    pixel = max(schema.spacing(converted(ds[axis], "nm", axis)) for axis in ("x", "y"))
+    pixel = max(schema.spacing(ds[axis]) for axis in ("x", "y"))
     words = f"sphere_radius: {radius:g} nm is {radius / pixel:.2g} pixels of {pixel:g} nm"
     if radius < _FEWEST_PIXELS * pixel:
         raise ValueError(f"{words}: expected more than one; plain numbers are nm, else say '3 um'")
     if radius < _FEW_PIXELS * pixel:
-        _warn_implausible(
-            f"{words}, too few to show where such a sphere touches; plain numbers are nm, else say '3 um'"
+        warn(
+            f"{words}, too few to show where such a sphere touches; plain numbers are nm, else say '3 um'",
+            ImplausiblePair,
         )
     return radius
 
@@ -435,7 +441,7 @@ def _plausible(value: float, quantity: str, given: Any, name: str = "") -> float
     if not known.least <= value <= known.greatest:
         raise ValueError(f"{words}, which no body has ({advice})")
     if not known.low <= value <= known.high:
-        _warn_implausible(f"{words}: is it meant? ({advice})")
+        warn(f"{words}: is it meant? ({advice})", ImplausiblePair)
     return value
 
 
@@ -455,22 +461,13 @@ def check_plausible(name: str, value: float, ds: xr.Dataset) -> None:
         _plausible(positive(value, "GPa", name), name, value)
 
 
-def _warn_implausible(words: str) -> None:
-    """Warn at the line of the user's own code."""
-    frame, above = sys._getframe(), 1
-    while frame.f_back and frame.f_globals.get("__package__") == __package__:
-        frame, above = frame.f_back, above + 1
-    warnings.warn(words, ImplausiblePair, stacklevel=above)
-
-
 def _indenter(indenter: xr.DataArray | xr.Dataset) -> xr.DataArray:
     """Return the indenter's map on its own dimensions, in nm, the contact centre at x = y = 0."""
     if isinstance(indenter, xr.Dataset):
         return _facing(schema.complete(schema.validate(indenter, "scan"))["height"].reset_coords(drop=True))
     if not isinstance(indenter, xr.DataArray) or set(indenter.dims) != {"x", "y"}:
         raise ValueError("indenter: expected a scan, or a DataArray of heights with dimensions ('x', 'y')")
-    if "units" in indenter.attrs:
-        indenter = converted(indenter, "nm", "indenter")
+    indenter = indenter.copy(data=in_units(indenter.variable, "nm", "indenter").data).assign_attrs(units="nm")
     for axis in ("x", "y"):
         schema.spacing(indenter[axis])
         _check_centred(indenter[axis])

@@ -14,6 +14,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.units import positive, whole_number
+from ..vocabulary.verbs import verb
 
 #: A cap that rises by less than this many times its roughness over the scan is too flat for a sphere to be fitted.
 _CURVED = 2.0
@@ -21,6 +22,7 @@ _CURVED = 2.0
 ROTATIONS = ("quarter", "any", "none")
 
 
+@verb
 def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
     """Fit a sphere to the scan of a probe's face, and subtract it.
 
@@ -114,6 +116,7 @@ def _paraboloid(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float
     return float(x0), float(y0), float(base + (x0**2 + y0**2) / (2 * radius)), radius
 
 
+@verb
 def placements(
     roughness: xr.Dataset,
     *,

@@ -6,7 +6,6 @@ options are read and the results labelled here; `cycle` follows one place.
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import dask.array as da
@@ -21,6 +20,7 @@ from ..scans import regions
 from ..scans.wavelength import later, shortest_wavelength
 from ..vocabulary import schema
 from ..vocabulary.units import fraction, positive, whole_number
+from ..vocabulary.verbs import verb, warn
 from .cycle import SMOOTH, Adhesion, Cycles, cycles_at, deepest_of, events, reach_of_law, reached, yield_told
 from .elastic import ABOVE_HARDNESS, YIELDED
 from .estimates import tabor
@@ -88,6 +88,7 @@ _MOST_CELLS, _TOLERANCES = (8000, 10**6), (1e-7, 1e-5)
 _ROUGH_DEPTH = 4.0
 
 
+@verb
 def adhesive(
     ds: xr.Dataset,
     *,
@@ -516,20 +517,18 @@ def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
     """Warn of places that are less accurate than was asked for."""
     resolution, size = out["pull_off_resolution"].values, out["pull_off_resolution"].size
     if adhesion.refine and (resolution < _RESOLVED).any():
-        warnings.warn(
+        warn(
             f"{int((resolution < _RESOLVED).sum())} of {size} subregions have contacts of less than {_RESOLVED:g} "
             f"pixels in radius at pull-off (smallest {np.nanmin(resolution):.2g}): compare with a larger refine, or "
-            "take refine='auto'",
-            stacklevel=4,
+            "take refine='auto'"
         )
     missed = int((out["pull_off_error"].values > adhesion.accuracy).sum())
     if missed:
-        warnings.warn(
+        warn(
             f"{missed} of {size} subregions did not reach accuracy={adhesion.accuracy:g} (largest error "
-            f"{np.nanmax(out['pull_off_error'].values):.2g}): their mesh does not decide them, see pull_off_error",
-            stacklevel=4,
+            f"{np.nanmax(out['pull_off_error'].values):.2g}): their mesh does not decide them, see pull_off_error"
         )
     lost = int((~out["complete"].values).sum())
     if lost:
         what = "did not reach their preload or " if adhesion.preloads.size else ""
-        warnings.warn(f"{lost} subregions {what}needed more than max_cells pixels; their events are NaN", stacklevel=4)
+        warn(f"{lost} subregions {what}needed more than max_cells pixels; their events are NaN")

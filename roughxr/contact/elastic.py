@@ -18,6 +18,7 @@ from ..kernels.halfspace import displacement_control, load_control, yielding
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import fraction, whole_number
+from ..vocabulary.verbs import verb
 from .problem import Place, Problem, Surface, deepest, need_heights, read_problem, surface_at
 from .solving import fields_of, put_fields, solve
 
@@ -45,6 +46,7 @@ class _Limits(NamedTuple):
     max_iterations: int
 
 
+@verb
 def direct(
     ds: xr.Dataset,
     *,

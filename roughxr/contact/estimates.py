@@ -12,12 +12,14 @@ from ..bodies.materials import range_of
 from ..kernels.asperity import maugis
 from ..vocabulary import schema
 from ..vocabulary.units import positive
+from ..vocabulary.verbs import verb
 
 #: P″ of a paraboloid is half of P′ over the depth. Where an elastic sweep has less than half of that P″ (a flat top, or
 #: noise of the mesh), the estimate would divide by nearly zero, and is left out.
 _LEAST_CURVATURE = 0.25
 
 
+@verb
 def elastic_pull_off(ds: xr.Dataset, *, smoothing: Any = 2.0) -> xr.Dataset:
     """Estimate the pull-off from an adhesionless sweep alone.
 
@@ -123,6 +125,7 @@ def _roots(delta, force):
     return np.sqrt(delta - delta[0] + before * (delta[1] - delta[0]))
 
 
+@verb
 def tabor(ds: xr.Dataset) -> xr.Dataset:
     """Return the catalogue with Tabor's parameter of each asperity under the assigned sphere.
 

@@ -12,6 +12,7 @@ from ..bodies.materials import closest_approach, range_of
 from ..jobs import lazy as parallel
 from ..scans import level, regions, smooth
 from ..vocabulary import schema
+from ..vocabulary.verbs import verb
 from . import reference
 from .problem import hardness_of
 from .rigid_bodies import rigid
@@ -27,6 +28,7 @@ _MUCH = 0.5
 _LONG = 4.0
 
 
+@verb
 def regime(
     ds: xr.Dataset,
     *,
@@ -131,6 +133,7 @@ def _peak_pressure(radius: float, modulus: float, w: float) -> float:
     return (6 * force * modulus**2 / (np.pi**3 * radius**2)) ** (1 / 3)
 
 
+@verb
 def formulas(ds: xr.Dataset, *, subregions: Any = (4, 4), law: str = "hamaker", refine: int = 8) -> xr.Dataset:
     """Return the pull-off on a scan by the usual formulas, beside the sum over the scan itself.
 

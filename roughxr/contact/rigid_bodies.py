@@ -6,7 +6,6 @@ The options are read by `rigid_attraction`; the sum is taken at given places (`r
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from ..kernels.adhesion import rigid as kernels
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import whole_number
+from ..vocabulary.verbs import verb, warn
 from .problem import NOT_LOADED, Problem, first_touches, indenter_of, read_problem
 from .rigid_attraction import Options, options_of
 from .rigid_map import every_pixel
@@ -31,6 +31,7 @@ _COUNT, _ABOVE = 60, 10.0
 _ONE_CELL = 0.2
 
 
+@verb
 def rigid(
     ds: xr.Dataset,
     *,
@@ -157,10 +158,9 @@ def _warn(out: xr.Dataset, options: Options) -> None:
     largest = law.closest if law.closest is not None else potentials.LARGEST_AT * law.length
     share = options.area * potentials.traction(max(largest, kernels.floor(law)), law) / float(pull.median())
     if share > _ONE_CELL:
-        warnings.warn(
+        warn(
             f"rigid: one cell at closest approach holds {min(share, 1):.0%} of the median pull: the result is "
-            "that of the cells' size; take refine, or a scan with add_fine_roughness",
-            stacklevel=3,
+            "that of the cells' size; take refine, or a scan with add_fine_roughness"
         )
 
 

@@ -22,6 +22,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.units import magnitude, positive
+from ..vocabulary.verbs import verb
 from .loads import AIR_DENSITY, AIR_VISCOSITY, GRAVITY, LIFTS, LOADS, Body, Load, Push
 
 MODES = ("roll", "slide", "lift")
@@ -47,6 +48,7 @@ class Held(NamedTuple):
     known: np.ndarray  # (place,): whether there is contact
 
 
+@verb
 def critical_load(
     ds: xr.Dataset,
     load: str | Load = "wall_shear",
@@ -132,6 +134,7 @@ def critical_load(
     return schema.record(schema.label(out), "critical_load", ds, **given)
 
 
+@verb
 def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     """Return resisting moments with the pull-off forces of another method, at unchanged levers.
 

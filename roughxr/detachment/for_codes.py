@@ -17,12 +17,14 @@ import xarray as xr
 from ..scans.regions import extent
 from ..statistics import fit, reduction
 from ..vocabulary import schema
+from ..vocabulary.verbs import verb
 from .balance import expect_moments
 
 #: Shares of the places whose quantiles are given, and the endings of their names.
 _QUANTILES = {"low": 0.05, "median": 0.5, "high": 0.95}
 
 
+@verb
 def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr.Dataset | None = None) -> xr.Dataset:
     """Return the parameters of adhesion that resuspension and discrete-element codes need, from the places of a result.
 
@@ -90,6 +92,7 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
     return schema.record(schema.label(xr.Dataset(found, coords=pair)), "parameters", ds)
 
 
+@verb
 def by_place(ds: xr.Dataset) -> xr.Dataset:
     """Return adhesion, lever and moment of each place, over all directions.
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..vocabulary import schema
 from ..vocabulary.units import factor, magnitude, positive
+from ..vocabulary.verbs import verb
 from .loads import AIR_DENSITY, AIR_VISCOSITY, friction_reynolds, lift
 
 #: rms of the removal force over its mean, and frequency of the wall flow in units of u*²/ν.
@@ -41,6 +42,7 @@ class LogNormal(NamedTuple):
         return self.mean * self.spread**z, w / w.sum()
 
 
+@verb
 def biasi_adhesion(radius: Any) -> LogNormal:
     """Return the adhesion over that of a smooth contact, 3/2 π w r, as Biasi et al. fitted it to experiments.
 
@@ -75,6 +77,7 @@ def biasi_adhesion(radius: Any) -> LogNormal:
     return LogNormal(0.016 - 0.0023 * r**0.545, 1.8 + 0.136 * r**1.4)
 
 
+@verb
 def resuspension_rate(
     ratio: Any, friction_velocity: Any, *, viscosity: Any = AIR_VISCOSITY, fluctuation: float = FLUCTUATION
 ) -> Any:
@@ -115,6 +118,7 @@ def resuspension_rate(
     return most * np.exp(np.minimum(-0.5 * x * x - log_ndtr(x), 0.0))
 
 
+@verb
 def rock_n_roll(
     friction_velocity: Any,
     *,

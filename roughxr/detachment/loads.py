@@ -21,6 +21,7 @@ import numpy as np
 
 from ..vocabulary import schema
 from ..vocabulary.units import factor, magnitude, positive
+from ..vocabulary.verbs import verb
 
 #: Air at 20 °C, as Reeks & Hall (2001) took it: kg/m³ and m²/s.
 AIR_DENSITY, AIR_VISCOSITY = 1.181, 1.539e-5
@@ -72,6 +73,7 @@ class Load(NamedTuple):
     span: tuple[float, float]  # strengths between which the critical one is searched, in the variable's units
 
 
+@verb
 def friction_reynolds(friction_velocity: Any, radius: Any, *, viscosity: Any = AIR_VISCOSITY) -> Any:
     """Return r⁺ = r u*/ν.
 
@@ -102,6 +104,7 @@ def friction_reynolds(friction_velocity: Any, radius: Any, *, viscosity: Any = A
     return speed * _radius(radius) * factor("nm", "m") / positive(viscosity, "m2 s-1", "viscosity")
 
 
+@verb
 def drag(friction_velocity: Any, radius: Any, *, medium_density: Any = AIR_DENSITY) -> Any:
     """Return the drag on a sphere that touches a wall in shear, nN: 32.06 ρ u*² r², for r⁺ ≤ 1.
 
@@ -135,6 +138,7 @@ def drag(friction_velocity: Any, radius: Any, *, medium_density: Any = AIR_DENSI
     return _DRAG * _pressure(friction_velocity, medium_density) * _radius(radius) ** 2
 
 
+@verb
 def torque(friction_velocity: Any, radius: Any, *, medium_density: Any = AIR_DENSITY) -> Any:
     """Return the torque about its centre of a sphere that touches a wall in shear, nN nm: 11.86 ρ u*² r³, for r⁺ ≤ 1.
 
@@ -166,6 +170,7 @@ def torque(friction_velocity: Any, radius: Any, *, medium_density: Any = AIR_DEN
     return _TORQUE * _pressure(friction_velocity, medium_density) * _radius(radius) ** 3
 
 
+@verb
 def lift(
     friction_velocity: Any,
     radius: Any,
@@ -212,6 +217,7 @@ def lift(
     return chosen.get(formula, 0.0 * plus) * scale
 
 
+@verb
 def weight(radius: Any, density: Any, *, medium_density: Any = AIR_DENSITY, gravity: float = GRAVITY) -> Any:
     """Return a sphere's weight less its buoyancy, nN.
 

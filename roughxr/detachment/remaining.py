@@ -9,6 +9,7 @@ import xarray as xr
 
 from ..statistics import bootstrap
 from ..vocabulary import schema
+from ..vocabulary.verbs import verb
 from .balance import Body, Held, body_of, drive_ratios, for_each, held_of, varied_dimension
 from .kinetics import survival
 from .loads import AIR_DENSITY, AIR_VISCOSITY, GRAVITY, LOADS
@@ -16,6 +17,7 @@ from .loads import AIR_DENSITY, AIR_VISCOSITY, GRAVITY, LOADS
 MODELS = ("rock_n_roll", "static")
 
 
+@verb
 def resuspension(
     ds: xr.Dataset,
     *,

@@ -16,6 +16,7 @@ import numpy as np
 import xarray as xr
 
 from .._version import __version__
+from ..vocabulary.verbs import verb
 from .disk import as_characters, groups, opened, uninterrupted, unless_interrupted, whole
 
 #: Zlib's level 1: half the size of fields in a tenth of the time of level 9.
@@ -25,6 +26,7 @@ _COMPRESSED = {"zlib": True, "complevel": 1}
 _CHUNK = 2**23
 
 
+@verb
 def save(
     groups: Mapping[str, xr.Dataset],
     path: str | os.PathLike,

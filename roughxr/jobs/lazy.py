@@ -16,6 +16,7 @@ import numpy as np
 import xarray as xr
 from dask.delayed import Delayed
 
+from ..vocabulary.verbs import verb
 from .executor import Failure, each_finished
 from .progress import Progress
 from .schedulers import active_client
@@ -144,6 +145,7 @@ def finish(ds: xr.Dataset, *, lazy: bool, progress: bool = False) -> xr.Dataset:
     return ds if lazy else compute(ds, progress=progress)
 
 
+@verb
 def compute(ds: xr.Dataset, *, progress: bool = True) -> xr.Dataset:
     """Compute a lazy Dataset, with progress by finished subregions on the active scheduler.
 

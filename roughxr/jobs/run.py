@@ -17,6 +17,7 @@ import numpy as np
 import xarray as xr
 
 from ..files import archive, disk
+from ..vocabulary.verbs import verb
 from . import lazy as parallel
 from .checkpoint import Checkpoint
 from .executor import Failure, each_finished
@@ -34,6 +35,7 @@ _SLAB = 256
 _IDENTITY = "run"
 
 
+@verb
 def checkpointed(
     compute: Callable[[], Mapping[str, xr.Dataset]],
     output: str | os.PathLike,

@@ -13,6 +13,7 @@ from ..statistics.places import independent_places
 from ..statistics.sampling import Samples, known_samples
 from ..vocabulary import schema
 from ..vocabulary.units import fraction, magnitude
+from ..vocabulary.verbs import verb
 from .registration import Match, matched
 
 _NAME = "pull_off_force"
@@ -26,6 +27,7 @@ _BY_CHANCE = 0.01
 STATISTICS = ("mean", "std", "q5", "q25", "q50", "q75", "q95")
 
 
+@verb
 def against(
     predicted: xr.Dataset,
     measured: xr.Dataset,

@@ -14,12 +14,14 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.units import fraction
+from ..vocabulary.verbs import verb
 from .comparison import against
 from .fitting import VERBS, fit_work_of_adhesion
 
 _ENDS = ("", "_low", "_high")
 
 
+@verb
 def predict_others(
     surfaces: Mapping[str, tuple[xr.Dataset, xr.Dataset]],
     *,

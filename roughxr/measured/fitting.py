@@ -13,6 +13,7 @@ from ..contact.adhesion import adhesive
 from ..statistics.sampling import Samples
 from ..vocabulary import schema
 from ..vocabulary.units import fraction
+from ..vocabulary.verbs import verb
 from .matching import CHANGE, ln_quantiles, matching, positive_forces, predicted_forces, trade
 
 #: Methods that predict pull-offs.
@@ -22,6 +23,7 @@ VERBS = {"superposed": pull_off_map, "adhesive": adhesive}
 _TRIALS = {"superposed": (9, 4.0), "adhesive": (5, 2.0)}
 
 
+@verb
 def fit_work_of_adhesion(
     ds: xr.Dataset,
     measured: xr.Dataset,

@@ -18,6 +18,7 @@ from ..contact.rigid_bodies import rigid
 from ..statistics.sampling import Samples
 from ..vocabulary import schema
 from ..vocabulary.units import fraction
+from ..vocabulary.verbs import verb
 from .matching import CHANGE, Fitted, matching, positive_forces, predicted_forces, trade
 
 #: A number is not determined by forces that depend on it with a smaller exponent than this.
@@ -40,6 +41,7 @@ class _Held(NamedTuple):
     least: float  # smallest value to try
 
 
+@verb
 def fit_adhesion_range(
     ds: xr.Dataset,
     measured: xr.Dataset,
@@ -107,6 +109,7 @@ def fit_adhesion_range(
     return _fitted(ds, measured, held, verb, given, {"subregions": subregions, "law": "exponential", **options})
 
 
+@verb
 def fit_hardness(
     ds: xr.Dataset,
     measured: xr.Dataset,

@@ -6,7 +6,6 @@ line in the piezo's travel. It is fitted there and subtracted everywhere.
 
 from __future__ import annotations
 
-import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +13,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.units import converted, fraction, positive
+from ..vocabulary.verbs import verb, warn
 from .baselines import Baseline, baseline_of, fitted
 from .kept_curves import kept
 
@@ -69,6 +69,7 @@ _NAMES = (
 )
 
 
+@verb
 def curves_pull_off(
     ds: xr.Dataset, *, spring_constant: Any = None, baseline: float = 0.3, curves: bool = False
 ) -> xr.Dataset:
@@ -157,7 +158,7 @@ def _warn_of_slope(out: xr.Dataset, stiffness: float) -> None:
         words += (
             " the spring constant: the sensitivity (nm/V) is too large by that factor at least, and so are the forces"
         )
-        warnings.warn(words, ImplausibleCurves, stacklevel=3)
+        warn(words, ImplausibleCurves)
 
 
 def _read(ds: xr.Dataset, spring_constant: Any) -> tuple[xr.Dataset, float]:

@@ -15,6 +15,7 @@ from .. import statistics
 from .._version import __version__
 from ..files.disk import whole
 from ..vocabulary import schema
+from ..vocabulary.verbs import verb
 
 #: A spreadsheet takes cells that begin with one of these for a formula.
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
@@ -23,6 +24,7 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 FORMATS = (".csv", ".parquet")
 
 
+@verb
 def to_resuspension(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     """Write pull-off forces as the table of adhesion that resuspension models need.
 
@@ -89,6 +91,7 @@ def _levers(ds: xr.Dataset, force: np.ndarray) -> np.ndarray:
     return pd.Series(lever[known]).groupby(pull[known]).mean().loc[force].to_numpy()
 
 
+@verb
 def to_table(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     """Write a result as a tidy table: one row for each entry, one column for each variable and coordinate.
 
@@ -135,6 +138,7 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     return path
 
 
+@verb
 def table(ds: xr.Dataset) -> pd.DataFrame:
     """Return the scalars of a Dataset, such as a roughness, as a table for reading: value, units and meaning.
 

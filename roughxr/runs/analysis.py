@@ -42,6 +42,7 @@ from ..statistics import pull_off
 from ..studies.sensitivities import cut_off_waves, error_budget, sensitivity
 from ..vocabulary import schema
 from ..vocabulary.units import magnitude, whole_number
+from ..vocabulary.verbs import verb
 from .paper_values import PAPER_CONTACT, PAPER_NOTES, PAPER_PAIR, PAPER_SCAN, PAPER_TWIN
 
 #: Formulations that a run compares.
@@ -131,6 +132,7 @@ def paper(output: str | Path, *, budget: int = 4, progress: bool = False) -> dic
     return groups
 
 
+@verb
 def run(
     scan: xr.Dataset,
     output: str | Path,

@@ -10,12 +10,14 @@ import xarray as xr
 
 from ..vocabulary.schema import label, pixel, record, validate
 from ..vocabulary.units import positive, whole_number
+from ..vocabulary.verbs import verb
 from .spectra import power_spectrum
 
 #: A scan is used for waves shorter than this part of its side, and longer than this many pixels.
 _LONGEST, _PIXELS = 0.5, 4.0
 
 
+@verb
 def combined_spectrum(
     scans: Sequence[xr.Dataset], *, window: str | None = "hann", shortest: Any = None, per_decade: int = 10
 ) -> xr.Dataset:

@@ -9,8 +9,10 @@ import xarray as xr
 
 from ..vocabulary.schema import label, pixel, record, validate
 from ..vocabulary.units import is_whole, magnitude, positive
+from ..vocabulary.verbs import verb
 
 
+@verb
 def fill(ds: xr.Dataset, *, method: Any = "linear") -> xr.Dataset:
     """Return a scan whose missing pixels are filled from those around them.
 
@@ -93,6 +95,7 @@ def _filled(height: np.ndarray, method: str, steps: tuple[float, float]) -> np.n
     return out
 
 
+@verb
 def crop(ds: xr.Dataset, *, x: Any = None, y: Any = None) -> xr.Dataset:
     """Return the part of a scan whose pixel centres lie within ranges of x and y.
 
@@ -142,6 +145,7 @@ def _range(value: Any, axis: str) -> tuple[float, float]:
     return low, high
 
 
+@verb
 def resample(ds: xr.Dataset, *, size: Any = None) -> xr.Dataset:
     """Return a scan on square pixels, interpolated linearly between the old pixel centres.
 
@@ -193,6 +197,7 @@ def _places(old: np.ndarray, step: float, axis: str) -> np.ndarray:
     return np.minimum(old[0] + np.arange(count) * step, old[-1])
 
 
+@verb
 def rotate90(ds: xr.Dataset, *, turns: int = 1) -> xr.Dataset:
     """Return a scan turned by quarter turns anticlockwise, as seen with x to the right and y upwards.
 

@@ -15,6 +15,7 @@ import xarray as xr
 
 from ..files.disk import as_characters, uninterrupted, whole
 from ..vocabulary.schema import pixel, validate
+from ..vocabulary.verbs import verb
 from .channel import optional
 
 #: Chunks of a native file: a 512 x 512 block of heights is 2 MiB.
@@ -63,6 +64,7 @@ def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     return Path(path)
 
 
+@verb
 def to_surfacetopography(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     """Write a scan as the NetCDF-3 file that SurfaceTopography and contact.engineering open.
 
@@ -105,6 +107,7 @@ def to_surfacetopography(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     return Path(path)
 
 
+@verb
 def to_gsf(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") -> Path:
     """Write a scan, or another map along x and y, as a Gwyddion Simple Field, which Gwyddion and many others open.
 
@@ -161,6 +164,7 @@ def to_gsf(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") -> 
     return Path(path)
 
 
+@verb
 def to_tiff(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") -> Path:
     """Write a scan, or another map along x and y, as a GeoTIFF, with its place and pixel size, for GIS programs.
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import json
 import stat
-import warnings
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -21,6 +20,7 @@ import xarray as xr
 
 from ..vocabulary.schema import history, label, pixel, record, validate
 from ..vocabulary.units import factor, magnitude
+from ..vocabulary.verbs import warn
 from . import gwyddion, plain, vendors
 from .channel import Channel, UnreadableScan, choose, is_length, listing
 from .netcdf import is_netcdf, open_netcdf, variable_names
@@ -125,7 +125,7 @@ def read_scan(
     ds = labelled(chosen, guarded(path, chosen.read), path)
     ds.attrs.update(_origin(path, family, chosen, found))
     for doubt in [*filter(None, [chosen.doubt]), *_disagreement(found), *doubts(ds)]:
-        warnings.warn(f"{path.name}: {doubt}", ImplausibleScan, stacklevel=2)
+        warn(f"{path.name}: {doubt}", ImplausibleScan)
     return record(ds, "open_scan", file=path.name, **given)
 
 
@@ -151,7 +151,7 @@ def _with_origin(ds: xr.Dataset, path: Path, given: dict[str, Any]) -> xr.Datase
     if "source_sha256" in ds.attrs or any("roughxr" in step for step in history(ds)):
         return ds
     for doubt in size_doubts(ds):
-        warnings.warn(f"{path.name}: {doubt}", ImplausibleScan, stacklevel=2)
+        warn(f"{path.name}: {doubt}", ImplausibleScan)
     ds = label(ds).assign_attrs(source_file=path.name, source_sha256=file_hash(path), source_format="netcdf")
     return record(ds, "open_scan", file=path.name, **given)
 

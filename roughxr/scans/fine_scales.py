@@ -18,6 +18,7 @@ import xarray as xr
 from ..kernels.topography.random_surface import HURST, band_limited, fit_k_correlation, k_correlation
 from ..vocabulary.schema import label, pixel, record, square_pixel, validate
 from ..vocabulary.units import magnitude, positive, whole_number
+from ..vocabulary.verbs import verb
 from . import wavelength
 
 #: Longest waves that the model is fitted to, over the shortest that the scan shows: longer ones are spoiled by
@@ -47,6 +48,7 @@ class Spectrum(NamedTuple):
         return k_correlation(q, self.plateau, self.rolloff, self.hurst)
 
 
+@verb
 def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Any = None) -> xr.Dataset:
     """Fit the self-affine spectrum with a roll-off to a scan's own.
 
@@ -125,6 +127,7 @@ def _rings(squares: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray,
     return 2 * np.pi * q[there], scale * psd[there]
 
 
+@verb
 def add_fine_roughness(
     ds: xr.Dataset,
     *,
@@ -252,6 +255,7 @@ def _interpolated(height: np.ndarray, n: int) -> np.ndarray:
     return between(*((np.arange(size * n) + 0.5) / n - 0.5 for size in height.shape))
 
 
+@verb
 def smooth(ds: xr.Dataset, *, shortest: Any) -> xr.Dataset:
     """Return the scan without waves shorter than a cut-off.
 

@@ -18,6 +18,7 @@ from numpy.polynomial import legendre
 
 from ..vocabulary.schema import label, record, validate
 from ..vocabulary.units import magnitude, whole_number
+from ..vocabulary.verbs import verb
 
 #: Number of times that a background is fitted again without the heights that exceeded the last one.
 ROUNDS = 5
@@ -26,6 +27,7 @@ _ORDERS = {"plane": 1, "quadratic": 2}
 _LINES = ("median", "median_difference")
 
 
+@verb
 def level(
     ds: xr.Dataset,
     *,

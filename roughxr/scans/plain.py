@@ -8,13 +8,13 @@ must therefore come out square unless the caller gives the size too.
 from __future__ import annotations
 
 import re
-import warnings
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from ..vocabulary.units import factor
+from ..vocabulary.verbs import warn
 from .channel import Channel, UnreadableScan, direction_in
 
 NPY = b"\x93NUMPY"
@@ -46,10 +46,7 @@ def text_channels(path: Path) -> list[Channel]:
     header = dict(match.groups() for match in map(_ENTRY.match, text.splitlines()[:100]) if match)
     rows = _matrix(path, text)
     if not text.endswith("\n"):
-        warnings.warn(
-            f"{path.name}: the last line has no end; if the file was cut, its last number is wrong",
-            stacklevel=2,
-        )
+        warn(f"{path.name}: the last line has no end; if the file was cut, its last number is wrong")
     size, lateral_units = _size(header)
     name = header.get("Channel", path.stem)
     return [

@@ -13,6 +13,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.units import is_whole, magnitude
+from ..vocabulary.verbs import verb
 
 __all__ = ["centres", "extent"]
 
@@ -31,6 +32,7 @@ class Window(NamedTuple):
     origin: tuple[float, float]
 
 
+@verb
 def centres(ds: xr.Dataset, subregions: Any = None) -> xr.Dataset:
     """Return the contact centres as coordinates along ``subregion``.
 
@@ -87,6 +89,7 @@ def sample(positions: xr.Dataset, count: int) -> xr.Dataset:
 EDGES = ("scan_x_min", "scan_x_max", "scan_y_min", "scan_y_max")
 
 
+@verb
 def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
     """Return the outer edges of a scan, half a pixel beyond its outermost pixel centres.
 

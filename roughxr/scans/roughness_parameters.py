@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary.schema import label, pixel, record, validate
+from ..vocabulary.verbs import verb
 from .levelling import level
 from .spectra import autocorrelation, power_spectrum
 
@@ -21,6 +22,7 @@ from .spectra import autocorrelation, power_spectrum
 _REFERENCES = {"plane": 1, "mean": 0}
 
 
+@verb
 def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = False) -> xr.Dataset:
     """Return how rough a scan is.
 

@@ -16,8 +16,10 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.units import positive
+from ..vocabulary.verbs import verb
 
 
+@verb
 def dilate(ds: xr.Dataset, *, tip_radius: Any) -> xr.Dataset:
     """Return the image that a parabolic tip takes of a surface.
 
@@ -50,6 +52,7 @@ def dilate(ds: xr.Dataset, *, tip_radius: Any) -> xr.Dataset:
     return _swept(ds, tip_radius, "dilate")
 
 
+@verb
 def erode(ds: xr.Dataset, *, tip_radius: Any) -> xr.Dataset:
     """Return the highest surface that a parabolic tip could have taken an image of.
 
@@ -108,6 +111,7 @@ def _highest(height: np.ndarray, axis: int, step: float, radius: float) -> np.nd
     return grey_dilation(height, structure=parabola.reshape(shape), mode="constant", cval=-np.inf)
 
 
+@verb
 def tip_flags(catalogue: xr.Dataset, *, tip_radius: Any) -> xr.Dataset:
     """Flag the asperities of an image that are sharper than the tip that took it.
 

@@ -7,8 +7,10 @@ import xarray as xr
 
 from ..jobs.records import loading
 from ..vocabulary import schema
+from ..vocabulary.verbs import verb
 
 
+@verb
 def compare(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> xr.Dataset:
     """Compare the force of the superposed asperities with that of the direct simulation, place by place.
 

@@ -12,12 +12,14 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.verbs import verb
 from .sampling import sample_dimension
 
 #: Median absolute deviations above the median: four standard deviations of a normal law.
 THRESHOLD = 6.0
 
 
+@verb
 def debris(
     catalogue: xr.Dataset,
     subregions: xr.Dataset | None = None,

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.verbs import verb
 from .sampling import Samples, per, samples
 
 #: Variables that cannot be negative: a kernel estimate must not extend below zero.
@@ -29,6 +30,7 @@ NOT_NEGATIVE = (
 AT_MOST_ONE = ("axis_ratio",)
 
 
+@verb
 def pdf(
     ds: xr.Dataset,
     name: str,
@@ -101,6 +103,7 @@ def pdf(
     return out
 
 
+@verb
 def cdf(ds: xr.Dataset, name: str, *, weights: Any = None) -> xr.DataArray:
     """Return the empirical cumulative probability of a variable over its subregions or asperities.
 

@@ -6,7 +6,6 @@ samples only, and are NaN for others.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -14,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.verbs import verb, warn
 from .sampling import samples
 
 
@@ -54,6 +54,7 @@ _MOST_SIMULATED = 2000
 _RESULTS = ("shape", "location", "scale", "log_likelihood", "aic", "ks_distance", "ks_p_value")
 
 
+@verb
 def fit(
     ds: xr.Dataset,
     name: str,
@@ -125,10 +126,7 @@ def _judged(values: np.ndarray, name: str, seed: int) -> np.ndarray:
     """Return the samples whose fit is judged by simulation: all, or 2000 of them, with a warning."""
     if values.size <= _MOST_SIMULATED:
         return values
-    warnings.warn(
-        f"{name}: {values.size} samples; ks_p_value is that of {_MOST_SIMULATED} drawn from them, all else of all",
-        stacklevel=3,
-    )
+    warn(f"{name}: {values.size} samples; ks_p_value is that of {_MOST_SIMULATED} drawn from them, all else of all")
     return np.random.default_rng(seed).choice(values, _MOST_SIMULATED, replace=False)
 
 

@@ -15,6 +15,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.units import fraction
+from ..vocabulary.verbs import verb
 from .sampling import SAMPLES, of_a_map
 from .uncertainty import bootstrap
 
@@ -29,6 +30,7 @@ class Pool(NamedTuple):
     p_value: float  # probability of so large a spread due to their own errors alone
 
 
+@verb
 def pooled(
     ds: xr.Dataset,
     name: str,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
@@ -10,11 +9,13 @@ import xarray as xr
 
 from ..contact.estimates import elastic_pull_off
 from ..vocabulary import schema
+from ..vocabulary.verbs import verb, warn
 
 #: Further variables of a cycle's pull-off.
 _OF_CYCLES = ("pull_off_resolution", "pull_off_error", "refinement")
 
 
+@verb
 def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = 2.0) -> xr.Dataset:
     """Return the pull-off of each subregion: the largest pull and its displacement.
 
@@ -77,11 +78,10 @@ def _warn_of_ends(out: xr.Dataset, delta: np.ndarray) -> None:
     pulls = out["pull_off_force"].notnull()
     short, never = int((pulls & ~out["bracketed"]).sum()), int((~pulls).sum())
     if short or never:
-        warnings.warn(
+        warn(
             f"the sweep from {delta[0]:g} to {delta[-1]:g} nm is too short for {short + never} of {pulls.size} places: "
             f"at {short} the largest pull stands at its end, at {never} nothing pulls; take a longer one, or leave "
-            "delta out",
-            stacklevel=3,
+            "delta out"
         )
 
 
@@ -158,6 +158,7 @@ def smooth_pull_off(ds: xr.Dataset) -> float:
     return 1.5 * np.pi * work * radius
 
 
+@verb
 def reduction(ds: xr.Dataset) -> xr.Dataset:
     """Return a pull-off with its ratio to that of the smooth sphere.
 

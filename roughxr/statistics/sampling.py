@@ -5,11 +5,12 @@ NaN marks a place where there was nothing to measure; it is left out, and counte
 
 from __future__ import annotations
 
-import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+
+from ..vocabulary.verbs import warn
 
 #: Dimensions along which samples lie, and the coordinates of their places.
 PLACES = {"subregion": ("subregion_x", "subregion_y"), "asperity": ("x", "y")}
@@ -63,9 +64,7 @@ def warn_of_missing(name: str, missing: int, total: int, why: str | None = None)
     """Warn that statistics leave samples out, where some are missing."""
     if missing:
         reason = f" ({why})" if why else ""
-        warnings.warn(
-            f"{name}: statistics of {total - missing} of {total} samples, the others are missing{reason}", stacklevel=4
-        )
+        warn(f"{name}: statistics of {total - missing} of {total} samples, the others are missing{reason}")
 
 
 def of_a_map(ds: xr.Dataset, *names: str) -> xr.Dataset:

@@ -9,9 +9,11 @@ from typing import Any
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.verbs import verb
 from .sampling import SAMPLES, of_a_map, warn_of_missing
 
 
+@verb
 def summary(
     ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.75, 0.95), weights: Any = None
 ) -> xr.Dataset:

@@ -11,7 +11,6 @@ negative, and for spreads, this is done to the logarithms, so that no interval e
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -19,6 +18,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.verbs import verb, warn
 from .places import block_side, blocks, independent_places
 from .sampling import Samples, other_dimensions, samples
 
@@ -37,6 +37,7 @@ class Resampling(NamedTuple):
     members: list[np.ndarray] | None  # indices of the samples in each block
 
 
+@verb
 def bootstrap(
     ds: xr.Dataset,
     name: str,
@@ -115,7 +116,7 @@ def bootstrap(
     found = _fewer(every, seed)
     if found is not every:
         words = f"{name}: {every.values.size} samples; intervals are those of {_MOST} drawn from them, estimates of all"
-        warnings.warn(words, stacklevel=2)
+        warn(words)
     ways = {
         "block": _resampling(found, block, None if within is None else samples(within, name)),
         "naive": Resampling(float(found.values.size), 0.0, None),

@@ -18,6 +18,7 @@ from ..asperity.asperity_sum import fit_of
 from ..asperity.catalogue import asperities
 from ..bodies import materials
 from ..vocabulary import schema
+from ..vocabulary.verbs import verb
 
 #: Units of variables proportional to E*.
 _STRESSES = ("nN", "GPa", "nN nm")
@@ -32,6 +33,7 @@ _SCALING = (*_OF_ASPERITIES, "direct", "adhesive", "rigid")
 _FIXED = ("load", "preload"), ("hardness", "hardness_estimate")
 
 
+@verb
 def vary(
     ds: xr.Dataset,
     solve: Callable[..., xr.Dataset],

@@ -8,8 +8,10 @@ from typing import Any
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.verbs import verb
 
 
+@verb
 def over_scans(
     scans: Sequence[xr.Dataset] | Mapping[str, xr.Dataset], solve: Callable[..., xr.Dataset], **options: Any
 ) -> xr.Dataset:

@@ -15,6 +15,7 @@ from ..contact.rigid_bodies import rigid
 from ..scans import add_fine_roughness, crop, regions, self_affine_fit, smooth
 from ..vocabulary import schema
 from ..vocabulary.units import whole_number
+from ..vocabulary.verbs import verb
 
 METHODS = ("rigid", "adhesive")
 
@@ -42,6 +43,7 @@ class _Method(NamedTuple):
     options: dict[str, Any]
 
 
+@verb
 def scale_dependence(
     ds: xr.Dataset,
     *,

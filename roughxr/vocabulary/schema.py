@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from .._version import __version__
-from .units import converted, magnitude
+from .units import in_units, magnitude
 
 #: Public names; the others are for roughxr's own functions.
 __all__ = [
@@ -208,7 +208,7 @@ VARIABLES: dict[str, Variable] = {
     "parting_delta": Variable("nm", "displacement from which on both part", "counted from the datum"),
     "mean_parting_delta": Variable("nm", "displacement from which on the means part", "counted from the datum"),
     "overlap_fraction": Variable("1", "contacts that overlap a neighbour's", "of all contacts"),
-    "pdf": Variable("1", "probability density"),
+    "pdf": Variable("", "probability density", "per unit of the variable"),
     "cdf": Variable("1", "cumulative probability"),
     "statistic": Variable("1", "statistic"),
     "resampling": Variable(
@@ -484,6 +484,41 @@ def kind_of(ds: xr.Dataset) -> str | None:
     return None
 
 
+def entered(data: Any) -> Any:
+    """Return a Dataset or DataArray in the units of `VARIABLES`; itself where it already is.
+
+    Every variable and coordinate of a known name that states other units is converted, be it by its attribute or as a
+    pint array; what states none is taken to be in the table's.
+
+    Raises
+    ------
+    ValueError
+        If units do not convert: the message says of which variable, what was expected and what was found.
+
+    Examples
+    --------
+    >>> ds = xr.Dataset({"pull_off_force": ("subregion", [0.5], {"units": "uN"})})
+    >>> entered(ds).pull_off_force.values.tolist(), entered(entered(ds)).pull_off_force.units
+    ([500.0], 'nN')
+    """
+    coords = _in_table(data.coords)
+    if isinstance(data, xr.DataArray):
+        own = _in_table({data.name: data}).get(data.name)
+        out = data if own is None else data.copy(data=own.data).assign_attrs(own.attrs)
+        return out.assign_coords(coords) if coords else out
+    variables = _in_table(data.data_vars)
+    if not variables and not coords:
+        return data
+    return data.drop_vars(coords).assign(variables).assign_coords(coords)
+
+
+def _in_table(arrays: Mapping[Any, xr.DataArray]) -> dict[str, xr.Variable]:
+    """Return, in the table's units, those of the arrays that are not."""
+    known = {name: VARIABLES[name].units for name in arrays if name in VARIABLES and VARIABLES[name].units}
+    found = {name: in_units(arrays[name].variable, units, name) for name, units in known.items()}
+    return {name: variable for name, variable in found.items() if variable is not arrays[name].variable}
+
+
 def validate(ds: Any, kind: str) -> xr.Dataset:
     """Return ``ds`` in roughxr's units and dimension order; raise where it is not of the kind.
 
@@ -495,7 +530,7 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
     Returns
     -------
     Dataset
-        A scan with ``height`` along (x, y), nm; the other kinds unchanged.
+        In the units of `VARIABLES`; a scan with ``height`` along (x, y).
 
     Raises
     ------
@@ -528,6 +563,7 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
             )
     if kind == "asperities":
         _refuse_duplicates(ds)
+    ds = entered(ds)
     return _validated_scan(ds) if kind == "scan" else ds
 
 
@@ -551,14 +587,13 @@ def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
             f"height: expected dimensions ('x', 'y'), found {tuple(ds['height'].dims)}; "
             "choose one image with .isel or .sel first"
         )
-    out = ds.copy()
     for axis in ("x", "y"):
         if axis not in ds.coords:
             raise ValueError(f"{axis}: expected a coordinate of pixel centres in nm, found none; assign one")
-        out[axis] = converted(ds[axis], "nm", axis).variable
-        spacing(out[axis])
-    # as a bare variable: with its axes still in other units, xarray would align it to nothing
-    out["height"] = _plain_heights(converted(ds["height"], "nm", "height").transpose("x", "y").variable)
+        spacing(ds[axis])
+    out = ds.assign(height=_plain_heights(ds["height"].variable.transpose("x", "y")))
+    for name in ("x", "y", "height"):
+        out[name].attrs.setdefault("units", "nm")
     return out
 
 

@@ -85,7 +85,7 @@ def magnitude(value: Any, units: str, name: str) -> Any:
     >>> round(magnitude("6.5e-20 J", "nN nm", "hamaker_constant"), 6)
     0.065
     """
-    number = _convert(value, units, name)
+    number = plain(value, units, name)
     try:
         number = np.asarray(number, dtype=float)
     except (TypeError, ValueError):
@@ -95,7 +95,19 @@ def magnitude(value: Any, units: str, name: str) -> Any:
     return float(number) if number.ndim == 0 else number
 
 
-def _convert(value: Any, units: str, name: str) -> Any:
+def carries_units(value: Any) -> bool:
+    """Return whether a value, or one of several, states its units: a quantity, text with a number, a DataArray."""
+    if isinstance(value, str):
+        return bool(_NUMBER.match(value))
+    if isinstance(value, (list, tuple)):
+        return any(carries_units(one) for one in value)
+    return isinstance(value, xr.DataArray) or (hasattr(value, "magnitude") and hasattr(value, "units"))
+
+
+def plain(value: Any, units: str, name: str) -> Any:
+    """Return ``value`` in ``units`` where it states its own, else as it is."""
+    if isinstance(value, (list, tuple)) and carries_units(value):
+        return [plain(one, units, name) for one in value]
     if isinstance(value, (Real, np.ndarray, list, tuple, range)):
         return value
     try:
@@ -106,11 +118,11 @@ def _convert(value: Any, units: str, name: str) -> Any:
             if value.unitless and units != "1":
                 return value.magnitude
         if isinstance(value, xr.DataArray):
-            return value.values * factor(value.attrs.get("units", units), units)
+            return in_units(value.variable, units, name).values
         if hasattr(value, "magnitude") and hasattr(value, "units"):
             return value.magnitude * factor(f"{value.units}", units)
     except ValueError as error:
-        raise ValueError(f"{name}: {error}") from None
+        raise ValueError(f"{name}: {str(error).removeprefix(f'{name}: ')}") from None
     except Exception as error:
         raise ValueError(f"{name}: expected a quantity such as '3 {units}', found {value!r} ({error})") from None
     return value
@@ -145,6 +157,55 @@ def fraction(value: Any, name: str) -> float:
     return number
 
 
+def in_units(variable: xr.Variable, units: str, name: str) -> xr.Variable:
+    """Return a variable in ``units``: converted if it states others, as it is if it states none.
+
+    The units are those of its pint array or of its attribute ``units``. Lazy arrays stay lazy.
+
+    Raises
+    ------
+    ValueError
+        If its units do not convert.
+
+    Examples
+    --------
+    >>> in_units(xr.Variable("x", [0.5, 1.0], {"units": "um"}), "nm", "x").values.tolist()
+    [500.0, 1000.0]
+    """
+    stated = variable.attrs.get("units")
+    if stated == units or variable.dtype.kind not in "fiu":
+        return variable
+    data = variable.data if stated is None else None  # a file's data are not read for what its attributes say
+    held = getattr(data, "units", None)
+    if not stated and held is None:
+        return variable
+    stated = str(held if stated is None else stated)
+    try:
+        ratio = factor(stated, units)
+    except ValueError:
+        raise ValueError(
+            f"{name}: expected units that convert to {units!r}, found {stated!r}; correct its attribute 'units', or "
+            "rename what is something else"
+        ) from None
+    if data is None and ratio == 1.0:
+        out = variable.copy(deep=False)
+        out.attrs = {**variable.attrs, "units": units}
+        return out
+    data = variable.data if data is None else data.magnitude
+    return xr.Variable(variable.dims, data * ratio if ratio != 1.0 else data, {**variable.attrs, "units": units})
+
+
+def mass_power(units: str) -> float:
+    """Return the power of mass in units: 1 for forces, pressures, energies and works, 0 for lengths.
+
+    Examples
+    --------
+    >>> [mass_power(units) for units in ("nN", "J m-2", "GPa", "nm-1", "1")]
+    [1.0, 1.0, 1.0, 0.0, 0.0]
+    """
+    return float(_registry().Quantity(1.0, units).dimensionality.get("[mass]", 0.0))
+
+
 def converted(array: xr.DataArray, units: str, name: str) -> xr.DataArray:
     """Return ``array`` in ``units``, lazily where it is lazy; its ``units`` attribute must be there.
 
@@ -153,16 +214,10 @@ def converted(array: xr.DataArray, units: str, name: str) -> xr.DataArray:
     ValueError
         If the attribute is missing or its units do not convert.
     """
-    found = array.attrs.get("units")
-    if not found:
+    if not array.attrs.get("units"):
         raise ValueError(
             f"{name}: expected a 'units' attribute that converts to {units!r}, found none; "
             f"set it, for example ds[{name!r}].attrs['units'] = {units!r}"
         )
-    try:
-        ratio = factor(str(found), units)
-    except ValueError as error:
-        raise ValueError(f"{name}: {error}") from None
-    if ratio == 1.0:
-        return array if found == units else array.assign_attrs(units=units)
-    return (array * ratio).assign_attrs({**array.attrs, "units": units})
+    found = in_units(array.variable, units, name)
+    return array if found is array.variable else array.copy(data=found.data).assign_attrs(found.attrs)

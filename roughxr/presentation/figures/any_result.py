@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ...vocabulary import schema
+from ...vocabulary.verbs import verb
 from .budget_figure import cut_off, error_budget
 from .contact_fields import field_map
 from .detachment_figure import fraction_remaining, mode_map, moment_rose
@@ -21,6 +22,7 @@ from .style import axes, label_axis, stroke, styled
 from .yielding_figure import force_loop
 
 
+@verb
 def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: Any) -> Any:
     """Draw a scan, an asperity catalogue, a solution, a pull-off or one of their variables.
 
@@ -124,6 +126,7 @@ def _samples(ds: xr.Dataset, *, name: str, ax: Any, on: str = "distribution", **
 
 
 @styled
+@verb
 def plot_array(array: xr.DataArray, *, ax: Any = None, **options: Any) -> Any:
     """Draw a density as steps between its bins' edges, a map with x to the right, and anything else as xarray does.
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ...vocabulary.verbs import verb
 from .sensitivity_figure import tornado
 from .style import BLACK, BLUE, COLUMN, GREY, ORANGE, SMALL, VERMILION, axes, label_axis, legend, styled, tidy
 
@@ -16,6 +17,7 @@ _APART = "shorter waves"
 
 
 @styled
+@verb
 def error_budget(ds: xr.Dataset, *, ax: Any = None):
     """Draw the entries of an error budget as bars, in per cent of the mean pull-off, their total below them.
 
@@ -72,6 +74,7 @@ def _bar(ax, row: int, value: float, color: str) -> None:
 
 
 @styled
+@verb
 def cut_off(ds: xr.Dataset, *, ax: Any = None):
     """Draw the pull-off over the shortest wave of the surface: every place, and the mean with its scatter.
 
@@ -131,6 +134,7 @@ def _plain_ticks(ax, waves: np.ndarray) -> None:
     ax.set_xticks(waves, [f"{wave:.3g}" for wave in waves])
 
 
+@verb
 def budget_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]]:
     """Yield the figures of a run's error budget, by name, as far as the run holds one.
 

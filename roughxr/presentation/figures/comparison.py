@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ...vocabulary.verbs import verb
 from .style import BLACK, BLUE, GREY, VERMILION, axes, label_axis, legend, styled
 
 
 @styled
+@verb
 def method_comparison(ds: xr.Dataset, *, mark: float | None = None, ax: Any = None):
     """Draw superposed over direct force against displacement: places, their middle half, and their median.
 

@@ -9,11 +9,13 @@ import xarray as xr
 
 from ...scans import regions
 from ...vocabulary import schema
+from ...vocabulary.verbs import verb
 from .images import COLOURS, image
 from .style import BLACK, BLUE, GREY, ORANGE, TEXT, axes, fold_labels, label_axes, label_axis, legend, panels, styled
 
 
 @styled
+@verb
 def field_map(
     ds: xr.Dataset,
     name: str = "pressure",
@@ -77,6 +79,7 @@ def _nothing_touches(ax, one: xr.Dataset):
 
 
 @styled
+@verb
 def topography_map(
     ds: xr.Dataset,
     scan: xr.Dataset,
@@ -124,6 +127,7 @@ def topography_map(
 
 
 @styled
+@verb
 def pressure_on_topography(
     ds: xr.Dataset,
     scan: xr.Dataset,
@@ -176,6 +180,7 @@ def pressure_on_topography(
 
 
 @styled
+@verb
 def contact_section(
     ds: xr.Dataset, scan: xr.Dataset, *, subregion: int = 0, delta: float | None = None, ax: Any = None
 ):
@@ -234,6 +239,7 @@ def contact_section(
 
 
 @styled
+@verb
 def contact_maps(
     ds: xr.Dataset, scan: xr.Dataset, *, subregion: int = 0, delta: float | None = None, ax: Any = None
 ) -> np.ndarray:

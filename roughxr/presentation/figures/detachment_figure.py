@@ -9,6 +9,7 @@ import xarray as xr
 
 from ...detachment.balance import MODES, NEITHER, NO_CONTACT
 from ...vocabulary import schema
+from ...vocabulary.verbs import verb
 from .maps import draw_places
 from .rose import polar
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, axes, label_axes, legend, stroke, styled
@@ -21,6 +22,7 @@ _LETTERED = 150
 
 
 @styled
+@verb
 def moment_rose(ds: xr.Dataset, *, ax: Any = None):
     """Draw the resisting moment over the direction of rolling: the median place, and half of all places around it.
 
@@ -74,6 +76,7 @@ def moment_rose(ds: xr.Dataset, *, ax: Any = None):
 
 
 @styled
+@verb
 def mode_map(ds: xr.Dataset, *, ax: Any = None):
     """Draw how the sphere comes off at each place: it rolls, slides or lifts, whichever needs the least load.
 
@@ -125,6 +128,7 @@ def mode_map(ds: xr.Dataset, *, ax: Any = None):
 
 
 @styled
+@verb
 def fraction_remaining(ds: xr.Dataset, *, measured: dict[str, tuple[Any, Any]] | None = None, ax: Any = None):
     """Draw the fraction of particles left over friction velocity, with its band, a line for each time.
 

@@ -9,6 +9,7 @@ import xarray as xr
 
 from ... import statistics
 from ...vocabulary import schema
+from ...vocabulary.verbs import verb
 from .style import (
     BLACK,
     SMALL,
@@ -30,6 +31,7 @@ _MOST_BINS = 48
 
 
 @styled
+@verb
 def distribution(
     ds: xr.Dataset,
     name: str,
@@ -112,6 +114,7 @@ def mean_interval(ax, ds: xr.Dataset, name: str, color: str, *, order: int = 0, 
 
 
 @styled
+@verb
 def asperity_statistics(catalogue: xr.Dataset, *, ax: Any = None) -> np.ndarray:
     """Draw the statistics of a surface's asperities: heights, ln(B/A), axis ratio and orientation.
 

@@ -9,11 +9,13 @@ import numpy as np
 import xarray as xr
 
 from ... import statistics
+from ...vocabulary.verbs import verb
 from .distributions import bin_edges, label_density, mean_interval
 from .style import BLACK, GREY, axes, legend, stroke, styled
 
 
 @styled
+@verb
 def fitted_distribution(
     ds: xr.Dataset,
     name: str = "pull_off_force",

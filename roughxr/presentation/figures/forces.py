@@ -11,10 +11,12 @@ import xarray as xr
 from ... import statistics
 from ...contact import reference
 from ...vocabulary import schema
+from ...vocabulary.verbs import verb
 from .style import BLACK, BLUE, GREY, ORANGE, axes, label_axes, label_axis, legend, panels, stroke, styled
 
 
 @styled
+@verb
 def force_fan(
     ds: xr.Dataset,
     *,
@@ -100,6 +102,7 @@ def _pull_unseen(force: xr.DataArray) -> float:
 
 
 @styled
+@verb
 def mean_force(
     solutions: xr.Dataset | Mapping[str, xr.Dataset],
     *,
@@ -176,6 +179,7 @@ def _error_bars(ax, ds: xr.Dataset, statistic: str, confidence: float, color: st
 
 
 @styled
+@verb
 def force_ratio(
     ds: xr.Dataset,
     reference: xr.Dataset,
@@ -236,6 +240,7 @@ def mean_ratio(ds: xr.Dataset, reference: xr.Dataset, *, where: Any = None) -> x
 
 
 @styled
+@verb
 def sweep(
     solutions: Mapping[str, xr.Dataset],
     *,
@@ -309,6 +314,7 @@ def _within(ax, solutions: Mapping[str, xr.Dataset], subregion: int, highest: fl
 
 
 @styled
+@verb
 def against_hertz(ds: xr.Dataset, *, ax: Any = None) -> np.ndarray:
     """Draw a smooth sphere's direct simulation against Hertz's law, and its relative error below.
 

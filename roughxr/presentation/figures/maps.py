@@ -9,11 +9,13 @@ import xarray as xr
 
 from ...scans import regions
 from ...vocabulary import schema
+from ...vocabulary.verbs import verb
 from .images import COLOURS, colorbar, colour_map, image
 from .style import BLACK, ORANGE, axes, label_axes, styled
 
 
 @styled
+@verb
 def scan_map(
     ds: xr.Dataset,
     *,
@@ -61,6 +63,7 @@ def scan_map(
 
 
 @styled
+@verb
 def contact_grid(ds: xr.Dataset, subregions: Any = None, *, ax: Any = None, highlight: Any = None, **options: Any):
     """Draw a scan with the contact centres on it, and the tiles where they lie on a grid.
 
@@ -97,6 +100,7 @@ def contact_grid(ds: xr.Dataset, subregions: Any = None, *, ax: Any = None, high
 
 
 @styled
+@verb
 def asperity_map(
     ds: xr.Dataset,
     catalogue: xr.Dataset,
@@ -157,6 +161,7 @@ def asperity_map(
 
 
 @styled
+@verb
 def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Any = None, cmap: str = "rocket_r"):
     """Draw one value for each contact centre, such as the pull-off force, at its place on the scan.
 

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ...measured import against
+from ...vocabulary.verbs import verb
 from .distributions import distribution
 from .style import BLACK, BLUE, GREY, axes, label_axis, legend, panels, styled
 
@@ -15,6 +16,7 @@ _NAME = "pull_off_force"
 
 
 @styled
+@verb
 def quantile_quantile(ds: xr.Dataset, *, ax: Any = None):
     """Draw measured against predicted quantiles, with the line on which both are equal.
 
@@ -58,6 +60,7 @@ def quantile_quantile(ds: xr.Dataset, *, ax: Any = None):
 
 
 @styled
+@verb
 def predicted_and_measured(predicted: xr.Dataset, measured: xr.Dataset, *, found: Any = None, ax: Any = None):
     """Draw both distributions, and their quantiles against each other.
 

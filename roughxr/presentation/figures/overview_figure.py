@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import xarray as xr
 
+from ...vocabulary.verbs import verb
 from .contact_fields import field_map
 from .distributions import distribution
 from .maps import contact_grid
@@ -16,6 +17,7 @@ _SHOWN = {"adhesive": "direct simulation with adhesion", "energy": "superposed, 
 
 
 @styled
+@verb
 def overview(run: Mapping[str, xr.Dataset]):
     """Draw the scan with its contact centres, the pressure under one of them, and the pull-off forces.
 

@@ -13,6 +13,7 @@ import xarray as xr
 
 from ...scans import regions
 from ...statistics import debris
+from ...vocabulary.verbs import verb
 from .contact_fields import contact_maps
 from .distributions import asperity_statistics, distribution
 from .forces import against_hertz, force_ratio, hertz_error, jkr_sphere, mean_force, mean_ratio, sweep
@@ -43,6 +44,7 @@ _FORMULATIONS = {
 }
 
 
+@verb
 def paper_figures(run: Run) -> Iterator[tuple[str, object]]:
     """Yield the paper's figures 2–16, each with its number in the paper.
 
@@ -74,6 +76,7 @@ def paper_figures(run: Run) -> Iterator[tuple[str, object]]:
         yield name, styled(_drawn)(name, draw, _Groups(run))
 
 
+@verb
 def run_figures(run: Run) -> Iterator[tuple[str, object]]:
     """Yield the same figures for a run on any scan, named by what they show, without the paper's numbers.
 

@@ -8,10 +8,12 @@ import numpy as np
 import xarray as xr
 
 from ...vocabulary import schema
+from ...vocabulary.verbs import verb
 from .style import BLACK, BLUE, COLUMN, SMALL, styled
 
 
 @styled
+@verb
 def orientation_rose(catalogue: xr.Dataset, *, bins: int = 18, ax: Any = None):
     """Draw the orientation of the asperities' flattest direction as a polar histogram.
 

@@ -8,6 +8,7 @@ import pandas as pd
 import xarray as xr
 
 from ...measured import against
+from ...vocabulary.verbs import verb
 from .intervals import force_unit
 
 Run = Mapping[str, xr.Dataset]
@@ -30,6 +31,7 @@ def compared(run: Run) -> Run:
     return {**run, COMPARED: against(prediction(run), run[MEASURED])}
 
 
+@verb
 def measured_words(run: Run) -> list[str]:
     """Return sentences on what was measured, and on whether it agrees with the predicted distribution.
 
@@ -64,6 +66,7 @@ def measured_words(run: Run) -> list[str]:
     return [*said, f"Places: {found.attrs['places']}."]
 
 
+@verb
 def measured_table(run: Run) -> pd.DataFrame:
     """Return predicted and measured statistics with their ratio, in a suitable unit.
 

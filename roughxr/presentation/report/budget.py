@@ -9,6 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from ...statistics import bootstrap, smooth_pull_off
+from ...vocabulary.verbs import verb
 from .intervals import force_unit
 
 Run = Mapping[str, xr.Dataset]
@@ -16,6 +17,7 @@ Run = Mapping[str, xr.Dataset]
 BUDGET, WAVES = "statistics/error_budget", "statistics/shorter_waves"
 
 
+@verb
 def headline(run: Run) -> str:
     """Return the mean pull-off with its interval, and for which surface it holds.
 
@@ -73,6 +75,7 @@ def _beyond(run: Run, unit: str, size: float) -> str:
     )
 
 
+@verb
 def budget_table(run: Run) -> pd.DataFrame:
     """Return the error budget: error of the mean pull-off in per cent, and how it was computed.
 

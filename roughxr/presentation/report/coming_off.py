@@ -10,6 +10,7 @@ import xarray as xr
 
 from ...detachment import resuspension, with_pull_off
 from ...detachment.balance import MODES
+from ...vocabulary.verbs import verb
 
 Run = Mapping[str, xr.Dataset]
 
@@ -26,6 +27,7 @@ _SPEEDS, _BEYOND = 40, 3.0
 _RESTS = 3
 
 
+@verb
 def detachment_table(run: Run) -> pd.DataFrame:
     """Return the resistance against rolling, and the flow of air that overcomes it, by method.
 
@@ -57,6 +59,7 @@ def detachment_table(run: Run) -> pd.DataFrame:
     return table
 
 
+@verb
 def moments_of(run: Run, method: str = "adhesive") -> xr.Dataset:
     """Return the run's resisting moments, with the pull-off forces of a method.
 
@@ -109,6 +112,7 @@ def _not_settled(held: xr.Dataset) -> xr.DataArray:
     return (held["contacts"] < _RESTS) & held["resisting_moment"].notnull().all("direction")
 
 
+@verb
 def coming_off_words(run: Run) -> list[str]:
     """Return the caveats of the table: one sentence each, none for a run without its groups.
 

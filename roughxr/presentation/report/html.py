@@ -20,6 +20,7 @@ from ...files.disk import whole
 from ...scans import level
 from ...scans.regions import extent
 from ...vocabulary import schema
+from ...vocabulary.verbs import verb
 from .beside_measured import COMPARED, MEASURED, compared, measured_table, measured_words
 from .budget import BUDGET, budget_table, headline
 from .coming_off import COMING_OFF, coming_off_words, detachment_table
@@ -36,6 +37,7 @@ CITATION = (
 )
 
 
+@verb
 def write_report(
     path: str | os.PathLike, output: str | os.PathLike | None = None, *, measured: xr.Dataset | None = None
 ) -> Path:
@@ -84,6 +86,7 @@ def write_report(
     return output
 
 
+@verb
 def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
     """Return the page as text.
 

@@ -9,6 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from ... import statistics
+from ...vocabulary.verbs import verb
 
 #: The main numbers of pull-off: words, variable, statistic.
 _PULL_OFF = (
@@ -26,6 +27,7 @@ PLACES = ("all places", "without debris")
 _COLUMNS = ("estimate", "low", "high", "naive low", "naive high", "independent places")
 
 
+@verb
 def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> pd.DataFrame:
     """Return the main numbers with their 95 % intervals by block and by naive bootstrap.
 

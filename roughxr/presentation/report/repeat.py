@@ -9,8 +9,10 @@ from typing import Any
 import xarray as xr
 
 from ...vocabulary import schema
+from ...vocabulary.verbs import verb
 
 
+@verb
 def command(run: Mapping[str, xr.Dataset]) -> str:
     """Return the command line that repeats a run.
 

@@ -10,6 +10,7 @@ import xarray as xr
 
 from ...scans.regions import extent
 from ...statistics import compare, smooth_pull_off
+from ...vocabulary.verbs import verb
 from .intervals import force_unit, marked
 from .paper_rows import of_the_paper
 
@@ -21,6 +22,7 @@ _MICRO = 1e-3  # µm per nm
 _PARTING = "superposed and direct part by 10 %, median place [nm]"
 
 
+@verb
 def contact_table(
     run: Mapping[str, xr.Dataset],
     paper: Mapping[str, float] | None = None,
@@ -169,6 +171,7 @@ def _parting(superposed: xr.Dataset, direct: xr.Dataset) -> float:
     return float(parting.median())
 
 
+@verb
 def scan_table(
     run: Mapping[str, xr.Dataset],
     paper: Mapping[str, float] | None = None,
@@ -237,6 +240,7 @@ _FORMULAS = {
 }
 
 
+@verb
 def formula_table(run: Mapping[str, xr.Dataset]) -> pd.DataFrame:
     """Return the pull-off by the usual formulas, and its ratio to the sum over the scan.
 

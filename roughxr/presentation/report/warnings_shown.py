@@ -9,6 +9,7 @@ import xarray as xr
 
 from ...scans import doubts
 from ...vocabulary import schema
+from ...vocabulary.verbs import verb
 from .budget import resolution
 from .intervals import flagged
 from .tables import mesh_change
@@ -22,6 +23,7 @@ _LITTLE_YIELD = 0.5
 _COARSE = 0.1
 
 
+@verb
 def cautions(run: Run) -> list[str]:
     """Return cautions about a run's numbers, one sentence each, none if there is no reason for any.
 
@@ -72,6 +74,7 @@ def _coarse(run: Run) -> str:
     )
 
 
+@verb
 def superposed(run: Run) -> list[str]:
     """Return what to expect of a run's superposed pull-offs, and which of them exceed the possible.
 

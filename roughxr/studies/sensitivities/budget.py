@@ -23,6 +23,7 @@ from ...scans.tip import tip_flags
 from ...statistics import bootstrap
 from ...vocabulary import schema
 from ...vocabulary.units import positive, whole_number
+from ...vocabulary.verbs import verb
 from ..short_waves import quietly, scale_dependence
 from .verb import sensitivity
 
@@ -64,6 +65,7 @@ class _Entry(NamedTuple):
     how: str
 
 
+@verb
 def error_budget(
     ds: xr.Dataset,
     *,

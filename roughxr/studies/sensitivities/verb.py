@@ -15,6 +15,7 @@ from ...jobs.progress import teller
 from ...scans import regions
 from ...vocabulary import schema
 from ...vocabulary.units import magnitude, positive, whole_number
+from ...vocabulary.verbs import verb
 from .changes import CHANGES, OF_FITS, OF_SOLVES, OF_YIELD, SETTINGS, SIMULATED, cases
 from .simulated import Simulation, simulated
 from .superposed import Sweep, superposed, sweep_of
@@ -22,6 +23,7 @@ from .superposed import Sweep, superposed, sweep_of
 METHODS = ("superpose", "adhesive")
 
 
+@verb
 def sensitivity(
     ds: xr.Dataset,
     *,

@@ -15,6 +15,7 @@ from ....files import archive
 from ....files.disk import whole
 from ....vocabulary import schema
 from ....vocabulary.units import whole_number
+from ....vocabulary.verbs import verb
 from ..warnings_shown import cautions
 from . import images, places
 from .contact_maps import contact_maps
@@ -81,6 +82,7 @@ def write_explorer(
     return output
 
 
+@verb
 def explorer_page(
     run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc", loops: int = 16, progress: bool = False
 ) -> str:

@@ -1,0 +1,101 @@
+"""The door of every public verb: whatever enters is in the units of the vocabulary's table before the verb sees it.
+
+`verb` decorates the public functions. Datasets and DataArrays are converted by the names of their variables and
+coordinates, also within lists and mappings; options by their own names: a pint quantity, text such as "3 um", a
+DataArray with ``units``, or several of these. Plain numbers pass as they are, in the units of the documentation.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import sys
+import warnings
+from collections.abc import Callable, Mapping
+from typing import Any, ParamSpec, TypeVar
+
+import numpy as np
+import xarray as xr
+
+from .schema import VARIABLES, entered
+from .units import carries_units, plain
+
+_P, _R = ParamSpec("_P"), TypeVar("_R")
+
+#: Units of options: of those named as variables are, and of the others.
+OPTIONS = {name: known.units for name, known in VARIABLES.items() if known.units not in ("", "1")} | {
+    "adhesion_strength": "GPa",
+    "amplitude": "nm",
+    "atomic_radius": "nm",
+    "block": "nm",
+    "density": "kg m-3",
+    "equilibrium_distance": "nm",
+    "exclude_above": "nm",
+    "frequency": "Hz",
+    "friction_coefficient": "1",
+    "gravity": "m s-2",
+    "length": "nm",
+    "mark": "nm",
+    "medium_density": "kg m-3",
+    "particle_density": "kg m-3",
+    "plane_spacing": "nm",
+    "radius": "nm",
+    "reach": "nm",
+    "retardation": "nm",
+    "shear_strength": "GPa",
+    "shift": "nm",
+    "shortest": "nm",
+    "shown": "nm",
+    "smoothing": "nm",
+    "spring_constant": "nN nm-1",
+    "step": "nm",
+    "strength": "GPa",
+    "subregions": "nm",
+    "surface_energy": "J m-2",
+    "viscosity": "m2 s-1",
+    "width": "nm",
+    "young_modulus": "GPa",
+}
+
+
+def verb(function: Callable[_P, _R]) -> Callable[_P, _R]:
+    """Return a public function whose Datasets and options enter in the units of the vocabulary's table."""
+    names = list(inspect.signature(function).parameters)
+
+    @functools.wraps(function)
+    def called(*arguments: _P.args, **options: _P.kwargs) -> _R:
+        given = [_entered(value, name) for name, value in zip(names, arguments)]
+        rest = arguments[len(given) :]
+        return function(*given, *rest, **{name: _entered(value, name) for name, value in options.items()})
+
+    return called
+
+
+def _entered(value: Any, name: str) -> Any:
+    """Return an argument in the table's units; itself where nothing is to convert."""
+    if name in OPTIONS and carries_units(value):
+        return _number(value, name)
+    if isinstance(value, (xr.Dataset, xr.DataArray)):
+        return entered(value)
+    if isinstance(value, Mapping):
+        new = {key: _entered(one, str(key)) for key, one in value.items()}
+        return value if all(new[key] is value[key] for key in new) else new
+    if isinstance(value, (list, tuple)):
+        new = [_entered(one, "") for one in value]
+        return value if all(one is other for one, other in zip(new, value)) else type(value)(new)
+    return value
+
+
+def _number(value: Any, name: str) -> Any:
+    """Return an option that carries units as plain numbers; two scalars of ``subregions`` are one place."""
+    if name == "subregions" and isinstance(value, (list, tuple)):
+        return tuple(np.atleast_1d(plain(one, "nm", name)) if carries_units(one) else one for one in value)
+    return plain(value, OPTIONS[name], name)
+
+
+def warn(words: str, category: type[Warning] = UserWarning) -> None:
+    """Warn at the line of the user's own code, however deep in the package it is found out."""
+    frame, above = sys._getframe(), 1
+    while frame.f_back and str(frame.f_globals.get("__name__")).partition(".")[0] == __package__.partition(".")[0]:
+        frame, above = frame.f_back, above + 1
+    warnings.warn(words, category, stacklevel=above)
