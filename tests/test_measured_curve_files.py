@@ -10,8 +10,9 @@ import xarray as xr
 
 import roughxr
 from roughxr.cli import main
+from roughxr.files import reader_process
 from roughxr.measured import curve_reader
-from roughxr.scans import UnreadableScan, vendor_process
+from roughxr.scans import UnreadableScan
 
 from . import force_curves as made
 
@@ -192,8 +193,8 @@ def test_foreign_files_are_refused(tmp_path):
 
 def test_a_file_that_keeps_its_reader_busy_is_given_up(tmp_path, volume, monkeypatch):
     whole = roughxr.open_pull_off(volume[0])
-    monkeypatch.setattr(vendor_process, "SECONDS", 0.3)
-    monkeypatch.setattr(vendor_process, "BYTES_PER_SECOND", 1e12)
+    monkeypatch.setattr(reader_process, "SECONDS", 0.3)
+    monkeypatch.setattr(reader_process, "BYTES_PER_SECOND", 1e12)
     rows = "1\t2\t3\t1\n" * 1_500_000
     (tmp_path / "long.tab").write_text(f"{_tab_head('force', 'height (piezo)', 'time', 'segment')}{rows}")
     start = time.monotonic()
@@ -202,7 +203,7 @@ def test_a_file_that_keeps_its_reader_busy_is_given_up(tmp_path, volume, monkeyp
     assert time.monotonic() - start < 30
     monkeypatch.undo()
     xr.testing.assert_identical(roughxr.open_pull_off(volume[0]), whole)
-    assert (os.getpid(), curve_reader.__file__) in vendor_process._running
+    assert (os.getpid(), curve_reader.__file__) in reader_process._running
 
 
 def _tab_head(*columns):

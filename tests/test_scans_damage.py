@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.scans import ImplausibleScan, UnreadableScan, describe, doubts, open_scan, vendor_process
+from roughxr.files import reader_process
+from roughxr.scans import ImplausibleScan, UnreadableScan, describe, doubts, open_scan, vendor_reader
 
 from .afm_files import WRITERS, given, picture, size_of
 from .surfaces import rough
@@ -197,8 +198,8 @@ def test_a_file_that_keeps_its_reader_busy_is_given_up(tmp_path, monkeypatch):
     rows = picture()
     sound = WRITERS["bruker"](tmp_path, rows, size_of(rows))
     whole = open_scan(sound)  # the process is there: what follows is the file's own time
-    process = vendor_process._running[os.getpid(), vendor_process.__file__]
-    monkeypatch.setattr(vendor_process, "SECONDS", 0.5)
+    process = reader_process._running[os.getpid(), vendor_reader.__file__]
+    monkeypatch.setattr(reader_process, "SECONDS", 0.5)
     start = time.monotonic()
     with pytest.raises(UnreadableScan, match=r"pages.tiff: reading it was ended after 1 s.*save or export it again"):
         open_scan(pages(tmp_path / "pages.tiff", 20_000))
@@ -206,15 +207,15 @@ def test_a_file_that_keeps_its_reader_busy_is_given_up(tmp_path, monkeypatch):
     assert process.wait(5) != 0
     monkeypatch.undo()
     xr.testing.assert_identical(open_scan(sound), whole)
-    assert vendor_process._running[os.getpid(), vendor_process.__file__] is not process
+    assert reader_process._running[os.getpid(), vendor_reader.__file__] is not process
 
 
 def test_a_reader_that_dies_is_said_and_started_again(tmp_path):
     rows = picture()
     sound = WRITERS["bruker"](tmp_path, rows, size_of(rows))
     whole = open_scan(sound)
-    vendor_process._running[os.getpid(), vendor_process.__file__].kill()
-    vendor_process._running[os.getpid(), vendor_process.__file__].wait()
+    reader_process._running[os.getpid(), vendor_reader.__file__].kill()
+    reader_process._running[os.getpid(), vendor_reader.__file__].wait()
     xr.testing.assert_identical(open_scan(sound), whole)
 
 
@@ -223,7 +224,7 @@ def test_the_reading_process_goes_with_its_caller(tmp_path):
     rows = picture()
     path = WRITERS["bruker"](tmp_path, rows, size_of(rows))
     code = (
-        "import roughxr, sys; from roughxr.scans import vendor_process as v; roughxr.open_scan(sys.argv[1]);"
+        "import roughxr, sys; from roughxr.files import reader_process as v; roughxr.open_scan(sys.argv[1]);"
         "print(*(p.pid for p in v._running.values()), 'SurfaceTopography' in sys.modules)"
     )
     out = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True)

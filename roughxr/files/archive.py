@@ -6,8 +6,10 @@ made; `xarray.open_datatree` reads them back as they were.
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,8 @@ import xarray as xr
 
 from .._version import __version__
 from ..vocabulary.verbs import verb
-from .disk import as_characters, groups, opened, uninterrupted, unless_interrupted, whole
+from . import checksums, netcdf_reader, reader_process
+from .disk import as_characters, groups, opened, raw, uninterrupted, unless_interrupted, whole
 
 #: Zlib's level 1: half the size of fields in a tenth of the time of level 9.
 _COMPRESSED = {"zlib": True, "complevel": 1}
@@ -87,6 +90,8 @@ def save(
             one[key].data = da.map_blocks(unless_interrupted, one[key].data, meta=one[key].data._meta)
             with uninterrupted():
                 one.to_netcdf(temporary, mode="a", group=name, encoding=_compressed(one), engine="netcdf4")
+        with raw(temporary, "a") as file:
+            checksums.write(file)
     return path
 
 
@@ -116,7 +121,14 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     Returns
     -------
     dict of str to Dataset
-        In memory, except for fields along ``subregion``, which are lazy: each is read when it is used.
+        In memory, except for fields along ``subregion``, which are lazy: each is read, and verified, when it is used.
+
+    Raises
+    ------
+    ValueError
+        If it is damaged: not as its checksums say, which archives of earlier versions do not have.
+    OSError
+        If it is absent.
 
     Examples
     --------
@@ -127,29 +139,70 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     >>> float(groups["solutions/direct"].force.sum())
     3.0
     """
-    return {group: _without_fields(Path(path), group) for group in groups(path)}
+    path = Path(path)
+    kept = verify(path)
+    with _in_words(path):
+        return {group: _without_fields(path, group, kept.get(f"/{group}", {})) for group in groups(path)}
 
 
-def _without_fields(path: Path, group: str) -> xr.Dataset:
+def verify(path: Path) -> dict[str, dict[str, Any]]:
+    """Return the checksums that an archive keeps, all but those of its fields verified.
+
+    Raises
+    ------
+    ValueError
+        If it is damaged.
+    """
+    with _in_words(path):
+        reader_process.ask(path, netcdf_reader.__file__)
+        with raw(path) as file:
+            return checksums.read(file)
+
+
+@contextmanager
+def _in_words(path: Path) -> Iterator[None]:
+    """Raise whatever the libraries say of a damaged archive as one error."""
+    try:
+        yield
+    except (FileNotFoundError, PermissionError, IsADirectoryError):
+        raise
+    except Exception as error:
+        raise ValueError(
+            f"{path}: expected an archive as it was written, found it damaged or changed since, at: {error}; take a "
+            "copy, or compute it again under another name; xarray.open_datatree reads what can be read"
+        ) from error
+
+
+def _without_fields(path: Path, group: str, kept: Mapping[str, Any]) -> xr.Dataset:
     """Return a group in memory, except for its fields."""
     with opened(path, group=group) as ds:
-        fields = [
-            name for name, array in ds.data_vars.items() if array.dims[:1] == ("subregion",) and "x" in array.dims
-        ]
-        lazy = {name: ds[name].variable.copy(data=_Stored(path, group, ds[name]).later()) for name in fields}
-        return ds.drop_vars(fields).load().assign(lazy)
+        fields = [name for name, array in ds.data_vars.items() if checksums.is_field(array.dims, array.dtype)]
+        lazy = {name: _Stored(path, group, ds[name], kept.get(name)).later() for name in fields}
+        return ds.drop_vars(fields).load().assign({name: ds[name].variable.copy(data=lazy[name]) for name in fields})
 
 
 class _Stored:
-    """A variable of an archive, whose file is open only while a part of it is read."""
+    """A field of an archive, whose file is open only while a part of it is read."""
 
-    def __init__(self, path: Path, group: str, array: xr.DataArray):
-        self.path, self.group, self.name = path, group, array.name
+    def __init__(self, path: Path, group: str, array: xr.DataArray, kept: list[str] | None):
+        self.path, self.group, self.name, self.dims, self.kept = path, group, array.name, array.dims, kept
         self.shape, self.dtype, self.ndim = array.shape, array.dtype, array.ndim
 
-    def __getitem__(self, part) -> np.ndarray:
-        with opened(self.path, group=self.group, cache=False) as ds:
-            return ds[self.name][part].values
+    def __getitem__(self, part: tuple) -> np.ndarray:
+        count = checksums.planes_from(self.dims)
+        with _in_words(self.path), opened(self.path, group=self.group, cache=False) as ds:
+            values = ds[self.name][part[:count]].values  # whole planes, as they are packed
+            self._verify(part[:count], values)
+        return values[(..., *part[count:])]
+
+    def _verify(self, part: tuple, values: np.ndarray) -> None:
+        """Raise unless the planes read are as they were written."""
+        if self.kept is None:
+            return
+        leading = self.shape[: checksums.planes_from(self.dims)]
+        expected = np.arange(math.prod(leading)).reshape(leading)[part].ravel()
+        if [self.kept[k] for k in expected] != checksums.of_planes(values, self.dims):
+            raise ValueError(f"{self.group}/{self.name}")
 
     def later(self) -> da.Array:
         """Return the variable as a dask array in chunks of whole subregions."""

@@ -156,8 +156,15 @@ def opened(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]:
 
 def groups(path: str | os.PathLike) -> list[str]:
     """Return the names of the groups of a NetCDF file, without those that only hold others."""
-    with uninterrupted(), NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path) as file:
+    with raw(path) as file:
         return [group.path.strip("/") for group in _below(file) if group.variables or not group.groups]
+
+
+@contextmanager
+def raw(path: str | os.PathLike, mode: str = "r") -> Iterator[netCDF4.Dataset]:
+    """Open a NetCDF file as `opened` does, but without xarray."""
+    with uninterrupted(), NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path, mode) as file:
+        yield file
 
 
 def _below(group: netCDF4.Dataset) -> Iterator[netCDF4.Dataset]:

@@ -82,7 +82,7 @@ def checkpointed(
     Raises
     ------
     ValueError
-        If ``output`` holds another run; the message says in which arguments they differ.
+        If ``output`` holds another run; the message says in which arguments they differ. Or if it is damaged.
     BlockingIOError
         If another process is computing the same output.
     OSError
@@ -129,11 +129,12 @@ def _compute(compute, checkpoint, output, asked, title, progress, scheduler) -> 
 
 def _identity_of(output: Path) -> dict[str, Any]:
     """Return the identity of the run that an archive holds; empty for a file that no run wrote."""
-    try:
-        with disk.opened(output) as root:
-            return json.loads(root.attrs.get(_IDENTITY, "{}"))
-    except OSError:
-        return {}
+    with output.open("rb") as file:
+        if file.read(4) != b"\x89HDF":
+            return {}
+    archive.verify(output)
+    with disk.opened(output) as root:
+        return json.loads(root.attrs.get(_IDENTITY, "{}"))
 
 
 def _begin(checkpoint: Checkpoint, output: Path, asked: dict[str, Any]) -> None:

@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..scans import vendor_process
+from ..files import reader_process
 from ..scans.channel import UnreadableScan, not_installed
-from ..scans.netcdf import HDF5
+from ..scans.netcdf import HDF5, refuse_harmful
 from ..scans.plain import decoded, separators
 from ..vocabulary.units import factor, positive
 from . import curve_reader
@@ -54,6 +54,7 @@ def curve_kind(path: Path, family: str, given: Calibration) -> str | None:
 
 
 def _software(path: Path) -> str:
+    refuse_harmful(path)
     with xr.open_dataset(path, engine="netcdf4") as ds:
         return str(ds.attrs.get("software", ""))
 
@@ -152,8 +153,8 @@ def _asked(path: Path, kind: str, known: dict[str, float], **which: int) -> dict
     if find_spec("afmformats") is None:
         raise not_installed("afmformats", "none", "curves")
     try:
-        return vendor_process.ask(path, curve_reader.__file__, kind=kind, known=known, **which)
-    except vendor_process.ReadingFailed as failure:
+        return reader_process.ask(path, curve_reader.__file__, kind=kind, known=known, **which)
+    except reader_process.ReadingFailed as failure:
         raise UnreadableScan(path, str(failure)) from None
     except ImportError as error:
         raise not_installed("afmformats", error, "curves") from error

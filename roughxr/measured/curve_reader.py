@@ -1,6 +1,6 @@
 """Force-distance curves in microscopes' files, through afmformats (extra ``curves``).
 
-Run by `scans.vendor_process` in a process that can be ended; it imports nothing of roughxr. It adds to afmformats: the
+Run by `files.reader_process` in a process that can be ended; it imports nothing of roughxr. It adds to afmformats: the
 content of a file decides its format, whatever its name; approach and retraction are told apart by the piezo's travel,
 since not every format marks them.
 """

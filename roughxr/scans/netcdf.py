@@ -15,6 +15,7 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
+from ..files import netcdf_reader, reader_process
 from ..vocabulary.schema import spacing
 from ..vocabulary.units import factor
 from .channel import UnreadableScan, is_length
@@ -96,6 +97,8 @@ def _opened(path: Path) -> xr.Dataset:
     """
     with path.open("rb") as file:
         engine = "scipy" if file.read(4) in (b"CDF\1", b"CDF\2") else "netcdf4"
+    if engine == "netcdf4":
+        refuse_harmful(path)
     options = {"engine": engine, "cache": False, "decode_times": False}
     ds = xr.open_dataset(path, **options)
     if ds.variables or engine == "scipy":
@@ -105,6 +108,14 @@ def _opened(path: Path) -> xr.Dataset:
         return xr.open_dataset(path, group="scan", **options)
     except OSError:
         raise UnreadableScan(path, "expected a variable of heights or a group 'scan', found neither") from None
+
+
+def refuse_harmful(path: Path) -> None:
+    """Raise unless another process, which can be ended, could look at all of a NetCDF-4 file but its values."""
+    try:
+        reader_process.ask(path, netcdf_reader.__file__)
+    except reader_process.ReadingFailed as failure:
+        raise UnreadableScan(path, str(failure)) from None
 
 
 def variable_names(path: Path) -> list[str]:

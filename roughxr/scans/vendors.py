@@ -3,7 +3,7 @@
 SurfaceTopography indexes heights as [x, y] with y counted downwards from the top of the picture; its
 heights, sizes and orientation agree with Gwyddion's. Added here: a reader is used only where
 the first bytes are those of its format, and redundant statements in a header must agree. Files are read in a
-process that is ended when it takes too long (see :mod:`.vendor_process`).
+process that is ended when it takes too long (see `files.reader_process`).
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from . import vendor_process
+from ..files import reader_process
+from . import vendor_reader
 from .channel import Channel, UnreadableScan, direction_in, is_length, not_installed
 
 
@@ -85,8 +86,8 @@ def _asked(path: Path, index: int | None = None) -> dict[str, Any]:
     if find_spec("SurfaceTopography") is None:
         raise not_installed("SurfaceTopography", "none")
     try:
-        return vendor_process.ask(path, index=index)
-    except vendor_process.ReadingFailed as failure:
+        return reader_process.ask(path, vendor_reader.__file__, index=index)
+    except reader_process.ReadingFailed as failure:
         raise UnreadableScan(path, str(failure)) from None
     except ImportError as error:
         raise not_installed("SurfaceTopography", error) from error

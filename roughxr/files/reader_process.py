@@ -1,18 +1,16 @@
-"""A process that reads vendors' files and can be ended, so that no damaged file can hang or crash the caller.
+"""A process that reads others' files and can be ended, so that none can hang or crash the caller or use up its memory.
 
 One process serves all files of a session that one reader reads. It starts with the first, imports the reader's library
 but nothing of roughxr, and ends with its caller. This file is both sides: imported, it is the client; run as a script,
 it is the server.
 
 A reader is a file with the name of its ``LIBRARY``, and ``read(path, **question)``, which returns what can be pickled.
-This file is a reader itself: it reads images through SurfaceTopography.
 """
 
 from __future__ import annotations
 
 import importlib
 import importlib.util
-import json
 import logging
 import os
 import pickle
@@ -23,22 +21,15 @@ import threading
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
-from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any, BinaryIO
 
-import numpy as np
-
 #: Seconds that reading may take, and bytes that allow one second more: a hundred times what sound files need.
 SECONDS, BYTES_PER_SECOND = 60.0, 1e6
 
-#: SurfaceTopography readers that are not used: formats read elsewhere in this package, and formats without
-#: a signature, which would accept any file (a height map of unknown size, bare text, archives of arrays).
-NOT_ASKED = {"asc", "xyz", "nc", "h5", "gwy", "npy", "npz", "mat", "hgt", "nms"}
-
-#: The library that `read` of this file needs.
-LIBRARY = "SurfaceTopography.IO"
+#: Bytes of memory that reading may take, and for each byte of the file: some ten copies of a compressed file's content.
+MEMORY, MEMORY_PER_BYTE = 2**31, 64
 
 _LOCK = threading.Lock()
 _running: dict[tuple[int, str], subprocess.Popen] = {}
@@ -48,13 +39,14 @@ class ReadingFailed(Exception):
     """A reading failed, with the reason in words: time limit, death of the process, or an error of the library."""
 
 
-def ask(path: Path, reader: str = __file__, **question: Any) -> dict[str, Any]:
-    """Return a reader's answer about a vendor's file; see `read` for that about images.
+def ask(path: Path, reader: str, **question: Any) -> dict[str, Any]:
+    """Return a reader's answer about a file.
 
     Raises
     ------
     ReadingFailed
-        Also if reading takes longer than its file's length allows: the process is ended, the next call starts another.
+        Also if reading takes longer or more memory than its file's length allows, or the process dies: the next call
+        starts another.
     ImportError
         If the reader's library cannot be imported there.
     """
@@ -90,7 +82,9 @@ def _why(late: bool, limit: float, code: int | None) -> str:
             f"reading it was ended after {limit:.0f} s, which no sound file of its length needs: damaged, or on a slow "
             "disk; open it in the program that wrote it, and save or export it again"
         )
-    return f"damaged: the process that read it ended with code {code}"
+    if code is None or code >= 0:
+        return f"damaged: the process that read it ended with code {code}"
+    return f"damaged, or made to do harm: the process that read it was ended by {signal.Signals(-code).name}"
 
 
 def _process(reader: str) -> subprocess.Popen:
@@ -98,7 +92,8 @@ def _process(reader: str) -> subprocess.Popen:
     process = _running.get((os.getpid(), reader))
     if process is None or process.poll() is not None:
         pipe, command = subprocess.PIPE, (sys.executable, "-P", __file__, reader)
-        process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
+        serial = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # threads take address space
+        process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, env=serial)
         _running[os.getpid(), reader] = process
         missing = _exchange(process, sys.path)  # importing takes its own time, which is not the file's
         if missing:
@@ -138,7 +133,21 @@ def serve(path: str, questions: BinaryIO, answers: BinaryIO) -> None:
             question = pickle.load(questions)
         except EOFError:
             return
+        _limit_memory(os.stat(question["path"]).st_size)
         _send(_safely(reader.read, question), answers)
+
+
+def _limit_memory(length: int) -> None:
+    """Limit the memory of this process to what a file of so many bytes may need, where the system keeps to that."""
+    try:
+        import resource
+
+        taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    except (ImportError, OSError):
+        return  # Windows, macOS
+    _, most = resource.getrlimit(resource.RLIMIT_AS)
+    wanted = taken + MEMORY + MEMORY_PER_BYTE * length
+    resource.setrlimit(resource.RLIMIT_AS, (wanted if most == resource.RLIM_INFINITY else min(wanted, most), most))
 
 
 def _send(answer: Any, answers: BinaryIO) -> None:
@@ -172,59 +181,6 @@ def _safely(read: Callable[..., dict[str, Any]], question: dict[str, Any]) -> di
 
 def _words(error: Exception) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())[:300] or 'no reason given'}"
-
-
-def read(path: str, index: int | None = None) -> dict[str, Any]:
-    """Return the images of a file or, for ``index`` (counted over images of all dimensions), the heights of one."""
-    stat = os.stat(path)
-    reader, said = _opened(path, stat.st_mtime_ns, stat.st_size)
-    if reader is None:
-        return {"said": said}
-    return _images(reader) if index is None else _heights(reader.channels[index])
-
-
-@lru_cache(maxsize=1)
-def _opened(path: str, *_state: int) -> tuple[Any, dict[str, str]]:
-    """Return the first reader of SurfaceTopography that accepts a file, or None and the error of each."""
-    from SurfaceTopography import IO
-
-    with open(path, "rb") as file:
-        head = file.read(512)
-    said = {}
-    for one in IO.readers:
-        name = one.format()
-        if name in NOT_ASKED or one.can_read(head) == IO.MagicMatch.NO:
-            continue
-        try:
-            return IO.open_topography(path, format=name), {}
-        except Exception as error:  # readers fail in various ways on other formats
-            said[name] = " ".join(str(error).split()) or type(error).__name__
-    return None, said
-
-
-def _images(reader: Any) -> dict[str, Any]:
-    return {"format": reader.format(), "images": [_image(one) for one in reader.channels]}
-
-
-def _image(info: Any) -> dict[str, Any]:
-    lateral, units = info.unit if isinstance(info.unit, tuple) else (info.unit, info.unit)
-    header = info.info.model_dump(exclude_none=True) if hasattr(info.info, "model_dump") else dict(info.info)
-    return {
-        "name": str(info.name),
-        "dim": int(info.dim),
-        "lateral_units": lateral,
-        "units": units,
-        "data_unit": info.data_unit if isinstance(info.data_unit, str) else None,
-        "points": tuple(map(int, info.nb_grid_pts)),
-        "size": None if info.physical_sizes is None else tuple(map(float, info.physical_sizes)),
-        "header": json.loads(json.dumps(header, default=str)),
-    }
-
-
-def _heights(info: Any) -> dict[str, Any]:
-    topography = info.topography()
-    unit = topography.unit[-1] if isinstance(topography.unit, tuple) else topography.unit
-    return {"unit": unit, "heights": np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan)}
 
 
 if __name__ == "__main__":

@@ -1,0 +1,70 @@
+"""Vendors' images, read through SurfaceTopography by `files.reader_process`: this file imports nothing of roughxr."""
+
+from __future__ import annotations
+
+import json
+import os
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+#: The library that `read` needs.
+LIBRARY = "SurfaceTopography.IO"
+
+#: SurfaceTopography readers that are not used: formats read elsewhere in this package, and formats without
+#: a signature, which would accept any file (a height map of unknown size, bare text, archives of arrays).
+NOT_ASKED = {"asc", "xyz", "nc", "h5", "gwy", "npy", "npz", "mat", "hgt", "nms"}
+
+
+def read(path: str, index: int | None = None) -> dict[str, Any]:
+    """Return the images of a file or, for ``index`` (counted over images of all dimensions), the heights of one."""
+    stat = os.stat(path)
+    reader, said = _opened(path, stat.st_mtime_ns, stat.st_size)
+    if reader is None:
+        return {"said": said}
+    return _images(reader) if index is None else _heights(reader.channels[index])
+
+
+@lru_cache(maxsize=1)
+def _opened(path: str, *_state: int) -> tuple[Any, dict[str, str]]:
+    """Return the first reader of SurfaceTopography that accepts a file, or None and the error of each."""
+    from SurfaceTopography import IO
+
+    with open(path, "rb") as file:
+        head = file.read(512)
+    said = {}
+    for one in IO.readers:
+        name = one.format()
+        if name in NOT_ASKED or one.can_read(head) == IO.MagicMatch.NO:
+            continue
+        try:
+            return IO.open_topography(path, format=name), {}
+        except Exception as error:  # readers fail in various ways on other formats
+            said[name] = " ".join(str(error).split()) or type(error).__name__
+    return None, said
+
+
+def _images(reader: Any) -> dict[str, Any]:
+    return {"format": reader.format(), "images": [_image(one) for one in reader.channels]}
+
+
+def _image(info: Any) -> dict[str, Any]:
+    lateral, units = info.unit if isinstance(info.unit, tuple) else (info.unit, info.unit)
+    header = info.info.model_dump(exclude_none=True) if hasattr(info.info, "model_dump") else dict(info.info)
+    return {
+        "name": str(info.name),
+        "dim": int(info.dim),
+        "lateral_units": lateral,
+        "units": units,
+        "data_unit": info.data_unit if isinstance(info.data_unit, str) else None,
+        "points": tuple(map(int, info.nb_grid_pts)),
+        "size": None if info.physical_sizes is None else tuple(map(float, info.physical_sizes)),
+        "header": json.loads(json.dumps(header, default=str)),
+    }
+
+
+def _heights(info: Any) -> dict[str, Any]:
+    topography = info.topography()
+    unit = topography.unit[-1] if isinstance(topography.unit, tuple) else topography.unit
+    return {"unit": unit, "heights": np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan)}
