@@ -27,7 +27,7 @@ from roughxr.asperity.reconstruction import reconstruct
 from roughxr.asperity.superposition import superpose
 from roughxr.bodies.materials import assign_pair
 from roughxr.contact.elastic import direct
-from roughxr.presentation.report.paper_rows import second_group
+from roughxr.reproduction.tables import second_group
 from roughxr.scans.synthetic import GLASS_SEED, GlassModel, glass, particle_centres
 from roughxr.statistics import pull_off
 

@@ -46,7 +46,8 @@ from .measured import (
 from .presentation import figures, report
 from .presentation.exports import table, to_resuspension, to_table
 from .presentation.figures import plot
-from .runs.analysis import paper, run
+from .reproduction import paper
+from .runs.analysis import run
 from .scans import (
     add_fine_roughness,
     autocorrelation,

@@ -331,9 +331,9 @@ def _add_quiet(command) -> None:
 
 
 def _paper(options) -> None:
-    from .runs import analysis
+    from .reproduction import paper
 
-    analysis.paper(options.output, budget=options.budget, progress=not options.quiet)
+    paper(options.output, budget=options.budget, progress=not options.quiet)
     print(f"written to {options.output}")
 
 

@@ -12,7 +12,8 @@ import xarray as xr
 
 from roughxr.cli import main
 from roughxr.presentation.report import embedded_figures
-from roughxr.runs import analysis
+from roughxr.reproduction import printed
+from roughxr.reproduction import run as reproduction
 
 from .surfaces import rough, scan
 
@@ -33,7 +34,7 @@ def paper_run(tmp_path_factory):
     """
     folder = tmp_path_factory.mktemp("paper")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(analysis, "PAPER_PLAN", analysis.PAPER_PLAN._replace(law="griffith"))
+        patch.setattr(reproduction, "PLAN", reproduction.PLAN._replace(law="griffith"))
         assert main(["paper", "-o", str(folder), "-q", "--budget", "0"]) == 0
     return folder
 
@@ -64,10 +65,10 @@ def test_the_papers_table_stands_beside_ours(paper_run):
 
 @of_the_paper
 def test_every_published_value_stands_in_a_table(paper_run):
-    for part, published in (("scan", analysis.PAPER_SCAN), ("contact", analysis.PAPER_CONTACT)):
+    for part, published in (("scan", printed.SCAN), ("contact", printed.CONTACT)):
         table = pd.read_csv(paper_run / f"table-{part}.csv", index_col="quantity")
         assert set(published) <= set(table.index)
-        assert set(table.index[table["paper's is"].notna()]) <= set(analysis.PAPER_NOTES)
+        assert set(table.index[table["paper's is"].notna()]) <= set(printed.NOTES)
     assert "confirms nothing" in " ".join((paper_run / "table.txt").read_text(encoding="utf-8").split())
 
 

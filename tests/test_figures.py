@@ -23,6 +23,7 @@ from roughxr.presentation import figures
 from roughxr.presentation.figures.distributions import bin_edges
 from roughxr.presentation.figures.forces import hertz_error, jkr_sphere, mean_ratio
 from roughxr.presentation.figures.style import display_unit, styled, superscripts
+from roughxr.reproduction import paper_figures
 from roughxr.scans import regions
 from roughxr.statistics import bootstrap, compare, debris, pull_off
 from roughxr.vocabulary import schema
@@ -158,7 +159,7 @@ def test_one_column_wide(run, name):
 
 @pytest.fixture(scope="module")
 def paper(run):
-    drawn = dict(figures.paper_figures(run))
+    drawn = dict(paper_figures(run))
     assert not pyplot.get_fignums()
     return drawn
 
@@ -180,7 +181,7 @@ def test_printed_numbers_stand_beside_ours(paper):
 def test_a_missing_group_is_named():
     found = []
     with pytest.raises(ValueError, match="'solutions/smooth'"):
-        found.extend(name for name, _ in figures.paper_figures({}))
+        found.extend(name for name, _ in paper_figures({}))
 
 
 def test_given_axes_are_drawn_on(run):

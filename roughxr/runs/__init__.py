@@ -1,5 +1,1 @@
-"""Runs: from a scan's file to an archive with figures and a report.
-
-analysis      `run`, and `paper`, the run on the embedded sample
-paper_values  the paper's own numbers
-"""
+"""Runs: from a scan to an archive with figures, tables and a report."""

@@ -1,4 +1,4 @@
-"""From a scan to pull-off statistics: the paper's whole analysis, and the same for any scan.
+"""From a scan to pull-off statistics.
 
 A run is a dictionary of Datasets, the groups of its archive:
 
@@ -13,7 +13,7 @@ A run is a dictionary of Datasets, the groups of its archive:
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from textwrap import fill
 from typing import Any, NamedTuple
@@ -25,7 +25,6 @@ from ..asperity.catalogue import asperities
 from ..asperity.moments import rolling
 from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
-from ..bodies.materials import assign_pair
 from ..contact.adhesion import MOST_REFINED, adhesive
 from ..contact.elastic import direct
 from ..contact.problem import default_deltas, indenter_of
@@ -37,13 +36,12 @@ from ..jobs.progress import teller
 from ..jobs.records import loading
 from ..jobs.run import checkpointed
 from ..presentation import figures, report
-from ..scans import level, open_sample, regions, roughness
+from ..scans import level, regions, roughness
 from ..statistics import pull_off
 from ..studies.sensitivities import cut_off_waves, error_budget, sensitivity
 from ..vocabulary import schema
 from ..vocabulary.units import magnitude, whole_number
 from ..vocabulary.verbs import verb
-from .paper_values import PAPER_CONTACT, PAPER_NOTES, PAPER_PAIR, PAPER_SCAN, PAPER_TWIN
 
 #: Formulations that a run compares.
 COMPARED = ("published", "self_similar", "energy")
@@ -72,66 +70,6 @@ class Plan(NamedTuple):
     budget: int = 4  # places solved again under each change of the error budget; 0: no budget
 
 
-#: The paper's plan: 8 × 8 places, its two displacements among those solved, vertices at pixels.
-PAPER_PLAN = Plan(
-    subregions=(8, 8),
-    direct_deltas=np.array([1, 2, 3, 4, 5.08, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15.4, 17, 18.5, 20]),
-    sweep=np.round(np.arange(-50, 251) * 0.1, 10),
-    contact_delta=17.0,
-    patch="paper",
-    vertex="pixel",
-)
-
-
-def paper(output: str | Path, *, budget: int = 4, progress: bool = False) -> dict[str, xr.Dataset]:
-    """Repeat the paper on the glass twin: archive, figures 2–16 and the table of all methods.
-
-    Parameters
-    ----------
-    output : path
-        A folder, created if necessary: ``paper.nc``, ``overview.png``, ``figure-02.png`` …
-        ``figure-16.png``, ``table.txt``, ``table-scan.csv`` and ``table-contact.csv``.
-    budget : int
-        As for `run`.
-    progress : bool
-        Show on standard error what is being computed.
-
-    Returns
-    -------
-    dict of str to Dataset
-        The groups of the archive.
-
-    Raises
-    ------
-    ValueError
-        If ``paper.nc`` exists and holds another run.
-    BlockingIOError
-        If another process is computing it.
-
-    Examples
-    --------
-    ``paper("results")`` takes minutes; its plan says what it solves:
-
-    >>> PAPER_PLAN.subregions, PAPER_PLAN.direct_deltas.size, PAPER_PLAN.sweep.size
-    ((8, 8), 18, 301)
-    """
-    scan = assign_pair(open_sample("glass"), **PAPER_PAIR)
-    folder = Path(output)
-    wanted = PAPER_PLAN._replace(budget=whole_number(budget, "budget", least=0))
-    groups = _kept(scan, wanted, folder / "paper.nc", progress=progress)
-    _show(
-        groups,
-        (
-            report.scan_table(groups, PAPER_SCAN, PAPER_NOTES),
-            report.contact_table(groups, PAPER_CONTACT, PAPER_NOTES),
-        ),
-        folder,
-        progress,
-        figures.paper_figures,
-    )
-    return groups
-
-
 @verb
 def run(
     scan: xr.Dataset,
@@ -147,7 +85,7 @@ def run(
     scheduler: str | None = None,
     progress: bool = False,
 ) -> dict[str, xr.Dataset]:
-    """Do the paper's analysis on any scan; called again after an interruption, it resumes.
+    """Analyse a scan, and write archive, figures and tables; called again after an interruption, it resumes.
 
     Parameters
     ----------
@@ -196,7 +134,7 @@ def run(
     >>> import contextlib, io, tempfile
     >>> from roughxr.synthetic import self_affine
     >>> scan = self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
-    >>> scan = assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0)
+    >>> scan = scan.contact.assign_pair(sphere_radius=500, contact_modulus=40, work_of_adhesion=0)
     >>> with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()) as printed:
     ...     groups = run(scan, Path(folder) / "run.nc", subregions=(2, 1), delta=[1.0, 2.0])
     >>> dict(groups["solutions/direct"].force.sizes), "asperities" in printed.getvalue()
@@ -207,13 +145,13 @@ def run(
     adhesion["budget"] = whole_number(budget, "budget", least=0)
     wanted, output = plan(scan, subregions=subregions, delta=delta, **adhesion), Path(output)
     path = output if output.suffix == ".nc" else output / "run.nc"
-    groups = _kept(scan, wanted, path, scheduler=scheduler, progress=progress)
+    groups = kept(scan, wanted, path, scheduler=scheduler, progress=progress)
     tables = report.scan_table(groups), report.contact_table(groups)
-    _show(groups, tables, None if path == output else output, progress)
+    show(groups, tables, None if path == output else output, progress)
     return groups
 
 
-def _kept(scan: xr.Dataset, plan: Plan, path: Path, *, scheduler: str | None = None, progress: bool = False):
+def kept(scan: xr.Dataset, plan: Plan, path: Path, *, scheduler: str | None = None, progress: bool = False):
     """Return the groups of a run, read from its archive as far as they are there, else computed and kept."""
     return checkpointed(
         lambda: analyse(scan, plan, progress=progress),
@@ -382,18 +320,18 @@ def _flat(scan: xr.Dataset) -> xr.Dataset:
     return scan.assign(height=xr.zeros_like(scan["height"]).assign_attrs(scan["height"].attrs))
 
 
-def _show(
+def show(
     groups: dict[str, xr.Dataset],
     tables: tuple,
     folder: Path | None,
     progress: bool,
     drawn: Callable = figures.run_figures,
+    notes: Sequence[str] = (),
 ) -> None:
-    """Print the tables, and put them and the figures into a folder."""
-    notes = [PAPER_TWIN] if "paper" in tables[0] else []
+    """Print the tables and the notes below them, and put them and the figures into a folder."""
     if "statistics/error_budget" in groups:
         notes = [report.headline(groups), *notes]
-    printed = _print(tables, notes + report.superposed(groups), groups)
+    printed = _print(tables, [*notes, *report.superposed(groups)], groups)
     if folder is None:
         return
     for part, table in zip(("scan", "contact"), tables):

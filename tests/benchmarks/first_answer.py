@@ -56,12 +56,12 @@ def command(arguments, cache):
 
 #: The paper's command: whole, and at one place.
 COMMANDS = {
-    "paper": "import sys; from roughxr.runs.analysis import paper; paper(sys.argv[1])",
+    "paper": "import sys; from roughxr.reproduction import paper; paper(sys.argv[1])",
     "place": """if True:
         import sys
-        from roughxr import analysis
-        analysis.PAPER_PLAN = analysis.PAPER_PLAN._replace(subregions=(1, 1))
-        analysis.paper(sys.argv[1], budget=0)""",
+        from roughxr.reproduction import run
+        run.PLAN = run.PLAN._replace(subregions=(1, 1))
+        run.paper(sys.argv[1], budget=0)""",
 }
 
 

@@ -14,8 +14,8 @@ from .fits import fitted_distribution
 from .forces import against_hertz, force_fan, force_ratio, mean_force, sweep
 from .maps import asperity_map, contact_grid, scan_map, subregion_map
 from .measured_figure import predicted_and_measured, quantile_quantile
+from .of_a_run import run_figures
 from .overview_figure import overview
-from .paper import paper_figures, run_figures
 from .rose import orientation_rose
 from .saving import save
 from .sensitivity_figure import tornado
@@ -46,7 +46,6 @@ __all__ = [
     "moment_rose",
     "orientation_rose",
     "overview",
-    "paper_figures",
     "plot",
     "plot_array",
     "predicted_and_measured",

@@ -110,10 +110,9 @@ def flagged(run: Mapping[str, xr.Dataset]) -> xr.DataArray | None:
 
 
 def marked(direct: xr.Dataset) -> list[float]:
-    """Return the paper's two displacements where they were solved, else the middle and the last."""
+    """Return the middle and the last displacement that were solved."""
     deltas = direct["delta"].values
-    found = [d for d in (5.08, 15.4) if np.isclose(deltas, d).any()]
-    return found or sorted({float(deltas[deltas.size // 2]), float(deltas[-1])})
+    return sorted({float(deltas[deltas.size // 2]), float(deltas[-1])})
 
 
 def _rows(words: str, ds: xr.Dataset, name: str, what: str, size: float, flags: xr.DataArray | None) -> dict:

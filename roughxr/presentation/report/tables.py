@@ -1,8 +1,8 @@
-"""The main numbers of a run as tables, beside the values of the paper."""
+"""The main numbers of a run as tables."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -12,7 +12,8 @@ from ...scans.regions import extent
 from ...statistics import compare, smooth_pull_off
 from ...vocabulary.verbs import verb
 from .intervals import force_unit, marked
-from .paper_rows import of_the_paper
+
+Run = Mapping[str, xr.Dataset]
 
 #: Columns of the comparison, for the methods that a run holds.
 METHODS = ("adhesive", "rigid", "published", "self_similar", "energy", "direct")
@@ -24,9 +25,9 @@ _PARTING = "superposed and direct part by 10 %, median place [nm]"
 
 @verb
 def contact_table(
-    run: Mapping[str, xr.Dataset],
-    paper: Mapping[str, float] | None = None,
-    notes: Mapping[str, str] | None = None,
+    run: Run,
+    *,
+    deltas: Sequence[float] = (),
 ) -> pd.DataFrame:
     """Return the contact's main numbers by method.
 
@@ -35,10 +36,8 @@ def contact_table(
     run : mapping of str to Dataset
         The groups of a run: ``solutions/<method>``, ``solutions/hertz``, ``solutions/smooth``, and
         ``statistics/<method>``, as far as it holds them.
-    paper : mapping of str to float, optional
-        Published values by row name, for a first column; adds the rows that only this comparison needs.
-    notes : mapping of str to str, optional
-        How to read the published values, by row name, for a column beside them.
+    deltas : sequence of float, optional
+        Displacements whose forces are told, nm; by default the middle and the last that were solved.
 
     Returns
     -------
@@ -55,25 +54,13 @@ def contact_table(
     """
     pulls = [run[f"statistics/{method}"]["pull_off_force"] for method in METHODS if f"statistics/{method}" in run]
     unit = force_unit(max((float(pull.mean()) for pull in pulls if pull.notnull().any()), default=0.0))
-    columns = {method: _column(run, method, *unit) for method in METHODS if f"solutions/{method}" in run}
-    if paper is not None:
-        columns = {method: rows | of_the_paper(run, method) for method, rows in columns.items()}
-    return _beside_paper(pd.DataFrame(columns), paper, notes)
+    columns = {method: _column(run, method, deltas, *unit) for method in METHODS if f"solutions/{method}" in run}
+    return pd.DataFrame(columns).rename_axis("quantity")
 
 
-def _beside_paper(table: pd.DataFrame, paper: Mapping | None, notes: Mapping | None) -> pd.DataFrame:
-    """Return a table with the published values in the first column, and how to read them."""
-    table.index.name = "quantity"
-    if paper is not None:
-        table.insert(0, "paper", pd.Series(paper, dtype=float).reindex(table.index))
-    if notes is not None:
-        table.insert(1, "paper's is", pd.Series(notes, dtype=object).reindex(table.index).fillna(""))
-    return table
-
-
-def _column(run: Mapping[str, xr.Dataset], method: str, unit: str, size: float) -> dict[str, float]:
+def _column(run: Run, method: str, deltas: Sequence[float], unit: str, size: float) -> dict[str, float]:
     if method == "direct":
-        return _direct_column(run)
+        return _direct_column(run, deltas)
     rows = _pull_off_rows(run, method, unit, size)
     if method == "adhesive":
         return rows | _mesh_rows(run)
@@ -85,7 +72,7 @@ def _column(run: Mapping[str, xr.Dataset], method: str, unit: str, size: float) 
     }
 
 
-def _mesh_rows(run: Mapping[str, xr.Dataset]) -> dict[str, float]:
+def _mesh_rows(run: Run) -> dict[str, float]:
     """Return the change of the pull-off on a finer mesh with shorter steps, at the places solved on both."""
     if "solutions/finer" not in run:
         return {}
@@ -96,7 +83,7 @@ def _mesh_rows(run: Mapping[str, xr.Dataset]) -> dict[str, float]:
     }
 
 
-def mesh_change(run: Mapping[str, xr.Dataset]) -> xr.DataArray:
+def mesh_change(run: Run) -> xr.DataArray:
     """Return the relative change of the pull-off on a finer mesh with shorter steps, at the places solved on both."""
     finer, whole = run["solutions/finer"], run["statistics/adhesive"]
     same = [
@@ -107,7 +94,7 @@ def mesh_change(run: Mapping[str, xr.Dataset]) -> xr.DataArray:
     return coarse / finer["pull_off_force"] - 1
 
 
-def _pull_off_rows(run: Mapping[str, xr.Dataset], method: str, unit: str, size: float) -> dict[str, float]:
+def _pull_off_rows(run: Run, method: str, unit: str, size: float) -> dict[str, float]:
     pull = run[f"statistics/{method}"]
     force, delta = pull["pull_off_force"] / size, pull["pull_off_delta"]
     smooth = smooth_pull_off(run[f"solutions/{method}"]) / size
@@ -128,7 +115,7 @@ def _spread(values: xr.DataArray) -> float:
     return float(values.std(ddof=1)) if int(values.notnull().sum()) > 1 else np.nan
 
 
-def _share_at_pull_off(run: Mapping[str, xr.Dataset], method: str, name: str) -> float:
+def _share_at_pull_off(run: Run, method: str, name: str) -> float:
     """Return the share of contacts at the pull-off of their subregion that are counted as ``name``, in per cent."""
     sweep, at = run[f"solutions/{method}"], run[f"statistics/{method}"]["pull_off_delta"]
     pulling = sweep.isel(subregion=np.flatnonzero(at.notnull().values))
@@ -137,19 +124,20 @@ def _share_at_pull_off(run: Mapping[str, xr.Dataset], method: str, name: str) ->
     return 100 * float(there[name].sum()) / contacts if contacts else np.nan
 
 
-def _direct_column(run: Mapping[str, xr.Dataset]) -> dict[str, float]:
+def _direct_column(run: Run, deltas: Sequence[float]) -> dict[str, float]:
     direct = run["solutions/direct"]
+    deltas = deltas or marked(direct)
     unit, size = force_unit(float(direct["force"].isel(delta=-1).mean()))
     force = direct["force"] / size
     rows = {}
-    for delta in marked(direct):
+    for delta in deltas:
         here = force.sel(delta=delta, method="nearest")
         rows[f"force at {delta:g} nm, mean [{unit}]"] = float(here.mean())
         rows[f"force at {delta:g} nm, std [{unit}]"] = _spread(here)
         rows[f"force at {delta:g} nm, largest [{unit}]"] = float(here.max())
     if "solutions/smooth" in run:
         smooth = run["solutions/smooth"]["force"].isel(subregion=0, drop=True) / size
-        for delta in _ratio_deltas(direct):
+        for delta in deltas:
             ratio = force.mean("subregion").sel(delta=delta, method="nearest") / smooth.sel(
                 delta=delta, method="nearest"
             )
@@ -159,12 +147,6 @@ def _direct_column(run: Mapping[str, xr.Dataset]) -> dict[str, float]:
     return rows
 
 
-def _ratio_deltas(direct: xr.Dataset) -> list[float]:
-    """Return 10 nm, the paper's, where it was solved, and the last displacement."""
-    deltas = direct["delta"].values
-    return sorted({10.0 if np.isclose(deltas, 10.0).any() else marked(direct)[0], float(deltas[-1])})
-
-
 def _parting(superposed: xr.Dataset, direct: xr.Dataset) -> float:
     """Return the median displacement (nm) from which on the two forces at a place differ by more than a tenth."""
     parting = compare(superposed, direct)["parting_delta"]
@@ -172,19 +154,13 @@ def _parting(superposed: xr.Dataset, direct: xr.Dataset) -> float:
 
 
 @verb
-def scan_table(
-    run: Mapping[str, xr.Dataset],
-    paper: Mapping[str, float] | None = None,
-    notes: Mapping[str, str] | None = None,
-) -> pd.DataFrame:
-    """Return the main numbers of scan and asperities, with the published ones where given.
+def scan_table(run: Run) -> pd.DataFrame:
+    """Return the main numbers of scan and asperities.
 
     Parameters
     ----------
     run : mapping of str to Dataset
         With the groups ``scan``, ``asperities`` and ``reconstruction``.
-    paper, notes : mapping, optional
-        As for `contact_table`.
 
     Returns
     -------
@@ -225,7 +201,7 @@ def scan_table(
         "directions, least / greatest of twelve bins": _evenness(catalogue["orientation"].values),
         "peaks that fit no summit [%]": 100 * float(catalogue["saddle"].mean()),
     }
-    return _beside_paper(pd.DataFrame({"scan": rows}), paper, notes)
+    return pd.DataFrame({"scan": rows}).rename_axis("quantity")
 
 
 #: Formulas and the names that readers know them by.
@@ -241,7 +217,7 @@ _FORMULAS = {
 
 
 @verb
-def formula_table(run: Mapping[str, xr.Dataset]) -> pd.DataFrame:
+def formula_table(run: Run) -> pd.DataFrame:
     """Return the pull-off by the usual formulas, and its ratio to the sum over the scan.
 
     Parameters

@@ -8,7 +8,7 @@ from __future__ import annotations
 from ..bodies.materials import gilman_surface_energy
 
 #: The paper's pair. Its printed pull-off of the smooth sphere, 19.1 µN, takes Gilman's estimate with E/(1 − ν²).
-PAPER_PAIR = {
+PAIR = {
     "sphere_radius": 3000.0,
     "young_modulus": 75.0,
     "poisson_ratio": 0.22,
@@ -17,7 +17,7 @@ PAPER_PAIR = {
 
 #: The paper's values, by the rows of the tables. R_q and the reconstruction's residual are the text's values, printed
 #: as 0.0253, 0.0256 and 0.0034 nm, times √(MN) = 512, a factor that they lack.
-PAPER_SCAN = {
+SCAN = {
     "size along x [µm]": 5.0,
     "size along y [µm]": 5.0,
     "height, least [nm]": 4.0,
@@ -35,7 +35,7 @@ PAPER_SCAN = {
     "axis ratio b/a, mean": 0.6,
     "directions, least / greatest of twelve bins": 1.0,
 }
-PAPER_CONTACT = {
+CONTACT = {
     "pull-off, smooth sphere [µN]": 19.1,
     "pull-off, mean [µN]": 2.0,
     "pull-off, std [µN]": 1.37,
@@ -64,7 +64,7 @@ _TARGET, _INFERRED, _WORDS = "target", "inferred", "in words"
 #: How to read the paper's column. A target is a value that the twin's spectrum, debris and seed were fitted to, through
 #: the published formulas: a run that comes near it confirms nothing. Inferred values are not printed, but follow from
 #: printed ones; "in words" is said in the text without a number. All other rows are printed, and were not fitted.
-PAPER_NOTES = {
+NOTES = {
     "height, least [nm]": f"{_TARGET}, {_INFERRED}",
     "height, greatest [nm]": f"{_TARGET}, {_INFERRED}",
     "height, mean [nm]": _TARGET,
@@ -93,7 +93,7 @@ PAPER_NOTES = {
 }
 
 #: Notes below the paper's tables.
-PAPER_TWIN = (
+TWIN = (
     "The scan is a synthetic twin: its spectrum, its debris and its seed were fitted to the rows marked 'target', the "
     "pull-off's through the published formulas, so that their agreement confirms nothing. 'inferred': not printed, "
     "but follows from what is; 'in words': said without a number. The rest is printed and was not fitted; where it "

@@ -1,13 +1,16 @@
-"""Rows of the comparison with the paper only: its values at one place, in one group, or along a curve."""
+"""The main numbers of a run beside the paper's, with its values at one place, in one group, or along a curve."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
-from ...statistics import compare, debris
+from ..presentation import report
+from ..statistics import compare, debris
+from .printed import CONTACT, NOTES, SCAN
 
 Run = Mapping[str, xr.Dataset]
 
@@ -17,9 +20,27 @@ _MICRO = 1e-3  # µN per nN
 _SHOWN, _ALIKE = (5.08, 15.4), (9.0, 10.0, 12.0)
 
 
-def of_the_paper(run: Run, method: str) -> dict[str, float]:
-    """Return the values of one method for these rows."""
-    return _of_direct(run) if method == "direct" else _of_figure_15(run, method)
+#: Displacements (nm) whose forces the paper prints, alone or over those on smooth ground.
+_PRINTED = (5.08, 10.0, 15.4, 20.0)
+
+
+def scan_table(run: Run) -> pd.DataFrame:
+    """Return the main numbers of scan and asperities beside the printed ones."""
+    return _beside(report.scan_table(run), SCAN)
+
+
+def contact_table(run: Run) -> pd.DataFrame:
+    """Return the contact's main numbers by method beside the printed ones."""
+    table = report.contact_table(run, deltas=_PRINTED)
+    more = {method: _of_direct(run) if method == "direct" else _of_figure_15(run, method) for method in table}
+    return _beside(pd.concat([table, pd.DataFrame(more)]).rename_axis("quantity"), CONTACT)
+
+
+def _beside(table: pd.DataFrame, printed: Mapping[str, float]) -> pd.DataFrame:
+    """Return a table with the printed values in its first column, and how to read them in the second."""
+    table.insert(0, "paper", pd.Series(printed, dtype=float).reindex(table.index))
+    table.insert(1, "paper's is", pd.Series(NOTES, dtype=object).reindex(table.index).fillna(""))
+    return table
 
 
 def _of_figure_15(run: Run, method: str) -> dict[str, float]:
