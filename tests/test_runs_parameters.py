@@ -1,5 +1,7 @@
 """Runs over radii, moduli and works of adhesion: the same as one by one, with less work."""
 
+import functools
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -8,7 +10,9 @@ from roughxr import checkpointed, vary
 from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.moments import rolling
 from roughxr.asperity.superposition import superpose
+from roughxr.contact.adhesion import adhesive
 from roughxr.contact.elastic import direct
+from roughxr.contact.rigid_bodies import rigid
 from roughxr.detachment import critical_load
 
 from .surfaces import glass_pair, rough, scan
@@ -59,11 +63,11 @@ def test_what_can_be_shared_is_solved_once(surface, solve, options, needed):
     """12 pairs: 2 radii without adhesion; with it 4 different w/E* among 6, at each radius."""
     calls = []
 
+    @functools.wraps(solve)
     def counted(ds, **given):
         calls.append(ds)
         return solve(ds, **given)
 
-    counted.__name__ = solve.__name__
     vary(surface, counted, sphere_radius=RADII, contact_modulus=MODULI, work_of_adhesion=WORKS, **options)
     assert len(calls) == needed
 
@@ -85,6 +89,36 @@ def test_what_is_not_known_to_scale_is_solved_for_every_pair(surface):
     for modulus in (20.0, 40.0):
         one = direct(hard.assign_coords(contact_modulus=modulus), **deltas)
         np.testing.assert_allclose(found.force.sel(contact_modulus=modulus), one.force, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("solve", "assigned", "options"),
+    [
+        (adhesive, {}, {"strength": 2.0, "preload": 0.0, "refine": 4, "accuracy": None, "step": 0.5}),
+        (rigid, {}, {"limit": "hardness", "hardness": 8.0, "delta": [-2.0]}),
+        (rigid, {"hamaker_constant": 0.1}, {"delta": [-2.0]}),
+        (rigid, {}, {"limit": "elastic", "delta": [-2.0]}),
+        (superpose, {"hardness": 4.0}, {"delta": [1.0, 3.0]}),
+        (rolling, {}, {"load": 100.0, "directions": 4}),
+    ],
+)
+def test_nothing_is_shared_between_pairs_that_do_not_scale(surface, solve, assigned, options):
+    """The same w/E* twice, and an input with a mass in it that is the same for both."""
+    hard = surface.assign_coords(assigned).isel(x=slice(20, 44), y=slice(20, 44))
+    found = vary(hard, solve, contact_modulus=[40.0, 80.0], work_of_adhesion=[0.25, 0.5], **options)
+    for modulus, work in ((40.0, 0.25), (80.0, 0.5)):
+        pair = {"contact_modulus": modulus, "work_of_adhesion": work}
+        one = solve(hard.assign_coords(pair), **options)
+        for name in {"force", "pull_off_force", "resisting_moment"} & set(one.data_vars):
+            np.testing.assert_allclose(found[name].sel(pair), one[name], rtol=1e-6)
+
+
+def test_a_function_of_ones_own_shares_nothing_whatever_its_name(surface):
+    def rolling(ds, **given):
+        return xr.Dataset({"pull_off_force": ds.work_of_adhesion * ds.contact_modulus**2})
+
+    found = vary(surface, rolling, contact_modulus=[20.0, 40.0], work_of_adhesion=[0.5, 1.0])
+    assert float(found.pull_off_force.sel(contact_modulus=40.0, work_of_adhesion=1.0)) == 1600.0
 
 
 def test_loads_are_not_scaled(surface):

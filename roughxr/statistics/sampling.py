@@ -17,6 +17,9 @@ PLACES = {"subregion": ("subregion_x", "subregion_y"), "asperity": ("x", "y")}
 
 SAMPLES = tuple(PLACES)
 
+#: Name under which weights join their samples.
+_WEIGHTS = "_weights"
+
 
 class Samples(NamedTuple):
     """Finite values, their weights (None: all equal), their places (None: unknown), and the number of missing ones."""
@@ -47,10 +50,11 @@ def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
 
 def known_samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     """Return the same as `samples`, without a warning of missing ones."""
+    ds, weights = with_weights(ds, name, weights)
     ds = of_a_map(ds, name)
     dim = sample_dimension(ds, name)
     values = np.asarray(ds[name].values, dtype=float)
-    weight = None if weights is None else _weights(ds, name, weights)
+    weight = None if weights is None else _checked(ds[weights].values.astype(float), ds[name])
     finite = np.isfinite(values)
     if finite.sum() < 2:
         raise ValueError(f"{name}: expected at least two finite samples, found {finite.sum()} of {values.size}")
@@ -109,15 +113,47 @@ def other_dimensions(ds: xr.Dataset, name: str) -> list[str]:
     return [dim for dim in dims if dim not in own] if own else []
 
 
-def _weights(ds: xr.Dataset, name: str, weights: Any) -> np.ndarray:
-    if isinstance(weights, str) and weights not in ds:
-        raise ValueError(f"weights: expected a variable of the dataset, found no {weights!r}")
-    found = np.asarray(ds[weights].values if isinstance(weights, str) else weights, dtype=float)
-    if found.shape != ds[name].shape:
-        raise ValueError(f"weights: expected one for each of {ds[name].size} samples, found shape {found.shape}")
-    if not np.isfinite(found).all() or (found < 0).any() or not found.any():
-        raise ValueError("weights: expected finite numbers of at least 0, not all 0")
-    return found
+def with_weights(ds: xr.Dataset, name: str, weights: Any) -> tuple[xr.Dataset, str | None]:
+    """Return a Dataset that holds the weights, those of a DataArray at the labels of their samples, and their name.
+
+    Examples
+    --------
+    >>> ds = xr.Dataset({"force": ("subregion", [1.0, 2.0])}, {"subregion": [0, 1]})
+    >>> found, name = with_weights(ds, "force", xr.DataArray([5.0, 3.0], {"subregion": [1, 0]}, ["subregion"]))
+    >>> found[name].values.tolist()
+    [3.0, 5.0]
+    """
+    if weights is None or isinstance(weights, str):
+        if weights is not None and weights not in ds:
+            raise ValueError(f"weights: expected a variable of the dataset, found no {weights!r}")
+        return ds, weights
+    if not isinstance(weights, xr.DataArray):
+        found = np.asarray(weights, dtype=float)
+        _same_shape(found, ds[name])
+        return ds.assign({_WEIGHTS: (ds[name].dims, found)}), _WEIGHTS
+    labelled = [dim for dim in weights.dims if dim in ds.indexes and dim in weights.indexes]
+    others = {dim: ds[dim] for dim in labelled if not ds.indexes[dim].equals(weights.indexes[dim])}
+    found = (weights.reindex(others) if others else weights).variable
+    wrong = [dim for dim, size in found.sizes.items() if ds.sizes.get(dim) != size]
+    if wrong:
+        _same_shape(found, ds[name])
+    return ds.assign({_WEIGHTS: found}), _WEIGHTS
+
+
+def _same_shape(weights: Any, samples: xr.DataArray) -> None:
+    """Raise for weights of another number than the samples."""
+    if weights.shape != samples.shape:
+        raise ValueError(f"weights: expected one for each of {samples.size} samples, found shape {weights.shape}")
+
+
+def _checked(weights: np.ndarray, samples: xr.DataArray) -> np.ndarray:
+    """Return weights; raise unless there is one for each sample, none negative and not all 0."""
+    _same_shape(weights, samples)
+    if not np.isfinite(weights).all() or (weights < 0).any() or not weights.any():
+        missing = int((~np.isfinite(weights)).sum())
+        found = f", found {missing} missing, or of no label among the samples" if missing else ""
+        raise ValueError(f"weights: expected finite numbers of at least 0, not all 0{found}")
+    return weights
 
 
 #: Units of a density that are not simply the units with ``-1`` appended.

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.verbs import verb
-from .sampling import SAMPLES, of_a_map, warn_of_missing
+from .sampling import SAMPLES, of_a_map, warn_of_missing, with_weights
 
 
 @verb
@@ -47,14 +47,14 @@ def summary(
     >>> float(table.height.sel(statistic="mean")), float(table.height.sel(statistic="q50"))
     (2.0, 2.0)
     """
+    ds, weights = with_weights(ds, next(iter(ds.data_vars), ""), weights)
     ds = of_a_map(ds)
     dim = next((dim for dim in SAMPLES if dim in ds.dims), None)
     if dim is None:
         raise ValueError(f"expected a dimension {' or '.join(SAMPLES)}, found {tuple(ds.dims)}")
-    weight = ds[weights] if isinstance(weights, str) else weights
+    weight = None if weights is None else ds[weights]
     wanted = {name: array for name, array in ds.data_vars.items() if dim in array.dims and array.dtype.kind in "fiu"}
-    if isinstance(weights, str):
-        wanted.pop(weights, None)
+    wanted.pop(weights, None)
     for array in wanted.values():
         _warn_of_missing(array, dim, ds.attrs.get("missing"))
     found = {

@@ -1,8 +1,9 @@
 """Runs over parameters: radii, moduli, works of adhesion and rough indenters as further dimensions of one result.
 
-The scan fixes all lengths, so that the modulus is the only unit of stress: at the same displacement and the same
-w/E*, forces and pressures are proportional to E*, and the shapes are the same. So only one solve is needed for all
-combinations with the same radius and w/E*, or without adhesion for all with the same radius.
+The scan fixes all lengths, so that the modulus is the only unit of stress. Where everything else that a verb reads and
+that holds a mass (works of adhesion, hardness, Hamaker constant; options such as a load or a strength) is the same in
+units of the modulus, the shapes are the same, and forces and pressures are proportional to E*. Such combinations of the
+same radius share one solve; all others are solved each by itself.
 """
 
 from __future__ import annotations
@@ -18,19 +19,17 @@ from ..asperity.asperity_sum import fit_of
 from ..asperity.catalogue import asperities
 from ..bodies import materials
 from ..vocabulary import schema
-from ..vocabulary.verbs import verb
-
-#: Units of variables proportional to E*.
-_STRESSES = ("nN", "GPa", "nN nm")
+from ..vocabulary.units import magnitude, mass_power
+from ..vocabulary.verbs import OPTIONS, verb
 
 #: Verbs that sum over asperities: a scan's catalogue is made once for all solves.
 _OF_ASPERITIES = ("superpose", "pull_off_map", "rolling")
 
-#: Verbs whose results are known to scale with E*; others are solved for every pair.
+#: Verbs that read nothing but Datasets, the pair, options in `OPTIONS` and numbers without units: their results scale.
 _SCALING = (*_OF_ASPERITIES, "direct", "adhesive", "rigid")
 
-#: Options and coordinates that are forces or pressures themselves: with these, results do not scale.
-_FIXED = ("load", "preload"), ("hardness", "hardness_estimate")
+#: What contact without adhesion does not read.
+_OF_ADHESION = ("work_of_adhesion", "hamaker_constant", "adhesion_range")
 
 
 @verb
@@ -100,7 +99,7 @@ def vary(
     parts = []
     for values in itertools.product(*axes.values()):
         pair = dict(zip(axes, values))
-        key = _shared(pair, solve, options) if _scales(ds, solve, options) else tuple(pair.values())
+        key = _inputs(ds.assign_coords(pair), solve, options)
         if key not in solved:
             solved[key] = solve(ds.assign_coords(pair), **options)
         parts.append(_scaled(solved[key], pair).expand_dims(varied))
@@ -158,27 +157,30 @@ def _axes(ds: xr.Dataset, given: dict[str, Any]) -> dict[str, list[float]]:
     return axes
 
 
-def _scales(ds: xr.Dataset, solve: Callable, options: dict[str, Any]) -> bool:
-    """Return whether solutions for pairs with the same w/E* differ by a factor only."""
-    given, assigned = _FIXED
-    forced = any(options.get(name) is not None and np.any(options[name]) for name in given)
-    return getattr(solve, "__name__", "") in _SCALING and not forced and not set(assigned) & set(ds.coords)
-
-
-def _shared(pair: dict[str, float], solve: Callable, options: dict[str, Any]) -> tuple:
-    """Return what a solution depends on apart from its scale."""
-    radius, modulus = pair.get("sphere_radius"), pair.get("contact_modulus")
-    if modulus is None:
-        return tuple(pair.values())
-    adhesionless = solve.__name__ == "direct" or options.get("law") == "hertz" or "work_of_adhesion" not in pair
-    return radius, None if adhesionless else float(f"{pair['work_of_adhesion'] / modulus:.13g}")
+def _inputs(ds: xr.Dataset, solve: Callable, options: dict[str, Any]) -> tuple:
+    """Return what a solution depends on, in units of the modulus; pairs with the same of it differ by a factor only."""
+    read = {name: float(ds[name]) for name in schema.TRAVELLING if name in ds.coords}
+    modulus = read.get("contact_modulus", 1.0)
+    if getattr(solve, "__name__", "") not in _SCALING or not solve.__module__.startswith("roughxr."):
+        return tuple(read.items())
+    if solve.__name__ == "direct" or options.get("law") == "hertz":
+        read = {name: value for name, value in read.items() if name not in _OF_ADHESION}
+    units = {name: OPTIONS[name] for name in options if options[name] is not None and name in OPTIONS}
+    given = {name: magnitude(options[name], units[name], name) for name in units if mass_power(units[name])}
+    every = [(name, value, schema.VARIABLES[name].units) for name, value in read.items()]
+    every += [(name, value, units[name]) for name, values in given.items() for value in np.ravel(values).tolist()]
+    return tuple((name, float(f"{value / modulus ** mass_power(unit):.13g}")) for name, value, unit in every)
 
 
 def _scaled(solution: xr.Dataset, pair: dict[str, float]) -> xr.Dataset:
-    """Return a solution for another modulus at the same w/E*, from the one that was solved."""
+    """Return a solution for another modulus from the one that was solved, all else the same in units of the modulus."""
     factor = pair["contact_modulus"] / float(solution["contact_modulus"]) if "contact_modulus" in pair else 1.0
     if factor == 1.0:
         return solution.assign_coords(pair)
-    stresses = [name for name, array in solution.data_vars.items() if array.attrs.get("units") in _STRESSES]
-    scaled = {name: (solution[name] * factor).assign_attrs(solution[name].attrs) for name in stresses}
+    powers = {name: mass_power(array.attrs.get("units") or "1") for name, array in solution.data_vars.items()}
+    scaled = {
+        name: (solution[name] * factor**power).assign_attrs(solution[name].attrs)
+        for name, power in powers.items()
+        if power
+    }
     return solution.assign(scaled).assign_coords(pair)
