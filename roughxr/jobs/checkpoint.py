@@ -1,8 +1,8 @@
 """What a run keeps until it is finished: results, identity and log in one SQLite file, which is also its lock.
 
 SQLite commits a batch wholly or not at all, through crashes and power cuts, and its lock ends with the process that
-holds it, however that ends: there are no stale locks. Results that were changed on the disk, which SQLite does not
-notice, are found by the hash that is kept with each.
+holds it, however that ends: there are no stale locks. Rows that were changed on the disk, which SQLite does not
+notice, are found by the hash that each of them keeps of itself.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import json
 import os
 import sqlite3
 import zlib
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -19,14 +20,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-_TABLES = """
-    CREATE TABLE IF NOT EXISTS identity (text TEXT NOT NULL);
-    CREATE TABLE IF NOT EXISTS log (time TEXT NOT NULL, message TEXT NOT NULL);
-    CREATE TABLE IF NOT EXISTS batches (
-        stage TEXT NOT NULL, first INTEGER NOT NULL, count INTEGER NOT NULL, hash BLOB NOT NULL, data BLOB NOT NULL,
-        PRIMARY KEY (stage, first)
-    );
-"""
+#: Each row ends with the hash of what is before it.
+_TABLES = {
+    "identity": "(text TEXT, hash BLOB)",
+    "log": "(time TEXT, message TEXT, hash BLOB)",
+    "batches": "(stage TEXT, first INTEGER, count INTEGER, data BLOB, hash BLOB, PRIMARY KEY (stage, first))",
+}
 
 #: Zlib's level 1: fields shrink to a fraction of their size, faster than the disk writes.
 _LEVEL = 1
@@ -57,62 +56,70 @@ class Checkpoint:
             self.say(f"damaged checkpoint set aside as {self.set_aside.name}")
 
     def close(self, *, remove: bool = False) -> None:
-        """Close the file, and remove it when the run is finished."""
-        if remove:
-            self.path.unlink(missing_ok=True)
+        """Close the file; remove it when the run is finished, before its lock ends where the system allows that."""
+        left = _files(self.path) if remove else []
+        try:
+            if remove:
+                self.path.unlink(missing_ok=True)
+        except PermissionError:  # Windows's, as long as it is open
+            left.append(self.path)
         self._connection.close()
-        if remove:
-            for file in _files(self.path):
-                file.unlink(missing_ok=True)
+        for file in left:
+            file.unlink(missing_ok=True)
 
     def identity(self) -> dict[str, Any] | None:
         """Return the identity of the run, None for a new one."""
-        row = self._connection.execute("SELECT text FROM identity").fetchone()
-        return None if row is None else json.loads(row[0])
+        rows = _sound(self._connection, "identity")
+        return json.loads(rows[0][0]) if rows else None
 
     def identify(self, identity: dict[str, Any]) -> None:
         """Store the identity of the run."""
-        self._write("INSERT INTO identity VALUES (?)", (json.dumps(identity),))
+        self._insert("identity", json.dumps(identity))
 
     def put(self, stage: str, first: int, result: np.ndarray) -> None:
         """Keep the results of one batch, whose first item is ``first``; once this returns, they are safe on disk."""
         plain = np.ascontiguousarray(result, dtype=result.dtype.newbyteorder("<"))
-        data = zlib.compress(plain.view(np.uint8), _LEVEL)
-        row = (stage, first, len(result), _hash(data), data)
-        self._write("INSERT OR REPLACE INTO batches VALUES (?, ?, ?, ?, ?)", row)
+        self._insert("batches", stage, first, len(result), zlib.compress(plain.view(np.uint8), _LEVEL))
 
     def get(self, stage: str, first: int, dtype: np.dtype) -> np.ndarray:
         """Return the results of the batch whose first item is ``first``, one of type ``dtype`` for each item."""
-        query = "SELECT data FROM batches WHERE stage = ? AND first = ?"
-        (data,) = self._connection.execute(query, (stage, first)).fetchone()
-        return np.frombuffer(zlib.decompress(data), dtype.newbyteorder("<")).astype(dtype.base)
+        query = "SELECT * FROM batches WHERE stage = ? AND first = ?"
+        row = self._execute(query, (stage, first)).fetchone()
+        if row is None or not _is_sound(row):
+            raise OSError(f"{self.path}: results of item {first} were damaged while the run went on: call again")
+        return np.frombuffer(zlib.decompress(row[3]), dtype.newbyteorder("<")).astype(dtype.base)
 
     def kept(self, stage: str) -> list[range]:
         """Return the batches whose results are kept and undamaged, in order; damaged ones are deleted."""
         kept, damaged = [], []
-        query = "SELECT first, count, hash, data FROM batches WHERE stage = ? ORDER BY first"
-        for first, count, expected, data in self._connection.execute(query, (stage,)):
-            (kept if _hash(data) == expected else damaged).append(range(first, first + count))
-        for batch in damaged:
-            self._write("DELETE FROM batches WHERE stage = ? AND first = ?", (stage, batch.start))
-            self.say(f"damaged results {batch.start} to {batch.stop - 1} thrown away")
+        for number, *row in self._execute("SELECT rowid, * FROM batches WHERE stage = ? ORDER BY first", (stage,)):
+            if _is_sound(row):
+                kept.append(range(row[1], row[1] + row[2]))
+            else:
+                damaged.append(number)
+        for number in damaged:
+            self._execute("DELETE FROM batches WHERE rowid = ?", (number,))
+            self.say("damaged results thrown away: they are computed anew")
         return kept
 
     def say(self, message: str) -> None:
         """Add a line to the run's log."""
-        now = datetime.now(UTC).isoformat(timespec="seconds")
-        self._write("INSERT INTO log VALUES (?, ?)", (now, message))
+        self._insert("log", datetime.now(UTC).isoformat(timespec="seconds"), message)
 
     def log(self) -> xr.Dataset:
-        """Return the log: ``time`` and ``message`` along ``entry``."""
-        rows = self._connection.execute("SELECT time, message FROM log ORDER BY rowid").fetchall()
-        times, messages = (np.array(column, dtype=object) for column in zip(*rows))
+        """Return the log: ``time`` and ``message`` along ``entry``, without lines that were damaged."""
+        times, messages = (np.array(column, dtype=object) for column in zip(*_sound(self._connection, "log")))
         return xr.Dataset({"time": ("entry", times), "message": ("entry", messages)})
 
-    def _write(self, command: str, values: tuple) -> None:
+    def _insert(self, table: str, *values: Any) -> None:
+        """Add a row with its hash."""
+        row = (*values, _hash(values))
+        self._execute(f"INSERT OR REPLACE INTO {table} VALUES ({', '.join('?' * len(row))})", row)
+
+    def _execute(self, command: str, values: tuple) -> sqlite3.Cursor:
         try:
-            self._connection.execute(command, values)
-        except sqlite3.OperationalError as error:
+            return self._connection.execute(command, values)
+        except sqlite3.DatabaseError as error:
             raise OSError(
                 f"{self.path}: the checkpoint could not be written ({error}); what was kept before is safe: "
                 "make room on the disk and call again"
@@ -126,14 +133,40 @@ def _connect(path: Path) -> sqlite3.Connection:
         connection.execute("PRAGMA locking_mode = EXCLUSIVE")
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = FULL")
-        (verdict,) = connection.execute("PRAGMA quick_check(1)").fetchone()
-        if verdict != "ok":
-            raise sqlite3.DatabaseError(verdict)
-        connection.executescript(_TABLES)
+        _check(connection)
+    except UnicodeDecodeError as error:  # by SQLite's own words, which quote what is damaged
+        connection.close()
+        raise sqlite3.DatabaseError("malformed") from error
     except BaseException:
         connection.close()
         raise
     return connection
+
+
+def _check(connection: sqlite3.Connection) -> None:
+    """Make the tables where there are none; raise a DatabaseError unless they can be relied on, row by row."""
+    connection.text_factory = lambda text: text.decode(errors="backslashreplace")
+    (verdict,) = connection.execute("PRAGMA integrity_check(1)").fetchone()
+    if verdict != "ok":
+        raise sqlite3.DatabaseError(verdict)
+    made = dict(connection.execute("SELECT name, sql FROM sqlite_schema WHERE sql NOT NULL"))
+    if not made:
+        for name, columns in _TABLES.items():
+            connection.execute(f"CREATE TABLE {name} {columns}")
+    elif made != {name: f"CREATE TABLE {name} {columns}" for name, columns in _TABLES.items()}:
+        raise sqlite3.DatabaseError("other tables")
+    count = connection.execute("SELECT count(*) FROM identity").fetchone()
+    if count != (len(_sound(connection, "identity")),):
+        raise sqlite3.DatabaseError("another identity")
+
+
+def _sound(connection: sqlite3.Connection, table: str) -> list[tuple]:
+    """Return the rows of a table that are as they were written, in that order, without their hashes."""
+    return [row[:-1] for row in connection.execute(f"SELECT * FROM {table} ORDER BY rowid") if _is_sound(row)]
+
+
+def _is_sound(row: Sequence[Any]) -> bool:
+    return _hash(row[:-1]) == row[-1]
 
 
 def _refuse_unless_damaged(error: sqlite3.DatabaseError, path: Path) -> None:
@@ -163,5 +196,11 @@ def _files(path: Path) -> list[Path]:
     return [path.with_name(path.name + end) for end in ("-wal", "-shm", "-journal")]
 
 
-def _hash(data: bytes) -> bytes:
-    return hashlib.blake2b(data, digest_size=16).digest()
+def _hash(row: Sequence[Any]) -> bytes:
+    """Return a hash of all values of a row, and of where one ends and the next begins."""
+    found = hashlib.blake2b(digest_size=16)
+    for value in row:
+        text = value if isinstance(value, bytes) else repr(value).encode()
+        found.update(f"{type(value).__name__} {len(text)} ".encode())
+        found.update(text)
+    return found.digest()
