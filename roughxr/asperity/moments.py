@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ..jobs import lazy as parallel
-from ..jobs.records import Layout, labelled
+from ..jobs.records import Layout, converged, labelled, warn_unconverged
 from ..kernels.asperity import rotation
 from ..kernels.asperity import superposition as sums
 from ..scans import regions
@@ -38,13 +38,14 @@ _EVENTS = {
     "contact_area": float,
     "weakest_direction": float,
     "stiffest_direction": float,
+    "converged": bool,
 }
 _OF_ASPERITIES = {"rest_delta": float, "contacts": int, "truncated": bool}
 
 #: Why a number is missing, by the kind of input.
 _MISSING = {
-    "superpose": "NaN where nothing is in contact under this load, or nothing pulls",
-    "adhesive": "NaN where no state of the retraction is in contact",
+    "superpose": "NaN where nothing is in contact under this load, nothing pulls or no place of rest was found",
+    "adhesive": "NaN where no state of the retraction is in contact, or one of them has not converged",
 }
 
 #: Largest gap (nm), due to rounding, of cells of the simulation that are in contact.
@@ -101,8 +102,8 @@ def rolling(
         tips the sphere, inf where none does, and ``tipping_hinge_distance`` (nm), the edge's distance then. Along
         subregion: ``weakest_direction`` and ``stiffest_direction`` (rad), ``pull_off_force`` (nN), ``pull_off_delta``
         (nm), ``contact_area`` (nm², at rest), and for asperities ``rest_delta`` (nm from the highest peak),
-        ``contacts`` and ``truncated``. NaN where nothing is in contact; the attribute ``missing`` says why. Lazy where
-        the scan is.
+        ``contacts`` and ``truncated``. NaN where nothing is in contact, or not ``converged``; the attribute ``missing``
+        says why. Lazy where the scan is.
 
     Raises
     ------
@@ -169,6 +170,8 @@ def _no_contact_options(subregions: Any, *given: Any) -> None:
 def _finished(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: dict[str, Any]) -> xr.Dataset:
     """Return the result with its labels and its history."""
     out.attrs |= {"method": method, "load": arguments["load"], "missing": _MISSING[method]}
+    if not out.chunks:
+        warn_unconverged(out, "their moments are NaN")
     return schema.record(schema.label(out), "rolling", ds, **arguments)
 
 
@@ -202,7 +205,8 @@ def _roll(x: float, y: float, prepared: tuple, options: Options, layout: Layout,
     offset = sums.offsets(field, x, y, options.radius, options.profile)
     spline = options.kernel_law().spline
     near, rest = _rest(field, offset, float(record["pull_off_delta"]), load, spline)
-    if np.isnan(rest):
+    record["converged"] = not np.isinf(rest)
+    if not np.isfinite(rest):
         return record
     held = near[offset[near] + field.scales.end[near] * field.scales.delta[near] <= rest]
     scales = type(field.scales)(*(array[held] for array in field.scales))
@@ -230,12 +234,10 @@ def _rest(field: sums.Field, offset: np.ndarray, pull_off: float, load: float, s
         near = np.flatnonzero(onset <= start + reach)
         scales = type(field.scales)(*(array[near] for array in field.scales))
         rest = rotation.rest(offset[near], scales, load, start, spline)
-        if rest <= start + reach:
+        if rest <= start + reach or near.size == offset.size:
             return near, rest
-        if near.size == offset.size:
-            break
         reach *= 2
-    return near, rest
+    return near, np.inf  # it rests on some that are left out
 
 
 def _put(record: np.ndarray, layout: Layout, found: np.ndarray) -> np.ndarray:
@@ -273,6 +275,7 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     record, angles = layout.blank(), layout.axes["direction"]
     for name in ("pull_off_force", "pull_off_delta"):
         record[name] = ds[name]
+    record["converged"] = bool(np.all(converged(ds)))
     x, y = (ds[axis].values - float(ds.get(f"subpixel_{axis}", 0.0)) for axis in "xy")
     x, y = np.meshgrid(x, y, indexing="ij")
     cell = float(ds["x"][1] - ds["x"][0]) * float(ds["y"][1] - ds["y"][0])
@@ -284,7 +287,8 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
             _of_state(np.nan_to_num(pressure) * cell, touching, x, y, angles, load, found)
     found[rotation.PULL, found[rotation.PULL] == -np.inf] = np.inf
     record["contact_area"] = _area_at_rest(ds["contact_area"].values, ds["force"].values, load)
-    return _put(record, layout, found if np.isfinite(found[rotation.MOMENT]).all() else np.full_like(found, np.nan))
+    known = record["converged"] and np.isfinite(found[rotation.MOMENT]).all()
+    return _put(record, layout, found if known else np.full_like(found, np.nan))
 
 
 def _area_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> float:

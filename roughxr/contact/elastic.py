@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from ..jobs import lazy as parallel
-from ..jobs.records import BRANCHES, Layout
+from ..jobs.records import BRANCHES, Layout, warn_unconverged
 from ..kernels.halfspace import displacement_control, load_control, yielding
 from ..scans import regions
 from ..vocabulary import schema
@@ -112,6 +112,11 @@ def direct(
         If no pair is assigned, pixels are not square or missing, displacements or loads are empty, not finite
         or not ascending, or a name is unknown.
 
+    Warns
+    -----
+    UserWarning
+        If solves have not converged (for input in memory only).
+
     Notes
     -----
     A body that yields bears no more than its hardness, and where it does it gives way by as much as the indenter would
@@ -162,7 +167,10 @@ def direct(
     arguments |= {"yielding": problem.yielding} if "hardness" in ds.coords else {}
     steps = {"delta": None, "load": None, **axes}
     out = schema.record(out, "direct", ds, **steps, **arguments, **limits._asdict())
-    return parallel.finish(out, lazy=parallel.is_lazy(ds), progress=progress)
+    out = parallel.finish(out, lazy=parallel.is_lazy(ds), progress=progress)
+    if not parallel.is_lazy(ds):
+        warn_unconverged(out, "converged tells which, residual how far they are off; take more max_iterations")
+    return out
 
 
 def _layout(axes: dict[str, Any], problem: Problem) -> Layout:

@@ -9,6 +9,7 @@ import xarray as xr
 
 from ..asperity.catalogue import asperities
 from ..bodies.materials import range_of
+from ..jobs.records import converged
 from ..kernels.asperity import maugis
 from ..vocabulary import schema
 from ..vocabulary.units import positive
@@ -84,7 +85,8 @@ def elastic_pull_off(ds: xr.Dataset, *, smoothing: Any = 2.0) -> xr.Dataset:
         dask_gufunc_kwargs={"output_sizes": {"event": 3}, "allow_rechunk": True},
     )
     out = xr.Dataset({name: moved[..., k] for k, name in enumerate(("pull_off_force", "pull_off_delta", "bracketed"))})
-    out["bracketed"] = out["bracketed"] == 1
+    known = (converged(ds) | ~(ds["force"] > 0)).all("delta")
+    out = out.where(known).assign(bracketed=known & (out["bracketed"] == 1))
     out.attrs = {"datum": ds.attrs.get("datum", ""), "method": "elastic_pull_off"}
     return schema.record(schema.label(out), "elastic_pull_off", ds, smoothing=smoothing)
 

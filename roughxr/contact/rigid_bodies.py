@@ -13,6 +13,7 @@ import xarray as xr
 
 from ..asperity.maps import EVERY_PIXEL
 from ..jobs import lazy as parallel
+from ..jobs.records import warn_unconverged
 from ..kernels.adhesion import potentials
 from ..kernels.adhesion import rigid as kernels
 from ..scans import regions
@@ -87,8 +88,9 @@ def rigid(
         ``force`` (nN) along (subregion, delta), NaN where the bodies cannot come so close; along subregion
         ``pull_off_force`` and ``pull_off_delta``, the largest pull at any displacement, ``touch_delta`` (nm, where they
         first touch), ``pull_beyond_contact``, the share of that pull from cells more than twice the law's length apart,
-        and ``truncated``, where more than 1 % of it comes from beyond the scan. For every pixel along (x, y), without
-        ``pull_beyond_contact``. Lazy where the scan is a dask array.
+        ``truncated``, where more than 1 % of it comes from beyond the scan, and ``converged``, without which these are
+        NaN. For every pixel along (x, y), without ``pull_beyond_contact`` and ``converged``. Lazy where the scan is a
+        dask array.
 
     Raises
     ------
@@ -146,6 +148,8 @@ def rigid(
     out = parallel.finish(out, lazy=parallel.is_lazy(ds), progress=progress)
     if not parallel.is_lazy(ds):
         _warn(out, options)
+        if not pixels:
+            warn_unconverged(out, "their events are NaN: take a larger hardness, a smaller scan or limit='cut_off'")
     return out
 
 

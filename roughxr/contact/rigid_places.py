@@ -33,6 +33,7 @@ _EVENTS = {
     "touch_delta": float,
     "pull_beyond_contact": float,
     "truncated": bool,
+    "converged": bool,
 }
 
 
@@ -86,13 +87,14 @@ def _place(height, datum, window, ends, mean, problem, layout, options) -> np.nd
     here = _Setting(surface, float(datum) - float(mean), rectangle, problem, options)
     record, deltas = layout.blank(), problem.steps + surface.zero
     closest, pull = {"cut_off": _cut_off, "hardness": _flattened, "elastic": _elastic}[options.limit](here)
+    record["converged"] = np.isfinite(pull[0])
     within = deltas <= closest + 1e-9
     record["force"][within] = -here.pulls(deltas[within])
     record["touch_delta"] = here.touch() - surface.zero
     record["pull_off_force"], record["pull_off_delta"] = pull[0], pull[1] - surface.zero
-    touching = _touching(here, pull[1])
-    record["pull_beyond_contact"] = 1 - touching / pull[0]
-    record["truncated"] = any(ends) and here.beyond(np.array([pull[1]]))[0] > BEYOND_EDGE * pull[0]
+    if record["converged"]:
+        record["pull_beyond_contact"] = 1 - _touching(here, pull[1]) / pull[0]
+        record["truncated"] = any(ends) and here.beyond(np.array([pull[1]]))[0] > BEYOND_EDGE * pull[0]
     if layout.window is not None:
         put_fields(record, surface, _fields(here, np.where(within, deltas, np.nan)))
     return record
@@ -138,6 +140,8 @@ def _flattened(here: _Setting) -> tuple[float, tuple[float, float]]:
     def lacking(depth):
         return float(here.pulls(np.array([start + depth]))[0]) - o.hardness * np.interp(depth, lowest, areas)
 
+    if lacking(float(lowest[-1])) > 0:  # not even the whole window, flattened, bears the pull
+        return np.nan, (np.nan, np.nan)
     depth = brentq(lacking, 0.0, float(lowest[-1]), xtol=1e-9)
     return start + depth, (float(here.pulls(np.array([start + depth]))[0]), start + depth)
 
@@ -149,7 +153,7 @@ def _elastic(here: _Setting) -> tuple[float, tuple[float, float]]:
     displacements counts, or the rigid bodies' pull, with which an elastic approach begins, if that is larger.
     """
     law, problem = here.options.law, here.problem
-    start, pulls = here.touch(), []
+    start, pulls, solved = here.touch(), [], []
     deltas = start + _DEPTHS
     limits = {"tolerance": 1e-6, "max_iterations": 5000}
     separation, half_space = here.surface.separation, (problem.dx, problem.contact_modulus)
@@ -160,6 +164,7 @@ def _elastic(here: _Setting) -> tuple[float, tuple[float, float]]:
         gap = fields_of(pressure, here.surface, np.array([delta]), problem)["gap"] + kernels.floor(law)
         open_gap = gap[(np.asarray(pressure).reshape(gap.shape) == 0) & np.isfinite(gap)]
         attraction = here.options.area * potentials.tractions(open_gap, law).sum()
+        solved.append(states[0, displacement_control.STATUS] == displacement_control.CONVERGED)
         pulls.append(float(attraction + here.beyond(np.array([delta]))[0] - states[0, displacement_control.FORCE]))
         if pulls[-1] < 0.5 * max(pulls):
             break
@@ -167,4 +172,6 @@ def _elastic(here: _Setting) -> tuple[float, tuple[float, float]]:
     best = int(np.argmax(pulls))
     if pulls[best] <= rigid_pull:
         return start - kernels.floor(law), (rigid_pull, start - kernels.floor(law))
+    if not solved[best]:
+        return start - kernels.floor(law), (np.nan, np.nan)
     return start - kernels.floor(law), (pulls[best], float(deltas[best]))

@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.verbs import warn
 
 #: The two branches of a cycle.
 BRANCHES = ("loading", "retraction")
@@ -70,6 +71,18 @@ def labelled(records: Any, layout: Layout, ds: xr.Dataset, positions: xr.Dataset
     out = xr.Dataset({name: (("subregion", *layout.dims(name)), records[name]) for name in layout.dtype.names})
     pair = {name: ds[name] for name in schema.TRAVELLING if name in ds.coords}
     return schema.label(out.assign_coords({**layout.axes, **positions.coords, **pair}))
+
+
+def converged(ds: xr.Dataset) -> xr.DataArray | bool:
+    """Return where the solves of a solution met their tolerance; True where it does not say."""
+    return ds["converged"].astype(bool) if "converged" in ds else True
+
+
+def warn_unconverged(out: xr.Dataset, remedy: str) -> None:
+    """Warn once of solves, computed already, that did not meet their tolerance, and say what helps."""
+    lost = int((~out["converged"].astype(bool)).sum())
+    if lost:
+        warn(f"{out.attrs['method']}: {lost} of {out['converged'].size} solves have not converged; {remedy}")
 
 
 def loading(ds: xr.Dataset) -> xr.Dataset:

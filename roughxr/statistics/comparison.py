@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ..jobs.records import loading
+from ..jobs.records import converged, loading
 from ..vocabulary import schema
 from ..vocabulary.verbs import verb
 
@@ -51,7 +51,7 @@ def compare(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> x
     superposed, direct = (loading(schema.validate(ds, "solution")) for ds in (superposed, direct))
     _check_comparable(superposed, direct, by)
     at = superposed.interp(delta=direct["delta"])
-    truth = direct["force"]
+    truth = direct["force"].where(converged(direct))
     difference = (at["force"] / truth.where(truth > 0) - 1).transpose("subregion", "delta")
     mean = at["force"].mean("subregion") / truth.mean("subregion").where(lambda force: force > 0) - 1
     touching = difference.notnull()
@@ -71,7 +71,8 @@ def compare(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> x
         out["overlap_fraction"] = at["contacts_overlapping"].sum("subregion") / contacts.where(contacts > 0)
     kept = ("delta", "subregion", "subregion_x", "subregion_y", *schema.PAIR)
     out = out.drop_vars([name for name in out.coords if name not in kept])
-    out.attrs = {"agree_within": by, "missing": "NaN out of contact; parting_delta: NaN where they never part"}
+    missing = "NaN out of contact or not converged; parting_delta: NaN where they never part"
+    out.attrs = {"agree_within": by, "missing": missing}
     return schema.record(schema.label(out), "compare", direct, by=by)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..contact.estimates import elastic_pull_off
+from ..jobs.records import converged
 from ..vocabulary import schema
 from ..vocabulary.verbs import verb, warn
 
@@ -65,9 +66,10 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = 2.0)
     schema.one_of(method, ("exact", "cycle", "sweep", "ciavarella"), "method")
     if method == "ciavarella":
         return elastic_pull_off(ds, smoothing=smoothing)
-    out = _of_sweep(_with_adhesion(ds, force)) if method == "sweep" else _of_events(ds, method, found)
+    out = _of_sweep(_with_adhesion(ds, force), converged(ds)) if method == "sweep" else _of_events(ds, method, found)
     out.attrs = {key: value for key, value in ds.attrs.items() if key != "history"}
-    out.attrs["missing"] = f"NaN where no displacement of the {method} pulls"
+    unsolved = ", or the largest pull has not converged" if method == "sweep" else ""
+    out.attrs["missing"] = f"NaN where no displacement of the {method} pulls{unsolved}"
     if method == "sweep" and force is not None and not force.chunks:
         _warn_of_ends(out, ds["delta"].values)
     return schema.record(schema.label(out), "pull_off", ds, method=method)
@@ -106,10 +108,10 @@ def _with_adhesion(ds: xr.Dataset, force: xr.DataArray) -> xr.DataArray:
     return force
 
 
-def _of_sweep(force: xr.DataArray) -> xr.Dataset:
-    """Return the largest pull among the displacements of a sweep."""
+def _of_sweep(force: xr.DataArray, solved: xr.DataArray | bool) -> xr.Dataset:
+    """Return the largest pull among the displacements of a sweep; NaN where its state has not converged."""
     least = force.min("delta")
-    pulls = least < 0
+    pulls = (least < 0) & ~((force == least) & ~(solved | force.isnull())).any("delta")
     where = force.fillna(np.inf).argmin("delta")
     at = xr.apply_ufunc(
         lambda k, delta: delta[k],

@@ -33,6 +33,10 @@ from .laws import asperity_contact, pick
 #: In one step an asperity moves by at most one in this many parts of its way to the end of its branch.
 _STEPS = 100
 
+#: After that many steps an asperity stands at the end of its branch, where it still holds: it has detached once it is
+#: further out than rounding, in units of its own scale, can have brought it.
+_ROUNDING = 1e-9
+
 #: Largest number of steps; some 500 detach contacts a hundred times as far from the edge as they are wide.
 _MOST = 100_000
 
@@ -90,10 +94,10 @@ def _edge(along, turned, delta, scales, spline, force, reach):
     """Write each asperity's load and how far it reaches ahead, −1 if detached; return the foremost edge."""
     h = -np.inf
     for i in range(along.size):
-        reach[i] = -1.0
-        if delta[i] < scales.end[i] * scales.delta[i] or np.isnan(delta[i]):
+        reach[i], end = -1.0, scales.end[i] * scales.delta[i]
+        if delta[i] < end - _ROUNDING * scales.delta[i] or np.isnan(delta[i]):
             continue
-        contact = asperity_contact(delta[i], pick(scales, i), spline)
+        contact = asperity_contact(max(delta[i], end), pick(scales, i), spline)
         force[i] = contact.P
         reach[i] = np.hypot(contact.a * np.cos(turned[i]), contact.b * np.sin(turned[i]))
         h = max(h, along[i] + reach[i])
