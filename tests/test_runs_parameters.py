@@ -95,7 +95,7 @@ def test_what_is_not_known_to_scale_is_solved_for_every_pair(surface):
     ("solve", "assigned", "options"),
     [
         (adhesive, {}, {"strength": 2.0, "preload": 0.0, "refine": 4, "accuracy": None, "step": 0.5}),
-        (rigid, {}, {"limit": "hardness", "hardness": 8.0, "delta": [-2.0]}),
+        (rigid, {"hardness": 20.0}, {"limit": "hardness", "delta": [-2.0]}),
         (rigid, {"hamaker_constant": 0.1}, {"delta": [-2.0]}),
         (rigid, {}, {"limit": "elastic", "delta": [-2.0]}),
         (superpose, {"hardness": 4.0}, {"delta": [1.0, 3.0]}),
