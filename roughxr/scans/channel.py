@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..vocabulary.text import printable
 from ..vocabulary.units import factor
 
 
@@ -23,7 +24,7 @@ class UnreadableScan(ValueError):
     """A file that is no scan, or a damaged one: the message names the file, the reason and what to do."""
 
     def __init__(self, path: Any, reason: str):
-        super().__init__(f"{path}: {reason}")
+        super().__init__(printable(f"{path}: {reason}"))
 
 
 class Channel(NamedTuple):

@@ -776,12 +776,18 @@ def history(ds: xr.Dataset) -> list[dict[str, Any]]:
     >>> [step["operation"] for step in history(record(record(xr.Dataset(), "level"), "crop"))]
     ['level', 'crop']
     """
-    text = ds.attrs.get("history", "")
+    text = str(ds.attrs.get("history", ""))
     try:
         steps = json.loads(text) if text else []
-    except json.JSONDecodeError:
-        steps = [{"operation": "unknown", "arguments": {"history": text}}]
-    return steps if isinstance(steps, list) else [steps]
+    except (ValueError, RecursionError):
+        steps = None
+    if isinstance(steps, list) and all(map(_is_step, steps)):
+        return steps
+    return [{"operation": "unknown", "arguments": {"history": text}}]
+
+
+def _is_step(step: Any) -> bool:
+    return isinstance(step, dict) and isinstance(step.get("arguments", {}), dict)
 
 
 def height_hash(ds: xr.Dataset) -> str:

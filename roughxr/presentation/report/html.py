@@ -28,6 +28,7 @@ from .embedded_figures import budget_picture, pictures
 from .intervals import interval_table
 from .repeat import command
 from .tables import contact_table, formula_table, scan_table
+from .template import filled
 from .warnings_shown import cautions
 
 #: How to cite this library, and what it implements.
@@ -108,12 +109,9 @@ def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
     >>> "glass.nc" in text, "made from a seed, not measured" in text
     (True, True)
     """
-    import jinja2
-
-    loader = jinja2.PackageLoader("roughxr.presentation.report", ".")
     run = compared(run)
-    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    return environment.get_template("page.html").render(
+    return filled(
+        "roughxr.presentation.report",
         title=_title(run),
         archive_name=archive_name,
         facts=_facts(run),

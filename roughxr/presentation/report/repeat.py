@@ -8,6 +8,7 @@ from typing import Any
 
 import xarray as xr
 
+from ...scans import open_sample
 from ...vocabulary import schema
 from ...vocabulary.verbs import verb
 
@@ -19,8 +20,8 @@ def command(run: Mapping[str, xr.Dataset]) -> str:
     Parameters
     ----------
     run : mapping of str to Dataset
-        The groups of a run. If its scan has the attribute ``command``, it is returned; otherwise the line is built
-        from the steps that the run records, with the bodies as they were given.
+        The groups of a run. The line is built from the steps that the run records, with the bodies as they were given;
+        what the scan's file says of earlier steps is not believed.
 
     Returns
     -------
@@ -29,32 +30,34 @@ def command(run: Mapping[str, xr.Dataset]) -> str:
 
     Examples
     --------
-    >>> command({"scan": xr.Dataset(attrs={"command": "roughxr paper"})})
-    'roughxr paper'
+    >>> import roughxr
+    >>> command({"scan": roughxr.open_sample("glass")})
+    'roughxr paper -o paper-run'
     """
     scan = run.get("scan", xr.Dataset())
-    if scan.attrs.get("command"):
-        return str(scan.attrs["command"])
-    steps = [step for ds in run.values() for step in schema.history(ds)]
-    if _first(steps, "glass"):
+    if "height" in scan and _is_the_papers(scan):
         return "roughxr paper -o paper-run"
     if "source_file" not in scan.attrs or not all(name in scan.coords for name in schema.PAIR):
         return ""
     parts = ["roughxr", "run", str(scan.attrs["source_file"]), *_channel(scan)]
-    parts += _pair(scan, _last(schema.history(scan), "assign_pair"))
-    parts += ["--level", _first(steps, "level").get("method", "none"), *_places(_first(steps, "direct"))]
-    parts += _adhesion(_first(steps, "adhesive"))
+    parts += _pair(scan, _last(scan, "assign_pair"))
+    parts += ["--level", str(_last(scan, "level").get("method", "none"))]
+    parts += _places(_last(run.get("solutions/direct"), "direct"))
+    parts += _adhesion(_last(run.get("solutions/adhesive"), "adhesive"))
     return shlex.join(parts)
 
 
-def _first(steps: list[dict[str, Any]], operation: str) -> dict[str, Any]:
-    """Return the arguments of the first step of this name, or the step itself where it has none."""
-    return next((step.get("arguments") or step for step in steps if step.get("operation") == operation), {})
+def _is_the_papers(scan: xr.Dataset) -> bool:
+    """Return whether the heights are those of the sample that the paper is repeated on."""
+    sample = open_sample("glass")
+    same = scan["height"].shape == sample["height"].shape
+    return same and schema.height_hash(scan) == schema.height_hash(sample)
 
 
-def _last(steps: list[dict[str, Any]], operation: str) -> dict[str, Any]:
-    """Return the arguments of the last step of this name."""
-    return _first(steps[::-1], operation)
+def _last(ds: xr.Dataset | None, operation: str) -> dict[str, Any]:
+    """Return the arguments of a Dataset's last step of this name."""
+    steps = [] if ds is None else schema.history(ds)[::-1]
+    return next((step.get("arguments", {}) for step in steps if step.get("operation") == operation), {})
 
 
 def _channel(scan: xr.Dataset) -> list[str]:

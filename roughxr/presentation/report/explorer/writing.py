@@ -15,7 +15,7 @@ from ....files import archive
 from ....files.disk import whole
 from ....vocabulary import schema
 from ....vocabulary.units import whole_number
-from ....vocabulary.verbs import verb
+from ..template import filled
 from ..warnings_shown import cautions
 from . import images, places
 from .contact_maps import contact_maps
@@ -113,12 +113,9 @@ def explorer_page(
         ...
     ValueError: expected the archive of a run, with its scan, found groups: none; make one with roughxr run
     """
-    import jinja2
-
     told = _page_data(run, whole_number(loops, "loops", least=0), progress)
-    loader = jinja2.PackageLoader("roughxr.presentation.report.explorer", ".")
-    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    return environment.get_template("page.html").render(
+    return filled(
+        "roughxr.presentation.report.explorer",
         title=_title(run["scan"]),
         archive_name=archive_name,
         version=__version__,
