@@ -26,25 +26,23 @@ from .bodies.probes import fit_sphere, placements
 from .contact import reference
 from .contact.adhesion import adhesive
 from .contact.elastic import direct
-from .contact.estimates import elastic_pull_off, tabor
+from .contact.estimates import tabor
 from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
-from .detachment import critical_load, resuspension
+from .detachment import critical_load, resuspension, to_dem
 from .files import archive
 from .jobs.lazy import compute
 from .jobs.run import checkpointed
 from .measured import (
-    against,
+    compare,
     curves_pull_off,
-    fit_adhesion_range,
-    fit_hardness,
-    fit_work_of_adhesion,
+    fit_pair,
     open_curves,
     open_pull_off,
     predict_others,
 )
 from .presentation import figures, report
-from .presentation.exports import table, to_resuspension, to_table
+from .presentation.exports import to_table
 from .presentation.figures import plot
 from .reproduction import paper
 from .runs.analysis import run
@@ -70,7 +68,7 @@ from .scans import (
     to_tiff,
 )
 from .scans.tip import dilate, erode, tip_flags
-from .statistics import bootstrap, cdf, compare, debris, fit, pdf, pooled, pull_off, reduction, summary
+from .statistics import bootstrap, cdf, debris, fit, force_ratio, pdf, pooled, pull_off, reduction, summary
 from .studies.parameter_grid import vary
 from .studies.sensitivities import error_budget, sensitivity
 from .studies.several_scans import over_scans
@@ -86,7 +84,6 @@ __all__ = [
     "__version__",
     "add_fine_roughness",
     "adhesive",
-    "against",
     "archive",
     "asperities",
     "assign_pair",
@@ -105,16 +102,14 @@ __all__ = [
     "detachment",
     "dilate",
     "direct",
-    "elastic_pull_off",
     "erode",
     "error_budget",
     "figures",
     "fill",
     "fit",
-    "fit_adhesion_range",
-    "fit_hardness",
+    "fit_pair",
     "fit_sphere",
-    "fit_work_of_adhesion",
+    "force_ratio",
     "formulas",
     "gilman_surface_energy",
     "hamaker_constant",
@@ -154,11 +149,10 @@ __all__ = [
     "summary",
     "superpose",
     "synthetic",
-    "table",
     "tabor",
     "tip_flags",
+    "to_dem",
     "to_gsf",
-    "to_resuspension",
     "to_surfacetopography",
     "to_table",
     "to_tiff",

@@ -20,11 +20,11 @@ from .bodies import probes
 from .bodies.materials import assign_pair
 from .contact.adhesion import adhesive
 from .contact.elastic import direct
-from .contact.estimates import elastic_pull_off, tabor
+from .contact.estimates import tabor
 from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
-from .detachment import critical_load, resuspension
-from .measured import against, curves_pull_off, fit_adhesion_range, fit_hardness, fit_work_of_adhesion
+from .detachment import critical_load, resuspension, to_dem
+from .measured import compare, curves_pull_off, fit_pair
 from .presentation import exports, figures
 from .scans import tip
 from .studies.parameter_grid import vary
@@ -95,7 +95,6 @@ class ContactAccessor:
 
     # statistics
     pull_off = _method(statistics.pull_off)
-    elastic_pull_off = _method(elastic_pull_off)
     tabor = _method(tabor)
     tip_flags = _method(tip.tip_flags)
     pdf = _method(statistics.pdf)
@@ -108,21 +107,18 @@ class ContactAccessor:
     debris = _method(statistics.debris)
 
     # measured
-    against = _method(against)
+    compare = _method(compare)
     curves_pull_off = _method(curves_pull_off)
-    fit_work_of_adhesion = _method(fit_work_of_adhesion)
-    fit_adhesion_range = _method(fit_adhesion_range)
-    fit_hardness = _method(fit_hardness)
+    fit_pair = _method(fit_pair)
 
     vary = _method(vary)
     plot = _method(figures.plot)
 
     # files for others
-    table = _method(exports.table)
     to_gsf = _method(scans.to_gsf)
     to_tiff = _method(scans.to_tiff)
     to_surfacetopography = _method(scans.to_surfacetopography)
-    to_resuspension = _method(exports.to_resuspension)
+    to_dem = _method(to_dem)
     to_table = _method(exports.to_table)
 
 

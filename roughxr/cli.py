@@ -16,7 +16,8 @@ from .vocabulary.text import printable
 #: Laws of attraction, the same as in `adhesive`, repeated here so that help needs no import of the solver.
 LAWS = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
 
-#: Loads of `critical_load`, and fluids with their kg/m³ and m²/s at 20 °C.
+#: Codes of `to_dem`, loads of `critical_load`, and fluids with their kg/m³ and m²/s at 20 °C.
+PARTICLE_CODES = ("lammps", "4c", "liggghts", "mercurydpm", "yade", "rock_n_roll")
 LOADS = ("wall_shear", "tilt", "centrifuge", "vibration")
 FLUIDS = {"air": (1.181, 1.539e-5), "water": (998.2, 1.004e-6)}
 
@@ -313,7 +314,12 @@ def _add_detach(commands) -> None:
     command.add_argument(
         "--parameters", metavar="TABLE", help="what Rock'n'Roll, LAMMPS and code_saturne take, OUT.csv or OUT.parquet"
     )
-    command.add_argument("--resuspension", metavar="CSV", help="the distribution of adhesion and lever")
+    command.add_argument(
+        "--dem",
+        nargs=2,
+        metavar=("CODE", "FILE"),
+        help=f"the lines that a code takes: {', '.join(PARTICLE_CODES)} (the distribution of adhesion and lever)",
+    )
     command.add_argument("--picture", metavar="PNG", help="draw what goes first at each place, and the rose of moments")
     command.set_defaults(command=_detach)
 
@@ -508,7 +514,7 @@ def _compare(options) -> None:
     methods = [name.partition("/")[2] for name, ds in groups.items() if name.startswith("statistics/") and _pulls(ds)]
     predicted = groups[f"statistics/{one_of(options.method, methods, 'method')}"].load()
     own = _measurement(options)
-    found = measured.against(predicted, own)
+    found = measured.compare(predicted, own)
     print(f"measured over predicted ({options.method}) pull-off forces, nN:")
     columns = [f"{name}{end}" for name in ("predicted", "measured", "ratio") for end in ("", "_low", "_high")]
     print(found[columns].to_dataframe().to_string(float_format=lambda v: f"{v:.3g}"))
@@ -529,6 +535,7 @@ def _detach(options) -> None:
     from pathlib import Path
 
     from . import detachment
+    from .detachment.for_codes import by_place
     from .files import archive
     from .presentation import exports, report
 
@@ -551,13 +558,15 @@ def _detach(options) -> None:
     )
     _tell_critical(critical, options)
     if options.output:
-        table = detachment.by_place(held).merge(critical, compat="override", combine_attrs="override")
+        table = by_place(held).merge(critical, compat="override", combine_attrs="override")
         print(f"written to {exports.to_table(table, options.output)}")
     if options.parameters:
         numbers = detachment.parameters(held, catalogue=groups["asperities"])
         print(f"written to {exports.to_table(numbers, options.parameters)}")
-    if options.resuspension:
-        print(f"written to {exports.to_resuspension(held, options.resuspension)}")
+    if options.dem:
+        code, path = options.dem
+        Path(path).write_text(detachment.to_dem(held, code=code), encoding="utf-8")
+        print(f"written to {path}")
     if options.picture:
         _draw_coming_off(critical, held, options.picture)
 

@@ -1,5 +1,6 @@
 """Coming off: loads, what gives way first, and how many particles stay, against closed forms."""
 
+import io
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from scipy.optimize import brentq
 import roughxr
 from roughxr import detachment
 from roughxr.detachment import Load, Push, biasi_adhesion, rock_n_roll
+from roughxr.detachment.for_codes import by_place
 
 from .benchmarks import reeks_hall
 from .surfaces import glass_pair, rough, scan
@@ -427,22 +429,22 @@ def test_saturnes_asperities_are_counted_on_the_scan(tmp_path):
 
 def test_each_place_has_its_row(tmp_path):
     ground = adhering([200.0, 300.0], [[10.0, 20, 30, 40], [50.0, 50, 50, 50]])
-    found = detachment.by_place(ground)
+    found = by_place(ground)
     assert found.lever.values.tolist() == [25.0, 50.0] and found.moment_least.values.tolist() == [2000.0, 15000.0]
     assert found.moment_mean.values.tolist() == [5000.0, 15000.0]
     assert found.moment_largest.values.tolist() == [8000.0, 15000.0]
     assert len(pd.read_csv(found.contact.to_table(tmp_path / "places.csv"))) == 2
     with pytest.raises(ValueError, match="rolling"):
-        detachment.by_place(found)
+        by_place(found)
 
 
-def test_levers_stand_beside_the_forces_of_their_places_in_the_file_for_resuspension_codes(tmp_path):
+def test_levers_stand_beside_the_forces_of_their_places_in_the_table_for_resuspension_codes():
     surface = glass_pair(scan(rough(48, seed=1)))
     ground = surface.contact.rolling(directions=6, subregions=(3, 3))
-    table = pd.read_csv(ground.contact.to_resuspension(tmp_path / "adhesion.csv"), comment="#")
+    table = pd.read_csv(io.StringIO(ground.contact.to_dem(code="rock_n_roll")), comment="#")
     order = np.argsort(ground.pull_off_force.values)
     expected = ground.lever.min("direction").values[order] / float(surface.sphere_radius)
     np.testing.assert_allclose(table["lever_over_radius"], expected, rtol=1e-6)
     np.testing.assert_allclose(table["force_nN"], ground.pull_off_force.values[order], rtol=1e-6)
-    bare = surface.contact.pull_off_map(subregions=(3, 3)).contact.to_resuspension(tmp_path / "bare.csv")
-    assert "lever_over_radius" not in pd.read_csv(bare, comment="#")
+    bare = surface.contact.pull_off_map(subregions=(3, 3)).contact.to_dem(code="rock_n_roll")
+    assert "lever_over_radius" not in pd.read_csv(io.StringIO(bare), comment="#")

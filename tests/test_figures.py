@@ -25,7 +25,7 @@ from roughxr.presentation.figures.forces import hertz_error, jkr_sphere, mean_ra
 from roughxr.presentation.figures.style import display_unit, styled, superscripts
 from roughxr.reproduction import paper_figures
 from roughxr.scans import regions
-from roughxr.statistics import bootstrap, compare, debris, pull_off
+from roughxr.statistics import bootstrap, debris, force_ratio, pull_off
 from roughxr.vocabulary import schema
 
 PAPER = [f"figure-{number:02d}" for number in range(2, 17)]
@@ -121,7 +121,7 @@ DRAWN = {
     "orientation_rose": lambda run: figures.orientation_rose(run["asperities"]),
     "pressure_on_topography": lambda run: figures.pressure_on_topography(run["solutions/contact"], run["scan"]),
     "method_comparison": lambda run: figures.method_comparison(
-        compare(run["solutions/hertz"], run["solutions/direct"]), mark=12.0
+        force_ratio(run["solutions/hertz"], run["solutions/direct"]), mark=12.0
     ),
     "tornado": lambda run: figures.tornado(SWINGS),
     "asperity_statistics": lambda run: figures.asperity_statistics(run["asperities"]),

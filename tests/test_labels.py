@@ -54,7 +54,7 @@ def results():
             method="adhesive", refine=1, settings={"modulus": [2.0]}
         ),
         "error_budget": surface.contact.error_budget(places=1, refine=1, seeds=1, settings={"modulus": [2.0]}),
-        "against": roughxr.against(pull, pull.assign(pull_off_force=2 * pull.pull_off_force), resamples=20),
+        "compare": roughxr.compare(pull, pull.assign(pull_off_force=2 * pull.pull_off_force), resamples=20),
         "curves_pull_off": roughxr.curves_pull_off(
             xr.Dataset(
                 {
@@ -63,8 +63,8 @@ def results():
                 }
             )
         ),
-        "fit_work_of_adhesion": surface.contact.fit_work_of_adhesion(pull, subregions=(2, 2), resamples=20),
-        "compare": roughxr.compare(sweep, surface.contact.direct(delta=[1.0, 2.0, 3.0], **PLACES)),
+        "fit_pair": surface.contact.fit_pair(pull, subregions=(2, 2), resamples=20),
+        "force_ratio": roughxr.force_ratio(sweep, surface.contact.direct(delta=[1.0, 2.0, 3.0], **PLACES)),
     }
 
 

@@ -32,7 +32,7 @@ def field(seed, n=N, smooth=1.0):
 def trials():
     """Return comparisons of two fields of one law, the measured twice the predicted."""
     return [
-        roughxr.against(
+        roughxr.compare(
             forces(field(2 * k), grid()), forces(field(2 * k + 1), grid()) * 2, statistics=["mean", "q50"], resamples=99
         )
         for k in range(60)
@@ -49,13 +49,13 @@ def test_intervals_of_the_ratio_hold_at_their_rate(trials, statistic):
 
 def test_two_fields_of_one_law_are_told_apart_no_more_often_than_stated():
     p_values = [
-        float(roughxr.against(forces(field(2 * k), grid()), forces(field(2 * k + 1), grid()), resamples=20, shift=None,
+        float(roughxr.compare(forces(field(2 * k), grid()), forces(field(2 * k + 1), grid()), resamples=20, shift=None,
               statistics=["mean"]).distribution_p_value)
         for k in range(60)
     ]  # fmt: skip
     assert np.mean(np.array(p_values) < 0.05) <= 0.12
     naive = [  # of unknown places: as if all were independent
-        float(roughxr.against(forces(field(2 * k)), forces(field(2 * k + 1)), resamples=20).distribution_p_value)
+        float(roughxr.compare(forces(field(2 * k)), forces(field(2 * k + 1)), resamples=20).distribution_p_value)
         for k in range(20)
     ]
     assert np.mean(np.array(naive) < 0.05) > 0.3
@@ -66,7 +66,7 @@ def test_laws_that_differ_are_told_apart(trials):
 
 
 def test_quantiles_stand_beside_one_another():
-    found = roughxr.against(forces(field(0)), forces(3 * field(0)))
+    found = roughxr.compare(forces(field(0)), forces(3 * field(0)))
     np.testing.assert_allclose(found.measured_quantile, 3 * found.predicted_quantile)
     np.testing.assert_allclose(found.ratio, 3.0)
     assert found.attrs["places"] == "not compared: predicted and measured of unknown place"
@@ -82,7 +82,7 @@ def test_the_shift_of_a_noisy_map_is_found(shift):
     there = [(x + dx) / STEP for x, dx in zip(own, shift)]
     measured = map_coordinates(surface, there, order=3) * 1.7
     measured *= np.exp(0.2 * np.random.default_rng(0).standard_normal(measured.shape))
-    found = roughxr.against(forces(surface, grid(40)), forces(measured, own), statistics=["mean"], resamples=20)
+    found = roughxr.compare(forces(surface, grid(40)), forces(measured, own), statistics=["mean"], resamples=20)
     assert abs(found.shift_x - shift[0]) < 0.4 * STEP and abs(found.shift_y - shift[1]) < 0.4 * STEP
     assert found.place_correlation > 0.7 and found.attrs["places"] == "shift found"
     ratio = found.measured_force / found.predicted_force
@@ -91,7 +91,7 @@ def test_the_shift_of_a_noisy_map_is_found(shift):
 
 def test_no_shift_is_found_where_none_is():
     found = [
-        roughxr.against(forces(field(k), grid()), forces(field(100 + k), grid()), statistics=["mean"], resamples=20)
+        roughxr.compare(forces(field(k), grid()), forces(field(100 + k), grid()), statistics=["mean"], resamples=20)
         for k in range(20)
     ]
     none = [bool(np.isnan(one.shift_x)) for one in found]
@@ -105,10 +105,10 @@ def test_predictions_at_the_measured_places_need_no_grid():
     rng = np.random.default_rng(0)
     measured = forces(rng.gamma(9, 10, 30), rng.uniform(-150, 150, (2, 30)))
     predicted = surface.contact.pull_off_map(subregions=measured)
-    found = predicted.contact.against(predicted.assign(pull_off_force=2 * predicted.pull_off_force), resamples=20)
+    found = predicted.contact.compare(predicted.assign(pull_off_force=2 * predicted.pull_off_force), resamples=20)
     np.testing.assert_allclose(found.measured_force, 2 * found.predicted_force)
     assert float(found.shift_x) == 0.0 and float(found.place_correlation) == pytest.approx(1.0)
-    scattered = predicted.contact.against(forces(rng.gamma(9, 10, 30), rng.uniform(-150, 150, (2, 30))), resamples=20)
+    scattered = predicted.contact.compare(forces(rng.gamma(9, 10, 30), rng.uniform(-150, 150, (2, 30))), resamples=20)
     assert scattered.attrs["places"] == "not compared: no common grid"
 
 
@@ -116,7 +116,7 @@ def test_a_map_is_compared_as_its_places():
     surface = glass_pair(scan(rough(32, seed=1)))
     predicted = surface.contact.pull_off_map()
     measured = forces(predicted.pull_off_force.values, np.meshgrid(surface.x, surface.y, indexing="ij"))
-    found = roughxr.against(predicted, measured, statistics=["mean"], resamples=20)
+    found = roughxr.compare(predicted, measured, statistics=["mean"], resamples=20)
     assert float(found.shift_x) == pytest.approx(0, abs=0.1) and float(found.ratio[0]) == pytest.approx(1)
 
 
@@ -134,12 +134,12 @@ def test_a_map_is_compared_as_its_places():
 )
 def test_options_out_of_range_are_named(options, message):
     with pytest.raises(ValueError, match=message):
-        roughxr.against(forces(field(0), grid()), forces(field(0), grid()), resamples=20, **options)
+        roughxr.compare(forces(field(0), grid()), forces(field(0), grid()), resamples=20, **options)
 
 
 def test_what_is_no_pull_off_is_named():
     solution = xr.Dataset({"force": (("subregion", "delta"), [[1.0, 2.0]])}, {"delta": [0.0, 1.0]})
     with pytest.raises(ValueError, match="predicted: expected pull_off_force, found force; take"):
-        roughxr.against(solution, forces([1.0, 2.0]))
+        roughxr.compare(solution, forces([1.0, 2.0]))
     with pytest.raises(TypeError, match="measured: expected a Dataset"):
-        roughxr.against(forces([1.0, 2.0]), [1.0, 2.0])
+        roughxr.compare(forces([1.0, 2.0]), [1.0, 2.0])

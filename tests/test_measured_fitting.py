@@ -28,7 +28,7 @@ def fits():
     found = []
     for seed in range(10):
         ds = surface(seed)
-        found.append((ds, roughxr.fit_work_of_adhesion(ds, measured_on(ds, seed), resamples=99)))
+        found.append((ds, roughxr.fit_pair(ds, measured_on(ds, seed), resamples=99)))
     return found
 
 
@@ -48,7 +48,7 @@ def test_what_is_fitted_on_one_surface_holds_on_another(fits):
             other.assign_coords(work_of_adhesion=float(fit[name])).contact.pull_off_map(subregions=(8, 8))
             for name in ("fitted_work_low", "fitted_work_high")
         ]
-        compared = [one.contact.against(measured, statistics=["mean"], resamples=99, shift=None) for one in ends]
+        compared = [one.contact.compare(measured, statistics=["mean"], resamples=99, shift=None) for one in ends]
         held.append(float(compared[0].ratio_high[0]) > 1 > float(compared[1].ratio_low[0]))
         assert 0.6 < float(fit.spread_ratio) < 1.6
     assert sum(held) >= 5
@@ -64,7 +64,7 @@ def test_the_profile_is_least_at_the_fit(fits):
 def test_forces_without_noise_at_the_same_places_give_it_back():
     ds = surface(3)
     exact = ds.assign_coords(work_of_adhesion=TRUE).contact.pull_off_map(subregions=(8, 8))
-    fit = roughxr.fit_work_of_adhesion(ds, exact, subregions=(8, 8), resamples=20)
+    fit = roughxr.fit_pair(ds, exact, subregions=(8, 8), resamples=20)
     assert float(fit.fitted_work_of_adhesion) == pytest.approx(TRUE, rel=0.01)
     assert float(fit.spread_ratio) == pytest.approx(1, rel=0.02)
 
@@ -73,7 +73,7 @@ def test_what_the_modulus_takes_from_it_is_told():
     ds = surface(3)
     exact = ds.assign_coords(work_of_adhesion=TRUE).contact.pull_off_map(subregions=(8, 8))
     fits = [
-        roughxr.fit_work_of_adhesion(ds.assign_coords(contact_modulus=modulus), exact, resamples=20)
+        roughxr.fit_pair(ds.assign_coords(contact_modulus=modulus), exact, resamples=20)
         for modulus in (39.4, 39.4 * 1.4)
     ]
     found = float(np.log(fits[1].fitted_work_of_adhesion / fits[0].fitted_work_of_adhesion) / np.log(1.4))
@@ -84,7 +84,7 @@ def test_what_the_modulus_takes_from_it_is_told():
 def test_a_spread_that_no_surface_explains_is_said():
     ds = surface(3)
     wide = xr.Dataset({"pull_off_force": ("subregion", np.exp(np.random.default_rng(0).normal(5, 3, 50)))})
-    fit = roughxr.fit_work_of_adhesion(ds, wide, resamples=20)
+    fit = roughxr.fit_pair(ds, wide, resamples=20)
     assert "which no work of adhesion explains" in fit.not_identifiable
 
 
@@ -93,7 +93,7 @@ def test_the_simulation_fits_what_it_predicts():
     ds = ds.assign_coords(work_of_adhesion=0.04, adhesion_range=2.0)
     options = {"law": "exponential", "refine": 1, "subregions": (2, 1)}
     exact = ds.assign_coords(work_of_adhesion=0.05).contact.adhesive(**options)
-    fit = roughxr.fit_work_of_adhesion(ds, exact, resamples=20, method="adhesive", **options)
+    fit = roughxr.fit_pair(ds, exact, resamples=20, method="adhesive", **options)
     assert float(fit.fitted_work_of_adhesion) == pytest.approx(0.05, rel=0.05)
     assert fit.method == "adhesive"
 
@@ -103,14 +103,14 @@ def test_places_without_a_pull_off_are_not_left_out():
     options = {"law": "exponential", "refine": 1, "subregions": (2, 1), "max_cells": 10}
     forces = xr.Dataset({"pull_off_force": ("subregion", [200.0, 300.0])})
     with pytest.warns(UserWarning, match="cells"), pytest.raises(ValueError, match="a pull-off at every place"):
-        roughxr.fit_work_of_adhesion(ds, forces, method="adhesive", **options)
+        roughxr.fit_pair(ds, forces, method="adhesive", **options)
 
 
 def test_forces_at_zero_are_asked_about():
     bad = xr.Dataset({"pull_off_force": ("subregion", [0.0, 2.0, 3.0])})
     with pytest.raises(ValueError, match="expected positive pull-off forces, found 1 of 3"):
-        roughxr.fit_work_of_adhesion(surface(0), bad)
+        roughxr.fit_pair(surface(0), bad)
     with pytest.raises(ValueError, match="method: expected one of"):
-        roughxr.fit_work_of_adhesion(surface(0), bad, method="guess")
+        roughxr.fit_pair(surface(0), bad, method="guess")
     with pytest.raises(ValueError, match="expected contact_modulus"):
-        roughxr.fit_work_of_adhesion(scan(rough(32)), bad)
+        roughxr.fit_pair(scan(rough(32)), bad)

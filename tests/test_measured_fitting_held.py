@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.measured.fitting_held import _minima
+from roughxr.measured.fitting import _minima
 
 from .surfaces import glass_pair, rough, scan
 
@@ -23,7 +23,7 @@ def measured_on(ds, subregions=GRID):
 
 def fit_to(measured, ds, **options):
     options = {"method": "rigid", "subregions": GRID, "resamples": 50, "delta": [0.0]} | options
-    return ds.contact.fit_adhesion_range(measured, **options)
+    return ds.contact.fit_pair(measured, quantity="adhesion_range", **options)
 
 
 def test_the_range_is_found_and_its_interval_holds_it():
@@ -75,16 +75,16 @@ def test_the_simulation_fits_the_hardness_that_it_predicts_with():
     ds = ds.assign_coords(work_of_adhesion=0.04, adhesion_range=2.0, hardness=2.0)
     options = {"law": "exponential", "refine": 1, "subregions": (2, 1), "preload": 500.0}
     exact = ds.assign_coords(hardness=1.4).contact.adhesive(**options)
-    fit = ds.contact.fit_hardness(exact, resamples=20, **options)
+    fit = ds.contact.fit_pair(exact, quantity="hardness", resamples=20, **options)
     assert float(fit.fitted_hardness) == pytest.approx(1.4, rel=0.05)
     assert float(fit.force_exponent) < 0  # what yields more holds more
 
 
 def test_what_cannot_be_fitted_is_refused():
     forces = xr.Dataset({"pull_off_force": ("subregion", [1.0, 2.0])})
-    with pytest.raises(ValueError, match="method: expected one of 'rigid', 'adhesive'"):
-        roughxr.fit_adhesion_range(surface(0), forces, method="superposed")
+    with pytest.raises(ValueError, match="method: expected one of 'adhesive', 'rigid'"):
+        roughxr.fit_pair(surface(0), forces, quantity="adhesion_range", method="superposed")
     with pytest.raises(ValueError, match="expected positive pull-off forces"):
-        roughxr.fit_adhesion_range(surface(0), -forces, method="rigid")
+        roughxr.fit_pair(surface(0), -forces, quantity="adhesion_range", method="rigid")
     with pytest.raises(ValueError, match="hardness: expected an assigned one"):
-        roughxr.fit_hardness(surface(0), forces)
+        roughxr.fit_pair(surface(0), forces, quantity="hardness")

@@ -53,7 +53,7 @@ def test_what_a_command_lacks_is_said(run, capsys):
 def test_quantiles_are_drawn_where_they_are():
     forces = np.random.default_rng(0).gamma(4, 5.0, 200)
     made = [xr.Dataset({"pull_off_force": ("subregion", f * forces)}) for f in (1.0, 2.0)]
-    found = roughxr.against(*made, resamples=20)
+    found = roughxr.compare(*made, resamples=20)
     ax = found.contact.plot(ax=Figure().subplots())
     line = next(line for line in ax.lines if line.get_label().startswith("means"))
     assert line.get_label() == "means: × 2"

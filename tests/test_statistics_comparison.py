@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.statistics import compare
+from roughxr.statistics import force_ratio
 
 
 def solution(force, delta, **more):
@@ -18,18 +18,18 @@ def test_parting_is_after_the_last_agreement():
     delta = [1, 2, 3, 4]
     direct = solution([[1, 2, 3, 4], [1, 2, 3, 4], [0, 0, 3, 4], [0, 0, 0, 0]], delta)
     other = solution([[1, 2.1, 4, 8], [1, 2, 3.2, 4.3], [0, 0, 9, 16], [0, 0, 0, 0]], delta)
-    found = compare(other, direct)
+    found = force_ratio(other, direct)
     np.testing.assert_array_equal(found.parting_delta, [3, np.nan, 3, np.nan])
     np.testing.assert_allclose(found.agreeing, [1, 1, 1 / 3, 1 / 3])
     assert found.parting_delta.units == "nm" and found.attrs["agree_within"] == 0.1
     assert np.isnan(found.force_difference[3]).all()
-    assert float(compare(other, direct, by=0.5).parting_delta[0]) == 4
+    assert float(force_ratio(other, direct, by=0.5).parting_delta[0]) == 4
     np.testing.assert_allclose(found.mean_difference, [0, 0.1 / 4, 7.2 / 9, 16.3 / 12], atol=1e-12)
     assert float(found.mean_parting_delta) == 3
 
 
 def test_nothing_is_relative_to_no_force():
-    found = compare(solution([[1, 1], [0, 1]], [1, 2]), solution([[0, 1], [0, 1]], [1, 2]))
+    found = force_ratio(solution([[1, 1], [0, 1]], [1, 2]), solution([[0, 1], [0, 1]], [1, 2]))
     np.testing.assert_array_equal(found.mean_difference, [np.nan, 0])
     np.testing.assert_array_equal(found.force_difference, [[np.nan, 0], [np.nan, 0]])
     np.testing.assert_array_equal(found.agreeing, [np.nan, 1])
@@ -39,7 +39,7 @@ def test_the_superposed_sweep_is_read_at_the_direct_displacements():
     fine = np.linspace(0, 4, 41)
     contacts = np.full((1, 41), 4.0)
     other = solution(2 * fine, fine, contacts=contacts, contacts_overlapping=contacts / 4)
-    found = compare(other, solution([2, 6], [1, 3]))
+    found = force_ratio(other, solution([2, 6], [1, 3]))
     np.testing.assert_allclose(found.force_difference, [[0, 0]], atol=1e-12)
     np.testing.assert_allclose(found.overlap_fraction, [0.25, 0.25])
 
@@ -47,16 +47,16 @@ def test_the_superposed_sweep_is_read_at_the_direct_displacements():
 def test_solutions_that_cannot_be_compared_are_refused_in_words():
     one = solution([[1, 2]], [1, 2])
     with pytest.raises(ValueError, match="same subregions"):
-        compare(solution([[1, 2], [1, 2]], [1, 2]), one)
+        force_ratio(solution([[1, 2], [1, 2]], [1, 2]), one)
     with pytest.raises(ValueError, match="same datum"):
-        compare(one.assign_attrs(datum="first_contact"), one)
+        force_ratio(one.assign_attrs(datum="first_contact"), one)
     for far in ([11, 12], [-5, -4]):
         with pytest.raises(ValueError, match="ranges that overlap"):
-            compare(one, solution([[1, 2]], far))
+            force_ratio(one, solution([[1, 2]], far))
     for near in ([0.5, 1.5], [1.5, 2.5]):
-        assert np.isfinite(compare(one, solution([[1, 2]], near)).force_difference).sum() == 1
+        assert np.isfinite(force_ratio(one, solution([[1, 2]], near)).force_difference).sum() == 1
     with pytest.raises(ValueError, match="between 0 and 1"):
-        compare(one, one, by=10)
+        force_ratio(one, one, by=10)
 
 
 def test_the_published_twelve_nanometres_do_not_hold_on_the_twin():
@@ -68,7 +68,7 @@ def test_the_published_twelve_nanometres_do_not_hold_on_the_twin():
     places = centres.isel(subregion=np.flatnonzero(~roughxr.statistics.debris(catalogue, centres)))
     direct = roughxr.direct(scan, delta=[10.0, 12.0], subregions=places)
     superposed = roughxr.superpose(catalogue, delta=np.arange(8, 14, 0.1), subregions=places, law="hertz")
-    found = compare(superposed, direct)
+    found = force_ratio(superposed, direct)
     assert abs(float(found.mean_difference.sel(delta=10))) < 0.1
     assert float(found.agreeing.sel(delta=10)) < 0.5
     assert float(found.mean_difference.sel(delta=12)) > 0.3

@@ -52,7 +52,7 @@ def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
         "tabor": roughxr.tabor(scan),
         "varied": roughxr.vary(scan, roughxr.direct, sphere_radius=[500, 1000], delta=[1.0]),
     }
-    found["estimate"] = roughxr.elastic_pull_off(found["direct"], smoothing=1.0)
+    found["estimate"] = roughxr.pull_off(found["direct"], method="ciavarella", smoothing=1.0)
     return {name: roughxr.compute(ds, progress=False) for name, ds in found.items()}
 
 
@@ -67,7 +67,7 @@ def statistics(solutions: dict[str, xr.Dataset]) -> xr.Dataset:
     tables: list[xr.Dataset] = [
         roughxr.fit(pull, "pull_off_force", laws=["weibull"]),
         roughxr.bootstrap(pull, "pull_off_force", statistics=("mean",), seed=1),
-        roughxr.compare(solutions["superposed"], solutions["direct"]),
+        roughxr.force_ratio(solutions["superposed"], solutions["direct"]),
         roughxr.sensitivity(solutions["reconstruction"], settings={"modulus": [2.0]}),
         roughxr.error_budget(solutions["reconstruction"], places=2, seeds=0),
     ]
@@ -82,16 +82,14 @@ def measured(scan: xr.Dataset, path: Path) -> xr.Dataset:
         roughxr.open_pull_off([path, path], baseline=0.4, curves=True),
         roughxr.curves_pull_off(curves, spring_constant="0.2 N/m", curves=True),
     ]
-    fitted: xr.Dataset = roughxr.fit_work_of_adhesion(
-        scan, forces[0], method="superposed", subregions=(4, 4), law="jkr"
-    )
+    fitted: xr.Dataset = roughxr.fit_pair(scan, forces[0], method="superposed", subregions=(4, 4), law="jkr")
     others: list[xr.Dataset] = [
-        roughxr.fit_adhesion_range(scan, forces[0], method="rigid", subregions=(2, 2)),
-        roughxr.fit_hardness(scan, forces[0], subregions=(2, 2), preload=10.0),
+        roughxr.fit_pair(scan, forces[0], quantity="adhesion_range", method="rigid", subregions=(2, 2)),
+        roughxr.fit_pair(scan, forces[0], quantity="hardness", subregions=(2, 2), preload=10.0),
     ]
     others.append(roughxr.predict_others({"a": (scan, forces[0]), "b": (scan, forces[1])}, fit_on="a", law="jkr"))
     if fitted and others:
-        return roughxr.against(roughxr.pull_off_map(scan), forces[1], shift=("5 nm", 0.0))
+        return roughxr.compare(roughxr.pull_off_map(scan), forces[1], shift=("5 nm", 0.0))
     return forces[0]
 
 
@@ -127,15 +125,16 @@ def lifted(scan: xr.Dataset) -> xr.Dataset:
     holds = roughxr.detachment.with_pull_off(holds, roughxr.pull_off_map(scan, subregions=(4, 4)))
     critical: xr.Dataset = roughxr.critical_load(holds)
     numbers: xr.Dataset = roughxr.detachment.parameters(holds, catalogue=roughxr.asperities(scan))
-    numbers = numbers.merge(roughxr.detachment.by_place(holds))
+    lines: str = roughxr.to_dem(holds, code="lammps", classes=3)
     roughxr.figures.mode_map(critical, ax=None).set_title("what goes first")
-    return roughxr.resuspension(holds, friction_velocity=[0.1, 1.0]) if critical else holds
+    return roughxr.resuspension(holds, friction_velocity=[0.1, 1.0]) if critical and numbers and lines else holds
 
 
 def shown(ds: xr.Dataset) -> pd.DataFrame:
     """Look at a result."""
     roughxr.plot(ds, "height", ax=None).set_title("as it is")
-    return roughxr.table(ds)
+    table: pd.DataFrame = roughxr.to_table(ds)
+    return table
 
 
 def runs(scan: xr.Dataset, path: Path) -> dict[str, xr.Dataset]:
@@ -143,7 +142,7 @@ def runs(scan: xr.Dataset, path: Path) -> dict[str, xr.Dataset]:
     groups: dict[str, xr.Dataset] = roughxr.run(scan, path, subregions=(4, 4), scheduler="threads")
     groups |= roughxr.paper(str(path), progress=True)
     groups |= roughxr.checkpointed(lambda: {"solutions/direct": roughxr.direct(scan, delta=[1.0])}, path, scan=scan)
-    written: tuple[Path, Path] = roughxr.to_table(groups["asperities"], path), roughxr.to_resuspension(scan, path)
+    written: Path = roughxr.to_table(groups["asperities"], path)
     pages: tuple[Path, Path] = roughxr.report.write_report(path), roughxr.report.write_explorer(path, loops=2)
     version: str = roughxr.__version__
     return groups if written and pages and version else {}

@@ -22,47 +22,9 @@ _LEAST_CURVATURE = 0.25
 
 @verb
 def elastic_pull_off(ds: xr.Dataset, *, smoothing: Any = 2.0) -> xr.Dataset:
-    """Estimate the pull-off from an adhesionless sweep alone.
+    """Estimate the pull-off from a sweep without adhesion by Ciavarella's rule (`pull_off`, method="ciavarella").
 
-    Adhesion moves each state of force P, area A and displacement δ₁ to δ = δ₁ − √(2wA′/P″) and
-    P − P′ (δ₁ − δ), with derivatives with respect to δ₁: the energy of adhesion wA against the
-    elastic energy of a rigid withdrawal. Exact for a sphere. The derivatives are those of cubics (P) and
-    parabolas (A) in the root of the depth, fitted to the sweep near each displacement.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A solution of `direct` along ``delta``, of at least eight displacements, with a work of adhesion.
-    smoothing : number or quantity
-        Half-width of the fits, nm; at least three displacements to either side are taken.
-
-    Returns
-    -------
-    Dataset
-        ``pull_off_force`` (nN) and ``pull_off_delta`` (nm) along subregion, NaN where nothing is in contact;
-        ``bracketed`` is False where the largest pull is at an end of the sweep.
-
-    Raises
-    ------
-    ValueError
-        If ``ds`` is no such sweep, or has adhesion already, or no work of adhesion is assigned.
-
-    See Also
-    --------
-    pull_off : the same estimate with method="ciavarella".
-
-    References
-    ----------
-    Ciavarella, arXiv 1712.05844.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
-    >>> sweep = scan.contact.direct(delta=np.arange(0, 17, 0.25), subregions=([312.5], [937.5]))
-    >>> bool(elastic_pull_off(sweep).pull_off_force > 0)
-    True
+    The derivatives are those of cubics (P) and parabolas (A) in the root of the depth, fitted near each displacement.
     """
     if not all(name in ds and "delta" in ds[name].dims for name in ("force", "contact_area")):
         found = ", ".join(map(str, ds.variables))

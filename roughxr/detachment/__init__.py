@@ -3,15 +3,15 @@
 loads       drag, torque and lift in wall shear, weight and tilt, centrifuge, vibration; the table `LOADS`
 balance     `critical_load`: the strength of a load at which a place gives way, and whether it rolls, slides or lifts
 kinetics    Rock'n'Roll: rates of resuspension in turbulence, and adhesion by Biasi's fit
-for_codes   `parameters`, `by_place`: the parameters of adhesion that other codes need
-particle_codes  `to_dem`: adhesion as lines for the input of discrete-element codes
+for_codes   `parameters`: the parameters of adhesion that other codes need
+particle_codes  `to_dem`: adhesion as lines for the input of other codes
 remaining   `resuspension`: the fraction of particles left, from computed moments and pull-off forces
 
 A new load is one function ``(strength, body) -> Push`` and its row in `LOADS`, or a `Load` of one's own.
 """
 
 from .balance import critical_load, with_pull_off
-from .for_codes import by_place, parameters
+from .for_codes import parameters
 from .kinetics import LogNormal, biasi_adhesion, resuspension_rate, rock_n_roll
 from .loads import LOADS, Body, Load, Push, drag, friction_reynolds, lift, torque, vibration_acceleration, weight
 from .particle_codes import to_dem
@@ -24,7 +24,6 @@ __all__ = [
     "LogNormal",
     "Push",
     "biasi_adhesion",
-    "by_place",
     "critical_load",
     "drag",
     "friction_reynolds",

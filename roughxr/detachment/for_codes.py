@@ -1,4 +1,4 @@
-"""`parameters` and `by_place`: adhesion and moments reduced to the parameters that other codes need.
+"""`parameters`: adhesion and moments reduced to the parameters that other codes need.
 
     Rock'n'Roll    a log-normal law of the pull-off over 3/2 π w R, and a lever over the radius (Reeks & Hall 2001)
     LAMMPS         pair_style granular, normal jkr: E_eff and γ, pull-off 3πγR; rolling sds: μ_roll, whose largest
@@ -40,7 +40,7 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
     Returns
     -------
     Dataset
-        Scalars; `table` lists them, `to_table` writes them as CSV. For the log-normal law, fitted by maximum
+        Scalars; `to_table` lists them, and writes them as CSV. For the log-normal law, fitted by maximum
         likelihood: ``adhesion_mean`` and ``adhesion_spread`` (geometric, of the pull-off over 3/2 π w R) and
         ``adhesion_law_distance`` (Kolmogorov's, between the law and the places). ``work_of_adhesion_median``, the work
         of adhesion at which a smooth JKR sphere has the same pull-off force, with ``_low`` and ``_high``, 5 and 95 % of

@@ -1,4 +1,4 @@
-"""`to_dem`: adhesion as text to paste into the input of a discrete-element code, in SI units.
+"""`to_dem`: adhesion as text for the input of a discrete-element code or a resuspension model, in SI units.
 
 Every code gets the pull-off force of the places through the formula by which it makes a pull-off force of its own
 parameters; what it cannot hold (scatter, other laws) is said in the text.
@@ -8,6 +8,7 @@ parameters; what it cannot hold (scatter, other laws) is said in the text.
     liggghts        cohesion sjkr: cohesion energy density times the area of overlap (its page of that name)
     mercurydpm      ReversibleAdhesive: a spring with a largest force (AdhesionForceMax)
     yade            ViscElCapMat: a bridge of liquid, 4 π R γ cosθ at contact with a plane (examples/capillary)
+    rock_n_roll     the places' own distribution of the pull-off, and the lever (Reeks & Hall 2001)
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
-from ..statistics import fit, reduction
+from ..statistics import cdf, fit, reduction, smooth_pull_off
 from ..vocabulary import schema
 from ..vocabulary.units import fraction, whole_number
 
@@ -44,19 +46,23 @@ class _Adhesion(NamedTuple):
         return 2 * (1 - self.poisson_ratio**2) * self.modulus
 
 
-def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float = 0.3) -> str:
-    """Return the lines that give a discrete-element code the adhesion of these places.
+def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_ratio: float | None = None) -> str:
+    """Return the lines that give a discrete-element code, or a resuspension model, the adhesion of these places.
 
     Parameters
     ----------
     ds : Dataset
         A pull-off with its pair, or a result of `rolling`, which also gives the coefficient of rolling friction.
-    code : {"lammps", "4c", "liggghts", "mercurydpm", "yade"}
+    code : {"lammps", "4c", "liggghts", "mercurydpm", "yade", "rock_n_roll"}
+        The last gives a table (CSV) in place of a fitted log-normal law: ``force_nN`` (ascending), ``cdf`` (share of
+        the places that detach at or below it), ``force_over_smooth`` (over 3/2 π w R of the same sphere on a smooth
+        flat), and from `rolling` ``lever_over_radius`` in the weakest direction, to use in place of 1/100. Places where
+        nothing pulls are left out; a comment gives their number.
     classes : int
         Particle types of equal share among which the places are divided, by their pull-off, for codes that hold one
-        adhesion for each type. 1: all particles alike, with the mean pull-off.
+        adhesion for each type (not "4c", "rock_n_roll"); by default 5. 1: all particles alike, with the mean pull-off.
     poisson_ratio : float
-        Of both bodies, where a code asks for Young's modulus: E = 2(1 − ν²)E*.
+        Of both bodies, for "lammps", which asks for Young's modulus, E = 2(1 − ν²)E*; by default 0.3.
 
     Returns
     -------
@@ -88,10 +94,17 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
     >>> [line.split()[:4] for line in text.splitlines() if line.startswith("fix wall1")]
     [['fix', 'wall1', 'class1', 'wall/gran']]
     """
-    schema.one_of(code, CODES, "code")
-    whole_number(classes, "classes", least=1)
+    schema.one_of(code, (*CODES, TABLE), "code")
+    if code not in _BY_CLASS:
+        schema.refuse_unused(f"code={code!r}", classes=classes)
+    if code != "lammps":
+        schema.refuse_unused(f"code={code!r}", poisson_ratio=poisson_ratio)
     ds = reduction(ds)
-    adhesion = _adhesion_of(ds, classes, fraction(poisson_ratio, "poisson_ratio"))
+    if code == TABLE:
+        return _distribution(ds)
+    count = 1 if code not in _BY_CLASS else _CLASSES if classes is None else whole_number(classes, "classes", least=1)
+    ratio = _POISSON_RATIO if poisson_ratio is None else fraction(poisson_ratio, "poisson_ratio")
+    adhesion = _adhesion_of(ds, count, ratio)
     comment, write = CODES[code]
     return "\n".join([*(f"{comment} {line}" for line in _head(ds, adhesion)), *write(adhesion)]) + "\n"
 
@@ -199,6 +212,35 @@ def _yade(adhesion: _Adhesion) -> list[str]:
         lines.append(f"O.materials.append(ViscElCapMat(label='class{k}', {call}))  # pull-off {pull:.5g} N")
     return lines
 
+
+def _distribution(ds: xr.Dataset) -> str:
+    """Return the distribution of the pull-off over the places as CSV, with the levers where they are known."""
+    steps = cdf(ds, "pull_off_force")
+    force = steps["pull_off_force"].values
+    table = pd.DataFrame({"force_nN": force, "cdf": steps.values, "force_over_smooth": force / smooth_pull_off(ds)})
+    if "lever" in ds:
+        table["lever_over_radius"] = _levers(ds, force) / float(ds["sphere_radius"])
+    head = [
+        f"smooth sphere's pull-off force: {smooth_pull_off(ds):.6g} nN",
+        *(f"{schema.axis_label(name)}: {float(ds[name]):.6g}" for name in schema.TRAVELLING if name in ds.coords),
+        f"places: {steps.attrs['samples']}; where nothing pulls: {steps.attrs['missing']}",
+    ]
+    return "".join(f"# {line}\n" for line in head) + table.to_csv(index=False, float_format="%.8g", lineterminator="\n")
+
+
+def _levers(ds: xr.Dataset, force: np.ndarray) -> np.ndarray:
+    """Return the lever (nm) of the weakest direction at the places of these pull-off forces, ascending."""
+    pull, lever = ds["pull_off_force"].values, ds["lever"].min("direction").values
+    known = np.isfinite(pull)
+    return pd.Series(lever[known]).groupby(pull[known]).mean().loc[force].to_numpy()
+
+
+#: Codes that hold one adhesion for each particle type; classes and Poisson's ratio where none are given.
+_BY_CLASS = "lammps", "liggghts", "mercurydpm", "yade"
+_CLASSES, _POISSON_RATIO = 5, 0.3
+
+#: The code whose input is the distribution itself.
+TABLE = "rock_n_roll"
 
 #: How each code begins a comment, and what writes its lines.
 CODES: dict[str, tuple[str, Callable[[_Adhesion], list[str]]]] = {

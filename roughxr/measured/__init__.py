@@ -6,25 +6,22 @@ curves, curve_files, curve_reader  force-distance curves as they were recorded
 force_curves, baselines            pull-off forces from curves
 kept_curves                        curves kept beside their pull-off forces
 comparison, registration           measured beside predicted, place by place where they can be aligned
-fitting, fitting_held, matching    work of adhesion, its range or the hardness, fitted to measured pull-offs
+fitting, matching                  work of adhesion, its range, hardness or radius, fitted to measured pull-offs
 elsewhere                          a fit on one surface, held against measurements on others
 """
 
-from .comparison import against
+from .comparison import compare
 from .curves import open_curves
 from .elsewhere import predict_others
-from .fitting import fit_work_of_adhesion
-from .fitting_held import fit_adhesion_range, fit_hardness
+from .fitting import fit_pair
 from .force_curves import ImplausibleCurves, curves_pull_off
 from .opening import open_pull_off
 
 __all__ = [
     "ImplausibleCurves",
-    "against",
+    "compare",
     "curves_pull_off",
-    "fit_adhesion_range",
-    "fit_hardness",
-    "fit_work_of_adhesion",
+    "fit_pair",
     "open_curves",
     "open_pull_off",
     "predict_others",

@@ -28,7 +28,7 @@ STATISTICS = ("mean", "std", "q5", "q25", "q50", "q75", "q95")
 
 
 @verb
-def against(
+def compare(
     predicted: xr.Dataset,
     measured: xr.Dataset,
     *,
@@ -92,7 +92,7 @@ def against(
     --------
     >>> rng = np.random.default_rng(0)
     >>> made = [xr.Dataset({"pull_off_force": ("subregion", f * rng.gamma(9, 1.0, 400))}) for f in (1.0, 1.5)]
-    >>> found = against(*made).sel(statistic="mean")
+    >>> found = compare(*made).sel(statistic="mean")
     >>> bool(found.ratio_low < 1.5 < found.ratio_high), bool(found.distribution_p_value < 0.001)
     (True, True)
     """
@@ -112,7 +112,7 @@ def against(
         "places": _words(out, both, shift),
         "missing": "NaN where a value is not positive, or no shift is found",
     }
-    return schema.record(out, "against", predicted, statistics=statistics, confidence=confidence, shift=shift)
+    return schema.record(out, "compare", predicted, statistics=statistics, confidence=confidence, shift=shift)
 
 
 def _samples(ds: xr.Dataset, words: str) -> Samples:

@@ -15,8 +15,8 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.units import fraction
 from ..vocabulary.verbs import verb
-from .comparison import against
-from .fitting import VERBS, fit_work_of_adhesion
+from .comparison import compare
+from .fitting import VERBS, fit_pair
 
 _ENDS = ("", "_low", "_high")
 
@@ -41,11 +41,11 @@ def predict_others(
     surfaces : mapping of str to (Dataset, Dataset)
         For each surface a scan with an assigned pair, and the forces measured on it, from `open_pull_off`.
     fit_on : str
-        The surface that the work of adhesion is fitted on, see `fit_work_of_adhesion`.
+        The surface that the work of adhesion is fitted on, see `fit_pair`.
     statistics : sequence of str
         Statistics that must agree, see `bootstrap`.
     method, subregions, confidence, resamples, seed, **options
-        As for `fit_work_of_adhesion`.
+        As for `fit_pair`.
 
     Returns
     -------
@@ -54,7 +54,7 @@ def predict_others(
         ``predicted_low`` and ``predicted_high``, between which the measured statistic is expected from the fit's
         interval and the scatter between both predicted and measured places; ``measured``; ``inside``, whether it lies
         between them; ``ratio``, measured over predicted. Along ``surface`` ``was_fitted``. Also the fit, see
-        `fit_work_of_adhesion`. The attribute ``verdict`` sums this up in words.
+        `fit_pair`. The attribute ``verdict`` sums this up in words.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def predict_others(
     if len(surfaces) < 2:
         raise ValueError(f"surfaces: expected another beside {fit_on!r}, found none")
     chance = {"confidence": confidence, "resamples": resamples, "seed": seed}
-    fit = fit_work_of_adhesion(*surfaces[fit_on], method=method, subregions=subregions, **chance, **options)
+    fit = fit_pair(*surfaces[fit_on], method=method, subregions=subregions, **chance, **options)
     works = _works(fit, fit_on)
     given = {"subregions": subregions, **options}
     parts = [_compared(*both, works, VERBS[method], given, statistics, chance) for both in surfaces.values()]
@@ -112,7 +112,7 @@ def _works(fit: xr.Dataset, fit_on: str) -> list[float]:
 def _compared(ds, measured, works, verb, given, statistics, chance) -> xr.Dataset:
     """Return the statistics of one surface, predicted with their interval and measured."""
     found = [verb(schema.label(ds.assign_coords(work_of_adhesion=work)), **given) for work in works]
-    sides = [against(one, measured, statistics=statistics, shift=None, **chance) for one in found]
+    sides = [compare(one, measured, statistics=statistics, shift=None, **chance) for one in found]
     own = sides[0]
     with np.errstate(divide="ignore", invalid="ignore"):
         p, m = ({end: np.log(own[f"{name}{end}"].values) for end in _ENDS} for name in ("predicted", "measured"))

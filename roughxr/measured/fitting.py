@@ -1,85 +1,133 @@
-"""The work of adhesion for which a surface's predicted pull-offs have the distribution of the measured ones."""
+"""Fits of one number of the pair, so that predicted pull-offs have the distribution of the measured ones.
+
+One distribution determines one number, and for a smooth sphere not even the range: the results say what a fit leaves
+open.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from ..asperity.maps import pull_off_map
+from ..bodies.materials import range_of
 from ..contact.adhesion import adhesive
+from ..contact.rigid_bodies import rigid
 from ..statistics.sampling import Samples
 from ..vocabulary import schema
 from ..vocabulary.units import fraction
 from ..vocabulary.verbs import verb
-from .matching import CHANGE, ln_quantiles, matching, positive_forces, predicted_forces, trade
+from .matching import CHANGE, Fitted, ln_quantiles, matching, positive_forces, predicted_forces, trade
 
 #: Methods that predict pull-offs.
-VERBS = {"superposed": pull_off_map, "adhesive": adhesive}
+VERBS = {"superposed": pull_off_map, "adhesive": adhesive, "rigid": rigid}
 
-#: Number of works of adhesion tried, and the factor from the first guess to either end of them.
-_TRIALS = {"superposed": (9, 4.0), "adhesive": (5, 2.0)}
+#: A number is not determined by forces that depend on it with a smaller exponent than this.
+_LEAST_EXPONENT = 0.05
+
+#: Distances between distributions (of logarithms) that differ by less than this count as equal.
+_EQUAL_DISTANCE = 0.02
+
+#: A measured spread this many times the predicted is not explained by the surface.
+_EXPLAINED = 0.7, 1.4
+
+
+class _Quantity(NamedTuple):
+    """A number that can be fitted while the others are held."""
+
+    words: str
+    ends: str  # prefix of the names of the interval's ends
+    traded: str  # the held number whose error the fit absorbs
+    proportional: bool  # whether pull-offs are roughly proportional to it, so that one nearby can be guessed
+    trials: dict[str, tuple[int, float]]  # by method: how many values are tried, and their factor to either end
+
+
+QUANTITIES = {
+    "work_of_adhesion": _Quantity(
+        "work of adhesion", "fitted_work", "contact_modulus", True, {"superposed": (9, 4.0), "adhesive": (5, 2.0)}
+    ),
+    "adhesion_range": _Quantity(
+        "range of adhesion", "fitted_range", "work_of_adhesion", False, {"adhesive": (5, 3.0), "rigid": (9, 4.0)}
+    ),
+    "hardness": _Quantity("hardness", "fitted_hardness", "work_of_adhesion", False, {"adhesive": (5, 3.0)}),
+    "sphere_radius": _Quantity(
+        "sphere's radius",
+        "fitted_sphere_radius",
+        "work_of_adhesion",
+        True,
+        {"superposed": (9, 4.0), "adhesive": (5, 2.0)},
+    ),
+}
+
+#: How the result names the exponent with which the fit follows a held number.
+_TRADES = {"contact_modulus": "modulus_trade", "work_of_adhesion": "work_trade"}
 
 
 @verb
-def fit_work_of_adhesion(
+def fit_pair(
     ds: xr.Dataset,
     measured: xr.Dataset,
     *,
-    method: str = "superposed",
+    quantity: str = "work_of_adhesion",
+    method: str | None = None,
     subregions: Any = (8, 8),
     confidence: float = 0.95,
     resamples: int = 399,
     seed: int = 0,
-    progress: bool = False,
     **options: Any,
 ) -> xr.Dataset:
-    """Fit the work of adhesion for which a scan's predicted pull-offs have the distribution of the measured ones.
+    """Fit one number of the pair, with which a scan's predicted pull-offs have the distribution of the measured ones.
 
     Parameters
     ----------
     ds : Dataset
-        A scan of the measured surface, with an assigned pair; its work of adhesion is where the search begins.
+        A scan of the measured surface, with an assigned pair: the other numbers are held as they are, and the search
+        begins at the assigned value (for the range 0.3 nm where none is assigned).
     measured : Dataset
         With ``pull_off_force``, from `open_pull_off`; all positive.
-    method : {"superposed", "adhesive"}
-        How pull-offs are predicted: "superposed", by `pull_off_map`, in seconds; "adhesive", by the direct simulation
-        `adhesive`, at some seconds for each place and each of seven works of adhesion.
+    quantity : {"work_of_adhesion", "adhesion_range", "hardness", "sphere_radius"}
+        What is fitted.
+    method : {"superposed", "adhesive", "rigid"}, optional
+        How pull-offs are predicted: "superposed", by `pull_off_map`, in seconds (work of adhesion and radius, their
+        default); "adhesive", by the direct simulation, at some seconds for each place and each of seven values (the
+        default of the others, for the range with law="exponential"); "rigid", between bodies too stiff to deform (the
+        range).
     subregions : (int, int), (array, array) or Dataset
         Where the prediction's sphere lands, see `regions.centres`. Places need not be the measured ones.
-    confidence : float
-        Confidence level of the interval.
-    resamples : int
-        Number of resamples of each bootstrap.
-    seed : int
-    progress : bool
-        Show progress on standard error.
+    confidence, resamples, seed : float, int, int
+        Confidence level of the interval, and of its bootstraps the number of resamples and the seed.
     **options
-        Passed to `pull_off_map` or `adhesive`.
+        Passed to the method, such as the ``preload`` of the measurement.
 
     Returns
     -------
     Dataset
-        ``fitted_work_of_adhesion`` (J/m²) with ``fitted_work_low`` and ``fitted_work_high``, an interval due to the
-        scatter of both measured and predicted places; an end is NaN beyond the works tried. Along
-        ``trial_work_of_adhesion`` the profile ``quantile_distance``, which is 0 where all quantiles from 5 to 95 %
-        agree. What the fit leaves open: ``spread_ratio``, 1 where the surface explains the measured spread, and
-        ``modulus_trade``, the derivative of ln w with respect to the logarithm of the assumed contact modulus. The
-        attribute ``not_identifiable`` says the same in words.
+        ``fitted_work_of_adhesion`` (J/m²), ``fitted_adhesion_range`` (nm), ``fitted_hardness`` (GPa) or
+        ``fitted_sphere_radius`` (nm), with the ends of an interval due to the scatter of both measured and predicted
+        places (``fitted_work_low``, ``fitted_range_low``, ``fitted_hardness_low``, ``fitted_sphere_radius_low`` and
+        ``…_high``); NaN beyond the values tried. Along ``trial_…`` the profile ``quantile_distance``, 0 where all
+        quantiles from 5 to 95 % agree. What the fit leaves open: ``spread_ratio``, 1 where the surface explains the
+        measured spread; ``force_exponent``, d ln force / d ln value, near 0 where the forces do not determine it; and
+        the derivative of its logarithm with respect to that of the held work of adhesion (``work_trade``) or, for the
+        work of adhesion, of the held contact modulus (``modulus_trade``). The attribute ``not_identifiable`` says the
+        same in words.
 
     Raises
     ------
     ValueError
-        If measured forces are not all positive, no pair is assigned, or no work of adhesion predicts such forces.
+        If measured forces are not all positive, no pair is assigned, for the hardness none, the method does not suit
+        the quantity, or no work of adhesion predicts such forces.
 
     Notes
     -----
     The interval covers random scatter only. An error common to all places, such as that of a spring constant, of the
-    method, or of waves missing in the scan, is absorbed by w: see `error_budget` and `scale_dependence`. Measured and
-    predicted places are taken as independent; where both lie on one scan they share its peaks, and the interval is
+    method, or of waves missing in the scan, is absorbed by the fit: see `error_budget` and `scale_dependence`. Measured
+    and predicted places are taken as independent; where both lie on one scan they share its peaks, and the interval is
     wider than necessary.
+
+    A smooth sphere pulls with 2πwR whatever the range (Derjaguin), so that only roughness reveals it.
 
     Examples
     --------
@@ -87,72 +135,94 @@ def fit_work_of_adhesion(
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(
     ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, work_of_adhesion=0.1)
     >>> measured = scan.assign_coords(work_of_adhesion=0.5).contact.pull_off_map(subregions=(5, 5))
-    >>> found = fit_work_of_adhesion(scan, measured)
+    >>> found = fit_pair(scan, measured)
     >>> bool(found.fitted_work_low < 0.5 < found.fitted_work_high)
     True
     """
-    schema.one_of(method, tuple(VERBS), "method")
+    fitted = QUANTITIES[schema.one_of(quantity, tuple(QUANTITIES), "quantity")]
+    method = schema.one_of(method or next(iter(fitted.trials)), tuple(fitted.trials), "method")
     fraction(confidence, "confidence")
     schema.pair(ds, "contact_modulus", "work_of_adhesion")
-    found = positive_forces(measured)
-    predict = _prediction(ds, method, {"subregions": subregions, "progress": progress, **options})
-    works = _works(predict, found, float(ds["work_of_adhesion"]), *_TRIALS[method])
+    forces = positive_forces(measured)
+    options = {"subregions": subregions, **({"law": "exponential"} if quantity == "adhesion_range" else {}), **options}
+
+    def predict(value: float, traded: float = 1.0) -> Samples:
+        changed = {fitted.traded: float(ds[fitted.traded]) * traded, quantity: value}
+        words = f"{fitted.words} {value:.3g}; choose other subregions, or begin nearer with another {quantity}"
+        return predicted_forces(VERBS[method](schema.label(ds.assign_coords(changed)), **options), words)
+
+    values = _trials(ds, quantity, predict, forces, *fitted.trials[method])
     given = {"confidence": confidence, "resamples": resamples, "seed": seed}
-    fit = matching(found, lambda work: predict(work, 1.0), works, **given)
-    out = xr.Dataset(
-        {
-            "fitted_work_of_adhesion": fit.value,
-            "fitted_work_low": fit.low,
-            "fitted_work_high": fit.high,
-            "quantile_distance": ("trial_work_of_adhesion", fit.distance),
-            "spread_ratio": fit.spread_ratio,
-            "modulus_trade": trade(fit, predict(fit.value, CHANGE)),
-        },
-        coords={"trial_work_of_adhesion": works},
-    )
-    out.attrs = {
-        "method": method,
-        "confidence": confidence,
-        "measured_from": str(measured.attrs.get("source_file", "")),
-    }
-    out.attrs["missing"] = "NaN where the interval ends beyond the works of adhesion tried"
-    out.attrs["not_identifiable"] = _words(out, ds)
-    return schema.record(schema.label(out), "fit_work_of_adhesion", ds, method=method, confidence=confidence, **options)
+    fit = matching(forces, predict, values, **given)
+    out = _labelled(fit, values, quantity, fitted)
+    told = fitted.proportional or abs(fit.exponent) > _LEAST_EXPONENT
+    out[_TRADES[fitted.traded]] = trade(fit, predict(fit.value, CHANGE)) if told else np.nan
+    out.attrs = {"method": method, "confidence": confidence}
+    out.attrs |= {"measured_from": str(measured.attrs.get("source_file", ""))}
+    out.attrs |= {"missing": f"NaN where the {fitted.words} lies beyond those tried, or forces do not tell it"}
+    out.attrs["not_identifiable"] = _words(quantity, fitted, fit, out, ds)
+    return schema.record(schema.label(out), "fit_pair", ds, quantity=quantity, method=method, **given, **options)
 
 
-def _prediction(ds: xr.Dataset, method: str, options: dict[str, Any]) -> Callable[[float, float], Samples]:
-    """Return the function that predicts pull-offs from a work of adhesion and a factor of the modulus."""
-    verb = VERBS[method]
-
-    def predict(work: float, stiffer: float) -> Samples:
-        modulus = float(ds["contact_modulus"]) * stiffer
-        pair = schema.label(ds.assign_coords(work_of_adhesion=work, contact_modulus=modulus))
-        words = f"w = {work:.3g} J/m²; choose other subregions, or start nearer with another work_of_adhesion"
-        return predicted_forces(verb(pair, **options), words)
-
-    return predict
-
-
-def _works(predict, found: Samples, work: float, count: int, times: float) -> np.ndarray:
-    """Return works of adhesion around the one whose predicted median force is the measured one."""
-    work, target = work if work > 0 else 0.1, ln_quantiles(found.values)
-    for _ in range(2):  # pull-offs are roughly proportional to the work of adhesion
-        ratio = float(np.exp(np.mean(target - ln_quantiles(predict(work, 1.0).values))))
-        work *= ratio
-    if not np.isfinite(work) or not 1e-7 < work < 1e4:
-        raise ValueError(
-            f"expected a work of adhesion that predicts the measured forces, found none (w = {work:g} J/m²)"
-        )
-    return work * np.geomspace(1 / times, times, count)
+def _trials(ds: xr.Dataset, quantity: str, predict, forces: Samples, count: int, times: float) -> np.ndarray:
+    """Return the values to try, around the assigned one or around the one with about the measured forces."""
+    if QUANTITIES[quantity].proportional:
+        return _guessed(predict, forces, quantity, float(ds[quantity])) * np.geomspace(1 / times, times, count)
+    if quantity == "adhesion_range":
+        start, least = range_of(ds), 0.0
+    elif "hardness" in ds.coords:
+        start, least = float(ds["hardness"]), 1.05 * float(ds["work_of_adhesion"]) / range_of(ds)
+    else:
+        raise ValueError("hardness: expected an assigned one to begin with, found none; assign_pair(hardness=…)")
+    return np.geomspace(max(start / times, least), start * times, count)
 
 
-def _words(out: xr.Dataset, ds: xr.Dataset) -> str:
+def _guessed(predict, forces: Samples, quantity: str, value: float) -> float:
+    """Return a value that predicts about the measured quantiles, pull-offs being roughly proportional to it."""
+    value, target = value if value > 0 else 0.1, ln_quantiles(forces.values)
+    for _ in range(2):
+        value *= float(np.exp(np.mean(target - ln_quantiles(predict(value).values))))
+    if not np.isfinite(value) or not 1e-7 < value < 1e10:
+        raise ValueError(f"expected a {quantity} that predicts the measured forces, found none ({value:g})")
+    return value
+
+
+def _labelled(fit: Fitted, values: np.ndarray, quantity: str, fitted: _Quantity) -> xr.Dataset:
+    inside = fitted.proportional or values[0] * 1.01 < fit.value < values[-1] / 1.01
+    numbers = (fit.value, fit.low, fit.high) if inside else (np.nan,) * 3
+    names = f"fitted_{quantity}", f"{fitted.ends}_low", f"{fitted.ends}_high"
+    out = xr.Dataset(dict(zip(names, numbers)), {f"trial_{quantity}": values})
+    out["quantile_distance"] = (f"trial_{quantity}", fit.distance)
+    return out.assign(spread_ratio=fit.spread_ratio, force_exponent=fit.exponent)
+
+
+def _words(quantity: str, fitted: _Quantity, fit: Fitted, out: xr.Dataset, ds: xr.Dataset) -> str:
     """Return a sentence on what the fit cannot tell."""
-    trade, spread = float(out["modulus_trade"]), float(out["spread_ratio"])
-    said = [f"w goes with the assumed contact modulus {float(ds['contact_modulus']):g} GPa to the power {trade:.2g}"]
-    said += ["the range of adhesion is the assumed one"]
-    if np.isnan(out["fitted_work_low"]) or np.isnan(out["fitted_work_high"]):
-        said += ["the interval reaches beyond the works of adhesion tried: these forces do not tell w"]
-    if not 0.7 < spread < 1.4:
-        said += [f"the measured spread is {spread:.2g} times the predicted, which no work of adhesion explains"]
+    if quantity == "work_of_adhesion":
+        power = float(out["modulus_trade"])
+        said = [
+            f"w goes with the assumed contact modulus {float(ds['contact_modulus']):g} GPa to the power {power:.2g}"
+        ]
+        said += ["the range of adhesion is the assumed one"]
+    elif abs(fit.exponent) <= _LEAST_EXPONENT:
+        said = [f"the work of adhesion is held at {float(ds['work_of_adhesion']):.3g} J/m²"]
+        said += [f"forces go with the {fitted.words} to the power {fit.exponent:.2g} only: they do not tell it"]
+    else:
+        said = [f"the work of adhesion is held at {float(ds['work_of_adhesion']):.3g} J/m²"]
+        said += [f"the {fitted.words} goes with it to the power {float(out['work_trade']):.2g}"]
+    if np.isnan(out[f"fitted_{quantity}"]):
+        said += ["the nearest lies at the end of those tried: assign one nearer to it, or doubt what is held"]
+    elif (others := _minima(out["quantile_distance"])) > 1:
+        said += [f"the profile has {others} valleys of like depth: more than one {fitted.words} predicts these forces"]
+    elif np.isnan(fit.low) or np.isnan(fit.high):
+        said += [f"the interval reaches beyond those tried: these forces do not tell the {fitted.words}"]
+    if np.isfinite(fit.spread_ratio) and not _EXPLAINED[0] < fit.spread_ratio < _EXPLAINED[1]:
+        said += [f"the measured spread is {fit.spread_ratio:.2g} times the predicted, which no {fitted.words} explains"]
     return "; ".join(said)
+
+
+def _minima(profile: xr.DataArray) -> int:
+    """Return the number of minima of the profile that are about as deep as the deepest."""
+    distance = np.concatenate(([np.inf], profile.values, [np.inf]))
+    valleys = (distance[1:-1] < distance[:-2]) & (distance[1:-1] <= distance[2:])
+    return int((profile.values[valleys] < 1.5 * profile.values.min() + _EQUAL_DISTANCE).sum())

@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from ..presentation import report
-from ..statistics import compare, debris
+from ..statistics import debris, force_ratio
 from .printed import CONTACT, NOTES, SCAN
 
 Run = Mapping[str, xr.Dataset]
@@ -67,7 +67,7 @@ def _of_direct(run: Run) -> dict[str, float]:
         for delta in _SHOWN
     }
     clean = np.flatnonzero(~_debris(run, "solutions/direct"))
-    found = compare(superposed.isel(subregion=clean), direct.isel(subregion=clean))
+    found = force_ratio(superposed.isel(subregion=clean), direct.isel(subregion=clean))
     rows |= {
         f"superposed / direct at {delta:g} nm, no debris": 1 + float(_at(found["mean_difference"], delta))
         for delta in _ALIKE

@@ -12,7 +12,7 @@ debris_rule       places on particles of dirt, told by a rule
 comparison        superposed pull-offs beside those of the simulation
 """
 
-from .comparison import compare
+from .comparison import force_ratio
 from .debris_rule import debris, with_and_without
 from .densities import cdf, pdf
 from .laws import LAWS, fit, law_density
@@ -28,10 +28,10 @@ __all__ = [
     "bootstrap",
     "bootstrap_sweep",
     "cdf",
-    "compare",
     "debris",
     "density_intervals",
     "fit",
+    "force_ratio",
     "law_density",
     "pdf",
     "pooled",

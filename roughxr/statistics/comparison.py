@@ -11,7 +11,7 @@ from ..vocabulary.verbs import verb
 
 
 @verb
-def compare(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> xr.Dataset:
+def force_ratio(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> xr.Dataset:
     """Compare the force of the superposed asperities with that of the direct simulation, place by place.
 
     Parameters
@@ -44,7 +44,7 @@ def compare(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> x
     ...     xr.Dataset({"force": (("subregion", "delta"), [force])}, coords={"delta": delta})
     ...     for force in ([1.0, 2.1, 6.0], [1.0, 2.0, 3.0])
     ... ]
-    >>> found = compare(*solutions)
+    >>> found = force_ratio(*solutions)
     >>> float(found.parting_delta[0]), found.force_difference.values.round(3).tolist()
     (3.0, [[0.0, 0.05, 1.0]])
     """
@@ -71,9 +71,14 @@ def compare(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> x
         out["overlap_fraction"] = at["contacts_overlapping"].sum("subregion") / contacts.where(contacts > 0)
     kept = ("delta", "subregion", "subregion_x", "subregion_y", *schema.PAIR)
     out = out.drop_vars([name for name in out.coords if name not in kept])
+<<<<<<< HEAD
     missing = "NaN out of contact or not converged; parting_delta: NaN where they never part"
     out.attrs = {"agree_within": by, "missing": missing}
     return schema.record(schema.label(out), "compare", direct, by=by)
+=======
+    out.attrs = {"agree_within": by, "missing": "NaN out of contact; parting_delta: NaN where they never part"}
+    return schema.record(schema.label(out), "force_ratio", direct, by=by)
+>>>>>>> pair
 
 
 def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset, by: float):

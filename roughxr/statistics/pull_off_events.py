@@ -17,7 +17,7 @@ _OF_CYCLES = ("pull_off_resolution", "pull_off_error", "refinement")
 
 
 @verb
-def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = 2.0) -> xr.Dataset:
+def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = None) -> xr.Dataset:
     """Return the pull-off of each subregion: the largest pull and its displacement.
 
     Parameters
@@ -27,10 +27,13 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = 2.0)
     method : {"exact", "cycle", "sweep", "ciavarella"}, optional
         "exact": what `superpose` found, at any displacement. "cycle": that of a cycle of `adhesive`, from all of
         its steps. "sweep": the largest pull among the displacements of the sweep, which is too small where the sweep is
-        coarse or ends too soon. "ciavarella": the estimate from a sweep without adhesion, see `elastic_pull_off`. By
-        default "exact" or "cycle", whichever the solution holds, else "sweep".
-    smoothing : number or quantity
-        For "ciavarella": half-width of its fits, nm.
+        coarse or ends too soon. "ciavarella": an estimate from a sweep of `direct`, of at least eight displacements:
+        adhesion moves each state of force P, area A and displacement δ₁ to δ = δ₁ − √(2wA′/P″) and P − P′(δ₁ − δ), the
+        energy of adhesion wA against the elastic energy of a rigid withdrawal; exact for a sphere. By default "exact"
+        or "cycle", whichever the solution holds, else "sweep".
+    smoothing : number or quantity, optional
+        For "ciavarella": half-width of the fits (in the root of the depth) that give its derivatives, nm, at least
+        three displacements to either side; by default 2.
 
     Returns
     -------
@@ -50,6 +53,10 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = 2.0)
     --------
     pull_off_map : the exact pull-off of superposed asperities, without a sweep.
 
+    References
+    ----------
+    Ciavarella, arXiv 1712.05844, for "ciavarella".
+
     Examples
     --------
     >>> sweep = xr.Dataset(
@@ -65,8 +72,14 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = 2.0)
         method = found if "pull_off_force" in ds else "sweep"
     schema.one_of(method, ("exact", "cycle", "sweep", "ciavarella"), "method")
     if method == "ciavarella":
+<<<<<<< HEAD
         return elastic_pull_off(ds, smoothing=smoothing)
     out = _of_sweep(_with_adhesion(ds, force), converged(ds)) if method == "sweep" else _of_events(ds, method, found)
+=======
+        return elastic_pull_off(ds, smoothing=2.0 if smoothing is None else smoothing)
+    schema.refuse_unused(f"method={method!r}", smoothing=smoothing)
+    out = _of_sweep(_with_adhesion(ds, force)) if method == "sweep" else _of_events(ds, method, found)
+>>>>>>> pair
     out.attrs = {key: value for key, value in ds.attrs.items() if key != "history"}
     unsolved = ", or the largest pull has not converged" if method == "sweep" else ""
     out.attrs["missing"] = f"NaN where no displacement of the {method} pulls{unsolved}"

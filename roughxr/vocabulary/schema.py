@@ -271,6 +271,10 @@ VARIABLES: dict[str, Variable] = {
     "fitted_hardness_low": Variable("GPa", "fitted hardness, lower end of the confidence interval"),
     "fitted_hardness_high": Variable("GPa", "fitted hardness, upper end of the confidence interval"),
     "trial_hardness": Variable("GPa", "hardness tried"),
+    "fitted_sphere_radius": Variable("nm", "fitted radius of the sphere"),
+    "fitted_sphere_radius_low": Variable("nm", "fitted radius, lower end of the confidence interval"),
+    "fitted_sphere_radius_high": Variable("nm", "fitted radius, upper end of the confidence interval"),
+    "trial_sphere_radius": Variable("nm", "radius of the sphere tried"),
     "force_exponent": Variable("1", "d ln force / d ln fitted value", "near 0 the forces do not determine it"),
     "work_trade": Variable("1", "d ln fitted value / d ln w", "its change with the fixed work of adhesion"),
     "trial_work_of_adhesion": Variable("J m-2", "work of adhesion tried"),
@@ -719,6 +723,19 @@ def ascending(values: Any, units: str, name: str) -> np.ndarray:
         first = array[:-1][np.diff(array) <= 0][0]
         raise ValueError(f"{name}: expected ascending values, found {first:g} before a smaller or equal one; sort them")
     return array
+
+
+def refuse_unused(where: str, **given: Any) -> None:
+    """Raise for options that were given, other than None, where they would change nothing.
+
+    Raises
+    ------
+    ValueError
+        If one was given.
+    """
+    for name, value in given.items():
+        if value is not None:
+            raise ValueError(f"{name}: expected none with {where}, which does not use it, found {value!r}")
 
 
 def one_of(value: Any, allowed: Iterable[str], name: str) -> str:

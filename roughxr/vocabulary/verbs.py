@@ -24,12 +24,11 @@ _P, _R = ParamSpec("_P"), TypeVar("_R")
 
 #: Units of options: of those named as variables are, and of the others.
 OPTIONS = {name: known.units for name, known in VARIABLES.items() if known.units not in ("", "1")} | {
-    "adhesion_strength": "GPa",
     "amplitude": "nm",
     "atomic_radius": "nm",
     "block": "nm",
+    "closest_approach": "nm",
     "density": "kg m-3",
-    "equilibrium_distance": "nm",
     "exclude_above": "nm",
     "frequency": "Hz",
     "friction_coefficient": "1",

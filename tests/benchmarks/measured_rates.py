@@ -1,4 +1,4 @@
-"""How often `against` is right: intervals that hold a known ratio, two fields of one law that are told apart.
+"""How often `compare` is right: intervals that hold a known ratio, two fields of one law that are told apart.
 
 Run as ``python tests/benchmarks/measured_rates.py``.
 """
@@ -21,7 +21,7 @@ def rates(n: int, smooth: float) -> str:
     held, p_values, places = [], [], []
     for k in range(TRIALS):
         predicted, measured = (forces(field(2 * k + one, n, smooth), grid(n)) for one in (0, 1))
-        found = roughxr.against(predicted, measured, **options)
+        found = roughxr.compare(predicted, measured, **options)
         held.append(((found.ratio_low < 1) & (found.ratio_high > 1)).values)
         p_values.append(float(found.distribution_p_value))
         places.append(float(found.predicted_places))

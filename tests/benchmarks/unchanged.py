@@ -193,8 +193,8 @@ def estimates():
     """Yield estimates of adhesion from elastic sweeps and from curvatures."""
     ds = glass()
     elastic = roughxr.direct(ds, delta=np.arange(0.0, 8.1, 0.25), subregions=(4, 4), datum="first_contact")
-    yield "elastic_pull_off", roughxr.elastic_pull_off(elastic)
-    yield "elastic_pull_off smoothing", roughxr.elastic_pull_off(elastic, smoothing=1.0)
+    yield "elastic_pull_off", roughxr.pull_off(elastic, method="ciavarella")
+    yield "elastic_pull_off smoothing", roughxr.pull_off(elastic, method="ciavarella", smoothing=1.0)
     yield "tabor", roughxr.tabor(ds)
     yield "tabor distance", roughxr.tabor(made().assign_coords(adhesion_range=0.5))
 
@@ -216,7 +216,7 @@ def statistics():
         for method in ("histogram", "kde"):
             yield f"pdf {words} {method}", roughxr.pdf(ds, name, method=method).to_dataset(name="pdf")
     hertz = roughxr.superpose(catalogue, delta=np.arange(0, 16, 0.5), subregions=(8, 8), law="hertz")
-    yield "compare", roughxr.compare(hertz, roughxr.direct(glass(), delta=[5.0, 10.0, 15.0], subregions=(8, 8)))
+    yield "force_ratio", roughxr.force_ratio(hertz, roughxr.direct(glass(), delta=[5.0, 10.0, 15.0], subregions=(8, 8)))
     settings = {"fit window": (3, 7), "pixel": (2,), "height step": (0.5,), "tip radius": (10.0,), "modulus": (2.0,)}
     yield "sensitivity", roughxr.sensitivity(made(), subregions=(3, 3), settings=settings)
 

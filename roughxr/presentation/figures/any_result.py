@@ -35,7 +35,7 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: 
         A variable: a map along x and y, or samples along ``subregion`` or ``asperity``. By default: the heights of a
         scan, the statistics of asperities, the forces of a solution over displacement, the pull-off forces, the bars
         of an error budget or a sensitivity, the pull-off over the shortest wave, the rose of resisting moments, the
-        fraction remaining, or the quantiles of `against`.
+        fraction remaining, or the quantiles of `compare`.
     ax : Axes or sequence of them, optional
         A new figure by default.
     **options

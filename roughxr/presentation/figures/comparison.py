@@ -19,7 +19,7 @@ def method_comparison(ds: xr.Dataset, *, mark: float | None = None, ax: Any = No
     Parameters
     ----------
     ds : Dataset
-        From `statistics.compare`.
+        From `force_ratio`.
     mark : float, optional
         A displacement (nm) to mark, for example the one from which they are said to differ.
     ax : Axes, optional

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...measured import against
+from ...measured import compare
 from ...vocabulary.verbs import verb
 from .distributions import distribution
 from .style import BLACK, BLUE, GREY, axes, label_axis, legend, panels, styled
@@ -23,7 +23,7 @@ def quantile_quantile(ds: xr.Dataset, *, ax: Any = None):
     Parameters
     ----------
     ds : Dataset
-        From `against`.
+        From `compare`.
     ax : Axes, optional
 
     Returns
@@ -37,7 +37,7 @@ def quantile_quantile(ds: xr.Dataset, *, ax: Any = None):
     >>> import roughxr
     >>> from matplotlib.figure import Figure
     >>> made = [xr.Dataset({"pull_off_force": ("subregion", np.arange(1.0, 9.0) * f)}) for f in (1, 2)]
-    >>> ax = quantile_quantile(roughxr.against(*made, resamples=20), ax=Figure().subplots())
+    >>> ax = quantile_quantile(roughxr.compare(*made, resamples=20), ax=Figure().subplots())
     >>> ax.get_xlabel(), ax.get_ylabel()
     ('predicted pull-off force [nN]', 'measured pull-off force [nN]')
     """
@@ -69,7 +69,7 @@ def predicted_and_measured(predicted: xr.Dataset, measured: xr.Dataset, *, found
     predicted, measured : Dataset
         With ``pull_off_force`` along ``subregion``.
     found : Dataset, optional
-        Result of `against` for them; computed if it is not given.
+        Result of `compare` for them; computed if it is not given.
     ax : sequence of two Axes, optional
 
     Returns
@@ -87,5 +87,5 @@ def predicted_and_measured(predicted: xr.Dataset, measured: xr.Dataset, *, found
     left, right = made = panels(ax, 1, 2, aspect=0.55)
     for order, (words, ds) in enumerate((("predicted", predicted), ("measured", measured))):
         distribution(ds, _NAME, ax=left, label=words, order=order, rug=ds[_NAME].size <= 500)
-    quantile_quantile(against(predicted, measured) if found is None else found, ax=right)
+    quantile_quantile(compare(predicted, measured) if found is None else found, ax=right)
     return made

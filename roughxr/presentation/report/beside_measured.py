@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import pandas as pd
 import xarray as xr
 
-from ...measured import against
+from ...measured import compare
 from ...vocabulary.verbs import verb
 from .intervals import force_unit
 
@@ -28,7 +28,7 @@ def compared(run: Run) -> Run:
     predicted = {"statistics/adhesive", "statistics/energy"} & set(run)
     if MEASURED not in run or not predicted:
         return run
-    return {**run, COMPARED: against(prediction(run), run[MEASURED])}
+    return {**run, COMPARED: compare(prediction(run), run[MEASURED])}
 
 
 @verb

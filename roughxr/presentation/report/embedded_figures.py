@@ -112,7 +112,7 @@ def _loop(run: Run):
 
 
 def _compared(run: Run):
-    found = statistics.compare(run["solutions/hertz"], run["solutions/direct"])
+    found = statistics.force_ratio(run["solutions/hertz"], run["solutions/direct"])
     parting = found["parting_delta"].dropna("subregion")
     return figures.method_comparison(found, mark=float(parting.median()) if parting.size else None)
 

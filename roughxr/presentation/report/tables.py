@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from ...scans.regions import extent
-from ...statistics import compare, smooth_pull_off
+from ...statistics import force_ratio, smooth_pull_off
 from ...vocabulary.verbs import verb
 from .intervals import force_unit, marked
 
@@ -149,7 +149,7 @@ def _direct_column(run: Run, deltas: Sequence[float]) -> dict[str, float]:
 
 def _parting(superposed: xr.Dataset, direct: xr.Dataset) -> float:
     """Return the median displacement (nm) from which on the two forces at a place differ by more than a tenth."""
-    parting = compare(superposed, direct)["parting_delta"]
+    parting = force_ratio(superposed, direct)["parting_delta"]
     return float(parting.median())
 
 
