@@ -91,7 +91,7 @@ def fit_adhesion_range(
     Examples
     --------
     >>> import roughxr
-    >>> from roughxr.synthetic import self_affine
+    >>> from roughxr.scans.synthetic import self_affine
     >>> scan = self_affine((48, 48), 2, rms=1, hurst=0.9, rolloff=50, seed=1).contact.assign_pair(
     ...     sphere_radius=200, contact_modulus=40, work_of_adhesion=0.1, adhesion_range=1.0)
     >>> options = {"subregions": (2, 2), "law": "exponential", "delta": [0.0]}

@@ -36,7 +36,7 @@ def cautions(run: Run) -> list[str]:
 
     Examples
     --------
-    >>> from roughxr.synthetic import self_affine
+    >>> from roughxr.scans.synthetic import self_affine
     >>> cautions({"scan": self_affine((16, 16), 10, rms=1, hurst=0.8, rolloff=80, seed=1)})[0]
     'The scan is synthetic: made from a seed, not measured.'
     """
