@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from ._version import __version__
 from .bodies.substances import MATERIALS
+from .vocabulary.numbers import number
 
 #: Laws of attraction, the same as in `adhesive`, repeated here so that help needs no import of the solver.
 LAWS = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
@@ -426,7 +427,7 @@ def _info(options) -> None:
     channels = scans.describe(options.file)
     print("\n".join(f"{key}: {value or 'none'}" for key, value in channels.attrs.items() if key != "history"))
     print("sizes and heights in nm, s_q about the mean plane:")
-    print(channels.rename(units="units in file").to_dataframe().to_string(float_format=lambda v: f"{v:.6g}"))
+    print(channels.rename(units="units in file").to_dataframe().to_string(float_format=lambda v: number(v, digits=6)))
     scan = _opened(options.file, options).load()
     print(f"\nroughness of {scan.attrs.get('channel', 'height')}, nm about its mean plane where not said otherwise:")
     for name, value in scans.roughness(scan, spectra=False).data_vars.items():
@@ -467,7 +468,7 @@ def _measured(options) -> None:
         print("curves: " + ", ".join(f"{count} {reason}" for reason, count in left.items()))
     print("\npull-off force, nN:")
     found = statistics.bootstrap(ds, "pull_off_force").sel(resampling="block", drop=True)
-    print(found[["estimate", "low", "high"]].to_dataframe().to_string(float_format=lambda v: f"{v:.4g}"))
+    print(found[["estimate", "low", "high"]].to_dataframe().to_string(float_format=number))
     if options.output:
         print(f"written to {exports.to_table(ds, options.output)}")
 
@@ -487,9 +488,9 @@ def _compare(options) -> None:
     found = measured.against(predicted, own)
     print(f"measured over predicted ({options.method}) pull-off forces, nN:")
     columns = [f"{name}{end}" for name in ("predicted", "measured", "ratio") for end in ("", "_low", "_high")]
-    print(found[columns].to_dataframe().to_string(float_format=lambda v: f"{v:.3g}"))
+    print(found[columns].to_dataframe().to_string(float_format=number))
     distance, p_value = float(found.distribution_distance), float(found.distribution_p_value)
-    print(f"\nlargest difference of the cumulative distributions: {distance:.2g}, p = {p_value:.2g}")
+    print(f"\nlargest difference of the cumulative distributions: {number(distance)}, p = {number(p_value)}")
     print(f"independent places: {float(found.predicted_places):.0f} and {float(found.measured_places):.0f}")
     print(f"places: {found.attrs['places']}{_shift(found)}")
     if options.picture:
@@ -548,7 +549,7 @@ def _tell_critical(critical, options) -> None:
     print(f"{options.load} in {options.fluid}, pull-off forces of {options.method!r}; {words}:")
     if values.size:
         least, middle, most = np.quantile(values, (0.05, 0.5, 0.95))
-        print(f"  5 % of places {least:.4g}, median {middle:.4g}, 95 % {most:.4g}")
+        print(f"  5 % of places {number(least)}, median {number(middle)}, 95 % {number(most)}")
     counts = ((mode, int((critical["mode"] == mode).sum())) for mode in np.unique(critical["mode"].values.astype(str)))
     print("what goes first: " + ", ".join(f"{mode} at {count}" for mode, count in counts))
     inside = int(critical["in_range"].sum())
@@ -575,8 +576,8 @@ def _pulls(ds) -> bool:
 def _shift(found) -> str:
     if "measured_force" not in found:
         return ""
-    words = f"by {float(found.shift_x):.4g} and {float(found.shift_y):.4g} nm along x and y"
-    return f", {words}; correlation {float(found.place_correlation):.2f}, p = {float(found.place_p_value):.2g}"
+    words = f"by {number(found.shift_x)} and {number(found.shift_y)} nm along x and y"
+    return f", {words}; correlation {number(found.place_correlation)}, p = {number(found.place_p_value)}"
 
 
 def _measurement(options):
