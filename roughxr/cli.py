@@ -11,6 +11,7 @@ from typing import TextIO
 
 from ._version import __version__
 from .bodies.substances import MATERIALS
+from .vocabulary.numbers import number
 from .vocabulary.text import printable
 
 #: Laws of attraction, the same as in `adhesive`, repeated here so that help needs no import of the solver.
@@ -455,7 +456,7 @@ def _info(options) -> None:
         )
     )
     print("sizes and heights in nm, s_q about the mean plane:")
-    print(channels.rename(units="units in file").to_dataframe().to_string(float_format=lambda v: f"{v:.6g}"))
+    print(channels.rename(units="units in file").to_dataframe().to_string(float_format=lambda v: number(v, digits=6)))
     scan = _opened(options.file, options).load()
     channel = printable(str(scan.attrs.get("channel", "height")))
     print(f"\nroughness of {channel}, nm about its mean plane where not said otherwise:")
@@ -497,7 +498,7 @@ def _measured(options) -> None:
         print("curves: " + ", ".join(f"{count} {reason}" for reason, count in left.items()))
     print("\npull-off force, nN:")
     found = statistics.bootstrap(ds, "pull_off_force").sel(resampling="block", drop=True)
-    print(found[["estimate", "low", "high"]].to_dataframe().to_string(float_format=lambda v: f"{v:.4g}"))
+    print(found[["estimate", "low", "high"]].to_dataframe().to_string(float_format=number))
     if options.output:
         print(f"written to {exports.to_table(ds, options.output)}")
 
@@ -517,9 +518,9 @@ def _compare(options) -> None:
     found = measured.compare(predicted, own)
     print(f"measured over predicted ({options.method}) pull-off forces, nN:")
     columns = [f"{name}{end}" for name in ("predicted", "measured", "ratio") for end in ("", "_low", "_high")]
-    print(found[columns].to_dataframe().to_string(float_format=lambda v: f"{v:.3g}"))
+    print(found[columns].to_dataframe().to_string(float_format=number))
     distance, p_value = float(found.distribution_distance), float(found.distribution_p_value)
-    print(f"\nlargest difference of the cumulative distributions: {distance:.2g}, p = {p_value:.2g}")
+    print(f"\nlargest difference of the cumulative distributions: {number(distance)}, p = {number(p_value)}")
     print(f"independent places: {float(found.predicted_places):.0f} and {float(found.measured_places):.0f}")
     print(f"places: {found.attrs['places']}{_shift(found)}")
     if options.picture:
@@ -581,7 +582,7 @@ def _tell_critical(critical, options) -> None:
     print(f"{options.load} in {options.fluid}, pull-off forces of {options.method!r}; {words}:")
     if values.size:
         least, middle, most = np.quantile(values, (0.05, 0.5, 0.95))
-        print(f"  5 % of places {least:.4g}, median {middle:.4g}, 95 % {most:.4g}")
+        print(f"  5 % of places {number(least)}, median {number(middle)}, 95 % {number(most)}")
     counts = ((mode, int((critical["mode"] == mode).sum())) for mode in np.unique(critical["mode"].values.astype(str)))
     print("what goes first: " + ", ".join(f"{mode} at {count}" for mode, count in counts))
     inside = int(critical["in_range"].sum())
@@ -608,8 +609,8 @@ def _pulls(ds) -> bool:
 def _shift(found) -> str:
     if "measured_force" not in found:
         return ""
-    words = f"by {float(found.shift_x):.4g} and {float(found.shift_y):.4g} nm along x and y"
-    return f", {words}; correlation {float(found.place_correlation):.2f}, p = {float(found.place_p_value):.2g}"
+    words = f"by {number(found.shift_x)} and {number(found.shift_y)} nm along x and y"
+    return f", {words}; correlation {number(found.place_correlation)}, p = {number(found.place_p_value)}"
 
 
 def _measurement(options):

@@ -71,6 +71,19 @@ def test_ten_thousand_draws_of_each_law_are_recovered(draw, mean, std):
     assert int(xr.concat(held, "repeat").sel(resampling="block").sum()) >= 33
 
 
+@pytest.mark.parametrize("length", [0.2, 1.5, 4.0])
+@pytest.mark.parametrize("law", [lambda z: np.exp(3 * z), lambda z: np.maximum(z - 1, 0)], ids=["skewed", "mostly 0"])
+def test_no_interval_leaves_the_samples_range(law, length):
+    """A median beside zero and a mean that one place carries: their logarithms must not be widened."""
+    ds = on_grid(law(field(8, length, np.random.default_rng(6))))
+    values = ds.pull_off_force.values
+    found = bootstrap(ds, "pull_off_force", statistics=("mean", "q5", "q50", "q95"), resamples=199)
+    assert (found.low >= values.min()).all() and (found.high <= values.max()).all()
+    assert (found.low <= found.estimate).all() and (found.estimate <= found.high).all()
+    spread = bootstrap(ds, "pull_off_force", statistics=("std",), resamples=199)
+    assert (spread.high <= np.ptp(values)).all() and (spread.low >= 0).all()
+
+
 @pytest.mark.parametrize(("length", "side"), [(1.0, 24), (2.0, 48)])
 def test_effective_number_is_that_of_the_correlation(length, side):
     places = np.argwhere(np.ones((side, side))).astype(float)

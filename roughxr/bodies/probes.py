@@ -157,7 +157,7 @@ def placements(
 
     Examples
     --------
-    >>> from roughxr.synthetic import self_affine
+    >>> from roughxr.scans.synthetic import self_affine
     >>> rough = self_affine((64, 64), 10, rms=1, hurst=0.8, rolloff=200, seed=1)
     >>> found = placements(rough, sphere_radius=3000, count=3)
     >>> dict(found.indenter_height.sizes), round(float(found.indenter_x[0]))

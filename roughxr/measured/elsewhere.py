@@ -70,7 +70,7 @@ def predict_others(
     Examples
     --------
     >>> import roughxr
-    >>> from roughxr.synthetic import self_affine
+    >>> from roughxr.scans.synthetic import self_affine
     >>> make = {"rms": 2.0, "hurst": 0.9, "rolloff": 300}
     >>> scans = [self_affine((96, 96), 10, seed=seed, **make).contact.assign_pair(
     ...     sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1) for seed in (1, 2)]

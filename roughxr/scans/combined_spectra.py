@@ -49,7 +49,7 @@ def combined_spectrum(
 
     Examples
     --------
-    >>> from roughxr.synthetic import self_affine
+    >>> from roughxr.scans.synthetic import self_affine
     >>> make = {"rms": 1.5, "hurst": 0.8, "rolloff": 400}
     >>> found = combined_spectrum([self_affine((64, 64), step, seed=1, **make) for step in (5, 20)])
     >>> bool(found.wavevector.min() < 0.02 and found.wavevector.max() > 0.2), int(found.psd_scans.max())

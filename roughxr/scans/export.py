@@ -86,7 +86,7 @@ def to_surfacetopography(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     Examples
     --------
     >>> import tempfile
-    >>> from roughxr.synthetic import self_affine
+    >>> from roughxr.scans.synthetic import self_affine
     >>> scan = self_affine((8, 4), 10, rms=1, hurst=0.8, rolloff=40, seed=1)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     written = xr.load_dataset(to_surfacetopography(scan, folder + "/scan.nc"), engine="scipy")

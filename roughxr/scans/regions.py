@@ -105,7 +105,7 @@ def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
 
     Examples
     --------
-    >>> from roughxr.synthetic import self_affine
+    >>> from roughxr.scans.synthetic import self_affine
     >>> extent(self_affine((8, 4), 10, rms=1, hurst=0.8, rolloff=40, seed=1))
     (0.0, 80.0, 0.0, 40.0)
     """

@@ -44,7 +44,7 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
 
     Examples
     --------
-    >>> from roughxr.synthetic import self_affine
+    >>> from roughxr.scans.synthetic import self_affine
     >>> scan = self_affine((32, 32), 10, rms=1.5, hurst=0.8, rolloff=100, seed=1)
     >>> found = power_spectrum(scan)
     >>> round(float((found.psd * found.psd_modes).sum() / 320**2), 6)  # the mean square height, 1.5²
@@ -77,7 +77,7 @@ def autocorrelation(ds: xr.Dataset) -> xr.Dataset:
 
     Examples
     --------
-    >>> from roughxr.synthetic import self_affine
+    >>> from roughxr.scans.synthetic import self_affine
     >>> scan = self_affine((32, 32), 10, rms=1.5, hurst=0.8, rolloff=100, seed=1)
     >>> round(float(autocorrelation(scan).acf.sel(lag=0)), 6)  # the mean square height, 1.5²
     2.25

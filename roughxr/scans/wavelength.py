@@ -38,7 +38,7 @@ def shortest_wavelength(ds: xr.Dataset) -> float:
 
     Examples
     --------
-    >>> from roughxr.synthetic import self_affine
+    >>> from roughxr.scans.synthetic import self_affine
     >>> scan = self_affine((256, 256), 10, rms=1.5, hurst=0.8, rolloff=300, cutoff=60, seed=1)
     >>> 58 < shortest_wavelength(scan) < 63
     True

@@ -71,14 +71,9 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) 
         out["overlap_fraction"] = at["contacts_overlapping"].sum("subregion") / contacts.where(contacts > 0)
     kept = ("delta", "subregion", "subregion_x", "subregion_y", *schema.PAIR)
     out = out.drop_vars([name for name in out.coords if name not in kept])
-<<<<<<< HEAD
     missing = "NaN out of contact or not converged; parting_delta: NaN where they never part"
     out.attrs = {"agree_within": by, "missing": missing}
-    return schema.record(schema.label(out), "compare", direct, by=by)
-=======
-    out.attrs = {"agree_within": by, "missing": "NaN out of contact; parting_delta: NaN where they never part"}
     return schema.record(schema.label(out), "force_ratio", direct, by=by)
->>>>>>> pair
 
 
 def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset, by: float):

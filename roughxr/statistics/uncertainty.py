@@ -5,8 +5,10 @@ Politis & Romano 1992 for blocks that wrap around). On few places its percentile
 which are both corrected here. Blocks cut the correlation at their edges and leave too little spread: deviations are
 therefore widened until resampled means spread as s/√n, n the number of independent places. And percentiles ignore
 that this spread is itself estimated from few blocks: their levels are therefore moved out to those of Student's t with
-one degree of freedom less than there are blocks (Hesterberg 2015, "expanded percentile"). Where no sample is
-negative, and for spreads, this is done to the logarithms, so that no interval extends below zero.
+one degree of freedom less than there are blocks (Hesterberg 2015, "expanded percentile"). Spreads are widened by their
+logarithms, which stay positive. Quantiles need no resamples: the share of samples below one is binomial among as many
+draws as there are independent places, and the samples at the ends of that share's interval (Clopper & Pearson's) are
+those of the quantile (Woodruff 1952; Korn & Graubard 1998). No interval leaves the range of what the samples allow.
 """
 
 from __future__ import annotations
@@ -94,7 +96,8 @@ def bootstrap(
     References
     ----------
     Künsch, Ann. Statist. 17 (1989) 1217; Politis & Romano (1992), A circular block-resampling procedure;
-    Hesterberg, The American Statistician 69 (2015) 371.
+    Hesterberg, The American Statistician 69 (2015) 371; Woodruff, J. Am. Stat. Assoc. 47 (1952) 635; Korn & Graubard,
+    Survey Methodology 24 (1998) 193.
 
     Examples
     --------
@@ -282,16 +285,30 @@ def _intervals(found: Samples, way: Resampling, functions, confidence, resamples
     means, *replicates = np.concatenate(drawn, axis=1)
     estimate = np.array([function(found.values) for function in functions.values()])
     ends = np.quantile(replicates, _levels(_whole_blocks(found, way), confidence), axis=1)
-    positive = np.array([found.values.min() >= 0 or label == "std" for label in functions]) & (estimate > 0)
-    return _widened(estimate, ends, _widening(found.values, way, means), positive)
+    times = _widening(found.values, way, means)
+    each = zip(functions, estimate, ends.T)
+    return np.array([_ends(label, found.values, at, pair, times, way, confidence) for label, at, pair in each]).T
 
 
-def _widened(estimate: np.ndarray, ends: np.ndarray, times: float, positive: np.ndarray) -> np.ndarray:
-    """Return ends farther from their estimates by a factor, on the logarithms where neither can be negative."""
+def _ends(label: str, values: np.ndarray, estimate: float, ends: np.ndarray, times: float, way, confidence: float):
+    """Return the ends of one statistic's interval, from those of its resamples."""
+    n, low, high = values.size, values.min(), values.max()
+    if label.startswith("q"):
+        return np.quantile(values, _share_levels(float(label[1:]) / 100, way.independent, confidence))
+    if label == "std":
+        scaled = estimate * (ends / estimate) ** times if estimate > 0 else ends
+        return np.clip(scaled, 0.0, 0.5 * (high - low) * np.sqrt(n / (n - 1)))
     plain = estimate + (ends - estimate) * times
-    with np.errstate(divide="ignore", invalid="ignore"):
-        scaled = estimate * (ends / estimate) ** times
-    return np.where(positive, scaled, plain)
+    return np.clip(plain, low, high) if label in ("mean", "min", "max") else plain
+
+
+def _share_levels(share: float, count: float, confidence: float) -> list[float]:
+    """Return Clopper & Pearson's interval of a share among ``count`` independent draws."""
+    from scipy.stats import beta
+
+    below, above, tail = count * share, count * (1 - share), 0.5 - confidence / 2
+    low = beta.ppf(tail, below, above + 1) if below > 0 else 0.0
+    return [float(low), float(beta.ppf(1 - tail, below + 1, above)) if above > 0 else 1.0]
 
 
 def _whole_blocks(found: Samples, way: Resampling) -> float:

@@ -41,7 +41,7 @@ def over_scans(
     Examples
     --------
     >>> import roughxr
-    >>> from roughxr.synthetic import self_affine
+    >>> from roughxr.scans.synthetic import self_affine
     >>> make = {"rms": 1.0, "hurst": 0.8, "rolloff": 200}
     >>> scans = [self_affine((64, 64), 10, seed=seed, **make) for seed in (1, 2, 3)]
     >>> found = over_scans(scans, roughxr.roughness, spectra=False)

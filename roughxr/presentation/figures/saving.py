@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...files.disk import whole
+from ...vocabulary.numbers import number
 from .style import COLUMN, GREY, SMALL, TITLE, tidy
 
 #: Number of letters on one line of a title at one column's width, and of small print.
@@ -96,20 +97,6 @@ def save(figure, path, *, dpi: int = 300) -> Path:
     return Path(path)
 
 
-def number(value: float, unit: str = "", digits: int = 3) -> str:
-    """Return a number with its unit as text for a table; a dash for NaN.
-
-    Examples
-    --------
-    >>> number(2.04, "µN", 2), number(float("nan"), "nm"), number(-0.5)
-    ('2 µN', '–', '−0.5')
-    """
-    if not np.isfinite(value):
-        return "–"
-    text = f"{value:.{digits}g}" if abs(value) < 10**digits else f"{value:.0f}"
-    return f"{text} {unit}".strip().replace("-", "−")
-
-
 def mean_and_spread(values, unit: str, *, size: float = 1.0, digits: int = 2) -> str:
     """Return mean ± standard deviation (n − 1) of the finite values, divided by ``size``, with one unit.
 
@@ -122,5 +109,6 @@ def mean_and_spread(values, unit: str, *, size: float = 1.0, digits: int = 2) ->
     finite = finite[np.isfinite(finite)]
     if finite.size == 0:
         return "–"
-    spread = finite.std(ddof=1) if finite.size > 1 else np.nan
-    return f"{finite.mean():.{digits}f} ± {spread:.{digits}f} {unit}".replace("-", "−")
+    if finite.size == 1:
+        return number(finite[0], unit)
+    return f"{finite.mean():.{digits}f} ± {finite.std(ddof=1):.{digits}f} {unit}".strip().replace("-", "−")

@@ -8,8 +8,8 @@ import pandas as pd
 import xarray as xr
 
 from ...measured import compare
+from ...vocabulary import numbers
 from ...vocabulary.verbs import verb
-from .intervals import force_unit
 
 Run = Mapping[str, xr.Dataset]
 
@@ -56,12 +56,13 @@ def measured_words(run: Run) -> list[str]:
     mean = found.sel(statistic="mean")
     origin = f"{measured.attrs.get('measured', 'pull-offs')} in {measured.attrs.get('source_file', 'no file')}"
     said = [f"Measured: {int(measured['pull_off_force'].notnull().sum())} places of {origin}."]
-    interval = f"{float(mean['ratio_low']):.2g} … {float(mean['ratio_high']):.2g}"
-    said += [f"The measured mean is {float(mean['ratio']):.3g} times the predicted (95 % interval {interval})."]
+    interval = numbers.interval(float(mean["ratio_low"]), float(mean["ratio_high"]))
+    said += [f"The measured mean is {numbers.number(mean['ratio'])} times the predicted (95 % interval {interval})."]
     p_value, distance = float(found["distribution_p_value"]), float(found["distribution_distance"])
     verdict = "are told apart" if p_value < 0.05 else "are not told apart"
     said += [
-        f"The distributions {verdict}: they differ by up to {distance:.2g}, which chance does with p = {p_value:.2g}."
+        f"The distributions {verdict}: they differ by up to {numbers.percent(distance)} of the places, "
+        f"which chance does with p = {numbers.number(p_value)}."
     ]
     return [*said, f"Places: {found.attrs['places']}."]
 
@@ -89,7 +90,7 @@ def measured_table(run: Run) -> pd.DataFrame:
     2.0
     """
     found = run[COMPARED]
-    unit, size = force_unit(float(found["predicted"].sel(statistic="mean")))
+    unit, size = numbers.prefixed(float(found["predicted"].sel(statistic="mean")))
     columns = {f"{name} [{unit}]": found[name].values / size for name in ("predicted", "measured")}
     columns |= {name.replace("_", ", "): found[name].values for name in ("ratio", "ratio_low", "ratio_high")}
     return pd.DataFrame(columns, index=pd.Index(found["statistic"].values.astype(str), name="statistic"))

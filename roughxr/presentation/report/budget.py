@@ -9,8 +9,8 @@ import pandas as pd
 import xarray as xr
 
 from ...statistics import bootstrap, smooth_pull_off
+from ...vocabulary.numbers import percent, prefixed
 from ...vocabulary.verbs import verb
-from .intervals import force_unit
 
 Run = Mapping[str, xr.Dataset]
 
@@ -45,9 +45,9 @@ def headline(run: Run) -> str:
     mean, count = float(pull["pull_off_force"].mean()), int(pull["pull_off_force"].notnull().sum())
     if not count:
         return "No place pulls."
-    unit, size = force_unit(mean)
+    unit, size = prefixed(mean)
     smooth = smooth_pull_off(pull) if "sphere_radius" in pull.coords else np.nan
-    part = f", {_percent(mean / smooth)} of what the sphere holds on a smooth flat" if smooth > 0 else ""
+    part = f", {percent(mean / smooth)} of what the sphere holds on a smooth flat" if smooth > 0 else ""
     return (
         f"Pull-off force: {mean / size:.3g} {unit} in the mean of {count} place{'s' * (count > 1)}"
         f"{_interval(pull, unit, size)}{part}, {budget.attrs['condition']}.{_beyond(run, unit, size)}"
@@ -71,7 +71,7 @@ def _beyond(run: Run, unit: str, size: float) -> str:
     ratio = float(least / means.sel(shortest_kept=shown, method="nearest"))
     return (
         f" If its roughness went on down to {float(least['shortest_kept']):.3g} nm, as the scan's own spectrum does, "
-        f"the pull-off would be {_percent(ratio)} of that (at {scales.sizes['subregion']} of the places)."
+        f"the pull-off would be {percent(ratio)} of that (at {scales.sizes['subregion']} of the places)."
     )
 
 
@@ -125,11 +125,7 @@ def resolution(run: Run) -> list[str]:
     sharp, tip = float(budget["sharper_than_tip"]), float(budget["tip_radius"])
     if sharp >= 0.05:
         said.append(
-            f"{sharp:.0%} of the asperities are sharper than a tip of {tip:g} nm would draw them truly: if the scan's "
-            "was as blunt, the surface is rougher than the scan, and sticks less."
+            f"{percent(sharp)} of the asperities are sharper than a tip of {tip:g} nm would draw them truly: if "
+            "the scan's was as blunt, the surface is rougher than the scan, and sticks less."
         )
     return said
-
-
-def _percent(part: float) -> str:
-    return f"{100 * part:.2g} %" if np.isfinite(part) and part < 1 else f"{100 * part:.0f} %"

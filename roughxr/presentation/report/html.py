@@ -20,6 +20,7 @@ from ...files.disk import whole
 from ...scans import level
 from ...scans.regions import extent
 from ...vocabulary import schema
+from ...vocabulary.numbers import interval, number
 from ...vocabulary.verbs import verb
 from .beside_measured import COMPARED, MEASURED, compared, measured_table, measured_words
 from .budget import BUDGET, budget_table, headline
@@ -161,15 +162,15 @@ def _facts(run: Mapping[str, xr.Dataset]) -> list[tuple[str, str]]:
 def _heights(scan: xr.Dataset) -> str:
     """Return the range of heights, and for a tilted scan also that about its mean plane."""
     low, high = float(scan["height"].min()), float(scan["height"].max())
-    words = f"{low:.4g} … {high:.4g} nm".replace("-", "−")
+    words = f"{number(low)} … {number(high)} nm"
     flat = float(np.ptp(level(schema.label(scan))["height"].values))
-    tilted = f", of which tilt is all but {flat:.4g} nm: level the scan first"
+    tilted = f", of which tilt is all but {number(flat, 'nm')}: level the scan first"
     return words + (tilted if flat < 0.8 * (high - low) else "")
 
 
 def _coordinate(scan: xr.Dataset, name: str) -> tuple[str, str]:
     known = schema.VARIABLES[name]
-    return known.long_name, f"{float(scan[name]):.5g} {known.units.replace('J m-2', 'J/m²')}"
+    return known.long_name, number(scan[name], known.units.replace("J m-2", "J/m²").removesuffix("1"), digits=5)
 
 
 def _places(run: Mapping[str, xr.Dataset]) -> str:
@@ -193,31 +194,17 @@ def _numbers(run: Mapping[str, xr.Dataset]):
     """Yield the main numbers as they are printed: quantity, places, estimate, intervals, independent places."""
     before = None
     for (quantity, places), row in interval_table(run).iterrows():
-        block, naive = (
-            f"{_digits(row[low])} … {_digits(row[high])}"
-            for low, high in (("low", "high"), ("naive low", "naive high"))
-        )
+        block, naive = (interval(row[low], row[high]) for low, high in (("low", "high"), ("naive low", "naive high")))
         shown = "" if quantity == before else quantity
         before = quantity
-        yield shown, places, _digits(row["estimate"]), block, naive, f"{row['independent places']:.0f}"
-
-
-def _digits(value: float) -> str:
-    """Return a whole number unchanged, any other to three digits.
-
-    Examples
-    --------
-    >>> _digits(1234.5), _digits(-0.01234), _digits(float("nan")), _digits(14422.0)
-    ('1230', '−0.0123', '–', '14422')
-    """
-    if not np.isfinite(value):
-        return "–"
-    value = round(value, 12)  # removes rounding left by a subtracted mean
-    if value == int(value):
-        return f"{int(value)}".replace("-", "−")
-    rounded = float(f"{value:.3g}")
-    text = f"{rounded:.0f}" if abs(rounded) >= 100 else f"{value:#.3g}".rstrip(".")
-    return text.replace("-", "−")
+        yield (
+            shown,
+            places,
+            number(round(row["estimate"], 12)),
+            block,
+            naive,
+            number(row["independent places"], digits=2),
+        )
 
 
 def _tables(run: Mapping[str, xr.Dataset]) -> list[tuple[str, list[str], list[list[str]]]]:
@@ -237,7 +224,7 @@ def _as_text(table: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
 
 
 def _cell(value: Any) -> str:
-    return value if isinstance(value, str) else _digits(float(value))
+    return value if isinstance(value, str) else number(round(float(value), 12))
 
 
 def _steps(run: Mapping[str, xr.Dataset]) -> list[tuple[str, list[tuple[str, str]]]]:

@@ -9,6 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from ... import statistics
+from ...vocabulary.numbers import prefixed
 from ...vocabulary.verbs import verb
 
 #: The main numbers of pull-off: words, variable, statistic.
@@ -19,9 +20,6 @@ _PULL_OFF = (
     ("pull-off force, rough / smooth", "pull_off_ratio", "mean"),
     ("displacement at pull-off, mean", "pull_off_delta", "mean"),
 )
-
-#: Units of force and their size in nN; the largest unit of which a force is at least one is printed.
-_PREFIXES = (("mN", 1e6), ("µN", 1e3), ("nN", 1.0), ("pN", 1e-3))
 
 PLACES = ("all places", "without debris")
 _COLUMNS = ("estimate", "low", "high", "naive low", "naive high", "independent places")
@@ -81,23 +79,12 @@ def _pull_off(run: Mapping[str, xr.Dataset], method: str) -> xr.Dataset | None:
     return statistics.reduction(pull)
 
 
-def force_unit(force: float) -> tuple[str, float]:
-    """Return a suitable unit for a force (nN), and its size in nN.
-
-    Examples
-    --------
-    >>> force_unit(6.011), force_unit(2000.0), force_unit(0.0)
-    (('nN', 1.0), ('µN', 1000.0), ('nN', 1.0))
-    """
-    return next(((unit, size) for unit, size in _PREFIXES if abs(force) >= size), ("nN", 1.0))
-
-
 def _unit_of(ds: xr.Dataset, name: str) -> tuple[str, float]:
     """Return the unit in which a variable is printed, and its size in the schema's units."""
     if name in ("force", "pull_off_force"):
         values = ds[name].values
         mean = np.nanmean(values.reshape(len(values), -1)[:, -1]) if np.isfinite(values).any() else 0.0
-        return force_unit(float(mean))
+        return prefixed(float(mean))
     return ("" if ds[name].attrs.get("units", "1") == "1" else str(ds[name].attrs["units"])), 1.0
 
 

@@ -10,8 +10,9 @@ import xarray as xr
 
 from ...scans.regions import extent
 from ...statistics import force_ratio, smooth_pull_off
+from ...vocabulary.numbers import number, prefixed
 from ...vocabulary.verbs import verb
-from .intervals import force_unit, marked
+from .intervals import marked
 
 Run = Mapping[str, xr.Dataset]
 
@@ -53,7 +54,7 @@ def contact_table(
     3.0
     """
     pulls = [run[f"statistics/{method}"]["pull_off_force"] for method in METHODS if f"statistics/{method}" in run]
-    unit = force_unit(max((float(pull.mean()) for pull in pulls if pull.notnull().any()), default=0.0))
+    unit = prefixed(max((float(pull.mean()) for pull in pulls if pull.notnull().any()), default=0.0))
     columns = {method: _column(run, method, deltas, *unit) for method in METHODS if f"solutions/{method}" in run}
     return pd.DataFrame(columns).rename_axis("quantity")
 
@@ -127,7 +128,7 @@ def _share_at_pull_off(run: Run, method: str, name: str) -> float:
 def _direct_column(run: Run, deltas: Sequence[float]) -> dict[str, float]:
     direct = run["solutions/direct"]
     deltas = deltas or marked(direct)
-    unit, size = force_unit(float(direct["force"].isel(delta=-1).mean()))
+    unit, size = prefixed(float(direct["force"].isel(delta=-1).mean()))
     force = direct["force"] / size
     rows = {}
     for delta in deltas:
@@ -238,7 +239,7 @@ def formula_table(run: Run) -> pd.DataFrame:
     [1.0, 10.0]
     """
     force = run["statistics/formulas"]["pull_off_force"]
-    unit, size = force_unit(float(force.max()))
+    unit, size = prefixed(float(force.max()))
     columns = {f"pull-off [{unit}]": force / size, "over rigid bodies": force / force.sel(formula="sum", drop=True)}
     if "statistics/adhesive" in run:
         columns["over simulation with adhesion"] = force / float(run["statistics/adhesive"]["pull_off_force"].median())
@@ -259,7 +260,7 @@ def _evenness(angles: np.ndarray) -> float:
 
 
 def text(table: pd.DataFrame, title: str) -> str:
-    """Return a table as lines of text, numbers to four digits, a dash for missing ones.
+    """Return a table as lines of text, numbers to four digits at least, a dash for missing ones.
 
     Parameters
     ----------
@@ -280,5 +281,5 @@ def text(table: pd.DataFrame, title: str) -> str:
     force [nN]   1.235
     pull [nN]        –
     """
-    body = table.to_string(float_format=lambda v: f"{round(v, 9):.4g}", na_rep="–", justify="right")
+    body = table.to_string(float_format=lambda v: number(round(v, 9), digits=4), na_rep="–", justify="right")
     return f"{title}\n{'=' * len(title)}\n{body}\n"

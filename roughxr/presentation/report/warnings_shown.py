@@ -9,6 +9,7 @@ import xarray as xr
 
 from ...scans import doubts
 from ...vocabulary import schema
+from ...vocabulary.numbers import number, percent
 from ...vocabulary.verbs import verb
 from .budget import resolution
 from .intervals import flagged
@@ -16,8 +17,8 @@ from .tables import mesh_change
 
 Run = Mapping[str, xr.Dataset]
 
-#: Per cent of the force above the hardness at which a caution is given.
-_LITTLE_YIELD = 0.5
+#: Share of the force above the hardness from which on a caution is given.
+_YIELDS = 0.005
 
 #: Median change of the pull-off, on a finer mesh with shorter steps, at which a caution is given.
 _COARSE = 0.1
@@ -38,7 +39,7 @@ def cautions(run: Run) -> list[str]:
 
     Examples
     --------
-    >>> from roughxr.synthetic import self_affine
+    >>> from roughxr.scans.synthetic import self_affine
     >>> cautions({"scan": self_affine((16, 16), 10, rms=1, hurst=0.8, rolloff=80, seed=1)})[0]
     'The scan is synthetic: made from a seed, not measured.'
     """
@@ -66,7 +67,7 @@ def _coarse(run: Run) -> str:
     if not {"solutions/finer", "statistics/adhesive"} <= set(run):
         return ""
     change = float(np.abs(mesh_change(run)).median())
-    words = f"On a mesh twice as fine in half the steps the pull-off differs by {change:.0%} in the median"
+    words = f"On a mesh twice as fine in half the steps the pull-off differs by {percent(change)} in the median"
     return (
         f"{words}: the main numbers are no better than that; take a larger refine (--refine)."
         if change > _COARSE
@@ -144,7 +145,7 @@ def _debris(run: Run) -> str:
     flags = flagged(run)
     if flags is None or not flags.any():
         return ""
-    limit = f"{flags.attrs['threshold_value']:.4g} {flags.attrs['threshold_units']}"
+    limit = f"{number(flags.attrs['threshold_value'], flags.attrs['threshold_units'])}"
     places = f"{int(flags.sum())} of {flags.size} places hold debris"
     return f"{places} by rule ({flags.attrs['comment']}, {limit}); the main numbers are given with and without them."
 
@@ -171,15 +172,15 @@ def _yielding(run: Run) -> list[str]:
 def _above_hardness(ds: xr.Dataset, words: str, where: str) -> str:
     name = "hardness" if "hardness" in ds.coords else "hardness_estimate"
     last = ds.isel(delta=-1) if "delta" in ds["yielded_fraction"].dims else ds
-    force, area = (100 * float(last[f"yielded{part}_fraction"].mean()) for part in ("", "_area"))
-    if not force > _LITTLE_YIELD:
+    force, area = (float(last[f"yielded{part}_fraction"].mean()) for part in ("", "_area"))
+    if not force > _YIELDS:
         return ""
-    shares = f"{where} {area:.2g} % of the contact area with {force:.2g} % of the force lies"
+    shares = f"{where} {percent(area)} of the contact area with {percent(force)} of the force lies"
     if "plastic_work" in ds:
-        return f"The softer body yields: in {words} {shares} at its hardness, {float(ds[name]):.3g} GPa."
+        return f"The softer body yields: in {words} {shares} at its hardness, {number(ds[name], 'GPa')}."
     known = "the hardness" if name == "hardness" else "the hardness that such materials are estimated to have"
     return (
-        f"Elasticity is to be doubted: in {words} {shares} above {known}, {float(ds[name]):.3g} GPa. Such summits "
+        f"Elasticity is to be doubted: in {words} {shares} above {known}, {number(ds[name], 'GPa')}. Such summits "
         "yield; give the hardness (--hardness) to follow them."
     )
 
@@ -222,20 +223,21 @@ def _beyond_patch(run: Run) -> str:
     there = sweep.isel(subregion=np.flatnonzero(at.notnull().values))
     there = there.sel(delta=at.dropna("subregion"), method="nearest")
     contacts = max(int(there["contacts"].sum()), 1)
-    beyond, over = (100 * int(there[f"contacts_{k}"].sum()) / contacts for k in ("beyond_patch", "overlapping"))
-    if max(beyond, over) < 5:
+    beyond, over = (int(there[f"contacts_{k}"].sum()) / contacts for k in ("beyond_patch", "overlapping"))
+    if max(beyond, over) < 0.05:
         return ""
     return (
-        f"At pull-off {beyond:.0f} % of the contacts reach beyond the patch that their paraboloid was fitted to, and "
-        f"{over:.0f} % overlap a neighbour's: there superposition of single asperities loses its ground."
+        f"At pull-off {percent(beyond)} of the contacts are wider than the patch that their paraboloid was fitted to, "
+        f"and {percent(over)} overlap a neighbour's: superposition of single asperities does not hold for these."
     )
 
 
 def _saddles(run: Run) -> str:
     if "asperities" not in run or "saddle" not in run["asperities"]:
         return ""
-    share = 100 * float(run["asperities"]["saddle"].astype(bool).mean())
-    return f"{share:.0f} % of the peaks fit no summit and are left out of superposition." if share >= 5 else ""
+    share = float(run["asperities"]["saddle"].astype(bool).mean())
+    words = "of the peaks are saddles by their fitted paraboloid, and left out of superposition."
+    return f"{percent(share)} {words}" if share >= 0.05 else ""
 
 
 def _lattice(run: Run) -> str:
@@ -260,10 +262,10 @@ def _unresolved(run: Run) -> str:
         return ""
     area = run["solutions/direct"]["contact_area"].values
     cell = float(np.prod(schema.pixel(run["scan"])))
-    share = 100 * np.mean(area[area > 0] < 10 * cell) if (area > 0).any() else 0.0
-    if share < 5:
+    share = np.mean(area[area > 0] < 10 * cell) if (area > 0).any() else 0.0
+    if share < 0.05:
         return ""
-    return f"In {share:.0f} % of the direct contacts fewer than ten pixels touch: they are not resolved."
+    return f"In {percent(share)} of the elastic contacts fewer than ten pixels touch: the pixels do not resolve them."
 
 
 def _count(run: Run, name: str, bad) -> tuple[int, int]:

@@ -15,6 +15,7 @@ from ....files import archive
 from ....files.disk import whole
 from ....vocabulary import schema
 from ....vocabulary.units import whole_number
+from ....vocabulary.verbs import verb
 from ..template import filled
 from ..warnings_shown import cautions
 from . import images, places

@@ -1,0 +1,33 @@
+"""Numbers for readers: every one that once came out as "1e+02 %", "1.26e+03 pN" or "nan %"."""
+
+import numpy as np
+import pytest
+
+from roughxr.vocabulary.numbers import interval, number, percent, prefixed, quantity
+
+
+@pytest.mark.parametrize("share", [0.995, 0.9951, 0.99999, 1.0, 1.004])
+def test_nearly_all_is_a_hundred_per_cent(share):
+    assert percent(share) in ("99.5 %", "100 %")
+
+
+@pytest.mark.parametrize("scale", 10.0 ** np.arange(-14, 9))
+@pytest.mark.parametrize("digits", [0.99949, 0.9996, 1.0, 5.005, 9.995])
+def test_no_number_is_written_by_a_machine(scale, digits):
+    """Never "e+02"; read again it is the number to three digits; the prefix leaves one to three digits in front."""
+    value = digits * scale
+    for text in (number(value), quantity(value), percent(value), interval(-value, value, "nN")):
+        assert "e" not in text and "nan" not in text
+    plain = number(value).replace(" × 10", "e").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
+    assert float(plain) == pytest.approx(value, rel=0.00501)
+    unit, size = prefixed(value)
+    if 1e-3 < value < 1e9:
+        assert 1 <= float(f"{value / size:.3g}") < 1000, (value, unit)
+
+
+@pytest.mark.parametrize("words", [number, percent, quantity])
+def test_nothing_is_a_dash_and_zero_is_zero(words):
+    assert words(np.nan) == "–"
+    assert words(0.0).startswith("0") and words(-0.0).startswith("0")
+    assert words(-2.0).startswith("−2")
+    assert words(np.inf).startswith("∞")
