@@ -1,0 +1,359 @@
+"""`resting`: where particles lie still, with the share of them that does so there, and the pass over which each leaves.
+
+A probe is pulled off where the instrument puts it; a particle settles on what holds it. Its height over a scan is the
+scan's dilation by the sphere; a place of rest is a minimum of it, and the basin from which the sphere gets there its
+chance to lie there. Both limits are told: gravity alone, which rolls every sphere to the bottom of its basin, and
+adhesion, by which it stays wherever the resisting moment exceeds that of its weight and of the flow.
+"""
+
+from __future__ import annotations
+
+import warnings
+from itertools import product
+from typing import Any, NamedTuple
+
+import dask
+import numpy as np
+import xarray as xr
+
+from ..asperity.catalogue import asperities
+from ..asperity.moments import rolling
+from ..kernels.topography import dilation, rests
+from ..scans import regions
+from ..scans.parts import taker
+from ..vocabulary import schema
+from ..vocabulary.units import magnitude, positive
+from .balance import critical_load
+from .loads import weight
+
+SETTLED = ("gravity", "adhesion")
+
+#: Pixels along a side of a tile.
+_SIDE = 512
+
+#: Motion of the sphere, in pixels, within which a summit counts as carrying it.
+_SLACK = 0.05
+
+#: Stops on the way from where a sphere lands to where it rests, at each of which it may be held.
+_STOPS = 12
+
+
+class _Ground(NamedTuple):
+    """The height of a sphere over a scan, what it touches, and its basins."""
+
+    z: np.ndarray  # nm, of its lowest point
+    touched: np.ndarray  # row of ``patches`` touched at each pixel
+    patches: np.ndarray
+    axes: tuple[float, float]  # x and y of the first pixel, nm
+    pixel: tuple[float, float]
+    ball: dilation.Ball
+
+    @property
+    def how(self) -> tuple:
+        """What the kernels take in common."""
+        return self.patches, self.axes, self.pixel, self.ball
+
+
+class _Rests(NamedTuple):
+    """Places of rest, numbered from 1 in ``labels``, and the passes between them."""
+
+    places: np.ndarray  # (rests, 3): x, y, height, nm
+    labels: np.ndarray  # of each pixel, 0 where the sphere rolls off the scan
+    pairs: np.ndarray  # (passes, 2): labels on both sides
+    passes: np.ndarray  # (passes, 3): x, y, height, nm
+
+
+def resting(
+    ds: xr.Dataset,
+    *,
+    settle: str = "gravity",
+    least_barrier: Any = 0.001,
+    landings: tuple[int, int] = (16, 16),
+    particle_density: Any = None,
+    friction_velocity: Any = 0.0,
+) -> xr.Dataset:
+    """Return where a sphere of the assigned radius lies still, with the share of spheres that comes to lie there.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan with an assigned sphere. A lazy one is read now, tile by tile; what is kept, 16 bytes to a pixel, are the
+        sphere's height and basins.
+    settle : {"gravity", "adhesion"}
+        "gravity": it rolls down to where its height is least, the limit of heavy particles or weak adhesion.
+        "adhesion": it stops on the way, or stays where it lands, as soon as the resisting moment of `rolling` exceeds
+        that of its weight and of the flow; the limit of light and sticky ones is the grid of landings itself.
+    least_barrier : number or quantity
+        nm; a rest from which a lower pass leads away is a part of the next one.
+    landings : (int, int)
+        For "adhesion": grid of places where spheres land.
+    particle_density : number or quantity
+        For "adhesion": kg/m³.
+    friction_velocity : number or quantity
+        For "adhesion": of a flow while it settles, m/s, towards the weakest direction of each place.
+
+    Returns
+    -------
+    Dataset
+        Along ``subregion``, to be given to any verb as ``subregions``: coordinates ``subregion_x``, ``subregion_y``
+        (nm) and ``landing_share``, their weight in all statistics; ``rest_height`` of the sphere's lowest point (nm,
+        over the scan's zero), ``carriers``, the summits that it stands on (at most 8), and ``carrier_x``, ``carrier_y``
+        of each along ``carrier`` (nm). With "gravity" also ``barrier``, the height of the lowest pass over the rest
+        (nm), ``pass_x``, ``pass_y`` (nm), ``pass_to``, the rest beyond it, −1 where the sphere then rolls off the scan;
+        and ``truncated``, where the basin or the sphere over its carriers reaches the scan's edge. With "adhesion"
+        ``at_bottom``, whether the place is one of those of "gravity". The attribute ``share_off_scan`` is the share of
+        the area from which a sphere rolls off the scan. Empty, with a warning, where there is no rest at all.
+
+    Raises
+    ------
+    ValueError
+        If no sphere is assigned, pixels are missing, an option is out of its range, or a density is missing.
+
+    Notes
+    -----
+    Bodies are rigid here, and roll without slip or inertia. Between pixels the surface is the paraboloid through nine of
+    them; places converge with the square of the pixel.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> places = resting(scan)
+    >>> bool((places.carriers >= 3).mean() > 0.9), round(float(places.landing_share.sum()), 6)
+    (True, 1.0)
+    >>> roughxr.rolling(scan, directions=8, subregions=places.isel(subregion=[0, 1])).sizes["subregion"]
+    2
+    """
+    scan = schema.validate(ds, "scan")
+    schema.one_of(settle, SETTLED, "settle")
+    (radius,) = schema.pair(scan, "sphere_radius")
+    shallow = float(magnitude(least_barrier, "nm", "least_barrier"))
+    if not shallow >= 0:
+        raise ValueError(f"least_barrier: expected a height in nm of at least 0, found {least_barrier!r}")
+    given = {"settle": settle, "least_barrier": shallow}
+    ground = _ground(scan, radius)
+    found = _settled(ground, shallow)
+    if settle == "adhesion":
+        given |= {"landings": landings, "particle_density": particle_density, "friction_velocity": friction_velocity}
+        out = _held_on_the_way(scan, ground, found, landings, particle_density, friction_velocity)
+    else:
+        out = _at_the_bottom(scan, ground, found)
+    out = out.assign_coords({name: scan[name] for name in schema.TRAVELLING if name in scan.coords})
+    off = float((found.labels == rests.OFF).mean())
+    out.attrs = {"settle": settle, "share_off_scan": off, "missing": "empty: from everywhere the sphere rolls off"}
+    if out.sizes["subregion"] == 0:
+        warnings.warn("no place of rest: from every pixel the sphere rolls off the scan", stacklevel=2)
+    return schema.record(schema.label(out), "resting", scan, **given)
+
+
+def _ground(scan: xr.Dataset, radius: float) -> _Ground:
+    """Return the height of the sphere over a scan, tile by tile."""
+    height, pixel = scan["height"].data, schema.pixel(scan)
+    x, y = (scan[axis].values.astype(float) for axis in "xy")
+    ball = dilation.Ball(float(radius), 0.5 * pixel[0], 0.5 * pixel[1])
+    lazy = bool(scan.chunks)
+    low, high, missing = dask.compute(height.min(), height.max(), (~np.isfinite(height)).sum())
+    schema.none_missing(int(missing), height.size)
+    reach = dilation.reach_of(ball.radius, float(high - low))
+    take = taker(height) if lazy else height.__getitem__
+    tile = dask.delayed(_tile, pure=False) if lazy else _tile
+    z, touched = np.empty(height.shape), np.empty(height.shape, np.int32)
+    corners = list(product(*(range(0, n, _SIDE) for n in height.shape)))
+    parts, table = [_part(corner, height.shape, pixel, reach) for corner in corners], []
+    done = 0
+    for inner, outer in parts:  # one row of tiles at a time would be no quicker: threads share the chunks
+        found = tile(take(outer), x[outer[0]], y[outer[1]], inner, outer, pixel, ball, reach)
+        z[inner], which, rows = found.compute() if lazy else found
+        touched[inner] = which + done
+        done += len(rows)
+        table.append(rows)
+    return _Ground(z, touched, np.concatenate(table), (float(x[0]), float(y[0])), pixel, ball)
+
+
+def _part(corner: tuple[int, int], shape: tuple[int, int], pixel: tuple, reach: float) -> tuple[tuple, tuple]:
+    """Return the pixels of a tile, and those around it that a sphere over it may touch."""
+    inner = tuple(slice(k, min(k + _SIDE, n)) for k, n in zip(corner, shape))
+    halo = [int(np.ceil(reach / step)) + dilation.FARTHEST + 1 for step in pixel]
+    outer = tuple(slice(max(s.start - m, 0), min(s.stop + m, n)) for s, m, n in zip(inner, halo, shape))
+    return inner, outer
+
+
+def _tile(height, x, y, inner, outer, pixel, ball, reach) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the sphere's heights over a tile, the patch touched at each pixel, and these patches."""
+    heights = np.ascontiguousarray(height, dtype=float)
+    patches = dilation.patches(heights, x, y, pixel, ball.radius, reach)[0]
+    own = tuple(slice(one.start - all_.start, one.stop - all_.start) for one, all_ in zip(inner, outer))
+    z, which = dilation.dilation(patches, x[own[0]], y[own[1]], ball)
+    used, which = np.unique(which, return_inverse=True)
+    return z, which.reshape(z.shape).astype(np.int32), patches[used]
+
+
+def _settled(ground: _Ground, shallow: float) -> _Rests:
+    """Return the places of rest, with those behind too low a barrier joined to the next."""
+    labels, minima = rests.basins(ground.z, ground.pixel)
+    rolled = rests.settle(ground.z, ground.touched, labels, minima, *ground.how)
+    to = np.append(rests.OFF, rolled[:, 3].astype(np.int64))
+    to = _ends(to)
+    places = np.concatenate([[[np.nan, np.nan, np.inf]], rolled[:, :3]])
+    _relabel(labels, to)
+    pairs, heights = rests.borders(ground.z, labels)
+    pairs, chosen = _lowest(pairs[:, :2], heights, pairs[:, 2])
+    passes = rests.passes(ground.z, ground.touched, chosen, *ground.how)
+    to = _joined(pairs, passes[:, 2], places[:, 2], shallow)
+    kept = np.unique(to[np.unique(labels)])
+    kept = kept[kept != rests.OFF]
+    number = np.zeros(len(to), np.int64)
+    number[kept] = np.arange(1, kept.size + 1)
+    _relabel(labels, number[to])
+    pairs = number[to[pairs]]
+    between = pairs[:, 0] != pairs[:, 1]
+    pairs, chosen = _lowest(np.sort(pairs[between], axis=1), passes[between, 2], np.flatnonzero(between))
+    return _Rests(places[kept], labels, pairs, passes[chosen])
+
+
+def _ends(to: np.ndarray) -> np.ndarray:
+    """Return where chains of basins end."""
+    while (to[to] != to).any():
+        to = to[to]
+    return to
+
+
+def _relabel(labels: np.ndarray, to: np.ndarray) -> None:
+    """Replace labels in place, row by row, so that no second map is needed."""
+    for row in labels:
+        row[:] = to[row]
+
+
+def _lowest(pairs: np.ndarray, heights: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the different pairs, and of each the value where its height is least."""
+    order = np.lexsort((heights, pairs[:, 1], pairs[:, 0]))
+    pairs = pairs[order]
+    first = np.ones(len(pairs), bool)
+    first[1:] = (pairs[1:] != pairs[:-1]).any(axis=1)
+    return pairs[first], values[order][first]
+
+
+def _joined(pairs: np.ndarray, heights: np.ndarray, lowest: np.ndarray, shallow: float) -> np.ndarray:
+    """Return the label of the deepest rest that each can reach over barriers lower than ``shallow`` (nm)."""
+    to = np.arange(lowest.size)
+    for k in np.argsort(heights):
+        a, b = (_root(to, label) for label in pairs[k])
+        if a == b:
+            continue
+        deep, other = (a, b) if lowest[a] <= lowest[b] else (b, a)
+        if rests.OFF in (a, b):
+            deep, other = rests.OFF, max(a, b)
+        if heights[k] - lowest[other] < shallow:
+            to[other] = deep
+    return _ends(to)
+
+
+def _root(to: np.ndarray, label: int) -> int:
+    while to[label] != label:
+        to[label] = to[to[label]]
+        label = to[label]
+    return int(label)
+
+
+def _placed(x: np.ndarray, y: np.ndarray, share: np.ndarray) -> xr.Dataset:
+    """Return places and their weights as coordinates."""
+    places = {"subregion_x": x, "subregion_y": y, "landing_share": share}
+    along = {name: ("subregion", values) for name, values in places.items()}
+    return xr.Dataset(coords={"subregion": np.arange(x.size), **along})
+
+
+def _carried(out: xr.Dataset, ground: _Ground, places: np.ndarray) -> xr.Dataset:
+    """Add what carries the sphere."""
+    number, at = rests.carriers(ground.touched, places, *ground.how, _SLACK)
+    at = at[:, : max(int(number.max(initial=0)), 1)]
+    out = out.assign(rest_height=("subregion", places[:, 2]), carriers=("subregion", number))
+    return out.assign({f"carrier_{axis}": (("subregion", "carrier"), at[:, :, k]) for k, axis in enumerate("xy")})
+
+
+def _at_the_bottom(scan: xr.Dataset, ground: _Ground, found: _Rests) -> xr.Dataset:
+    """Return all places of rest with their lowest passes."""
+    count = len(found.places)
+    area = np.bincount(found.labels.ravel(), minlength=count + 1)[1:]
+    out = _placed(*found.places.T[:2], area / max(area.sum(), 1))
+    out = _carried(out, ground, found.places)
+    lowest = np.full((count, 4), np.nan)
+    lowest[:, 3] = -1
+    for (a, b), place in zip(found.pairs[np.argsort(-found.passes[:, 2])], found.passes[np.argsort(-found.passes[:, 2])]):
+        for here, there in ((a, b), (b, a)):
+            if here != rests.OFF:
+                lowest[here - 1] = *place, there - 1
+    out["barrier"] = "subregion", lowest[:, 2] - found.places[:, 2]
+    for k, axis in enumerate("xy"):
+        out[f"pass_{axis}"] = "subregion", lowest[:, k]
+    out["pass_to"] = "subregion", lowest[:, 3].astype(int)
+    rim = np.concatenate([found.labels[[0, -1]].ravel(), found.labels[:, [0, -1]].ravel()])
+    touches = np.isin(np.arange(1, count + 1), rim)
+    return out.assign(truncated=("subregion", touches | _beyond_edge(scan, out)))
+
+
+def _beyond_edge(scan: xr.Dataset, out: xr.Dataset) -> np.ndarray:
+    """Return where the sphere over its carriers reaches beyond the scan."""
+    x_low, x_high, y_low, y_high = regions.extent(scan)
+    x, y = out["subregion_x"].values, out["subregion_y"].values
+    off = np.min([x - x_low, x_high - x, y - y_low, y_high - y], axis=0, initial=np.inf)
+    far = np.hypot(out["carrier_x"].values - x[:, None], out["carrier_y"].values - y[:, None])
+    return off < np.nan_to_num(far).max(axis=1, initial=0.0)
+
+
+def _held_on_the_way(scan, ground, found, landings, density, speed) -> xr.Dataset:
+    """Return where spheres that land on a grid are held, on their way down or at the bottom, with their shares."""
+    if density is None:
+        raise ValueError("particle_density: expected a density in kg/m³ for settle='adhesion', found none")
+    speed = float(magnitude(speed, "m s-1", "friction_velocity"))
+    (radius,) = schema.pair(scan, "sphere_radius")
+    load = float(weight(radius, positive(density, "kg m-3", "particle_density")))
+    catalogue = asperities(scan)
+    ways = _ways_down(scan, ground, found, landings)
+    at, stops = np.array([way[0] for way, _ in ways]).reshape(-1, 2), np.zeros(len(ways), int)
+    rolls = np.ones(len(ways), bool)
+    for stop in range(_STOPS):
+        if not rolls.any():
+            break
+        held = rolling(catalogue, directions=12, load=load, subregions=tuple(at[rolls].T))
+        given = {"particle_density": density, "direction": "weakest"}
+        held = critical_load(held, **given)["critical_friction_velocity"].values > speed
+        rolls[np.flatnonzero(rolls)[held]] = False
+        for k in np.flatnonzero(rolls):
+            way = ways[k][0]
+            stops[k] = min(-(-(stop + 1) * (len(way) - 1) // _STOPS), len(way) - 1)
+            at[k] = way[stops[k]]
+    bottom = np.array([(n == len(way) - 1) for n, (way, _) in zip(stops, ways)], bool)
+    rest = np.array([label for _, label in ways], int)
+    which = np.where(bottom, rest, -1 - np.arange(len(ways)))  # all that reach one bottom are one place
+    _, first, count = np.unique(which, return_index=True, return_counts=True)
+    order = np.argsort(first)
+    first, count = first[order], count[order]
+    out = _placed(*at[first].T, count / max(count.sum(), 1))
+    heights = np.array([_height_at(ground, *place) for place in at[first]])
+    out = _carried(out, ground, np.column_stack([at[first], heights]))
+    return out.assign(at_bottom=("subregion", bottom[first]))
+
+
+def _ways_down(scan: xr.Dataset, ground: _Ground, found: _Rests, landings: Any) -> list[tuple[np.ndarray, int]]:
+    """Return for each landing that comes to rest its way down, pixel by pixel and to the rest itself, and the rest."""
+    grid = regions.centres(scan, landings)
+    ways = []
+    for place in zip(grid["subregion_x"].values, grid["subregion_y"].values):
+        i, j = (
+            int(np.clip(round((v - first) / step), 0, n - 1))
+            for v, first, step, n in zip(place, ground.axes, ground.pixel, ground.z.shape)
+        )
+        label = int(found.labels[i, j])
+        if label == rests.OFF:
+            continue
+        pixels = rests.way_down(ground.z, i, j, ground.pixel)
+        along = np.array(ground.axes) + pixels[1:] * np.array(ground.pixel)
+        ways.append((np.concatenate([[place], along, found.places[label - 1 : label, :2]]), label))
+    return ways
+
+
+def _height_at(ground: _Ground, x: float, y: float) -> float:
+    """Return the sphere's height (nm) over the nearest pixel."""
+    i, j = (int(round((v - first) / step)) for v, first, step in zip((x, y), ground.axes, ground.pixel))
+    return float(ground.z[np.clip(i, 0, ground.z.shape[0] - 1), np.clip(j, 0, ground.z.shape[1] - 1)])

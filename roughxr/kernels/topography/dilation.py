@@ -1,0 +1,202 @@
+"""The heights at which a sphere touches a scan: its dilation by the sphere, with what is touched.
+
+    Z(x, y) = max over u, v of  h(u, v) − S(x − u, y − v),   S(r) = R − √(R² − r²)
+
+Z is the height of the sphere's lowest point, (u, v) where it touches. Between pixels h is the paraboloid through a pixel
+and its eight neighbours, each up to half a pixel from its own: Z then has no dimples between pixels, and a summit
+narrower than a few of them is as high as it would be drawn.
+
+Two things keep this linear in the number of pixels. A pixel that is no summit even for the sphere, because between two
+others it lies lower than the sphere's own curve, is never touched. And of the others, over a box of places nearly all
+stay below the highest of the rest; box after box is halved until few are left, as in `envelope`. The result is exact.
+
+Letters: x, y pixel centres (nm); h, Z heights (nm); R radius (nm); u, v position from a pixel's centre (nm).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import line, table
+from ..jit import kernel
+
+#: Boxes of no more pixels than this are not divided.
+_PIXELS_PER_BOX = 64
+
+#: Farthest pixels that are asked whether they hide one from the sphere: with it the result is that of any tiling.
+FARTHEST = 8
+
+#: Columns of a patch: place, height, slopes, second derivatives (nm⁻¹), and how far it may rise over its pixel (nm).
+X, Y, H, GX, GY, HXX, HYY, HXY, RISE = range(9)
+
+
+class Ball(NamedTuple):
+    """The sphere, and half a pixel along each axis (nm)."""
+
+    radius: float
+    half_x: float
+    half_y: float
+
+
+def reach_of(radius, height_range):
+    """Return the distance (nm) from its axis at which a sphere may touch heights of a range (nm)."""
+    return radius if height_range >= radius else float(np.sqrt(height_range * (2 * radius - height_range)))
+
+
+@kernel
+def _is_summit(z, i, j, pixel, bend, rise):
+    """Return whether no two pixels on opposite sides hide this one from the sphere; ``bend`` is its largest curvature.
+
+    Beyond the nearest, the paraboloids' rise over their pixels is allowed for.
+    """
+    nx, ny = z.shape
+    for di, dj in ((1, 0), (0, 1), (1, 1), (1, -1)):
+        step2 = (di * pixel[0]) ** 2 + (dj * pixel[1]) ** 2
+        n = 1
+        while n <= FARTHEST and 0 <= i - n * di and i + n * di < nx and 0 <= j - n * abs(dj) and j + n * abs(dj) < ny:
+            around = z[i + n * di, j + n * dj] + z[i - n * di, j - n * dj] - 2 * z[i, j]
+            if around > n * n * step2 * bend + (4 * rise if n > 1 else 0.0):
+                return False
+            n *= 2
+    return True
+
+
+@kernel
+def _put_patch(out, z, i, j, pixel, radius):
+    """Write the paraboloid through a pixel and its neighbours; at the border a level plane."""
+    nx, ny = z.shape
+    out[H] = z[i, j]
+    out[GX:] = 0.0
+    if i == 0 or j == 0 or i == nx - 1 or j == ny - 1:
+        return
+    dx, dy = pixel
+    out[GX], out[GY] = (z[i + 1, j] - z[i - 1, j]) / (2 * dx), (z[i, j + 1] - z[i, j - 1]) / (2 * dy)
+    out[HXX] = (z[i + 1, j] + z[i - 1, j] - 2 * z[i, j]) / dx**2
+    out[HYY] = (z[i, j + 1] + z[i, j - 1] - 2 * z[i, j]) / dy**2
+    out[HXY] = (z[i + 1, j + 1] + z[i - 1, j - 1] - z[i + 1, j - 1] - z[i - 1, j + 1]) / (4 * dx * dy)
+    out[RISE] = 0.125 * (abs(out[HXX]) * dx**2 + abs(out[HYY]) * dy**2) + 0.25 * abs(out[HXY]) * dx * dy
+    out[RISE] += 0.25 * (dx**2 + dy**2) / radius
+
+
+@kernel
+def patches(z, x, y, pixel, radius, reach):
+    """Return the patches (one a row) of the pixels that a sphere may touch, and each one's place in the tile, flat."""
+    nx, ny = z.shape
+    bend = np.inf if reach > 0.99 * radius else 1 / radius * (1 - (reach / radius) ** 2) ** -1.5
+    row, chosen, count = line(RISE + 1, 0.0), line(z.size, 0), 0
+    for i in range(nx):
+        for j in range(ny):
+            if i > 0 and i < nx - 1:  # the cheapest test first
+                if z[i - 1, j] + z[i + 1, j] - 2 * z[i, j] > pixel[0] ** 2 * bend:
+                    continue
+            _put_patch(row, z, i, j, pixel, radius)
+            if _is_summit(z, i, j, pixel, bend, row[RISE]):
+                chosen[count] = i * ny + j
+                count += 1
+    out = table(count, RISE + 1, 0.0)
+    for k in range(count):
+        i, j = chosen[k] // ny, chosen[k] % ny
+        _put_patch(out[k], z, i, j, pixel, radius)
+        out[k, X], out[k, Y] = x[i], y[j]
+    return out, chosen[:count].copy()
+
+
+@kernel
+def _fall(r2, radius):
+    """Return how far (nm) the sphere rises to a squared distance from its axis; inf beyond it."""
+    return r2 / (radius + np.sqrt(radius * radius - r2)) if r2 < radius * radius else np.inf
+
+
+@kernel
+def _clip(value, half):
+    return min(max(value, -half), half)
+
+
+@kernel
+def touch(row, x, y, ball):
+    """Return the height (nm) of the sphere's lowest point on one patch, with its axis at x, y; and where it touches."""
+    rx, ry = x - row[X], y - row[Y]
+    c2 = ball.radius**2 - rx * rx - ry * ry
+    if c2 <= 0.0:
+        return -np.inf, row[X], row[Y]
+    c = np.sqrt(c2)
+    sx, sy = row[GX] + rx / c, row[GY] + ry / c
+    a, b = row[HXX] - (1 + rx * rx / c2) / c, row[HYY] - (1 + ry * ry / c2) / c
+    e = row[HXY] - rx * ry / (c2 * c)
+    u, v = 0.0, 0.0
+    if a * b - e * e > 0 and a < 0:
+        u, v = (e * sy - b * sx) / (a * b - e * e), (e * sx - a * sy) / (a * b - e * e)
+        if abs(u) > ball.half_x:
+            u = _clip(u, ball.half_x)
+            v = -(sy + e * u) / b
+        if abs(v) > ball.half_y:
+            v = _clip(v, ball.half_y)
+            u = -(sx + e * v) / a
+        u, v = _clip(u, ball.half_x), _clip(v, ball.half_y)
+    else:
+        u = _clip(-sx / a, ball.half_x) if a < 0 else 0.0
+        v = _clip(-sy / b, ball.half_y) if b < 0 else 0.0
+    height = row[H] + row[GX] * u + row[GY] * v + 0.5 * (row[HXX] * u * u + row[HYY] * v * v) + row[HXY] * u * v
+    most = row[H] + row[RISE] - _fall(rx * rx + ry * ry, ball.radius)
+    rx, ry = rx - u, ry - v
+    return min(height - _fall(rx * rx + ry * ry, ball.radius), most), row[X] + u, row[Y] + v
+
+
+@kernel
+def _visible(rows, candidates, x0, x1, y0, y1, radius):
+    """Return those of the candidates that the sphere may touch at the places in a box."""
+    highest, floor = line(candidates.size, 0.0), -np.inf
+    for n in range(candidates.size):
+        row = rows[candidates[n]]
+        near_x, near_y = max(x0 - row[X], row[X] - x1, 0.0), max(y0 - row[Y], row[Y] - y1, 0.0)
+        far_x, far_y = max(row[X] - x0, x1 - row[X]), max(row[Y] - y0, y1 - row[Y])
+        highest[n] = row[H] + row[RISE] - _fall(near_x * near_x + near_y * near_y, radius)
+        floor = max(floor, row[H] - _fall(far_x * far_x + far_y * far_y, radius))
+    kept, count = line(candidates.size, 0), 0
+    for n in range(candidates.size):
+        if highest[n] >= floor and highest[n] > -np.inf:
+            kept[count] = candidates[n]
+            count += 1
+    return kept[:count].copy()
+
+
+@kernel
+def _lay(rows, visible, x, y, box, ball, z, touched):
+    """Fill a box with the heights of the sphere and the patches it touches."""
+    heights = line(visible.size, 0.0)
+    for i in range(box[0], box[1]):
+        for j in range(box[2], box[3]):
+            first, best = -1, -np.inf
+            for n in range(visible.size):
+                row = rows[visible[n]]
+                heights[n] = row[H] - _fall((x[i] - row[X]) ** 2 + (y[j] - row[Y]) ** 2, ball.radius)
+                if heights[n] > best or first < 0:
+                    first, best = n, heights[n]
+            best, which = touch(rows[visible[first]], x[i], y[j], ball)[0], visible[first]
+            for n in range(visible.size):
+                if n != first and heights[n] + rows[visible[n], RISE] > best:
+                    height = touch(rows[visible[n]], x[i], y[j], ball)[0]
+                    if height > best:
+                        best, which = height, visible[n]
+            z[i, j], touched[i, j] = best, which
+
+
+@kernel
+def dilation(rows, x, y, ball):
+    """Return the height of the sphere's lowest point (nm) at pixel centres, and the patch that it touches there."""
+    z, touched = table(x.size, y.size, 0.0), table(x.size, y.size, np.int32(0))
+    todo = [(0, x.size, 0, y.size, np.arange(len(rows)))]
+    while len(todo) > 0:
+        i0, i1, j0, j1, candidates = todo.pop()
+        visible = _visible(rows, candidates, x[i0], x[i1 - 1], y[j0], y[j1 - 1], ball.radius)
+        if visible.size <= 1 or (i1 - i0) * (j1 - j0) <= _PIXELS_PER_BOX:
+            _lay(rows, visible, x, y, (i0, i1, j0, j1), ball, z, touched)
+        elif i1 - i0 >= j1 - j0:
+            middle = (i0 + i1) // 2
+            todo.append((i0, middle, j0, j1, visible))
+            todo.append((middle, i1, j0, j1, visible))
+        else:
+            middle = (j0 + j1) // 2
+            todo.append((i0, i1, j0, middle, visible))
+            todo.append((i0, i1, middle, j1, visible))
+    return z, touched
