@@ -14,6 +14,7 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.units import in_units, magnitude, positive
 from ..vocabulary.verbs import verb, warn
+from . import liquid as liquids
 from . import substances
 
 
@@ -155,6 +156,11 @@ def assign_pair(
     hamaker_constant: Any = None,
     medium: str = "vacuum",
     hardness: Any = None,
+    humidity: Any = None,
+    contact_angle: Any = 0.0,
+    temperature: Any = 298.15,
+    liquid: Any = "water",
+    film: Any = None,
 ) -> xr.Dataset:
     """Return the scan or catalogue with the pair of bodies on it.
 
@@ -178,8 +184,8 @@ def assign_pair(
         E*, GPa.
     surface_energy : number or quantity, optional
         γ of two equal bodies, J/m²; the work of adhesion is 2γ.
-    work_of_adhesion : number or quantity, optional
-        w, J/m².
+    work_of_adhesion : number, quantity or pair, optional
+        w, J/m²; with a humidity also a pair, without and under the liquid.
     adhesion_range : number or quantity, optional
         ρ, nm: how far the surfaces pull on each other, the work of adhesion over the largest pull; 0.2 to 0.4 nm for
         dry solids, more where liquids or charges pull. All verbs take 0.3 nm where none is assigned (`range_of`).
@@ -193,20 +199,35 @@ def assign_pair(
         H of the softer body, GPa: the largest pressure that it bears, beyond which it yields; see `direct`. Without it
         the bodies stay elastic, and for named materials results report how much of them lies above the hardness
         estimated for these (`substances`).
+    humidity : number or str, optional
+        Relative humidity, as 0.6 or "60 %": water condenses in gaps below r_K (cos θ₁ + cos θ₂) and pulls with γ/r_K
+        (see `liquid`), beside the solids' own attraction, which is weaker under it. Or Kelvin's radius r_K, as
+        "0.8 nm". Without it the pair is dry.
+    contact_angle : number, quantity or pair
+        θ on both bodies or on each, degrees up to 90.
+    temperature : number or quantity
+        K, or as "25 degC".
+    liquid : {"water", "ethanol"} or pair
+        What condenses; or its surface tension, J/m², and molar volume, cm³/mol.
+    film : number or quantity, optional
+        Thickness, nm, of an adsorbed film on each body, which widens the gap that fills; by default none.
 
     Returns
     -------
     Dataset
         With scalar coordinates ``sphere_radius``, ``contact_modulus``, ``work_of_adhesion``, ``adhesion_range``,
         ``hamaker_constant``, ``hardness`` as far as given, ``hardness_estimate`` of named materials whose hardness is
-        not given, and the indenter's map where there is one.
+        not given, the indenter's map where there is one, and for a humid pair ``humidity``, ``kelvin_radius``,
+        ``surface_tension``, ``contact_angle_1`` and ``contact_angle_2`` (rad), ``liquid_film``, and
+        ``share_under_liquid``, the share of the work of adhesion left to the solids under the liquid: by Hamaker
+        constants across it, of the named materials or of two equal bodies with this work of adhesion.
 
     Raises
     ------
     ValueError
         If a quantity is given twice or not at all, is not a positive number (w may be zero) or impossible for any body,
         the hardness is no larger than the pull of adhesion w/ρ, or an indenter's map does not have the contact
-        centre in its middle.
+        centre in its middle; or if the air is saturated, the liquid does not wet or its menisci are not thin.
 
     Warns
     -----
@@ -228,6 +249,7 @@ def assign_pair(
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
     bodies = None if materials is None else substances.pair_of(materials)
+    work_of_adhesion, under_liquid = _dry_and_wet(work_of_adhesion, humidity)
     attraction = _attraction(bodies, medium, _work_of_adhesion(surface_energy, work_of_adhesion), hamaker_constant)
     if bodies is not None:
         young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
@@ -243,6 +265,14 @@ def assign_pair(
         values["hardness"] = _hardness(hardness, adhesion, values.get("adhesion_range"))
     elif bodies is not None:
         values["hardness_estimate"] = substances.softer_hardness(*bodies)
+    if humidity is not None:
+        if medium not in ("vacuum", "air"):
+            raise ValueError(f"medium: expected air beside a humidity, found {medium!r}, in which nothing condenses")
+        values = {"work_of_adhesion": 0.0} | values | under_liquid
+        own = bodies if "hamaker_constant" in attraction and hamaker_constant is None else None
+        wet = {"contact_angle": contact_angle, "temperature": temperature, "liquid": liquid, "film": film}
+        values |= liquids.condensed(ds, values, humidity=humidity, bodies=own, **wet)
+        given |= wet
     out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
     out = out.assign_coords(values)
     if indenter is not None:
@@ -397,6 +427,16 @@ def closest_approach(ds: xr.Dataset) -> float:
 
 def _closest_approach(constant: float, work: float) -> float:
     return math.sqrt(constant / (12 * math.pi * work)) if work > 0 else math.inf
+
+
+def _dry_and_wet(given: Any, humidity: Any) -> tuple[Any, dict[str, float]]:
+    """Return the work of adhesion without liquid, and the share of it under liquid where both are given."""
+    if humidity is None or not isinstance(given, (tuple, list)):
+        return given, {}
+    if len(given) != 2:
+        raise ValueError(f"work_of_adhesion: expected one, or a pair without and under the liquid, found {given!r}")
+    dry, wet = (_work_of_adhesion(None, one) for one in given)
+    return dry, {"share_under_liquid": wet / dry if dry else 1.0}
 
 
 def _hardness(given: Any, work: float | None, length: float | None) -> float:

@@ -68,6 +68,13 @@ VARIABLES: dict[str, Variable] = {
         "GPa", "estimated hardness", "of named materials; only reported, nothing yields at it"
     ),
     "hamaker_constant": Variable("nN nm", "Hamaker constant A", "across what lies between; 1 nN nm = 1e-18 J"),
+    "humidity": Variable("1", "relative humidity", "relative vapour pressure of the liquid that condenses"),
+    "kelvin_radius": Variable("nm", "Kelvin radius", "of the condensed liquid's surface"),
+    "surface_tension": Variable("J m-2", "surface tension of the liquid"),
+    "contact_angle_1": Variable("rad", "contact angle on the first body"),
+    "contact_angle_2": Variable("rad", "contact angle on the second body"),
+    "liquid_film": Variable("nm", "film of liquid", "adsorbed on each body"),
+    "share_under_liquid": Variable("1", "work of adhesion of the solids under the liquid", "over that without it"),
     "indenter_height": Variable("nm", "indenter height", "points out of the indenter; its maximum touches first"),
     "indenter_x": Variable("nm", "x from the contact centre"),
     "indenter_y": Variable("nm", "y from the contact centre"),
@@ -395,7 +402,11 @@ KINDS: dict[str, dict[str, tuple[str, ...]]] = {
 PAIR = ("sphere_radius", "contact_modulus", "work_of_adhesion")
 
 #: The same, with what may be assigned beside it.
-TRAVELLING = (*PAIR, "adhesion_range", "hamaker_constant", "hardness", "hardness_estimate")
+TRAVELLING = (
+    *(*PAIR, "adhesion_range", "hamaker_constant", "hardness", "hardness_estimate"),
+    *("humidity", "kelvin_radius", "surface_tension", "contact_angle_1", "contact_angle_2"),
+    *("liquid_film", "share_under_liquid"),
+)
 
 
 def attributes(name: str) -> dict[str, str]:
@@ -661,14 +672,26 @@ def square_pixel(ds: xr.Dataset) -> float:
     return dx
 
 
-def pair(ds: xr.Dataset, *names: str) -> tuple[float, ...]:
+def is_wet(ds: xr.Dataset) -> bool:
+    """Return whether the pair of bodies carries condensed liquid."""
+    return "kelvin_radius" in ds.coords
+
+
+def pair(ds: xr.Dataset, *names: str, wet: bool = False) -> tuple[float, ...]:
     """Return the assigned sphere radius, contact modulus or work of adhesion by name.
 
     Raises
     ------
     ValueError
-        If one was not assigned.
+        If one was not assigned, or the work of adhesion is asked for by what does not know (``wet``) the condensed
+        liquid that the pair carries.
     """
+    if not wet and "work_of_adhesion" in names and is_wet(ds):
+        raise ValueError(
+            "humidity: expected a dry pair here, found condensed liquid (Kelvin's radius "
+            f"{float(np.max(ds['kelvin_radius'])):.3g} nm), which this law of adhesion leaves out; take `rigid`, or "
+            "`vary` over it, or assign the pair without humidity"
+        )
     missing = [name for name in names if name not in ds.coords]
     if missing:
         raise ValueError(

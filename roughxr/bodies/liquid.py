@@ -1,0 +1,331 @@
+"""Liquid that condenses from vapour between two bodies: how curved its surface is, and what it wets.
+
+Kelvin      r_K = γV/(R_g T |ln p|), the radius at which liquid and vapour of relative pressure p (the humidity) are in
+            equilibrium; water at 25 °C: 0.5243 nm/|ln p|
+wetted      gaps below h = r_K (cos θ₁ + cos θ₂) + 2f, each body covered by a film of thickness f
+pull        γ/r_K on what is wetted: Dugdale's law with the range h, for gaps that vary slowly along the surface
+
+Butt & Kappl, Adv. Colloid Interface Sci. 146 (2009) 48; de Boer & de Boer, J. Colloid Interface Sci. 311 (2007) 171;
+as Dugdale's law: Fogden & White, J. Colloid Interface Sci. 138 (1990) 414; between rough bodies: Persson, J. Phys.:
+Condens. Matter 20 (2008) 315007. The film widens the gap that fills as it does a pore (Cohan 1938); it is not counted
+by default. Kelvin's equation was found to hold down to radii of 4 nm (Fisher & Israelachvili, J. Colloid Interface
+Sci. 80 (1981) 528); below some 1 nm, a few molecules, it is an extrapolation.
+
+γ J/m²;  V nm³ per molecule here, cm³/mol at the door;  T K;  r_K, h, f nm;  θ rad
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import xarray as xr
+
+from ..vocabulary import schema
+from ..vocabulary.units import factor, magnitude, positive
+from .substances import CUT_OFF, MEDIA, combined
+
+#: R_g, nN nm K⁻¹ mol⁻¹ · 10⁻¹⁸ = J/(mol K) (CODATA 2018), and the temperature, K, of the constants below.
+_GAS, _ROOM = 8.314462618, 298.15
+
+#: Relative vapour pressure from which the liquid condenses everywhere for all that this law can tell.
+_SATURATED = 0.99
+
+#: Share of an indenter's radius that Kelvin's radius must stay below for thin menisci.
+_THIN = 0.1
+
+#: Kelvin's radius, nm, below which the liquid is a few molecules thick (water's is 0.28 nm across).
+_FEW_MOLECULES = 0.75
+
+#: What the pair carries of the liquid.
+COORDINATES = (
+    "humidity",
+    "kelvin_radius",
+    "surface_tension",
+    "contact_angle_1",
+    "contact_angle_2",
+    "liquid_film",
+    "share_under_liquid",
+)
+
+
+class Liquid(NamedTuple):
+    """A liquid at 25 °C; its Hamaker constant is that of `substances.MEDIA`."""
+
+    tension: float  # γ, J/m²
+    change: float  # dγ/dT, J/(m² K)
+    volume: float  # V, cm³/mol
+    source: str
+
+
+#: By name. Water's 0.07197 and −1.5e-4 are those of IAPWS R1-76(2014), rounded; V at 25 °C is 18.07, at 4 °C 18.02.
+LIQUIDS = {
+    "water": Liquid(0.072, -1.5e-4, 18.05, "IAPWS R1-76(2014)"),
+    "ethanol": Liquid(0.02197, -8.3e-5, 58.7, "CRC Handbook of Chemistry and Physics, surface tension; density 0.785"),
+}
+
+
+class Menisci(NamedTuple):
+    """The liquid between the bodies, as every verb reads it."""
+
+    kelvin_radius: float  # nm
+    tension: float  # J/m²
+    angles: tuple[float, float]  # rad
+    film: float  # nm, on each body
+    share: float  # work of adhesion of the solids under the liquid, over that without it
+
+    @property
+    def height(self) -> float:
+        """The largest gap that is wetted, nm."""
+        return self.kelvin_radius * sum(map(math.cos, self.angles)) + 2 * self.film
+
+    @property
+    def pull(self) -> float:
+        """The pull on what is wetted, GPa."""
+        return self.tension / self.kelvin_radius
+
+    @property
+    def work(self) -> float:
+        """The work to part what is wetted, J/m²."""
+        return self.pull * self.height
+
+    @property
+    def edge(self) -> float:
+        """The energy of a meniscus along its edge, nN: that of the arc less what the sharp edge of the law counts."""
+        open_angle = math.pi - sum(self.angles) + 0.5 * sum(math.sin(2 * angle) for angle in self.angles)
+        return 0.5 * self.tension * self.kelvin_radius * open_angle
+
+
+def menisci_of(ds: xr.Dataset) -> Menisci | None:
+    """Return the liquid that a pair carries; None for a dry one."""
+    if not schema.is_wet(ds):
+        return None
+    values = {name: float(ds[name]) for name in COORDINATES if name in ds.coords}
+    return Menisci(
+        values["kelvin_radius"],
+        values["surface_tension"],
+        (values["contact_angle_1"], values["contact_angle_2"]),
+        values.get("liquid_film", 0.0),
+        values.get("share_under_liquid", 1.0),
+    )
+
+
+def kelvin_radius(humidity: Any, *, liquid: Any = "water", temperature: Any = _ROOM) -> float:
+    """Return the Kelvin radius of a liquid in its vapour.
+
+    Parameters
+    ----------
+    humidity : number or str
+        Relative vapour pressure, as 0.6 or "60 %".
+    liquid : str or pair
+        "water", "ethanol", or surface tension (J/m²) and molar volume (cm³/mol).
+    temperature : number or quantity
+        K, or as "25 degC".
+
+    Returns
+    -------
+    float
+        nm.
+
+    Raises
+    ------
+    ValueError
+        If the humidity does not lie between 0 and 0.99, or the liquid is unknown.
+
+    References
+    ----------
+    Butt & Kappl, Adv. Colloid Interface Sci. 146 (2009) 48.
+
+    Examples
+    --------
+    >>> round(kelvin_radius("50 %"), 4), round(kelvin_radius(0.9), 4)
+    (0.7563, 4.9758)
+    """
+    kelvin = _kelvin(temperature)
+    tension, volume = _liquid(liquid, kelvin)
+    return _radius(_pressure(humidity), tension, volume, kelvin)
+
+
+def condensed(
+    ds: xr.Dataset,
+    pair: dict[str, float],
+    *,
+    humidity: Any,
+    contact_angle: Any,
+    temperature: Any,
+    liquid: Any,
+    film: Any,
+    bodies: tuple | None,
+) -> dict[str, float]:
+    """Return what a pair carries of condensed liquid, see `assign_pair`.
+
+    ``pair`` holds its other coordinates, ``bodies`` the named materials whose own constants set it.
+    """
+    kelvin = _kelvin(temperature)
+    tension, volume = _liquid(liquid, kelvin)
+    unit = tension * volume / (_GAS * kelvin)  # J cm³/(m² J) = 1e-6 m = 1e3 nm
+    if _is_length(humidity):
+        radius = positive(humidity, "nm", "humidity")
+        pressure = math.exp(-1e3 * unit / radius)
+        if pressure >= _SATURATED:
+            _pressure(pressure)
+    else:
+        pressure = _pressure(humidity)
+        radius = _radius(pressure, tension, volume, kelvin)
+    angles = _angles(contact_angle)
+    found = {"humidity": pressure, "kelvin_radius": radius, "surface_tension": tension}
+    found |= {"contact_angle_1": angles[0], "contact_angle_2": angles[1]}
+    thickness = _film(film)
+    if thickness:
+        found["liquid_film"] = thickness
+    medium = MEDIA.get(liquid.strip().lower()) if isinstance(liquid, str) else None
+    if "share_under_liquid" not in pair:
+        found["share_under_liquid"] = (
+            _share(pair, medium) if bodies is None or medium is None else _named(bodies, medium)
+        )
+    _refuse_thick(ds, pair, Menisci(radius, tension, angles, thickness, 1.0), pressure)
+    return found
+
+
+def at_humidity(ds: xr.Dataset, humidity: float) -> dict[str, float]:
+    """Return the humidity and Kelvin radius of a wet pair at another humidity, its liquid and temperature kept."""
+    known, pressure = float(ds["humidity"]), _pressure(humidity)
+    found = {"humidity": pressure, "kelvin_radius": float(ds["kelvin_radius"]) * math.log(known) / math.log(pressure)}
+    _refuse_thick(ds, dict(ds.coords), menisci_of(ds.assign_coords(found)), pressure)
+    return found
+
+
+def told(ds: xr.Dataset) -> str:
+    """Return a wet pair's liquid in words, with what makes its law doubtful; nothing for a dry one."""
+    menisci = menisci_of(ds)
+    if menisci is None:
+        return ""
+    words = (
+        f"At {float(ds['humidity']):.3g} relative humidity gaps below {menisci.height:.2g} nm are wetted, and pulled at "
+        f"{1e3 * menisci.pull:.3g} MPa"
+    )
+    if menisci.kelvin_radius < _FEW_MOLECULES:
+        words += (
+            f"; Kelvin's radius, {menisci.kelvin_radius:.2g} nm, is that of a few molecules: the law of thick liquids "
+            "is an extrapolation there"
+        )
+    return words + "."
+
+
+def _radius(pressure: float, tension: float, volume: float, kelvin: float) -> float:
+    """Return Kelvin's radius (nm) from J/m², cm³/mol and K."""
+    return 1e3 * tension * volume / (_GAS * kelvin * abs(math.log(pressure)))
+
+
+def _pressure(given: Any) -> float:
+    """Return a relative vapour pressure; raise where it is none, or nothing would hold the liquid back."""
+    name = "humidity"
+    number = 0.01 * magnitude(given.strip()[:-1], "1", name) if _is_percent(given) else magnitude(given, "1", name)
+    if not isinstance(number, float) or not 0 < number < 1:
+        raise ValueError(
+            f"humidity: expected relative humidity between 0 and 1, as 0.6 or '60 %', or Kelvin's radius as '1 nm', "
+            f"found {given!r}"
+        )
+    if number >= _SATURATED:
+        raise ValueError(
+            f"humidity: expected less than {_SATURATED}, found {given!r}: near saturation water fills whatever there "
+            "is, and how much there is decides, not this law; give a smaller one"
+        )
+    return number
+
+
+def _is_percent(given: Any) -> bool:
+    return isinstance(given, str) and given.strip().endswith("%")
+
+
+def _is_length(given: Any) -> bool:
+    """Return whether a humidity is given as Kelvin's radius: a quantity in a unit of length."""
+    if _is_percent(given):
+        return False
+    units = given.strip().lstrip("+-.0123456789eE ") if isinstance(given, str) else getattr(given, "units", "")
+    try:
+        return bool(units) and factor(f"{units}", "nm") > 0
+    except ValueError:
+        return False
+
+
+def _kelvin(given: Any) -> float:
+    """Return a temperature in K; also from degrees Celsius, which count from another zero."""
+    for name in ("degC", "°C", "celsius"):
+        if isinstance(given, str) and given.strip().endswith(name):
+            given = magnitude(given.strip()[: -len(name)], "K", "temperature") + 273.15
+    kelvin = positive(given, "K", "temperature")
+    if not 200 < kelvin < 650:
+        raise ValueError(f"temperature: expected K, as 298.15, or '25 degC', found {given!r}")
+    return kelvin
+
+
+def _liquid(given: Any, kelvin: float) -> tuple[float, float]:
+    """Return surface tension (J/m²) and molar volume (cm³/mol) of a name or of a pair of numbers."""
+    if isinstance(given, str):
+        known = LIQUIDS[schema.one_of(given.strip().lower(), LIQUIDS, "liquid")]
+        return known.tension + known.change * (kelvin - _ROOM), known.volume
+    if not isinstance(given, (tuple, list)) or len(given) != 2:
+        raise ValueError(
+            f"liquid: expected one of {', '.join(LIQUIDS)}, or surface tension (J/m²) and molar volume (cm³/mol), "
+            f"found {given!r}"
+        )
+    return positive(given[0], "J m-2", "liquid"), positive(given[1], "cm3 mol-1", "liquid")
+
+
+def _angles(given: Any) -> tuple[float, float]:
+    """Return the contact angles on both bodies in rad; plain numbers are degrees."""
+    pair = tuple(given) if isinstance(given, (tuple, list)) else (given, given)
+    if len(pair) != 2:
+        raise ValueError(f"contact_angle: expected one angle or a pair of them, found {given!r}")
+    found = []
+    for one in pair:
+        angle = magnitude(one, "deg", "contact_angle")
+        if not isinstance(angle, float) or not 0 <= angle < 180:
+            raise ValueError(f"contact_angle: expected degrees from 0 to 90, found {one!r}")
+        found.append(angle)
+    if sum(found) >= 180 or max(found) > 90:
+        raise ValueError(
+            f"contact_angle: expected angles of at most 90 degrees, found {given!r}: such a liquid does not wet and "
+            "forms no bridge by condensation; assign a dry pair"
+        )
+    return tuple(math.radians(angle) for angle in found)
+
+
+def _film(given: Any) -> float:
+    """Return the thickness (nm) of the film on each body."""
+    thickness = 0.0 if given is None else magnitude(given, "nm", "film")
+    if not isinstance(thickness, float) or thickness < 0:
+        raise ValueError(f"film: expected a thickness of at least 0 nm on each body, found {given!r}")
+    return thickness
+
+
+def _share(pair: dict[str, float], medium: float | None) -> float:
+    """Return the share of the work of adhesion left under a liquid between two bodies that are alike.
+
+    (1 − √(A₃/A))² with the liquid's Hamaker constant A₃ and the bodies' A, or that of their work of adhesion; 1 where
+    the liquid's constant is not known or nothing attracts.
+    """
+    dry = pair.get("hamaker_constant") or 12 * math.pi * CUT_OFF**2 * pair.get("work_of_adhesion", 0.0)
+    return combined(dry, dry, medium) / dry if dry and medium is not None else 1.0
+
+
+def _named(bodies: tuple, medium: float) -> float:
+    """Return the same share for two named materials; 0 where they repel each other under the liquid."""
+    own = [body.hamaker for body in bodies]
+    return max(combined(*own, medium) / combined(*own), 0.0)
+
+
+def _refuse_thick(ds: xr.Dataset, pair: Any, menisci: Menisci, pressure: float) -> None:
+    """Raise where menisci are not thin against the sphere, or reach across the scan."""
+    sizes = {"the sphere's radius": float(pair["sphere_radius"]) if "sphere_radius" in pair else math.inf}
+    if "height" in ds and {"x", "y"} <= set(ds.indexes):
+        sizes["the scan"] = min(
+            abs(float(ds[axis][-1] - ds[axis][0])) * factor(ds[axis].attrs.get("units", "nm"), "nm") for axis in "xy"
+        )
+    for what, size in sizes.items():
+        if menisci.kelvin_radius > _THIN * size * (1 if what != "the scan" else 2.5):
+            raise ValueError(
+                f"humidity: expected menisci thin against {what}, {size:.3g} nm, found Kelvin's radius "
+                f"{menisci.kelvin_radius:.3g} nm at {pressure:.3g}: the liquid fills more than the gap; give less"
+            )
