@@ -110,6 +110,25 @@ def menisci_of(ds: xr.Dataset) -> Menisci | None:
     )
 
 
+def angles(given: Any) -> tuple[float, float]:
+    """Return the contact angles on both bodies in rad, plain numbers read as degrees; raise where nothing is wetted."""
+    both = tuple(given) if isinstance(given, (tuple, list)) else (given, given)
+    if len(both) != 2:
+        raise ValueError(f"contact_angle: expected one angle or a pair of them, found {given!r}")
+    found = []
+    for one in both:
+        angle = magnitude(one, "deg", "contact_angle")
+        if not isinstance(angle, float) or not 0 <= angle < 180:
+            raise ValueError(f"contact_angle: expected degrees from 0 to 90, found {one!r}")
+        found.append(angle)
+    if sum(found) >= 180 or max(found) > 90:
+        raise ValueError(
+            f"contact_angle: expected angles of at most 90 degrees, found {given!r}: such a liquid does not wet and "
+            "forms no bridge by condensation; assign a dry pair"
+        )
+    return tuple(math.radians(angle) for angle in found)
+
+
 def kelvin_radius(humidity: Any, *, liquid: Any = "water", temperature: Any = _ROOM) -> float:
     """Return the Kelvin radius of a liquid in its vapour.
 
@@ -172,9 +191,9 @@ def condensed(
     else:
         pressure = _pressure(humidity)
         radius = _radius(pressure, tension, volume, kelvin)
-    angles = _angles(contact_angle)
+    wetting = angles(contact_angle)
     found = {"humidity": pressure, "kelvin_radius": radius, "surface_tension": tension}
-    found |= {"contact_angle_1": angles[0], "contact_angle_2": angles[1]}
+    found |= {"contact_angle_1": wetting[0], "contact_angle_2": wetting[1]}
     thickness = _film(film)
     if thickness:
         found["liquid_film"] = thickness
@@ -183,7 +202,7 @@ def condensed(
         found["share_under_liquid"] = (
             _share(pair, medium) if bodies is None or medium is None else _named(bodies, medium)
         )
-    _refuse_thick(ds, pair, Menisci(radius, tension, angles, thickness, 1.0), pressure)
+    _refuse_thick(ds, pair, Menisci(radius, tension, wetting, thickness, 1.0), pressure)
     return found
 
 
@@ -201,8 +220,8 @@ def told(ds: xr.Dataset) -> str:
     if menisci is None:
         return ""
     words = (
-        f"At {float(ds['humidity']):.3g} relative humidity gaps below {menisci.height:.2g} nm are wetted, and pulled at "
-        f"{1e3 * menisci.pull:.3g} MPa"
+        f"At {float(ds['humidity']):.3g} relative humidity gaps below {menisci.height:.2g} nm are wetted, and pulled "
+        f"at {1e3 * menisci.pull:.3g} MPa"
     )
     if menisci.kelvin_radius < _FEW_MOLECULES:
         words += (
@@ -271,25 +290,6 @@ def _liquid(given: Any, kelvin: float) -> tuple[float, float]:
             f"found {given!r}"
         )
     return positive(given[0], "J m-2", "liquid"), positive(given[1], "cm3 mol-1", "liquid")
-
-
-def _angles(given: Any) -> tuple[float, float]:
-    """Return the contact angles on both bodies in rad; plain numbers are degrees."""
-    pair = tuple(given) if isinstance(given, (tuple, list)) else (given, given)
-    if len(pair) != 2:
-        raise ValueError(f"contact_angle: expected one angle or a pair of them, found {given!r}")
-    found = []
-    for one in pair:
-        angle = magnitude(one, "deg", "contact_angle")
-        if not isinstance(angle, float) or not 0 <= angle < 180:
-            raise ValueError(f"contact_angle: expected degrees from 0 to 90, found {one!r}")
-        found.append(angle)
-    if sum(found) >= 180 or max(found) > 90:
-        raise ValueError(
-            f"contact_angle: expected angles of at most 90 degrees, found {given!r}: such a liquid does not wet and "
-            "forms no bridge by condensation; assign a dry pair"
-        )
-    return tuple(math.radians(angle) for angle in found)
 
 
 def _film(given: Any) -> float:

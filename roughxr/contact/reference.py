@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..bodies import liquid
 from ..kernels.adhesion import potentials
 from ..kernels.asperity import ellipse, elliptic_jkr, jkr, maugis
 from ..vocabulary import schema
@@ -344,6 +345,84 @@ def rigid_sphere(
     found = _potential(law, work_of_adhesion, length, retardation)
     pull = potentials.sphere_pull(z, positive(radius, "nm", "radius"), found)
     return _along("distance", z, {"force": -pull})
+
+
+def meniscus_sphere(
+    distance: Any, *, radius: Any, kelvin_radius: Any, surface_tension: Any = 0.072, contact_angle: Any = 0.0
+) -> xr.Dataset:
+    """Return the pull of liquid that has condensed between a rigid sphere and a plane, by its exact surface.
+
+    Parameters
+    ----------
+    distance : array_like or quantity
+        Distance of the sphere's lowest point from the plane, nm, ascending, at least 0.
+    radius, kelvin_radius : number or quantity
+        R and r_K, nm; see `kelvin_radius` in `bodies.liquid`.
+    surface_tension : number or quantity
+        γ, J/m²; by default water's.
+    contact_angle : number or pair
+        θ₁ on the sphere and θ₂ on the plane, degrees.
+
+    Returns
+    -------
+    Dataset
+        ``force`` (nN, negative pulls) along ``distance``, 0 where no bridge can stand; ``thin_force``, that of the law
+        of thin menisci, 2πRγ(cos θ₁ + cos θ₂ − D/r_K).
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive, distances are negative, or an angle exceeds 90 degrees.
+
+    Notes
+    -----
+    Along the meridian, inclined by φ, Young's and Laplace's equation has the integral C = 2r sin φ + r²/r_K, so that
+    r and z are known of φ, and the pull is πγC. It starts from the plane at φ = π − θ₂ and ends on the sphere, at the
+    angle β from its axis, at β + θ₁, which sets β.
+
+    References
+    ----------
+    Orr, Scriven & Rivas, J. Fluid Mech. 67 (1975) 723; Dörmann & Schmid, Langmuir 30 (2014) 1055.
+
+    Examples
+    --------
+    >>> found = meniscus_sphere([0.0], radius=100, kelvin_radius=4.9758)
+    >>> round(float(found.force[0]), 2), round(float(found.thin_force[0]), 2)
+    (-82.53, -90.48)
+    """
+    D = schema.ascending(distance, "nm", "distance")
+    if D[0] < 0:
+        raise ValueError(f"distance: expected distances of at least 0 nm, found {D[0]:g} nm")
+    R, r_K = positive(radius, "nm", "radius"), positive(kelvin_radius, "nm", "kelvin_radius")
+    tension, angles = positive(surface_tension, "J m-2", "surface_tension"), liquid.angles(contact_angle)
+    constants = np.array([_meniscus(one, R, r_K, *angles) for one in D])
+    thin = np.maximum(sum(np.cos(angles)) - D / r_K, 0.0)
+    return _along(
+        "distance", D, {"force": 0 - np.pi * tension * constants, "thin_force": 0 - 2 * np.pi * R * tension * thin}
+    )
+
+
+def _meniscus(distance: float, R: float, r_K: float, sphere: float, plane: float) -> float:
+    """Return C (nm) of the exact surface of liquid between a sphere and a plane; 0 where none can stand."""
+    from scipy.optimize import brentq
+
+    nodes, weights = np.polynomial.legendre.leggauss(200)
+
+    def constant(beta):
+        return R * np.sin(beta) * (2 * np.sin(beta + sphere) + R * np.sin(beta) / r_K)
+
+    def excess(beta):
+        half = 0.5 * (np.pi - plane - sphere - beta)
+        sine = np.sin(beta + sphere + half * (1 + nodes))
+        height = r_K * half * float(weights @ (sine * (1 - sine / np.sqrt(sine**2 + constant(beta) / r_K))))
+        return height - distance - R * (1 - np.cos(beta))
+
+    tried = np.geomspace(1e-6, 0.5 * np.pi, 400)
+    tried = tried[tried < np.pi - plane - sphere]
+    above = np.flatnonzero([excess(beta) > 0 for beta in tried])
+    if above.size == 0 or above[-1] + 1 == tried.size:
+        return 0.0
+    return float(constant(brentq(excess, tried[above[-1]], tried[above[-1] + 1], xtol=1e-14)))
 
 
 def hamaker_sphere(distance: Any, *, radius: Any, hamaker_constant: Any) -> float:

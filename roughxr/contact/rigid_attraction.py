@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from ..bodies.liquid import Menisci, menisci_of
 from ..bodies.materials import closest_approach, range_of
 from ..jobs.lazy import is_lazy
 from ..kernels.adhesion import potentials
@@ -14,6 +15,9 @@ from ..kernels.adhesion import rigid as kernels
 from ..vocabulary import schema
 from ..vocabulary.units import positive
 from .problem import Problem
+
+#: How fast bodies part against the evaporation of liquid between them.
+RATES = ("slow", "fast")
 
 #: Laws of attraction, and the limits that keep the bodies apart.
 RIGID_LAWS = tuple(potentials.POTENTIALS)
@@ -38,9 +42,11 @@ class Options(NamedTuple):
     hardness: float  # GPa, NaN unless limit="hardness"
     area: float  # nm², of a pixel
     parabola: bool  # whether the indenter is Hertz's paraboloid
+    menisci: Menisci | None = None  # the liquid between the bodies, if there is any
+    fast: bool = False  # whether its bridges keep their volume as the bodies part
 
 
-def options_of(ds, law, retardation, limit, profile) -> Options:
+def options_of(ds, law, retardation, limit, profile, rate="slow") -> Options:
     """Return the options of `rigid`; raise where they do not go together."""
     schema.one_of(law, RIGID_LAWS, "law")
     schema.one_of(limit, LIMITS, "limit")
@@ -49,16 +55,22 @@ def options_of(ds, law, retardation, limit, profile) -> Options:
         raise ValueError(f"retardation: expected for law='hamaker' alone, found it for {law!r}")
     if limit != "cut_off" and law == "lennard_jones":
         raise ValueError(f"limit: expected 'cut_off' for law='lennard_jones', which pushes by itself, found {limit!r}")
-    (w,) = schema.pair(ds, "work_of_adhesion")
-    if not w > 0:
+    if schema.one_of(rate, RATES, "rate") == "fast" and (limit != "cut_off" or not schema.is_wet(ds)):
+        raise ValueError("rate: expected 'fast' for a humid pair and limit='cut_off', found another")
+    (w,), menisci = schema.pair(ds, "work_of_adhesion", wet=True), menisci_of(ds)
+    if not w > 0 and menisci is None:
         raise ValueError(f"work_of_adhesion: expected a positive one, found {w:g} J/m2; nothing attracts")
     found = potentials.potential(law, w, length_of(ds, law), wavelength)
+    if menisci is not None:
+        found = potentials.with_liquid(found, menisci.height, menisci.pull, menisci.share)
     return Options(
         law=found,
         limit=limit,
         hardness=_hardness(ds, found) if limit == "hardness" else np.nan,
         area=schema.square_pixel(ds) ** 2,
         parabola=profile == "parabola",
+        menisci=menisci,
+        fast=rate == "fast",
     )
 
 

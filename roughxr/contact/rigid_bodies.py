@@ -44,6 +44,7 @@ def rigid(
     refine: int = 1,
     datum: str = "highest_peak",
     profile: str = "sphere",
+    rate: str = "slow",
     fields: bool = False,
     progress: bool = False,
 ) -> xr.Dataset:
@@ -77,6 +78,9 @@ def rigid(
         Where delta = 0, as in `direct`.
     profile : {"sphere", "parabola"}
         The exact sphere or Hertz's paraboloid.
+    rate : {"slow", "fast"}
+        Of drawing off a humid pair: "slow", at constant humidity; "fast", each bridge of liquid keeps the volume that
+        it has where the bodies are closest. The largest pull is the same, forces after it and the work are not.
     fields : bool
         Keep pressure and gap on the window around each centre.
     progress : bool
@@ -89,8 +93,9 @@ def rigid(
         ``pull_off_force`` and ``pull_off_delta``, the largest pull at any displacement, ``touch_delta`` (nm, where they
         first touch), ``pull_beyond_contact``, the share of that pull from cells more than twice the law's length apart,
         ``truncated``, where more than 1 % of it comes from beyond the scan, and ``converged``, without which these are
-        NaN. For every pixel along (x, y), without ``pull_beyond_contact`` and ``converged``. Lazy where the scan is a
-        dask array.
+        NaN. For every pixel along (x, y), without ``pull_beyond_contact`` and ``converged``. Of a humid pair also
+        ``meniscus_error``, the part of the pull by which the law of thin menisci is probably too high, and, for
+        limit="cut_off", ``work_of_separation`` (nN nm, from the largest pull on). Lazy where the scan is a dask array.
 
     Raises
     ------
@@ -111,9 +116,13 @@ def rigid(
     than √(2 r z₀), some 3 nm: ``refine`` makes them so, and `add_fine_roughness` adds roughness finer than the scan
     shows, which changes the result, as it does in nature.
 
+    Liquid between the bodies of a humid pair adds its pull γ/r_K where the gap, counted from contact, is less than the
+    height of a meniscus, and leaves the solids a share of their own (`assign_pair`). Its edge is found within pixels.
+
     References
     ----------
-    Bhattacharjee & Elimelech, J. Colloid Interface Sci. 193 (1997) 273; Rajupet et al., Langmuir 37 (2021) 13208.
+    Bhattacharjee & Elimelech, J. Colloid Interface Sci. 193 (1997) 273; Rajupet et al., Langmuir 37 (2021) 13208. For
+    liquid Butt & Kappl, Adv. Colloid Interface Sci. 146 (2009) 48, and see `assign_pair`.
 
     Examples
     --------
@@ -128,7 +137,7 @@ def rigid(
     if pixels:
         schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
     refine = whole_number(refine, "refine", least=1, most=64)
-    options = options_of(ds, law, retardation, limit, profile)
+    options = options_of(ds, law, retardation, limit, profile, rate)
     options = options._replace(area=options.area / refine**2)
     positions = regions.centres(ds, None if pixels else subregions)
     given = [0.0] if pixels and delta is None else _default_deltas(ds) if delta is None else delta
@@ -144,6 +153,7 @@ def rigid(
     out.attrs["missing"] = "NaN where the bodies cannot come so near"
     arguments = {"delta": problem.steps, "subregions": subregions, "profile": profile, "fields": fields}
     arguments |= {"retardation": retardation, "datum": datum, **named}
+    arguments |= {"rate": rate} if options.menisci is not None else {}
     out = schema.record(schema.label(out), "rigid", ds, **arguments)
     out = parallel.finish(out, lazy=parallel.is_lazy(ds), progress=progress)
     if not parallel.is_lazy(ds):
@@ -178,7 +188,8 @@ def _default_deltas(ds: xr.Dataset) -> np.ndarray:
 
 
 def _refuse_on_pixels(options: Options, problem: Problem, fields: bool) -> None:
-    if options.limit != "cut_off" or fields or problem.indenter.map is not None or problem.refine > 1:
+    if options.limit != "cut_off" or options.fast or fields or problem.indenter.map is not None or problem.refine > 1:
         raise ValueError(
-            "subregions='every pixel': expected a sphere, limit='cut_off', no fields, no refine; else give places"
+            "subregions='every pixel': expected a sphere, limit='cut_off', rate='slow', no fields, no refine; else "
+            "give places"
         )

@@ -26,6 +26,7 @@ class _Prepared(NamedTuple):
     near_rise: np.ndarray  # its middle part, which alone can touch first
     top: np.ndarray  # highest point around each place
     mean: float
+    cells: tuple[kernels.Cells, kernels.Cells]  # of the heights and of the indenter
     split: kernels.Split
     fields: np.ndarray  # (terms, nx, ny)
 
@@ -65,11 +66,21 @@ def _prepare(height, half, problem, options, last) -> _Prepared:
     near_rise = np.ascontiguousarray(rise[inner, inner])
     touches = _touches(padded, near_rise, rise, height.shape, slice(0, height.shape[0], max(1, height.shape[0] // 64)))
     farthest = top - height.min() + float(rise[np.isfinite(rise)].max())
-    split = kernels.split(options.law, top - float(touches.min()), farthest)
+    cells = kernels.cells(padded, options.law), kernels.cells(rise, options.law)
+    split = kernels.split(options.law, top - float(touches.min()), farthest, _wet_reach(options.law, *cells))
     reach = int(np.count_nonzero(rise[half, half:] < split.near + top - float(touches.min())))
     around = maximum_filter(height, size=2 * min(reach, half) + 1, mode="constant", cval=mean)
     fields = kernels.far_fields(padded, rise, split, height.shape)
-    return _Prepared(padded, rise, near_rise, around, mean, split, fields)
+    return _Prepared(padded, rise, near_rise, around, mean, cells, split, fields)
+
+
+def _wet_reach(law, ground: kernels.Cells, indenter: kernels.Cells) -> float:
+    """Return the gap (nm) in the middle of a cell beyond which no part of it is wetted."""
+    if not ground.mean.size:
+        return 0.0
+    near = indenter.mean < law.wet + np.ptp(ground.mean)
+    slope = sum(np.abs(one).max() + np.abs(other[near]).max() for one, other in zip(ground[1:], indenter[1:]))
+    return law.wet + 0.5 * slope
 
 
 def _touches(padded, near_rise, rise, shape, rows) -> np.ndarray:
@@ -132,7 +143,7 @@ def _cell(steps: int) -> np.dtype:
 def _pulls(z, start, problem, options, prepared) -> np.ndarray:
     """Return the pull (nN) at heights z (rows, columns, heights) of the lowest point; NaN where z is."""
     split, law = prepared.split, options.law
-    arguments = prepared.height, prepared.rise, prepared.top, start, z, law, split, kernels.floor(law)
+    arguments = prepared.height, prepared.rise, *prepared.cells, prepared.top, start, z, law, split, kernels.floor(law)
     near = kernels.near_pulls(*arguments)
     fields = prepared.fields[:, start : start + z.shape[0]]
     far = kernels.far_pulls(fields, float(prepared.height.max()), z, split)

@@ -17,6 +17,7 @@ from ..kernels.adhesion import potentials
 from ..kernels.adhesion import rigid as kernels
 from ..kernels.halfspace import displacement_control
 from ..vocabulary import schema
+from . import menisci
 from .problem import Place, Problem, Surface, places, surface_at
 from .rigid_attraction import BEYOND_EDGE, NEAREST, Options, largest_pull, reach_of
 from .solving import fields_of, put_fields, window_axes
@@ -36,13 +37,17 @@ _EVENTS = {
     "converged": bool,
 }
 
+#: The same of condensed liquid.
+_OF_LIQUID = {"meniscus_error": float, "work_of_separation": float}
+
 
 def at_places(ds, positions, problem, options, *, fields, progress) -> xr.Dataset:
     """Return the curves and events at given places."""
     ds, lazy = schema.complete(ds), parallel.is_lazy(ds)
     found, shape = places(ds, positions, reach_of(ds, problem))
     window = tuple(problem.refine * n for n in shape) if fields else None
-    layout = Layout({"delta": problem.steps}, {"force": float}, _EVENTS, window)
+    wet = {} if options.menisci is None else _OF_LIQUID
+    layout = Layout({"delta": problem.steps}, {"force": float}, _EVENTS | wet, window)
     mean = ds["height"].data.mean()
     arguments = [(*place, mean) for place in found]
     shared = problem, layout, options
@@ -59,11 +64,12 @@ class _Setting(NamedTuple):
     rectangle: tuple[float, float, float, float]  # sides of the window from the centre, nm
     problem: Problem
     options: Options
+    cells: kernels.Cells
 
     def pulls(self, deltas: np.ndarray) -> np.ndarray:
         """Return the pull (nN) at displacements (nm below the datum)."""
         o = self.options
-        inside = kernels.pulls(self.surface.separation, deltas, o.law, kernels.floor(o.law), o.area)
+        inside = kernels.pulls(self.surface.separation, self.cells, deltas, o.law, kernels.floor(o.law), o.area)
         return inside + self.beyond(deltas)
 
     def beyond(self, deltas: np.ndarray) -> np.ndarray:
@@ -84,12 +90,16 @@ def _place(height, datum, window, ends, mean, problem, layout, options) -> np.nd
     low = [-(first + problem.pixel * (lost - 0.5)) for first, lost in zip(window.origin, window.missing)]
     sides = [(a, n * problem.pixel - a) for a, n in zip(low, height.shape)]
     rectangle = tuple(max(side, 1e-6) for pair in sides for side in pair)
-    here = _Setting(surface, float(datum) - float(mean), rectangle, problem, options)
+    here = _Setting(
+        surface, float(datum) - float(mean), rectangle, problem, options, kernels.cells(surface.separation, options.law)
+    )
     record, deltas = layout.blank(), problem.steps + surface.zero
     closest, pull = {"cut_off": _cut_off, "hardness": _flattened, "elastic": _elastic}[options.limit](here)
     record["converged"] = np.isfinite(pull[0])
     within = deltas <= closest + 1e-9
     record["force"][within] = -here.pulls(deltas[within])
+    if options.menisci is not None:
+        _put_liquid(record, here, *pull, deltas, within)
     record["touch_delta"] = here.touch() - surface.zero
     record["pull_off_force"], record["pull_off_delta"] = pull[0], pull[1] - surface.zero
     if record["converged"]:
@@ -98,6 +108,20 @@ def _place(height, datum, window, ends, mean, problem, layout, options) -> np.nd
     if layout.window is not None:
         put_fields(record, surface, _fields(here, np.where(within, deltas, np.nan)))
     return record
+
+
+def _put_liquid(record, here: _Setting, pull: float, turned: float, deltas, within) -> None:
+    """Put the error of thin menisci into a record, the work of drawing off and, where that is fast, the forces."""
+    o, separation = here.options, here.surface.separation
+    cell = here.problem.dx
+    record["meniscus_error"] = menisci.relative_error(here.cells, turned, o.law, o.menisci, cell, pull)
+    if o.limit == "cut_off" and not o.fast:
+        record["work_of_separation"] = menisci.slow_work(separation, turned, o.law, o.area)
+    elif o.limit == "cut_off":
+        found = menisci.bridges(here.cells, turned, o.law, o.menisci, o.area)
+        record["work_of_separation"] = found.work(separation, here.cells)
+        back = within & (deltas <= turned)
+        record["force"][back] = -found.pulls(separation, here.cells, deltas[back]) - here.beyond(deltas[back])
 
 
 def _touching(here: _Setting, delta: float) -> float:

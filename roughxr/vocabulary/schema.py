@@ -189,6 +189,9 @@ VARIABLES: dict[str, Variable] = {
     "tabor_parameter": Variable("1", "Tabor's parameter", "large: short range (JKR), small: long range (DMT)"),
     # rigid bodies
     "touch_delta": Variable("nm", "displacement of first touch", "counted from the datum"),
+    "meniscus_error": Variable(
+        "1", "part of the pull that thin menisci leave out", "their edge's; the law is too high"
+    ),
     "pull_beyond_contact": Variable("1", "part of the pull from beyond contact", "gaps over twice the length"),
     "formula": Variable("1", "formula for a sphere on a rough surface"),
     "formula_ratio": Variable("1", "pull-off by formula / by the sum over the scan"),
@@ -380,6 +383,7 @@ VARIABLES: dict[str, Variable] = {
     "large_asperity_spacing": Variable("nm", "mean distance of large asperities (espasg of code_saturne)"),
     "large_asperity_radius": Variable("nm", "median radius of large asperities (rayasg of code_saturne)"),
     # one asperity, one sphere
+    "thin_force": Variable("nN", "contact force by the law of thin menisci", "positive pushes, negative pulls"),
     "distance": Variable("nm", "distance from the plane", "of the sphere's lowest point"),
     "semi_axis_a": Variable("nm", "longer semi-axis of the contact ellipse"),
     "semi_axis_b": Variable("nm", "shorter semi-axis of the contact ellipse"),

@@ -7,6 +7,12 @@ lennard_jones   t = (8w/3ε) [(ε/g)³ − (ε/g)⁹], U(ε) = w: its attraction
 exponential     t = (w/ρ) exp(−g/ρ)
 dugdale         t = w/h up to g = h
 
+Between bodies with condensed liquid gaps below b are wetted: there t is γ/r_K beside a share s of the solids' own,
+
+    t = γ/r_K + s t₀,   U(g) = γ/r_K (b − g) + s (U₀(g) − U₀(b)) + U₀(b)   for g < b, and t₀ and U₀ beyond
+
+where b is the height of a meniscus counted from contact, that is from the closest approach or Lennard-Jones's ε.
+
 A rigid body pulls on a half space as the sum of t over its front less its back (surface element integration,
 Bhattacharjee & Elimelech, J. Colloid Interface Sci. 193 (1997) 273). Over a plane, a sphere's rings of equal height S
 over its lowest point have the area 2π(R − S) dS, on its back of the opposite sign, so that with V = ∫U dg
@@ -15,7 +21,7 @@ over its lowest point have the area 2π(R − S) dS, on its back of the opposite
 
 which is Hamaker's sphere, 2A R³/(3z²(z + 2R)²), for his t, and 2πR U(z) (Derjaguin, Bradley) where its back is far.
 
-g, z, S, R, z₀, ε, ρ, h, λ   nm;   t GPa;   U, w J/m²;   V nN/nm;   A nN nm;   F nN
+g, z, S, R, z₀, ε, ρ, h, b, λ   nm;   t GPa;   U, w J/m²;   V nN/nm;   A nN nm;   F nN
 """
 
 from typing import NamedTuple
@@ -43,6 +49,9 @@ class Potential(NamedTuple):
     work: float  # J/m²
     length: float  # z₀, ε, ρ or h, nm
     wavelength: float  # of retardation, nm; inf without
+    wet: float = -np.inf  # b, the gap below which liquid fills it, nm
+    pull: float = 0.0  # of the liquid, γ/r_K, GPa
+    share: float = 1.0  # s, of the solids' own traction under the liquid
 
     @property
     def closest(self):
@@ -61,9 +70,28 @@ def potential(name, work, length, wavelength=np.inf):
     return Potential(RETARDED if code == HAMAKER and np.isfinite(wavelength) else code, work, length, wavelength)
 
 
+def with_liquid(law, height, pull, share):
+    """Return a law with liquid in gaps up to a height (nm) above contact, and its pull (GPa)."""
+    contact = law.length if law.code == LENNARD_JONES else law.closest
+    return law._replace(wet=contact + height, pull=pull, share=share)
+
+
 @kernel
 def traction(g, law):
     """Return t(g), GPa, at g > 0; positive pulls."""
+    return partly(g, law, 1.0 if g < law.wet else 0.0)
+
+
+@kernel
+def partly(g, law, wetted):
+    """Return t(g) where liquid covers a part of the area."""
+    t = _solids(g, law)
+    return t + wetted * (law.pull - (1.0 - law.share) * t)
+
+
+@kernel
+def _solids(g, law):
+    """Return the traction t₀ of the solids alone."""
     if law.code == EXPONENTIAL:
         return law.work / law.length * np.exp(-g / law.length)
     if law.code == DUGDALE:
@@ -94,6 +122,15 @@ def tractions(g, law):
 def energy(g, law):
     """Return U(g), J/m²: the work left to separate two half spaces from the gap g."""
     g = np.asarray(g, dtype=float)
+    if law.wet == -np.inf:
+        return _energy(g, law)
+    under = np.minimum(g, law.wet)
+    at_edge = law.share * (_energy(under, law) - _energy(law.wet, law)) + law.pull * (law.wet - under)
+    return at_edge + _energy(np.maximum(g, law.wet), law)
+
+
+def _energy(g, law):
+    """Return U₀, that of the solids alone."""
     x = law.length / np.maximum(g, 1e-300)
     if law.code == EXPONENTIAL:
         return law.work * np.exp(-g / law.length)
@@ -110,6 +147,16 @@ def energy(g, law):
 def energy_beyond(g, law):
     """Return V(g) = ∫U from g on, nN/nm."""
     g = np.asarray(g, dtype=float)
+    if law.wet == -np.inf:
+        return _beyond(g, law)
+    depth = np.maximum(law.wet - g, 0.0)
+    under = _beyond(law.wet - depth, law) - _beyond(law.wet, law) - _energy(law.wet, law) * depth
+    under = law.share * under + _energy(law.wet, law) * depth + 0.5 * law.pull * depth**2
+    return under + _beyond(np.maximum(g, law.wet), law)
+
+
+def _beyond(g, law):
+    """Return V₀, that of the solids alone."""
     x = law.length / np.maximum(g, 1e-300)
     if law.code == EXPONENTIAL:
         return law.work * law.length * np.exp(-g / law.length)

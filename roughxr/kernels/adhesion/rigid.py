@@ -16,6 +16,10 @@ one correlation by FFT for each term, valid for every height z of the indenter. 
 t and the sum is added pixel by pixel; only few pixels are so near. The rounding error of a correlation is that of its
 largest value, exp(s_j·range of heights) over the smallest: d is chosen so that this stays below 10⁻⁸.
 
+With condensed liquid (`potentials`) its edge g = b runs through pixels. The part of a pixel that is wetted is that of
+a plane gap with the slopes at the pixel's middle and the mean gap of the pixel (own; without the difference between
+mean and middle, a²∇²g/24, the area of a disk of n pixels in radius is off by 1/(6n²)).
+
 S, z, g, h, d   nm: z the height of the indenter's lowest point, h those of the surface;  a nm²;  t GPa;  F nN
 """
 
@@ -24,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..jit import kernel
-from .potentials import traction, tractions
+from .potentials import partly, tractions
 
 #: Number of exponentials, the largest of their rates in 1/d, and the least d in ranges of heights: with these t is
 #: fitted to 5e-7 of itself, and the rounding error of the correlations is below 1e-8 of theirs.
@@ -46,15 +50,79 @@ class Split(NamedTuple):
     table: np.ndarray  # Σ_j c_j exp(−s_j g) at _TABLE + 1 even gaps from 0 to d
 
 
+class Cells(NamedTuple):
+    """What the wetted part of each cell depends on; arrays without cells where nothing is wetted."""
+
+    mean: np.ndarray  # gap or height, its mean over the cell, nm
+    x: np.ndarray  # change of it across the cell, nm
+    y: np.ndarray
+
+
+def cells(height, law):
+    """Return the means and slopes of the cells of a map of heights or gaps (nm); none for a dry law."""
+    if law.wet == -np.inf:
+        return Cells(*(np.empty((0, 0)),) * 3)
+    around = np.pad(height, 1, mode="edge")
+    with np.errstate(invalid="ignore"):
+        along = [(around[2:, 1:-1], around[:-2, 1:-1]), (around[1:-1, 2:], around[1:-1, :-2])]
+        slopes = [0.5 * (after - before) for after, before in along]
+        bend = sum(after + before - 2 * height for after, before in along)
+    slopes = [np.where(np.isfinite(slope), slope, 0.0) for slope in slopes]
+    return Cells(height + np.where(np.isfinite(bend), bend, 0.0) / 24, *slopes)
+
+
 @kernel
-def pulls(separation, deltas, law, closest, area):
+def pulls(separation, around, deltas, law, closest, area):
     """Return the pull (nN) at each displacement (nm) of a window of separations."""
-    found = np.zeros(deltas.size)
+    found, wet = np.zeros(deltas.size), around.mean.size > 0
     for k in range(deltas.size):
-        for s in separation.flat:
-            if s < np.inf:
-                found[k] += traction(max(s - deltas[k], closest), law)
+        for i in range(separation.shape[0]):
+            for j in range(separation.shape[1]):
+                s = separation[i, j]
+                if s < np.inf:
+                    part = (
+                        wetted(law.wet + deltas[k] - around.mean[i, j], around.x[i, j], around.y[i, j]) if wet else 0.0
+                    )
+                    found[k] += partly(max(s - deltas[k], closest), law, part)
     return area * found
+
+
+@kernel
+def wetted(depth, x, y):
+    """Return the part of a cell where a plane gap lies below a level, ``depth`` above its mean and x, y its changes."""
+    a, b = max(abs(x), abs(y)), min(abs(x), abs(y))
+    u = depth + 0.5 * (a + b)
+    if u <= 0.0:
+        return 0.0
+    if u >= a + b:
+        return 1.0
+    if b <= 1e-6 * a:
+        return min(max((u - 0.5 * b) / a, 0.0), 1.0)
+    area = u * u - max(u - a, 0.0) ** 2 - max(u - b, 0.0) ** 2
+    return min(area / (2.0 * a * b), 1.0)
+
+
+@kernel
+def wetted_parts(around, levels):
+    """Return the part of each cell that lies below its level (nm)."""
+    found = np.zeros(levels.shape)
+    for n in range(levels.size):
+        found.flat[n] = wetted(levels.flat[n] - around.mean.flat[n], around.x.flat[n], around.y.flat[n])
+    return found
+
+
+@kernel
+def wet_area(around, level):
+    """Return the area wetted below a level (nm), and the length of its edge, in cells and their sides."""
+    area, edge = 0.0, 0.0
+    for n in range(around.mean.size):
+        a, b = abs(around.x.flat[n]), abs(around.y.flat[n])
+        depth, slope = level - around.mean.flat[n], np.hypot(a, b)
+        area += wetted(depth, a, b)
+        if abs(depth) < 0.5 * (a + b):
+            width = 1e-3 * (a + b)
+            edge += slope * (wetted(depth + width, a, b) - wetted(depth - width, a, b)) / (2.0 * width)
+    return area, edge
 
 
 def floor(law):
@@ -84,7 +152,8 @@ def outside(gaps, law, radius, parabola, rectangle):
     edges = np.unique(np.append(heights, 2 * radius))
     found = np.zeros(gaps.size)
     for k, gap in enumerate(np.maximum(gaps, floor(law) - edges[0])):
-        S, weight = _nodes(edges, gap)
+        wet = edges[0] < law.wet - gap < edges[-1]
+        S, weight = _nodes(np.sort(np.append(edges, law.wet - gap)) if wet else edges, gap)
         r = np.sqrt(2 * radius * S if parabola else np.maximum(S * (2 * radius - S), 0))
         rings = np.full(S.size, radius) if parabola else radius - S
         share = np.where(rings > 0, 1 - _inside(r, rectangle), 1.0)
@@ -119,15 +188,15 @@ def _inside(r, rectangle):
     return found
 
 
-def split(law, height_range, farthest):
-    """Return the split of a law for heights of a range (nm), valid up to the farthest gap (nm)."""
+def split(law, height_range, farthest, least=0.0):
+    """Return the split of a law for heights of a range (nm), from ``least`` at least to the farthest gap (nm)."""
     if np.isfinite(law.range):
-        return Split(law.range, np.zeros(0), np.zeros(0), np.zeros(_TABLE + 1))
-    near = max(_PER_RANGE * height_range, _LEAST_NEAR, 4.0 * law.length)
+        return Split(max(law.range, least), np.zeros(0), np.zeros(0), np.zeros(_TABLE + 1))
+    near = max(_PER_RANGE * height_range, _LEAST_NEAR, 4.0 * law.length, least)
     farthest = max(farthest, 10.0 * near)
     g = np.geomspace(near, farthest, 2000)
     rates = np.geomspace(1.0 / farthest, _FASTEST / near, _TERMS)
-    matrix = np.exp(-np.outer(g, rates)) / tractions(g, law)[:, None]
+    matrix = np.exp(-np.outer(g, rates)) / tractions(g, law._replace(wet=-np.inf))[:, None]
     scale = matrix.max(axis=0)
     weights = np.linalg.lstsq(matrix / scale, np.ones(g.size), rcond=1e-15)[0] / scale
     table = np.exp(-np.outer(np.linspace(0, near, _TABLE + 1), rates)) @ weights
@@ -160,13 +229,13 @@ def _highest(height, rise):
 
 
 @kernel
-def near_pulls(height, rise, top, rows, z, law, split, closest):
+def near_pulls(height, rise, ground, indenter, top, rows, z, law, split, closest):
     """Return Σ (t − Σ_j c_j exp(−s_j g)) over the cells nearer than d, in GPa, at heights z (rows, columns, heights).
 
-    NaN where z is. Only rows and columns of the indenter that can be so near are visited: ``top`` is the highest
-    point (nm) around each place.
+    NaN where z is; ``ground`` and ``indenter`` are the `cells` of heights and rises. Only rows and columns of the
+    indenter that can be so near are visited: ``top`` is the highest point (nm) around each place.
     """
-    found = np.zeros(z.shape)
+    found, wet = np.zeros(z.shape), ground.mean.size > 0
     middle, per_nm = rise.shape[0] // 2, (split.table.size - 1) / split.near
     for i in range(z.shape[0]):
         for j in range(z.shape[1]):
@@ -181,7 +250,15 @@ def near_pulls(height, rise, top, rows, z, law, split, closest):
                     for m in range(middle - half, middle + half + 1):
                         g = lowest + rise[k, m] - height[rows + i + k, j + m]
                         if g < split.near:
-                            total += _beyond_exponentials(max(g, closest), law, split.table, per_nm)
+                            part = 0.0
+                            if wet:
+                                at = rows + i + k, j + m
+                                part = wetted(
+                                    law.wet - (lowest + indenter.mean[k, m] - ground.mean[at]),
+                                    indenter.x[k, m] - ground.x[at],
+                                    indenter.y[k, m] - ground.y[at],
+                                )
+                            total += _beyond_exponentials(max(g, closest), law, part, split.table, per_nm)
                 found[i, j, n] = total
     return found
 
@@ -196,10 +273,10 @@ def _half_width(rise, middle, depth):
 
 
 @kernel
-def _beyond_exponentials(g, law, table, per_nm):
+def _beyond_exponentials(g, law, part, table, per_nm):
     x = g * per_nm
     k = min(int(x), table.size - 2)
-    return traction(g, law) - (table[k] + (x - k) * (table[k + 1] - table[k]))
+    return partly(g, law, part) - (table[k] + (x - k) * (table[k + 1] - table[k]))
 
 
 def far_fields(height, rise, split, shape):

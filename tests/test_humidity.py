@@ -1,0 +1,246 @@
+"""Condensed water: against closed forms, exact menisci, an own double sum, and words where it is refused."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.special import ndtr, ndtri
+
+import roughxr
+from roughxr import reference
+from roughxr.bodies import liquid
+from roughxr.kernels.adhesion import potentials
+from roughxr.kernels.adhesion import rigid as kernels
+
+from .surfaces import rough, scan
+
+GAMMA, LEAST = 0.072, 0.524253
+FLAT = {3000.0: (10.0, 161), 100.0: (0.5, 281)}
+
+
+def wet(ds, humidity=0.5, radius=3000.0, **options):
+    """Return the scan with water alone between the bodies, or what else is given."""
+    return ds.contact.assign_pair(
+        **({"sphere_radius": radius, "contact_modulus": 40.0, "humidity": humidity} | options)
+    )
+
+
+def flat(radius):
+    pixel, n = FLAT[radius]
+    return scan(np.zeros((n, n)), pixel)
+
+
+@pytest.mark.parametrize(("humidity", "expected"), [(0.3, 0.4354), ("50 %", 0.7563), (0.9, 4.9758)])
+def test_kelvin_radius_is_that_of_water_at_25_degrees(humidity, expected):
+    assert liquid.kelvin_radius(humidity) == pytest.approx(expected, abs=5e-5)
+    assert liquid.kelvin_radius(humidity, temperature="25 degC") == pytest.approx(expected, abs=5e-5)
+    assert liquid.kelvin_radius(humidity, liquid=("72 mN/m", "18.05 cm3/mol")) == pytest.approx(expected, abs=5e-5)
+
+
+def test_a_kelvin_radius_stands_for_the_humidity_that_has_it():
+    ds = wet(flat(3000.0), "2 nm", contact_angle=(20, 60))
+    assert liquid.kelvin_radius(float(ds.humidity)) == pytest.approx(2.0)
+    assert liquid.menisci_of(ds).height == pytest.approx(2 * (np.cos(np.pi / 9) + 0.5))
+    assert {ds[name].units for name in ("contact_angle_1", "contact_angle_2")} == {"rad"}
+    drier = ds.assign_coords(liquid.at_humidity(ds, 0.5))
+    assert float(drier.kelvin_radius) == pytest.approx(liquid.kelvin_radius(0.5))
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"humidity": 60}, "0.6 or '60 %'"),
+        ({"humidity": 0.995}, "saturation"),
+        ({"humidity": "99 %"}, "saturation"),
+        ({"humidity": 0}, "between 0 and 1"),
+        ({"contact_angle": 100}, "does not wet"),
+        ({"contact_angle": (0, 91)}, "does not wet"),
+        ({"contact_angle": -5}, "from 0 to 90"),
+        ({"contact_angle": (1, 2, 3)}, "a pair"),
+        ({"film": -0.1}, "at least 0 nm"),
+        ({"humidity": 0.95, "sphere_radius": 60.0}, "thin against the sphere's radius"),
+        ({"liquid": "oil"}, "'water', 'ethanol'"),
+        ({"liquid": 3}, "molar volume"),
+        ({"temperature": 25}, "25 degC"),
+        ({"medium": "water"}, "nothing condenses"),
+        ({"work_of_adhesion": (0.1, 0.05, 0.01)}, "a pair"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_a_sentence(given, words):
+    with pytest.raises(ValueError, match=next(iter(given)) if words != "a pair" else words) as told:
+        wet(scan(np.zeros((9, 9))), **({"humidity": 0.5} | given))
+    assert words in str(told.value)
+
+
+def test_under_water_named_solids_attract_as_their_hamaker_constants_say():
+    ds = scan(np.zeros((9, 9)))
+    pair = ds.contact.assign_pair(sphere_radius=3000, materials="glass/alumina", humidity=0.6)
+    across = roughxr.hamaker_constant("glass", "alumina", medium="water")
+    share = across / roughxr.hamaker_constant("glass", "alumina")
+    assert float(pair.share_under_liquid) == pytest.approx(share)
+    stated = wet(ds, work_of_adhesion=(0.1, 0.03))
+    assert (float(stated.work_of_adhesion), float(stated.share_under_liquid)) == pytest.approx((0.1, 0.3))
+
+
+@pytest.mark.parametrize("law", ["hamaker", "lennard_jones", "exponential", "dugdale"])
+def test_the_law_of_the_gap_is_the_sum_of_both_attractions(law):
+    """Its integral from contact is the water's work, the solids' share under it, and theirs beyond it."""
+    dry = potentials.potential(law, 0.06, 0.3)
+    found = potentials.with_liquid(dry, 1.7, 0.05, 0.2)
+    contact = found.wet - 1.7
+    left = float(potentials.energy(found.wet, dry))
+
+    def over(f, low, high):
+        return quad(f, low, high, epsabs=1e-13, epsrel=1e-12, limit=400, points=[0.3] if low < 0.3 < high else None)[0]
+
+    def traction(g):
+        return potentials.traction(g, found)
+
+    whole = over(traction, max(contact, 1e-9), found.wet) + left
+    assert whole == pytest.approx(0.05 * 1.7 + 0.2 * (0.06 - left) + left, rel=1e-8)
+    assert float(potentials.energy(contact, found)) == pytest.approx(whole, rel=1e-8)
+    for z in (0.31, 1.0, 5.0):
+        direct = over(lambda S, z=z: 2 * np.pi * (500 - S) * traction(z + S), 0, max(found.wet - z, 0))
+        direct += over(lambda S, z=z: 2 * np.pi * (500 - S) * traction(z + S), max(found.wet - z, 0), 1000)
+        assert float(potentials.sphere_pull(z, 500.0, found)) == pytest.approx(direct, rel=1e-6)
+
+
+@pytest.mark.parametrize("radius", FLAT)
+@pytest.mark.parametrize(("humidity", "angles"), [(0.3, 0), (0.5, (20, 60)), (0.9, 30)])
+def test_a_sphere_on_a_plane_is_pulled_by_the_law_of_thin_menisci(radius, humidity, angles):
+    """On pixels of which a meniscus spans a few: its edge is found within them."""
+    cosines = np.cos(np.radians(np.broadcast_to(angles, 2))).sum()
+    kelvin = LEAST / abs(np.log(humidity))
+    pair = wet(flat(radius), humidity, radius, contact_angle=angles)
+    found = pair.contact.rigid(delta=[-0.3, 0.0], law="exponential", profile="parabola")
+    expected = 2 * np.pi * radius * GAMMA * (cosines - np.array([0.3, 0.0]) / kelvin)
+    np.testing.assert_allclose(-found.force.values[0], expected, rtol=2e-3)
+    assert float(found.pull_off_force[0]) == pytest.approx(expected[1], rel=2e-3)
+
+
+@pytest.fixture(scope="module")
+def gaussian():
+    """Heights on 1500² cells whose distribution is exactly Gaussian, with the outlines of smooth roughness."""
+    heights = rough(1500, rms=1.0, smooth=12.0, seed=7)
+    ranks = np.argsort(np.argsort(heights.ravel())).reshape(heights.shape)
+    return ndtri((ranks + 0.5) / heights.size)
+
+
+@pytest.mark.parametrize(
+    ("height", "shares"),
+    [(2.0, (0.80477, 0.5, 0.19523, 0.04147, 0.00424)), (10.0, (0.96011, 0.89167, 0.79915, 0.69996, 0.60000))],
+)
+def test_over_gaussian_heights_it_is_their_integral(gaussian, height, shares):
+    """The wetted area as `rigid` sums it, and the work per area: by Derjaguin the share of a sphere's pull."""
+    law = potentials.with_liquid(potentials.potential("dugdale", 0.0, 0.3), height, 1.0, 1.0)
+    for distance, share in enumerate(shares):
+        gap = distance - gaussian
+        area = kernels.pulls(gap, kernels.cells(gap, law), np.zeros(1), law, 1e-12, 1.0)[0] / gap.size
+        assert area == pytest.approx(ndtr(height - distance), rel=2e-3)
+        work = float(np.mean(potentials.energy(np.maximum(gap, 0.0), law)))
+        assert work / height == pytest.approx(share, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("radius", "angle", "distance", "expected"),
+    [
+        (100, 0, 0.0, (88.1125, 87.3567, 82.5283)),
+        (100, 0, 0.3, (56.4353, 69.1245, 79.7755)),
+        (100, 30, 0.0, (76.0033, 75.2681, 70.7372)),
+        (3000, 0, 0.0, (2701.466, 2697.363, 2670.648)),
+        (3000, 0, 0.3, (1763.452, 2157.144, 2588.259)),
+    ],
+)
+def test_exact_menisci_and_the_error_stated_of_thin_ones(radius, angle, distance, expected):
+    for humidity, force in zip((0.3, 0.5, 0.9), expected):
+        kelvin = liquid.kelvin_radius(humidity)
+        exact = reference.meniscus_sphere([distance], radius=radius, kelvin_radius=kelvin, contact_angle=angle)
+        assert -float(exact.force[0]) == pytest.approx(force, rel=1e-5)
+        pair = wet(flat(float(radius)), humidity, float(radius), contact_angle=angle)
+        found = pair.contact.rigid(delta=[-1.0], law="exponential", profile="parabola")
+        if distance == 0:
+            off = 1 - force / -float(exact.thin_force[0])
+            assert float(found.meniscus_error[0]) == pytest.approx(off, rel=0.06)
+
+
+def test_far_off_no_exact_meniscus_can_stand():
+    found = reference.meniscus_sphere([0.0, 8.0, 12.0], radius=100, kelvin_radius=5.0)
+    assert float(found.force[0]) < float(found.force[1]) <= 0 == float(found.force[2])
+
+
+def test_drawn_off_fast_a_bridge_keeps_its_volume():
+    """2πRγ(1 − z/√(z² + h²)) per unit of cos θ₁ + cos θ₂, and twice the work of a slow one."""
+    pair = wet(flat(100.0), 0.9, 100.0)
+    height = 2 * float(pair.kelvin_radius)
+    rise = height * np.array([3.0, 1.0, 0.3, 0.0])
+    start = 4 * np.pi * 100 * GAMMA
+    found = {
+        rate: pair.contact.rigid(delta=-rise, law="exponential", rate=rate, profile="parabola")
+        for rate in ("slow", "fast")
+    }
+    np.testing.assert_allclose(-found["fast"].force[0], start * (1 - rise / np.hypot(rise, height)), rtol=1e-3)
+    assert float(found["fast"].pull_off_force[0]) == float(found["slow"].pull_off_force[0])
+    works = [float(found[rate].work_of_separation[0]) / (start * height / 2) for rate in found]
+    assert works == pytest.approx([1.0, 2.0], rel=2e-3)
+    with pytest.raises(ValueError, match="rate"):
+        pair.contact.rigid(rate="fast", limit="hardness", hardness=6.0)
+
+
+def test_the_slow_work_is_the_area_under_the_force():
+    pair = wet(scan(rough(64, rms=0.5)), 0.8, materials="glass", contact_modulus=None)
+    delta = np.linspace(-40, 0, 2001)
+    found = pair.contact.rigid(delta=delta, datum="first_contact", law="exponential")
+    area = np.trapezoid(np.nan_to_num(-found.force.values[0]), delta)
+    assert area == pytest.approx(float(found.work_of_separation[0]), rel=3e-3)
+
+
+def test_every_pixel_is_what_places_give():
+    pair = wet(scan(rough(64, rms=1.0)), 0.7, radius=1000.0, work_of_adhesion=0.05)
+    at = np.array([20, 31, 44]), np.array([33, 25, 40])
+    each = pair.contact.rigid(subregions=(pair.x.values[at[0]], pair.y.values[at[1]]), delta=[-2.0])
+    every = pair.contact.rigid(subregions="every pixel").pull_off_force.values[at]
+    np.testing.assert_allclose(each.pull_off_force.values, every, rtol=1e-5)
+
+
+def double_sum(ds, refine, humidity, radius, centres):
+    """Return the pulls of water alone, cell by cell: splines on cells, each wet or not by the gap in its middle."""
+    from scipy.interpolate import RectBivariateSpline
+
+    kelvin, found = LEAST / abs(np.log(humidity)), []
+    spline = RectBivariateSpline(ds.x.values, ds.y.values, ds.height.values)
+    cell = float(ds.x[1] - ds.x[0]) / refine
+    n = int(np.sqrt(2 * radius * 40) / cell)
+    for x, y in zip(*centres):
+        along = cell * (np.arange(-n, n + 1))
+        ground = spline(x + along, y + along)
+        gap = along[:, None] ** 2 / (2 * radius) + along**2 / (2 * radius) - ground
+        wetted = gap - gap.min() < 2 * kelvin
+        found.append(GAMMA / kelvin * cell**2 * np.count_nonzero(wetted))
+    return np.array(found)
+
+
+def test_the_twin_by_two_independent_sums():
+    """Rigid bodies, R = 3 µm, 16 places: from the solids' own 30 nN to most of a smooth sphere's 2714 nN."""
+    glass = roughxr.open_sample("glass")
+    expected = {0.5: 68.0, 0.7: 182.0, 0.9: 1451.0, 0.95: 2111.0}
+    means = {}
+    for humidity in expected:
+        found = wet(glass, humidity).contact.rigid(subregions=(4, 4), delta=[0.0], refine=2)
+        own = double_sum(glass, 4, humidity, 3000.0, (found.subregion_x.values, found.subregion_y.values))
+        means[humidity] = float(found.pull_off_force.mean())
+        assert means[humidity] == pytest.approx(own.mean(), rel=0.05 if humidity < 0.8 else 0.01)
+    assert means == pytest.approx(expected, rel=0.02)
+
+
+def test_a_dry_pair_is_what_it_was():
+    glass = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    assert not set(liquid.COORDINATES) & set(glass.coords)
+    found = glass.contact.rigid(subregions=(2, 2), delta=[0.0])
+    assert "meniscus_error" not in found and liquid.told(glass) == ""
+    rewetted = glass.contact.assign_pair(sphere_radius=3000, materials="glass", humidity=0.5)
+    again = rewetted.contact.assign_pair(sphere_radius=3000, materials="glass")
+    assert not set(liquid.COORDINATES) & set(again.coords)
+
+
+def test_few_molecules_are_said():
+    ds = scan(np.zeros((9, 9)))
+    assert "a few molecules" in liquid.told(wet(ds, 0.3)) and "molecules" not in liquid.told(wet(ds, 0.9))
