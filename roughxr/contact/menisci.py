@@ -6,8 +6,8 @@ which it stands after a rise z, and its pull, are
 
     l A(l) − ∫₀ˡ A dl′ + z A(l) = the same at z = 0,     γ (cos θ₁ + cos θ₂) A(l)/(l + z − 2f)
 
-for a sphere 2πRγ(cos θ₁ + cos θ₂)(1 − z/√(z² + h²)) (Rabinovich, Esayanur & Moudgil, Langmuir 21 (2005) 10992). A bridge
-is what hangs together at the turning point; where it splits, its parts stay at one pressure, and none ever breaks.
+for a sphere 2πRγ(cos θ₁ + cos θ₂)(1 − z/√(z² + h²)) (Rabinovich, Esayanur & Moudgil, Langmuir 21 (2005) 10992). A
+bridge is what hangs together at the turning point; where it splits, its parts stay at one pressure, and none breaks.
 
 The next order of a thin meniscus is the energy ε of its edge (own; `bodies.liquid.Menisci.edge`): the arc's energy less
 what the sharp edge counts, ε L for an edge of length L. It takes ε dL/dh off the pull; on a sphere in contact, at
