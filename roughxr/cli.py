@@ -169,8 +169,10 @@ def _add_pair(command) -> None:
     group.add_argument("--surface-energy", metavar="GAMMA", help="of two equal bodies, J/m²: half the work of adhesion")
     group.add_argument(
         "--work-of-adhesion",
+        nargs="+",
         metavar="W",
-        help="J/m²; default: by --materials, of clean dry bodies by van der Waals forces alone",
+        help="J/m²; default: by --materials, of clean dry bodies by van der Waals forces alone; with --humidity also a "
+        "pair, without and under the liquid",
     )
     group.add_argument(
         "--hardness",
@@ -182,6 +184,18 @@ def _add_pair(command) -> None:
     group.add_argument(
         "--hamaker-constant", metavar="A", help="of the pair, such as '65 zJ', in place of --work-of-adhesion"
     )
+    group.add_argument("--humidity", metavar="RH", help="relative humidity, such as '60 %%' or 0.6; default: dry")
+    group.add_argument(
+        "--contact-angle", nargs="+", metavar="DEG", help="of water on both bodies or on each; default: 0"
+    )
+    group.add_argument("--temperature", metavar="T", help="K, or as '25 degC', of the humid air; default: 298.15")
+    group.add_argument(
+        "--liquid",
+        nargs="+",
+        metavar="NAME",
+        help="water, ethanol, or surface tension (J/m²) and molar volume (cm³/mol)",
+    )
+    group.add_argument("--film", metavar="F", help="film of liquid on each body, nm; default: none")
 
 
 def _add_adhesion(command) -> None:
@@ -400,6 +414,7 @@ def _paired(scan, options):
         "adhesion_range": options.adhesion_range,
         "hamaker_constant": options.hamaker_constant,
         "hardness": options.hardness,
+        **{name: getattr(options, name) for name in ("humidity", "contact_angle", "temperature", "liquid", "film")},
     }
     if not (options.materials or options.young_modulus or options.contact_modulus):
         raise ValueError(

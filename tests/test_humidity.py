@@ -182,7 +182,7 @@ def test_drawn_off_fast_a_bridge_keeps_its_volume():
     works = [float(found[rate].work_of_separation[0]) / (start * height / 2) for rate in found]
     assert works == pytest.approx([1.0, 2.0], rel=2e-3)
     with pytest.raises(ValueError, match="rate"):
-        pair.contact.rigid(rate="fast", limit="hardness", hardness=6.0)
+        pair.contact.rigid(rate="fast", limit="elastic")
 
 
 def test_the_slow_work_is_the_area_under_the_force():
@@ -244,3 +244,62 @@ def test_a_dry_pair_is_what_it_was():
 def test_few_molecules_are_said():
     ds = scan(np.zeros((9, 9)))
     assert "a few molecules" in liquid.told(wet(ds, 0.3)) and "molecules" not in liquid.told(wet(ds, 0.9))
+
+
+@pytest.fixture(scope="module")
+def humid():
+    return wet(scan(rough(48, rms=1.0)), materials="glass", contact_modulus=None)
+
+
+@pytest.mark.parametrize("verb", ["superpose", "pull_off_map", "rolling", "formulas", "sensitivity", "tabor"])
+def test_what_does_not_know_the_water_refuses_it_in_words(humid, verb):
+    given = humid if verb != "tabor" else humid.contact.asperities()
+    with pytest.raises(ValueError, match="humidity: expected a dry pair"):
+        getattr(given.contact, verb)()
+
+
+def test_fits_and_budgets_refuse_it_as_well(humid):
+    with pytest.raises(ValueError, match="humidity"):
+        humid.contact.error_budget(places=1)
+    elastic = humid.contact.direct(delta=np.linspace(0.2, 3, 12))
+    with pytest.raises(ValueError, match="humidity"):
+        elastic.contact.elastic_pull_off()
+
+
+def test_humidity_varies_as_other_parts_of_the_pair_do(humid):
+    found = humid.contact.vary(roughxr.rigid, humidity=[0.3, 0.5, 0.9], delta=[0.0])
+    assert found.kelvin_radius.values == pytest.approx([liquid.kelvin_radius(one) for one in (0.3, 0.5, 0.9)])
+    alone = humid.contact.rigid(delta=[0.0])
+    assert float(found.pull_off_force.sel(humidity=0.5)[0]) == pytest.approx(float(alone.pull_off_force[0]), rel=1e-12)
+    with pytest.raises(ValueError, match="humid pair"):
+        humid.contact.assign_pair(sphere_radius=3000, materials="glass").contact.vary(roughxr.rigid, humidity=[0.5])
+    with pytest.raises(ValueError, match="saturation"):
+        humid.contact.vary(roughxr.rigid, humidity=[0.5, 0.995], delta=[0.0])
+
+
+@pytest.mark.parametrize(("humidity", "expected"), [(0.3, 0.44), (0.5, 0.26), (0.9, 0.04)])
+def test_the_regime_says_whether_bodies_bend_under_the_water(humidity, expected):
+    """Glass, R = 3 µm: Maugis's parameter of the water's law."""
+    pair = wet(scan(rough(48, rms=1.0)), humidity, materials="glass", contact_modulus=None)
+    found = pair.contact.regime(subregions=(1, 1), refine=1)
+    assert float(found.sphere_maugis) == pytest.approx(expected, abs=6e-3)
+    assert ("a few molecules" in found.attrs["recommendation"]) == (humidity < 0.5)
+    soft = wet(scan(rough(48, rms=1.0)), humidity, contact_modulus=0.01)
+    assert soft.contact.regime(subregions=(1, 1), refine=1).recommended.item() == "adhesive"
+
+
+def test_the_waves_that_a_scan_shows_matter_less_in_humid_air():
+    """Dry, the shortest waves decide; menisci higher than they are do not see them."""
+    scan_ = roughxr.synthetic.self_affine((64, 64), 10, rms=1.5, hurst=0.8, rolloff=200, cutoff=40, seed=3)
+    changes = []
+    for humidity in (None, 0.9):
+        pair = scan_.contact.assign_pair(sphere_radius=500, materials="glass", humidity=humidity)
+        found = pair.contact.scale_dependence(shortest=[40, 160], seeds=1, subregions=(1, 1))
+        changes.append(float(found.pull_off_force[0, 1, 0] / found.pull_off_force[0, 0, 0]))
+    assert changes[0] - 1 > 2 * (changes[1] - 1) > 0
+
+
+def test_the_smooth_sphere_to_compare_with_is_wet_too():
+    pair = wet(flat(3000.0), 0.9, materials="glass", contact_modulus=None)
+    found = pair.contact.rigid(law="exponential", delta=[0.0]).contact.reduction()
+    assert float(found.pull_off_ratio[0]) == pytest.approx(1.0, rel=5e-3)

@@ -208,6 +208,8 @@ def condensed(
 
 def at_humidity(ds: xr.Dataset, humidity: float) -> dict[str, float]:
     """Return the humidity and Kelvin radius of a wet pair at another humidity, its liquid and temperature kept."""
+    if "humidity" not in ds.coords:
+        raise ValueError("humidity: expected a humid pair, found a dry one; assign_pair(humidity=…) first")
     known, pressure = float(ds["humidity"]), _pressure(humidity)
     found = {"humidity": pressure, "kelvin_radius": float(ds["kelvin_radius"]) * math.log(known) / math.log(pressure)}
     _refuse_thick(ds, dict(ds.coords), menisci_of(ds.assign_coords(found)), pressure)

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..asperity.catalogue import asperities
+from ..bodies import liquid
 from ..bodies.materials import closest_approach, range_of
 from ..jobs import lazy as parallel
 from ..scans import level, regions, smooth
@@ -20,6 +21,9 @@ from .rigid_bodies import rigid
 #: Tabor's parameter below which bodies may be taken as rigid, and above which the range of adhesion may be neglected
 #: (Johnson & Greenwood, J. Colloid Interface Sci. 192 (1997) 326).
 _STIFF, _SHORT_RANGE = 0.1, 5.0
+
+#: Maugis's λ over Tabor's μ of the same work and range.
+_MAUGIS = 1.157
 
 #: Share of the pull from beyond contact above which a sum over the asperities in contact is not enough.
 _MUCH = 0.5
@@ -52,7 +56,9 @@ def regime(
     Dataset
         ``sphere_tabor``, ``asperity_tabor`` (of the median asperity), ``pull_beyond_contact`` (median over the
         centres), ``pixels_per_contact``, ``peak_pressure`` (GPa) and ``yields`` where a hardness is known,
-        ``recommended`` ("rigid", "adhesive" or "superpose"); a sentence in the attribute ``recommendation``.
+        ``recommended`` ("rigid", "adhesive" or "superpose"); a sentence in the attribute ``recommendation``. Of a humid
+        pair Tabor's parameters are the larger of those of the liquid's law and of the solids' under it, and
+        ``sphere_maugis`` is Maugis's of the liquid's law.
 
     Raises
     ------
@@ -78,23 +84,42 @@ def regime(
     ('adhesive', 'Take ds.contact.adhesive')
     """
     ds = in_memory(ds)
-    radius, modulus, w = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion")
-    pair = {"contact_modulus": modulus, "work_of_adhesion": w, "adhesion_range": range_of(ds)}
+    radius, modulus, w = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion", wet=True)
+    menisci = liquid.menisci_of(ds)
+    if menisci is not None:
+        solids, w = w * menisci.share, menisci.work + w * menisci.share
     tip = 1 / (1 / radius + 1 / _asperity_radius(asperities(ds)))
     contact = (9 * np.pi * w * tip**2 / (8 * modulus)) ** (1 / 3)
     found = {
-        "sphere_tabor": reference.tabor_parameter(radius=radius, **pair),
-        "asperity_tabor": reference.tabor_parameter(radius=tip, **pair),
+        "sphere_tabor": _tabor(radius, modulus, w, range_of(ds)),
+        "asperity_tabor": _tabor(tip, modulus, w, range_of(ds)),
         "pull_beyond_contact": _beyond(ds, subregions, refine),
         "pixels_per_contact": contact / schema.square_pixel(ds),
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
+    if menisci is not None:
+        own = [_tabor(one, modulus, solids, range_of(ds)) if solids > 0 else 0.0 for one in (radius, tip)]
+        law = [_maugis(one, modulus, menisci) for one in (radius, tip)]
+        of_both = [max(one, other / _MAUGIS) for one, other in zip(own, law)]
+        found |= {"sphere_maugis": law[0], "sphere_tabor": of_both[0], "asperity_tabor": of_both[1]}
     hardness, _ = hardness_of(ds)
     if np.isfinite(hardness):
         found["yields"] = found["peak_pressure"] > hardness
-    found["recommended"] = _recommended(found["asperity_tabor"], found["pull_beyond_contact"])
-    out = xr.Dataset(found).assign_attrs(recommendation=_sentence(found))
+    beyond = found["pull_beyond_contact"] if menisci is None else 1.0
+    found["recommended"] = _recommended(found["asperity_tabor"], beyond)
+    words = " ".join(filter(None, (_sentence(found), liquid.told(ds))))
+    out = xr.Dataset(found).assign_attrs(recommendation=words)
     return schema.record(schema.label(out), "regime", ds, subregions=subregions, refine=refine)
+
+
+def _tabor(radius: float, modulus: float, w: float, length: float) -> float:
+    pair = {"contact_modulus": modulus, "work_of_adhesion": w, "adhesion_range": length}
+    return reference.tabor_parameter(radius=radius, **pair)
+
+
+def _maugis(radius: float, modulus: float, menisci: liquid.Menisci) -> float:
+    """Return Maugis's parameter λ = σ₀ (9R/(2πwE*²))^⅓ of a liquid that pulls with σ₀ and the work w."""
+    return menisci.pull * (9 * radius / (2 * np.pi * menisci.work * modulus**2)) ** (1 / 3)
 
 
 def _beyond(ds: xr.Dataset, subregions: Any, refine: int) -> float:
@@ -239,5 +264,5 @@ def in_memory(ds: xr.Dataset) -> xr.Dataset:
     ds = schema.complete(schema.validate(ds, "scan"))
     if parallel.is_lazy(ds):
         raise ValueError("height: expected heights in memory, found a lazy scan; load it first (ds.load())")
-    schema.pair(ds, "sphere_radius", "work_of_adhesion")
+    schema.pair(ds, "sphere_radius", "work_of_adhesion", wet=True)
     return ds

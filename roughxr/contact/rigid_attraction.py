@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..bodies.liquid import Menisci, menisci_of
-from ..bodies.materials import closest_approach, range_of
+from ..bodies.materials import DEFAULT_RANGE, closest_approach, range_of
 from ..jobs.lazy import is_lazy
 from ..kernels.adhesion import potentials
 from ..kernels.adhesion import rigid as kernels
@@ -60,7 +60,7 @@ def options_of(ds, law, retardation, limit, profile, rate="slow") -> Options:
     (w,), menisci = schema.pair(ds, "work_of_adhesion", wet=True), menisci_of(ds)
     if not w > 0 and menisci is None:
         raise ValueError(f"work_of_adhesion: expected a positive one, found {w:g} J/m2; nothing attracts")
-    found = potentials.potential(law, w, length_of(ds, law), wavelength)
+    found = potentials.potential(law, w, length_of(ds, law) if w > 0 else DEFAULT_RANGE, wavelength)
     if menisci is not None:
         found = potentials.with_liquid(found, menisci.height, menisci.pull, menisci.share)
     return Options(

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..bodies.liquid import menisci_of
 from ..contact.estimates import elastic_pull_off
 from ..jobs.records import converged
 from ..vocabulary import schema
@@ -154,6 +155,9 @@ def _of_events(ds: xr.Dataset, method: str, found: str) -> xr.Dataset:
 def smooth_pull_off(ds: xr.Dataset) -> float:
     """Return the pull-off force (nN) of the same sphere on a smooth flat, 3/2 π w R.
 
+    Of a humid pair 2πR times the work of the liquid and of the solids under it, the force between stiff bodies: thick
+    menisci reach further than the bodies bend.
+
     References
     ----------
     Johnson, Kendall & Roberts (1971); for a sphere all formulations agree.
@@ -164,7 +168,9 @@ def smooth_pull_off(ds: xr.Dataset) -> float:
     >>> round(smooth_pull_off(pair))
     19071
     """
-    radius, work = schema.pair(ds, "sphere_radius", "work_of_adhesion")
+    radius, work = schema.pair(ds, "sphere_radius", "work_of_adhesion", wet=True)
+    if (menisci := menisci_of(ds)) is not None:
+        return 2 * np.pi * radius * (menisci.work + menisci.share * work)
     return 1.5 * np.pi * work * radius
 
 

@@ -17,7 +17,7 @@ import xarray as xr
 
 from ..asperity.asperity_sum import fit_of
 from ..asperity.catalogue import asperities
-from ..bodies import materials
+from ..bodies import liquid, materials
 from ..vocabulary import schema
 from ..vocabulary.units import magnitude, mass_power
 from ..vocabulary.verbs import OPTIONS, verb
@@ -40,20 +40,23 @@ def vary(
     sphere_radius: Any = None,
     contact_modulus: Any = None,
     work_of_adhesion: Any = None,
+    humidity: Any = None,
     indenter: xr.Dataset | None = None,
     **options: Any,
 ) -> xr.Dataset:
-    """Solve for every combination of radii, moduli, works of adhesion and placements of a rough indenter.
+    """Solve for every combination of radii, moduli, works of adhesion, humidities and placements of a rough indenter.
 
     Parameters
     ----------
     ds : Dataset
         A scan, or an asperity catalogue where ``solve`` takes one, with an assigned pair.
     solve : callable
-        `direct`, `superpose`, `pull_off_map`, `adhesive` or `rolling`; or your own function of a Dataset and
+        `direct`, `superpose`, `pull_off_map`, `adhesive`, `rigid` or `rolling`; or your own function of a Dataset and
         options.
     sphere_radius, contact_modulus, work_of_adhesion : array_like, optional
         Values in nm, GPa and J/m², ascending; a parameter that is not given stays as assigned, without a dimension.
+    humidity : array_like, optional
+        Relative humidities between 0 and 0.99, ascending, for a humid pair: its liquid and temperature stay.
     indenter : Dataset, optional
         Result of `placements`, in place of the assigned sphere.
     **options
@@ -84,6 +87,7 @@ def vary(
     {'contact_modulus': 2, 'work_of_adhesion': 2, 'subregion': 1, 'delta': 1}
     """
     given = {"sphere_radius": sphere_radius, "contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion}
+    given |= {"humidity": humidity}
     if indenter is not None:
         return _placed(ds, solve, indenter, given, options)
     axes = _axes(ds, given)
@@ -99,10 +103,14 @@ def vary(
     parts = []
     for values in itertools.product(*axes.values()):
         pair = dict(zip(axes, values))
-        key = _inputs(ds.assign_coords(pair), solve, options)
+        here = _with(ds, pair)
+        key = _inputs(here, solve, options)
         if key not in solved:
-            solved[key] = solve(ds.assign_coords(pair), **options)
-        parts.append(_scaled(solved[key], pair).expand_dims(varied))
+            solved[key] = solve(here, **options)
+        part = _scaled(solved[key], pair).expand_dims(varied)
+        if humidity is not None:
+            part = part.assign_coords(kelvin_radius=("humidity", [float(here["kelvin_radius"])]))
+        parts.append(part)
     _same_deltas(parts)
     how = {"join": "exact", "combine_attrs": "drop_conflicts", "data_vars": "all", "coords": "minimal"}
     out = xr.combine_by_coords(parts, compat="override", **how)
@@ -110,6 +118,12 @@ def vary(
     return schema.record(
         schema.label(out), "vary", parts[0], solve=getattr(solve, "__name__", "a function"), **arguments
     )
+
+
+def _with(ds: xr.Dataset, pair: dict[str, float]) -> xr.Dataset:
+    """Return the scan with values of its pair changed, and Kelvin's radius with the humidity."""
+    wet = liquid.at_humidity(ds, pair["humidity"]) if "humidity" in pair else {}
+    return ds.assign_coords(pair | wet)
 
 
 def _placed(ds: xr.Dataset, solve: Callable, indenter: xr.Dataset, given: dict[str, Any], options: dict[str, Any]):
@@ -150,7 +164,7 @@ def _axes(ds: xr.Dataset, given: dict[str, Any]) -> dict[str, list[float]]:
     for name, values in given.items():
         if values is not None:
             axes[name] = schema.ascending(values, schema.VARIABLES[name].units, name).tolist()
-            for value in axes[name]:
+            for value in axes[name] if name != "humidity" else ():
                 materials.check_plausible(name, value, ds)
         elif name in ds.coords:
             axes[name] = [float(ds[name])]

@@ -197,6 +197,7 @@ VARIABLES: dict[str, Variable] = {
     "formula_ratio": Variable("1", "pull-off by formula / by the sum over the scan"),
     "shortest_kept": Variable("nm", "shortest wavelength", "shorter waves are cut off, or were added"),
     "seed": Variable("1", "seed of the added roughness"),
+    "sphere_maugis": Variable("1", "Maugis's parameter of the sphere", "with the pull and the work of the liquid"),
     "sphere_tabor": Variable("1", "Tabor's parameter of the sphere"),
     "asperity_tabor": Variable("1", "Tabor's parameter of the median asperity"),
     "pixels_per_contact": Variable("1", "radius of the median asperity's contact in pixels", "JKR"),

@@ -381,12 +381,16 @@ def hertz_error(ds: xr.Dataset) -> np.ndarray:
 def jkr_sphere(ds: xr.Dataset, delta: np.ndarray) -> np.ndarray:
     """Return the stable JKR force (nN) of the pair on ``ds`` against a flat; 0 beyond the end of the branch.
 
+    NaN for a humid pair, whose liquid it leaves out.
+
     Examples
     --------
     >>> pair = xr.Dataset(coords={"sphere_radius": 3000.0, "contact_modulus": 39.4, "work_of_adhesion": 1.35})
     >>> round(float(-jkr_sphere(pair, np.linspace(-25, 5, 3001)).min() / (1.5 * np.pi * 1.35 * 3000)), 4)
     1.0
     """
+    if schema.is_wet(ds):
+        return np.full(np.shape(delta), np.nan)
     radius, modulus, work = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion")
     if work == 0:
         return hertz_sphere(ds, delta)
@@ -434,9 +438,9 @@ def _wide_range(solutions: list[xr.Dataset]) -> tuple[np.ndarray, np.ndarray]:
     """Return the smooth sphere's whole stable branch up to the largest displacement of the solutions."""
     first = next((ds for ds in solutions if float(ds["work_of_adhesion"]) > 0), solutions[0])
     highest = max(float(ds["delta"].max()) for ds in solutions)
-    radius, modulus, work = schema.pair(first, *schema.PAIR)
+    radius, modulus, work = schema.pair(first, *schema.PAIR, wet=True)
     end = 0.0
-    if work > 0:
+    if work > 0 and not schema.is_wet(first):
         sphere = {"radius": radius, "contact_modulus": modulus, "work_of_adhesion": work}
         end = reference.jkr_sphere([0.0], **sphere).attrs["end_of_branch"]
     delta = np.linspace(end * (1 - 1e-9), highest, 400)

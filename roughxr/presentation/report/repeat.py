@@ -66,7 +66,7 @@ def _channel(scan: xr.Dataset) -> list[str]:
 
 def _pair(scan: xr.Dataset, given: dict[str, Any]) -> list[str]:
     """Return the options of the pair of bodies, as given where the run records it."""
-    radius, modulus, work = schema.pair(scan, *schema.PAIR)
+    radius, modulus, work = schema.pair(scan, *schema.PAIR, wet=True)
     parts = ["--sphere-radius", f"{radius:g}"]
     if "materials" in given:
         parts += ["--materials", "/".join(_listed(given["materials"]))]
@@ -78,9 +78,19 @@ def _pair(scan: xr.Dataset, given: dict[str, Any]) -> list[str]:
     for name in ("adhesion_range", "hamaker_constant", "hardness"):
         if name in scan.coords:
             parts += [f"--{name.replace('_', '-')}", repr(float(scan[name]))]
+    if schema.is_wet(scan):
+        parts += ["--humidity", repr(float(scan["humidity"]))]
+        parts += _told(given, "contact_angle", "temperature", "liquid", "film")
+        work = [work, work * float(scan["share_under_liquid"])]
+        return [*parts, "--work-of-adhesion", *map(repr, work)]
     if "surface_energy" in given:
         return [*parts, "--surface-energy", *_listed(given["surface_energy"])]
     return [*parts, "--work-of-adhesion", repr(work)]
+
+
+def _told(given: dict[str, Any], *names: str) -> list[str]:
+    """Return options of these names as they were given, where they were."""
+    return [part for name in names if name in given for part in (f"--{name.replace('_', '-')}", *_listed(given[name]))]
 
 
 def _listed(value: Any) -> list[str]:
