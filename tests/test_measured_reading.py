@@ -1,6 +1,9 @@
 """Pull-off forces from files: units and places as the file or the caller states them, never as anyone guesses."""
 
+import io
+
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
@@ -36,6 +39,10 @@ def test_a_table_brings_its_units_and_places(tmp_path):
         "x [um]\ty [um]\tF [nN]\n0\t0\t12.5\n1.5\t0\tnan\n0\t-2\t9.5\n",
         "# of a colloidal probe\n# x (µm)  y (µm)  F (nN)\n0 0 12.5\n1.5 0 nan\n0 -2 9.5\n",
         'x / um, y / um, "F / N"\n0, 0, -1.25e-8\n1.5, 0, -\n0, -2, -9.5e-9\n',
+        "X Position [um]\tY Position [um]\tAdhesion [N]\n0\t0\t12.5e-9\n1.5\t0\t\n0\t-2\t9.5e-9\n",
+        "# Filename\tX Position (µm)\tY Position (µm)\tAdhesion [nN]\n"
+        "a b.spm\t0\t0\t12.5\nc.spm\t1.5\t0\tnan\nd.spm\t0\t-2\t9.5\n",
+        "x_um,y_um,adhesion_nN\n0,0,12.5\n1.5,0,\n0,-2,9.5\n",
     ],
 )
 def test_tables_of_other_habits_say_the_same(tmp_path, text):
@@ -43,6 +50,21 @@ def test_tables_of_other_habits_say_the_same(tmp_path, text):
     found = roughxr.open_pull_off(written(tmp_path, text, "other.txt"))
     for name in ("pull_off_force", "subregion_x", "subregion_y"):
         np.testing.assert_allclose(found[name], expected[name], rtol=1e-12)
+
+
+def test_a_workbook_says_the_same_as_its_text(tmp_path):
+    pytest.importorskip("openpyxl", reason="workbooks need openpyxl")
+    expected = roughxr.open_pull_off(written(tmp_path, TABLE))
+    pd.read_csv(io.StringIO(TABLE)).to_excel(tmp_path / "curves.xlsx", index=False)
+    found = roughxr.open_pull_off(tmp_path / "curves.xlsx")
+    for name in ("pull_off_force", "subregion_x", "subregion_y"):
+        np.testing.assert_allclose(found[name], expected[name], rtol=1e-12)
+
+
+@pytest.mark.parametrize("names", ["x [um],F [nN]", "Position [um],F [nN]", "y_um,F [nN]"])
+def test_places_are_never_dropped_in_silence(tmp_path, names):
+    with pytest.raises(UnreadableScan, match="columns x and y of places"):
+        roughxr.open_pull_off(written(tmp_path, f"{names}\n1,2\n2,3\n"))
 
 
 def test_what_is_written_as_a_table_opens_again(tmp_path):

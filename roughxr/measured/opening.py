@@ -19,7 +19,7 @@ from .curve_files import calibration, curve_kind, curves_of, opened
 from .force_curves import curves_pull_off
 from .forces import Calibration, converts, forces, magnitudes
 from .several import together
-from .tables import force_column, lengths, place_columns, read_table
+from .tables import force_column, is_spreadsheet, lengths, place_columns, read_table
 from .vendor_scales import in_true_units
 
 #: Number of a file's curves that are held in memory at a time.
@@ -45,7 +45,7 @@ def open_pull_off(
     Parameters
     ----------
     path : str, path or sequence of them
-        A text table (CSV and the like) with names above its columns, such as ``x [um], y [um], force [nN]``; any AFM
+        A table (CSV and the like, .xlsx) with names above its columns, such as ``x [um], y [um], force [nN]``; any AFM
         file that `open_scan` reads and that holds an image of adhesion; or a file of curves, see `open_curves`. The
         content decides, not the extension. Several files, such as one for each curve, are read alike and concatenated.
     channel : str or int, optional
@@ -123,6 +123,8 @@ class _Curves(NamedTuple):
 
 def _of_file(path: Path, image: _Image, place_units: str | None, given: Calibration, asked: _Curves) -> xr.Dataset:
     """Return the pull-off forces of one file."""
+    if is_spreadsheet(path):
+        return _told(path, _of_table(path, image.channel, place_units, given))
     family, read = files.reader_of(path)
     kind = None if image.size is not None else files.guarded(path, curve_kind, path, family, given)
     if family == "netcdf" and kind is None:
@@ -135,6 +137,11 @@ def _of_file(path: Path, image: _Image, place_units: str | None, given: Calibrat
         found = files.guarded(path, read, path)
         chosen = in_true_units(path, found, _adhesion(found, image.channel, image.direction, path), family)
         ds = _of_image(path, chosen, image.size, given).assign_attrs(channels=listing(found))
+    return _told(path, ds)
+
+
+def _told(path: Path, ds: xr.Dataset) -> xr.Dataset:
+    """Return what was read with the file's name and checksum; raise where every value is missing."""
     if ds["pull_off_force"].isnull().all():
         raise UnreadableScan(path, f"expected pull-off forces, found missing values only{_why(ds)}")
     told = {"source_file": path.name, "source_sha256": files.file_hash(path)}
@@ -175,7 +182,7 @@ def _of_table(path: Path, channel: Any, place_units: str | None, given: Calibrat
     column = force_column(path, columns, channel)
     values, how = _as_pulls(path, column.values, column.units, given)
     ds = xr.Dataset({"pull_off_force": ("subregion", values)}, {"subregion": np.arange(values.size)})
-    for axis, one in place_columns(columns).items():
+    for axis, one in place_columns(path, columns, column).items():
         ds.coords[f"subregion_{axis}"] = ("subregion", lengths(path, one, place_units))
     return ds.assign_attrs(measured="table", channel=column.name, **how)
 

@@ -8,14 +8,21 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from ..scans.channel import UnreadableScan
 from ..scans.plain import decoded, separators
 from ..vocabulary.units import factor
 from .forces import converts
 
-#: "force [nN]", "force (nN)", "force / nN"
-_HEADED = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|/\s*([^/\s]+))$")
+#: "force [nN]", "force (nN)", "force / nN", "force_nN"
+_HEADED = re.compile(r"^(.*?)(?:\s*\[([^\]]*)\]|\s*\(([^)]*)\)|\s*/\s*([^/\s]+)|_(nm|[uµμm]?m|[pnuµμm]?N))$")
+
+#: "x", "X Position", "subregion_x", "pos_x"; and what looks like a place without being one of them.
+_PLACE = re.compile(
+    r"(?:(?:subregion|pos(?:ition)?|coord(?:inate)?)[\s_]*)?([xy])(?:[\s_]*(?:pos(?:ition)?|coord(?:inate)?))?"
+)
+_PLACE_LIKE = re.compile(r"(?:^|[\s_])[xy](?:$|[\s_])|position|coord", re.IGNORECASE)
 
 #: Cells that mean that nothing was measured.
 _EMPTY = ("", "-", "nan", "na", "n/a", "none")
@@ -32,6 +39,10 @@ class Column(NamedTuple):
     values: np.ndarray
 
 
+#: Line and cells of each row.
+_Rows = list[tuple[int, list[str]]]
+
+
 def read_table(path: Path) -> list[Column]:
     """Return the columns of numbers of a text table.
 
@@ -40,6 +51,33 @@ def read_table(path: Path) -> list[Column]:
     UnreadableScan
         If rows are of different lengths, a number cannot be read, or the columns have no names.
     """
+    names, cells, comma = (_in_spreadsheet if is_spreadsheet(path) else _in_text)(path)
+    _same_width(path, cells, len(names))
+    columns = [_column(path, name, [(k, row[at]) for k, row in cells], comma) for at, name in enumerate(names)]
+    return [column for column in columns if column is not None]
+
+
+def is_spreadsheet(path: Path) -> bool:
+    """Return whether a file is a workbook of Excel's: an archive that says so at its beginning."""
+    with path.open("rb") as file:
+        head = file.read(4096)
+    return head.startswith(b"PK") and any(name in head for name in (b"[Content_Types].xml", b"_rels/", b"docProps/"))
+
+
+def _in_spreadsheet(path: Path) -> tuple[list[str], _Rows, bool]:
+    """Return names and rows of a workbook's first sheet, its first row that is not empty holding the names."""
+    try:
+        frame = pd.read_excel(path, header=None, dtype=str, na_filter=False)
+    except ImportError as error:
+        raise ImportError(f"{path.name}: a workbook needs openpyxl; install it, or save the sheet as CSV") from error
+    rows = [(k + 1, [str(cell).strip() for cell in row]) for k, row in enumerate(frame.to_numpy()) if any(row)]
+    if len(rows) < 2:
+        raise UnreadableScan(path, "expected a row of names and rows of numbers on the first sheet")
+    return rows[0][1], rows[1:], False
+
+
+def _in_text(path: Path) -> tuple[list[str], _Rows, bool]:
+    """Return names and rows of a text, and whether its numbers have a decimal comma."""
     lines = [(k + 1, line) for k, line in enumerate(decoded(path.read_bytes()).splitlines()) if line.strip()]
     rows = [(k, line) for k, line in lines if not line.lstrip().startswith("#")]
     if not rows:
@@ -47,20 +85,25 @@ def read_table(path: Path) -> list[Column]:
     first = 0 if _is_numbers(rows[0][1]) else 1
     if len(rows) == first:
         raise UnreadableScan(path, "expected rows of numbers, found a line of names only")
-    delimiter, comma = separators(rows[first][1])
+    delimiter, comma = _separators(rows[first][1])
     cells = [(k, _split(line, delimiter)) for k, line in rows[first:]]
     comments = [line.lstrip("# \t") for k, line in lines if k < rows[0][0]]
-    names = _split(rows[0][1], delimiter) if first else _names_in(path, comments, delimiter, len(cells[0][1]))
-    _same_width(path, cells, len(names))
-    columns = [_column(path, name, [(k, row[at]) for k, row in cells], comma) for at, name in enumerate(names)]
-    return [column for column in columns if column is not None]
+    width = len(cells[0][1])
+    return _split(rows[0][1], delimiter) if first else _names_in(path, comments, delimiter, width), cells, comma
+
+
+def _separators(line: str) -> tuple[str | None, bool]:
+    """Return the delimiter of a row, tabulators before white space, and whether its comma is decimal."""
+    delimiter, comma = separators(line)
+    return ("\t" if delimiter is None and "\t" in line.strip() else delimiter), comma
 
 
 def _names_in(path: Path, comments: list[str], delimiter: str | None, width: int) -> list[str]:
     """Return the names in the last comment that has as many as there are columns; one column may do without."""
     for line in reversed(comments):
-        if len(names := _split(line, delimiter)) == width:
-            return names
+        for names in (_split(line, delimiter), _split(line, None)):
+            if len(names) == width:
+                return names
     if width > 1:
         raise UnreadableScan(
             path,
@@ -71,7 +114,7 @@ def _names_in(path: Path, comments: list[str], delimiter: str | None, width: int
 
 
 def _is_numbers(line: str) -> bool:
-    delimiter, comma = separators(line)
+    delimiter, comma = _separators(line)
     return any(_number(cell, comma) is not None and cell.lower() not in _EMPTY for cell in _split(line, delimiter))
 
 
@@ -99,6 +142,8 @@ def _number(cell: str, comma: bool) -> float | None:
 
 def _same_width(path: Path, cells: list[tuple[int, list[str]]], width: int) -> None:
     for line, row in cells:
+        if len(row) == width + 1 and not row[-1]:
+            del row[-1]  # a separator at the end of the line
         if len(row) != width:
             raise UnreadableScan(path, f"line {line}: expected {width} columns as named, found {len(row)}; cut short?")
 
@@ -140,25 +185,41 @@ def _named(columns: list[Column], name: str) -> list[Column]:
 
 def _likely_forces(columns: list[Column]) -> list[Column]:
     """Return the columns that may be forces: by their units, else by their names, else all but places and indices."""
-    others = [one for one in columns if not re.fullmatch(r"(subregion_)?[xy]|index|subregion", one.name, re.IGNORECASE)]
+    others = [one for one in columns if not (_axis(one) or one.name.lower() in ("index", "subregion"))]
     forces = [one for one in others if converts(one.units, "nN")]
     if forces:
         return [one for one in forces if one.name == "pull_off_force"] or forces
     return [one for one in others if _FORCE.search(one.name)] or others
 
 
-def place_columns(columns: list[Column]) -> dict[str, Column]:
-    """Return the columns ``x`` and ``y`` (or ``subregion_x``, ``subregion_y``) where both are there.
+def _axis(column: Column) -> str:
+    """Return "x" or "y" for a column of places, else nothing."""
+    match = _PLACE.fullmatch(column.name.strip().lower())
+    return match[1] if match else ""
+
+
+def place_columns(path: Path, columns: list[Column], force: Column | None = None) -> dict[str, Column]:
+    """Return the columns of places along x and y where there are any.
+
+    Raises
+    ------
+    UnreadableScan
+        If there is one without the other, or one whose name looks like a place but does not say of which axis.
 
     Examples
     --------
-    >>> list(place_columns([Column("X", "um", np.zeros(1)), Column("subregion_y", "nm", np.zeros(1))]))
+    >>> columns = [Column("X Position", "um", np.zeros(1)), Column("subregion_y", "nm", np.zeros(1))]
+    >>> list(place_columns(Path("pulls.csv"), columns, Column("F", "nN", np.zeros(1))))
     ['x', 'y']
     """
-    found = {
-        axis: one for axis in "xy" for one in columns if re.fullmatch(f"(subregion_)?{axis}", one.name, re.IGNORECASE)
-    }
-    return found if len(found) == 2 else {}
+    found = {_axis(one): one for one in columns if one is not force and _axis(one)}
+    like = [one.name for one in columns if one is not force and (_axis(one) or _PLACE_LIKE.search(one.name))]
+    if len(found) != 2 and like:
+        raise UnreadableScan(
+            path,
+            f"expected columns x and y of places, or none, found {', '.join(map(repr, like))}; rename or drop them",
+        )
+    return found
 
 
 def lengths(path: Path, column: Column, place_units: str | None) -> np.ndarray:
