@@ -191,9 +191,11 @@ from roughxr import archive
 groups = {f"g{k}": xr.Dataset({f"v{i}": (("x", "y"), np.ones((9, 9))) for i in range(9)}) for k in range(4)}
 archive.save(groups, sys.argv[1])
 
+draw = random.Random(1)
+
 def interrupt():
     while True:
-        time.sleep(0.2 + 0.3 * random.random())
+        time.sleep(0.2 + 0.3 * draw.random())
         _thread.interrupt_main()
 
 count, thread = 0, threading.Thread(target=interrupt, daemon=True)

@@ -1,5 +1,7 @@
 """Several scans of one surface: their mean has an interval that holds what differs from scan to scan."""
 
+import functools
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -154,3 +156,19 @@ def test_one_scan_is_its_own_spectrum_and_what_it_cannot_tell_is_left_out(scans)
         roughxr.combined_spectrum(scans, shortest=1e4)
     with pytest.raises(ValueError, match="scans: expected at least one"):
         roughxr.combined_spectrum([])
+
+
+def test_a_function_with_bound_options_is_called_by_its_name():
+    """As `functools.partial` binds them; an object that can be called goes by its class."""
+
+    class Roughness:
+        def __call__(self, ds):
+            return roughxr.roughness(ds, spectra=False)
+
+    scans = [self_affine((32, 32), 10, rms=1.0, hurst=0.8, rolloff=100, seed=seed) for seed in (1, 2)]
+    bound = functools.partial(functools.partial(roughxr.roughness), spectra=False)
+    expected = roughxr.over_scans(scans, roughxr.roughness, spectra=False)
+    for solve, name in ((bound, "roughness"), (Roughness(), "Roughness")):
+        found = roughxr.over_scans(scans, solve)
+        xr.testing.assert_equal(found, expected)
+        assert roughxr.schema.history(found)[-1]["arguments"]["solve"] == name

@@ -288,6 +288,20 @@ def test_the_model_that_suits_is_named_and_formulas_stand_beside_it(run, written
     assert report.contact_table(run).loc["subregions that pull", "rigid"] == 9
 
 
+def test_each_preload_has_its_own_column(run):
+    """Pooled, three places were four that pull, and their mean that of no preload."""
+    loads, places = xr.Variable("preload", [0.0, 500.0]), {"subregion": [0, 1]}
+    both, pull = dict(run), run["statistics/adhesive"].isel(places)
+    pulled = xr.concat([pull, pull.assign(pull_off_force=2 * pull["pull_off_force"])], loads, data_vars="all")
+    both["statistics/adhesive"] = pulled.transpose("subregion", "preload", ...)
+    table, alone = report.contact_table(both), report.contact_table(run | {"statistics/adhesive": pull})
+    for name, times in (("adhesive, 0 nN", 1.0), ("adhesive, 500 nN", 2.0)):
+        assert table.loc["subregions that pull", name] == 2
+        over = (frame.loc["pull-off, rough / smooth"] for frame in (table, alone))
+        assert next(over)[name] == pytest.approx(times * next(over)["adhesive"])
+    assert "adhesive" not in table
+
+
 def test_a_runs_folder_is_reported_into_itself(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "out").mkdir()

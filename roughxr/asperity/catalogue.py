@@ -23,6 +23,7 @@ from ..scans.wavelength import Waves
 from ..vocabulary import schema
 from ..vocabulary.units import is_whole, positive
 from ..vocabulary.verbs import verb, warn
+from .ridges import repeated
 
 #: Least number of pixels along a side of a tile: rims and tasks of smaller ones would cost more than their heights.
 _SIDE = 256
@@ -81,7 +82,8 @@ def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -
     """Return the catalogue of a scan's asperities.
 
     A peak is a pixel, or a plateau of equal pixels, higher than all its neighbours; a plateau is one peak.
-    Its paraboloid is the least-squares fit to a square patch around it.
+    Its paraboloid is the least-squares fit to a square patch around it. A narrow ridge that the pixels break up into
+    several peaks is one asperity, unless vertices are at pixels.
 
     A paraboloid has the summit's curvature only if the patch is narrower than the shortest wave that makes up the
     summit: fitted over two waves it is several times too flat, and the asperity's pull too strong.
@@ -298,6 +300,9 @@ def _catalogue(found: ScanPeaks, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
         **dict(zip(regions.EDGES, regions.extent(ds))),
         **{name: ds[name] for name in (*schema.TRAVELLING, "subregion_x", "subregion_y") if name in ds.coords},
     )
+    if frame.vertex == "fitted":
+        out = out.isel(asperity=~repeated(out, max(frame.pixel)))
+        out = out.assign_coords(asperity=np.arange(out.sizes["asperity"]))
     if setup.waves is not None:
         known = {"shortest_wavelength": setup.waves.shortest, "rms_slope": setup.waves.slope}
         out = out.assign_coords(known | {"pixel": max(schema.pixel(ds))})

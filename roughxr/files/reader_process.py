@@ -20,7 +20,6 @@ import subprocess
 import sys
 import threading
 import warnings
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
@@ -53,7 +52,7 @@ def ask(path: Path, reader: str, **question: Any) -> dict[str, Any]:
     """
     limit = SECONDS + path.stat().st_size / BYTES_PER_SECOND
     with _LOCK:
-        answer = _answer({"path": str(path), **question}, reader, limit)
+        answer = _answer({"path": os.path.abspath(path), **question}, reader, limit)
     if "failed" in answer:
         raise ReadingFailed(f"damaged, or a variant not supported: {answer['failed']}")
     return answer
@@ -134,8 +133,7 @@ def serve(path: str, questions: BinaryIO, answers: BinaryIO) -> None:
             question = pickle.load(questions)
         except EOFError:
             return
-        _limit_memory(getattr(reader, "MEMORY", MEMORY) + MEMORY_PER_BYTE * os.stat(question["path"]).st_size)
-        _send(_safely(reader.read, question), answers)
+        _send(_safely(reader, question), answers)
 
 
 def _limit_memory(more: int) -> None:
@@ -173,9 +171,10 @@ def _imported(library: str) -> str:
     return ""
 
 
-def _safely(read: Callable[..., dict[str, Any]], question: dict[str, Any]) -> dict[str, Any]:
+def _safely(reader: ModuleType, question: dict[str, Any]) -> dict[str, Any]:
     try:
-        return read(**question)
+        _limit_memory(getattr(reader, "MEMORY", MEMORY) + MEMORY_PER_BYTE * os.stat(question["path"]).st_size)
+        return reader.read(**question)
     except Exception as error:  # any error of a library
         return {"failed": _words(error)}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -58,7 +59,14 @@ def over_scans(
     how = {"coords": "different", "compat": "equals", "join": "outer", "combine_attrs": "drop_conflicts"}
     along = xr.Variable("scan", names)
     out = xr.concat(parts, xr.DataArray(along, coords={"scan": along}, name="scan"), data_vars="all", **how)
-    return schema.record(schema.label(out), "over_scans", parts[0], solve=solve.__name__, scans=len(each))
+    return schema.record(schema.label(out), "over_scans", parts[0], solve=_name(solve), scans=len(each))
+
+
+def _name(solve: Callable) -> str:
+    """Return what a function is called, also where some of its options are bound, or it is an object."""
+    while isinstance(solve, functools.partial):
+        solve = solve.func
+    return getattr(solve, "__name__", type(solve).__name__)
 
 
 def _padded(parts: list[xr.Dataset]) -> list[xr.Dataset]:

@@ -43,8 +43,8 @@ def contact_table(
     Returns
     -------
     DataFrame
-        One row per quantity (forces in a suitable unit, displacements in nm), one column per method; NaN
-        where a method has no such number.
+        One row per quantity (forces in a suitable unit, displacements in nm), one column per method and, where there
+        are several, preload, such as "adhesive, 500 nN"; NaN where a method has no such number.
 
     Examples
     --------
@@ -55,8 +55,23 @@ def contact_table(
     """
     pulls = [run[f"statistics/{method}"]["pull_off_force"] for method in METHODS if f"statistics/{method}" in run]
     unit = prefixed(max((float(pull.mean()) for pull in pulls if pull.notnull().any()), default=0.0))
-    columns = {method: _column(run, method, deltas, *unit) for method in METHODS if f"solutions/{method}" in run}
+    columns = {}
+    for method in METHODS:
+        for name, one in _by_preload(run, method) if f"solutions/{method}" in run else ():
+            columns[name] = _column(one, method, deltas, *unit)
     return pd.DataFrame(columns).rename_axis("quantity")
+
+
+def _by_preload(run: Run, method: str) -> list[tuple[str, Run]]:
+    """Return a run for each preload of a method, and what its column is called; the run itself where there is one."""
+    pull = run.get(f"statistics/{method}", xr.Dataset())
+    if pull.sizes.get("preload", 1) == 1:
+        return [(method, run)]
+    of_one = [name for name, ds in run.items() if "preload" in ds.dims]
+    return [
+        (f"{method}, {load:g} nN", {**run, **{name: run[name].isel(preload=k) for name in of_one}})
+        for k, load in enumerate(pull["preload"].values)
+    ]
 
 
 def _column(run: Run, method: str, deltas: Sequence[float], unit: str, size: float) -> dict[str, float]:
