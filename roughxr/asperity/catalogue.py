@@ -18,6 +18,7 @@ from ..kernels.asperity.ellipse import shape
 from ..kernels.jit import kernel
 from ..kernels.topography.tile_stitching import HALO, Frame, ScanPeaks, Tile, join_tiles, search_finer, search_tile
 from ..scans import regions, wavelength
+from ..scans.kept import once
 from ..scans.parts import taker
 from ..scans.wavelength import Waves
 from ..vocabulary import schema
@@ -215,6 +216,7 @@ def _searched_later(height: da.Array, setup: _Setup) -> Any:
     return join([[search(block, (i, j), frame) for block, j in zip(row, y)] for row, i in zip(blocks, x)], frame)
 
 
+@once
 def _searched(height: np.ndarray, setup: _Setup) -> ScanPeaks:
     """Return the peaks of the heights of a scan."""
     if setup.refine > 1:
@@ -283,8 +285,8 @@ def _catalogue(found: ScanPeaks, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
     frame = setup.frame
     schema.none_missing(found.missing, ds.sizes["x"] * ds.sizes["y"])
     peaks, fit = found.peaks, found.fit
-    out = xr.Dataset({name: ("asperity", getattr(fit, name)) for name in _FITTED})
-    out["plateau_size"] = "asperity", peaks.size
+    out = xr.Dataset({name: ("asperity", getattr(fit, name).copy()) for name in _FITTED})  # the fit is kept
+    out["plateau_size"] = "asperity", peaks.size.copy()
     out["axis_ratio"] = "asperity", _axis_ratios(fit.curvature_min, fit.curvature_max)
     places = (
         ds[axis].values[at // setup.refine] + at % setup.refine * step

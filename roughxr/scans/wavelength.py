@@ -21,6 +21,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary.schema import pixel, validate
+from .kept import once
 from .parts import taker
 
 #: Share of the mean square curvature that shorter waves may have.
@@ -58,8 +59,12 @@ def waves(ds: xr.Dataset) -> Waves:
     scan = validate(ds, "scan")
     if scan["height"].chunks:
         return later(scan["height"].data, pixel(scan)).compute()
-    heights = scan["height"].values
-    return together([spectrum(heights[part]) for part in parts(heights.shape)], pixel(scan))
+    return _waves(scan["height"].values, pixel(scan))
+
+
+@once
+def _waves(heights: np.ndarray, steps: tuple[float, float]) -> Waves:
+    return together([spectrum(heights[part]) for part in parts(heights.shape)], steps)
 
 
 def later(height: da.Array, steps: tuple[float, float]) -> Any:

@@ -1,6 +1,7 @@
 """What the package's code is like to live in: its size, its longest parts, its docstrings, its complexity.
 
     python tests/benchmarks/house.py [PACKAGE]
+    python tests/benchmarks/house.py --rooms
 
 Reads the source alone, so that it works on any tree: PACKAGE is the folder of a package, by default the one beside.
 Public are the functions that `roughxr.__all__` names, or that a module named there shows. A docstring is complete with
@@ -238,10 +239,68 @@ def _largest(values, count=5):
     return ", ".join(f"{name.partition('.')[2] or name} {values[name]}" for name in ordered)
 
 
+def passed(work):
+    """Return the functions of the package that receive a scan while a call is made, and how often each was called."""
+    import sys
+    from collections import Counter
+
+    import xarray as xr
+
+    calls = Counter()
+
+    def watch(frame, event, _):
+        code = frame.f_code
+        if event != "call" or not code.co_filename.startswith(str(PACKAGE)):
+            return
+        given = [frame.f_locals.get(name) for name in code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]]
+        if any(isinstance(one, xr.Dataset) and "height" in one and "x" in one.dims for one in given):
+            calls[f"{Path(code.co_filename).stem}.{code.co_qualname}"] += 1
+
+    sys.setprofile(watch)
+    try:
+        work()
+    finally:
+        sys.setprofile(None)
+    return calls
+
+
+def print_rooms():
+    """Print how many functions a scan passes under `adhesive` and `run`, and how often its asperities are searched."""
+    import tempfile
+    import warnings
+
+    import roughxr
+    from roughxr.asperity import catalogue
+
+    warnings.simplefilter("ignore")
+    ground = roughxr.synthetic.self_affine((64, 64), 4.0, rms=0.5, hurst=0.8, rolloff=100, cutoff=30, seed=1)
+    scan = roughxr.assign_pair(ground, sphere_radius=200, contact_modulus=40, work_of_adhesion=0.05)
+    searched, tiles = [0], catalogue.join_tiles
+
+    def counted(*arguments):
+        searched[0] += 1
+        return tiles(*arguments)
+
+    catalogue.join_tiles = counted
+    adhesive = passed(lambda: roughxr.adhesive(scan, subregions=(2, 1), refine=1, step=1.0))
+    print(f"adhesive: a scan passes {len(adhesive)} functions")
+    searched[0] = 0
+    with tempfile.TemporaryDirectory() as folder:
+        run = passed(lambda: roughxr.run(scan, Path(folder) / "run.nc", subregions=(2, 1), refine=1, budget=1))
+    asked = sum(count for name, count in run.items() if name == "catalogue.asperities")
+    print(f"run: a scan passes {len(run)} functions; asperities asked for {asked} times, searched {searched[0]} times")
+
+
 def main():
     """Print all of it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("package", nargs="?", type=Path, default=PACKAGE)
+    parser.add_argument(
+        "--rooms", action="store_true", help="how many functions a scan passes, solved or run (minutes)"
+    )
+    if parser.parse_args().rooms:
+        print_rooms()
+        return
     sources = modules(parser.parse_args().package.resolve())
     every = [function for name, source in sources.items() for function in functions(name, ast.parse(source))]
     print_lines(sources)

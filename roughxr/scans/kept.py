@@ -1,0 +1,54 @@
+"""What is read of the scans at hand is read once: the answer is kept by the heights, whoever asks for it again.
+
+A run asks for a scan's asperities in a dozen places, each verb for itself. All of them get one answer, whatever pair,
+attributes or coordinates the scan has got in between, since these change nothing of it.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numpy as np
+
+_T = TypeVar("_T")
+
+#: Answers kept for each question, those asked for last. A run's surfaces are its scan, levelled and smoothed.
+KEPT = 6
+
+
+def once(function: Callable[..., _T]) -> Callable[..., _T]:
+    """Return a function of heights and further plain arguments that is computed once for equal ones.
+
+    What it returns is shared by all who ask, and must not be changed in place.
+    """
+    kept: OrderedDict[tuple, Any] = OrderedDict()
+    lock = threading.Lock()
+
+    @functools.wraps(function)
+    def asked(height: np.ndarray, *arguments: Any) -> _T:
+        key = _digest(height), repr(arguments)
+        with lock:
+            if key in kept:
+                kept.move_to_end(key)
+                return kept[key]
+        found = function(height, *arguments)
+        with lock:
+            kept[key] = found
+            while len(kept) > KEPT:
+                kept.popitem(last=False)
+        return found
+
+    return asked
+
+
+def _digest(height: np.ndarray) -> str:
+    """Return what tells these heights from any others."""
+    height = np.asarray(height)
+    digest = hashlib.blake2b(f"{height.shape} {height.dtype}".encode(), digest_size=16)
+    digest.update(np.ascontiguousarray(height).data)
+    return digest.hexdigest()
