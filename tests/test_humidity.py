@@ -263,7 +263,7 @@ def test_fits_and_budgets_refuse_it_as_well(humid):
         humid.contact.error_budget(places=1)
     elastic = humid.contact.direct(delta=np.linspace(0.2, 3, 12))
     with pytest.raises(ValueError, match="humidity"):
-        elastic.contact.elastic_pull_off()
+        elastic.contact.pull_off(method="ciavarella")
 
 
 def test_humidity_varies_as_other_parts_of_the_pair_do(humid):
