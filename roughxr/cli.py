@@ -162,7 +162,12 @@ def _add_pair(command) -> None:
     shape = group.add_mutually_exclusive_group(required=True)
     shape.add_argument("--sphere-radius", metavar="R", help="radius of the sphere, nm")
     shape.add_argument("--indenter", metavar="FILE", help="a scan of the indenter's face, in place of a sphere")
-    group.add_argument("--materials", metavar="A/B", help=f"one or two of {', '.join(MATERIALS)}, as in glass/silicon")
+    group.add_argument(
+        "--materials",
+        metavar="A/B",
+        help=f"one or two of {', '.join(MATERIALS)}, as in glass/silicon: each with moduli, an estimated hardness and "
+        "its van der Waals adhesion",
+    )
     group.add_argument("--young-modulus", nargs="+", metavar="E", help="of both bodies alike or of each, GPa")
     group.add_argument("--poisson-ratio", nargs="+", metavar="NU", help="of both bodies alike or of each")
     group.add_argument("--contact-modulus", metavar="E*", help="in place of moduli and ratios, GPa")
@@ -418,15 +423,13 @@ def _paired(scan, options):
     }
     if not (options.materials or options.young_modulus or options.contact_modulus):
         raise ValueError(
-            "expected what the bodies are, found nothing: give --materials A/B (one or two of "
+            "expected the bodies' elastic constants, found none: give --materials A/B (one or two of "
             f"{', '.join(MATERIALS)}), or --young-modulus and --poisson-ratio, or --contact-modulus"
         )
     scan = materials.assign_pair(scan, **{name: _numbers(value) for name, value in pair.items() if value is not None})
     if "work_of_adhesion" not in scan.coords:
-        known = ", ".join(name for name, one in MATERIALS.items() if one.hamaker is not None)
-        found = f"none in --materials {options.materials} (it is known of {known})" if options.materials else "nothing"
         raise ValueError(
-            f"expected how strongly the bodies adhere, found {found}: give --work-of-adhesion (or --surface-energy) in "
+            "expected how strongly the bodies adhere, found nothing: give --work-of-adhesion (or --surface-energy) in "
             "J/m² as well; dry clean solids have some 0.05 to 0.1 by van der Waals forces alone, water films and bonds "
             "add"
         )

@@ -11,8 +11,10 @@ from roughxr.bodies.materials import (
     assign_pair,
     contact_modulus,
     gilman_surface_energy,
+    hamaker_constant,
     indenter_map,
 )
+from roughxr.bodies.substances import MATERIALS
 from roughxr.vocabulary.units import factor, magnitude
 
 from .surfaces import rough, scan
@@ -153,7 +155,23 @@ def test_named_materials_are_those_of_their_sources():
     )
     assert float(named.contact_modulus) == float(by_hand.contact_modulus)
     assert float(named.work_of_adhesion) == 0.1
-    assert "work_of_adhesion" not in assign_pair(flat, sphere_radius=3000, materials="silicon/glass").coords
+    glass = assign_pair(flat, sphere_radius=3000, materials="silicon/glass")
+    assert 0.03 < float(glass.work_of_adhesion) < 0.5
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_every_material_brings_what_its_example_needs_with_its_source(name):
+    pair = assign_pair(scan(np.zeros((4, 4))), sphere_radius=3000, materials=f"glass/{name}")
+    assert {"contact_modulus", "work_of_adhesion", "hamaker_constant", "hardness_estimate"} <= set(pair.coords)
+    assert 0.01 < hamaker_constant(name) < 0.5
+    one = MATERIALS[name]
+    assert one.elastic_source and one.hardness_source and one.hamaker_source
+
+
+@pytest.mark.parametrize("constant", [65, "6.5e-20", 6.5e-20])
+def test_a_hamaker_constant_in_other_units_is_refused_with_its_own(constant):
+    with pytest.raises(ValueError, match=r"(?s)hamaker_constant.*30 to 500 zJ"):
+        assign_pair(scan(np.zeros((4, 4))), sphere_radius=3000, contact_modulus=40, hamaker_constant=constant)
 
 
 @pytest.mark.parametrize(

@@ -43,11 +43,12 @@ _MODULUS = _Range("GPa", 1e-9, 1e-7, 1.5e3, 1e5, "gels have 1e-6 GPa, glass 75, 
 DEFAULT_RANGE = 0.3
 
 _RANGES = {
-    "sphere_radius": _Range("nm", 0.2, 5.0, 1e7, 1e10, "an atom has 0.1 nm, an AFM's tip 10, a colloidal probe 3000"),
+    "sphere_radius": _Range("nm", 0.2, 5.0, 1e6, 1e10, "an atom has 0.1 nm, an AFM's tip 10, a colloidal probe 3000"),
     "young_modulus": _MODULUS,
     "contact_modulus": _MODULUS,
     "hardness": _Range("GPa", 1e-6, 1e-3, 100.0, 1e3, "PTFE has 0.05 GPa, gold 1, glass 6, diamond 100"),
     "adhesion_range": _Range("nm", 0.01, 0.1, 50.0, 1e4, "dry solids have 0.2 to 0.4 nm, capillary bridges some nm"),
+    "hamaker_constant": _Range("nN nm", 1e-4, 1e-3, 1.0, 5.0, "solids have 0.03 to 0.5 nN nm, which are 30 to 500 zJ"),
     "work_of_adhesion": _Range("J m-2", 0.0, 1e-6, 6.0, 30.0, "dry glass has 0.06 J/m², cleaved diamond 11"),
 }
 
@@ -307,7 +308,7 @@ def hamaker_constant(first: Any, second: Any = None, *, medium: Any = "vacuum") 
     Raises
     ------
     ValueError
-        If a name is unknown, or no constant is known for a material.
+        If a name is unknown.
 
     Notes
     -----
@@ -331,10 +332,7 @@ def _own_constant(given: Any, known: dict[str, Any]) -> float:
     """Return the Hamaker constant (nN nm) of a name or a quantity."""
     if isinstance(given, str) and not given[:1].isdigit():
         found = known[schema.one_of(given.strip().lower(), known, "hamaker_constant")]
-        found = getattr(found, "hamaker", found)
-        if found is None:
-            raise ValueError(f"hamaker_constant: expected a material of which it is known, found {given!r}; give it")
-        return found
+        return getattr(found, "hamaker", found)
     value = magnitude(given, "nN nm", "hamaker_constant")
     if not isinstance(value, float) or value < 0:
         raise ValueError(f"hamaker_constant: expected one number >= 0 in nN nm, found {given!r}")
@@ -344,6 +342,8 @@ def _own_constant(given: Any, known: dict[str, Any]) -> float:
 def _attraction(bodies: tuple | None, medium: str, adhesion: float | None, given: Any) -> dict[str, float]:
     """Return work of adhesion and Hamaker constant, as far as they are given or follow from named materials."""
     constant = None if given is None else positive(given, "nN nm", "hamaker_constant")
+    if constant is not None:
+        _plausible(constant, "hamaker_constant", given)
     schema.one_of(medium, substances.MEDIA, "medium")
     if bodies is not None and adhesion is None and constant is None:
         constant = _attracting(substances.hamaker_of(*bodies, medium), medium)
@@ -354,9 +354,9 @@ def _attraction(bodies: tuple | None, medium: str, adhesion: float | None, given
     return {name: value for name, value in found.items() if value is not None}
 
 
-def _attracting(constant: float | None, medium: str) -> float | None:
+def _attracting(constant: float, medium: str) -> float:
     """Return a Hamaker constant; raise where the bodies repel each other."""
-    if constant is not None and constant <= 0:
+    if constant <= 0:
         raise ValueError(
             f"medium: expected one across which the bodies attract, found A = {constant:.3g} nN nm in {medium}"
         )

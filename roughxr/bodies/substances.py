@@ -27,15 +27,15 @@ _THIRD = "three times the handbook's yield strength, Tabor, The Hardness of Meta
 
 
 class Material(NamedTuple):
-    """An isotropic solid; ``hamaker`` across vacuum, None where the surface is that of an oxide."""
+    """An isotropic solid; ``hamaker`` across vacuum, of the oxide where one covers it."""
 
     young_modulus: float  # GPa
     poisson_ratio: float
     elastic_source: str
     hardness: float  # GPa, an estimate
     hardness_source: str
-    hamaker: float | None = None  # nN nm = 1e-18 J
-    hamaker_source: str = ""
+    hamaker: float  # nN nm = 1e-18 J
+    hamaker_source: str
 
 
 #: By name. Glass is the paper's. Silicon's constants are those along <100>: a crystal that is pressed on
@@ -47,7 +47,7 @@ class Material(NamedTuple):
 #: talk, 2001); gold's 0.42 in tables of Poisson's ratio, which have 0.27 to 0.30 for steel and 0.18 to 0.3 for glass.
 #: Dowling, Mechanical Behavior of Materials, table 5.2, has 400 and 0.22 for alumina, 70 and 0.18 for fused silica, 69
 #: and 0.20 for soda-lime glass, 212 and 0.293 for steel. Not looked up again: alumina's 380, silica's 73 and 0.17,
-#: gold's 77, the ratios of polystyrene and PTFE, and A of silica, alumina and PTFE.
+#: gold's 77, the ratios of polystyrene and PTFE, and A of silica, alumina, PTFE, iron oxide and gold.
 #:
 #: Of hardness, looked up again: fused silica's at large indents is 7.3 (an interlaboratory comparison of 2008); that of
 #: a gold film of 504 nm is 1.3 (Zhou et al., Mater. Sci. Forum 561-565 (2007) 2005), and on one gold crystal it
@@ -77,11 +77,31 @@ MATERIALS = {
     "polystyrene": Material(2.8, 0.33, _HANDBOOK, 0.2, f"estimate: {_THIRD}", 0.065, _ISRAELACHVILI),
     "ptfe": Material(0.5, 0.46, _HANDBOOK, 0.05, f"estimate: {_THIRD}", 0.038, _ISRAELACHVILI),
     "silicon": Material(
-        130.0, 0.28, "Hopcroft, Nix & Kenny, J. MEMS 19 (2010) 229, <100>", 12.0, f"estimate: {_OLIVER} and others"
+        130.0,
+        0.28,
+        "Hopcroft, Nix & Kenny, J. MEMS 19 (2010) 229, <100>",
+        12.0,
+        f"estimate: {_OLIVER} and others",
+        0.065,
+        f"{_BERGSTROM}, of silica, its native oxide",
     ),
-    "steel": Material(207.0, 0.30, _HANDBOOK, 2.0, f"estimate: {_THIRD}, annealed; 8 if hardened"),
+    "steel": Material(
+        207.0,
+        0.30,
+        _HANDBOOK,
+        2.0,
+        f"estimate: {_THIRD}, annealed; 8 if hardened",
+        0.21,
+        f"{_ISRAELACHVILI}, of iron oxide",
+    ),
     "gold": Material(
-        77.0, 0.42, _HANDBOOK, 1.0, "estimate: a film of 504 nm has 1.3, Zhou et al. (2007); annealed bulk 0.3"
+        77.0,
+        0.42,
+        _HANDBOOK,
+        1.0,
+        "estimate: a film of 504 nm has 1.3, Zhou et al. (2007); annealed bulk 0.3",
+        0.40,
+        f"{_ISRAELACHVILI}, 0.25 to 0.40 of noble metals; computed ones are at its upper end",
     ),
 }
 
@@ -118,22 +138,8 @@ def softer_hardness(first: Material, second: Material) -> float:
     return min(first.hardness, second.hardness)
 
 
-def van_der_waals_work(first: Material, second: Material) -> float | None:
-    """Return the work of adhesion (J/m²) of clean, dry bodies, None where a Hamaker constant is not known.
-
-    Examples
-    --------
-    >>> round(van_der_waals_work(*pair_of("glass/glass")), 4)
-    0.0633
-    """
-    constant = hamaker_of(first, second)
-    return None if constant is None else work_of(constant)
-
-
-def hamaker_of(first: Material, second: Material, medium: str = "vacuum") -> float | None:
-    """Return the Hamaker constant (nN nm) of two bodies across a medium, None where one is not known."""
-    if first.hamaker is None or second.hamaker is None:
-        return None
+def hamaker_of(first: Material, second: Material, medium: str = "vacuum") -> float:
+    """Return the Hamaker constant (nN nm) of two bodies across a medium."""
     return combined(first.hamaker, second.hamaker, MEDIA[medium])
 
 

@@ -780,9 +780,26 @@ def refuse_unused(where: str, **given: Any) -> None:
 
 def one_of(value: Any, allowed: Iterable[str], name: str) -> str:
     """Return ``value``; raise with the known names where it is none of them."""
-    if value not in tuple(allowed):
-        raise ValueError(f"{name}: expected one of {', '.join(map(repr, allowed))}, found {value!r}")
+    allowed = tuple(allowed)
+    if value not in allowed:
+        raise ValueError(
+            f"{name}: expected one of {', '.join(map(repr, allowed))}, found {value!r}{did_you_mean(value, allowed)}"
+        )
     return value
+
+
+def did_you_mean(value: Any, allowed: Iterable[Any]) -> str:
+    """Return a question that names the nearest of some words, nothing where none is near.
+
+    Examples
+    --------
+    >>> did_you_mean("adhesiv", ("adhesive", "direct")), did_you_mean(3, ("direct",))
+    ("; did you mean 'adhesive'?", '')
+    """
+    from difflib import get_close_matches
+
+    near = get_close_matches(str(value).lower(), [str(one) for one in allowed], n=1)
+    return f"; did you mean {near[0]!r}?" if near else ""
 
 
 def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, **arguments: Any) -> xr.Dataset:
