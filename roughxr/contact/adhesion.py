@@ -15,13 +15,24 @@ import xarray as xr
 from ..bodies.materials import range_of
 from ..jobs import lazy as parallel
 from ..jobs.records import BRANCHES, Layout
-from ..kernels.adhesion import cohesive_laws, path
+from ..kernels.adhesion import smooth_path as path
 from ..scans import regions
 from ..scans.wavelength import later, shortest_wavelength
 from ..vocabulary import schema
 from ..vocabulary.units import fraction, positive, whole_number
 from ..vocabulary.verbs import verb, warn
-from .cycle import SMOOTH, Adhesion, Cycles, cycles_at, deepest_of, events, reach_of_law, reached, yield_told
+from .cycle import (
+    Adhesion,
+    Cycles,
+    cycles_at,
+    deepest_of,
+    events,
+    largest_cell,
+    reach_of_law,
+    reached,
+    sharper,
+    yield_told,
+)
 from .elastic import ABOVE_HARDNESS, YIELDED
 from .estimates import tabor
 from .problem import NOT_LOADED, Place, Problem, deepest, need_heights, read_problem
@@ -62,7 +73,7 @@ _EVENTS = {
     "truncated": bool,
     "complete": bool,
 }
-_AT_PRELOAD = {"preload_delta": float, "contact_area": float}
+_AT_PRELOAD = {"preload_delta": float, "contact_area": float, "converged": bool}
 
 #: Which column of the path each variable along (branch, delta) comes from.
 _COLUMNS = {
@@ -76,12 +87,15 @@ _COLUMNS = {
     "converged": path.OK,
 }
 
+#: States of a law with an edge that are extrapolated.
+_EXTRAPOLATED = ("force", "contact_area", "energy", "dissipated")
+
 #: Contacts of fewer pixels in radius than this at pull-off bring a warning. JKR's sphere is off by up to 0.5 % at
 #: twenty pixels, 1.5 % at ten, 3 % at five, and by 3 to 40 % at one (``tests/benchmarks/adhesive_accuracy.py``).
 _RESOLVED = 2.0
 
-#: Default of max_cells and of tolerance: for laws followed cell by cell, and for smooth ones.
-_MOST_CELLS, _TOLERANCES = (8000, 10**6), (1e-7, 1e-5)
+#: Default of max_cells and of tolerance.
+_MOST_CELLS, _TOLERANCE = 10**6, 1e-5
 
 #: Below first contact, a body under a preload is followed as deep as a smooth sphere would sink in, and deeper by so
 #: many standard deviations of the heights.
@@ -251,7 +265,7 @@ def adhesive(
     delta = [_settling_depth(ds, adhesion)] if by_preload else delta
     options = {"datum": datum, "profile": profile, "refine": max(adhesion.refine, 1), "yielding": yielding}
     problem = read_problem(ds, positions, delta=delta, **options)
-    _need_resolved_zone(adhesion, problem)
+    _need_resolved_law(adhesion, problem)
     if fields:
         _need_one_mesh(ds, problem, adhesion, by_preload)
     out = solve(
@@ -278,16 +292,15 @@ def _adhesion_of(
     ds, law, *, preloads, refine, accuracy, step, tolerance, max_iterations, max_cells, cycles
 ) -> Adhesion:
     """Return how the bodies adhere and how they are followed; raise where an option is out of its range."""
-    smooth = law["law"] in SMOOTH
     found = Adhesion(
         work=schema.pair(ds, "work_of_adhesion")[0],
         preloads=preloads,
         refine=0 if refine == "auto" else whole_number(refine, "refine", least=1, most=MOST_REFINED),
         accuracy=np.nan if accuracy is None else fraction(accuracy, "accuracy"),
         step=positive(step, "nm", "step"),
-        tolerance=_TOLERANCES[smooth] if tolerance is None else fraction(tolerance, "tolerance"),
+        tolerance=_TOLERANCE if tolerance is None else fraction(tolerance, "tolerance"),
         max_iterations=whole_number(max_iterations, "max_iterations", least=1),
-        max_cells=_MOST_CELLS[smooth] if max_cells is None else whole_number(max_cells, "max_cells", least=1),
+        max_cells=_MOST_CELLS if max_cells is None else whole_number(max_cells, "max_cells", least=1),
         cycles=whole_number(cycles, "cycles", least=1),
         **law,
     )
@@ -403,17 +416,16 @@ def _radius_of_map(ds: xr.Dataset) -> float:
     return float(r2.mean()) / (2 * depth) if depth > 0 else float(np.sqrt(r2.max()))
 
 
-def _need_resolved_zone(adhesion: Adhesion, problem: Problem) -> None:
-    """Refuse Dugdale's law where the pixels cannot show its process zone."""
-    if adhesion.law != "dugdale" or adhesion.work == 0 or not adhesion.refine:
+def _need_resolved_law(adhesion: Adhesion, problem: Problem) -> None:
+    """Refuse laws with a wall or a process zone that the cells cannot show: their forces would be wrong."""
+    if adhesion.law not in ("dugdale", "lennard_jones") or adhesion.work == 0:
         return
-    least = cohesive_laws.LEAST_ZONE
-    zone = cohesive_laws.process_zone(problem.contact_modulus, adhesion.work, adhesion.work / adhesion.length)
-    if zone < least * problem.dx:
-        needed = int(np.ceil(least * problem.pixel / zone))
+    cell = largest_cell(adhesion.law, adhesion.length, problem.contact_modulus, adhesion.work)
+    if problem.pixel / (adhesion.refine or MOST_REFINED) > cell:
         raise ValueError(
-            f"strength: expected a process zone of at least {least:g} pixels, found {zone:.3g} nm "
-            f"(π E* w/(4 σ₀²)) on pixels of {problem.dx:.3g} nm; take refine={needed}, or law='exponential'"
+            f"law={adhesion.law!r}: expected cells of at most {cell:.3g} nm (they must resist more than the traction "
+            f"changes), found {problem.pixel / (adhesion.refine or MOST_REFINED):.3g} nm; take "
+            f"refine={int(np.ceil(problem.pixel / cell))}, or law='exponential'"
         )
 
 
@@ -455,32 +467,47 @@ def _solve(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -
     found, errors = cycles_at(place, problem, adhesion, fields=layout.window is not None)
     record = layout.blank()
     for k, followed in enumerate(found.paths):
-        told = events(followed) if reached(followed, adhesion, k) else {}
+        told = events(found, k) if reached(followed, adhesion, k) else {}
         told |= {"complete": bool(told), "truncated": found.surface.unknown_from < deepest_of(followed, found)}
         told |= {name: np.broadcast_to(value, len(found.paths))[k] for name, value in errors.items()}
         if adhesion.preloads.size and told["complete"]:
-            turn = followed.states[followed.turn - 1]
-            told |= {"preload_delta": turn[path.DELTA], "contact_area": turn[path.AREA]}
+            turns = [one[k].states[one[k].turn - 1] for one in (found.paths, found.wider or found.paths)]
+            turn = sharper(found, *turns)
+            told |= {"preload_delta": turn[path.DELTA], "contact_area": max(turn[path.AREA], 0.0)}
+            told |= {"converged": bool(followed.states[:, path.OK].all())}
             hard = yield_told(followed, found.problem)
             told |= {name: values[followed.turn - 1] for name, values in hard.items()}
         for name, value in told.items():
             record[name][np.unravel_index(k, record[name].shape)] = value
     if "branch" in layout.axes:
         record["complete"] = found.paths[0].status == path.CONVERGED
-        _put_states(record, found.paths[0], found.problem)
+        _put_states(record, found)
     if layout.window is not None:
         _put_fields(record, found, problem)
     return record
 
 
-def _put_states(record: np.ndarray, followed: path.Path, problem: Problem) -> None:
+def _put_states(record: np.ndarray, found: Cycles) -> None:
     """Write the states at the prescribed displacements along (branch, delta); NaN after a path that broke off."""
+    told = _at_displacements(found.paths[0], found.problem)
+    wide = _at_displacements(found.wider[0], found.problem) if found.wider else told
+    for name, branches in told.items():
+        for k, (values, wider) in enumerate(zip(branches, wide[name])):
+            size = min(len(values), len(wider))
+            values, wider = values[:size], wider[:size]
+            values = sharper(found, values, wider) if found.wider and name in _EXTRAPOLATED else values
+            values = np.maximum(values, 0.0) if name == "contact_area" else values
+            if k == 0:
+                record[name][0, :size] = values
+            else:
+                record[name][1, record[name].shape[1] - size :] = values[::-1]
+
+
+def _at_displacements(followed: path.Path, problem: Problem) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return loading and retraction of each quantity at the prescribed displacements."""
     told = {name: followed.states[:, column] for name, column in _COLUMNS.items()} | yield_told(followed, problem)
     asked, on_loading = followed.states[:, path.ASKED] > 0, np.arange(len(followed.states)) < followed.turn
-    for name, values in told.items():
-        loading, retraction = values[asked & on_loading], values[asked & ~on_loading]
-        record[name][0, : len(loading)] = loading
-        record[name][1, record[name].shape[1] - len(retraction) :] = retraction[::-1]
+    return {name: (values[asked & on_loading], values[asked & ~on_loading]) for name, values in told.items()}
 
 
 def _put_fields(record: np.ndarray, found: Cycles, problem: Problem) -> None:

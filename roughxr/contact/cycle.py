@@ -1,24 +1,32 @@
 """Cycles of approach and retraction at one contact centre: the choice of solver and of mesh.
 
-Smooth laws of finite range are followed by Newton's method (``kernels.adhesion.smooth_path``), the Griffith limit and
-Dugdale's law cell by cell (``kernels.adhesion.path``). The cells are halved until two meshes in a row agree on the
-pull-off.
+All laws are followed by Newton's method (``kernels.adhesion.smooth_path``), for which the traction must not fall off
+more steeply than a mesh can bear. Laws with an edge, the Griffith limit (all pull at contact) and Dugdale's, are given
+the steepest edge that it bears, and one half as steep; what both find is extrapolated to the edge itself
+(`_SHARPER`). The cells are halved until two meshes in a row agree on the pull-off.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..kernels.adhesion import cohesive_laws, path, smooth_laws, smooth_path
+from ..kernels.adhesion import smooth_laws
+from ..kernels.adhesion import smooth_path as path
 from ..kernels.halfspace import displacement_control
 from ..kernels.halfspace.products import coefficients_for
 from .problem import Place, Problem, Surface, surface_at
 
-#: Laws that are followed by Newton's method, and their names in the kernels.
-SMOOTH = ("exponential", "lennard_jones")
-_KERNEL_NAMES = {"exponential": "exponential", "lennard_jones": "van_der_waals"}
+#: Laws with an edge, which are extrapolated.
+EDGED = ("griffith", "dugdale")
+
+#: Largest fall of the traction with the gap on a mesh, over E*/dx, at an edge; the second one is half of it.
+_EDGE = 0.25
+
+#: What the two edges differ by, times this, is added to what the steeper one gives. On smooth spheres of 10 to 40 cells
+#: in radius both lie above JKR's pull-off, in the ratio of 1.5 to 1.7 (``tests/benchmarks/without_range.py``).
+_SHARPER = {"griffith": 1.45, "dugdale": 0.5}
 
 #: The refinements that refine="auto" may choose.
 REFINEMENTS = (1, 2, 4, 8, 16)
@@ -32,14 +40,11 @@ _SOFTENING, _FIRST_CELL = 1.0, 5.0
 #: Largest number of meshes on which a place is solved.
 _MESHES = 4
 
+#: Events that are not extrapolated.
+_OF_THE_MESH = ("pull_off_resolution",)
+
 #: A preload counts as reached within this part of it, or of the largest pull.
 _MET = 0.02
-
-#: A preload between two states is bracketed down to this part of a step.
-_CLOSEST = 1 / 64
-
-#: Factor from one displacement tried for a preload to the next, and the largest number of them.
-_DEEPER, _TRIES = 1.6, 24
 
 
 class Adhesion(NamedTuple):
@@ -58,13 +63,27 @@ class Adhesion(NamedTuple):
     cycles: int = 1  # at each place, each on the shape that the one before has left
 
 
+def law_on(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -> smooth_laws.SmoothLaw:
+    """Return the law on unit cells of unit modulus; an edge has this part of the steepness that the mesh bears."""
+    per_unit = problem.dx / problem.contact_modulus
+    w, length, fall = adhesion.work * per_unit, adhesion.length, _EDGE * steepness
+    if w == 0:
+        return smooth_laws.law_of()
+    if adhesion.law == "exponential":
+        return smooth_laws.law_of(exponential=(w, length))
+    if adhesion.law == "lennard_jones":
+        return smooth_laws.law_of(waals=(w, length))
+    end = np.sqrt(6.0 * w / fall)  # of a step that falls from contact on
+    if adhesion.law == "griffith" or end > 3.0 * length:
+        return smooth_laws.law_of(step=(3.0 * w / end, 0.0, end))
+    wide = 2.0 * w / (length * fall)
+    begin = length - wide / 3.0
+    return smooth_laws.law_of(step=(w / length, begin, begin + wide))
+
+
 def reach_of_law(adhesion: Adhesion, problem: Problem) -> float:
     """Return the gap (nm) beyond which nothing pulls."""
-    if adhesion.law == "griffith" or adhesion.work == 0:
-        return 0.0
-    if adhesion.law in SMOOTH:
-        return smooth_laws.smooth_law(_KERNEL_NAMES[adhesion.law], adhesion.work, adhesion.length).range
-    return law_by_cells(adhesion, problem).range
+    return law_on(adhesion, problem, 0.5).range
 
 
 class Cycles(NamedTuple):
@@ -73,6 +92,8 @@ class Cycles(NamedTuple):
     surface: Surface
     problem: Problem
     paths: list[path.Path]
+    wider: list[path.Path]  # of a law with an edge, with the wider edge; else empty
+    beyond: float  # by which multiple of the change between them the first is extrapolated
 
 
 def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: bool) -> tuple[Cycles, dict]:
@@ -116,7 +137,12 @@ def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
 
 def largest_cell(law: str, length: float, modulus: float, work: float) -> float:
     """Return the largest cells (nm) on which a law of this length (nm) holds; modulus in GPa, work in J/m²."""
-    return _SOFTENING * modulus * length**2 / work if law in SMOOTH and work > 0 else _FIRST_CELL
+    if law == "griffith" or work == 0:
+        return _FIRST_CELL
+    bears = modulus * length**2 / work
+    if law == "dugdale":  # so that the wider edge, too, leaves some of the step
+        return min(_FIRST_CELL, 0.75 * _EDGE * bears)
+    return bears * (_SOFTENING if law == "exponential" else _SOFTENING / smooth_laws.WALL)
 
 
 def _overlapping(surface: Surface, problem: Problem, adhesion: Adhesion) -> int:
@@ -125,7 +151,7 @@ def _overlapping(surface: Surface, problem: Problem, adhesion: Adhesion) -> int:
 
 def _change(one: Cycles, other: Cycles) -> np.ndarray:
     """Return the relative difference of the pull-offs of two meshes; NaN where neither pulls."""
-    a, b = (np.array([largest_pull(followed) for followed in found.paths]) for found in (one, other))
+    a, b = (np.array([largest_pull(found, k) for k in range(len(found.paths))]) for found in (one, other))
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(b > 0, np.abs(a - b) / b, np.nan)
 
@@ -151,130 +177,45 @@ def reached(followed: path.Path, adhesion: Adhesion, k: int) -> bool:
     return turn[path.AREA] > 0 and turn[path.FORCE] >= goal - _MET * max(goal, largest)
 
 
-def largest_pull(followed: path.Path) -> float:
+def largest_pull(found: Cycles, k: int) -> float:
     """Return the pull-off force of a cycle, nN; NaN for one that broke off."""
-    back = followed.states[followed.turn :, path.FORCE]
-    return -float(back.min()) if followed.status == path.CONVERGED and back.size else np.nan
+    return events(found, k).get("pull_off_force", np.nan)
 
 
 def _cycles(place: Place, problem: Problem, adhesion: Adhesion, refine: int, *, fields: bool = False) -> Cycles:
     problem = problem._replace(refine=refine)
     surface = surface_at(place, problem)
-    follow = _follow_smooth if adhesion.law in SMOOTH and adhesion.work > 0 else _follow_by_cells
-    paths = [_in_units(found, surface, problem) for found in follow(surface, problem, adhesion, fields)]
-    return Cycles(surface, problem, paths)
+    edges = (1.0, 0.5) if adhesion.law in EDGED and adhesion.work > 0 else (1.0,)
+    laws = [law_on(adhesion, problem, steepness) for steepness in edges]
+    paths, *wider = (_follow(surface, problem, adhesion, law, fields and law is laws[0]) for law in laws)
+    return Cycles(surface, problem, paths, wider[0] if wider else [], _SHARPER.get(adhesion.law, 0.0))
 
 
-def _follow_smooth(surface: Surface, problem: Problem, adhesion: Adhesion, fields: bool) -> list[path.Path]:
-    found = _cycle_smooth(surface, problem, adhesion, fields, adhesion.preloads, None)
-    before = found
+def _follow(surface: Surface, problem: Problem, adhesion: Adhesion, law, fields: bool) -> list[path.Path]:
+    """Return the paths of all cycles and preloads, in units."""
+    found = before = _cycle(surface, problem, adhesion, law, fields, adhesion.preloads, None)
     for _ in range(1, adhesion.cycles):
         loads = [adhesion.preloads[k : k + 1] for k in range(len(before))]
         before = [
-            _cycle_smooth(surface, problem, adhesion, fields, load, followed.left[-1])[0] if followed.turn else followed
+            _cycle(surface, problem, adhesion, law, fields, load, followed.left[-1])[0] if followed.turn else followed
             for load, followed in zip(loads, before)
         ]
         found = found + before
-    return found
+    return [_in_units(followed, surface, problem) for followed in found]
 
 
-def _cycle_smooth(surface, problem, adhesion, fields, preloads, left) -> list[path.Path]:
+def _cycle(surface, problem, adhesion, law, fields, preloads, left) -> list[path.Path]:
     """Return the paths up to each preload (nN) and back, on a surface whose residual height is ``left`` (nm)."""
-    per_unit = problem.dx / problem.contact_modulus
     cap, limit = _bounds(problem)
-    return smooth_path.follow_smooth(
+    return path.follow_smooth(
         surface.separation,
         deltas_of(surface, problem, adhesion),
         adhesion.step,
         coefficients_for(surface.separation.shape),
-        smooth_laws.smooth_law(_KERNEL_NAMES[adhesion.law], adhesion.work * per_unit, adhesion.length),
+        law,
         preloads=preloads / (problem.contact_modulus * problem.dx),
         tolerance=adhesion.tolerance,
         max_rounds=adhesion.max_iterations,
-        max_cells=adhesion.max_cells,
-        fields=fields,
-        cap=cap,
-        limit=limit,
-        left=left,
-    )
-
-
-def _follow_by_cells(surface: Surface, problem: Problem, adhesion: Adhesion, fields: bool) -> list[path.Path]:
-    if adhesion.preloads.size == 0:
-        return [_by_cells(surface, deltas_of(surface, problem, adhesion), problem, adhesion, fields)]
-    found = before = [_up_to(load, surface, problem, adhesion) for load in adhesion.preloads]
-    for _ in range(1, adhesion.cycles):
-        before = [_again(load, last, surface, problem, adhesion) for load, last in zip(adhesion.preloads, before)]
-        found = found + before
-    return found
-
-
-def _again(load: float, before: path.Path, surface: Surface, problem: Problem, adhesion: Adhesion) -> path.Path:
-    """Return the next cycle up to the same load, on the shape that the one before left; the same if elastic."""
-    if not problem.yielding or before.status != path.CONVERGED:
-        return before
-    return _up_to(load, surface, problem, adhesion, before.left[-1])
-
-
-def _up_to(
-    load: float, surface: Surface, problem: Problem, adhesion: Adhesion, left: np.ndarray | None = None
-) -> path.Path:
-    """Return the cycle that turns back where the force first reaches a load (nN), once anything touches."""
-    stiffness, depth, touch = problem.contact_modulus * problem.dx, 4 * adhesion.step, surface.separation.min()
-    for _ in range(_TRIES):
-        depth = min(depth, float(problem.steps[-1]))
-        found = _by_cells(surface, np.array([depth + touch]), problem, adhesion, False, left)
-        up = found.states[: found.turn]
-        met = (up[:, path.FORCE] * stiffness >= load) & (up[:, path.AREA] > 0)
-        if met.any() or found.status != path.CONVERGED or depth == problem.steps[-1]:
-            break
-        depth *= _DEEPER
-    if not met.any():
-        return found
-    k = int(np.argmax(met))
-    bracket = up[max(k - 1, 0)], up[k]
-    return _closed_in(load, bracket, surface, problem, adhesion, left)
-
-
-def _closed_in(load, bracket, surface, problem, adhesion, left) -> path.Path:
-    """Return the cycle that turns back at a load (nN), which two given states bracket."""
-    below, above = bracket
-    goal, least = load / (problem.contact_modulus * problem.dx), adhesion.step * _CLOSEST
-    turn = float(above[path.DELTA]) if above[path.DELTA] <= below[path.DELTA] else _between(below, above, goal)
-    for _ in range(_TRIES):
-        found = _by_cells(surface, np.array([turn]), problem, adhesion, False, left)
-        if found.status != path.CONVERGED:
-            return found
-        last = found.states[found.turn - 1]
-        over, largest = last[path.FORCE] - goal, -found.states[:, path.FORCE].min()
-        low = over < 0 or last[path.AREA] == 0
-        near = not low and over <= 0.5 * _MET * max(goal, largest)
-        if near or above[path.DELTA] - below[path.DELTA] <= least:
-            break
-        below, above = (last, above) if low else (below, last)
-        turn = _between(below, above, goal)
-    return found if not low else _by_cells(surface, above[[path.DELTA]], problem, adhesion, False, left)
-
-
-def _between(below: np.ndarray, above: np.ndarray, force: float) -> float:
-    """Return the displacement at which the line between two states has a force; the middle if one does not touch."""
-    part = 0.5
-    if below[path.AREA] > 0 and above[path.FORCE] > below[path.FORCE]:
-        # a little deeper than the line says: slightly above the preload is close enough, slightly below is not
-        part = (force - below[path.FORCE]) / (above[path.FORCE] - below[path.FORCE]) + _CLOSEST
-    return float(below[path.DELTA] + min(max(part, 0.05), 0.95) * (above[path.DELTA] - below[path.DELTA]))
-
-
-def _by_cells(surface, deltas, problem, adhesion, fields, left=None) -> path.Path:
-    cap, limit = _bounds(problem)
-    return path.follow(
-        surface.separation,
-        deltas,
-        adhesion.step,
-        law_by_cells(adhesion, problem),
-        adhesion.work * problem.dx / problem.contact_modulus,
-        tolerance=adhesion.tolerance,
-        max_iterations=adhesion.max_iterations,
         max_cells=adhesion.max_cells,
         fields=fields,
         cap=cap,
@@ -287,15 +228,6 @@ def _bounds(problem: Problem) -> tuple[float, float]:
     """Return the largest pressure on unit cells of unit modulus, and the one that is told of."""
     per_unit = problem.dx / problem.contact_modulus
     return displacement_control.Hardness(problem.hardness, problem.yielding).scaled(per_unit)
-
-
-def law_by_cells(adhesion: Adhesion, problem: Problem) -> cohesive_laws.CohesiveLaw:
-    """Return the law on unit cells of unit modulus."""
-    per_unit = problem.dx / problem.contact_modulus
-    w = adhesion.work * per_unit
-    if adhesion.law == "griffith" or w == 0:
-        return cohesive_laws.griffith(w)
-    return cohesive_laws.finite_range(adhesion.law, w, w / adhesion.length)
 
 
 def _in_units(followed: path.Path, surface: Surface, problem: Problem) -> path.Path:
@@ -314,30 +246,52 @@ def yield_told(followed: path.Path, problem: Problem) -> dict[str, np.ndarray]:
     """Return what the states of a path have yielded, as far as a hardness is known."""
     if not np.isfinite(problem.hardness):
         return {}
-    told = {"yielded_fraction": smooth_path.HARD_FORCE, "yielded_area_fraction": smooth_path.HARD_AREA}
+    told = {"yielded_fraction": path.HARD_FORCE, "yielded_area_fraction": path.HARD_AREA}
     if problem.yielding:
-        told |= {"yielded_area": smooth_path.DENT_AREA, "plastic_work": smooth_path.DENT}
+        told |= {"yielded_area": path.DENT_AREA, "plastic_work": path.DENT}
     return {name: followed.hard[:, column] for name, column in told.items()}
 
 
-def events(followed: path.Path) -> dict[str, float]:
+def sharper(found: Cycles, value: Any, wide: Any) -> Any:
+    """Return a quantity extrapolated from its values with the steeper and with the wider edge."""
+    return value + found.beyond * (value - wide)
+
+
+def events(found: Cycles, k: int) -> dict[str, float]:
     """Return snap-in, pull-off, work of separation and so on; empty for a path that broke off or never touched."""
+    told = _events(found.paths[k])
+    if not found.wider or not told:
+        return told
+    wide = _events(found.wider[k])
+    if not wide:
+        return {}
+    least = {"snap_in_force": 0.0, "pull_off_force": 0.0}
+    return {
+        name: max(sharper(found, value, wide[name]), least.get(name, -np.inf)) if name not in _OF_THE_MESH else value
+        for name, value in told.items()
+    }
+
+
+def _events(followed: path.Path) -> dict[str, float]:
+    """Return the events of one path: missing where a state that they rest on has not converged."""
     states, back = followed.states, followed.states[followed.turn :]
     touching = states[:, path.AREA] > 0
     if followed.status != path.CONVERGED or not touching.any():
         return {}
-    first, lowest = states[np.argmax(touching)], back[np.argmin(back[:, path.FORCE])]
-    delta, force = states[:, path.DELTA], states[:, path.FORCE]
-    return {
-        "snap_in_force": max(-first[path.FORCE], 0.0),
-        "snap_in_delta": first[path.DELTA],
-        "pull_off_force": max(-lowest[path.FORCE], 0.0),
-        "pull_off_delta": lowest[path.DELTA],
-        "detachment_delta": delta[touching].min() if touching[followed.turn :].any() else np.nan,
-        "work_of_separation": _work(np.minimum(back[:, path.FORCE], 0.0), back[:, path.DELTA]),
-        "hysteresis": _work(force, delta),
-        "pull_off_resolution": lowest[path.RESOLUTION],
+    lowest = followed.turn + int(np.argmin(back[:, path.FORCE]))
+    first, last = int(np.argmax(touching)), len(touching) - 1 - int(np.argmax(touching[::-1]))
+    delta, force, fine = states[:, path.DELTA], states[:, path.FORCE], states[:, path.OK] > 0
+    told = {
+        "snap_in_force": (max(-force[first], 0.0), fine[first]),
+        "snap_in_delta": (delta[first], fine[first]),
+        "pull_off_force": (max(-force[lowest], 0.0), fine[lowest]),
+        "pull_off_delta": (delta[lowest], fine[lowest]),
+        "detachment_delta": (delta[touching].min() if last >= followed.turn else np.nan, fine[last]),
+        "work_of_separation": (_work(np.minimum(back[:, path.FORCE], 0.0), back[:, path.DELTA]), fine.all()),
+        "hysteresis": (_work(force, delta), fine.all()),
+        "pull_off_resolution": (states[lowest, path.RESOLUTION], True),
     }
+    return {name: value if rests else np.nan for name, (value, rests) in told.items()}
 
 
 def _work(force: np.ndarray, delta: np.ndarray) -> float:

@@ -1,11 +1,15 @@
-"""Smooth laws of adhesion across a gap u ≥ 0, all with the work of separation w, whatever their range.
+"""Smooth laws of adhesion across a gap u ≥ 0: sums of up to three terms, each of any size and range.
 
-exponential     t = (w/ρ) exp(−u/ρ)                                              largest traction w/ρ, where it touches
-van der Waals   t = (8w/3z₀) [(z₀/z)³ − (z₀/z)⁹],  z = z₀ + u                    1.026 w/z₀, at z = 3^{1/6} z₀
+exponential     t = (w/ρ) exp(−u/ρ)                                              cut at 12 ρ
+van der Waals   t = (8w/3z₀) [(z₀/z)³ − (z₀/z)⁹],  z = z₀ + u                    largest 1.026 w/z₀, at z = 3^{1/6} z₀
+step            t = σ up to the gap a, σ (1 − s)² with s = (u − a)/(b − a) from there to b, 0 beyond
 
 The second is the attraction between two half spaces of Lennard-Jones atoms (Israelachvili; Greenwood 1997). The
-surfaces are taken as hard at z₀, closer than which they would repel. Beyond ``range`` nothing pulls: there t drops to
-zero, from e⁻¹² of the largest under the first law, and from 1.6·10⁻³ under the second, at eleven z₀.
+surfaces are taken as hard at z₀, closer than which they would repel. The third is Dugdale's law with an edge of finite
+width, also the pull of condensed water (σ = γ/r_K up to about h_c) and, with a = 0, adhesion of short range.
+
+A law is made of its terms by ``law_of``. The solvers know nothing of the terms: they call ``traction`` (t and −dt/du)
+and ``remaining_work`` (∫ t du beyond a gap), and read the fields of `SmoothLaw`.
 
 Unit cells and unit modulus: tractions in nm (t dx/E*), w in nm² (w dx/E*).
 """
@@ -16,53 +20,88 @@ import numpy as np
 
 from ..jit import kernel
 
-EXPONENTIAL, VAN_DER_WAALS = range(2)
+#: Gap beyond which nothing pulls, in ρ and in z₀.
+CUT, TAIL = 12.0, 11.0
 
-#: Codes of the laws, by name.
-NAMES = {"exponential": EXPONENTIAL, "van_der_waals": VAN_DER_WAALS}
+#: Largest traction of the second term over w/z₀, and the gap there over z₀; its largest fall over w/z₀², in contact
+#: the negative of it.
+_STRENGTH, _AT = 16.0 / (9.0 * 3.0**0.5), 3.0 ** (1.0 / 6.0) - 1.0
+WALL = 16.0
 
-#: Gap, in lengths of the law, beyond which nothing pulls.
-CUT = (12.0, 11.0)
+#: Loading begins, and retraction ends, this many lengths of the exponential or of the second term before contact.
+_BEFORE = 8.0
 
-#: Largest traction over w/length.
-_STRENGTH = (1.0, 16.0 / (9.0 * 3.0**0.5))
+
+class Term(NamedTuple):
+    """One term: the exponential's w and ρ, the second one's w and z₀, or the step's σ, a and b."""
+
+    size: float  # w, nm², or σ, nm
+    near: float  # nm
+    far: float = 2.0  # nm
 
 
 class SmoothLaw(NamedTuple):
     """A law in units of the cells."""
 
-    code: int
-    work: float  # w, nm²
-    length: float  # ρ or z₀, nm
+    exponential: Term
+    waals: Term
+    step: Term
+    work: float  # whole work of separation, nm²
     strength: float  # largest traction, nm
-    range: float  # nm
+    steepest: float  # largest |dt/du|: what a mesh must bear
+    length: float  # gap over which the traction changes: Newton's steps must not be much longer, nm
+    onset: float  # gap at which it begins to matter: loading begins there, nm
+    range: float  # gap beyond which nothing pulls, nm
     cut: float  # the work left beyond the range, which is not counted, nm²
 
 
-def smooth_law(name, w, length, cut=None):
-    """Return the law of this name with the work of separation w (nm²) and its length ρ or z₀ (nm).
+_NONE = Term(0.0, 1.0)
 
-    ``cut`` is the gap, in lengths, beyond which nothing pulls; the work left there is not counted.
-    """
-    code = NAMES[name]
-    reach = (CUT[code] if cut is None else cut) * length
-    whole = SmoothLaw(code, float(w), float(length), _STRENGTH[code] * w / length, np.inf, 0.0)
+
+def law_of(*, exponential=_NONE, waals=_NONE, step=_NONE, cut=None):
+    """Return the sum of some terms (tuples as in `Term`); ``cut`` is the range (nm) if it is not the usual one."""
+    e, v, s = (Term(*(float(value) for value in term)) for term in (exponential, waals, step))
+    strengths = e.size / e.near, _STRENGTH * v.size / v.near, s.size
+    slopes = e.size / e.near**2, WALL * v.size / v.near**2, 2.0 * s.size / (s.far - s.near)
+    there = [term.size > 0.0 for term in (e, v, s)]
+    lengths, onsets = (e.near, v.near, s.far - s.near), (_BEFORE * e.near, _BEFORE * v.near, s.far)
+    ranges = CUT * e.near, TAIL * v.near, s.far
+    work = e.size + v.size + s.size * (2.0 * s.near + s.far) / 3.0
+    whole = SmoothLaw(
+        *(e, v, s, work, sum(strengths), sum(slopes)),
+        min((x for x, given in zip(lengths, there) if given), default=1.0),
+        max((x for x, given in zip(onsets, there) if given), default=0.0),
+        np.inf,
+        0.0,
+    )
+    reach = max((x for x, given in zip(ranges, there) if given), default=0.0) if cut is None else float(cut)
     return whole._replace(range=reach, cut=float(remaining_work(reach, whole)))
 
 
 @kernel
 def traction(u, law):
     """Return t(u) ≥ 0, and the slope −dt/du at which it falls."""
+    t, fall = 0.0, 0.0
     if u >= law.range:
-        return 0.0, 0.0
-    if law.code == EXPONENTIAL:
-        t = law.strength * np.exp(-u / law.length)
-        return t, t / law.length
-    x = law.length / (law.length + u)
-    x3 = x * x * x
-    x9 = x3 * x3 * x3
-    scale = 8.0 * law.work / (3.0 * law.length)
-    return scale * (x3 - x9), scale * (3.0 * x3 - 9.0 * x9) * x / law.length
+        return t, fall
+    if law.exponential.size > 0.0:
+        length = law.exponential.near
+        t = law.exponential.size / length * np.exp(-u / length)
+        fall = t / length
+    if law.waals.size > 0.0:
+        length = law.waals.near
+        x = length / (length + u)
+        x3 = x * x * x
+        x9 = x3 * x3 * x3
+        scale = 8.0 * law.waals.size / (3.0 * length)
+        t += scale * (x3 - x9)
+        fall += scale * (3.0 * x3 - 9.0 * x9) * x / length
+    if law.step.size > 0.0 and u < law.step.far:
+        wide = law.step.far - law.step.near
+        s = max((u - law.step.near) / wide, 0.0)
+        t += law.step.size * (1.0 - s) ** 2
+        fall += 2.0 * law.step.size * (1.0 - s) / wide if u >= law.step.near else 0.0
+    return t, fall
 
 
 @kernel
@@ -70,8 +109,15 @@ def remaining_work(u, law):
     """Return the work left to separate the surfaces from the gap u, nm²."""
     if u >= law.range:
         return 0.0
-    if law.code == EXPONENTIAL:
-        return law.work * np.exp(-u / law.length) - law.cut
-    x = law.length / (law.length + u)
-    x2 = x * x
-    return law.work * (4.0 * x2 - x2 * x2 * x2 * x2) / 3.0 - law.cut
+    left = -law.cut
+    if law.exponential.size > 0.0:
+        left += law.exponential.size * np.exp(-u / law.exponential.near)
+    if law.waals.size > 0.0:
+        x = law.waals.near / (law.waals.near + u)
+        x2 = x * x
+        left += law.waals.size * (4.0 * x2 - x2 * x2 * x2 * x2) / 3.0
+    if law.step.size > 0.0 and u < law.step.far:
+        wide = law.step.far - law.step.near
+        s = max((u - law.step.near) / wide, 0.0)
+        left += law.step.size * (max(law.step.near - u, 0.0) + wide * (1.0 - s) ** 3 / 3.0)
+    return left

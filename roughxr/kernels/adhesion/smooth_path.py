@@ -20,6 +20,7 @@ has given way stays, and retraction is elastic.
 Unit cells and unit modulus.
 """
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -38,10 +39,7 @@ CONVERGED, NOT_FINITE, CELL_LIMIT = range(3)
 #: Columns of a state.
 DELTA, FORCE, AREA, ENERGY, DISSIPATED, CONTACTS, RESOLUTION, ITERATIONS, OK, ASKED = range(10)
 
-#: Loading begins, and retraction ends, this many lengths of the law before first contact.
-_BEFORE = 8.0
-
-#: Retraction also ends where nothing touches and the pull is below this part of the largest.
+#: Retraction ends where nothing touches and the pull is below this part of the largest.
 _LOST = 1e-3
 
 #: A step has jumped if it dissipated more than this part of |ΔF Δδ|, and has passed a sharp edge if it seems to have
@@ -72,9 +70,6 @@ _MET = 1e-3
 #: The sides of boxes are multiples of this many cells, so that few transforms of the coefficients are needed.
 _ALIKE = 16
 
-#: Cells with gaps of up to this many lengths of the law are expected in the linear systems.
-_NEAR_LENGTHS = 7.0
-
 #: Residual, over the largest traction, of states in between, if it is larger than the tolerance. States at prescribed
 #: displacements and at the largest pull meet the tolerance. It saves a quarter of the work; pull-offs change by 0.2 %.
 _ON_THE_WAY = 1e-3
@@ -90,6 +85,9 @@ HARD_FORCE, HARD_AREA, DENT_AREA, DENT = range(4)
 #: On loading a state may exceed the hardness by this part. Else it gives way, at most so many times, each time by an
 #: amount found to this part of the deepest overlap.
 _OVER, _DENTS, _DENT_TOLERANCE = 1e-3, 6, 1e-5
+
+#: Part of the largest traction above which the pull of a cell matters in deciding how large a box must be.
+_PULLS = 2e-3
 
 #: Margin, in cells, of the linear systems' part of the box around the cells that belong to them now.
 _MARGIN = 6
@@ -253,7 +251,14 @@ class _Solver:
         With ``near`` it is given up, and not ``fine``, where there is no state close to the extrapolation. Unless
         ``well`` it is a state in between, which need not be solved closer than ``_ON_THE_WAY``.
         """
-        rows, columns = self._box(delta)
+        for margin in itertools.count(0, _ALIKE):
+            rows, columns = self._box(delta, last, margin)
+            found = self._seek_in(rows, columns, delta, before, last, near=near, well=well)
+            if not self._pulls_at_edge(found):
+                return found
+
+    def _seek_in(self, rows, columns, delta, before, last, *, near, well):
+        """Return the state of the cells of a box."""
         start = self._moved(last, rows, columns)
         trial = State(*(values.copy() for values in start))
         if before is not None and before.delta != last.delta:
@@ -282,10 +287,20 @@ class _Solver:
         shares = pressure[hard].sum() / pushes, np.count_nonzero(hard) / max(np.count_nonzero(touching), 1)
         return *shares, np.count_nonzero(found.left), np.abs(found.left).sum()
 
-    def _box(self, delta):
-        """Return the rows and columns of the box that holds all cells within range."""
+    def _box(self, delta, last=None, margin=0):
+        """Return the rows and columns of the box that holds all cells within range, and those that pulled before."""
         within = self.separation < delta + self.law.range
-        return tuple(_rounded(np.flatnonzero(within.any(axis)), within.shape[1 - axis], 0) for axis in (1, 0))
+        if last is not None:
+            within[last.rows, last.columns] |= np.abs(last.state.pressure) > _PULLS * self.law.strength
+        return tuple(_rounded(np.flatnonzero(within.any(axis)), within.shape[1 - axis], margin) for axis in (1, 0))
+
+    def _pulls_at_edge(self, found):
+        """Return whether adhesion draws the surface up as far as a side of the box beyond which there is more of it."""
+        pulls = np.abs(found.state.pressure) > _PULLS * self.law.strength
+        for side, part, size in zip((pulls, pulls.T), (found.rows, found.columns), self.separation.shape):
+            if (part.start > 0 and side[:1].any()) or (part.stop < size and side[-1:].any()):
+                return True
+        return False
 
     def _moved(self, known, rows, columns):
         """Return a state on another box; cells outside the old one have no traction."""
@@ -299,7 +314,7 @@ class _Solver:
     def _part(self, state):
         """Return the rows and columns of a box that contains all cells of the linear systems, with a margin."""
         gap = np.maximum(state.gap, 0.0)
-        near = state.touching | (gap < self.law.length * _NEAR_LENGTHS)
+        near = state.touching | (gap < self.law.onset)
         return tuple(_rounded(np.flatnonzero(near.any(axis)), near.shape[1 - axis], _MARGIN) for axis in (1, 0))
 
     def _body(self, separation, part, tolerance):
@@ -364,7 +379,7 @@ class _Branch:
         self.seek = solver.press if yields else solver.seek
         self.rows, self.pressures, self.left, self.largest, self.dissipated = [], [], [], 0.0, 0.0
         self.before, self.next, self.stiffness = None, 0, np.inf
-        self.first = float(solver.separation.min()) - _BEFORE * solver.law.length
+        self.first = float(solver.separation.min()) - solver.law.onset
         ahead = max(deltas[0] - self.first, 0.0)  # then whole steps: both branches visit the same displacements
         self.last = solver.nothing(deltas[0] - step * np.ceil(ahead / step), left)
 

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from ...contact.adhesion import MOST_REFINED, adhesive
-from ...contact.cycle import SMOOTH, largest_cell
+from ...contact.cycle import EDGED, largest_cell
 from ...vocabulary import schema
 from ..short_waves import quietly
 from .changes import Case
@@ -57,7 +57,7 @@ class _Solver:
 
     def refinement_for(self, ds: xr.Dataset) -> int:
         """Return the refinement, that of the base case or finer, on which the law can be solved for a pair."""
-        if self.way.law not in SMOOTH:
+        if self.way.law in EDGED:
             return self.refine
         length, modulus, work = schema.pair(ds, "adhesion_range", "contact_modulus", "work_of_adhesion")
         cell = _SLACK * largest_cell(self.way.law, length, modulus, work)
