@@ -1,10 +1,13 @@
 """How kernels are compiled: for Python and for other kernels, each once, and kept on disk."""
 
+import ast
 import gc
+import os
 import subprocess
 import sys
 from types import FunctionType
 
+import numpy as np
 import pytest
 
 from roughxr.kernels import jit
@@ -30,16 +33,20 @@ def calling(function, **kernels):
     """Return a kernel afresh, not from the cache, that calls others under the names of those it knows."""
     names = {"__name__": __name__, **kernels}
     other = FunctionType(function.py_func.__code__, names, function.py_func.__name__)
-    return jit._Kernel(other, targetoptions=function.targetoptions)
+    return jit._compiler(other, targetoptions=function.targetoptions)
 
 
 compiled = pytest.mark.skipif(
     not hasattr(quadrupled, "py_func"),
     reason="compilation is switched off (NUMBA_DISABLE_JIT): every kernel is plain Python",
 )
+linking = pytest.mark.skipif(
+    jit._compiler is None or not hasattr(quadrupled, "py_func"),
+    reason="kernels are compiled by numba.njit alone (ROUGHXR_PLAIN_NUMBA, another version), or not at all",
+)
 
 
-@compiled
+@linking
 def test_a_kernel_is_compiled_for_those_that_call_it():
     called_by_kernels, called_by_python = kernel(doubled.py_func), kernel(doubled.py_func)
     assert (calling(quadrupled, doubled=called_by_kernels)(3), called_by_python(3)) == (12, 6)
@@ -47,7 +54,7 @@ def test_a_kernel_is_compiled_for_those_that_call_it():
     assert called_by_python.signatures and not called_by_python.part.signatures
 
 
-@compiled
+@linking
 def test_what_kernels_call_is_kept_with_all_that_it_calls():
     assert eightfold(3) == 24  # compiled here or before: what it calls is on disk
     anew = kernel(quadrupled.py_func)
@@ -55,7 +62,7 @@ def test_what_kernels_call_is_kept_with_all_that_it_calls():
     assert sum(anew.part.stats.cache_hits.values()) == 1 and not anew.part.stats.cache_misses
 
 
-@compiled
+@linking
 @pytest.mark.parametrize("enabled", [True, False])
 def test_garbage_is_collected_after_compiling_as_before(enabled):
     before = gc.isenabled()
@@ -85,10 +92,10 @@ def test_each_of_two_processes_that_compile_at_once_without_a_cache_says_so_and_
         assert "NOT kept" in said and "NUMBA_CACHE_DIR" in said
 
 
-@compiled
+@linking
 def test_one_compilation_serves_every_number_that_a_caller_writes_out(monkeypatch):
     # Compiled afresh: of what comes from the cache nothing tells how often it was compiled.
-    monkeypatch.setattr(jit, "_with_cache", lambda compiled: compiled)
+    monkeypatch.setattr(jit, "with_cache", lambda compiled: compiled)
 
     @kernel
     def added(i, x):
@@ -100,3 +107,55 @@ def test_one_compilation_serves_every_number_that_a_caller_writes_out(monkeypatc
 
     assert sum_of_numbers() == 10
     assert len(added.part.signatures) == 1
+
+
+#: What happens to Numba one day, and what is done then: kernels that call kernels, compiled afresh.
+CHANGES = {
+    "a private name is gone": "import numba.core.caching as c; del c.CompileResultCacheImpl",
+    "a class has other methods": "import numba.core.codegen as c; c.JITCodeLibrary = object",
+    "a newer version": "import numba; numba.__version__ = '1.2.3'",
+    "an older version": "import numba; numba.__version__ = '0.62.1'",
+    "a version of another form": "import numba; numba.__version__ = 'unknown'",
+    "it is asked for": "import os; os.environ['ROUGHXR_PLAIN_NUMBA'] = '1'",
+}
+
+_CHANGED = """
+from roughxr.kernels import jit
+from roughxr.kernels.arrays import ascending
+import numpy as np
+assert jit._compiler is None
+assert type(ascending).__module__.startswith("numba."), type(ascending)
+assert ascending(np.array([3.0, 1.0, 2.0])).tolist() == [1, 2, 0]
+"""
+
+
+@compiled
+@pytest.mark.parametrize("change", CHANGES)
+def test_kernels_are_compiled_by_njit_alone_where_the_quicker_way_is_not_known_to_work(change):
+    done = subprocess.run([sys.executable, "-c", CHANGES[change] + "\n" + _CHANGED], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+#: Solves whose kernels call kernels; what it prints must not depend on how they were compiled.
+_SOLVES = """
+import numpy as np, roughxr
+from roughxr.synthetic import self_affine
+scan = self_affine((48, 48), 10, rms=1, hurst=0.8, rolloff=150, cutoff=60, seed=1)
+scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.3)
+force = roughxr.direct(scan, delta=[1.0, 3.0]).force.values
+pull = roughxr.superpose(scan, delta=[0.0, 2.0])
+print(repr(np.concatenate([force.ravel(), pull.force.values.ravel(), pull.pull_off_force.values]).tolist()))
+"""
+
+
+@linking
+@pytest.mark.soak
+def test_both_ways_of_compiling_give_the_same_numbers():
+    told = []
+    for plain in ("0", "1"):  # a cache for both: what one way keeps, the other must not take for its own
+        environment = {**os.environ, "ROUGHXR_PLAIN_NUMBA": plain}
+        command = [sys.executable, "-W", "ignore", "-c", _SOLVES]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        told.append(np.array(ast.literal_eval(done.stdout)))
+    np.testing.assert_allclose(*told, rtol=1e-9)

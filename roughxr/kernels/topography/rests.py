@@ -250,9 +250,7 @@ def settle(z, touched, labels, minima, rows, axes, pixel, ball):
     for n in range(minima.size):
         i, j = minima[n] // z.shape[1], minima[n] % z.shape[1]
         start = axes[0] + i * pixel[0], axes[1] + j * pixel[1]
-        x, y, height, label = _roll(
-            rows, touched, labels, start, np.int32(n + 1), axes, pixel, ball, which, planes
-        )
+        x, y, height, label = _roll(rows, touched, labels, start, np.int32(n + 1), axes, pixel, ball, which, planes)
         out[n, 0], out[n, 1], out[n, 2], out[n, 3] = x, y, height, label
     return out
 
