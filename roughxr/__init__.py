@@ -29,7 +29,7 @@ from .contact.elastic import direct
 from .contact.estimates import tabor
 from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
-from .detachment import critical_load, resuspension, to_dem
+from .detachment import critical_load, resting, resuspension, to_dem
 from .files import archive
 from .jobs.lazy import compute
 from .jobs.run import checkpointed
@@ -135,6 +135,7 @@ __all__ = [
     "regions",
     "report",
     "resample",
+    "resting",
     "resuspension",
     "rigid",
     "rolling",

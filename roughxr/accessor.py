@@ -23,7 +23,7 @@ from .contact.elastic import direct
 from .contact.estimates import tabor
 from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
-from .detachment import critical_load, resuspension, to_dem
+from .detachment import critical_load, resting, resuspension, to_dem
 from .measured import compare, curves_pull_off, fit_pair
 from .presentation import exports, figures
 from .scans import tip
@@ -90,6 +90,7 @@ class ContactAccessor:
     error_budget = _method(error_budget)
 
     # coming off
+    resting = _method(resting)
     critical_load = _method(critical_load)
     resuspension = _method(resuspension)
 

@@ -38,22 +38,6 @@ _SLACK = 0.05
 _STOPS = 12
 
 
-class _Ground(NamedTuple):
-    """The height of a sphere over a scan, what it touches, and its basins."""
-
-    z: np.ndarray  # nm, of its lowest point
-    touched: np.ndarray  # row of ``patches`` touched at each pixel
-    patches: np.ndarray
-    axes: tuple[float, float]  # x and y of the first pixel, nm
-    pixel: tuple[float, float]
-    ball: dilation.Ball
-
-    @property
-    def how(self) -> tuple:
-        """What the kernels take in common."""
-        return self.patches, self.axes, self.pixel, self.ball
-
-
 class _Rests(NamedTuple):
     """Places of rest, numbered from 1 in ``labels``, and the passes between them."""
 
@@ -77,8 +61,8 @@ def resting(
     Parameters
     ----------
     ds : Dataset
-        A scan with an assigned sphere. A lazy one is read now, tile by tile; what is kept, 16 bytes to a pixel, are the
-        sphere's height and basins.
+        A scan with an assigned sphere. A lazy one is read now, tile by tile; what is kept, 16 bytes to a pixel or
+        more, are the sphere's height and its basins.
     settle : {"gravity", "adhesion"}
         "gravity": it rolls down to where its height is least, the limit of heavy particles or weak adhesion.
         "adhesion": it stops on the way, or stays where it lands, as soon as the resisting moment of `rolling` exceeds
@@ -111,8 +95,8 @@ def resting(
 
     Notes
     -----
-    Bodies are rigid here, and roll without slip or inertia. Between pixels the surface is the paraboloid through nine of
-    them; places converge with the square of the pixel.
+    Bodies are rigid here, and roll without slip or inertia. Between pixels the surface is the paraboloid through nine
+    of them.
 
     Examples
     --------
@@ -132,11 +116,11 @@ def resting(
     if not shallow >= 0:
         raise ValueError(f"least_barrier: expected a height in nm of at least 0, found {least_barrier!r}")
     given = {"settle": settle, "least_barrier": shallow}
-    ground = _ground(scan, radius)
-    found = _settled(ground, shallow)
+    z, ground = _ground(scan, radius)
+    found = _settled(z, ground, shallow)
     if settle == "adhesion":
         given |= {"landings": landings, "particle_density": particle_density, "friction_velocity": friction_velocity}
-        out = _held_on_the_way(scan, ground, found, landings, particle_density, friction_velocity)
+        out = _held_on_the_way(scan, (z, ground), found, landings, particle_density, friction_velocity)
     else:
         out = _at_the_bottom(scan, ground, found)
     out = out.assign_coords({name: scan[name] for name in schema.TRAVELLING if name in scan.coords})
@@ -147,8 +131,8 @@ def resting(
     return schema.record(schema.label(out), "resting", scan, **given)
 
 
-def _ground(scan: xr.Dataset, radius: float) -> _Ground:
-    """Return the height of the sphere over a scan, tile by tile."""
+def _ground(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, rests.Ground]:
+    """Return the height (nm) of a sphere's lowest point over a scan, and what it may touch, tile by tile."""
     height, pixel = scan["height"].data, schema.pixel(scan)
     x, y = (scan[axis].values.astype(float) for axis in "xy")
     ball = dilation.Ball(float(radius), 0.5 * pixel[0], 0.5 * pixel[1])
@@ -157,18 +141,19 @@ def _ground(scan: xr.Dataset, radius: float) -> _Ground:
     schema.none_missing(int(missing), height.size)
     reach = dilation.reach_of(ball.radius, float(high - low))
     take = taker(height) if lazy else height.__getitem__
-    tile = dask.delayed(_tile, pure=False) if lazy else _tile
-    z, touched = np.empty(height.shape), np.empty(height.shape, np.int32)
-    corners = list(product(*(range(0, n, _SIDE) for n in height.shape)))
-    parts, table = [_part(corner, height.shape, pixel, reach) for corner in corners], []
-    done = 0
-    for inner, outer in parts:  # one row of tiles at a time would be no quicker: threads share the chunks
-        found = tile(take(outer), x[outer[0]], y[outer[1]], inner, outer, pixel, ball, reach)
-        z[inner], which, rows = found.compute() if lazy else found
-        touched[inner] = which + done
-        done += len(rows)
-        table.append(rows)
-    return _Ground(z, touched, np.concatenate(table), (float(x[0]), float(y[0])), pixel, ball)
+    z, bounds = np.empty(height.shape), np.empty((*(-(-n // dilation.SIDE) for n in height.shape), 2), np.int64)
+    patches, lists, done, listed = [], [], 0, 0
+    for corner in product(*(range(0, n, _SIDE) for n in height.shape)):
+        inner, outer = _part(corner, height.shape, pixel, reach)
+        heights = take(outer).compute() if lazy else take(outer)
+        z[inner], edges, which, rows = _tile(heights, x[outer[0]], y[outer[1]], inner, outer, pixel, ball, reach)
+        boxes = tuple(slice(s.start // dilation.SIDE, -(-s.stop // dilation.SIDE)) for s in inner)
+        bounds[boxes] = edges + listed
+        patches.append(rows)
+        lists.append(which + np.int32(done))
+        done, listed = done + len(rows), listed + which.size
+    first = float(x[0]), float(y[0])
+    return z, rests.Ground(np.concatenate(patches), bounds, np.concatenate(lists), first, pixel, height.shape, ball)
 
 
 def _part(corner: tuple[int, int], shape: tuple[int, int], pixel: tuple, reach: float) -> tuple[tuple, tuple]:
@@ -179,27 +164,25 @@ def _part(corner: tuple[int, int], shape: tuple[int, int], pixel: tuple, reach: 
     return inner, outer
 
 
-def _tile(height, x, y, inner, outer, pixel, ball, reach) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the sphere's heights over a tile, the patch touched at each pixel, and these patches."""
+def _tile(height, x, y, inner, outer, pixel, ball, reach) -> tuple[np.ndarray, ...]:
+    """Return the sphere's heights over a tile, the lists of what it may touch, and these patches."""
     heights = np.ascontiguousarray(height, dtype=float)
     patches = dilation.patches(heights, x, y, pixel, ball.radius, reach)[0]
     own = tuple(slice(one.start - all_.start, one.stop - all_.start) for one, all_ in zip(inner, outer))
-    z, which = dilation.dilation(patches, x[own[0]], y[own[1]], ball)
-    used, which = np.unique(which, return_inverse=True)
-    return z, which.reshape(z.shape).astype(np.int32), patches[used]
+    z, bounds, lists = dilation.dilation(patches, x[own[0]], y[own[1]], ball)
+    used, which = np.unique(lists, return_inverse=True)
+    return z, bounds, which.astype(np.int32), patches[used]
 
 
-def _settled(ground: _Ground, shallow: float) -> _Rests:
+def _settled(z: np.ndarray, ground: rests.Ground, shallow: float) -> _Rests:
     """Return the places of rest, with those behind too low a barrier joined to the next."""
-    labels, minima = rests.basins(ground.z, ground.pixel)
-    rolled = rests.settle(ground.z, ground.touched, labels, minima, *ground.how)
-    to = np.append(rests.OFF, rolled[:, 3].astype(np.int64))
-    to = _ends(to)
+    labels, minima = rests.basins(z, ground.pixel)
+    rolled = rests.settle(ground, labels, minima)
     places = np.concatenate([[[np.nan, np.nan, np.inf]], rolled[:, :3]])
-    _relabel(labels, to)
-    pairs, heights = rests.borders(ground.z, labels)
-    pairs, chosen = _lowest(pairs[:, :2], heights, pairs[:, 2])
-    passes = rests.passes(ground.z, ground.touched, chosen, *ground.how)
+    _relabel(labels, _ends(np.append(rests.OFF, rolled[:, 3].astype(np.int64))))
+    pairs, heights = rests.borders(z, labels)
+    pairs, pixels = _lowest(pairs[:, :2], heights, pairs[:, 2])
+    passes = rests.passes(z, pixels, ground)
     to = _joined(pairs, passes[:, 2], places[:, 2], shallow)
     kept = np.unique(to[np.unique(labels)])
     kept = kept[kept != rests.OFF]
@@ -263,15 +246,15 @@ def _placed(x: np.ndarray, y: np.ndarray, share: np.ndarray) -> xr.Dataset:
     return xr.Dataset(coords={"subregion": np.arange(x.size), **along})
 
 
-def _carried(out: xr.Dataset, ground: _Ground, places: np.ndarray) -> xr.Dataset:
+def _carried(out: xr.Dataset, ground: rests.Ground, places: np.ndarray) -> xr.Dataset:
     """Add what carries the sphere."""
-    number, at = rests.carriers(ground.touched, places, *ground.how, _SLACK)
+    number, at = rests.carriers(places, ground, _SLACK)
     at = at[:, : max(int(number.max(initial=0)), 1)]
     out = out.assign(rest_height=("subregion", places[:, 2]), carriers=("subregion", number))
     return out.assign({f"carrier_{axis}": (("subregion", "carrier"), at[:, :, k]) for k, axis in enumerate("xy")})
 
 
-def _at_the_bottom(scan: xr.Dataset, ground: _Ground, found: _Rests) -> xr.Dataset:
+def _at_the_bottom(scan: xr.Dataset, ground: rests.Ground, found: _Rests) -> xr.Dataset:
     """Return all places of rest with their lowest passes."""
     count = len(found.places)
     area = np.bincount(found.labels.ravel(), minlength=count + 1)[1:]
@@ -279,8 +262,9 @@ def _at_the_bottom(scan: xr.Dataset, ground: _Ground, found: _Rests) -> xr.Datas
     out = _carried(out, ground, found.places)
     lowest = np.full((count, 4), np.nan)
     lowest[:, 3] = -1
-    for (a, b), place in zip(found.pairs[np.argsort(-found.passes[:, 2])], found.passes[np.argsort(-found.passes[:, 2])]):
-        for here, there in ((a, b), (b, a)):
+    for k in np.argsort(-found.passes[:, 2]):  # the lowest is written last
+        place = found.passes[k]
+        for here, there in (found.pairs[k], found.pairs[k][::-1]):
             if here != rests.OFF:
                 lowest[here - 1] = *place, there - 1
     out["barrier"] = "subregion", lowest[:, 2] - found.places[:, 2]
@@ -301,7 +285,7 @@ def _beyond_edge(scan: xr.Dataset, out: xr.Dataset) -> np.ndarray:
     return off < np.nan_to_num(far).max(axis=1, initial=0.0)
 
 
-def _held_on_the_way(scan, ground, found, landings, density, speed) -> xr.Dataset:
+def _held_on_the_way(scan, over, found, landings, density, speed) -> xr.Dataset:
     """Return where spheres that land on a grid are held, on their way down or at the bottom, with their shares."""
     if density is None:
         raise ValueError("particle_density: expected a density in kg/m³ for settle='adhesion', found none")
@@ -309,7 +293,8 @@ def _held_on_the_way(scan, ground, found, landings, density, speed) -> xr.Datase
     (radius,) = schema.pair(scan, "sphere_radius")
     load = float(weight(radius, positive(density, "kg m-3", "particle_density")))
     catalogue = asperities(scan)
-    ways = _ways_down(scan, ground, found, landings)
+    z, ground = over
+    ways = _ways_down(scan, z, ground, found, landings)
     at, stops = np.array([way[0] for way, _ in ways]).reshape(-1, 2), np.zeros(len(ways), int)
     rolls = np.ones(len(ways), bool)
     for stop in range(_STOPS):
@@ -330,30 +315,25 @@ def _held_on_the_way(scan, ground, found, landings, density, speed) -> xr.Datase
     order = np.argsort(first)
     first, count = first[order], count[order]
     out = _placed(*at[first].T, count / max(count.sum(), 1))
-    heights = np.array([_height_at(ground, *place) for place in at[first]])
-    out = _carried(out, ground, np.column_stack([at[first], heights]))
+    out = _carried(out, ground, np.column_stack([at[first], rests.heights(at[first], ground)]))
     return out.assign(at_bottom=("subregion", bottom[first]))
 
 
-def _ways_down(scan: xr.Dataset, ground: _Ground, found: _Rests, landings: Any) -> list[tuple[np.ndarray, int]]:
+def _ways_down(
+    scan: xr.Dataset, z: np.ndarray, ground: rests.Ground, found: _Rests, landings: Any
+) -> list[tuple[np.ndarray, int]]:
     """Return for each landing that comes to rest its way down, pixel by pixel and to the rest itself, and the rest."""
     grid = regions.centres(scan, landings)
     ways = []
     for place in zip(grid["subregion_x"].values, grid["subregion_y"].values):
         i, j = (
             int(np.clip(round((v - first) / step), 0, n - 1))
-            for v, first, step, n in zip(place, ground.axes, ground.pixel, ground.z.shape)
+            for v, first, step, n in zip(place, ground.first, ground.pixel, z.shape)
         )
         label = int(found.labels[i, j])
         if label == rests.OFF:
             continue
-        pixels = rests.way_down(ground.z, i, j, ground.pixel)
-        along = np.array(ground.axes) + pixels[1:] * np.array(ground.pixel)
+        pixels = rests.way_down(z, i, j, ground.pixel)
+        along = np.array(ground.first) + pixels[1:] * np.array(ground.pixel)
         ways.append((np.concatenate([[place], along, found.places[label - 1 : label, :2]]), label))
     return ways
-
-
-def _height_at(ground: _Ground, x: float, y: float) -> float:
-    """Return the sphere's height (nm) over the nearest pixel."""
-    i, j = (int(round((v - first) / step)) for v, first, step in zip((x, y), ground.axes, ground.pixel))
-    return float(ground.z[np.clip(i, 0, ground.z.shape[0] - 1), np.clip(j, 0, ground.z.shape[1] - 1)])

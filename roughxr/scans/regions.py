@@ -61,6 +61,8 @@ def centres(ds: xr.Dataset, subregions: Any = None) -> xr.Dataset:
     64
     """
     x, y = _positions(ds, subregions)
+    if x.size == 0:
+        raise ValueError("subregions: expected at least one contact centre, found none")
     _inside(ds, x, y)
     out = xr.Dataset(
         coords={

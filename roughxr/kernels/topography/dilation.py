@@ -2,9 +2,9 @@
 
     Z(x, y) = max over u, v of  h(u, v) − S(x − u, y − v),   S(r) = R − √(R² − r²)
 
-Z is the height of the sphere's lowest point, (u, v) where it touches. Between pixels h is the paraboloid through a pixel
-and its eight neighbours, each up to half a pixel from its own: Z then has no dimples between pixels, and a summit
-narrower than a few of them is as high as it would be drawn.
+Z is the height of the sphere's lowest point, (u, v) where it touches. Between pixels h is the paraboloid through a
+pixel and its eight neighbours, each up to half a pixel from its own: Z then has no dimples between pixels, and a
+summit narrower than a few of them is as high as it would be drawn.
 
 Two things keep this linear in the number of pixels. A pixel that is no summit even for the sphere, because between two
 others it lies lower than the sphere's own curve, is never touched. And of the others, over a box of places nearly all
@@ -20,8 +20,8 @@ import numpy as np
 from ..arrays import line, table
 from ..jit import kernel
 
-#: Boxes of no more pixels than this are not divided.
-_PIXELS_PER_BOX = 64
+#: Pixels along a side of a box that is not divided further, and pixels around it for which its list also holds.
+SIDE, _MARGIN = 4, 1.0
 
 #: Farthest pixels that are asked whether they hide one from the sphere: with it the result is that of any tiling.
 FARTHEST = 8
@@ -86,9 +86,8 @@ def patches(z, x, y, pixel, radius, reach):
     row, chosen, count = line(RISE + 1, 0.0), line(z.size, 0), 0
     for i in range(nx):
         for j in range(ny):
-            if i > 0 and i < nx - 1:  # the cheapest test first
-                if z[i - 1, j] + z[i + 1, j] - 2 * z[i, j] > pixel[0] ** 2 * bend:
-                    continue
+            if 0 < i < nx - 1 and z[i - 1, j] + z[i + 1, j] - 2 * z[i, j] > pixel[0] ** 2 * bend:
+                continue  # the cheapest test first
             _put_patch(row, z, i, j, pixel, radius)
             if _is_summit(z, i, j, pixel, bend, row[RISE]):
                 chosen[count] = i * ny + j
@@ -161,9 +160,13 @@ def _visible(rows, candidates, x0, x1, y0, y1, radius):
 
 
 @kernel
-def _lay(rows, visible, x, y, box, ball, z, touched):
-    """Fill a box with the heights of the sphere and the patches it touches."""
-    heights = line(visible.size, 0.0)
+def _lay(rows, visible, x, y, box, ball, z):
+    """Fill a box with the heights of the sphere; put in front what it may touch up to the margin, return how many."""
+    heights, kept, farthest = line(visible.size, 0.0), line(visible.size, False), 0.0
+    for n in range(visible.size):
+        row = rows[visible[n]]
+        farthest = max(farthest, (x[box[0]] - row[X]) ** 2 + (y[box[2]] - row[Y]) ** 2)
+    wide = 2.0 * _MARGIN * np.hypot(ball.half_x, ball.half_y)
     for i in range(box[0], box[1]):
         for j in range(box[2], box[3]):
             first, best = -1, -np.inf
@@ -172,31 +175,64 @@ def _lay(rows, visible, x, y, box, ball, z, touched):
                 heights[n] = row[H] - _fall((x[i] - row[X]) ** 2 + (y[j] - row[Y]) ** 2, ball.radius)
                 if heights[n] > best or first < 0:
                     first, best = n, heights[n]
-            best, which = touch(rows[visible[first]], x[i], y[j], ball)[0], visible[first]
+            best = touch(rows[visible[first]], x[i], y[j], ball)[0]
             for n in range(visible.size):
                 if n != first and heights[n] + rows[visible[n], RISE] > best:
-                    height = touch(rows[visible[n]], x[i], y[j], ball)[0]
-                    if height > best:
-                        best, which = height, visible[n]
-            z[i, j], touched[i, j] = best, which
+                    best = max(best, touch(rows[visible[n]], x[i], y[j], ball)[0])
+            z[i, j] = best
+            a = rows[visible[first]]
+            for n in range(visible.size):
+                if not kept[n]:
+                    b = rows[visible[n]]
+                    apart = abs(a[X] - b[X]) + abs(a[Y] - b[Y]) + 2 * (ball.half_x + ball.half_y)
+                    steeper = 1.1 * apart / np.sqrt(max(1.0 - farthest / ball.radius**2, 0.01)) / ball.radius
+                    kept[n] = heights[n] + b[RISE] + wide * steeper >= best
+    count = 0
+    for n in range(visible.size):
+        if kept[n]:
+            visible[count] = visible[n]
+            count += 1
+    return count
+
+
+@kernel
+def _middle(low, high):
+    """Return where to cut a range of pixels: at a whole number of boxes."""
+    return low + max((high - low) // (2 * SIDE), 1) * SIDE
 
 
 @kernel
 def dilation(rows, x, y, ball):
-    """Return the height of the sphere's lowest point (nm) at pixel centres, and the patch that it touches there."""
-    z, touched = table(x.size, y.size, 0.0), table(x.size, y.size, np.int32(0))
+    """Return the height of the sphere's lowest point (nm) at pixel centres, and which patches it may touch near them.
+
+    These are lists, one for each box of `SIDE` × `SIDE` pixels, valid up to a pixel beyond it: first and last entry
+    (boxes along x, boxes along y, 2) in a vector of patches.
+    """
+    z = table(x.size, y.size, 0.0)
+    bounds = np.zeros((-(-x.size // SIDE), -(-y.size // SIDE), 2), np.int64)
+    lists, size = line(1024, np.int32(0)), 0
+    wide_x, wide_y = 2 * _MARGIN * ball.half_x, 2 * _MARGIN * ball.half_y
     todo = [(0, x.size, 0, y.size, np.arange(len(rows)))]
     while len(todo) > 0:
         i0, i1, j0, j1, candidates = todo.pop()
-        visible = _visible(rows, candidates, x[i0], x[i1 - 1], y[j0], y[j1 - 1], ball.radius)
-        if visible.size <= 1 or (i1 - i0) * (j1 - j0) <= _PIXELS_PER_BOX:
-            _lay(rows, visible, x, y, (i0, i1, j0, j1), ball, z, touched)
+        edges = x[i0] - wide_x, x[i1 - 1] + wide_x, y[j0] - wide_y, y[j1 - 1] + wide_y
+        visible = _visible(rows, candidates, edges[0], edges[1], edges[2], edges[3], ball.radius)
+        if i1 - i0 <= SIDE and j1 - j0 <= SIDE:
+            visible = visible[: _lay(rows, visible, x, y, (i0, i1, j0, j1), ball, z)]
+            while size + visible.size > lists.size:
+                longer = line(2 * lists.size, np.int32(0))
+                longer[:size] = lists[:size]
+                lists = longer
+            bounds[i0 // SIDE, j0 // SIDE, 0], bounds[i0 // SIDE, j0 // SIDE, 1] = size, size + visible.size
+            for n in range(visible.size):
+                lists[size + n] = visible[n]
+            size += visible.size
         elif i1 - i0 >= j1 - j0:
-            middle = (i0 + i1) // 2
+            middle = _middle(i0, i1)
             todo.append((i0, middle, j0, j1, visible))
             todo.append((middle, i1, j0, j1, visible))
         else:
-            middle = (j0 + j1) // 2
+            middle = _middle(j0, j1)
             todo.append((i0, i1, j0, middle, visible))
             todo.append((i0, i1, middle, j1, visible))
-    return z, touched
+    return z, bounds, lists[:size].copy()

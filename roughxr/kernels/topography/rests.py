@@ -1,7 +1,7 @@
 """Where a sphere lies still on a scan, from which places it gets there, and over which pass it leaves.
 
-A sphere rests where its height Z (``dilation``) is least. Z is the largest of the heights Z_k on the patches that it may
-touch; the slope of each points from the sphere's axis away from where it touches,
+A sphere rests where its height Z (``dilation``) is least. Z is the largest of the heights Z_k on the patches that it
+may touch; the slope of each points from the sphere's axis away from where it touches,
 
     ∇Z_k = −(x − u_k) / √(R² − |x − u_k|²)
 
@@ -18,20 +18,19 @@ where it lies on the line that joins them, at equal heights.
 Letters: x, y, u nm; Z nm; R radius (nm); d step (nm).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from ..arrays import line
+from ..arrays import line, table
 from ..jit import kernel
-from .dilation import touch
+from .dilation import SIDE, touch
 
 #: Label of pixels from which the sphere rolls off the scan.
 OFF = 0
 
-#: Half-width, in pixels, of the square of pixels whose patches a sphere in its middle may touch.
-_AROUND = 2
-
 #: Half-width of a step, in pixels: at first, and at the end; and the largest number of steps.
-_STEP, _LAST, _MOST_STEPS = 1.0, 0.005, 2000
+_STEP, _LAST, _MOST_STEPS = 0.5, 0.004, 4000
 
 #: Least distance (pixels) of patches on different summits.
 _APART = 2.0
@@ -60,7 +59,7 @@ def _lowest_neighbour(z, i, j, pixel):
 
 @kernel
 def _drain_flat(z, i, j, to, found):
-    """Drain a level plateau: to a lower pixel beside it, off the scan, or to its middle; return its minimum, −1 if none.
+    """Drain a level plateau: to a lower pixel beside it, off the scan, or to its middle; return that, −1 if none.
 
     ``found`` takes the plateau's pixels, those with a way out first.
     """
@@ -128,130 +127,132 @@ def basins(z, pixel):
     return labels, minima[:count].copy()
 
 
-@kernel
-def _patches_around(touched, i, j, out):
-    """Write the patches that the sphere touches at the pixels around one, each once; return their number."""
-    count = 0
-    for p in range(max(i - _AROUND, 0), min(i + _AROUND + 1, touched.shape[0])):
-        for q in range(max(j - _AROUND, 0), min(j + _AROUND + 1, touched.shape[1])):
-            new = True
-            for n in range(count):
-                new &= out[n] != touched[p, q]
-            if new:
-                out[count] = touched[p, q]
-                count += 1
-    return count
+class Ground(NamedTuple):
+    """What a sphere may touch, anywhere on a scan, and the scan's pixels."""
+
+    patches: np.ndarray
+    bounds: np.ndarray  # first and last entry in ``lists`` of each box of pixels
+    lists: np.ndarray
+    first: tuple  # x and y of the first pixel, nm
+    pixel: tuple
+    shape: tuple
+    ball: tuple
 
 
 @kernel
-def _planes(rows, which, count, x, y, ball, out):
-    """Write height, slopes and place of contact for each patch; return the greatest height."""
-    highest = -np.inf
-    for n in range(count):
-        height, u, v = touch(rows[which[n]], x, y, ball)
+def _pixel_at(ground, x, y):
+    """Return the pixel nearest to a place."""
+    i = int(np.floor((x - ground.first[0]) / ground.pixel[0] + 0.5))
+    j = int(np.floor((y - ground.first[1]) / ground.pixel[1] + 0.5))
+    return i, j
+
+
+@kernel
+def _near(ground, i, j):
+    """Return the patches that a sphere may touch whose axis is within a pixel of a pixel."""
+    start, stop = ground.bounds[i // SIDE, j // SIDE]
+    return ground.lists[start:stop]
+
+
+@kernel
+def _planes(ground, which, x, y, reach):
+    """Return height, slopes, place of contact and number of the patches that may be touched within a step."""
+    out, steepest, highest, ball = table(which.size, 6, 0.0), 0.0, -np.inf, ground.ball
+    for n in range(which.size):
+        height, u, v = touch(ground.patches[which[n]], x, y, ball)
         c = np.sqrt(max(ball.radius**2 - (x - u) ** 2 - (y - v) ** 2, 1e-12))
         out[n, 0], out[n, 1], out[n, 2], out[n, 3], out[n, 4] = height, (u - x) / c, (v - y) / c, u, v
+        out[n, 5] = which[n]
+        if height > -np.inf:
+            steepest = max(steepest, abs(out[n, 1]) + abs(out[n, 2]))
         highest = max(highest, height)
+    kept = 0
+    for n in range(which.size):
+        if out[n, 0] >= highest - 2 * steepest * reach:
+            for column in range(6):
+                out[kept, column] = out[n, column]
+            kept += 1
+    return out[:kept]
+
+
+@kernel
+def _height(ground, which, x, y):
+    """Return the greatest height on some patches."""
+    highest = -np.inf
+    for k in which:
+        highest = max(highest, touch(ground.patches[k], x, y, ground.ball)[0])
     return highest
 
 
 @kernel
-def _highest_plane(planes, count, dx, dy):
+def _highest_plane(planes, dx, dy):
     highest = -np.inf
-    for n in range(count):
+    for n in range(len(planes)):
         highest = max(highest, planes[n, 0] + planes[n, 1] * dx + planes[n, 2] * dy)
     return highest
 
 
 @kernel
-def _best_across(planes, count, dx, step):
+def _best_across(planes, dx, step):
     """Return the least height over dy, and dy: the function is convex."""
     low, high = -step, step
-    for _ in range(18):
+    for _ in range(10):
         a, b = low + (high - low) / 3, high - (high - low) / 3
-        if _highest_plane(planes, count, dx, a) < _highest_plane(planes, count, dx, b):
+        if _highest_plane(planes, dx, a) < _highest_plane(planes, dx, b):
             high = b
         else:
             low = a
     dy = 0.5 * (low + high)
-    return _highest_plane(planes, count, dx, dy), dy
+    return _highest_plane(planes, dx, dy), dy
 
 
 @kernel
-def _best_step(planes, count, step):
+def _best_step(planes, step):
     """Return the step within a square that lowers the highest of the planes most."""
     low, high = -step, step
-    for _ in range(18):
+    for _ in range(10):
         a, b = low + (high - low) / 3, high - (high - low) / 3
-        if _best_across(planes, count, a, step)[0] < _best_across(planes, count, b, step)[0]:
+        if _best_across(planes, a, step)[0] < _best_across(planes, b, step)[0]:
             high = b
         else:
             low = a
     dx = 0.5 * (low + high)
-    return dx, _best_across(planes, count, dx, step)[1]
+    return dx, _best_across(planes, dx, step)[1]
 
 
 @kernel
-def _near_highest(planes, count, highest, reach):
-    """Keep in front those planes that may be the highest within a step; return their number."""
-    steepest = 0.0
-    for n in range(count):
-        if planes[n, 0] > -np.inf:
-            steepest = max(steepest, abs(planes[n, 1]) + abs(planes[n, 2]))
-    kept = 0
-    for n in range(count):
-        if planes[n, 0] >= highest - 2 * steepest * reach:
-            for column in range(5):
-                planes[kept, column] = planes[n, column]
-            kept += 1
-    return kept
-
-
-@kernel
-def _roll(rows, touched, labels, start, own, axes, pixel, ball, which, planes):
+def _roll(ground, labels, x, y, own):
     """Roll from x, y down to rest; return x, y, height, and the label of another basin that it comes into, else own."""
-    x, y = start
-    first_x, first_y = axes
-    step = _STEP * max(pixel[0], pixel[1])
-    last = _LAST * max(pixel[0], pixel[1])
-    highest, label = np.inf, own
+    largest = max(ground.pixel[0], ground.pixel[1])
+    step, height = _STEP * largest, np.inf
     for _ in range(_MOST_STEPS):
-        i, j = int(np.floor((x - first_x) / pixel[0] + 0.5)), int(np.floor((y - first_y) / pixel[1] + 0.5))
-        if i <= 0 or j <= 0 or i >= touched.shape[0] - 1 or j >= touched.shape[1] - 1:
-            return x, y, highest, np.int32(OFF)
-        label = labels[i, j]
-        if label != own:
-            return x, y, highest, label
-        count = _patches_around(touched, i, j, which)
-        highest = _planes(rows, which, count, x, y, ball, planes)
-        lower = False
-        while not lower and step >= last:
-            kept = _near_highest(planes, count, highest, step)
-            dx, dy = _best_step(planes, kept, step)
-            height = -np.inf
-            for n in range(count):
-                height = max(height, touch(rows[which[n]], x + dx, y + dy, ball)[0])
-            lower = height < highest - 1e-12 * ball.radius
+        i, j = _pixel_at(ground, x, y)
+        if i <= 0 or j <= 0 or i >= ground.shape[0] - 1 or j >= ground.shape[1] - 1:
+            return x, y, height, np.int32(OFF)
+        if labels[i, j] != own:
+            return x, y, height, labels[i, j]
+        which = _near(ground, i, j)
+        height, lower = _height(ground, which, x, y), False
+        while not lower and step >= _LAST * largest:
+            dx, dy = _best_step(_planes(ground, which, x, y, step), step)
+            lower = _height(ground, which, x + dx, y + dy) < height - 1e-12 * ground.ball.radius
             if lower:
                 x, y = x + dx, y + dy
             else:
                 step *= 0.5
-                highest = _planes(rows, which, count, x, y, ball, planes)
         if not lower:
             break
-    return x, y, highest, own
+    return x, y, height, own
 
 
 @kernel
-def settle(z, touched, labels, minima, rows, axes, pixel, ball):
+def settle(ground, labels, minima):
     """Roll a sphere from each minimum; return x, y, height (nm) and label, (minima, 4)."""
-    which, planes = line(25, np.int64(0)), np.zeros((25, 5))
-    out = np.zeros((minima.size, 4))
+    out = table(minima.size, 4, 0.0)
     for n in range(minima.size):
-        i, j = minima[n] // z.shape[1], minima[n] % z.shape[1]
-        start = axes[0] + i * pixel[0], axes[1] + j * pixel[1]
-        x, y, height, label = _roll(rows, touched, labels, start, np.int32(n + 1), axes, pixel, ball, which, planes)
-        out[n, 0], out[n, 1], out[n, 2], out[n, 3] = x, y, height, label
+        i, j = minima[n] // ground.shape[1], minima[n] % ground.shape[1]
+        x, y = ground.first[0] + i * ground.pixel[0], ground.first[1] + j * ground.pixel[1]
+        out[n, 0], out[n, 1], out[n, 2], out[n, 3] = _roll(ground, labels, x, y, np.int32(n + 1))
     return out
 
 
@@ -280,84 +281,107 @@ def borders(z, labels):
 
 
 @kernel
-def _between(row_a, row_b, ball, x, y):
-    """Return where on the line that joins two patches the sphere touches both at once, and its height; NaN if nowhere."""
-    _, ua, va = touch(row_a, x, y, ball)
-    _, ub, vb = touch(row_b, x, y, ball)
-    t = 0.5
-    for _ in range(6):
+def _between(a, b, ball, place):
+    """Return where on the line that joins two patches the sphere touches both at once, and its height; NaN if nowhere.
+
+    Where it touches them hardly moves with the sphere: the line is drawn anew a few times.
+    """
+    x, y, height = place[0], place[1], np.nan
+    for _ in range(3):
+        _, ua, va = touch(a, x, y, ball)
+        _, ub, vb = touch(b, x, y, ball)
         low, high = 0.0, 1.0
-        for _ in range(40):
-            t = 0.5 * (low + high)
-            a = touch(row_a, ua + t * (ub - ua), va + t * (vb - va), ball)[0]
-            b = touch(row_b, ua + t * (ub - ua), va + t * (vb - va), ball)[0]
-            if a > b:
-                low = t
+        f_low = touch(a, ua, va, ball)[0] - touch(b, ua, va, ball)[0]
+        f_high = touch(a, ub, vb, ball)[0] - touch(b, ub, vb, ball)[0]
+        if not (f_low > 0 > f_high):
+            return x, y, np.nan
+        for _ in range(4):  # false position: the difference is nearly a straight line
+            t = (low * f_high - high * f_low) / (f_high - f_low)
+            x, y = ua + t * (ub - ua), va + t * (vb - va)
+            height = touch(a, x, y, ball)[0]
+            f = height - touch(b, x, y, ball)[0]
+            if f > 0:
+                low, f_low = t, f
             else:
-                high = t
-        if t < 1e-6 or t > 1 - 1e-6:
-            return np.nan, np.nan, np.nan
-        x, y = ua + t * (ub - ua), va + t * (vb - va)
-        a, ua, va = touch(row_a, x, y, ball)
-        b, ub, vb = touch(row_b, x, y, ball)
-    return x, y, max(a, b)
+                high, f_high = t, f
+    return x, y, height
 
 
 @kernel
-def passes(z, touched, pixels, rows, axes, pixel, ball):
+def _off_line(a, b, x, y):
+    """Return the squared distance of a place from the line between two patches, as far as it lies between them."""
+    dx, dy = b[3] - a[3], b[4] - a[4]
+    along = ((x - a[3]) * dx + (y - a[4]) * dy) / (dx * dx + dy * dy)
+    along = min(max(along, 0.0), 1.0)
+    return (x - a[3] - along * dx) ** 2 + (y - a[4] - along * dy) ** 2
+
+
+@kernel
+def _apart(a, b, pixel):
+    """Return whether two contacts lie on different summits."""
+    return max(abs(a[3] - b[3]) / pixel[0], abs(a[4] - b[4]) / pixel[1]) >= _APART
+
+
+@kernel
+def passes(z, pixels, ground):
     """Return x, y and height (nm) of the pass at each of some pixels of a border, (passes, 3)."""
-    which, out = line(25, np.int64(0)), np.zeros((pixels.size, 3))
-    largest = max(pixel[0], pixel[1])
+    out, ball = table(pixels.size, 3, 0.0), ground.ball
+    largest = max(ground.pixel[0], ground.pixel[1])
     for n in range(pixels.size):
         i, j = pixels[n] // z.shape[1], pixels[n] % z.shape[1]
-        x, y = axes[0] + i * pixel[0], axes[1] + j * pixel[1]
+        x, y = ground.first[0] + i * ground.pixel[0], ground.first[1] + j * ground.pixel[1]
         out[n, 0], out[n, 1], out[n, 2] = x, y, z[i, j]
-        count = _patches_around(touched, i, j, which)
-        nearest = (2.5 * largest) ** 2
-        for a in range(count):
-            for b in range(a):
-                one, other = rows[which[a]], rows[which[b]]
-                if max(abs(one[0] - other[0]) / pixel[0], abs(one[1] - other[1]) / pixel[1]) < _APART:
+        which, nearest = _near(ground, i, j), (2.0 * largest) ** 2
+        planes = _planes(ground, which, x, y, largest)
+        for p in range(len(planes)):
+            for q in range(p):
+                a, b = planes[p], planes[q]
+                if not _apart(a, b, ground.pixel) or _off_line(a, b, x, y) > nearest:
                     continue
-                px, py, height = _between(one, other, ball, x, y)
+                px, py, height = _between(ground.patches[int(a[5])], ground.patches[int(b[5])], ball, (x, y))
                 distance = (px - x) ** 2 + (py - y) ** 2
-                if not distance < nearest:
+                if not (height < np.inf and distance < nearest):
                     continue
-                over = height
-                for c in range(count):
-                    over = max(over, touch(rows[which[c]], px, py, ball)[0])
-                if over <= height + 1e-9 * ball.radius:
+                if _height(ground, which, px, py) <= height + 1e-9 * ball.radius:
                     nearest = distance
                     out[n, 0], out[n, 1], out[n, 2] = px, py, height
     return out
 
 
 @kernel
-def carriers(touched, places, rows, axes, pixel, ball, slack):
+def carriers(places, ground, slack):
     """Return for each place the number of summits that carry a sphere, and where it touches them, (places, most, 2).
 
     Patches within ``slack`` (pixels) of motion of the sphere from being touched count; those side by side are one.
     """
-    which, planes = line(25, np.int64(0)), np.zeros((25, 5))
     most = 8
     number, at = line(len(places), 0), np.full((len(places), most, 2), np.nan)
+    kept = table(most, 5, 0.0)
     for n in range(len(places)):
-        x, y = places[n, 0], places[n, 1]
-        i, j = int(np.floor((x - axes[0]) / pixel[0] + 0.5)), int(np.floor((y - axes[1]) / pixel[1] + 0.5))
-        i, j = min(max(i, 0), touched.shape[0] - 1), min(max(j, 0), touched.shape[1] - 1)
-        count = _patches_around(touched, i, j, which)
-        highest = _planes(rows, which, count, x, y, ball, planes)
-        count = _near_highest(planes, count, highest, slack * max(pixel[0], pixel[1]))
-        order = np.argsort(-planes[:count, 0])
-        for k in order:
+        i, j = _pixel_at(ground, places[n, 0], places[n, 1])
+        i, j = min(max(i, 0), ground.shape[0] - 1), min(max(j, 0), ground.shape[1] - 1)
+        reach = slack * max(ground.pixel[0], ground.pixel[1])
+        planes = _planes(ground, _near(ground, i, j), places[n, 0], places[n, 1], reach)
+        for k in np.argsort(-planes[:, 0]):
             new = number[n] < most
             for m in range(number[n]):
-                off_x, off_y = (planes[k, 3] - at[n, m, 0]) / pixel[0], (planes[k, 4] - at[n, m, 1]) / pixel[1]
-                new &= max(abs(off_x), abs(off_y)) >= _APART
+                new &= _apart(planes[k], kept[m], ground.pixel)
             if new:
+                kept[number[n]] = planes[k, :5]
                 at[n, number[n], 0], at[n, number[n], 1] = planes[k, 3], planes[k, 4]
                 number[n] += 1
     return number, at
+
+
+@kernel
+def heights(places, ground):
+    """Return the heights (nm) of the sphere at places."""
+    out = line(len(places), 0.0)
+    for n in range(len(places)):
+        i, j = _pixel_at(ground, places[n, 0], places[n, 1])
+        i, j = min(max(i, 0), ground.shape[0] - 1), min(max(j, 0), ground.shape[1] - 1)
+        out[n] = _height(ground, _near(ground, i, j), places[n, 0], places[n, 1])
+    return out
 
 
 @kernel

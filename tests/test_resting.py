@@ -1,0 +1,221 @@
+"""Places of rest: closed forms for a few summits, symmetry, and what a scan's tiles and pixels may not change."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import roughxr
+from roughxr.detachment.resting import resting
+from roughxr.kernels.topography import dilation
+
+from .surfaces import glass_pair, rough, scan
+
+RADIUS = 3000.0
+
+
+def caps(centres, pixel, *, radius=400.0, half=300.0):
+    """Return spheres of a radius (nm) whose centres lie at height 0, on a ground far below."""
+    n = int(2 * half / pixel) + 1
+    axis = (np.arange(n) - (n - 1) / 2) * pixel
+    x, y = axis[:, None], axis[None, :]
+    r2 = np.min([(x - a) ** 2 + (y - b) ** 2 for a, b in centres], axis=0)
+    height = np.where(r2 < (0.5 * radius) ** 2, np.sqrt(np.maximum(radius**2 - r2, 0)), 0.8 * radius)
+    return glass_pair(scan(height, pixel), RADIUS)
+
+
+def polygon(corners, ring, turn=0.3, off=(3.1, -7.4)):
+    """Return the corners of a regular polygon of a circumradius (nm), turned and off the pixels."""
+    angle = turn + 2 * np.pi * np.arange(corners) / corners
+    return np.column_stack([off[0] + ring * np.cos(angle), off[1] + ring * np.sin(angle)])
+
+
+def on_circle(ring, radius=400.0):
+    """Return the height of the sphere's lowest point where it touches caps at a distance from its axis."""
+    return np.sqrt((RADIUS + radius) ** 2 - ring**2) - RADIUS
+
+
+@pytest.mark.parametrize("corners", [3, 4])
+def test_a_sphere_rests_in_the_middle_of_equal_summits(corners):
+    pixel, ring = 4.0, 150.0
+    found = resting(caps(polygon(corners, ring), pixel))
+    assert found.sizes["subregion"] == 1
+    place = found.isel(subregion=0)
+    assert np.hypot(place.subregion_x - 3.1, place.subregion_y + 7.4) < 0.1 * pixel
+    assert float(place.rest_height) == pytest.approx(on_circle(ring), abs=2e-3)
+    assert int(place.carriers) == corners
+    at = np.hypot(place.carrier_x - 3.1, place.carrier_y + 7.4)[:corners]
+    assert at.values == pytest.approx(ring * RADIUS / (RADIUS + 400.0), abs=0.2 * pixel)
+
+
+@pytest.mark.parametrize("corners", [3, 4])
+def test_the_pass_lies_between_two_summits(corners):
+    ring = 150.0
+    place = resting(caps(polygon(corners, ring), 4.0)).isel(subregion=0)
+    half_side = ring * np.sin(np.pi / corners)
+    assert float(place.barrier) == pytest.approx(on_circle(half_side) - on_circle(ring), abs=4e-3)
+    assert int(place.pass_to) == -1
+    off = np.hypot(place.pass_x - 3.1, place.pass_y + 7.4)
+    assert float(off) == pytest.approx(ring * np.cos(np.pi / corners), abs=0.4)
+
+
+def test_unequal_summits_shift_the_rest_as_the_sphere_through_three_points_says():
+    x = polygon(3, 150.0)
+    radii = np.array([400.0, 380.0, 420.0])
+    pixel, n = 3.0, 201
+    axis = (np.arange(n) - 100) * pixel
+    r2 = [(axis[:, None] - a) ** 2 + (axis - b) ** 2 for a, b in x]
+    tops = [np.where(q < 150.0**2, np.sqrt(np.maximum(r**2 - q, 0)) - r, -25.0) for q, r in zip(r2, radii)]
+    found = resting(glass_pair(scan(np.max(tops, axis=0), pixel), RADIUS)).isel(subregion=0)
+    from scipy.optimize import fsolve
+
+    def equal(p):
+        heights = [np.sqrt((RADIUS + r) ** 2 - (p[0] - a) ** 2 - (p[1] - b) ** 2) - r for (a, b), r in zip(x, radii)]
+        return np.diff(heights)
+
+    expected = fsolve(equal, x.mean(axis=0))
+    assert np.hypot(found.subregion_x - expected[0], found.subregion_y - expected[1]) < 0.1 * pixel
+
+
+def test_the_resting_moment_is_that_about_the_axis_of_each_pair():
+    centres = polygon(3, 150.0, turn=np.pi / 6)
+    surface = caps(centres, 2.5, radius=60.0, half=220.0).drop_vars("contact_modulus")
+    surface = roughxr.assign_pair(surface, sphere_radius=RADIUS, contact_modulus=1e4, work_of_adhesion=1.35)
+    place = resting(surface)
+    assert place.sizes["subregion"] == 1
+    held = roughxr.rolling(surface, directions=np.pi / 6 + np.pi / 3 * np.arange(6), subregions=place)
+    assert int(held.contacts[0]) == 3
+    radius = 60.0 * RADIUS / (RADIUS + 60.0)
+    one = 1.5 * np.pi * float(surface.work_of_adhesion) * radius
+    lever = 1.5 * 150.0 * RADIUS / (RADIUS + 60.0)  # of the third contact about the axis of two
+    over_pairs = held.resisting_moment.values[0, 1::2]
+    over_summits = held.resisting_moment.values[0, ::2]
+    assert over_pairs == pytest.approx(one * lever, rel=0.02)  # small contacts
+    assert np.ptp(over_pairs) < 0.02 * over_pairs.mean()
+    assert (over_summits > over_pairs.max()).all()  # two contacts let go behind one
+
+
+@pytest.mark.parametrize("amplitude", [1.0, 8.0])
+def test_an_egg_box_has_its_rests_in_the_valleys_its_passes_half_way_and_equal_shares(amplitude):
+    wave, pixel = 400.0, 8.0
+    axis = np.arange(250) * pixel
+    height = amplitude * (np.cos(2 * np.pi * axis[:, None] / wave) + np.cos(2 * np.pi * axis / wave))
+    found = resting(glass_pair(scan(height, pixel), 1500.0))
+    x0 = -124.5 * pixel
+    inner = found.where(~found.truncated, drop=True)
+    assert inner.sizes["subregion"] == 9  # of 5 × 5, without those at the edge
+    for axis_name in ("subregion_x", "subregion_y"):
+        phase = ((inner[axis_name].values - x0) / wave) % 1
+        assert phase == pytest.approx(0.5, abs=0.1 * pixel / wave)
+    assert inner.landing_share.values == pytest.approx(float(inner.landing_share.mean()), rel=0.03)
+    half = [((inner[f"pass_{axis}"] - x0) / wave).values for axis in "xy"]
+    on_ridge = np.array([np.abs(v % 1 - 0.5) for v in half])
+    assert np.sort(on_ridge, axis=0)[1] == pytest.approx(0.5, abs=0.02)  # half way between two valleys
+    assert np.sort(on_ridge, axis=0)[0] == pytest.approx(0.0, abs=0.02)
+
+
+@pytest.mark.parametrize("name", ["tilted", "level", "bump"])
+def test_where_nothing_holds_a_sphere_there_is_no_rest_and_it_is_said(name):
+    axis = np.arange(60) * 5.0
+    x, y = axis[:, None] - 147.0, axis - 147.0
+    height = {"tilted": 0.02 * x + 0.01 * y, "level": 0 * (x + y), "bump": 20 * np.exp(-(x**2 + y**2) / 60.0**2)}
+    with pytest.warns(UserWarning, match="no place of rest"):
+        found = resting(glass_pair(scan(height[name], 5.0)))
+    assert found.sizes["subregion"] == 0 and found.attrs["share_off_scan"] == 1.0
+    with pytest.raises(ValueError, match="found none"):
+        roughxr.regions.centres(found, found)
+
+
+def test_places_converge_with_the_pixel():
+    exact = resting(_hills(2.0))
+    errors = []
+    for pixel in (16.0, 8.0):
+        found = resting(_hills(pixel), least_barrier=0.02)
+        off = [np.hypot(found.subregion_x - a, found.subregion_y - b).min() for a, b in _inner(exact)]
+        errors.append(float(np.median(off)))
+    assert errors[1] < 0.1 * 8.0
+    assert errors[1] < 0.5 * errors[0]
+
+
+def _inner(ds):
+    kept = ds.where(~ds.truncated & (ds.barrier > 0.05), drop=True)
+    return list(zip(kept.subregion_x.values, kept.subregion_y.values))
+
+
+def _hills(pixel):
+    """Return a sum of a few waves, longer than 200 nm, on pixels of any size."""
+    rng = np.random.default_rng(3)
+    axis = np.arange(-640.0, 640.1, pixel)
+    height = 0.0
+    for _ in range(20):
+        (kx, ky), phase = 2 * np.pi * rng.uniform(-1, 1, 2) / 200.0, rng.uniform(0, 2 * np.pi)
+        height = height + 2 * np.cos(kx * axis[:, None] + ky * axis + phase)
+    return glass_pair(scan(height, pixel))
+
+
+def test_every_rest_is_lower_than_all_around_it_and_stands_on_its_carriers():
+    surface = glass_pair(scan(rough(128, rms=3.0, smooth=2.0), 10.0))
+    found = resting(surface)
+    assert found.sizes["subregion"] > 20
+    assert (found.barrier > 0).all() and float(found.landing_share.sum()) == pytest.approx(1.0)
+    z = np.ascontiguousarray(surface.height.values)
+    axes = surface.x.values, surface.y.values
+    ball = dilation.Ball(RADIUS, 5.0, 5.0)
+    rows, _ = dilation.patches(z, *axes, (10.0, 10.0), RADIUS, dilation.reach_of(RADIUS, np.ptp(z)))
+    for place in (found.isel(subregion=k) for k in range(0, found.sizes["subregion"], 5)):
+        at = float(place.subregion_x), float(place.subregion_y)
+        around = [(at[0] + r * np.cos(a), at[1] + r * np.sin(a)) for r in (1.0, 3.0) for a in np.arange(0, 6.28, 0.2)]
+        heights = [max(dilation.touch(row, *p, ball)[0] for row in rows) for p in [at, *around]]
+        assert heights[0] == pytest.approx(float(place.rest_height), abs=1e-9)
+        assert min(heights[1:]) > heights[0]
+
+
+def test_the_height_over_all_pixels_is_the_largest_over_all_of_them():
+    z = rough(48, rms=4.0, smooth=1.0)
+    x = np.arange(48) * 9.0
+    ball = dilation.Ball(500.0, 4.5, 4.5)
+    rows, _ = dilation.patches(z, x, x, (9.0, 9.0), 500.0, dilation.reach_of(500.0, np.ptp(z)))
+    found, bounds, lists = dilation.dilation(rows, x, x, ball)
+    every, _ = dilation.patches(z, x, x, (9.0, 9.0), 500.0, 500.0)  # no pixel is left out
+    assert len(every) == z.size > len(rows)
+    for i, j in np.random.default_rng(0).integers(0, 48, (40, 2)):
+        heights = [dilation.touch(row, x[i], x[j], ball)[0] for row in every]
+        assert found[i, j] == max(heights)
+        start, stop = bounds[i // dilation.SIDE, j // dilation.SIDE]
+        best = every[int(np.argmax(heights))]
+        assert (rows[lists[start:stop], :2] == best[:2]).all(axis=1).any()
+
+
+def test_a_lazy_scan_in_tiles_gives_the_same_places(monkeypatch):
+    surface = glass_pair(scan(rough(150, rms=3.0, smooth=2.0, seed=2), 10.0))
+    whole = resting(surface)
+    monkeypatch.setattr("roughxr.detachment.resting._SIDE", 64)
+    for ds in (surface, surface.chunk(x=40, y=77)):
+        xr.testing.assert_allclose(resting(ds), whole, rtol=0, atol=1e-9)
+
+
+def test_a_turned_scan_has_turned_places():
+    surface = glass_pair(scan(rough(96, rms=3.0, smooth=2.0, seed=4), 10.0))
+    found, mirrored = resting(surface), resting(glass_pair(scan(surface.height.values[::-1].T, 10.0)))
+    one = np.sort(found.rest_height.values)
+    assert np.sort(mirrored.rest_height.values) == pytest.approx(one, abs=5e-5)
+    assert np.sort(mirrored.landing_share) == pytest.approx(np.sort(found.landing_share), abs=2e-3)
+
+
+def test_shallow_rests_are_part_of_the_next():
+    surface = glass_pair(scan(rough(128, rms=3.0, smooth=2.0), 10.0))
+    every, deep = resting(surface), resting(surface, least_barrier=0.2)
+    assert deep.sizes["subregion"] < every.sizes["subregion"]
+    assert float(deep.barrier.min()) >= 0.2
+    assert set(deep.subregion_x.values) <= set(every.subregion_x.values)
+
+
+def test_missing_pixels_and_wrong_options_are_said():
+    surface = glass_pair(scan(rough(32), 10.0))
+    with pytest.raises(ValueError, match="missing pixels"):
+        resting(surface.where(surface.x > surface.x[3]))
+    with pytest.raises(ValueError, match="settle"):
+        resting(surface, settle="glue")
+    with pytest.raises(ValueError, match="least_barrier"):
+        resting(surface, least_barrier=-1)
+    with pytest.raises(ValueError, match="particle_density"):
+        resting(surface, settle="adhesion")
