@@ -9,7 +9,6 @@ import roughxr
 from roughxr.files import archive
 from roughxr.presentation import figures, report
 from roughxr.studies.sensitivities import SIMULATED, cut_off_waves, error_budget, sensitivity
-from roughxr.studies.sensitivities.budget import ENTRIES
 
 QUICK = {"law": "exponential", "refine": 1, "step": 0.8}
 
@@ -67,8 +66,7 @@ def test_a_smooth_sphere_depends_on_work_and_radius_in_proportion_and_not_on_the
 def test_what_is_not_off_gives_nothing_and_what_was_not_computed_says_why(budget):
     entry = budget.relative_error.to_series()
     why = budget.how.to_series()
-    assert tuple(budget.entry.values) == ENTRIES
-    assert entry["modulus"] == 0.0
+    assert entry["modulus"] == 0.0  # it was changed by nothing
     assert np.isnan(entry["tip"]) and "tip_radius: expected" in why["tip"]
     assert np.isnan(entry["levelling"]) and why["levelling"] == "not computed: left out of the settings"
     assert 0.05 < entry["work of adhesion"] < 0.3

@@ -30,14 +30,6 @@ def rows(regime):
     return table[::4].assign(**{name: [one[name] for one in ratio] for name in ratio[0]})
 
 
-def test_the_family_spans_what_it_should(regime):
-    table = pd.read_csv(regime.TABLE).dropna(subset=["direct"])
-    made = table[table.group == "made"]
-    assert made[["hurst", "rolloff", "cutoff", "rms"]].drop_duplicates().shape[0] == 16
-    assert made[["radius", "work"]].drop_duplicates().shape[0] == 4
-    assert table.drop_duplicates(["seed"]).shape[0] == 2
-
-
 @pytest.mark.parametrize("group", ["made", "held"])
 def test_most_surfaces_lie_within_the_rule(rows, group):
     """Nine of ten by its making; of a few rows, three of four."""

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.superposition import superpose
 from roughxr.kernels.halfspace import displacement_control as kalker
 
@@ -10,8 +11,10 @@ from .surfaces import glass_pair, rough, scan, sphere_gap
 
 
 def test_a_few_cells_touch():
+    """Hertz's force of a sphere, 4/3 E* √R δ^3/2; the contact is two and a half cells in radius."""
     solution = kalker.solve(sphere_gap(9, 9.77), 0.2, 9.77, 39.4)
-    assert solution.converged and solution.force > 0
+    assert solution.converged
+    assert solution.force == pytest.approx(4 / 3 * 39.4 * np.sqrt(3000.0) * 0.2**1.5, rel=0.05)
 
 
 def test_a_box_of_cells_touches_by_transforms():
@@ -23,6 +26,9 @@ def test_a_box_of_cells_touches_by_transforms():
 
 
 def test_asperities_add_up():
-    surface = glass_pair(scan(rough(24, seed=1)))
-    found = superpose(surface, delta=[0.0, 4.0])
-    assert found.force.shape == (1, 2)
+    """The force is the sum of those of the asperities one by one."""
+    catalogue = asperities(glass_pair(scan(rough(24, seed=1))))
+    found = superpose(catalogue, delta=[4.0], law="hertz")
+    alone = [superpose(catalogue.isel(asperity=[k]), delta=[4.0], law="hertz") for k in range(catalogue.asperity.size)]
+    assert int(found.contacts.sum()) > 1
+    assert float(found.force.sum()) == pytest.approx(sum(float(one.force.sum()) for one in alone), rel=1e-12)

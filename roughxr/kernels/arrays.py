@@ -1,40 +1,18 @@
 """Arrays for kernels to fill, allocated by the same functions everywhere.
 
 NumPy's own ``zeros``, ``full`` and the like are compiled again for every type and every form of their arguments, some
-0.1 s each time; here one function serves all vectors of a type, and one all tables. Even ``empty`` takes 0.06 s for
-each type and form: `unset` is written where it is called, as Numba writes the arrays that expressions make. It builds
-on a function of Numba's that is not public, tried with 0.63 and 0.68; `_unset_plain`, compiled, gives the same arrays.
+0.1 s each time; here one function serves all vectors of a type, and one all tables.
 """
 
 import numpy as np
-from numba import config, types
-from numba.core.cgutils import unpack_tuple
-from numba.extending import intrinsic
-from numba.np.arrayobj import _empty_nd_impl
 
 from .jit import kernel
 
 
-@intrinsic
-def _unset(typing, shape, value):
-    array = types.Array(types.unliteral(value), len(shape), "C")
-
-    def write(context, builder, signature, arguments):
-        lengths = [
-            context.cast(builder, length, kind, types.intp)
-            for length, kind in zip(unpack_tuple(builder, arguments[0]), signature.args[0])
-        ]
-        return _empty_nd_impl(context, builder, array, lengths)._getvalue()
-
-    return array(shape, value), write
-
-
-def _unset_plain(shape, value):
+@kernel
+def unset(shape, value):
+    """Return an array of the shape, a tuple of lengths ≥ 0, in the type of the value, its values unset."""
     return np.empty(shape, type(value))
-
-
-#: ``unset(shape, value)``: an array of the shape, a tuple of lengths ≥ 0, in the type of the value, its values unset.
-unset = _unset_plain if config.DISABLE_JIT else _unset
 
 
 @kernel

@@ -21,13 +21,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..jit import kernel
-from .active_set import CONVERGED, ITERATION_LIMIT
+from .active_set import CONVERGED
 from .products import coefficients_for, no_transfers
 from .warm_start import COARSE_ITERATIONS, COARSE_TOLERANCE, coarser, extrapolated, half_deep, refined
 from .working_set import WarmStart, depth_in, overlapping, put, solve_in_box
-
-#: Words for each status.
-REASONS = {CONVERGED: "converged", ITERATION_LIMIT: "iteration limit reached before the tolerance"}
 
 #: Columns for each solve of a sweep: force nN, area nm², status, products A p, the largest |g| in contact or of the
 #: wrong sign outside over the deepest overlap; force nN and area nm² of cells at the hardness or above, and the volume
