@@ -17,10 +17,10 @@ from .vocabulary.text import printable
 #: Laws of attraction, the same as in `adhesive`, repeated here so that help needs no import of the solver.
 LAWS = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
 
-#: Codes of `to_dem`, loads of `critical_load`, and fluids with their kg/m³ and m²/s at 20 °C.
+#: Codes of `to_dem`, loads of `critical_load`, and its fluids.
 PARTICLE_CODES = ("lammps", "4c", "liggghts", "mercurydpm", "yade", "rock_n_roll")
 LOADS = ("wall_shear", "tilt", "centrifuge", "vibration")
-FLUIDS = {"air": (1.181, 1.539e-5), "water": (998.2, 1.004e-6)}
+FLUIDS = ("air", "water")
 
 #: Control characters that may be printed.
 _LINES = "\n\t"
@@ -317,9 +317,7 @@ def _add_detach(commands) -> None:
     command = commands.add_parser("detach", help="say at what flow, shake or tilt the sphere of a run comes off")
     command.add_argument("run", metavar="RUN", help="the archive of a run, such as run.nc, or its folder")
     command.add_argument("--load", default="wall_shear", choices=LOADS, help="default: %(default)s")
-    command.add_argument(
-        "--fluid", default="air", choices=sorted(FLUIDS), help="at 20 °C; adhesion stays as in the run"
-    )
+    command.add_argument("--fluid", default="air", choices=FLUIDS, help="at 20 °C; adhesion stays as in the run")
     command.add_argument("--particle-density", metavar="RHO", help="kg/m³; default: no weight, in a flow")
     slides = command.add_mutually_exclusive_group()
     slides.add_argument("--friction-coefficient", type=float, metavar="MU", help="default: nothing slides")
@@ -565,13 +563,11 @@ def _detach(options) -> None:
             "indenter's map or of an older roughxr hold none: run it again"
         )
     held = report.moments_of(groups, options.method)
-    density, viscosity = FLUIDS[options.fluid]
     critical = detachment.critical_load(
         held,
         options.load,
         particle_density=options.particle_density and _number(options.particle_density),
-        medium_density=density,
-        viscosity=viscosity,
+        flow=options.fluid,
         friction_coefficient=options.friction_coefficient,
         shear_strength=options.shear_strength and _number(options.shear_strength),
     )

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 import roughxr
 from roughxr import detachment
-from roughxr.detachment import Load, Push, biasi_adhesion, rock_n_roll
+from roughxr.detachment import Flow, Load, Push, biasi_adhesion, rock_n_roll
 from roughxr.detachment.for_codes import by_place
 
 from .benchmarks import reeks_hall
@@ -71,7 +71,7 @@ def test_weight_and_vibration():
 
 
 def test_a_sphere_rolls_where_the_flow_s_moment_is_what_it_resists():
-    found = held([3000.0, 12000.0]).contact.critical_load(lift="none")
+    found = held([3000.0, 12000.0]).contact.critical_load(flow=Flow(lift="none"))
     expected = np.sqrt(np.array([3000.0, 12000.0]) / (43.92 * 1.181e-9 * RADIUS**3))
     np.testing.assert_allclose(found.critical_friction_velocity, expected, rtol=1e-4)
     assert (found["mode"] == "roll").all() and found.critical_friction_velocity.units == "m s-1"
@@ -85,7 +85,7 @@ def test_a_sphere_rolls_where_the_flow_s_moment_is_what_it_resists():
     ],
 )
 def test_it_slides_where_friction_is_weak(options, mode, force):
-    found = held(1e9, hinge=0.0).contact.critical_load(lift="none", **options)
+    found = held(1e9, hinge=0.0).contact.critical_load(flow=Flow(lift="none"), **options)
     assert found["mode"].item() == mode
     assert detachment.drag(found.critical_friction_velocity.item(), RADIUS) == pytest.approx(force, rel=1e-9)
 
@@ -144,8 +144,8 @@ def test_hall_s_lift_and_creeping_drag_hold_together_nowhere():
     """Hall measured from r⁺ = 1.8 on, creeping flow ends at 1: between and on either side one of both is stretched."""
     assert detachment.loads.HALL_RANGE[0] > detachment.loads.CREEPING
     ground = held(np.geomspace(1e-3, 1e9, 30)[:, None])
-    assert not ground.contact.critical_load(lift="hall").in_range.any()
-    assert ground.contact.critical_load(lift="leighton_acrivos").in_range.any()
+    assert not ground.contact.critical_load(flow=Flow(lift="hall")).in_range.any()
+    assert ground.contact.critical_load(flow=Flow(lift="leighton_acrivos")).in_range.any()
 
 
 def test_the_weakest_direction_is_where_it_rolls_first():
@@ -159,7 +159,7 @@ def test_places_without_contact_and_places_that_nothing_moves():
     moment = np.array([[np.nan], [1e30], [-10.0]])  # the last by more than its weight's moment
     found = held(moment).contact.critical_load("centrifuge", particle_density=4000).critical_acceleration
     assert np.isnan(found[0]) and np.isfinite(found[1]) and found[2] == 0  # the second is lifted
-    modes = held(moment, hinge=0.0).contact.critical_load(lift="none")["mode"].values.tolist()
+    modes = held(moment, hinge=0.0).contact.critical_load(flow=Flow(lift="none"))["mode"].values.tolist()
     assert modes == ["no contact", "none", "roll"]
 
 
@@ -170,7 +170,7 @@ def test_critical_values_are_samples_as_all_else():
     assert found.contact.pdf(name, method="kde").units == "s m-1"
     assert float(found.contact.cdf(name)[-1]) == 1.0
     assert found.contact.fit(name).sizes["law"] > 1
-    interval = found.contact.bootstrap(name, statistics=["mean"], resamples=99)
+    interval = found.contact.bootstrap(name, statistics=["mean"])
     assert (interval.low < interval.estimate).all()
     assert float(found.contact.summary()[name].sel(statistic="count")) == 60
 
@@ -218,7 +218,7 @@ def test_rock_n_roll_is_a_probability_that_falls_with_flow_and_time():
 
 def test_computed_moments_go_as_the_closed_form_of_one_place():
     ground = held([4000.0])
-    found = ground.contact.resuspension(friction_velocity=[0.5, 0.7, 0.9], time=[0.01, 1.0], lift="none")
+    found = ground.contact.resuspension(friction_velocity=[0.5, 0.7, 0.9], time=[0.01, 1.0], flow=Flow(lift="none"))
     speed = found.friction_velocity.values
     ratio = 43.92 * 1.181e-9 * speed**2 * RADIUS**3 / 4000.0
     expected = np.exp(-detachment.resuspension_rate(ratio, speed)[:, None] * np.array([0.01, 1.0]))
@@ -229,18 +229,18 @@ def test_computed_moments_go_as_the_closed_form_of_one_place():
 def test_static_remaining_is_the_share_of_places_with_a_larger_critical_velocity():
     ground = held(np.exp(np.random.default_rng(4).normal(8, 1, (50, 1))))
     speed = [0.2, 0.5, 1.0, 2.0]
-    found = ground.contact.resuspension(friction_velocity=speed, model="static", resamples=99)
+    found = ground.contact.resuspension(friction_velocity=speed, model="static")
     critical = ground.contact.critical_load().critical_friction_velocity.values
     np.testing.assert_allclose(found.remaining[:, 0], [(critical > u).mean() for u in speed])
     assert (found.remaining_low <= found.remaining).all() and (found.remaining <= found.remaining_high).all()
-    turbulent = ground.contact.resuspension(friction_velocity=speed, resamples=99)
+    turbulent = ground.contact.resuspension(friction_velocity=speed)
     assert (turbulent.remaining <= found.remaining + 1e-12).all()  # fluctuations only help
 
 
 def test_from_a_scan_to_the_fraction_left():
     surface = glass_pair(scan(rough(48, seed=1)))
     found = surface.contact.rolling(directions=8, subregions=(3, 3)).contact.resuspension(
-        friction_velocity=np.geomspace(1, 1000, 5), particle_density=2500, resamples=99
+        friction_velocity=np.geomspace(1, 1000, 5), particle_density=2500
     )
     assert found.remaining[0] == 1 and found.remaining[-1] == 0
     assert not found.in_range[-1]
@@ -275,9 +275,9 @@ def test_sizes_go_through_to_critical_values(sizes, load):
 def test_a_powder_of_several_sizes_is_left_in_their_shares(sizes):
     _, held_by_size = sizes
     speeds = np.geomspace(0.5, 500, 12)
-    found = held_by_size.contact.resuspension(friction_velocity=speeds, resamples=99)
+    found = held_by_size.contact.resuspension(friction_velocity=speeds)
     assert dict(found.remaining.sizes) == {"sphere_radius": 3, "friction_velocity": 12, "time": 1}
-    alone = held_by_size.isel(sphere_radius=1).contact.resuspension(friction_velocity=speeds, resamples=99)
+    alone = held_by_size.isel(sphere_radius=1).contact.resuspension(friction_velocity=speeds)
     np.testing.assert_allclose(found.remaining.isel(sphere_radius=1), alone.remaining)
     shares = xr.DataArray([0.2, 0.5, 0.3], dims="sphere_radius")
     powder = (found.remaining * shares).sum("sphere_radius")
@@ -316,7 +316,7 @@ def test_the_rose_and_the_fraction_remaining_are_drawn():
     median = rose.lines[0].get_ydata()
     np.testing.assert_allclose(median[:-1], 2 * np.linspace(1000, 4000, 72))
     assert median[0] == median[-1] and "3 places" in rose.get_xlabel()
-    left = ground.contact.resuspension(friction_velocity=np.linspace(0.1, 6, 9), time=[0.1, 1.0], resamples=99)
+    left = ground.contact.resuspension(friction_velocity=np.linspace(0.1, 6, 9), time=[0.1, 1.0])
     measured = {"a run": ([0.5, 1.0], [0.9, 0.1])}
     ax = roughxr.figures.fraction_remaining(left, measured=measured, ax=Figure().subplots())
     words = [text.get_text() for text in ax.get_legend().get_texts()]

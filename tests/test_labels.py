@@ -25,7 +25,7 @@ def results():
         "critical_load": held.contact.critical_load(),
         "critical angle": held.contact.critical_load("tilt", particle_density=2500),
         "critical acceleration": held.contact.critical_load("centrifuge", particle_density=2500),
-        "resuspension": held.contact.resuspension(friction_velocity=[1.0, 100.0], resamples=99),
+        "resuspension": held.contact.resuspension(friction_velocity=[1.0, 100.0]),
         "scan": surface,
         "asperities": surface.contact.asperities(),
         "superpose": sweep,

@@ -205,7 +205,7 @@ def test_results_do_not_depend_on_the_company(surface, formulation):
 
 def test_few_loads_are_needed(glass):
     """The bounds do their work: a search of all intervals would need some hundred thousand loads per centre."""
-    options = options_of(glass, "jkr", "energy", 0.3, "highest_peak", "sphere")
+    options = options_of(glass, "jkr", "energy", "highest_peak")
     forest = kernel.build_grid(catalogue_field(glass, options)[0], law("energy"), 3000.0, 0)
     rng = np.random.default_rng(3)
     x, y = rng.uniform(0, 5000, (2, 200))

@@ -1,10 +1,13 @@
 """Superposition against single asperities, the published formulas by hand, and itself under dask."""
 
+import functools
+
 import dask
 import numpy as np
 import pytest
 import xarray as xr
 
+from roughxr.asperity import superposition
 from roughxr.asperity.asperity_sum import FORMULATIONS
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.maps import pull_off_map
@@ -23,6 +26,13 @@ E, W, R = contact_modulus(75, 0.22), 2 * 0.6747, 3000.0
 @pytest.fixture(scope="module")
 def surface():
     return glass_pair(scan(rough(96, rms=1.5, seed=11)))
+
+
+@pytest.fixture
+def under_a_paraboloid(monkeypatch):
+    """Put Hertz's paraboloid in the place of the sphere."""
+    made = functools.partial(superposition.options_of, profile="parabola")
+    monkeypatch.setattr(superposition, "options_of", made)
 
 
 def one_asperity(curvature_x, curvature_y, height=10.0, at=(0.0, 0.0)):
@@ -167,26 +177,26 @@ def with_contacts(count, *, apart, curvatures=(0.004, 0.004), orientation=0.0, a
 
 
 @pytest.mark.parametrize("law", ["hertz", "jkr"])
-def test_contacts_overlap_where_their_radii_add_up_to_the_distance(law):
+def test_contacts_overlap_where_their_radii_add_up_to_the_distance(law, under_a_paraboloid):
     """Two of R = 250 nm, 40 nm apart: neither reaches the other's middle when they meet, at a = 20 nm."""
     deltas = np.linspace(-1, 4, 501)
     one, two = with_contacts(1, apart=40.0), with_contacts(2, apart=40.0)
     middle = ([20.0], [0.0])
-    radius = np.sqrt(superpose(one, delta=deltas, subregions=middle, law=law, profile="parabola").contact_area / np.pi)
-    found = superpose(two, delta=deltas, subregions=middle, law=law, profile="parabola").contacts_overlapping[0]
+    radius = np.sqrt(superpose(one, delta=deltas, subregions=middle, law=law).contact_area / np.pi)
+    found = superpose(two, delta=deltas, subregions=middle, law=law).contacts_overlapping[0]
     expected = np.where(radius[0] > 20.0, 2, 0)
     assert set(expected.tolist()) == {0, 2}
     np.testing.assert_array_equal(found, expected)
 
 
-def test_ellipses_overlap_by_the_radii_that_face_each_other():
+def test_ellipses_overlap_by_the_radii_that_face_each_other(under_a_paraboloid):
     """B/A = 9: end to end they meet long before side by side; any turn of all together changes nothing."""
     deltas = np.linspace(0.01, 6, 300)
 
     def begins(orientation, along):
         two = with_contacts(2, apart=40.0, curvatures=(0.002, 0.018), orientation=orientation, along=along)
         middle = ([20.0 * np.cos(along)], [20.0 * np.sin(along)])
-        found = superpose(two, delta=deltas, subregions=middle, law="hertz", profile="parabola")
+        found = superpose(two, delta=deltas, subregions=middle, law="hertz")
         overlapping = found.contacts_overlapping[0] > 0
         return float(found.delta[int(np.argmax(overlapping.values))]) if overlapping.any() else np.inf
 

@@ -47,11 +47,10 @@ class Options(NamedTuple):
         return read_law(self.law, self.adhesion_range) if self.law == "maugis" else read_law(self.law)
 
 
-def options_of(ds, law, formulation, datum, profile) -> Options:
+def options_of(ds, law, formulation, datum, profile="sphere") -> Options:
     """Return the options of a sum over asperities; raise where they do not go together."""
     _check(law, formulation)
     schema.one_of(datum, schema.DATUMS, "datum")
-    schema.one_of(profile, PROFILES, "profile")
     if "indenter_height" in ds:
         raise ValueError("expected a sphere (assign_pair with sphere_radius), found an indenter's map; use direct")
     radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")

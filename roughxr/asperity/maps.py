@@ -40,7 +40,6 @@ def pull_off_map(
     law: str = "jkr",
     formulation: str = "energy",
     datum: str = "highest_peak",
-    profile: str = "sphere",
     progress: bool = False,
 ) -> xr.Dataset:
     """Return the largest pull of the superposed asperities at each contact centre, whatever the displacement.
@@ -62,8 +61,6 @@ def pull_off_map(
         With law="jkr": how adhesion acts on an ellipse, see `superpose`.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, see `superpose`.
-    profile : {"sphere", "parabola"}
-        The exact sphere or Hertz's paraboloid.
     progress : bool
         Show progress on standard error.
 
@@ -101,7 +98,7 @@ def pull_off_map(
     kind = "asperities" if "asperity" in ds.dims else "scan"
     ds = schema.validate(ds, kind)
     schema.one_of(law, ADHESIVE, "law")
-    options = options_of(ds, law, formulation, datum, profile)
+    options = options_of(ds, law, formulation, datum)
     pixels = isinstance(subregions, str)
     positions = _pixels(ds, subregions) if pixels else regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)
@@ -114,7 +111,7 @@ def pull_off_map(
     out.attrs = {"datum": datum, "method": "superpose", **named, "missing": "NaN where no displacement pulls"}
     if not later_on:
         out.attrs |= expectation(catalogue, options.law)
-    arguments = {"subregions": subregions, **named, "datum": datum, "profile": profile}
+    arguments = {"subregions": subregions, **named, "datum": datum}
     out = schema.record(schema.label(out), "pull_off_map", ds, **arguments)
     out = parallel.finish(out, lazy=lazy, progress=progress)
     if not lazy:

@@ -61,7 +61,6 @@ def rolling(
     subregions: Any = None,
     law: str = "jkr",
     formulation: str = DEFAULT,
-    profile: str = "sphere",
     progress: bool = False,
 ) -> xr.Dataset:
     """Return the largest moment that contact, adhesion and load resist as the sphere begins to roll, by direction.
@@ -88,7 +87,6 @@ def rolling(
         Contact centres, see `regions.centres`; not for a solution, which has its own.
     law : {"jkr", "maugis", "hertz"}
     formulation : str
-    profile : {"sphere", "parabola"}
         As in `superpose`; not for a solution.
     progress : bool
         Show a bar while computing.
@@ -137,16 +135,16 @@ def rolling(
     angles = _angles(directions)
     push = float(magnitude(load, "nN", "load"))
     if "height" not in ds and "force" in ds:
-        _no_contact_options(subregions, law, formulation, profile)
+        _no_contact_options(subregions, law, formulation)
         return _finished(_of_states(ds, angles, push), ds, "adhesive", {"directions": angles, "load": push})
     kind = "asperities" if "asperity" in ds.dims else "scan"
     ds = schema.validate(ds, kind)
-    options = options_of(ds, law, formulation, "highest_peak", profile)
+    options = options_of(ds, law, formulation, "highest_peak")
     if law not in ADHESIVE and not push > 0:
         raise ValueError(f"load: expected a positive load (nN) where nothing adheres, found {push:g}; or law='jkr'")
     out = _of_asperities(ds, kind, options, angles, push, subregions, progress)
     named = law_of(law, formulation, options)
-    arguments = {"directions": angles, "load": push, "subregions": subregions, **named, "profile": profile}
+    arguments = {"directions": angles, "load": push, "subregions": subregions, **named}
     return _finished(out.assign_attrs(named), ds, "superpose", arguments)
 
 
@@ -161,9 +159,9 @@ def _angles(directions: Any) -> np.ndarray:
 
 def _no_contact_options(subregions: Any, *given: Any) -> None:
     """Raise where contact options are given for a solution, which has its own."""
-    if subregions is not None or given != ("jkr", DEFAULT, "sphere"):
+    if subregions is not None or given != ("jkr", DEFAULT):
         raise ValueError(
-            "subregions, law, formulation, profile: expected with a scan or a catalogue alone; a solution has its own"
+            "subregions, law, formulation: expected with a scan or a catalogue alone; a solution has its own"
         )
 
 

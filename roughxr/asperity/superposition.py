@@ -60,7 +60,6 @@ def superpose(
     law: str = "jkr",
     formulation: str = DEFAULT,
     datum: str = "highest_peak",
-    profile: str = "sphere",
     yielding: bool = True,
     preload: Any = None,
     progress: bool = False,
@@ -94,8 +93,6 @@ def superpose(
     datum : {"highest_peak", "first_contact"}
         Where delta = 0: the sphere's lowest point level with the highest point of the whole scan, or this
         subregion's first touch of a vertex.
-    profile : {"sphere", "parabola"}
-        The exact sphere or Hertz's paraboloid.
     yielding : bool
         Whether asperities yield at the assigned hardness; False: all stay elastic.
     preload : number or quantity, optional
@@ -156,7 +153,7 @@ def superpose(
     """
     kind = "asperities" if "asperity" in ds.dims else "scan"
     ds = schema.validate(ds, kind)
-    options = options_of(ds, law, formulation, datum, profile)
+    options = options_of(ds, law, formulation, datum)
     positions = regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)
     later_on = lazy and kind == "scan"
@@ -181,7 +178,7 @@ def superpose(
     out.attrs = {"datum": datum, "method": "superpose", **named}
     if law in ADHESIVE and not later_on and not hardness.yields:
         out.attrs |= expectation(catalogue, options.law)
-    arguments = {"subregions": subregions, **named, "datum": datum, "profile": profile}
+    arguments = {"subregions": subregions, **named, "datum": datum}
     if "hardness" in ds.coords:
         arguments |= {"yielding": hardness.yields, "preload": hardness.preload if hardness.by_preload else None}
     out = schema.record(out, "superpose", ds, delta=deltas, **arguments)

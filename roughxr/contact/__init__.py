@@ -9,7 +9,7 @@ adhesion        `adhesive`: the half space with adhesion, through loading and re
 rigid_bodies    `rigid`: bodies too stiff to deform; rigid_attraction, rigid_places and rigid_map, its parts
 menisci         condensed liquid between them: drawn off fast, and the error of thin menisci
 regimes         `regime`, `formulas`: the recommended model, and the usual formulas
-estimates       `elastic_pull_off`, `tabor`: cheap estimates
+estimates       `tabor`, and the pull-off from an elastic sweep: cheap estimates
 reference       closed forms of single contacts, and formulas for rough ones, to compare with
 
 A new kind of contact is one new file: a layout of what it returns, a function ``(place, problem, layout, options) ->

@@ -17,7 +17,6 @@ from ..jobs.records import BRANCHES, Layout, warn_unconverged
 from ..kernels.halfspace import displacement_control, load_control, yielding
 from ..scans import regions
 from ..vocabulary import schema
-from ..vocabulary.units import fraction, whole_number
 from ..vocabulary.verbs import verb
 from .problem import Place, Problem, Surface, deepest, need_heights, read_problem, surface_at
 from .solving import fields_of, put_fields, solve
@@ -42,8 +41,11 @@ _COLUMNS = "force", "contact_area", "status", "iterations", "residual", "hard_fo
 class _Limits(NamedTuple):
     """When the iterations of a solve stop."""
 
-    tolerance: float
-    max_iterations: int
+    tolerance: float  # relative error of the force
+    max_iterations: int  # products with the half space's coefficients
+
+
+LIMITS = _Limits(1e-6, 5000)
 
 
 @verb
@@ -54,11 +56,8 @@ def direct(
     load: Any = None,
     subregions: Any = None,
     datum: str = "highest_peak",
-    profile: str = "sphere",
     yielding: bool = True,
     fields: bool = False,
-    tolerance: float = 1e-6,
-    max_iterations: int = 5000,
     progress: bool = False,
 ) -> xr.Dataset:
     """Solve the adhesionless contact of the assigned indenter with the scan, at each contact centre.
@@ -77,18 +76,12 @@ def direct(
     datum : {"highest_peak", "first_contact"}
         Where delta = 0: the indenter's lowest point level with the highest point of the whole scan (the
         paper's), or this subregion's first touch.
-    profile : {"sphere", "parabola"}
-        The exact sphere or Hertz's paraboloid.
     yielding : bool
         Whether the softer body yields where the pressure reaches the assigned hardness. False: it stays elastic, and
         the result says what share of force and area is above the hardness.
     fields : bool
         Keep pressure, displacement and gap on the window around each centre, and the residual height where the body
         yields; NaN beyond the scan's edge.
-    tolerance : float
-        Relative error of the force.
-    max_iterations : int
-        Largest number of products with the half space's coefficients; a solve that needs more has converged = False.
     progress : bool
         Show a bar while computing (input in memory only; a lazy result is computed by `compute`).
 
@@ -144,8 +137,7 @@ def direct(
     """
     ds = schema.validate(ds, "scan")
     positions = regions.centres(ds, subregions)
-    problem = read_problem(ds, positions, delta=delta, load=load, datum=datum, profile=profile, yielding=yielding)
-    limits = _Limits(fraction(tolerance, "tolerance"), whole_number(max_iterations, "max_iterations", least=1))
+    problem = read_problem(ds, positions, delta=delta, load=load, datum=datum, yielding=yielding)
     if fields:
         need_heights(ds, problem)
     axes = {"load" if problem.by_load else "delta": problem.steps}
@@ -154,7 +146,7 @@ def direct(
         ds,
         problem,
         _layout(axes, problem),
-        limits,
+        LIMITS,
         name="direct",
         positions=positions,
         reach=problem.indenter.reach(deepest(ds, problem)),
@@ -163,13 +155,13 @@ def direct(
         progress=progress,
     )
     out.attrs = {"datum": datum, "method": "direct"}
-    arguments = {"subregions": subregions, "datum": datum, "profile": profile, "fields": fields}
+    arguments = {"subregions": subregions, "datum": datum, "fields": fields}
     arguments |= {"yielding": problem.yielding} if "hardness" in ds.coords else {}
     steps = {"delta": None, "load": None, **axes}
-    out = schema.record(out, "direct", ds, **steps, **arguments, **limits._asdict())
+    out = schema.record(out, "direct", ds, **steps, **arguments)
     out = parallel.finish(out, lazy=parallel.is_lazy(ds), progress=progress)
     if not parallel.is_lazy(ds):
-        warn_unconverged(out, "converged tells which, residual how far they are off; take more max_iterations")
+        warn_unconverged(out, "converged tells which, residual how far they are off")
     return out
 
 

@@ -70,7 +70,7 @@ def read_problem(
     delta: Any = None,
     load: Any = None,
     datum: str,
-    profile: str,
+    profile: str = "sphere",
     refine: int = 1,
     yielding: bool = True,
 ) -> Problem:

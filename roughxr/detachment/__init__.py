@@ -14,7 +14,7 @@ A new load is one function ``(strength, body) -> Push`` and its row in `LOADS`, 
 from .balance import critical_load, with_pull_off
 from .for_codes import parameters
 from .kinetics import LogNormal, biasi_adhesion, resuspension_rate, rock_n_roll
-from .loads import LOADS, Body, Load, Push, drag, friction_reynolds, lift, torque, vibration_acceleration, weight
+from .loads import LOADS, Body, Flow, Load, Push, drag, friction_reynolds, lift, torque, vibration_acceleration, weight
 from .particle_codes import to_dem
 from .remaining import resuspension
 from .resting import resting
@@ -22,6 +22,7 @@ from .resting import resting
 __all__ = [
     "LOADS",
     "Body",
+    "Flow",
     "Load",
     "LogNormal",
     "Push",

@@ -23,7 +23,7 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.units import magnitude, positive
 from ..vocabulary.verbs import verb
-from .loads import AIR_DENSITY, AIR_VISCOSITY, GRAVITY, LIFTS, LOADS, Body, Load, Push
+from .loads import FLOWS, LIFTS, LOADS, Body, Flow, Load, Push
 
 MODES = ("roll", "slide", "lift")
 
@@ -55,12 +55,9 @@ def critical_load(
     *,
     direction: Any = 0.0,
     particle_density: Any = None,
-    medium_density: Any = AIR_DENSITY,
-    viscosity: Any = AIR_VISCOSITY,
-    lift: str = "by_range",
+    flow: str | Flow = "air",
     friction_coefficient: Any = None,
     shear_strength: Any = None,
-    gravity: float = GRAVITY,
 ) -> xr.Dataset:
     """Return the smallest strength of a load at which each place gives way, and how: rolling, sliding or lifting.
 
@@ -76,16 +73,13 @@ def critical_load(
         sphere rolls most easily.
     particle_density : number or quantity, optional
         kg/m³, for its weight; without it a flow acts on a weightless sphere, and the other loads are refused.
-    medium_density, viscosity : number or quantity
-        Of the fluid, kg/m³ and m²/s (kinematic); by default of air.
-    lift : {"by_range", "leighton_acrivos", "hall", "none"}
-        See `detachment.lift`.
+    flow : {"air", "water"} or Flow
+        The fluid, at 20 °C, or ``detachment.Flow(density, viscosity, lift, gravity)``: kg/m³, m²/s (kinematic), a
+        formula of `detachment.lift` ("by_range" by default), m/s².
     friction_coefficient : number, optional
         Slides at a force of μ times the sum of pull-off force and weight less lift.
     shear_strength : number or quantity, optional
         GPa; slides at a force of τ times the contact area at rest. Without either option no place slides.
-    gravity : float
-        m/s².
 
     Returns
     -------
@@ -113,12 +107,11 @@ def critical_load(
     ('m s-1', {'roll'})
     """
     if (name := varied_dimension(ds)) is not None:
-        given = {"direction": direction, "particle_density": particle_density, "medium_density": medium_density}
-        given |= {"viscosity": viscosity, "lift": lift, "friction_coefficient": friction_coefficient}
-        given |= {"shear_strength": shear_strength, "gravity": gravity}
+        given = {"direction": direction, "particle_density": particle_density, "flow": flow}
+        given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
         return for_each(name, ds, critical_load, load=load, **given)
     kind = _load_of(load)
-    body = body_of(ds, particle_density, medium_density, viscosity, lift, gravity)
+    body = body_of(ds, particle_density, flow)
     if kind.critical != "critical_friction_velocity" and np.isnan(body.density):
         raise ValueError("particle_density: expected a density in kg/m³ for this load, found none")
     held = held_of(ds, direction, friction_coefficient, shear_strength)
@@ -128,8 +121,8 @@ def critical_load(
     values = {kind.critical: strength, "mode": mode, "in_range": push.in_range & np.isfinite(strength)}
     out = xr.Dataset({name: ("subregion", array) for name, array in values.items()}, coords=place)
     out.attrs = {"load": load if isinstance(load, str) else kind.words, "missing": "NaN where nothing gives way"}
-    given = {"load": out.attrs["load"], "direction": direction, "particle_density": particle_density, "lift": lift}
-    given |= {"medium_density": body.medium_density, "viscosity": body.viscosity, "gravity": gravity}
+    given = {"load": out.attrs["load"], "direction": direction, "particle_density": particle_density}
+    given |= recorded(body)
     given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
     return schema.record(schema.label(out), "critical_load", ds, **given)
 
@@ -201,17 +194,23 @@ def for_each(name: str, ds: xr.Dataset, function: Callable, **options: Any) -> x
     return xr.concat(parts, name, combine_attrs="drop_conflicts", coords="minimal", compat="override")
 
 
-def body_of(ds: xr.Dataset, density: Any, medium_density: Any, viscosity: Any, lift: str, gravity: float) -> Body:
+def body_of(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
     """Return the particle of a result, and the fluid around it."""
     (radius,) = schema.pair(ds, "sphere_radius")
+    flow = flow if isinstance(flow, Flow) else FLOWS[schema.one_of(flow, FLOWS, "flow")]
     return Body(
         radius=radius,
         density=np.nan if density is None else positive(density, "kg m-3", "particle_density"),
-        medium_density=positive(medium_density, "kg m-3", "medium_density"),
-        viscosity=positive(viscosity, "m2 s-1", "viscosity"),
-        lift=schema.one_of(lift, LIFTS, "lift"),
-        gravity=gravity,
+        medium_density=positive(flow.density, "kg m-3", "flow.density"),
+        viscosity=positive(flow.viscosity, "m2 s-1", "flow.viscosity"),
+        lift=schema.one_of(flow.lift, LIFTS, "flow.lift"),
+        gravity=float(magnitude(flow.gravity, "m s-2", "flow.gravity")),
     )
+
+
+def recorded(body: Body) -> dict[str, Any]:
+    """Return the fluid around a particle as it is kept in the history."""
+    return {name: getattr(body, name) for name in ("medium_density", "viscosity", "lift", "gravity")}
 
 
 def _load_of(load: str | Load) -> Load:

@@ -44,6 +44,23 @@ _MEET = (20.9 / 9.22) ** (1 / 1.69)
 LIFTS = ("by_range", "leighton_acrivos", "hall", "none")
 
 
+class Flow(NamedTuple):
+    """The fluid that streams over the wall, how it lifts a particle, and gravity.
+
+    Density in kg/m³, kinematic viscosity in m²/s, gravity in m/s²; lift by "by_range", "leighton_acrivos", "hall" or
+    "none", see `lift`.
+    """
+
+    density: Any = AIR_DENSITY
+    viscosity: Any = AIR_VISCOSITY
+    lift: str = "by_range"
+    gravity: Any = GRAVITY
+
+
+#: Fluids at 20 °C.
+FLOWS = {"air": Flow(), "water": Flow(998.2, 1.004e-6)}
+
+
 class Body(NamedTuple):
     """The particle, and the fluid around it."""
 

@@ -10,11 +10,14 @@ import xarray as xr
 from ..statistics import bootstrap
 from ..vocabulary import schema
 from ..vocabulary.verbs import verb
-from .balance import Body, Held, body_of, drive_ratios, for_each, held_of, varied_dimension
+from .balance import Body, Held, body_of, drive_ratios, for_each, held_of, recorded, varied_dimension
 from .kinetics import survival
-from .loads import AIR_DENSITY, AIR_VISCOSITY, GRAVITY, LOADS
+from .loads import LOADS, Flow
 
 MODELS = ("rock_n_roll", "static")
+
+#: Confidence level of the band over places, and the resamples that make it.
+_CONFIDENCE, _RESAMPLES = 0.95, 399
 
 
 @verb
@@ -26,14 +29,9 @@ def resuspension(
     model: str = "rock_n_roll",
     direction: Any = 0.0,
     particle_density: Any = None,
-    medium_density: Any = AIR_DENSITY,
-    viscosity: Any = AIR_VISCOSITY,
-    lift: str = "by_range",
+    flow: str | Flow = "air",
     friction_coefficient: Any = None,
     shear_strength: Any = None,
-    gravity: float = GRAVITY,
-    confidence: float = 0.95,
-    resamples: int = 399,
 ) -> xr.Dataset:
     """Return the fraction of particles that remain on the surface over friction velocity and time.
 
@@ -51,21 +49,17 @@ def resuspension(
     model : {"rock_n_roll", "static"}
         "rock_n_roll": the quasi-static model of Reeks & Hall, in which the force has normal fluctuations with an rms of
         0.366 of its mean; "static": a particle leaves at once where the mean force exceeds the resistance.
-    direction, particle_density, medium_density, viscosity, lift, friction_coefficient, shear_strength, gravity
+    direction, particle_density, flow, friction_coefficient, shear_strength
         As for `critical_load`.
-    confidence : float
-        Confidence level of the band of ``remaining``.
-    resamples : int
-        Number of resamples of the block bootstrap over places.
 
     Returns
     -------
     Dataset
         ``remaining`` along (friction_velocity, time) and whatever `vary` varied, with ``remaining_low`` and
-        ``remaining_high`` if there are at least two places; ``remaining_here`` along (subregion, friction_velocity,
-        time), the probability at each place; ``in_range`` along friction_velocity, whether drag, torque and lift are
-        valid, see `critical_load`. Places without contact are NaN and left out of the mean; the attribute ``places`` is
-        the number of the others.
+        ``remaining_high``, the 95 % band of a block bootstrap over places, if there are at least two;
+        ``remaining_here`` along (subregion, friction_velocity, time), the probability at each place; ``in_range`` along
+        friction_velocity, whether drag, torque and lift are valid, see `critical_load`. Places without contact are NaN
+        and left out of the mean; the attribute ``places`` is the number of the others.
 
     Raises
     ------
@@ -82,32 +76,30 @@ def resuspension(
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(
     ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
     >>> held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
-    >>> left = resuspension(held, friction_velocity=[0.1, 100.0], resamples=99)
+    >>> left = resuspension(held, friction_velocity=[0.1, 100.0])
     >>> left.remaining.isel(time=0).values.tolist()
     [1.0, 0.0]
     """
     schema.one_of(model, MODELS, "model")
     if (name := varied_dimension(ds)) is not None:
         given = {"time": time, "model": model, "direction": direction, "particle_density": particle_density}
-        given |= {"medium_density": medium_density, "viscosity": viscosity, "lift": lift, "gravity": gravity}
-        given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
-        band = {"confidence": confidence, "resamples": resamples}
-        return for_each(name, ds, resuspension, friction_velocity=friction_velocity, **given, **band)
+        given |= {"flow": flow, "friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
+        return for_each(name, ds, resuspension, friction_velocity=friction_velocity, **given)
     speed = _not_negative(friction_velocity, "m s-1", "friction_velocity")
     seconds = _not_negative(time, "s", "time")
-    body = body_of(ds, particle_density, medium_density, viscosity, lift, gravity)
+    body = body_of(ds, particle_density, flow)
     held = held_of(ds, direction, friction_coefficient, shear_strength)
     if not held.known.any():
         raise ValueError(f"expected at least one place in contact, found none of {held.known.size}")
     out = _labelled(_here(speed, seconds, body, held, model), ds, speed, seconds)
     out["in_range"] = ("friction_velocity", LOADS["wall_shear"].push(speed, body).in_range)
-    out = _with_band(out, int(held.known.sum()), confidence, resamples)
-    out.attrs = {"model": model, "confidence": confidence, "places": int(held.known.sum())}
+    out = _with_band(out, int(held.known.sum()), _CONFIDENCE, _RESAMPLES)
+    out.attrs = {"model": model, "confidence": _CONFIDENCE, "places": int(held.known.sum())}
     out.attrs["missing"] = "NaN where nothing is in contact"
-    given = {"friction_velocity": speed, "time": seconds, "model": model, "direction": direction, "lift": lift}
-    given |= {"particle_density": particle_density, "medium_density": body.medium_density, "viscosity": body.viscosity}
-    given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength, "gravity": gravity}
-    return schema.record(schema.label(out), "resuspension", ds, **given, confidence=confidence, resamples=resamples)
+    given = {"friction_velocity": speed, "time": seconds, "model": model, "direction": direction}
+    given |= {"particle_density": particle_density, **recorded(body)}
+    given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
+    return schema.record(schema.label(out), "resuspension", ds, **given)
 
 
 def _not_negative(values: Any, units: str, name: str) -> np.ndarray:

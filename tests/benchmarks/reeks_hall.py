@@ -74,7 +74,7 @@ def computed(scan, radius, speeds):
     held = roughxr.rolling(pair, directions=12, subregions=(8, 8))
     pull = held.pull_off_force.dropna("subregion").values
     adhesion = detachment.rock_n_roll(speeds, radius=radius, adhesion=pull)[:, 0]
-    own = roughxr.resuspension(held, friction_velocity=speeds, particle_density=3960, resamples=99)
+    own = roughxr.resuspension(held, friction_velocity=speeds, particle_density=3960)
     return adhesion, own, held
 
 

@@ -121,10 +121,7 @@ def direct():
     yield "load", roughxr.direct(ds, load=[100.0, 2000.0, 30000.0], subregions=(3, 3))
     yield "load fields", roughxr.direct(rough, load=[500.0], subregions=(2, 2), fields=True)
     yield "first contact", roughxr.direct(ds, delta=[1.0, 3.0], subregions=(4, 4), datum="first_contact")
-    yield "parabola", roughxr.direct(rough, delta=[1.0, 4.0], subregions=(3, 2), profile="parabola")
     yield "off centre", roughxr.direct(rough, delta=[2.0], subregions=([101.3, 250.7], [111.1, 77.7]), fields=True)
-    yield "tolerance", roughxr.direct(rough, delta=[3.0], subregions=(2, 2), tolerance=1e-10)
-    yield "stopped", roughxr.direct(rough, delta=[3.0], subregions=(2, 2), max_iterations=2)
     yield "indenter", roughxr.direct(_under_a_map(rough), delta=[1.0, 3.0], subregions=(2, 2))
     yield "flat", roughxr.direct(flat(9.77, 65), delta=[1.0, 5.0, 20.0])
 
@@ -145,7 +142,6 @@ def superposition():
         ranged = catalogue.assign_coords(adhesion_range=length)
         yield words, roughxr.superpose(ranged, delta=delta, subregions=(8, 8), **options)
     yield "first contact", roughxr.superpose(catalogue, delta=delta, subregions=(8, 8), datum="first_contact")
-    yield "parabola", roughxr.superpose(made(), delta=delta, subregions=(3, 3), profile="parabola")
     yield "scan", roughxr.superpose(made(), delta=delta, subregions=(3, 3))
 
 
@@ -163,7 +159,7 @@ def pull_off_maps():
             ranged = glass().assign_coords(adhesion_range=length)
             yield words, roughxr.pull_off_map(ranged, subregions=(24, 24), **options)
     yield "every pixel", roughxr.pull_off_map(ds)
-    yield "first contact", roughxr.pull_off_map(ds, subregions=(9, 8), datum="first_contact", profile="parabola")
+    yield "first contact", roughxr.pull_off_map(ds, subregions=(9, 8), datum="first_contact")
 
 
 def adhesive(ds, **options):

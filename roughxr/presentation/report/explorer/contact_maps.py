@@ -82,7 +82,7 @@ def _without(at: Placed, one: xr.Dataset, loops: int, progress: bool) -> list[Fr
     if "delta" not in one.dims:
         return [None] * at.count
     given = asked(one, "direct")
-    how = {name: given[name] for name in ("datum", "profile", "yielding", "tolerance") if name in given}
+    how = {name: given[name] for name in ("datum", "yielding") if name in given}
     scan, offset = with_pair(at.run["scan"], one), at.shift(one)
     how |= {"delta": one["delta"].values, "fields": True}
 
