@@ -1,6 +1,6 @@
 """How particles come to rest and come off: loads at a wall, the strength at which one moves, and how many remain.
 
-resting     `resting`: where particles lie still, the share of them that does so there, and the pass that they leave by
+coming_to_rest  `resting`: where particles lie still, the share of them that does so, and the pass they leave by
 loads       drag, torque and lift in wall shear, weight and tilt, centrifuge, vibration; the table `LOADS`
 balance     `critical_load`: the strength of a load at which a place gives way, and whether it rolls, slides or lifts
 kinetics    Rock'n'Roll: rates of resuspension in turbulence, and adhesion by Biasi's fit
@@ -12,12 +12,12 @@ A new load is one function ``(strength, body) -> Push`` and its row in `LOADS`, 
 """
 
 from .balance import critical_load, with_pull_off
+from .coming_to_rest import resting
 from .for_codes import parameters
 from .kinetics import LogNormal, biasi_adhesion, resuspension_rate, rock_n_roll
 from .loads import LOADS, Body, Flow, Load, Push, drag, friction_reynolds, lift, torque, vibration_acceleration, weight
 from .particle_codes import to_dem
 from .remaining import resuspension
-from .resting import resting
 
 __all__ = [
     "LOADS",

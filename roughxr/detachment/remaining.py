@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..statistics import bootstrap
+from ..statistics.sampling import SHARE
 from ..vocabulary import schema
 from ..vocabulary.verbs import verb
 from .balance import Body, Held, body_of, drive_ratios, for_each, held_of, recorded, varied_dimension
@@ -35,8 +36,9 @@ def resuspension(
 ) -> xr.Dataset:
     """Return the fraction of particles that remain on the surface over friction velocity and time.
 
-    Each place holds one particle. Its ratio of drive to resistance, the largest of rolling, sliding and lifting as in
-    `critical_load`, is taken as F/f_a of Rock'n'Roll; no law of adhesion is assumed.
+    Each place holds one particle, or of places from `resting` its share of them. Its ratio of drive to resistance, the
+    largest of rolling, sliding and lifting as in `critical_load`, is taken as F/f_a of Rock'n'Roll; no law of adhesion
+    is assumed.
 
     Parameters
     ----------
@@ -126,7 +128,8 @@ def _labelled(here: np.ndarray, ds: xr.Dataset, speed: np.ndarray, seconds: np.n
 
 def _with_band(out: xr.Dataset, places: int, confidence: float, resamples: int) -> xr.Dataset:
     """Return the mean over places, with the ends of its interval if there are at least two."""
-    out["remaining"] = out["remaining_here"].mean("subregion")
+    here = out["remaining_here"]
+    out["remaining"] = (here.weighted(out[SHARE]) if SHARE in out.coords else here).mean("subregion")
     if places < 2:
         return out
     known = out[["remaining_here"]].dropna("subregion")

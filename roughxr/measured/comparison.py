@@ -10,7 +10,7 @@ import xarray as xr
 
 from ..statistics import bootstrap
 from ..statistics.places import independent_places
-from ..statistics.sampling import Samples, known_samples
+from ..statistics.sampling import Samples, counted_equally, known_samples
 from ..vocabulary import schema
 from ..vocabulary.units import fraction, magnitude
 from ..vocabulary.verbs import verb
@@ -121,7 +121,7 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
     if _NAME not in ds:
         found = ", ".join(map(str, ds.data_vars)) or "nothing"
         raise ValueError(f"{words}: expected {_NAME}, found {found}; take .contact.pull_off() of a solution first")
-    return known_samples(ds, _NAME)
+    return counted_equally(known_samples(ds, _NAME), "compare")
 
 
 def _statistics(both: list[Samples], statistics: list[str], confidence: float, resamples: int, seed: int) -> xr.Dataset:

@@ -42,7 +42,8 @@ def centres(ds: xr.Dataset, subregions: Any = None) -> xr.Dataset:
         A scan, or any Dataset with ``subregion_x`` and ``subregion_y``.
     subregions : (int, int), (array, array) or Dataset, optional
         Two whole numbers: the centres of a grid of so many tiles along x and y. Two arrays: x and y of
-        the centres, nm. A Dataset: its centres. By default the centres on ``ds``, else one in its middle.
+        the centres, nm. A Dataset: its centres, with the shares of particles
+        at them if they are from `resting`. By default the centres on ``ds``, else one in its middle.
 
     Returns
     -------
@@ -71,6 +72,8 @@ def centres(ds: xr.Dataset, subregions: Any = None) -> xr.Dataset:
             "subregion_y": ("subregion", y),
         }
     )
+    if isinstance(subregions, xr.Dataset) and "landing_share" in subregions.coords:
+        out = out.assign_coords(landing_share=("subregion", np.atleast_1d(subregions["landing_share"].values)))
     return schema.label(out)
 
 

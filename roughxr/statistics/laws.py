@@ -14,7 +14,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.verbs import verb, warn
-from .sampling import samples
+from .sampling import counted_equally, samples
 
 
 class Law(NamedTuple):
@@ -110,7 +110,7 @@ def fit(
     laws = [laws] if isinstance(laws, str) else laws
     for law in laws:
         schema.one_of(law, LAWS, "laws")
-    values = samples(ds, name).values
+    values = counted_equally(samples(ds, name), "fit").values
     if values.size < 3 or np.ptp(values) == 0:
         raise ValueError(f"{name}: expected at least three samples that differ, found {values.size}")
     judged = _judged(values, name, seed) if simulations else values

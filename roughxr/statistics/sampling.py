@@ -20,6 +20,9 @@ SAMPLES = tuple(PLACES)
 #: Name under which weights join their samples.
 _WEIGHTS = "_weights"
 
+#: Coordinate of the places where particles rest: the share of particles at each, a weight wherever no other is given.
+SHARE = "landing_share"
+
 
 class Samples(NamedTuple):
     """Finite values, their weights (None: all equal), their places (None: unknown), and the number of missing ones."""
@@ -62,6 +65,13 @@ def known_samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     if all(axis in ds.coords for axis in PLACES[dim]):
         places = np.c_[tuple(ds[axis].values[finite] for axis in PLACES[dim])].astype(float)
     return Samples(values[finite], None if weight is None else weight[finite], places, int((~finite).sum()))
+
+
+def counted_equally(found: Samples, verb: str) -> Samples:
+    """Return samples without weights, with a warning where there were any."""
+    if found.weights is not None:
+        warn(f"{verb}: each place counts as one; the shares of particles at them are not used")
+    return found._replace(weights=None)
 
 
 def warn_of_missing(name: str, missing: int, total: int, why: str | None = None) -> None:
@@ -123,6 +133,8 @@ def with_weights(ds: xr.Dataset, name: str, weights: Any) -> tuple[xr.Dataset, s
     >>> found[name].values.tolist()
     [3.0, 5.0]
     """
+    if weights is None and name in ds and SHARE in ds.coords and set(ds[SHARE].dims) <= set(ds[name].dims):
+        return ds, SHARE
     if weights is None or isinstance(weights, str):
         if weights is not None and weights not in ds:
             raise ValueError(f"weights: expected a variable of the dataset, found no {weights!r}")

@@ -47,7 +47,8 @@ def summary(
     >>> float(table.height.sel(statistic="mean")), float(table.height.sel(statistic="q50"))
     (2.0, 2.0)
     """
-    ds, weights = with_weights(ds, next(iter(ds.data_vars), ""), weights)
+    along = [name for name, array in ds.data_vars.items() if set(array.dims) & set(SAMPLES)]
+    ds, weights = with_weights(ds, next(iter([*along, *ds.data_vars]), ""), weights)
     ds = of_a_map(ds)
     dim = next((dim for dim in SAMPLES if dim in ds.dims), None)
     if dim is None:

@@ -22,7 +22,7 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.verbs import verb, warn
 from .places import block_side, blocks, independent_places
-from .sampling import Samples, other_dimensions, samples
+from .sampling import Samples, counted_equally, other_dimensions, samples
 
 #: Largest number of samples that are resampled: neighbours on a map are correlated, and more only take longer.
 _MOST = 20_000
@@ -122,10 +122,10 @@ def bootstrap(
         warn(words)
     ways = {
         "block": _resampling(found, block, None if within is None else samples(within, name)),
-        "naive": Resampling(float(found.values.size), 0.0, None),
+        "naive": Resampling(_equal_count(found.weights, size=found.values.size), 0.0, None),
     }
     ends = np.array([_intervals(found, way, functions, confidence, resamples, seed) for way in ways.values()])
-    estimate = [function(every.values) for function in functions.values()]
+    estimate = [function(every.values, weights=every.weights) for function in functions.values()]
     out = xr.Dataset(
         {
             "estimate": ("statistic", estimate),
@@ -143,7 +143,8 @@ def _fewer(found: Samples, seed: int) -> Samples:
     if found.values.size <= _MOST:
         return found
     chosen = np.sort(np.random.default_rng(seed).choice(found.values.size, _MOST, replace=False))
-    return found._replace(values=found.values[chosen], places=None if found.places is None else found.places[chosen])
+    parts = (None if part is None else part[chosen] for part in found[:3])
+    return Samples(*parts, found.missing)
 
 
 def bootstrap_sweep(ds: xr.Dataset, name: str = "force", *, along: str = "delta", **options: Any) -> xr.Dataset:
@@ -185,10 +186,10 @@ def statistic(label: str) -> Callable[..., Any]:
     1.0
     """
     known = {
-        "mean": np.mean,
-        "std": lambda values, axis=-1: np.std(values, axis=axis, ddof=1),
-        "min": np.min,
-        "max": np.max,
+        "mean": _mean,
+        "std": _std,
+        "min": lambda values, axis=-1, weights=None: np.min(values, axis=axis),
+        "max": lambda values, axis=-1, weights=None: np.max(values, axis=axis),
     }
     if label in known:
         return known[label]
@@ -198,7 +199,39 @@ def statistic(label: str) -> Callable[..., Any]:
         share = np.nan
     if not (label.startswith("q") and 0 <= share <= 1):
         raise ValueError(f"statistics: expected mean, std, min, max or q0 … q100, found {label!r}")
-    return lambda values, axis=-1: np.quantile(values, share, axis=axis)
+    return lambda values, axis=-1, weights=None: _quantile(values, share, axis, weights)
+
+
+def _mean(values: np.ndarray, axis: int = -1, weights: np.ndarray | None = None) -> Any:
+    """Return the mean, for equal weights without them."""
+    return np.mean(values, axis=axis) if weights is None else np.average(values, axis=axis, weights=weights)
+
+
+def _std(values: np.ndarray, axis: int = -1, weights: np.ndarray | None = None) -> Any:
+    """Return the standard deviation with n − 1; with weights n is the number of equal ones with as varied a mean."""
+    if weights is None:
+        return np.std(values, axis=axis, ddof=1)
+    off = values - np.expand_dims(_mean(values, axis, weights), axis)
+    count = _equal_count(weights, axis)
+    return np.sqrt(_mean(off**2, axis, weights) * count / np.maximum(count - 1, 1e-12))
+
+
+def _equal_count(weights: np.ndarray | None, axis: int = -1, size: int = 0) -> Any:
+    """Return Kish's effective number of weighted samples."""
+    return float(size) if weights is None else weights.sum(axis=axis) ** 2 / (weights**2).sum(axis=axis)
+
+
+def _quantile(values: np.ndarray, share: Any, axis: int = -1, weights: np.ndarray | None = None) -> Any:
+    """Return quantiles; with weights each sample stands in the middle of its own share."""
+    if weights is None:
+        return np.quantile(values, share, axis=axis)
+    order = np.argsort(values, axis=axis)
+    ranked, weights = np.take_along_axis(values, order, axis), np.take_along_axis(weights, order, axis)
+    middle = np.cumsum(weights, axis=axis) - 0.5 * weights
+    middle = middle / weights.sum(axis=axis, keepdims=True)
+    if values.ndim == 1:
+        return np.interp(share, middle, ranked)
+    return np.array([np.interp(share, *row) for row in zip(middle, ranked)])
 
 
 def interval_of(
@@ -213,7 +246,7 @@ def interval_of(
     >>> bool(14.5 < low < 15 < high < 15.5)
     True
     """
-    few = _fewer(found, seed)
+    few = counted_equally(_fewer(found, seed), "intervals")
     low, high = _intervals(few, _resampling(few, None), {"own": function}, confidence, resamples, seed)[:, 0]
     return float(low), float(high)
 
@@ -223,25 +256,26 @@ def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float
     found = _fewer(samples(ds, name), seed=0)
     edges = np.asarray(bins, dtype=float)
     drawn = resampled(found, _resampling(found, None), resamples, seed=0)
-    counts = np.concatenate([_densities(part, edges) for part in drawn])
+    counts = np.concatenate([_densities(*part, edges) for part in drawn])
     return np.quantile(counts, [0.5 - confidence / 2, 0.5 + confidence / 2], axis=0)
 
 
-def _densities(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    return np.array([np.histogram(row, edges)[0] / row.size for row in values]) / np.diff(edges)
+def _densities(values: np.ndarray, weights: np.ndarray | None, edges: np.ndarray) -> np.ndarray:
+    weights = np.ones_like(values) if weights is None else weights
+    rows = [np.histogram(row, edges, weights=each)[0] / each.sum() for row, each in zip(values, weights)]
+    return np.array(rows) / np.diff(edges)
 
 
-def resampled(found: Samples, way: Resampling, resamples: int, *, seed: int) -> Iterator[np.ndarray]:
-    """Yield resamples of the values, some (resamples, samples) at a time."""
+def resampled(found: Samples, way: Resampling, resamples: int, *, seed: int) -> Iterator[tuple]:
+    """Yield resamples of the values and of their weights, or None, some (resamples, samples) at a time."""
     rng = np.random.default_rng(seed)
     size = found.values.size
     step = max(1, _AT_ONCE // size)
     for start in range(0, resamples, step):
         count = min(step, resamples - start)
-        if way.members is None:
-            yield found.values[rng.integers(0, size, (count, size))]
-        else:
-            yield found.values[_drawn(way.members, size, count, rng)]
+        each = way.members is None
+        chosen = rng.integers(0, size, (count, size)) if each else _drawn(way.members, size, count, rng)
+        yield found.values[chosen], None if found.weights is None else found.weights[chosen]
 
 
 def _drawn(members: list[np.ndarray], size: int, count: int, rng) -> np.ndarray:
@@ -270,6 +304,7 @@ def _resampling(found: Samples, block: Any, within: Samples | None = None) -> Re
     effective = independent_places(found.values, found.places)
     if within is not None:
         effective = min(effective, independent_places(within.values, within.places))
+    effective *= _equal_count(found.weights, size=found.values.size) / found.values.size
     if found.places is None:
         return Resampling(effective, 0.0, None)
     side = block_side(found.values, found.places, effective) if block is None else positive(block, "nm", "block")
@@ -278,23 +313,27 @@ def _resampling(found: Samples, block: Any, within: Samples | None = None) -> Re
 
 def _intervals(found: Samples, way: Resampling, functions, confidence, resamples, seed) -> np.ndarray:
     """Return (2, statistics): lower and upper ends."""
-    drawn = [
-        [values.mean(axis=1), *(function(values, axis=1) for function in functions.values())]
-        for values in resampled(found, way, resamples, seed=seed)
-    ]
+    own = {} if found.weights is None else {"weights": found.weights}
+    drawn = []
+    for values, weights in resampled(found, way, resamples, seed=seed):
+        given = {} if weights is None else {"weights": weights}
+        each = (function(values, axis=1, **given) for function in functions.values())
+        drawn.append([_mean(values, 1, weights), *each])
     means, *replicates = np.concatenate(drawn, axis=1)
-    estimate = np.array([function(found.values) for function in functions.values()])
+    estimate = np.array([function(found.values, **own) for function in functions.values()])
     ends = np.quantile(replicates, _levels(_whole_blocks(found, way), confidence), axis=1)
-    times = _widening(found.values, way, means)
+    times = _widening(found, way, means)
     each = zip(functions, estimate, ends.T)
-    return np.array([_ends(label, found.values, at, pair, times, way, confidence) for label, at, pair in each]).T
+    return np.array([_ends(label, found, at, pair, times, way, confidence) for label, at, pair in each]).T
 
 
-def _ends(label: str, values: np.ndarray, estimate: float, ends: np.ndarray, times: float, way, confidence: float):
+def _ends(label: str, found: Samples, estimate: float, ends: np.ndarray, times: float, way, confidence: float):
     """Return the ends of one statistic's interval, from those of its resamples."""
+    values = found.values
     n, low, high = values.size, values.min(), values.max()
     if label.startswith("q"):
-        return np.quantile(values, _share_levels(float(label[1:]) / 100, way.independent, confidence))
+        levels = _share_levels(float(label[1:]) / 100, way.independent, confidence)
+        return _quantile(values, levels, -1, found.weights)
     if label == "std":
         scaled = estimate * (ends / estimate) ** times if estimate > 0 else ends
         return np.clip(scaled, 0.0, 0.5 * (high - low) * np.sqrt(n / (n - 1)))
@@ -326,14 +365,16 @@ def _levels(count: float, confidence: float) -> list[float]:
     return [low, 1 - low]
 
 
-def _widening(values: np.ndarray, way: Resampling, means: np.ndarray) -> float:
+def _widening(found: Samples, way: Resampling, means: np.ndarray) -> float:
     """Return the factor on deviations with which resampled means spread as those of independent places.
 
     It also corrects the samples' own variance, which is too small by one part in n because their mean was subtracted.
     """
     if means.std() == 0:
         return 1.0
-    return max(1.0, float(values.std() / np.sqrt(max(way.independent, 2.0) - 1) / means.std()))
+    off = found.values - _mean(found.values, -1, found.weights)
+    spread = float(np.sqrt(_mean(off**2, -1, found.weights)))
+    return max(1.0, spread / float(np.sqrt(max(way.independent, 2.0) - 1) * means.std()))
 
 
 def _between(value: float, name: str):

@@ -8,7 +8,6 @@ adhesion, by which it stays wherever the resisting moment exceeds that of its we
 
 from __future__ import annotations
 
-import warnings
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -23,6 +22,7 @@ from ..scans import regions
 from ..scans.parts import taker
 from ..vocabulary import schema
 from ..vocabulary.units import magnitude, positive
+from ..vocabulary.verbs import verb, warn
 from .balance import critical_load
 from .loads import weight
 
@@ -47,6 +47,7 @@ class _Rests(NamedTuple):
     passes: np.ndarray  # (passes, 3): x, y, height, nm
 
 
+@verb
 def resting(
     ds: xr.Dataset,
     *,
@@ -125,9 +126,10 @@ def resting(
         out = _at_the_bottom(scan, ground, found)
     out = out.assign_coords({name: scan[name] for name in schema.TRAVELLING if name in scan.coords})
     off = float((found.labels == rests.OFF).mean())
-    out.attrs = {"settle": settle, "share_off_scan": off, "missing": "empty: from everywhere the sphere rolls off"}
+    out.attrs = {"settle": settle, "share_off_scan": off}
     if out.sizes["subregion"] == 0:
-        warnings.warn("no place of rest: from every pixel the sphere rolls off the scan", stacklevel=2)
+        out.attrs["missing"] = "no place of rest: from every pixel the sphere rolls off the scan"
+        warn(out.attrs["missing"])
     return schema.record(schema.label(out), "resting", scan, **given)
 
 
