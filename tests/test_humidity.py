@@ -299,6 +299,37 @@ def test_the_waves_that_a_scan_shows_matter_less_in_humid_air():
     assert changes[0] - 1 > 2 * (changes[1] - 1) > 0
 
 
+@pytest.mark.parametrize("humidity", [0.3, 0.5, 0.9])
+def test_the_simulation_gives_the_anchors_of_stiff_bodies_and_maugis_of_others(humidity):
+    """Dugdale's law is the liquid's: on stiff bodies 4πRγ, on glass the pull-off of Maugis's λ."""
+    given = {"sphere_radius": 3000.0, "humidity": humidity}
+    stiff = scan(np.zeros((101, 101)), 5.0).contact.assign_pair(contact_modulus=1e4, **given)
+    found = stiff.contact.adhesive(refine=1, accuracy=None, profile="parabola")
+    assert float(found.pull_off_force[0]) == pytest.approx(4 * np.pi * 3000 * GAMMA, rel=0.01)
+    if humidity == 0.9:
+        return
+    glass = scan(np.zeros((101, 101)), 5.0).contact.assign_pair(contact_modulus=39.4, **given)
+    work, pull = 2 * GAMMA, GAMMA / float(glass.kelvin_radius)
+    maugis = pull * (9 * 3000 / (2 * np.pi * work * 39.4**2)) ** (1 / 3)
+    length = 1.157 / maugis * (3000 * work**2 / 39.4**2) ** (1 / 3)
+    expected = reference.maugis_pull_off(
+        radius=3000, contact_modulus=39.4, work_of_adhesion=work, adhesion_range=length
+    )
+    found = glass.contact.adhesive(refine=1, accuracy=None, profile="parabola")
+    assert float(found.pull_off_force[0]) == pytest.approx(expected, rel=0.01)
+
+
+def test_the_simulation_sums_the_works_of_liquid_and_solids():
+    """The solids' part under the liquid and, beyond its edge, their whole: as between rigid bodies."""
+    pair = wet(scan(np.zeros((101, 101)), 5.0), 0.3, contact_modulus=1e4, work_of_adhesion=(0.06, 0.02))
+    rigid = pair.contact.rigid(delta=[0.0], law="exponential", profile="parabola", refine=2)
+    found = pair.contact.adhesive(refine=2, accuracy=None, profile="parabola")
+    assert float(found.pull_off_force[0]) == pytest.approx(float(rigid.pull_off_force[0]), rel=0.01)
+    assert float(rigid.pull_off_force[0]) > 1.08 * 4 * np.pi * 3000 * GAMMA
+    with pytest.raises(ValueError, match="humid pair"):
+        pair.contact.adhesive(law="griffith")
+
+
 def test_the_smooth_sphere_to_compare_with_is_wet_too():
     pair = wet(flat(3000.0), 0.9, materials="glass", contact_modulus=None)
     found = pair.contact.rigid(law="exponential", delta=[0.0]).contact.reduction()

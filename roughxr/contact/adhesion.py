@@ -12,6 +12,7 @@ import dask.array as da
 import numpy as np
 import xarray as xr
 
+from ..bodies.liquid import Menisci, menisci_of
 from ..bodies.materials import range_of
 from ..jobs import lazy as parallel
 from ..jobs.records import BRANCHES, Layout
@@ -144,7 +145,8 @@ def adhesive(
         "exponential", t = (w/ρ) exp(−u/ρ); "griffith", the limit without range (JKR's); "dugdale", a constant pull up
         to a gap; "lennard_jones", the 9-3 potential of two half spaces beyond a hard contact. "auto" takes
         "exponential" where the median of Tabor's parameter over the asperities is below 5, so that the range matters,
-        or where the body yields, else "griffith".
+        or where the body yields, else "griffith". Of a humid pair the solids pull by "exponential", and condensed
+        liquid beside them up to its height; what they pull beyond that, over dry gaps, is put beneath it.
     strength : number or quantity, optional
         Largest pull, GPa, of a law with a range; by default w over the pair's ``adhesion_range``, or w over 0.3 nm.
     refine : "auto" or int
@@ -293,7 +295,6 @@ def _adhesion_of(
 ) -> Adhesion:
     """Return how the bodies adhere and how they are followed; raise where an option is out of its range."""
     found = Adhesion(
-        work=schema.pair(ds, "work_of_adhesion")[0],
         preloads=preloads,
         refine=0 if refine == "auto" else whole_number(refine, "refine", least=1, most=MOST_REFINED),
         accuracy=np.nan if accuracy is None else fraction(accuracy, "accuracy"),
@@ -336,7 +337,6 @@ def _shortest_wavelength(ds: xr.Dataset) -> Any:
 def window_half_width(ds: xr.Dataset, *, preload: float = 0.0, law: str = "auto") -> float:
     """Return the distance (nm) from a contact centre within which `adhesive` needs the surface, at a preload (nN)."""
     adhesion = Adhesion(
-        work=schema.pair(ds, "work_of_adhesion")[0],
         preloads=_preloads(preload),
         **{"refine": 1, "accuracy": np.nan, "step": 1.0, "tolerance": 0.0, "max_iterations": 1, "max_cells": 1},
         **_law(ds, law, None, False),
@@ -350,15 +350,29 @@ def _law(ds: xr.Dataset, law: str, strength: Any, yields: bool) -> dict[str, Any
     schema.one_of(law, LAWS_OF_ADHESION, "law")
     if law == "griffith" and strength is not None:
         raise ValueError(f"strength: expected for a law with a range, found {strength!r} for 'griffith'")
-    (work,) = schema.pair(ds, "work_of_adhesion")
+    (work,) = schema.pair(ds, "work_of_adhesion", wet=True)
     length = range_of(ds, law)
+    if (menisci := menisci_of(ds)) is not None:
+        return _law_with_liquid(ds, law, menisci, length, strength, yields)
     if strength is not None:
         length = work / positive(strength, "GPa", "strength")
     if law == "auto":
         law = "exponential" if work > 0 and (yields or _range_counts(ds, length)) else "griffith"
     if yields:
         _need_hardness_above(float(ds["hardness"]), work, length, law)
-    return {"law": law, "length": np.nan if law == "griffith" else length}
+    return {"law": law, "length": np.nan if law == "griffith" else length, "work": work}
+
+
+def _law_with_liquid(ds, law: str, menisci: Menisci, length: float, strength: Any, yields: bool) -> dict[str, Any]:
+    """Return the sum of the liquid's law and the solids', whose work beyond the liquid's edge is put beneath it."""
+    if law not in ("auto", "exponential") or strength is not None:
+        raise ValueError(f"law: expected 'exponential' for the solids of a humid pair, found {law!r} or a strength")
+    (work,) = schema.pair(ds, "work_of_adhesion", wet=True)
+    beyond = np.exp(-menisci.height / length)
+    work *= menisci.share + (1 - menisci.share) * beyond
+    if yields:
+        _need_hardness_above(float(ds["hardness"]), work + menisci.pull * length, length, "exponential")
+    return {"law": "exponential", "length": length, "work": work, "liquid": menisci}
 
 
 def _need_hardness_above(hardness: float, work: float, length: float, law: str) -> None:
@@ -401,7 +415,7 @@ def _settling_depth(ds: xr.Dataset, adhesion: Adhesion) -> float:
         raise ValueError(f"{NOT_LOADED}, so that it is known how deep a preload sinks in")
     (modulus,) = schema.pair(ds, "contact_modulus")
     radius = float(ds["sphere_radius"]) if "sphere_radius" in ds.coords else _radius_of_map(ds)
-    load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.work * radius
+    load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.whole * radius
     hertz = (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
     if "hardness" in ds.coords:  # a fully yielding sphere sinks in until the area, at the hardness, bears the load
         hertz += load / (2 * np.pi * radius * float(ds["hardness"]))
@@ -446,7 +460,7 @@ def _reach(ds: xr.Dataset, problem: Problem, adhesion: Adhesion) -> float:
     attraction = reach_of_law(adhesion, problem)
     reach = problem.indenter.reach(depth)
     for _ in range(20):  # JKR's contact of that radius draws the surface up by √(2πaw/E*)
-        uplift = np.sqrt(2 * np.pi * reach * adhesion.work / problem.contact_modulus)
+        uplift = np.sqrt(2 * np.pi * reach * adhesion.whole / problem.contact_modulus)
         reach = problem.indenter.reach(depth + uplift + attraction)
     return reach + problem.pixel
 

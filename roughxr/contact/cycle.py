@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..bodies.liquid import Menisci
 from ..kernels.adhesion import smooth_laws
 from ..kernels.adhesion import smooth_path as path
 from ..kernels.halfspace import displacement_control
@@ -23,6 +24,10 @@ EDGED = ("griffith", "dugdale")
 
 #: Largest fall of the traction with the gap on a mesh, over E*/dx, at an edge; the second one is half of it.
 _EDGE = 0.25
+
+#: Width of the edge of condensed liquid, at least, in its height; the law's work is kept. By it the wetted area is off
+#: by some 1e-3.
+_SOFT = 0.25
 
 #: What the two edges differ by, times this, is added to what the steeper one gives. On smooth spheres of 10 to 40 cells
 #: in radius both lie above JKR's pull-off, in the ratio of 1.5 to 1.7 (``tests/benchmarks/without_range.py``).
@@ -61,12 +66,20 @@ class Adhesion(NamedTuple):
     max_iterations: int
     max_cells: int
     cycles: int = 1  # at each place, each on the shape that the one before has left
+    liquid: Menisci | None = None  # what condenses between the bodies; ``work`` is then that of the solids beside it
+
+    @property
+    def whole(self) -> float:
+        """The whole work to part the bodies, that of liquid included, J/m²."""
+        return self.work + (self.liquid.work if self.liquid else 0.0)
 
 
 def law_on(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -> smooth_laws.SmoothLaw:
     """Return the law on unit cells of unit modulus; an edge has this part of the steepness that the mesh bears."""
     per_unit = problem.dx / problem.contact_modulus
     w, length, fall = adhesion.work * per_unit, adhesion.length, _EDGE * steepness
+    if adhesion.liquid is not None:
+        return _law_with_liquid(w, length, adhesion.liquid, per_unit)
     if w == 0:
         return smooth_laws.law_of()
     if adhesion.law == "exponential":
@@ -79,6 +92,15 @@ def law_on(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -> smoo
     wide = 2.0 * w / (length * fall)
     begin = length - wide / 3.0
     return smooth_laws.law_of(step=(w / length, begin, begin + wide))
+
+
+def _law_with_liquid(w: float, length: float, liquid: Menisci, per_unit: float) -> smooth_laws.SmoothLaw:
+    """Return the sum of the solids' pull and the liquid's, with an edge as steep as the mesh bears, or as need be."""
+    pull, height = liquid.pull * per_unit, liquid.height
+    wide = np.clip(2.0 * pull / _EDGE, _SOFT * height, 3.0 * height)
+    begin = height - wide / 3.0
+    solids = {"exponential": (w, length)} if w > 0 else {}
+    return smooth_laws.law_of(step=(pull, begin, begin + wide), **solids)
 
 
 def reach_of_law(adhesion: Adhesion, problem: Problem) -> float:
@@ -132,6 +154,9 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
 
 def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
     cell = largest_cell(adhesion.law, adhesion.length, problem.contact_modulus, adhesion.work)
+    if adhesion.liquid is not None:  # so that its edge is no wider than its height
+        liquid = adhesion.liquid
+        cell = min(cell, 0.5 * _EDGE * problem.contact_modulus * liquid.height / liquid.pull)
     return next((n for n in REFINEMENTS if problem.pixel / n <= cell), REFINEMENTS[-2])
 
 

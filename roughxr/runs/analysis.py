@@ -6,8 +6,8 @@ A run is a dictionary of Datasets, the groups of its archive:
     solutions/adhesive, /rigid, /direct, /contact (fields of one place), /smooth (the same sphere on a flat), /hertz,
     /published, …, /rolling (resisting moments)
     statistics/adhesive, /rigid, /published, …, /roughness, /regime (the recommended model), /formulas (pull-off by the
-    usual formulas), /detachment and /detachment_superposed (the critical flow), /error_budget, /sensitivity,
-    /shorter_waves
+    usual formulas), /humidity (of a humid pair: the pull between rigid bodies over it), /detachment and
+    /detachment_superposed (the critical flow), /error_budget, /sensitivity, /shorter_waves
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from ..asperity.catalogue import asperities
 from ..asperity.moments import rolling
 from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
+from ..bodies import liquid
 from ..contact.adhesion import MOST_REFINED, adhesive
 from ..contact.elastic import direct
 from ..contact.problem import default_deltas, indenter_of
@@ -38,6 +39,7 @@ from ..jobs.run import checkpointed
 from ..presentation import figures, report
 from ..scans import level, regions, roughness
 from ..statistics import pull_off
+from ..studies.parameter_grid import vary
 from ..studies.sensitivities import cut_off_waves, error_budget, sensitivity
 from ..vocabulary import schema
 from ..vocabulary.units import magnitude, whole_number
@@ -48,6 +50,9 @@ COMPARED = ("published", "self_similar", "energy")
 
 #: Largest cells (nm) on which the pull between rigid bodies is summed, but no more than eight to a pixel.
 _RIGID_CELL = 2.5
+
+#: Relative humidities over which a humid pair is followed.
+HUMIDITIES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 
 #: A mesh is fine enough where the median change of the pull-off on a finer one is smaller than this, over some places.
 _SETTLED = 0.05
@@ -193,9 +198,12 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
         "statistics/roughness": roughness(scan, spectra=True),
     }
     options = {"subregions": plan.subregions, "progress": progress}
-    if float(scan.coords.get("work_of_adhesion", 0.0)) > 0:
+    if float(scan.coords.get("work_of_adhesion", 0.0)) > 0 or schema.is_wet(scan):
         groups |= _with_adhesion(scan, plan, options, say)
         groups |= _rigid_bodies(scan, options, say)
+    if schema.is_wet(scan):
+        say("the same over humidity")
+        groups["statistics/humidity"] = _over_humidity(scan, options)
     say(f"direct simulation, {plan.direct_deltas.size} displacements at {_count(scan, plan)} places")
     groups |= _pressed(scan, plan, options)
     groups["solutions/contact"] = _one_contact(scan, plan, groups["solutions/direct"])
@@ -203,6 +211,8 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
     elastic = options | {"yielding": False}  # to show the effect of yield beside it
     groups["solutions/hertz"] = superpose(catalogue, delta=plan.sweep, law="hertz", **elastic)
     suited = catalogue if plan.patch == "auto" else asperities(scan)
+    if schema.is_wet(scan):  # superposed asperities know nothing of liquid
+        return groups
     for name in COMPARED:
         say(f"superposition, {name}")
         summed = scan if name == "published" else suited  # the paper's own asperities for its own formulas
@@ -290,15 +300,30 @@ def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say
 def _rigid_bodies(scan: xr.Dataset, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
     """Return the pull between rigid bodies and, for a sphere, the recommended model and the usual formulas."""
     say("the same bodies, too stiff to bend")
-    refine = int(np.clip(np.ceil(schema.square_pixel(scan) / _RIGID_CELL), 1, 8))
+    refine = _rigid_mesh(scan)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about the size of cells: the report's page has it for all methods
         summed = rigid(scan, delta=[0.0], refine=refine, **options)
         groups = {"solutions/rigid": summed, "statistics/rigid": pull_off(summed)}
         if "sphere_radius" in scan.coords:
             groups["statistics/regime"] = regime(scan, refine=refine)
-            groups["statistics/formulas"] = formulas(scan, refine=refine)
+            if not schema.is_wet(scan):
+                groups["statistics/formulas"] = formulas(scan, refine=refine)
     return groups
+
+
+def _rigid_mesh(scan: xr.Dataset) -> int:
+    return int(np.clip(np.ceil(schema.square_pixel(scan) / _RIGID_CELL), 1, 8))
+
+
+def _over_humidity(scan: xr.Dataset, options: dict[str, Any]) -> xr.Dataset:
+    """Return the pull between rigid bodies over humidity, the scan's own among it, as far as menisci are thin."""
+    wanted = sorted({*HUMIDITIES, float(scan["humidity"])} if "humidity" in scan.coords else HUMIDITIES)
+    thin = [one for one in wanted if liquid.is_thin(scan, one)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = vary(scan, rigid, humidity=thin, delta=[0.0], refine=_rigid_mesh(scan), **options)
+    return found[["pull_off_force", "pull_off_delta", "meniscus_error"]]
 
 
 def _count(scan: xr.Dataset, plan: Plan) -> int:

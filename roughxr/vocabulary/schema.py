@@ -694,8 +694,8 @@ def pair(ds: xr.Dataset, *names: str, wet: bool = False) -> tuple[float, ...]:
     if not wet and "work_of_adhesion" in names and is_wet(ds):
         raise ValueError(
             "humidity: expected a dry pair here, found condensed liquid (Kelvin's radius "
-            f"{float(np.max(ds['kelvin_radius'])):.3g} nm), which this law of adhesion leaves out; take `rigid`, or "
-            "`vary` over it, or assign the pair without humidity"
+            f"{float(np.max(ds['kelvin_radius'])):.3g} nm), which this law of adhesion leaves out; take `rigid` or "
+            "`adhesive`, or assign the pair without humidity"
         )
     missing = [name for name in names if name not in ds.coords]
     if missing:
