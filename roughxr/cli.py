@@ -34,7 +34,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
         with warnings.catch_warnings(), redirect_stdout(_Printable(sys.stdout)):
-            warnings.showwarning = _warn
+            said: set[str] = set()
+            warnings.showwarning = lambda message, *_, **__: _warn(message, said)
             options.command(options)
     except (KeyboardInterrupt, SystemError) as error:
         from .jobs.executor import is_interrupt
@@ -63,9 +64,12 @@ class _Printable:
         return getattr(self.stream, name)
 
 
-def _warn(message, *_, **__) -> None:
-    """Print the text of a warning without its place in the code."""
-    print(f"roughxr: {printable(str(message), keep=_LINES)}", file=sys.stderr)
+def _warn(message, said: set[str] | None = None) -> None:
+    """Print the text of a warning without its place in the code, and only once."""
+    if said is None or str(message) not in said:
+        print(f"roughxr: {printable(str(message), keep=_LINES)}", file=sys.stderr)
+    if said is not None:
+        said.add(str(message))
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -376,15 +380,14 @@ def _add_quiet(command) -> None:
 def _paper(options) -> None:
     from .reproduction import paper
 
-    paper(options.output, budget=options.budget, progress=not options.quiet)
-    print(f"written to {options.output}")
+    _tell_answer(paper(options.output, budget=options.budget, progress=not options.quiet), options.output)
 
 
 def _run(options) -> None:
     from .runs import analysis
 
     scan = _paired(_opened(options.scan, options), options)
-    analysis.run(
+    groups = analysis.run(
         scan,
         options.output,
         subregions=tuple(options.subregions),
@@ -397,7 +400,16 @@ def _run(options) -> None:
         scheduler=options.scheduler,
         progress=not options.quiet,
     )
-    print(f"written to {options.output}")
+    _tell_answer(groups, options.output)
+
+
+def _tell_answer(groups, output: str) -> None:
+    """Print where a run was written, and its answer on the last line."""
+    from .presentation import report
+
+    print(f"written to {output}")
+    if answer := report.headline(groups):
+        print(answer)
 
 
 def _paired(scan, options):

@@ -43,7 +43,10 @@ def paper_run(tmp_path_factory):
 def test_paper_writes_archive_figures_and_tables(paper_run):
     names = {path.name for path in paper_run.iterdir()}
     figures = {f"figure-{number:02d}.png" for number in range(2, 17)}
-    assert names == figures | {"paper.nc", "overview.png", "table.txt", "table-scan.csv", "table-contact.csv"}
+    assert names == figures | {
+        *("paper.nc", "overview.png", "report.html", "table.txt", "table-scan.csv", "table-contact.csv"),
+        *("places.csv", "places.xlsx"),
+    }
 
 
 @of_the_paper

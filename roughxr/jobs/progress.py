@@ -102,6 +102,25 @@ def _duration(seconds: float) -> str:
     return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
+def stages(progress: bool, total: int) -> Callable[[str], None]:
+    """Return a function that tells the stage that begins, its number, and the time since the first.
+
+    Examples
+    --------
+    >>> stages(False, 3)("nothing")
+    """
+    tell, begun, number = teller(progress), time.monotonic(), 0
+
+    def say(what: str) -> None:
+        nonlocal number, total
+        number += 1
+        total = max(total, number)
+        passed = _duration(time.monotonic() - begun)
+        tell(f"stage {number} of {total}: {what}" + f" ({passed} so far)" * (number > 1))
+
+    return say
+
+
 def teller(progress: bool) -> Callable[[str], None]:
     """Return a function that writes a line to standard error, or that does nothing.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from ..vocabulary.verbs import verb
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 #: Formats of a tidy table, by the file's suffix.
-FORMATS = (".csv", ".parquet")
+FORMATS = (".csv", ".xlsx", ".parquet")
 
 
 @verb
@@ -31,9 +32,9 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
         For example asperities, a solution without fields, a pull-off, a summary, intervals, or a map, which has one row
         for each pixel. Computed if lazy. Scalars, such as a roughness, are one row each: value, units and meaning.
     path : path, optional
-        Ending in ``.csv`` or ``.parquet``. Parquet keeps types, and units and history of each column in its
-        metadata; it needs pyarrow. In CSV the units are in brackets after the names, and text that a
-        spreadsheet would take for a formula begins with an apostrophe.
+        Ending in ``.csv``, ``.xlsx`` (needs openpyxl) or ``.parquet`` (needs pyarrow). Parquet keeps types, and units
+        and history of each column in its metadata. In the others the units are in brackets after the names, and text
+        that a spreadsheet would take for a formula begins with an apostrophe.
 
     Returns
     -------
@@ -42,9 +43,9 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
     Raises
     ------
     ValueError
-        If the suffix is neither, or ``ds`` holds fields of many places, which do not fit a table.
+        If the suffix is none of these, or ``ds`` holds fields of many places, which do not fit a table.
     ImportError
-        If Parquet is wanted and pyarrow is not installed.
+        If the package that writes the format is not installed.
 
     Examples
     --------
@@ -85,20 +86,25 @@ def _scalars(ds: xr.Dataset) -> pd.DataFrame:
 def _writer(suffix: str) -> Callable[[pd.DataFrame, xr.Dataset, str], None]:
     schema.one_of(suffix, FORMATS, "path's ending")
     if suffix == ".csv":
-        return _csv
-    try:
-        import pyarrow  # noqa: F401
-    except ImportError as error:
-        raise ImportError('Parquet needs pyarrow; install it with: pip install "roughxr[parquet]"') from error
-    return _parquet
+        return lambda frame, ds, path: _headed(frame, ds).to_csv(path, index=False, lineterminator="\n")
+    package = {".xlsx": "openpyxl", ".parquet": "pyarrow"}[suffix]
+    if find_spec(package) is None:
+        raise ImportError(f"a table in {suffix} needs {package}, which is not installed: pip install {package}")
+    return _parquet if suffix == ".parquet" else _workbook
 
 
-def _csv(frame: pd.DataFrame, ds: xr.Dataset, path: str):
+def _workbook(frame: pd.DataFrame, ds: xr.Dataset, path: str):
+    with pd.ExcelWriter(path, engine="openpyxl") as writer:
+        _headed(frame, ds).to_excel(writer, index=False)
+
+
+def _headed(frame: pd.DataFrame, ds: xr.Dataset) -> pd.DataFrame:
+    """Return a table with units in its header, and no text that a spreadsheet would take for a formula."""
     units = {name: ds[name].attrs.get("units", "1") if name in ds.variables else "1" for name in frame}
     named = frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit != "1"})
     for column in named.select_dtypes(include=["object", "string"]):
         named[column] = named[column].map(_no_formula)
-    named.to_csv(path, index=False, lineterminator="\n")
+    return named
 
 
 def _no_formula(value: object) -> object:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from textwrap import fill
 from typing import Any, NamedTuple
@@ -32,11 +33,13 @@ from ..contact.problem import default_deltas, indenter_of
 from ..contact.regimes import formulas, regime
 from ..contact.rigid_bodies import rigid
 from ..detachment import critical_load, with_pull_off
+from ..files import archive
 from ..files.disk import whole
-from ..jobs.progress import teller
+from ..jobs.progress import stages, teller
 from ..jobs.records import loading
 from ..jobs.run import checkpointed
 from ..presentation import figures, report
+from ..presentation.exports import to_table
 from ..scans import level, regions, roughness
 from ..statistics import pull_off
 from ..studies.parameter_grid import vary
@@ -183,7 +186,7 @@ def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None, **adh
 
 def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str, xr.Dataset]:
     """Compute all groups of a run."""
-    say = teller(progress)
+    say = stages(progress, _stages(scan, plan))
     say("asperities and reconstruction")
     catalogue = asperities(scan, patch=plan.patch, vertex=plan.vertex)
     if not bool((catalogue["curvature_min"] > 0).any()):
@@ -223,17 +226,25 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
         say("what it takes to roll the sphere off")
         groups |= _coming_off(suited, options, groups["statistics/adhesive"])
     if plan.budget and "solutions/adhesive" in groups:
-        groups |= _error_budget(scan, plan, groups["solutions/adhesive"], progress)
+        groups |= _error_budget(scan, plan, groups["solutions/adhesive"], say, progress)
     return groups
 
 
-def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, progress: bool) -> dict[str, xr.Dataset]:
+def _stages(scan: xr.Dataset, plan: Plan) -> int:
+    """Return how many stages a run tells of, where the mesh of the simulation need be halved but once."""
+    adheres = float(scan.coords.get("work_of_adhesion", 0.0)) > 0
+    simulated = adheres * (2 + 2 * (plan.refine == "auto") + ("sphere_radius" in scan.coords) + 2 * bool(plan.budget))
+    return 2 + len(COMPARED) + simulated
+
+
+def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, say: Callable, progress: bool):
     """Return the sensitivity of the simulated pull-off, at a few of its places, and its error budget."""
     preload = float(np.min(plan.preload))
     how = {"preload": preload, "law": solved.attrs["law"], "step": plan.step, "places": plan.budget}
     how |= {"refine": solved.attrs["refine"], "subregions": solved}
+    say(f"the error budget: {plan.budget} places again under each change")
     changes = sensitivity(scan, method="adhesive", progress=progress, **how)
-    teller(progress)("the same with shorter waves added or cut off")
+    say("the error budget: shorter waves added or cut off")
     scales = cut_off_waves(scan, **how)
     budget = error_budget(scan, solved=solved, changes=changes, scales=scales, seeds=0, **how)
     found = {"statistics/error_budget": budget, "statistics/sensitivity": changes}
@@ -361,15 +372,33 @@ def show(
         return
     for part, table in zip(("scan", "contact"), tables):
         with whole(folder / f"table-{part}.csv") as temporary:
-            table.to_csv(temporary)
+            table.to_csv(temporary, float_format="%.6g")
+    _write_places(report.by_place(groups), folder)
     with whole(folder / "table.txt") as temporary:
         temporary.write_text(printed, encoding="utf-8")
-    teller(progress)("figures")
+    teller(progress)("figures and report")
     figures.save(figures.overview(groups), folder / "overview.png", dpi=150)
     for name, figure in drawn(groups):
         figures.save(figure, folder / f"{name}.png")
     for name, figure in figures.budget_figures(groups):
         figures.save(figure, folder / f"{name}.png", dpi=220)
+    with whole(folder / "report.html") as temporary:
+        temporary.write_text(report.page(groups, archive_name=archive.of_run(folder).name), encoding="utf-8")
+
+
+def _write_places(places: xr.Dataset, folder: Path) -> None:
+    """Write the table of places as text and, where openpyxl is installed, as a workbook."""
+    if not places:
+        return
+    rounded = places.map(
+        lambda one: one if one.dtype.kind in "OUTb" else xr.apply_ufunc(_six_digits, one, keep_attrs=True)
+    )
+    for ending in (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",):
+        to_table(rounded, folder / f"places{ending}")
+
+
+def _six_digits(values: np.ndarray) -> np.ndarray:
+    return np.vectorize(lambda value: float(f"{value:.6g}"), otypes=[float])(values)
 
 
 def _print(tables: tuple, notes: list[str], groups: dict[str, xr.Dataset]) -> str:

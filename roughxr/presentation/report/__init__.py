@@ -6,6 +6,7 @@ from .coming_off import COMING_OFF, coming_off_words, detachment_table, moments_
 from .explorer import explorer_page, write_explorer
 from .html import page, write_report
 from .intervals import interval_table
+from .places import by_place
 from .repeat import command
 from .tables import METHODS, contact_table, formula_table, scan_table, text
 from .warnings_shown import cautions, superposed
@@ -14,6 +15,7 @@ __all__ = [
     "COMING_OFF",
     "METHODS",
     "budget_table",
+    "by_place",
     "cautions",
     "coming_off_words",
     "command",

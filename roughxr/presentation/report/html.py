@@ -35,7 +35,8 @@ from .warnings_shown import cautions
 #: How to cite this library, and what it implements.
 CITATION = (
     f"roughxr {__version__}: contact mechanics on AFM scans as labelled xarray datasets.",
-    "W. Cheng, P. F. Dunn, R. M. Brach: Contact between a smooth microsphere and an anisotropic rough surface.",
+    "W. Cheng, P. F. Dunn, R. M. Brach: Contact between a smooth microsphere and an anisotropic rough surface, "
+    "The Journal of Adhesion 79 (2003) 749–776.",
 )
 
 
