@@ -95,5 +95,3 @@ def test_cells_under_a_smooth_law_yield_as_they_do_under_any(places):
     assert not first.any()
     assert found.left[-1][places[0]] == pytest.approx(-dent, abs=5e-3)
     assert not found.left[0].any()  # not at the first displacement
-
-

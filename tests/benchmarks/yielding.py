@@ -19,11 +19,11 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 import dask
 import numpy as np
+from roughxr.kernels.adhesion.path import FORCE, follow
 
 import roughxr
 from roughxr.contact import reference
 from roughxr.kernels.adhesion import cohesive_laws, smooth_laws
-from roughxr.kernels.adhesion.path import FORCE, follow
 from roughxr.kernels.adhesion.smooth_path import follow_smooth
 from roughxr.kernels.halfspace import displacement_control as kalker
 from roughxr.kernels.halfspace.load_control import loaded_arrays
