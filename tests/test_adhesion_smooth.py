@@ -41,12 +41,12 @@ def pull_off(path):
 
 @pytest.fixture(scope="module")
 def law():
-    return laws.smooth_law("exponential", W, LENGTH)
+    return laws.law_of(exponential=(W, LENGTH))
 
 
-@pytest.mark.parametrize("name, cut", [("exponential", 40.0), ("van_der_waals", 1e4)])
+@pytest.mark.parametrize("name, cut", [("exponential", 40.0), ("waals", 1e4)])
 def test_laws_do_the_work_of_separation(name, cut):
-    law = laws.smooth_law(name, W, LENGTH, cut)
+    law = laws.law_of(**{name: (W, LENGTH)}, cut=cut * LENGTH)
     u = np.r_[0.0, np.geomspace(1e-4, law.range, 40001)[:-1]]
     t, fall = np.array([laws.traction(x, law) for x in u]).T
     assert np.trapezoid(t, u) == pytest.approx(W, rel=1e-4)
@@ -124,7 +124,7 @@ def test_short_range_pulls_off_as_jkr():
     errors = []
     for tabor in (1.5, 3.0):
         length = (radius * w**2) ** (1 / 3) / tabor
-        (path,) = follow(sphere(100, radius), [0.5], laws.smooth_law("exponential", w, length), step=0.1)
+        (path,) = follow(sphere(100, radius), [0.5], laws.law_of(exponential=(w, length)), step=0.1)
         errors.append(pull_off(path) / (1.5 * np.pi * w * radius) - 1)
         assert path.states[:, OK].all()
     assert 0 < errors[1] < errors[0] < 0.12
@@ -133,7 +133,7 @@ def test_short_range_pulls_off_as_jkr():
 
 def test_a_stiff_sphere_pulls_off_as_a_rigid_one():
     radius, w = 250.0, 5e-6
-    (path,) = follow(sphere(130, radius), [0.2], laws.smooth_law("exponential", w, 0.8, 10.0), step=0.2)
+    (path,) = follow(sphere(130, radius), [0.2], laws.law_of(exponential=(w, 0.8), cut=10.0 * 0.8), step=0.2)
     assert pull_off(path) == pytest.approx(2 * np.pi * w * radius, rel=0.02)
 
 
@@ -142,7 +142,7 @@ def test_without_adhesion_it_presses_as_the_elastic_contact():
     elastic = kalker.solve(separation, 1.0, 1.0, 1.0, tolerance=1e-7).force
     errors = []
     for w in (1e-2 * W, 1e-3 * W, 1e-4 * W):
-        (path,) = follow(separation, [1.0], laws.smooth_law("exponential", w, LENGTH))
+        (path,) = follow(separation, [1.0], laws.law_of(exponential=(w, LENGTH)))
         errors.append(1 - path.states[path.turn - 1, FORCE] / elastic)
     np.testing.assert_allclose(errors[1:], np.array(errors[:-1]) / 10, rtol=0.1)  # in proportion to w, to nothing
     assert 0 < errors[-1] < 5e-4
@@ -175,7 +175,7 @@ def test_work_of_the_force_is_energy_and_what_is_lost(law):
 
 
 def test_force_is_the_slope_of_the_energy():
-    (path,) = follow(sphere(), [0.5], laws.smooth_law("exponential", 0.1 * W, 1.0, 6.0), step=0.05)
+    (path,) = follow(sphere(), [0.5], laws.law_of(exponential=(0.1 * W, 1.0), cut=6.0 * 1.0), step=0.05)
     s = path.states[: path.turn]
     slope = np.gradient(s[:, ENERGY], s[:, DELTA])
     smooth = slice(len(s) // 2, -1)

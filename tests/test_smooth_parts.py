@@ -14,7 +14,7 @@ from roughxr.kernels.halfspace.transforms import convolution, even_length, trans
 from roughxr.kernels.jit import kernel
 
 LOVE = love_coefficients(257, 257)
-LAW = smooth_laws.smooth_law("exponential", 0.03, 0.4)
+LAW = smooth_laws.law_of(exponential=(0.03, 0.4))
 
 
 @kernel
@@ -106,10 +106,10 @@ def test_nothing_is_solved_by_nothing():
     assert not system.x.any() and not system.image.any()
 
 
-@pytest.mark.parametrize("name", ["exponential", "van_der_waals"])
+@pytest.mark.parametrize("name", ["exponential", "waals", "step"])
 def test_slopes_are_those_of_the_tractions_and_tractions_those_of_the_work(name):
     """From contact on, where the van der Waals law repels more the closer it is."""
-    law = smooth_laws.smooth_law(name, 0.03, 0.4)
+    law = smooth_laws.law_of(**{name: (0.03, 0.4)})
     u, part = np.linspace(1e-4, 3.0, 61), 1e-5
     every = [
         [(*smooth_laws.traction(x, law), smooth_laws.remaining_work(x, law)) for x in u + d] for d in (-part, 0, part)

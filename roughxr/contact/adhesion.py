@@ -486,7 +486,7 @@ def _solve(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -
         told |= {name: np.broadcast_to(value, len(found.paths))[k] for name, value in errors.items()}
         if adhesion.preloads.size and told["complete"]:
             turns = [one[k].states[one[k].turn - 1] for one in (found.paths, found.wider or found.paths)]
-            turn = sharper(found, *turns)
+            turn = sharper(found, k, *turns) if found.wider else turns[0]
             told |= {"preload_delta": turn[path.DELTA], "contact_area": max(turn[path.AREA], 0.0)}
             told |= {"converged": bool(followed.states[:, path.OK].all())}
             hard = yield_told(followed, found.problem)
@@ -509,7 +509,7 @@ def _put_states(record: np.ndarray, found: Cycles) -> None:
         for k, (values, wider) in enumerate(zip(branches, wide[name])):
             size = min(len(values), len(wider))
             values, wider = values[:size], wider[:size]
-            values = sharper(found, values, wider) if found.wider and name in _EXTRAPOLATED else values
+            values = sharper(found, 0, values, wider) if found.wider and name in _EXTRAPOLATED else values
             values = np.maximum(values, 0.0) if name == "contact_area" else values
             if k == 0:
                 record[name][0, :size] = values

@@ -22,7 +22,7 @@ from .problem import Place, Problem, Surface, surface_at
 #: Laws with an edge, which are extrapolated.
 EDGED = ("griffith", "dugdale")
 
-#: Largest fall of the traction with the gap on a mesh, over E*/dx, at an edge; the second one is half of it.
+#: Largest fall of the traction with the gap at an edge, over E*/dx; the second edge has half of it.
 _EDGE = 0.25
 
 #: Width of the edge of condensed liquid, at least, in its height; the law's work is kept. By it the wetted area is off
@@ -44,6 +44,10 @@ _SOFTENING, _FIRST_CELL = 1.0, 5.0
 
 #: Largest number of meshes on which a place is solved.
 _MESHES = 4
+
+#: Where pull-offs differ by more than this part, both edges found different contacts, and the steeper one is taken as it
+#: is: a summit more or less is touched. Flat punches of five cells in radius differ by 0.2.
+_APART = 0.3
 
 #: Events that are not extrapolated.
 _OF_THE_MESH = ("pull_off_resolution",)
@@ -77,7 +81,7 @@ class Adhesion(NamedTuple):
 def law_on(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -> smooth_laws.SmoothLaw:
     """Return the law on unit cells of unit modulus; an edge has this part of the steepness that the mesh bears."""
     per_unit = problem.dx / problem.contact_modulus
-    w, length, fall = adhesion.work * per_unit, adhesion.length, _EDGE * steepness
+    w, length = adhesion.work * per_unit, adhesion.length
     if adhesion.liquid is not None:
         return _law_with_liquid(w, length, adhesion.liquid, per_unit)
     if w == 0:
@@ -86,12 +90,9 @@ def law_on(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -> smoo
         return smooth_laws.law_of(exponential=(w, length))
     if adhesion.law == "lennard_jones":
         return smooth_laws.law_of(waals=(w, length))
-    end = np.sqrt(6.0 * w / fall)  # of a step that falls from contact on
-    if adhesion.law == "griffith" or end > 3.0 * length:
-        return smooth_laws.law_of(step=(3.0 * w / end, 0.0, end))
-    wide = 2.0 * w / (length * fall)
-    begin = length - wide / 3.0
-    return smooth_laws.law_of(step=(w / length, begin, begin + wide))
+    if adhesion.law == "griffith":
+        return smooth_laws.without_range(w, _EDGE * steepness)
+    return smooth_laws.dugdale(w, length, _EDGE * steepness)
 
 
 def _law_with_liquid(w: float, length: float, liquid: Menisci, per_unit: float) -> smooth_laws.SmoothLaw:
@@ -115,13 +116,15 @@ class Cycles(NamedTuple):
     problem: Problem
     paths: list[path.Path]
     wider: list[path.Path]  # of a law with an edge, with the wider edge; else empty
-    beyond: float  # by which multiple of the change between them the first is extrapolated
+    law: str
 
 
 def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: bool) -> tuple[Cycles, dict]:
     """Return the cycles at one place, on a mesh that meets the accuracy, and the errors of their pull-offs."""
     if adhesion.refine:
-        return _cycles(place, problem, adhesion, adhesion.refine, fields=fields), {"refinement": adhesion.refine}
+        found = _cycles(place, problem, adhesion, adhesion.refine, fields=fields)
+        differ = _apart(found)
+        return found, {"refinement": adhesion.refine, "pull_off_error": np.where(differ > 0, differ, np.nan)}
     return _refined_until_accurate(place, problem, adhesion)
 
 
@@ -144,12 +147,16 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
         if _overlapping(before.surface, problem, adhesion) * (finer / n) ** 2 > adhesion.max_cells:
             break
         found = _cycles(place, problem, adhesion, finer)
-        of_mesh, n = _change(before, found), finer
+        of_mesh, n = np.fmax(_change(before, found), _apart(found)), finer
         if (of_mesh < adhesion.accuracy)[np.isfinite(of_mesh)].all():
             break
         before = found
     errors = {"mesh_error": of_mesh, "step_error": of_step, "pull_off_error": np.hypot(of_mesh, of_step)}
     return found, {"refinement": n, **errors}
+
+
+def _apart(found: Cycles) -> np.ndarray:
+    return np.array([apart(found, k) for k in range(len(found.paths))])
 
 
 def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
@@ -213,7 +220,7 @@ def _cycles(place: Place, problem: Problem, adhesion: Adhesion, refine: int, *, 
     edges = (1.0, 0.5) if adhesion.law in EDGED and adhesion.work > 0 else (1.0,)
     laws = [law_on(adhesion, problem, steepness) for steepness in edges]
     paths, *wider = (_follow(surface, problem, adhesion, law, fields and law is laws[0]) for law in laws)
-    return Cycles(surface, problem, paths, wider[0] if wider else [], _SHARPER.get(adhesion.law, 0.0))
+    return Cycles(surface, problem, paths, wider[0] if wider else [], adhesion.law)
 
 
 def _follow(surface: Surface, problem: Problem, adhesion: Adhesion, law, fields: bool) -> list[path.Path]:
@@ -246,6 +253,7 @@ def _cycle(surface, problem, adhesion, law, fields, preloads, left) -> list[path
         cap=cap,
         limit=limit,
         left=left,
+        from_contact=adhesion.law == "griffith",
     )
 
 
@@ -277,9 +285,18 @@ def yield_told(followed: path.Path, problem: Problem) -> dict[str, np.ndarray]:
     return {name: followed.hard[:, column] for name, column in told.items()}
 
 
-def sharper(found: Cycles, value: Any, wide: Any) -> Any:
+def sharper(found: Cycles, k: int, value: Any, wide: Any) -> Any:
     """Return a quantity extrapolated from its values with the steeper and with the wider edge."""
-    return value + found.beyond * (value - wide)
+    return value if apart(found, k) > 0.0 else value + _SHARPER[found.law] * (value - wide)
+
+
+def apart(found: Cycles, k: int) -> float:
+    """Return by how much the pull-offs with both edges differ, if so much that their contacts are not the same."""
+    if not found.wider:
+        return 0.0
+    pull, wide = (_events(one[k]).get("pull_off_force", np.nan) for one in (found.paths, found.wider))
+    change = abs(pull - wide) / max(pull, 1e-300)
+    return 0.0 if change <= _APART else change
 
 
 def events(found: Cycles, k: int) -> dict[str, float]:
@@ -292,7 +309,7 @@ def events(found: Cycles, k: int) -> dict[str, float]:
         return {}
     least = {"snap_in_force": 0.0, "pull_off_force": 0.0}
     return {
-        name: max(sharper(found, value, wide[name]), least.get(name, -np.inf)) if name not in _OF_THE_MESH else value
+        name: max(sharper(found, k, value, wide[name]), least.get(name, -np.inf)) if name not in _OF_THE_MESH else value
         for name, value in told.items()
     }
 

@@ -57,7 +57,7 @@ def ours(separation, dx, deltas=(DEPTH,)):
     from roughxr.kernels.halfspace.products import coefficients_for
 
     began, per_unit = time.process_time(), dx / MODULUS
-    law = smooth_laws.smooth_law("exponential", WORK * per_unit, RANGE)
+    law = smooth_laws.law_of(exponential=(WORK * per_unit, RANGE))
     (path,) = smooth_path.follow_smooth(
         separation, np.array(deltas), STEP, coefficients_for(separation.shape), law, max_rounds=1000
     )

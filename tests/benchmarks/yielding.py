@@ -152,7 +152,7 @@ def punch_rows():
             found = follow(separation, np.array([0.2]), 0.02, law, w, **options)
             row.append(f"{words} {-found.states[:, FORCE].min() * MODULUS * dx / exact:.3f} of the closed form")
         for length in (0.3, 0.1):
-            law = smooth_laws.smooth_law("exponential", w, length)
+            law = smooth_laws.law_of(exponential=(w, length))
             (found,) = follow_smooth(separation, np.array([0.2]), 0.02, coefficients_for(separation.shape), law)
             pull = -found.states[:, FORCE].min() * MODULUS * dx
             row.append(f"exponential over {length} nm {pull / griffith:.3f} of Griffith's")

@@ -78,6 +78,21 @@ def law_of(*, exponential=_NONE, waals=_NONE, step=_NONE, cut=None):
     return whole._replace(range=reach, cut=float(remaining_work(reach, whole)))
 
 
+def without_range(w, fall):
+    """Return a law that pulls at contact only, as nearly as a mesh bears that allows a traction to fall by ``fall``."""
+    end = np.sqrt(6.0 * w / fall)
+    return law_of(step=(3.0 * w / end, 0.0, end))
+
+
+def dugdale(w, length, fall):
+    """Return a constant traction w/length up to a gap, with the edge that such a mesh bears."""
+    wide = 2.0 * w / (length * fall)
+    if wide > 3.0 * length:
+        return without_range(w, fall)
+    begin = length - wide / 3.0
+    return law_of(step=(w / length, begin, begin + wide))
+
+
 @kernel
 def traction(u, law):
     """Return t(u) ≥ 0, and the slope −dt/du at which it falls."""

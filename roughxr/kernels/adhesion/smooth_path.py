@@ -24,6 +24,7 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
+from scipy import ndimage
 
 from ..halfspace import displacement_control, yielding
 from ..halfspace.products import surface_displacement
@@ -86,6 +87,11 @@ HARD_FORCE, HARD_AREA, DENT_AREA, DENT = range(4)
 #: amount found to this part of the deepest overlap.
 _OVER, _DENTS, _DENT_TOLERANCE = 1e-3, 6, 1e-5
 
+#: How far the edge of a contact opens within a law without range, in cells times the steepness of the law: π E* b²/16w
+#: by Griffith's edge. Overlaps of more than the second part of the range are contacts. Distances are taken as round.
+_OPENS, _CLOSES = 1.2, 1e-3
+_ROUND = ndimage.generate_binary_structure(2, 1)
+
 #: Part of the largest traction above which the pull of a cell matters in deciding how large a box must be.
 _PULLS = 2e-3
 
@@ -116,6 +122,7 @@ class Known(NamedTuple):
     rounds: int
     fine: bool
     left: np.ndarray  # (nx, ny) of the window: residual height
+    near: np.ndarray | None = None  # (nx, ny) of the window: where a law without range may pull
 
 
 def follow_smooth(
@@ -133,6 +140,7 @@ def follow_smooth(
     cap=np.inf,
     limit=np.inf,
     left=None,
+    from_contact=False,
 ):
     """Follow the contact up to the largest of ``deltas``, or to each of ``preloads``, and back until it is lost.
 
@@ -165,6 +173,9 @@ def follow_smooth(
         Pressure, nm, above which the shares of force and area are reported.
     left : (nx, ny) array, optional
         Residual height of earlier cycles, nm ≤ 0.
+    from_contact : bool
+        The law stands for one without range: it pulls around contacts only, as far as their edges open within it, and
+        not across the gap to what has not touched.
 
     Returns
     -------
@@ -177,7 +188,7 @@ def follow_smooth(
     if np.count_nonzero(separation < deltas[-1] + law.range) > max_cells:
         no_fields = np.zeros((0, *separation.shape))
         return [Path(np.zeros((0, 10)), 0, CELL_LIMIT, no_fields, np.zeros((0, 4)), no_fields) for _ in goals]
-    solver = _Solver(separation, coefficients, law, tolerance, max_rounds, cap, limit)
+    solver = _Solver(separation, coefficients, law, tolerance, max_rounds, cap, limit, from_contact)
     left = np.zeros(separation.shape) if left is None else left
     loading = _Branch(solver, step, deltas, fields, left, yields=cap < np.inf)
     return [_path(loading, loading.load(goal), fields) for goal in goals]
@@ -199,18 +210,20 @@ def _path(loading, fine, fields):
 class _Solver:
     """Finds the states of one body."""
 
-    def __init__(self, separation, coefficients, law, tolerance, max_rounds, cap, limit):
+    def __init__(self, separation, coefficients, law, tolerance, max_rounds, cap, limit, from_contact):
         self.separation, self.coefficients, self.law = separation, coefficients, law
         self.cap, self.limit = cap, limit
         self.tolerance, self.max_rounds = float(tolerance), int(max_rounds)
         self.transfers = {}
+        self.around = int(np.ceil(_OPENS / law.steepest)) + 2 if from_contact and law.work > 0 else 0
 
     def nothing(self, delta, left):
         """Return the state without any traction."""
         rows, columns = self._box(delta)
         separation = self.separation[rows, columns] - left[rows, columns]
         state = State(np.zeros(separation.shape), separation - delta, np.zeros(separation.shape, bool))
-        return Known(delta, 0.0, 0.0, rows, columns, state, 0, True, left)
+        near = np.zeros(self.separation.shape, bool) if self.around else None
+        return Known(delta, 0.0, 0.0, rows, columns, state, 0, True, left, near)
 
     def press(self, delta, before, last, *, well=True):
         """Return the state at a displacement on loading: the surface gives way until it bears the pressure."""
@@ -254,8 +267,20 @@ class _Solver:
         for margin in itertools.count(0, _ALIKE):
             rows, columns = self._box(delta, last, margin)
             found = self._seek_in(rows, columns, delta, before, last, near=near, well=well)
+            while self.around and found.near is not last.near and np.isfinite(found.force):
+                before, last = None, found._replace(near=found.near)
+                found = self._seek_in(rows, columns, delta, before, last, near=near, well=well)
             if not self._pulls_at_edge(found):
                 return found
+
+    def _where_it_pulls(self, rows, columns, delta, state, last):
+        """Return where contacts are or would be, and what is around them; the same array as before if within it."""
+        sinks = surface_displacement(state.pressure, 1.0, 1.0)
+        overlaps = self.separation[rows, columns] - last.left[rows, columns] + sinks - delta < -_CLOSES * self.law.range
+        touches = state.touching | (overlaps & ~last.near[rows, columns])
+        near = last.near.copy()
+        near[rows, columns] |= ndimage.binary_dilation(touches, _ROUND, self.around)
+        return last.near if (near == last.near).all() else near
 
     def _seek_in(self, rows, columns, delta, before, last, *, near, well):
         """Return the state of the cells of a box."""
@@ -266,6 +291,8 @@ class _Solver:
             ahead(trial, self._moved(before, rows, columns), min(ratio, 2.0), self.law)
         shape, left = trial.gap.shape, last.left
         separation = np.ascontiguousarray(self.separation[rows, columns] - left[rows, columns])
+        if self.around:
+            separation[~last.near[rows, columns]] = np.inf
         for part in (self._part(trial), (slice(0, shape[0]), slice(0, shape[1]))):
             body = self._body(separation, part, self.tolerance if well else max(self.tolerance, _ON_THE_WAY))
             state = State(*(values.copy() for values in trial))
@@ -274,7 +301,8 @@ class _Solver:
                 break
         force = float(state.pressure.sum())
         held = energy(separation, self.law, delta, state)
-        return Known(delta, force, held, rows, columns, state, out.rounds, out.fine, left)
+        around = self._where_it_pulls(rows, columns, delta, state, last) if self.around else None
+        return Known(delta, force, held, rows, columns, state, out.rounds, out.fine, left, around)
 
     def contacts(self, state):
         """Return the number of contacts, and how well the mesh resolves them."""
