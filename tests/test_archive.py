@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from roughxr import cli
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.elastic import direct
-from roughxr.files.archive import save
+from roughxr.files import archive
+from roughxr.files.archive import load, save
 from roughxr.scans import to_netcdf
 from roughxr.statistics import pull_off
 from roughxr.vocabulary.schema import history
@@ -60,6 +62,68 @@ def test_a_failed_write_leaves_the_old_archive_and_no_rubbish(groups, tmp_path):
         save({"scan": broken}, path)
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
+
+
+def test_an_archive_of_an_earlier_version_has_no_checksums_and_is_read(groups, tmp_path):
+    path = save(groups, tmp_path / "run.nc")
+    with netCDF4.Dataset(path, "a") as file:
+        file.delncattr("checksums")
+    for name, ds in load(path).items():
+        xr.testing.assert_identical(ds.load(), groups[name])
+
+
+def _units(file):
+    file["scan"]["height"].units = "um"
+
+
+def _coordinate(file):
+    file["solutions/energy"]["delta"][3] += 1e-9
+
+
+def _scalar(file):
+    file["scan"]["sphere_radius"][...] = 3001.0
+
+
+def _history(file):
+    file["solutions/direct"].history = "[]"
+
+
+def _checksums(file):
+    file.checksums = file.checksums[:-1]
+
+
+CHANGES = {
+    "scan/": _units,
+    "solutions/energy/delta": _coordinate,
+    "scan/sphere_radius": _scalar,
+    "solutions/direct/": _history,
+    "checksums": _checksums,
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_what_was_changed_is_refused_and_named(groups, tmp_path, name, capsys):
+    path = save(groups, tmp_path / "run.nc")
+    with netCDF4.Dataset(path, "a") as file:
+        CHANGES[name](file)
+    with pytest.raises(ValueError, match=f"run.nc: .*damaged or changed since, at: /?{name};"):
+        load(path)
+    assert cli.main(["report", str(path)]) == 1
+    assert "damaged or changed since" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("streamed", [False, True])
+def test_a_changed_field_is_refused_where_it_is_used_and_nowhere_else(groups, tmp_path, monkeypatch, streamed):
+    monkeypatch.setattr(archive, "_CHUNK", 1)  # read place by place, as larger fields are
+    path = save({name: ds.chunk() for name, ds in groups.items()}, tmp_path / "run.nc", streamed=streamed)
+    with netCDF4.Dataset(path, "a") as file:
+        file["solutions/direct"]["pressure"][2, 1, 20, 20] += 1e-12
+    found, expected = load(path)["solutions/direct"], groups["solutions/direct"]
+    for part in ({"subregion": 3, "delta": 0}, {"subregion": [0, 1, 3]}, {"subregion": 0, "x": slice(3, 9), "y": 2}):
+        xr.testing.assert_identical(found.pressure.isel(part).load(), expected.pressure.isel(part))
+    xr.testing.assert_identical(found.gap.load(), expected.gap)
+    with pytest.raises(ValueError, match=r"run.nc: .*damaged or changed since, at: solutions/direct/pressure;"):
+        found.pressure.isel(subregion=slice(1, 3)).load()
 
 
 def test_attributes_that_netcdf_cannot_hold_are_refused_in_words(groups, tmp_path):

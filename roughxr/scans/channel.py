@@ -165,4 +165,4 @@ def _stem(name: str) -> str:
 def listing(channels: list[Channel]) -> str:
     """Return the channels as one line: number, name, direction, units."""
     words = (f"{i}: {one.name!r} {one.direction} [{one.units or '?'}]" for i, one in enumerate(channels))
-    return ", ".join(" ".join(word.split()) for word in words)
+    return printable(", ".join(" ".join(word.split()) for word in words))
