@@ -15,7 +15,7 @@ def scan():
 
 @pytest.fixture(scope="module")
 def found(scan):
-    return sensitivity(scan, subregions=(4, 4), patch=5)
+    return sensitivity(scan, subregions=(4, 4))
 
 
 def cases(found, factor):
@@ -29,9 +29,16 @@ def test_every_factor_is_tried_and_labelled(found):
     assert (found.unbracketed == 0).all()
 
 
-def test_the_base_window_is_the_base(found):
-    same = cases(found, "fit window").where(lambda ds: ds.setting == "5 pixels", drop=True)
-    assert float(same.pull_off_mean[0]) == float(found.pull_off_mean[0])
+def test_the_base_window_is_the_base(scan):
+    found = sensitivity(scan, subregions=(4, 4), settings={"fit window": ["auto", 5]})
+    assert float(found.pull_off_mean[1]) == float(found.pull_off_mean[0]) != float(found.pull_off_mean[2])
+
+
+@pytest.mark.parametrize("option", [{"law": "no such law"}, {"preload": "7 parrots"}, {"refine": 2}, {"step": 0.1}])
+def test_what_superposition_does_not_use_is_refused(scan, option):
+    (name,) = option
+    with pytest.raises(ValueError, match=f"{name}: expected (none with method='superpose', which does not use it|.*nN)"):
+        sensitivity(scan, **option)
 
 
 def test_more_surface_energy_and_a_softer_body_stick_more(found):

@@ -125,7 +125,7 @@ def test_figures_of_what_yields(groups):
 
 def test_hardness_is_a_factor_of_the_tornado():
     pair = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05, hardness=3.0)
-    options = {"method": "adhesive", "places": 1, "preload": 3000.0, "refine": 1, "step": 0.8}
+    options = {"method": "adhesive", "preload": 3000.0, "refine": 1, "step": 0.8}
     settings = {"hardness": [0.5, 2.0]}
     found = roughxr.sensitivity(pair, settings=settings, **options)
     assert found.factor.values.tolist() == ["base", "hardness", "hardness"]

@@ -243,7 +243,9 @@ def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, say: Callabl
     how = {"preload": preload, "law": solved.attrs["law"], "step": plan.step, "places": plan.budget}
     how |= {"refine": solved.attrs["refine"], "subregions": solved}
     say(f"the error budget: {plan.budget} places again under each change")
-    changes = sensitivity(scan, method="adhesive", progress=progress, **how)
+    places = {"subregions": regions.sample(regions.centres(scan, solved), plan.budget)}
+    given = {name: how[name] for name in ("preload", "law", "refine", "step")}
+    changes = sensitivity(scan, method="adhesive", progress=progress, **given, **places)
     say("the error budget: shorter waves added or cut off")
     scales = cut_off_waves(scan, **how)
     budget = error_budget(scan, solved=solved, changes=changes, scales=scales, seeds=0, **how)

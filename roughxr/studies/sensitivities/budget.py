@@ -149,7 +149,8 @@ def error_budget(
     centres = regions.centres(ds, solved if subregions is None and solved is not None else subregions)
     how = {"subregions": centres, "preload": preload, "law": law, "refine": refine, "step": step}
     if changes is None:
-        changes = sensitivity(ds, method="adhesive", places=places, settings=settings, progress=progress, **how)
+        some = {"subregions": regions.sample(centres, whole_number(places, "places", least=1))}
+        changes = sensitivity(ds, method="adhesive", settings=settings, progress=progress, **how | some)
     if "pull_off_change" not in changes:
         raise ValueError("changes: expected what sensitivity(method='adhesive') returns, found no pull_off_change")
     if scales is None and whole_number(seeds, "seeds", least=0):

@@ -21,13 +21,11 @@ class Sweep(NamedTuple):
 
     places: xr.Dataset
     deltas: np.ndarray  # nm, from first touch
-    patch: int | float | str  # as for `asperities`
-    formulation: str
 
 
 def superposed(ds: xr.Dataset, cases: Sequence[Case], sweep: Sweep) -> xr.Dataset:
     """Return the results of each case along ``case``."""
-    image = asperities(ds, patch=sweep.patch)
+    image = asperities(ds)
     return xr.concat([_computed(case, sweep, image) for case in cases], dim="case")
 
 
@@ -40,11 +38,11 @@ def sweep_of(ds: xr.Dataset) -> np.ndarray:
 
 def _computed(case: Case, sweep: Sweep, image: xr.Dataset) -> xr.Dataset:
     """Return the results of one case."""
-    patch = case.value if case.factor == "fit window" else sweep.patch
+    patch = case.value if case.factor == "fit window" else "auto"
     vertex = case.value if case.factor == "vertex" else "fitted"
     words, scan = case.changed()
     catalogue = asperities(scan, patch=patch, vertex=vertex)
-    options = {"formulation": sweep.formulation, "datum": "first_contact", "yielding": False}
+    options = {"datum": "first_contact", "yielding": False}
     pull = pull_off(superpose(catalogue, delta=sweep.deltas, subregions=sweep.places, **options))
     found = bootstrap(pull, "pull_off_force", statistics=["mean", "std", "q50"]).drop_vars("independent_places")
     ends = found.sel(resampling="block", statistic="mean")

@@ -14,7 +14,7 @@ from ...bodies.materials import range_of
 from ...jobs.progress import teller
 from ...scans import regions
 from ...vocabulary import schema
-from ...vocabulary.units import magnitude, positive, whole_number
+from ...vocabulary.units import magnitude, positive
 from ...vocabulary.verbs import verb
 from .changes import CHANGES, OF_FITS, OF_SOLVES, OF_YIELD, SETTINGS, SIMULATED, cases
 from .simulated import Simulation, simulated
@@ -29,15 +29,11 @@ def sensitivity(
     *,
     method: str = "superpose",
     subregions: Any = None,
-    delta: Any = None,
-    patch: Any = "auto",
-    formulation: str = "energy",
     settings: Mapping[str, Sequence] | None = None,
-    places: int = 4,
-    preload: Any = 0.0,
-    law: str = "auto",
-    refine: int | str = "auto",
-    step: Any = 0.4,
+    preload: Any = None,
+    law: str | None = None,
+    refine: int | str | None = None,
+    step: Any = None,
     progress: bool = False,
 ) -> xr.Dataset:
     """Return how the pull-off force changes with each assumption.
@@ -47,14 +43,10 @@ def sensitivity(
     ds : Dataset
         A scan with an adhesive pair.
     method : {"superpose", "adhesive"}
-        "superpose": superposed asperities at all places; "adhesive": the simulation at a few of them.
+        "superpose": superposed asperities; "adhesive": the simulation, which solves every place anew in each case (take
+        a few, such as ``regions.sample(centres, 4)``).
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`; the same in all cases.
-    delta : array_like, optional
-        For "superpose": displacements, nm, from each place's first touch; by default 161 from where a smooth sphere
-        detaches to four times as deep, and at least to the standard deviation of the heights.
-    patch, formulation
-        For "superpose": fit window of the base case, as for `asperities`, and formulation as for `superpose`.
     settings : mapping of str to sequence, optional
         Settings to try for each factor, by default ``SETTINGS`` or, for "adhesive", ``SIMULATED``: "levelling"
         ("plane", "quadratic" or "cubic"), "pixel" (number joined along each axis), "height step" (nm, rounding), "tip
@@ -64,10 +56,9 @@ def sensitivity(
         between the pixels by cosine series in place of splines), "range of adhesion" and "hardness" (factors; the last
         by default where one is assigned, and on request of the one estimated for named materials, at which they then
         yield).
-    places : int
-        For "adhesive": number of the contact centres used, spread evenly over them.
     preload, law, refine, step
-        For "adhesive", see there; refine="auto" is the coarsest mesh on which the law can be solved.
+        For "adhesive", see there: by default 0 nN, "auto", "auto" (the coarsest mesh on which the law can be solved)
+        and 0.4 nm.
     progress : bool
         Show on standard error which case is being computed.
 
@@ -103,17 +94,17 @@ def sensitivity(
         schema.one_of(factor, known, "settings")
     centres = regions.centres(ds, subregions)
     if method == "superpose":
-        deltas = sweep_of(ds) if delta is None else schema.ascending(delta, "nm", "delta")
+        schema.refuse_unused("method='superpose'", preload=preload, law=law, refine=refine, step=step)
         tried = cases(ds, SETTINGS if settings is None else settings)
-        out = superposed(ds, tried, Sweep(centres, deltas, patch, formulation))
-        arguments = {"delta": deltas, "patch": patch, "formulation": formulation}
+        out, arguments = superposed(ds, tried, Sweep(centres, sweep_of(ds))), {}
     else:
-        sample = regions.sample(centres, whole_number(places, "places", least=1))
-        way = Simulation(sample, magnitude(preload, "nN", "preload"), law, positive(step, "nm", "step"), refine)
+        load = magnitude(0.0 if preload is None else preload, "nN", "preload")
+        longest = positive(0.4 if step is None else step, "nm", "step")
+        way = Simulation(centres, load, law or "auto", longest, refine or "auto")
         usual = SIMULATED | (OF_YIELD if "hardness" in ds.coords else {})
         tried = cases(_with_range(ds), usual if settings is None else settings)
         out = simulated(tried[0].ds, tried, way, teller(progress))
-        arguments = {"places": places, "preload": way.preload, "law": law, "refine": refine, "step": way.step}
+        arguments = {name: getattr(way, name) for name in ("preload", "law", "refine", "step")}
     out = out.assign_coords(factor=("case", [case.factor for case in tried])).assign_attrs(method=method)
     arguments |= {"method": method, "settings": settings}
     return schema.record(schema.label(out), "sensitivity", ds, subregions=subregions, **arguments)
