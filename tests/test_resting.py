@@ -265,10 +265,35 @@ def test_adhesion_holds_light_spheres_where_they_land_and_heavy_ones_roll_to_the
     assert float(heavy.landing_share[heavy.at_bottom].sum()) > 0.9
     for x, y in _centres(heavy.isel(subregion=heavy.at_bottom.values)):
         assert float(np.hypot(bottom.subregion_x - x, bottom.subregion_y - y).min()) < 1e-9
-    windy = resting(surface, settle="adhesion", particle_density=2500, landings=(4, 4), friction_velocity=0.3)
+    windy = resting(surface, settle="adhesion", particle_density=2500, landings=(4, 4), friction_velocity=20.0)
     assert 0 < float(windy.at_bottom.mean()) <= 1
     assert float(windy.landing_share.sum()) == pytest.approx(1.0)
 
 
 def _centres(ds):
     return list(zip(ds.subregion_x.values, ds.subregion_y.values))
+
+
+def test_landings_on_a_grid_reach_some_of_the_rests():
+    surface = glass_pair(scan(rough(96, rms=3.0, smooth=2.0), 10.0))
+    every, some = resting(surface), resting(surface, landings=(6, 6))
+    assert set(_centres(some)) <= set(_centres(every)) and some.sizes["subregion"] < every.sizes["subregion"]
+    assert (np.round(some.landing_share * 36) >= 1).all()
+    assert float(some.landing_share.sum()) == pytest.approx(1.0)
+
+
+def test_leaving_over_the_pass_of_three_summits_takes_the_moment_about_the_pair_beside_it():
+    surface = caps(polygon(3, 150.0, turn=np.pi / 6), 2.5, radius=60.0, half=220.0)
+    place = resting(surface)
+    found = roughxr.detachment.leaving(surface, place)
+    held = roughxr.rolling(surface, directions=24, subregions=place)
+    assert float(found.barrier[0]) == pytest.approx(float(place.barrier[0]))
+    nearest = int(np.cos(held.direction - found.pass_direction[0]).argmax("direction"))
+    assert float(found.rest_moment[0]) == pytest.approx(float(held.resisting_moment[0, nearest]), rel=1e-6)
+    assert 0 < float(found.pass_moment[0]) < 0.5 * float(found.rest_moment[0])  # on two summits alone
+    flow = float(found.leaving_friction_velocity[0])
+    about = roughxr.detachment.drag(flow, RADIUS) * RADIUS + roughxr.detachment.torque(flow, RADIUS)
+    lifted = roughxr.detachment.lift(flow, RADIUS) * float(held.hinge_distance[0, nearest])
+    assert about + lifted == pytest.approx(float(found.rest_moment[0]), rel=0.02)
+    with pytest.raises(ValueError, match="passes"):
+        roughxr.detachment.leaving(surface, place.drop_vars("pass_x"))

@@ -37,7 +37,8 @@ def test_the_base_window_is_the_base(scan):
 @pytest.mark.parametrize("option", [{"law": "no such law"}, {"preload": "7 parrots"}, {"refine": 2}, {"step": 0.1}])
 def test_what_superposition_does_not_use_is_refused(scan, option):
     (name,) = option
-    with pytest.raises(ValueError, match=f"{name}: expected (none with method='superpose', which does not use it|.*nN)"):
+    refused = f"{name}: expected (none with method='superpose', which does not use it|.*nN)"
+    with pytest.raises(ValueError, match=refused):
         sensitivity(scan, **option)
 
 

@@ -2,6 +2,7 @@
 
 coming_to_rest  `resting`: where particles lie still, the share of them that does so, and the pass they leave by
 loads       drag, torque and lift in wall shear, weight and tilt, centrifuge, vibration; the table `LOADS`
+leaving_rest  `leaving`: the strength at which they leave over the lowest pass
 balance     `critical_load`: the strength of a load at which a place gives way, and whether it rolls, slides or lifts
 kinetics    Rock'n'Roll: rates of resuspension in turbulence, and adhesion by Biasi's fit
 for_codes   `parameters`: the parameters of adhesion that other codes need
@@ -15,6 +16,7 @@ from .balance import critical_load, with_pull_off
 from .coming_to_rest import resting
 from .for_codes import parameters
 from .kinetics import LogNormal, biasi_adhesion, resuspension_rate, rock_n_roll
+from .leaving_rest import leaving
 from .loads import LOADS, Body, Flow, Load, Push, drag, friction_reynolds, lift, torque, vibration_acceleration, weight
 from .particle_codes import to_dem
 from .remaining import resuspension
@@ -30,6 +32,7 @@ __all__ = [
     "critical_load",
     "drag",
     "friction_reynolds",
+    "leaving",
     "lift",
     "parameters",
     "resting",

@@ -110,12 +110,12 @@ def critical_load(
         given = {"direction": direction, "particle_density": particle_density, "flow": flow}
         given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
         return for_each(name, ds, critical_load, load=load, **given)
-    kind = _load_of(load)
+    kind = load_of(load)
     body = body_of(ds, particle_density, flow)
     if kind.critical != "critical_friction_velocity" and np.isnan(body.density):
         raise ValueError("particle_density: expected a density in kg/m³ for this load, found none")
     held = held_of(ds, direction, friction_coefficient, shear_strength)
-    strength, mode = _first(kind, body, held)
+    strength, mode = first_strength(kind, body, held)
     push = kind.push(np.where(np.isfinite(strength), strength, 0.0), body)
     place = {name: ds[name] for name in ds.coords if "direction" not in ds[name].dims}
     values = {kind.critical: strength, "mode": mode, "in_range": push.in_range & np.isfinite(strength)}
@@ -213,7 +213,8 @@ def recorded(body: Body) -> dict[str, Any]:
     return {name: getattr(body, name) for name in ("medium_density", "viscosity", "lift", "gravity")}
 
 
-def _load_of(load: str | Load) -> Load:
+def load_of(load: str | Load) -> Load:
+    """Return a load, also of its name."""
     return load if isinstance(load, Load) else LOADS[schema.one_of(load, LOADS, "load")]
 
 
@@ -280,7 +281,7 @@ def drive_ratios(push: Push, body: Body, held: Held) -> np.ndarray:
     return np.where(held.known, np.array([roll, slide, raised]), np.nan)
 
 
-def _first(kind: Load, body: Body, held: Held) -> tuple[np.ndarray, np.ndarray]:
+def first_strength(kind: Load, body: Body, held: Held) -> tuple[np.ndarray, np.ndarray]:
     """Return the smallest strength at which each place gives way, and by which mode."""
     low, high = kind.span
     tried = np.geomspace(low, high, _TRIED) if low > 0 else np.linspace(low, high, _TRIED)

@@ -53,7 +53,7 @@ def resting(
     *,
     settle: str = "gravity",
     least_barrier: Any = 0.001,
-    landings: tuple[int, int] = (16, 16),
+    landings: tuple[int, int] | None = None,
     particle_density: Any = None,
     friction_velocity: Any = 0.0,
 ) -> xr.Dataset:
@@ -70,8 +70,9 @@ def resting(
         that of its weight and of the flow; the limit of light and sticky ones is the grid of landings itself.
     least_barrier : number or quantity
         nm; a rest from which a lower pass leads away is a part of the next one.
-    landings : (int, int)
-        For "adhesion": grid of places where spheres land.
+    landings : (int, int), optional
+        Grid of places where spheres land: only what these reach is returned, with shares of their number. By default
+        spheres land everywhere, and shares are those of the area; for "adhesion" on a grid of 16 × 16.
     particle_density : number or quantity
         For "adhesion": kg/m³.
     friction_velocity : number or quantity
@@ -120,10 +121,14 @@ def resting(
     z, ground = _ground(scan, radius)
     found = _settled(z, ground, shallow)
     if settle == "adhesion":
-        given |= {"landings": landings, "particle_density": particle_density, "friction_velocity": friction_velocity}
+        landings = landings or (16, 16)
+        given |= {"particle_density": particle_density, "friction_velocity": friction_velocity}
         out = _held_on_the_way(scan, (z, ground), found, landings, particle_density, friction_velocity)
     else:
         out = _at_the_bottom(scan, ground, found)
+        if landings is not None:
+            out = _reached(out, [label for _, label in _ways_down(scan, z, ground, found, landings)])
+    given |= {"landings": landings}
     out = out.assign_coords({name: scan[name] for name in schema.TRAVELLING if name in scan.coords})
     off = float((found.labels == rests.OFF).mean())
     out.attrs = {"settle": settle, "share_off_scan": off}
@@ -276,6 +281,12 @@ def _at_the_bottom(scan: xr.Dataset, ground: rests.Ground, found: _Rests) -> xr.
     rim = np.concatenate([found.labels[[0, -1]].ravel(), found.labels[:, [0, -1]].ravel()])
     touches = np.isin(np.arange(1, count + 1), rim)
     return out.assign(truncated=("subregion", touches | _beyond_edge(scan, out)))
+
+
+def _reached(out: xr.Dataset, labels: list[int]) -> xr.Dataset:
+    """Return the rests that some landings reach, with shares of their number; numbers stay those of all rests."""
+    rest, count = np.unique(np.array(labels, int) - 1, return_counts=True)
+    return out.isel(subregion=rest).assign_coords(landing_share=("subregion", count / max(count.sum(), 1)))
 
 
 def _beyond_edge(scan: xr.Dataset, out: xr.Dataset) -> np.ndarray:
