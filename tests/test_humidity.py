@@ -6,10 +6,13 @@ from scipy.integrate import quad
 from scipy.special import ndtr, ndtri
 
 import roughxr
-from roughxr import reference
+from roughxr import cli, reference
 from roughxr.bodies import liquid
 from roughxr.kernels.adhesion import potentials
 from roughxr.kernels.adhesion import rigid as kernels
+from roughxr.presentation import report
+from roughxr.presentation.report import repeat
+from roughxr.vocabulary import schema
 
 from .surfaces import rough, scan
 
@@ -297,6 +300,51 @@ def test_the_waves_that_a_scan_shows_matter_less_in_humid_air():
         found = pair.contact.scale_dependence(shortest=[40, 160], seeds=1, subregions=(1, 1))
         changes.append(float(found.pull_off_force[0, 1, 0] / found.pull_off_force[0, 0, 0]))
     assert changes[0] - 1 > 2 * (changes[1] - 1) > 0
+
+
+def test_a_report_says_and_draws_how_hard_it_sticks_at_this_humidity(humid):
+    over = humid.contact.vary(roughxr.rigid, humidity=[0.3, 0.5, 0.9], delta=[0.0], subregions=(2, 2))
+    text = report.page({"scan": humid, "statistics/humidity": over})
+    mean = float(over.pull_off_force.sel(humidity=0.5).mean())
+    assert f"How hard does it stick at 50 % relative humidity? {mean / 1e3:.3g} µN" in text
+    assert "Pull-off over humidity" in text and "Not drawn: pull_off" not in text
+    assert "How hard" not in report.page({"scan": humid.drop_vars(liquid.COORDINATES, errors="ignore")})
+
+
+def test_a_run_takes_a_humid_pair_and_leaves_out_what_does_not_know_the_water(tmp_path, capsys):
+    ground = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
+    pair = ground.contact.assign_pair(sphere_radius=500, materials="glass", humidity=0.7)
+    options = {"subregions": (2, 1), "delta": [1.0, 2.0], "refine": 2, "scheduler": "synchronous"}
+    groups = roughxr.run(pair, tmp_path / "run.nc", **options)
+    assert {"solutions/adhesive", "solutions/rigid", "statistics/humidity", "statistics/regime"} <= set(groups)
+    assert not {"solutions/published", "solutions/rolling", "statistics/formulas"} & set(groups)
+    kept = roughxr.archive.load(tmp_path / "run.nc")["statistics/humidity"]
+    assert kept.pull_off_force.dims[0] == "humidity" and "adhesive" in capsys.readouterr().out
+    stiff, bent = (groups[f"statistics/{name}"].pull_off_force.mean() for name in ("rigid", "adhesive"))
+    assert float(bent) == pytest.approx(float(stiff), rel=0.05)
+
+
+def test_the_command_line_takes_the_humid_air(tmp_path):
+    roughxr.open_sample("glass").isel(x=slice(32), y=slice(32)).to_netcdf(tmp_path / "scan.nc")
+    given = [
+        "--sphere-radius",
+        "1 um",
+        "--materials",
+        "glass",
+        "--contact-angle",
+        "20",
+        "60",
+        "--temperature",
+        "20 degC",
+    ]
+    options = cli._parser().parse_args(["run", str(tmp_path / "scan.nc"), *given, "--humidity", "60 %"])
+    pair = cli._paired(roughxr.open_sample("glass"), options)
+    assert float(pair.humidity) == 0.6 and float(pair.contact_angle_2) == pytest.approx(np.pi / 3)
+    again = repeat._pair(pair, schema.history(pair)[-1]["arguments"])
+    options = cli._parser().parse_args(["run", str(tmp_path / "scan.nc"), *again])
+    repeated = cli._paired(roughxr.open_sample("glass"), options)
+    for name in ("kelvin_radius", "contact_angle_1", "share_under_liquid", "work_of_adhesion"):
+        assert float(repeated[name]) == pytest.approx(float(pair[name]), rel=1e-9)
 
 
 @pytest.mark.parametrize("humidity", [0.3, 0.5, 0.9])

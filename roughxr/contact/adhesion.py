@@ -186,7 +186,7 @@ def adhesive(
     Dataset
         Along subregion (and preload), from all steps of the cycle: ``snap_in_force``, ``snap_in_delta``,
         ``pull_off_force``, ``pull_off_delta``, ``detachment_delta``, ``work_of_separation``, ``hysteresis``,
-        ``pull_off_resolution``, ``truncated`` (contact at the edge of the scan or of the indenter's map) and
+        ``pull_off_resolution``, ``truncated`` (contact or liquid at the edge of the scan or of the indenter's map) and
         ``complete``; also ``refinement`` and, with refine="auto", ``pull_off_error``, the estimated relative error of
         the pull-off, with its parts ``mesh_error`` and ``step_error``. These events are NaN where nothing is
         touched, the cycle could not be completed or the preload was not reached. With a preload also
@@ -482,7 +482,8 @@ def _solve(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -
     record = layout.blank()
     for k, followed in enumerate(found.paths):
         told = events(found, k) if reached(followed, adhesion, k) else {}
-        told |= {"complete": bool(told), "truncated": found.surface.unknown_from < deepest_of(followed, found)}
+        reach = deepest_of(followed, found) + (adhesion.liquid.height if adhesion.liquid else 0.0)
+        told |= {"complete": bool(told), "truncated": found.surface.unknown_from < reach}
         told |= {name: np.broadcast_to(value, len(found.paths))[k] for name, value in errors.items()}
         if adhesion.preloads.size and told["complete"]:
             turns = [one[k].states[one[k].turn - 1] for one in (found.paths, found.wider or found.paths)]

@@ -11,9 +11,12 @@ import numpy as np
 import xarray as xr
 
 from ... import statistics
+from ...statistics import bootstrap
 from .. import figures
+from ..figures.style import BLUE, GREY, axes, label_axes, styled
 from .beside_measured import COMPARED, MEASURED, prediction
 from .coming_off import COMING_OFF, moments_of, remaining
+from .humid import HUMIDITY
 from .intervals import flagged
 
 Run = Mapping[str, xr.Dataset]
@@ -51,7 +54,7 @@ def budget_picture(run: Run) -> Picture | None:
 
 
 def _picture(name: str, drawing: _Drawing, run: Run) -> Picture:
-    missing = [group for group in drawing.needs if group not in run]
+    missing = [group for group in drawing.needs if not any(one in run for one in group.split(" or "))]
     if missing:
         return Picture(name, f"Not drawn: the run holds no {', '.join(missing)}.", "")
     return _drawn(name, drawing, run)
@@ -76,6 +79,20 @@ def _embedded(ax) -> str:
     figure.savefig(buffer, format="png", dpi=_DPI)
     pyplot.close(figure)
     return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+
+
+@styled
+def _over_humidity(run: Run):
+    """Draw the mean pull-off between rigid bodies over humidity, with its interval, the run's own humidity marked."""
+    found = run[HUMIDITY]
+    mean = bootstrap(found, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
+    made = axes(None)
+    made.fill_between(mean["humidity"], mean["low"], mean["high"], color=BLUE, alpha=0.25, linewidth=0)
+    made.plot(mean["humidity"], mean["estimate"], color=BLUE, marker="o")
+    made.axvline(float(run["scan"]["humidity"]), color=GREY, linestyle="--")
+    made.set_ylim(bottom=0)
+    label_axes(made, "humidity", "pull_off_force")
+    return made
 
 
 def _grid(run: Run):
@@ -183,14 +200,21 @@ _DRAWINGS = {
         _pulling,
         "Superposed asperities that adhere (least energy); the axis shows the pull and the push as far as it is small.",
     ),
+    "Pull-off over humidity": _Drawing(
+        ("scan", HUMIDITY),
+        _over_humidity,
+        "Mean pull-off between rigid bodies by the law of thin menisci, with its 95 % interval; dashed the humidity of "
+        "the main numbers.",
+        optional=True,
+    ),
     "Pull-off force": _Drawing(
-        ("statistics/energy",),
+        ("statistics/energy or statistics/adhesive",),
         lambda run: figures.fitted_distribution(prediction(run)),
         "By the method of the main numbers: histogram with a 95 % interval for each bar, the mean with its own on top, "
         "and fitted laws, the best first; ΔAIC tells how much worse the others are.",
     ),
     "Where it sticks": _Drawing(
-        ("statistics/energy",),
+        ("statistics/energy or statistics/adhesive",),
         lambda run: figures.subregion_map(prediction(run)),
         "Pull-off force of every place, by the method of the main numbers; grey where nothing pulls.",
     ),

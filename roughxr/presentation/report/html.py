@@ -26,6 +26,7 @@ from .beside_measured import COMPARED, MEASURED, compared, measured_table, measu
 from .budget import BUDGET, budget_table, headline
 from .coming_off import COMING_OFF, coming_off_words, detachment_table
 from .embedded_figures import budget_picture, pictures
+from .humid import humid_words
 from .intervals import interval_table
 from .repeat import command
 from .tables import contact_table, formula_table, scan_table
@@ -119,7 +120,7 @@ def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
         facts=_facts(run),
         cautions=cautions(run),
         numbers=list(_numbers(run)),
-        headline=headline(run),
+        headline=headline(run) or humid_words(run),
         budget=_as_text(budget_table(run))[1] if BUDGET in run else [],
         budget_picture=budget_picture(run),
         adhesion=_adhesion(run),

@@ -1,0 +1,49 @@
+"""What a report says of a humid pair: how hard the sphere sticks at its humidity, and what that hangs on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import xarray as xr
+
+from ...bodies import liquid
+from ...statistics import bootstrap
+from ...vocabulary import schema
+from ...vocabulary.numbers import percent, prefixed
+
+#: The pull between rigid bodies over humidity.
+HUMIDITY = "statistics/humidity"
+
+
+def humid_words(run: Mapping[str, xr.Dataset]) -> str:
+    """Return sentences on the pull-off at the run's humidity and at others; nothing for a dry pair."""
+    if "scan" not in run or not schema.is_wet(run["scan"]) or HUMIDITY not in run:
+        return ""
+    scan, over = run["scan"], run[HUMIDITY]
+    own = run.get("statistics/adhesive", over.sel(humidity=float(scan["humidity"]), method="nearest"))
+    own = own.isel(preload=0) if "preload" in own.dims else own
+    ends = over["pull_off_force"].isel(humidity=[0, -1]).mean("subregion")
+    said = [
+        f"How hard does it stick at {percent(scan['humidity'])} relative humidity? {_mean(own)} in the mean.",
+        "Between rigid bodies it would be "
+        + " and ".join(f"{_quantity(float(end))} at {percent(end['humidity'])}" for end in ends)
+        + ".",
+        f"The law of thin menisci leaves out {percent(over['meniscus_error'].median())} of the pull in the median.",
+    ]
+    return " ".join([*said, liquid.told(scan)])
+
+
+def _mean(pull: xr.Dataset) -> str:
+    values = pull["pull_off_force"].dropna("subregion")
+    if not values.size:
+        return "Nothing"
+    words = _quantity(float(values.mean()))
+    if values.size < 2:
+        return words
+    found = bootstrap(pull, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
+    return f"{words} (95 % interval {_quantity(float(found['low']))} to {_quantity(float(found['high']))})"
+
+
+def _quantity(force: float) -> str:
+    unit, size = prefixed(force)
+    return f"{force / size:.3g} {unit}"
