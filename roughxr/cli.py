@@ -286,7 +286,7 @@ def _add_adhesion(command) -> None:
         default=0.0,
         type=_number,
         metavar="P",
-        help="how hard the sphere is pressed on before it is drawn off, nN, or text such as '50 nN'; default: 0, it "
+        help="how hard the sphere is pressed on before it is pulled off, nN, or text such as '50 nN'; default: 0, it "
         "settles under its own adhesion",
     )
     group.add_argument(
