@@ -42,6 +42,7 @@ from .measured import (
     predict_others,
 )
 from .presentation import figures, report
+from .presentation.answer import answer
 from .presentation.exports import to_table
 from .presentation.figures import plot
 from .reproduction import paper
@@ -84,6 +85,7 @@ __all__ = [
     "__version__",
     "add_fine_roughness",
     "adhesive",
+    "answer",
     "archive",
     "asperities",
     "assign_pair",

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from html import escape
 
 import xarray as xr
 
@@ -26,11 +27,13 @@ from .contact.rigid_bodies import rigid
 from .detachment import critical_load, resting, resuspension, to_dem
 from .measured import compare, curves_pull_off, fit_pair
 from .presentation import exports, figures
+from .presentation.answer import answer
 from .scans import tip
 from .studies.parameter_grid import vary
 from .studies.sensitivities import error_budget, sensitivity
 from .studies.short_waves import scale_dependence
 from .vocabulary import schema
+from .vocabulary.numbers import number
 
 
 def _method(function: Callable) -> Callable:
@@ -51,10 +54,23 @@ class ContactAccessor:
         self._of = ds
 
     def __repr__(self) -> str:
-        kind = schema.kind_of(self._of) or "Dataset of no kind that roughxr knows"
-        pair = [f"{name} {float(self._of[name]):g} {schema.VARIABLES[name].units}" for name in _assigned(self._of)]
-        lines = [f"<roughxr: {kind}; {', '.join(pair) or 'no pair of bodies assigned'}>"]
-        return "\n".join([*lines, *(f"  .{name:22s}{words}" for name, words in _verbs(type(self)).items())])
+        tasks = _fitting(self._of)
+        lines = [
+            f"{title}\n" + "\n".join(f"  .{name:20s} {_words(type(self), name)}" for name in names)
+            for title, names in tasks
+        ]
+        return "\n".join([f"<roughxr: {_described(self._of)}>", *lines])
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><th colspan=2 style='text-align:left'>{title}</th></tr>"
+            + "".join(f"<tr><td><code>.{name}</code></td><td>{_words(type(self), name)}</td></tr>" for name in names)
+            for title, names in _fitting(self._of)
+        )
+        return f"<b>roughxr</b>: {escape(_described(self._of))}<table>{rows}</table>"
+
+    def __dir__(self) -> list[str]:
+        return sorted(name for _, names in _fitting(self._of) for name in names)
 
     # scans
     assign_pair = _method(assign_pair)
@@ -95,6 +111,7 @@ class ContactAccessor:
     resuspension = _method(resuspension)
 
     # statistics
+    answer = _method(answer)
     pull_off = _method(statistics.pull_off)
     tabor = _method(tabor)
     tip_flags = _method(tip.tip_flags)
@@ -128,10 +145,56 @@ def _assigned(ds: xr.Dataset) -> list[str]:
     return [name for name in schema.TRAVELLING if name in ds.coords and ds[name].ndim == 0]
 
 
-def _verbs(accessor: type) -> dict[str, str]:
-    """Return the accessor's verbs with the first sentence of what they say of themselves."""
-    found = {name: value.__doc__ for name, value in vars(accessor).items() if callable(value) and name[0] != "_"}
-    return {name: (words or "").strip().split("\n")[0] for name, words in found.items()}
+#: Verbs by task, and the kinds of Dataset that they take, see `_kinds`.
+_TASKS: tuple[tuple[str, set[str], str], ...] = (
+    ("the bodies", {"scan"}, "assign_pair fit_sphere placements"),
+    ("the scan", {"scan"}, "level fill crop resample rotate90 smooth dilate erode add_fine_roughness"),
+    ("its roughness", {"scan"}, "roughness power_spectrum autocorrelation self_affine_fit asperities"),
+    ("its asperities", {"asperities"}, "reconstruct tip_flags"),
+    ("how hard it presses and sticks", {"scan"}, "adhesive direct rigid resting"),
+    ("the same by single asperities", {"scan", "asperities"}, "superpose pull_off_map rolling tabor"),
+    ("which model, and how sure", {"scan"}, "regime formulas vary sensitivity error_budget scale_dependence"),
+    ("the answer", {"force", "pull_off"}, "answer pull_off reduction debris"),
+    ("over all places", {"samples", "map"}, "summary bootstrap pooled pdf cdf fit"),
+    ("coming off", {"moments"}, "critical_load resuspension to_dem"),
+    ("beside what was measured", {"pull_off"}, "compare fit_pair"),
+    ("force curves", {"curves"}, "curves_pull_off"),
+    ("pictures and tables", {"any"}, "plot to_table"),
+    ("files for others", {"scan"}, "to_gsf to_tiff to_surfacetopography"),
+)
+
+
+def _kinds(ds: xr.Dataset) -> set[str]:
+    """Return what a Dataset is, by its variables and dimensions, for the verbs that fit it."""
+    signs = {
+        "scan": schema.kind_of(ds) == "scan",
+        "map": any(set(array.dims) == {"x", "y"} for array in ds.data_vars.values()) and "height" not in ds,
+        "asperities": "asperity" in ds.dims,
+        "force": "force" in ds,
+        "pull_off": "pull_off_force" in ds,
+        "moments": "resisting_moment" in ds,
+        "curves": "sample" in ds.dims,
+        "samples": bool({"subregion", "asperity"} & set(ds.dims)),
+    }
+    return {"any"} | {kind for kind, fits in signs.items() if fits}
+
+
+def _fitting(ds: xr.Dataset) -> list[tuple[str, list[str]]]:
+    """Return the verbs that fit a Dataset, by task."""
+    kinds = _kinds(ds)
+    return [(title, names.split()) for title, fits, names in _TASKS if fits & kinds]
+
+
+def _described(ds: xr.Dataset) -> str:
+    """Return the kind of a Dataset and its pair."""
+    kind = schema.kind_of(ds) or "Dataset of no kind that roughxr knows"
+    pair = [f"{name} {number(ds[name], schema.VARIABLES[name].units)}" for name in _assigned(ds)]
+    return f"{kind}; {', '.join(pair) or 'no pair of bodies assigned'}"
+
+
+def _words(accessor: type, name: str) -> str:
+    """Return the first sentence of what a verb says of itself."""
+    return (getattr(accessor, name).__doc__ or "").strip().split("\n")[0]
 
 
 @xr.register_dataarray_accessor("contact")
@@ -142,6 +205,6 @@ class ContactArrayAccessor:
         self._of = array
 
     def __repr__(self) -> str:
-        return "\n".join(["<roughxr: a variable>", *(f"  .{k:22s}{v}" for k, v in _verbs(type(self)).items())])
+        return f"<roughxr: a variable>\n  .plot  {_words(type(self), 'plot')}"
 
     plot = _method(figures.plot_array)

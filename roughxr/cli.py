@@ -31,7 +31,12 @@ _REFUSALS = (ValueError, TypeError, OSError, ImportError, RuntimeError)
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status: 0 done, 1 refused, 130 interrupted."""
-    options = _parser().parse_args(arguments)
+    try:
+        words = _with_config(list(sys.argv[1:] if arguments is None else arguments))
+    except _REFUSALS as error:
+        _warn(error)
+        return 1
+    options = _parser().parse_args(words)
     try:
         with warnings.catch_warnings(), redirect_stdout(_Printable(sys.stdout)):
             said: set[str] = set()
@@ -72,12 +77,78 @@ def _warn(message, said: set[str] | None = None) -> None:
         said.add(str(message))
 
 
+def _with_config(words: list[str]) -> list[str]:
+    """Return the words of a command with the options of its configuration file before them, so that theirs prevail."""
+    import tomllib
+    from pathlib import Path
+
+    at = next((k for k, word in enumerate(words) if word.split("=")[0] == "--config"), None)
+    if at is None or words[0] != "run":
+        return words
+    path = words[at].partition("=")[2] or (words[at + 1] if at + 1 < len(words) else "")
+    try:
+        found = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{path}: expected TOML, such as roughxr config writes, found: {error}") from error
+    given = []
+    for name, value in found.items():
+        values = [str(one) for one in (value if isinstance(value, list) else [value])]
+        flag = f"--{name.replace('_', '-')}"
+        given += ([flag] if value else []) if isinstance(value, bool) else [f"{flag}={values[0]}"]
+        given[-1:] = [flag, *values] if len(values) > 1 else given[-1:]
+    rest = [
+        word for k, word in enumerate(words[1:], start=1) if k != at and not (k == at + 1 and words[at] == "--config")
+    ]
+    scans = next((k for k, word in enumerate(rest) if word.startswith("-")), len(rest))
+    return ["run", *rest[:scans], *given, *rest[scans:]]
+
+
+def _add_config(commands) -> None:
+    command = commands.add_parser("config", help="write the options of `run` as a file to edit, for run --config")
+    command.add_argument("-o", "--output", default="roughxr.toml", metavar="TOML", help="default: %(default)s")
+    command.set_defaults(command=_config)
+
+
+def _config(options) -> None:
+    """Write each option of `run` as a commented line of TOML, with its help."""
+    import textwrap
+    from pathlib import Path
+
+    if Path(options.output).exists():
+        raise ValueError(f"{options.output}: expected a new file, found one: it may hold your options; name another")
+    commands = next(one for one in _parser()._actions if isinstance(one, argparse._SubParsersAction))
+    lines = ['# Options of roughxr run: take the # away before those that you set; text with its units, as "3 um".']
+    for action in commands.choices["run"]._actions:
+        name = max(action.option_strings, key=len, default="").removeprefix("--")
+        if name in ("", "help", "config", "output", "quiet"):
+            continue
+        words = (action.help or "").replace("%(default)s", str(action.default))
+        lines += ["", *textwrap.wrap(words, 100, initial_indent="# ", subsequent_indent="# ")]
+        lines += [f"# {name} = {_toml(action.default)}"]
+    Path(options.output).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    print(f"written to {options.output}")
+
+
+def _toml(value) -> str:
+    """Return a default as TOML; an example text where there is none."""
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(_toml, value))}]"
+    return (
+        str(value).lower()
+        if isinstance(value, bool)
+        else f'"{value or ""}"'
+        if not isinstance(value, (int, float))
+        else str(value)
+    )
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="roughxr", description=_DESCRIPTION, epilog=_DOCUMENTATION)
     parser.add_argument("--version", action="version", version=f"roughxr {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_paper(commands)
     _add_run(commands)
+    _add_config(commands)
     _add_report(commands)
     _add_explore(commands)
     _add_info(commands)
@@ -127,8 +198,9 @@ def _add_paper(commands) -> None:
 
 
 def _add_run(commands) -> None:
-    command = commands.add_parser("run", help="the same analysis for any scan")
-    command.add_argument("scan", metavar="SCAN", help="an AFM file, or a NetCDF file of a scan")
+    command = commands.add_parser("run", help="the same analysis for any scan, or for each of several")
+    command.add_argument("scan", metavar="SCAN", nargs="+", help="an AFM file, or a NetCDF file of a scan")
+    command.add_argument("--config", metavar="TOML", help="options from a file, as `roughxr config` writes it")
     command.add_argument(
         "-o",
         "--output",
@@ -214,7 +286,7 @@ def _add_adhesion(command) -> None:
         default=0.0,
         type=_number,
         metavar="P",
-        help="how hard the sphere is pressed on before it is drawn off, nN, or text such as '50 nN'; default: 0, it "
+        help="how hard the sphere is pressed on before it is pulled off, nN, or text such as '50 nN'; default: 0, it "
         "settles under its own adhesion",
     )
     group.add_argument(
@@ -384,12 +456,33 @@ def _paper(options) -> None:
 
 
 def _run(options) -> None:
+    from pathlib import Path
+
+    if len(options.scan) == 1:
+        _tell_answer(_run_one(options, options.scan[0], options.output), options.output)
+        return
+    from .jobs.progress import teller
+    from .runs import several
+
+    output = Path(options.output)
+    scans = several.folders(options.scan, output)
+    found = several.run_each(
+        scans, lambda scan, folder: _run_one(options, str(scan), folder), teller(not options.quiet)
+    )
+    answer = several.together(*found, output)
+    print(f"written to {output}: index.html, places.csv, and a folder for each scan")
+    for name, reason in found[1].items():
+        _warn(f"{name}: left out: {reason}")
+    print(answer)
+
+
+def _run_one(options, file: str, output):
     from .runs import analysis
 
-    scan = _paired(_opened(options.scan, options), options)
-    groups = analysis.run(
+    scan = _paired(_opened(file, options), options)
+    return analysis.run(
         scan,
-        options.output,
+        output,
         subregions=tuple(options.subregions),
         delta=options.delta,
         preload=options.preload,
@@ -400,7 +493,6 @@ def _run(options) -> None:
         scheduler=options.scheduler,
         progress=not options.quiet,
     )
-    _tell_answer(groups, options.output)
 
 
 def _tell_answer(groups, output: str) -> None:

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.accessor import ContactAccessor
+from roughxr.accessor import _TASKS, ContactAccessor
 
 from .surfaces import glass_pair, rough, scan
 
@@ -97,9 +97,19 @@ assert "matplotlib" not in sys.modules and "distributed" not in sys.modules and 
     subprocess.run([sys.executable, "-c", program], check=True)
 
 
+def test_every_verb_belongs_to_one_task():
+    assert sorted(verb for _, _, names in _TASKS for verb in names.split()) == sorted(VERBS)
+
+
 def test_the_accessor_says_what_it_is_about_and_what_it_can_do(surface):
     shown = repr(surface.contact)
     assert shown.startswith("<roughxr: scan; sphere_radius 3000 nm, contact_modulus 39.4")
-    assert all(f"  .{verb} " in shown for verb in VERBS)
+    fitting = set(dir(surface.contact))
+    assert {"adhesive", "assign_pair", "to_gsf"} <= fitting <= set(VERBS)
+    assert not {"answer", "critical_load", "compare"} & fitting
+    assert all((f"  .{verb} " in shown) == (verb in fitting) for verb in VERBS)
+    assert "<code>.adhesive</code>" in surface.contact._repr_html_()
+    pull = xr.Dataset({"pull_off_force": ("subregion", [1.0, 2.0])}).contact
+    assert {"answer", "bootstrap", "compare", "plot"} <= set(dir(pull)) and "level" not in dir(pull)
     assert "no pair of bodies assigned" in repr(xr.Dataset().contact)
     assert ".plot" in repr(surface.height.contact)

@@ -4,6 +4,7 @@ import contextlib
 import io
 import subprocess
 import sys
+import tomllib
 
 import numpy as np
 import pandas as pd
@@ -11,6 +12,7 @@ import pytest
 import xarray as xr
 
 from roughxr.cli import main
+from roughxr.presentation import figures
 from roughxr.presentation.report import embedded_figures
 from roughxr.reproduction import printed
 from roughxr.reproduction import run as reproduction
@@ -344,3 +346,44 @@ def test_a_flat_scan_is_told_before_anything_is_solved(tmp_path, capsys):
     assert main(["run", str(tmp_path / "scan.nc"), *pair, "-o", str(tmp_path / "o.nc")]) == 1
     told = capsys.readouterr().err
     assert "is it flat?" in told and "direct simulation" not in told
+
+
+def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, capsys, monkeypatch):
+    """Three surfaces, one of them no scan: a run of each, one table, one page, the pooled mean on the last line."""
+    monkeypatch.chdir(tmp_path)
+    for seed in (3, 4):
+        scan(rough(48, seed=seed), pixel=10.0).to_netcdf(f"wafer-{seed}.nc")
+    (tmp_path / "torn.nc").write_bytes(b"no scan at all")
+    options = {"sphere-radius": "0.3 um", "materials": "glass/silicon", "law": "griffith", "refine": 1, "budget": 0}
+    lines = [f"{name} = {value!r}".replace("'", '"') for name, value in options.items()]
+    (tmp_path / "wafer.toml").write_text("\n".join([*lines, "subregions = [2, 1]"]), encoding="utf-8")
+    files = ["wafer-3.nc", "wafer-4.nc", "torn.nc"]
+    monkeypatch.setattr(figures, "run_figures", lambda run: iter(()))
+    assert main(["run", *files, "--config", "wafer.toml", "-o", "wafer", "-q"]) == 0
+    printed = capsys.readouterr()
+    assert "torn.nc: left out" in printed.err
+    assert printed.out.splitlines()[-1].startswith("Pull-off force, mean over 2 scans: ")
+    table = pd.read_csv("wafer/places.csv")
+    assert sorted(table["scan"]) == ["wafer-3.nc"] * 2 + ["wafer-4.nc"] * 2
+    one = pd.read_csv("wafer/wafer-3/places.csv")
+    assert {"subregion_x [nm]", "pull_off_force [nN]", "lever [nm]", "critical_friction_velocity [m s-1]"} <= set(one)
+    np.testing.assert_allclose(
+        table.loc[table["scan"] == "wafer-3.nc", "pull_off_force [nN]"], one["pull_off_force [nN]"], rtol=1e-5
+    )
+    page = (tmp_path / "wafer" / "index.html").read_text(encoding="utf-8")
+    assert "wafer-4/report.html" in page and (tmp_path / "wafer" / "wafer-4" / "report.html").exists()
+    assert "torn.nc" in page
+
+
+def test_the_options_of_a_run_are_written_as_toml_that_is_read(tmp_path, capsys):
+    path = tmp_path / "run.toml"
+    assert main(["config", "-o", str(path)]) == 0
+    text = path.read_text(encoding="utf-8")
+    assert "# sphere-radius = " in text and "# subregions = [8, 8]" in text
+    assert tomllib.loads(text) == {}
+    assert (
+        tomllib.loads("\n".join(line.removeprefix("# ") for line in text.splitlines() if " = " in line))["budget"] == 4
+    )
+    assert main(["config", "-o", str(path)]) == 1 and "expected a new file" in capsys.readouterr().err
+    path.write_text("budget = [", encoding="utf-8")
+    assert main(["run", "scan.nc", "--config", str(path)]) == 1 and "expected TOML" in capsys.readouterr().err

@@ -30,7 +30,7 @@ def expectation(catalogue: xr.Dataset, law: str) -> dict[str, Any]:
     """Return what to expect of the pull-off from these asperities, as attributes of the sum."""
     unknown = _unknown(catalogue, law)
     if unknown:
-        return {"expectation": f"not known how near this comes to an adhesive simulation: {unknown}"}
+        return {"expectation": f"how near this comes to the simulation with adhesion is not known: {unknown}"}
     words = f"pull-off over that of the adhesive simulation on such a surface: {RATIO:.2g}, {LOW:g} … {HIGH:g}"
     known = {"expected_ratio": RATIO, "expected_ratio_low": LOW, "expected_ratio_high": HIGH}
     return {"expectation": f"{words} in nine of ten", **known}
@@ -39,12 +39,12 @@ def expectation(catalogue: xr.Dataset, law: str) -> dict[str, Any]:
 def _unknown(catalogue: xr.Dataset, law: str) -> str:
     """Return the reason why no ratio is known, empty where one is."""
     if law not in ("energy", "self_similar", "johnson_greenwood"):
-        return f"measured for law='jkr' with adhesion corrected, not for {law!r}"
+        return f"it was measured for the corrected formulas, not for {law!r}"
     if "shortest_wavelength" not in catalogue.coords:
         return "the patch was chosen without regard to the scan's shortest wave; take patch='auto'"
     wave, pixel = float(catalogue["shortest_wavelength"]), float(catalogue["pixel"])
     if not wave >= RESOLVED * pixel:
-        return f"the scan does not resolve its summits, whose shortest wave spans {wave / pixel:.2g} pixels"
+        return f"the shortest wave of the scan spans {wave / pixel:.2g} pixels, which do not resolve its summits"
     return ""
 
 

@@ -13,6 +13,7 @@ from ..bodies.materials import closest_approach, range_of
 from ..jobs import lazy as parallel
 from ..scans import level, regions, smooth
 from ..vocabulary import schema
+from ..vocabulary.numbers import number, percent
 from ..vocabulary.verbs import verb
 from . import reference
 from .problem import hardness_of
@@ -80,8 +81,8 @@ def regime(
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> found = regime(scan)
-    >>> found.recommended.item(), found.attrs["recommendation"][:24]
-    ('adhesive', 'Take ds.contact.adhesive')
+    >>> found.recommended.item(), found.attrs["recommendation"][32:53]
+    ('adhesive', '`adhesive` with a law')
     """
     ds = in_memory(ds)
     radius, modulus, w = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion", wet=True)
@@ -108,7 +109,7 @@ def regime(
     beyond = found["pull_beyond_contact"] if menisci is None else 1.0
     found["recommended"] = _recommended(found["asperity_tabor"], beyond)
     words = " ".join(filter(None, (_sentence(found), liquid.told(ds))))
-    out = xr.Dataset(found).assign_attrs(recommendation=words)
+    out = xr.Dataset(found).assign_attrs(recommendation=words, resolved=_resolved(float(found["pixels_per_contact"])))
     return schema.record(schema.label(out), "regime", ds, subregions=subregions, refine=refine)
 
 
@@ -136,20 +137,22 @@ def _recommended(tabor: float, beyond: float) -> str:
 def _sentence(found: dict[str, Any]) -> str:
     """Return the recommendation as a sentence."""
     tabor, beyond = found["asperity_tabor"], found["pull_beyond_contact"]
-    call = {
-        "rigid": "ds.contact.rigid(): summits hardly bend",
-        "adhesive": "ds.contact.adhesive() with a law of finite range: summits bend, and adhesion reaches about as far",
-        "superpose": "ds.contact.superpose(): adhesion is as good as without range, and contacts pull by themselves",
+    method = {
+        "rigid": "`rigid`, the sum over rigid bodies: summits hardly bend",
+        "adhesive": "`adhesive` with a law of finite range: summits bend, and adhesion reaches about as far",
+        "superpose": "`superpose`: adhesion is as good as without range, and contacts pull by themselves",
     }[found["recommended"]]
-    words = f"Take {call} (Tabor's parameter of the median asperity is {tabor:.2g}; between rigid bodies {beyond:.0%} "
-    words += "of the pull come from beyond contact)."
-    if found["pixels_per_contact"] < 1:
-        words += f" A contact's radius is {found['pixels_per_contact']:.2g} pixels: the scan does not resolve it."
+    words = f"The quickest method that suits is {method} (Tabor's parameter of the median asperity is {number(tabor)}; "
+    words += f"between rigid bodies {percent(beyond)} of the pull comes from beyond contact)."
     if found.get("yields"):
-        words += (
-            f" Summits yield under their own adhesion ({found['peak_pressure']:.2g} GPa), give assign_pair a hardness."
-        )
+        words += f" Summits yield under their own adhesion ({number(found['peak_pressure'], 'GPa')}): give a hardness."
     return words
+
+
+def _resolved(pixels: float) -> str:
+    """Return a sentence on the pixels where they are wider than a contact."""
+    words = f"A single median asperity would touch, by JKR, over a radius of {number(pixels)} pixels"
+    return f"{words}: the scan does not resolve it." if pixels < 1 else ""
 
 
 def _peak_pressure(radius: float, modulus: float, w: float) -> float:

@@ -1,1 +1,1 @@
-"""Runs: from a scan to an archive with figures, tables and a report."""
+"""Runs: from a scan, or several, to archives with figures, tables and reports."""

@@ -395,6 +395,9 @@ def _write_places(places: xr.Dataset, folder: Path) -> None:
     rounded = places.map(
         lambda one: one if one.dtype.kind in "OUTb" else xr.apply_ufunc(_six_digits, one, keep_attrs=True)
     )
+    rounded = rounded.assign_coords(
+        {name: rounded[name].round(4) for name in ("subregion_x", "subregion_y") if name in rounded}
+    )
     for ending in (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",):
         to_table(rounded, folder / f"places{ending}")
 

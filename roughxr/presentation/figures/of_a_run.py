@@ -185,7 +185,7 @@ def one_contact(run: Groups):
         count = "nothing touches"
     x, y = (float(contact[f"subregion_{axis}"][0]) / 1e3 for axis in "xy")
     place = f"the place at x = {x:.3g}, y = {y:.3g} µm" if {"subregion_x", "subregion_y"} <= set(contact.coords) else ""
-    title = f"{place.capitalize()}, δ = {delta:g} nm: {count}"
+    title = f"{place.capitalize()}, δ = {number(delta, 'nm')}: {count}"
     figure, axes = run.sheet(title, shape=(2, 2), aspect=1.16)
     contact_maps(contact, run["scan"], subregion=int(contact["subregion"][0]), ax=axes)
     return figure
@@ -212,7 +212,7 @@ def force_distribution(run: Groups, *, share: float = 1.0, delta: float | None =
     carried = 100 * force[flags].sum() / force.sum() if force.sum() else 0.0
     whose = f"debris in {int(flags.sum())} of {flags.size} places carries {carried:.0f} % of it"
     whose = whose if flags.any() else "no place holds debris"
-    figure, (ax,) = run.sheet(f"Contact force at δ = {float(at['delta']):g} nm: {whose}", aspect=0.66, rows=rows)
+    figure, (ax,) = run.sheet(f"Contact force at δ = {number(at['delta'], 'nm')}: {whose}", aspect=0.66, rows=rows)
     distribution(at, "force", ax=ax, kde=False)
     return figure
 
@@ -224,8 +224,8 @@ def rough_over_smooth(run: Groups, *, edge: float | None = None):
     edge = float(ratio["delta"][ratio.size // 2]) if edge is None else edge
     low = float(ratio.where(ratio["delta"] < edge).max())
     rows = [
-        (f"rough / smooth, largest for δ < {edge:g} nm", number(low, digits=2)),
-        (f"rough / smooth at δ = {float(ratio['delta'][-1]):g} nm", number(float(ratio[-1]), digits=2)),
+        (f"rough / smooth, largest for δ < {number(edge, 'nm')}", number(low, digits=2)),
+        (f"rough / smooth at δ = {number(ratio['delta'][-1], 'nm')}", number(float(ratio[-1]), digits=2)),
     ]
     most, least = 100 * (1 - float(ratio.min())), 100 * (1 - float(ratio.max()))
     title = f"Roughness takes {least:.0f} to {most:.0f} % of the contact force away"
@@ -242,7 +242,7 @@ def superposed_over_direct(run: Groups, *, deltas: Sequence[float] = ()):
     direct, superposed, clean = run["solutions/direct"], run["solutions/hertz"], ~run.debris()
     ratio = 1 / mean_ratio(direct, superposed, where=clean)
     rows = [
-        (f"superposition / direct at δ = {delta:g} nm", number(_at(ratio, delta), digits=2))
+        (f"superposition / direct at δ = {number(delta, 'nm')}", number(_at(ratio, delta), digits=2))
         for delta in deltas or ratio["delta"].values[[ratio.size // 2, -1]]
     ]
     title = f"{_parting(ratio)} ({int(clean.sum())} of {clean.size} places, no debris)"
@@ -270,7 +270,7 @@ def _parting(ratio: xr.DataArray) -> str:
     beyond = ratio["delta"].values[close[-1] + 1 :] if close.size else ratio["delta"].values
     if beyond.size == 0:
         return "Superposition overrates the force by no more than a fifth"
-    return f"Superposition overrates the force by more than a fifth from δ = {beyond[0]:g} nm on"
+    return f"Superposition overrates the force by more than a fifth from δ = {number(beyond[0], 'nm')} on"
 
 
 def pull_offs(run: Groups, methods: Mapping[str, str], title: str):

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import xarray as xr
 
+from ...vocabulary.numbers import number
 from ...vocabulary.verbs import verb
 from .contact_fields import field_map
 from .distributions import distribution
@@ -41,7 +42,7 @@ def overview(run: Mapping[str, xr.Dataset]):
     >>> pull = xr.Dataset({"pull_off_force": ("subregion", [1.0, 2.0, 4.0], {"units": "nN"})})
     >>> run = {"scan": scan, "solutions/direct": direct, "solutions/contact": direct.isel(subregion=0)}
     >>> [ax.get_title("left") for ax in overview(run | {"statistics/energy": pull}).axes[:3]]
-    ['Where the sphere lands', 'How hard it presses, at δ = 2 nm', 'How hard it sticks']
+    ['The scan and the places', 'How hard it presses, at δ = 2 nm', 'How hard it sticks']
     """
     from matplotlib.figure import Figure
 
@@ -53,7 +54,7 @@ def overview(run: Mapping[str, xr.Dataset]):
     shown = {label: run[f"statistics/{name}"] for name, label in _SHOWN.items() if f"statistics/{name}" in run}
     _pull_offs(shown, pull)
     delta = float(contact["delta"][0])
-    titles = "Where the sphere lands", f"How hard it presses, at δ = {delta:g} nm", "How hard it sticks"
+    titles = "The scan and the places", f"How hard it presses, at δ = {number(delta, 'nm')}", "How hard it sticks"
     for ax, title in zip((where, pressure, pull), titles):
         ax.set_title(title, fontsize=TITLE, fontweight="bold", pad=22)
     return figure

@@ -133,9 +133,9 @@ def coming_off_words(run: Run) -> list[str]:
         return []
     critical, hard = run["statistics/detachment"], "hardness" in run["solutions/rolling"].coords
     said = [
-        "Air flows along x over a sphere without weight that lies as it was put down; nothing slides, no friction "
-        "being given. What is resisted is the superposed asperities' moment about the contact's edge as they let go "
-        "one after the other; of the simulation the pull-off forces are taken at the same levers, not its pressures."
+        "Air flows along x over a sphere without weight, at the place where it was put down; it may roll or lift off, "
+        "but not slide, since no friction was given. The moment that holds it is the pull-off force times a lever: the "
+        "lever is that of the superposed asperities, the force that of the method in the column's head."
         + hard
         * " These asperities stay elastic: flattened ones would be wider."
     ]
@@ -143,14 +143,14 @@ def coming_off_words(run: Run) -> list[str]:
     out = int((known & ~critical["in_range"].values.astype(bool)).sum())
     if out:
         said.append(
-            f"At {out} of {known.size} places the critical flow is beyond what the formulas of drag and torque hold "
+            f"At {out} of {known.size} places the critical flow is faster than the formulas of drag and torque hold "
             "for (r u*/ν above 1): there it is an extrapolation."
         )
     few = int(_not_settled(run["solutions/rolling"]).sum())
     if few:
         said.append(
             f"At {few} of {known.size} places the sphere rests on fewer than three asperities: a real one would roll "
-            "on until three hold it, and the simulation's contact may be wider; these are the first to go here."
+            "on until three hold it. These places give way first here."
         )
     return said
 

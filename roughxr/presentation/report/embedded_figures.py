@@ -163,7 +163,7 @@ _DRAWINGS = {
         "the scan with its shortest waves cut off, left of it with waves added that continue its spectrum, from seeds; "
         "bars are their scatter.",
     ),
-    "The scan and where the sphere lands": _Drawing(
+    "The scan and the places": _Drawing(
         ("scan", "asperities", "solutions/direct"),
         _grid,
         "Heights, with the contact centres as crosses and the tiles that hold debris framed.",

@@ -189,7 +189,11 @@ def _adhesion(run: Mapping[str, xr.Dataset]) -> str:
 
 def _model(run: Mapping[str, xr.Dataset]) -> str:
     """Return the sentence that recommends a model for the scan and its pair."""
-    return run["statistics/regime"].attrs["recommendation"] if "statistics/regime" in run else ""
+    if "statistics/regime" not in run:
+        return ""
+    said = run["statistics/regime"].attrs
+    alone = "" if BUDGET in run else said.get("resolved", "")  # the simulation's own contacts are told above
+    return f"{said['recommendation']} {alone}".strip()
 
 
 def _numbers(run: Mapping[str, xr.Dataset]):

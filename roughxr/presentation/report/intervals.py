@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from ... import statistics
-from ...vocabulary.numbers import prefixed
+from ...vocabulary.numbers import number, prefixed
 from ...vocabulary.verbs import verb
 
 #: The main numbers of pull-off: words, variable, statistic.
@@ -65,7 +65,9 @@ def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> 
         for delta in marked(direct):
             at = direct.sel(delta=delta, method="nearest")
             unit, size = _unit_of(direct, "force")
-            rows |= _rows(f"elastic force at δ = {delta:g} nm, mean [{unit}]", at, "force", "mean", size, flags)
+            rows |= _rows(
+                f"elastic force at δ = {number(delta, 'nm')}, mean [{unit}]", at, "force", "mean", size, flags
+            )
     table = pd.DataFrame.from_dict(rows, orient="index", columns=_COLUMNS)
     table.index = pd.MultiIndex.from_tuples(rows, names=["quantity", "places"])
     return table

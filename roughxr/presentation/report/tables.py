@@ -148,16 +148,16 @@ def _direct_column(run: Run, deltas: Sequence[float]) -> dict[str, float]:
     rows = {}
     for delta in deltas:
         here = force.sel(delta=delta, method="nearest")
-        rows[f"force at {delta:g} nm, mean [{unit}]"] = float(here.mean())
-        rows[f"force at {delta:g} nm, std [{unit}]"] = _spread(here)
-        rows[f"force at {delta:g} nm, largest [{unit}]"] = float(here.max())
+        rows[f"force at {number(delta, 'nm')}, mean [{unit}]"] = float(here.mean())
+        rows[f"force at {number(delta, 'nm')}, std [{unit}]"] = _spread(here)
+        rows[f"force at {number(delta, 'nm')}, largest [{unit}]"] = float(here.max())
     if "solutions/smooth" in run:
         smooth = run["solutions/smooth"]["force"].isel(subregion=0, drop=True) / size
         for delta in deltas:
             ratio = force.mean("subregion").sel(delta=delta, method="nearest") / smooth.sel(
                 delta=delta, method="nearest"
             )
-            rows[f"rough / smooth force at {delta:g} nm"] = float(ratio)
+            rows[f"rough / smooth force at {number(delta, 'nm')}"] = float(ratio)
     if "solutions/hertz" in run:
         rows[_PARTING] = _parting(run["solutions/hertz"], direct)
     return rows
