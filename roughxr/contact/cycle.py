@@ -40,7 +40,7 @@ _SOFTENING, _FIRST_CELL = 1.0, 5.0
 #: Largest number of meshes on which a place is solved.
 _MESHES = 4
 
-#: Where pull-offs differ by more than this part, both edges found different contacts, and the steeper one is taken as it
+#: Where pull-offs differ by more than this part, both edges found different contacts, and the steeper is taken as it
 #: is: a summit more or less is touched. Flat punches of five cells in radius differ by 0.2.
 _APART = 0.3
 
