@@ -149,7 +149,7 @@ def test_ellipses_relative_to_the_sphere(round_pulls, ratio, expected):
     np.testing.assert_allclose(relative, expected, atol=0.01)
 
 
-@pytest.mark.parametrize("parameter, refine", [(0.5, 1), (1.0, 1), (2.0, 2)])
+@pytest.mark.parametrize("parameter, refine", [(0.5, 1), (1.0, 2), (2.0, 4)])
 def test_dugdale_pulls_off_as_maugis(parameter, refine):
     ds = flat(1.6 * PIXEL, 53)
     K = 4 / 3 * float(ds.contact_modulus)

@@ -202,7 +202,8 @@ def adhesive(
     Raises
     ------
     ValueError
-        If no pair or work of adhesion is assigned, both preload and delta are given, the cells are too large for the law, or an option is not as described.
+        If no pair or work of adhesion is assigned, both preload and delta are given, the cells are too
+        large for the law, or an option is not as described.
 
     Warns
     -----

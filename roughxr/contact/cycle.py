@@ -44,6 +44,9 @@ _MESHES = 4
 #: is: a summit more or less is touched. Flat punches of five cells in radius differ by 0.2.
 _APART = 0.3
 
+#: Work of separation that stands for none, nm².
+_NO_WORK = 1e-12
+
 #: Events that are not extrapolated.
 _OF_THE_MESH = ("pull_off_resolution",)
 
@@ -72,7 +75,7 @@ def law_on(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -> smoo
     per_unit = problem.dx / problem.contact_modulus
     w, length = adhesion.work * per_unit, adhesion.length
     if w == 0:
-        return smooth_laws.law_of()
+        return smooth_laws.law_of(exponential=(_NO_WORK, 1.0))
     if adhesion.law == "exponential":
         return smooth_laws.law_of(exponential=(w, length))
     if adhesion.law == "lennard_jones":
@@ -148,7 +151,7 @@ def largest_cell(law: str, length: float, modulus: float, work: float) -> float:
         return _FIRST_CELL
     bears = modulus * length**2 / work
     if law == "dugdale":  # so that the wider edge, too, leaves some of the step
-        return min(_FIRST_CELL, 0.75 * _EDGE * bears)
+        return 0.75 * _EDGE * bears
     return bears * (_SOFTENING if law == "exponential" else _SOFTENING / smooth_laws.WALL)
 
 
