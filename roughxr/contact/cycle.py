@@ -231,7 +231,7 @@ def _cycle(surface, problem, adhesion, law, fields, preloads, left) -> list[path
         cap=cap,
         limit=limit,
         left=left,
-        from_contact=adhesion.law == "griffith",
+        from_contact=adhesion.law == "griffith" and adhesion.work > 0,
     )
 
 
