@@ -149,7 +149,7 @@ def test_ellipses_relative_to_the_sphere(round_pulls, ratio, expected):
     np.testing.assert_allclose(relative, expected, atol=0.01)
 
 
-@pytest.mark.parametrize("parameter, refine", [(0.5, 1), (1.0, 1), (2.0, 2)])
+@pytest.mark.parametrize("parameter, refine", [(0.5, 1), (1.0, 2), (2.0, 4)])
 def test_dugdale_pulls_off_as_maugis(parameter, refine):
     ds = flat(1.6 * PIXEL, 53)
     K = 4 / 3 * float(ds.contact_modulus)
@@ -211,7 +211,7 @@ def test_without_adhesion_it_is_the_elastic_contact(law, monkeypatch):
     monkeypatch.setattr("roughxr.contact.elastic.LIMITS", LIMITS._replace(tolerance=1e-9))
     elastic = direct(ds, delta=delta).force
     for branch in ("loading", "retraction"):
-        np.testing.assert_allclose(adhering.sel(branch=branch), elastic, rtol=1e-6)
+        np.testing.assert_allclose(adhering.sel(branch=branch), elastic, rtol=1e-6, atol=1e-6)
 
 
 @pytest.mark.parametrize("pixel", [PIXEL, PIXEL / 2])

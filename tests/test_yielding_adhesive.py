@@ -168,7 +168,7 @@ def exponential_pull(cells, length):
 
 
 def edged_pull(separation, dx, law_of, delta=0.2):
-    """Return a pull-off force (nN) by edges as steep as the mesh bears, and half as steep; ``law_of`` w and its fall."""
+    """Return a pull-off force (nN) by edges as steep as the mesh bears, and half as steep, by ``law_of(w, fall)``."""
     love, pulls = coefficients_for(separation.shape), []
     for fall in (0.25, 0.125):
         law = law_of(W * dx / E, fall)
@@ -279,7 +279,7 @@ def flattened(hard, cells=10):
 
 @pytest.mark.parametrize("hard", [1.0, 3.0])
 def test_an_asperity_pressed_flat_pulls_as_its_closed_form(hard):
-    """At twenty cells, within what the extrapolation adds: 5 % where it recovers to nearly a punch, 1 % where less so."""
+    """At twenty cells within what the extrapolation adds: 5 % where it recovers to nearly a punch, else 1 %."""
     separation, delta, dx, radius = flattened(hard, cells=20)
     H = hard * np.sqrt(W * E / PUNCH)
     pull, wide = edged_pull(separation, dx, smooth_laws.without_range, delta)

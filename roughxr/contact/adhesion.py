@@ -92,7 +92,7 @@ _COLUMNS = {
 _EXTRAPOLATED = ("force", "contact_area", "energy", "dissipated")
 
 #: Contacts of fewer pixels in radius than this at pull-off bring a warning. JKR's sphere is off by up to 0.5 % at
-#: twenty pixels, 1.5 % at ten, 3 % at five, and by 3 to 40 % at one (``tests/benchmarks/adhesive_accuracy.py``).
+#: twenty pixels, 1.5 % at ten, 3 % at five, and by 3 to 40 % at one (``tests/benchmarks/without_range.py``).
 _RESOLVED = 2.0
 
 #: Default of max_cells and of tolerance.
@@ -171,13 +171,12 @@ def adhesive(
         Keep pressure, displacement and gap on the window around each centre, on the cells of the solve, on both
         branches, at the displacements of ``delta``; NaN beyond the scan's edge. ``refine`` must then be a whole number.
     tolerance : float, optional
-        Residual traction over the largest traction; by default 1e-5, and 1e-7 for "griffith" and "dugdale". With the
-        other laws it holds at ``delta`` and at the largest pull; states in between are solved to 1e-3 only.
+        Residual traction over the largest traction; by default 1e-5. It
+        holds at ``delta`` and at the largest pull; states in between are solved to 1e-3 only.
     max_iterations : int
         Iterations per step.
     max_cells : int, optional
-        Largest number of cells in or near contact; by default 10⁶, and 8000 for "griffith" and "dugdale", which need
-        8 bytes times its square of memory.
+        Largest number of cells in or near contact; by default 10⁶.
     progress : bool
         Show a bar while computing.
 
@@ -208,8 +207,8 @@ def adhesive(
     Raises
     ------
     ValueError
-        If no pair or work of adhesion is assigned, both preload and delta are given, Dugdale's process zone spans fewer
-        than two pixels, or an option is not as described.
+        If no pair or work of adhesion is assigned, both preload and delta are given, the cells are too
+        large for the law, or an option is not as described.
 
     Warns
     -----
@@ -218,11 +217,11 @@ def adhesive(
 
     Notes
     -----
-    In the Griffith limit the cells at the edge of a contact let go over a zone a few cells wide. The line tension of
-    this zone is taken off the work of adhesion, according to the outline of each contact (`kernels.adhesion`).
-    ``energy`` takes that outline as an ellipse: on a smooth sphere ``dissipated`` equals ``hysteresis``, the area of
-    the loop, to 1 %; where rough contacts split and merge the two differ more, and ``dissipated`` may decrease a
-    little along the path. Then ``hysteresis``, the work of the force, is the reliable one.
+    The laws with an edge, "griffith" and "dugdale", are solved with the steepest edge that the cells bear and with one
+    half as steep, and what both give is extrapolated; fields are those of the steeper. Without range only what has
+    touched pulls, and what is around it as far as its edge opens. Where both edges find different contacts the steeper
+    one counts, and ``pull_off_error`` is their difference. "lennard_jones" is cut at a gap of 11 z₀, beyond which 0.9 %
+    of the work of adhesion is left: that much less a smooth sphere pulls, stiff rough bodies by several per cent less.
 
     A body that yields does so on loading, where the net pressure, attraction subtracted, would exceed its hardness, to
     a part of 1e-3 (`direct` describes such a body). Retraction is elastic on the shape that is left; tension there is

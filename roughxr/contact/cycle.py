@@ -45,9 +45,12 @@ _SOFTENING, _FIRST_CELL = 1.0, 5.0
 #: Largest number of meshes on which a place is solved.
 _MESHES = 4
 
-#: Where pull-offs differ by more than this part, both edges found different contacts, and the steeper one is taken as it
+#: Where pull-offs differ by more than this part, both edges found different contacts, and the steeper is taken as it
 #: is: a summit more or less is touched. Flat punches of five cells in radius differ by 0.2.
 _APART = 0.3
+
+#: Work of separation that stands for none, nm².
+_NO_WORK = 1e-12
 
 #: Events that are not extrapolated.
 _OF_THE_MESH = ("pull_off_resolution",)
@@ -85,7 +88,7 @@ def law_on(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -> smoo
     if adhesion.liquid is not None:
         return _law_with_liquid(w, length, adhesion.liquid, per_unit)
     if w == 0:
-        return smooth_laws.law_of()
+        return smooth_laws.law_of(exponential=(_NO_WORK, 1.0))
     if adhesion.law == "exponential":
         return smooth_laws.law_of(exponential=(w, length))
     if adhesion.law == "lennard_jones":
@@ -173,7 +176,7 @@ def largest_cell(law: str, length: float, modulus: float, work: float) -> float:
         return _FIRST_CELL
     bears = modulus * length**2 / work
     if law == "dugdale":  # so that the wider edge, too, leaves some of the step
-        return min(_FIRST_CELL, 0.75 * _EDGE * bears)
+        return 0.75 * _EDGE * bears
     return bears * (_SOFTENING if law == "exponential" else _SOFTENING / smooth_laws.WALL)
 
 
@@ -253,7 +256,7 @@ def _cycle(surface, problem, adhesion, law, fields, preloads, left) -> list[path
         cap=cap,
         limit=limit,
         left=left,
-        from_contact=adhesion.law == "griffith",
+        from_contact=adhesion.law == "griffith" and adhesion.work > 0,
     )
 
 

@@ -49,10 +49,8 @@ GROUPS = {
         ]
     },
     "adhesion": {
-        "roughxr/kernels/adhesion/c*.py roughxr/kernels/adhesion/path.py roughxr/kernels/adhesion/equilibrium.py": [
-            "cholesky",
-            "constrained_cells",
-            "capped_cells",
+        "roughxr/kernels/adhesion/smooth_laws.py roughxr/kernels/adhesion/smooth_path.py": [
+            "smooth_parts",
             "single_cells",
             "adhesive",
             "yielding_adhesive",

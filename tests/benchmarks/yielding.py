@@ -22,9 +22,8 @@ import numpy as np
 
 import roughxr
 from roughxr.contact import reference
-from roughxr.kernels.adhesion import cohesive_laws, smooth_laws
-from roughxr.kernels.adhesion.path import FORCE, follow
-from roughxr.kernels.adhesion.smooth_path import follow_smooth
+from roughxr.kernels.adhesion import smooth_laws
+from roughxr.kernels.adhesion.smooth_path import FORCE, follow_smooth
 from roughxr.kernels.halfspace import displacement_control as kalker
 from roughxr.kernels.halfspace.load_control import loaded_arrays
 from roughxr.kernels.halfspace.products import coefficients_for
@@ -135,21 +134,20 @@ def punch_rows():
     """Print pull-offs of a flat punch of 10 nm over Griffith's, and Dugdale's over their closed form."""
     flat = {"radius": 10.0, "contact_modulus": MODULUS, "work_of_adhesion": 0.1}
     griffith = reference.punch_pull_off(**flat)
-    options = {"tolerance": 1e-8, "max_iterations": 1000, "max_cells": 4000}
     for cells in (5, 10, 20):
         x = np.arange(-cells - 3, cells + 4)
         disc = np.hypot(x[:, None], x) <= cells
         separation, dx = np.where(disc, 0.0, np.inf), 10.0 / np.sqrt(disc.sum() / np.pi)
         w, row = 0.1 * dx / MODULUS, []
         for words, law, exact in (
-            ("no range", cohesive_laws.griffith(w), griffith),
+            ("no range", smooth_laws.without_range(w, 0.25), griffith),
             (
                 "1 GPa",
-                cohesive_laws.finite_range("dugdale", w, dx / MODULUS),
+                smooth_laws.dugdale(w, 0.1, 0.25),
                 reference.punch_pull_off(adhesion_range=0.1, **flat),
             ),
         ):
-            found = follow(separation, np.array([0.2]), 0.02, law, w, **options)
+            (found,) = follow_smooth(separation, np.array([0.2]), 0.02, coefficients_for(separation.shape), law)
             row.append(f"{words} {-found.states[:, FORCE].min() * MODULUS * dx / exact:.3f} of the closed form")
         for length in (0.3, 0.1):
             law = smooth_laws.law_of(exponential=(w, length))
@@ -174,7 +172,6 @@ def pressed_flat(cells, hardness, edge=10.0):
 def flattened_rows(edge=10.0, work=0.1):
     """Print pull-offs without range of an asperity pressed flat, by hardness, over closed forms."""
     flat, unit = {"contact_modulus": MODULUS, "work_of_adhesion": work}, np.sqrt(work * MODULUS / edge)
-    options = {"tolerance": 1e-8, "max_iterations": 1000, "max_cells": 4000}
     for hard in (0.03, 0.1, 0.3, 1.0, 3.0, 10.0):
         punch = reference.punch_pull_off(radius=edge, **flat)
         closed = reference.flattened_pull_off(radius=edge, hardness=hard * unit, **flat)
@@ -182,7 +179,8 @@ def flattened_rows(edge=10.0, work=0.1):
         for cells in (10, 20):
             separation, delta, radius = pressed_flat(cells, hard * unit, edge)
             w = work * edge / cells / MODULUS
-            found = follow(separation, np.array([delta]), 0.02, cohesive_laws.griffith(w), w, **options)
+            law, love = smooth_laws.without_range(w, 0.25), coefficients_for(separation.shape)
+            (found,) = follow_smooth(separation, np.array([delta]), 0.02, love, law)
             pull = -found.states[:, FORCE].min() * MODULUS * edge / cells
             exact = reference.flattened_pull_off(radius=radius, hardness=hard * unit, **flat)
             row.append(f"{cells} cells in radius {pull / exact:.3f} of the closed form")

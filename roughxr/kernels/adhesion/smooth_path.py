@@ -523,7 +523,7 @@ class _Branch:
         A stiff body lets go within a small part of a step, which is so found in three tries instead of ten.
         """
         last = self.last
-        half, leads = 0.5 * (last.delta - found.delta), (last.force - found.force) / self.stiffness
+        half, leads = 0.5 * (last.delta - found.delta), (last.force - found.force) / (self.stiffness or np.inf)
         return max(min(half, leads) if leads > 0.0 and found.fine else half, _LEAST_STEP * self.step)
 
     def _freed(self, found):
