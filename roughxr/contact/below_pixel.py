@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels.adhesion import path
+from ..kernels.adhesion import smooth_path as path
 from ..kernels.topography.random_surface import nested_waves, rms_of
 from .cycle import cycles_on, largest_cell, largest_pull, reached
 from .problem import Surface
