@@ -70,6 +70,7 @@ from .scans import (
 )
 from .scans.tip import dilate, erode, tip_flags
 from .statistics import bootstrap, cdf, debris, fit, force_ratio, pdf, pooled, pull_off, reduction, summary
+from .studies.continuation import continued
 from .studies.parameter_grid import vary
 from .studies.sensitivities import error_budget, sensitivity
 from .studies.several_scans import over_scans
@@ -97,6 +98,7 @@ __all__ = [
     "compare",
     "compute",
     "contact_modulus",
+    "continued",
     "critical_load",
     "crop",
     "curves_pull_off",

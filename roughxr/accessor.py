@@ -29,6 +29,7 @@ from .measured import compare, curves_pull_off, fit_pair
 from .presentation import exports, figures
 from .presentation.answer import answer
 from .scans import tip
+from .studies.continuation import continued
 from .studies.parameter_grid import vary
 from .studies.sensitivities import error_budget, sensitivity
 from .studies.short_waves import scale_dependence
@@ -97,6 +98,7 @@ class ContactAccessor:
     direct = _method(direct)
     adhesive = _method(adhesive)
     pull_off_map = _method(pull_off_map)
+    continued = _method(continued)
     rigid = _method(rigid)
     rolling = _method(rolling)
     regime = _method(regime)

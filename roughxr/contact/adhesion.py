@@ -333,15 +333,16 @@ def _shortest_wavelength(ds: xr.Dataset) -> Any:
     return (), da.from_delayed(found, (), dtype=float)
 
 
-def window_half_width(ds: xr.Dataset, *, preload: float = 0.0, law: str = "auto") -> float:
-    """Return the distance (nm) from a contact centre within which `adhesive` needs the surface, at a preload (nN)."""
-    adhesion = Adhesion(
-        preloads=_preloads(preload),
-        **{"refine": 1, "accuracy": np.nan, "step": 1.0, "tolerance": 0.0, "max_iterations": 1, "max_cells": 1},
-        **_law(ds, law, None, False),
-    )
-    places = {"positions": regions.centres(ds), "datum": "first_contact", "profile": "sphere", "refine": 1}
-    return _reach(ds, read_problem(ds, delta=[_settling_depth(ds, adhesion)], **places), adhesion)
+def settling(ds: xr.Dataset, *, preload: Any = 0.0, step: float = 0.25) -> tuple[Problem, Adhesion]:
+    """Return how the indenter is followed to a preload (nN) and off again under the exponential law.
+
+    The one displacement of the problem is the depth (nm beyond first contact) down to which the preload is looked for.
+    """
+    options = {"refine": 1, "accuracy": None, "step": step, "tolerance": None, "max_iterations": 1000}
+    law = _law(ds, "exponential", None, "hardness" in ds.coords)
+    adhesion = _adhesion_of(ds, law, preloads=_preloads(preload), max_cells=None, cycles=1, **options)
+    places = {"datum": "first_contact", "profile": "sphere", "refine": 1}
+    return read_problem(ds, regions.centres(ds), delta=[_settling_depth(ds, adhesion)], **places), adhesion
 
 
 def _law(ds: xr.Dataset, law: str, strength: Any, yields: bool) -> dict[str, Any]:

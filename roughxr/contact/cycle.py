@@ -219,7 +219,11 @@ def largest_pull(found: Cycles, k: int) -> float:
 
 def _cycles(place: Place, problem: Problem, adhesion: Adhesion, refine: int, *, fields: bool = False) -> Cycles:
     problem = problem._replace(refine=refine)
-    surface = surface_at(place, problem)
+    return cycles_on(surface_at(place, problem), problem, adhesion, fields=fields)
+
+
+def cycles_on(surface: Surface, problem: Problem, adhesion: Adhesion, *, fields: bool = False) -> Cycles:
+    """Return the cycles on one surface, on the mesh that it is given on."""
     edges = (1.0, 0.5) if adhesion.law in EDGED and adhesion.work > 0 else (1.0,)
     laws = [law_on(adhesion, problem, steepness) for steepness in edges]
     paths, *wider = (_follow(surface, problem, adhesion, law, fields and law is laws[0]) for law in laws)

@@ -3,7 +3,8 @@
 A run is a dictionary of Datasets, the groups of its archive:
 
     scan, asperities, reconstruction
-    solutions/adhesive, /rigid, /direct, /contact (fields of one place), /smooth (the same sphere on a flat), /hertz,
+    solutions/adhesive, /continued (with the roughness continued below the scan),
+    /rigid, /direct, /contact (fields of one place), /smooth (the same sphere on a flat), /hertz,
     /published, …, /rolling (resisting moments)
     statistics/adhesive, /rigid, /published, …, /roughness, /regime (the recommended model), /formulas (pull-off by the
     usual formulas), /humidity (of a humid pair: the pull between rigid bodies over it), /detachment and
@@ -32,7 +33,7 @@ from ..contact.elastic import direct
 from ..contact.problem import default_deltas, indenter_of
 from ..contact.regimes import formulas, regime
 from ..contact.rigid_bodies import rigid
-from ..detachment import critical_load, with_pull_off
+from ..detachment import critical_load
 from ..files import archive
 from ..files.disk import whole
 from ..jobs.progress import stages, teller
@@ -40,8 +41,10 @@ from ..jobs.records import loading
 from ..jobs.run import checkpointed
 from ..presentation import figures, report
 from ..presentation.exports import to_table
+from ..presentation.report.coming_off import with_simulated
 from ..scans import level, regions, roughness
 from ..statistics import pull_off
+from ..studies.continuation import continued, not_continued
 from ..studies.parameter_grid import vary
 from ..studies.sensitivities import cut_off_waves, error_budget, sensitivity
 from ..vocabulary import schema
@@ -56,6 +59,8 @@ _RIGID_CELL = 2.5
 
 #: Relative humidities over which a humid pair is followed.
 HUMIDITIES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
+#: Dimensions of places and seeds.
+_ALONG = ("subregion", "seed")
 
 #: A mesh is fine enough where the median change of the pull-off on a finer one is smaller than this, over some places.
 _SETTLED = 0.05
@@ -75,6 +80,7 @@ class Plan(NamedTuple):
     refine: int | str = "auto"
     step: float = 0.4  # nm
     checked: int = 4  # places also solved on a mesh twice as fine with half the steps
+    continued: int = 16  # places at which the roughness is continued below the scan; 0: none
     budget: int = 4  # places solved again under each change of the error budget; 0: no budget
 
 
@@ -203,6 +209,7 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
     options = {"subregions": plan.subregions, "progress": progress}
     if float(scan.coords.get("work_of_adhesion", 0.0)) > 0 or schema.is_wet(scan):
         groups |= _with_adhesion(scan, plan, options, say)
+        groups |= _below_the_scan(scan, plan, progress, say)
         groups |= _rigid_bodies(scan, options, say)
     if schema.is_wet(scan):
         say("the same over humidity")
@@ -224,7 +231,7 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
         groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
     if "solutions/adhesive" in groups and "sphere_radius" in scan.coords:
         say("what it takes to roll the sphere off")
-        groups |= _coming_off(suited, options, groups["statistics/adhesive"])
+        groups |= _coming_off(suited, options, groups)
     if plan.budget and "solutions/adhesive" in groups:
         groups |= _error_budget(scan, plan, groups["solutions/adhesive"], say, progress)
     return groups
@@ -233,7 +240,8 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
 def _stages(scan: xr.Dataset, plan: Plan) -> int:
     """Return how many stages a run tells of, where the mesh of the simulation need be halved but once."""
     adheres = float(scan.coords.get("work_of_adhesion", 0.0)) > 0
-    simulated = adheres * (2 + 2 * (plan.refine == "auto") + ("sphere_radius" in scan.coords) + 2 * bool(plan.budget))
+    simulated = adheres * (2 + bool(plan.continued) + 2 * (plan.refine == "auto") + 2 * bool(plan.budget))
+    simulated += adheres * ("sphere_radius" in scan.coords)
     return 2 + len(COMPARED) + simulated
 
 
@@ -247,22 +255,36 @@ def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, say: Callabl
     given = {name: how[name] for name in ("preload", "law", "refine", "step")}
     changes = sensitivity(scan, method="adhesive", progress=progress, **given, **places)
     say("the error budget: shorter waves added or cut off")
-    scales = cut_off_waves(scan, **how)
+    scales = cut_off_waves(scan, places=plan.budget, subregions=solved, preload=preload)
     budget = error_budget(scan, solved=solved, changes=changes, scales=scales, seeds=0, **how)
     found = {"statistics/error_budget": budget, "statistics/sensitivity": changes}
     return found if scales is None else found | {"statistics/shorter_waves": scales}
 
 
-def _coming_off(catalogue: xr.Dataset, options: dict[str, Any], pulled: xr.Dataset) -> dict[str, xr.Dataset]:
+def _below_the_scan(scan: xr.Dataset, plan: Plan, progress: bool, say: Callable) -> dict[str, xr.Dataset]:
+    """Return the pull-off with the roughness continued below the scan, at some of the places; or why there is none."""
+    if not plan.continued:
+        return {}
+    some = regions.sample(regions.centres(scan, plan.subregions), plan.continued)
+    say(f"its roughness continued below the scan, at {some.sizes['subregion']} places")
+    try:
+        found = continued(scan, subregions=some, preload=float(np.min(plan.preload)), progress=progress)
+    except ValueError as error:
+        return {"statistics/continued": not_continued(scan, str(error))}
+    places = ["pull_off_force"]
+    return {"solutions/continued": found[places], "statistics/continued": found.drop_vars(places).drop_dims(_ALONG)}
+
+
+def _coming_off(catalogue: xr.Dataset, options: dict[str, Any], groups: dict[str, xr.Dataset]) -> dict[str, xr.Dataset]:
     """Return the moments that superposed asperities resist, and the flow that overcomes them with either pull-off.
 
-    The simulation's fields are not kept: its pull-off is used with the levers of the superposed asperities.
+    The simulation's fields are not kept: its pull-off is used with the levers of the superposed asperities, and where
+    there is one that of the surface with its roughness continued below the scan.
     """
     held = rolling(catalogue, **options)
-    simulated = with_pull_off(held, pulled.isel(preload=0) if "preload" in pulled.dims else pulled)
     return {
         "solutions/rolling": held,
-        "statistics/detachment": critical_load(simulated),
+        "statistics/detachment": critical_load(with_simulated(held, groups)),
         "statistics/detachment_superposed": critical_load(held),
     }
 
@@ -367,8 +389,8 @@ def show(
     notes: Sequence[str] = (),
 ) -> None:
     """Print the tables and the notes below them, and put them and the figures into a folder."""
-    if "statistics/error_budget" in groups:
-        notes = [report.headline(groups), *notes]
+    if words := report.headline(groups):
+        notes = [words, *notes]
     printed = _print(tables, [*notes, *report.superposed(groups)], groups)
     if folder is None:
         return

@@ -15,7 +15,7 @@ import dask.array as da
 import numpy as np
 import xarray as xr
 
-from ..kernels.topography.random_surface import HURST, band_limited, fit_k_correlation, k_correlation
+from ..kernels.topography.random_surface import HURST, fit_k_correlation, k_correlation, nested_waves
 from ..vocabulary.schema import label, pixel, record, square_pixel, validate
 from ..vocabulary.units import magnitude, positive, whole_number
 from ..vocabulary.verbs import verb
@@ -26,13 +26,13 @@ from . import wavelength
 _BAND = 5.0
 
 #: What `self_affine_fit` calls the parts of a ``Spectrum``.
-_NAMES = ("psd_plateau", "rolloff_wavelength", "hurst_exponent", "shortest_wavelength")
+_NAMES = ("psd_plateau", "rolloff_wavelength", "hurst_exponent", "shortest_wavelength", "psd_error", "hurst_error")
+
+#: Errors that the scatter of the spectrum does not show: of ln C and of H, since no surface follows the model exactly.
+_MODEL_ERROR = 0.15, 0.1
 
 #: Cells along the shortest added wave.
 _CELLS = 4
-
-#: Stream of random numbers for fine roughness, separate from those of `synthetic`.
-_STREAM = 2
 
 
 class Spectrum(NamedTuple):
@@ -42,10 +42,19 @@ class Spectrum(NamedTuple):
     rolloff: float  # nm
     hurst: float
     shown: float  # nm
+    error: float = 0.0  # of ln C(q) at the shortest wave shown
+    hurst_error: float = (
+        0.0  # so uncertain that the error of ln C grows by twice this for each factor e of shorter waves
+    )
+    tilt: float = 0.0  # ln C(q) is changed by so many of these errors
 
     def at(self, q):
         """Return C(q), nm⁴."""
-        return k_correlation(q, self.plateau, self.rolloff, self.hurst)
+        found = k_correlation(q, self.plateau, self.rolloff, self.hurst)
+        if not self.tilt:
+            return found
+        shorter = np.maximum(np.log(np.asarray(q) * self.shown / (2 * np.pi)), 0.0)
+        return found * np.exp(self.tilt * (self.error + 2 * self.hurst_error * shorter))
 
 
 @verb
@@ -66,7 +75,8 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Any = 
     -------
     Dataset
         ``hurst_exponent``, ``rolloff_wavelength`` (nm), ``psd_plateau`` (nm⁴) and ``shortest_wavelength`` (nm), the
-        last as it was used. NaN where the scan is flat or pixels are missing in every part.
+        last as it was used; ``psd_error``, the standard error of ln C at the shortest wave, and ``hurst_error``, that
+        of H for shorter waves. NaN where the scan is flat or pixels are missing in every part.
 
     Raises
     ------
@@ -96,7 +106,7 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Any = 
     heights = scan["height"].data
     found = [dask.delayed(wavelength.spectrum, pure=False)(heights[part]) for part in wavelength.parts(heights.shape)]
     (model,) = dask.compute(dask.delayed(model_of, pure=False)(found, pixel(scan), hurst, shown))
-    out = xr.Dataset(dict(zip(_NAMES, model)))
+    out = xr.Dataset(dict(zip(_NAMES, model[: len(_NAMES)])))
     return record(label(out), "self_affine_fit", scan, hurst=hurst, shown=shown)
 
 
@@ -106,11 +116,14 @@ def model_of(spectra: list, steps: tuple[float, float], hurst: float | None, sho
     shown = max(least, 2.0 * max(steps)) if shown is None else shown
     known = [one for one in spectra if one is not None]
     if not known or not np.isfinite(shown):
-        return Spectrum(np.nan, np.nan, np.nan, shown)
+        return Spectrum(np.nan, np.nan, np.nan, shown, np.nan, np.nan)
     q, psd = _rings(np.mean(known, axis=0), steps)
     waves = 2 * np.pi / q
     inside = (waves >= shown) & (waves <= _BAND * shown)
-    return Spectrum(*fit_k_correlation(q[inside], psd[inside], hurst).tolist(), shown)
+    model, spread = fit_k_correlation(q[inside], psd[inside], hurst)
+    error = float(np.hypot(np.sqrt(spread[0, 0]), _MODEL_ERROR[0]))
+    steeper = np.sqrt(max(spread[0, 0] + spread[1, 1] - 2 * spread[0, 1], 0.0)) / (2 * np.log(8))
+    return Spectrum(*model.tolist(), shown, error, float(np.hypot(steeper, _MODEL_ERROR[1])))
 
 
 def _rings(squares: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
@@ -148,8 +161,8 @@ def add_fine_roughness(
         Shortest wavelength that is added, nm; the longest is the shortest that the scan shows. Where that is shorter
         already, nothing is added.
     seed : int
-        At least 0; the same seed gives the same roughness on scans of the same number of pixels. The scatter of a
-        result over seeds is that of surfaces which agree with the scan.
+        At least 0; the same seed gives the same waves at the same x, y, whatever the pixels; a smaller ``shortest``
+        adds waves to them. The scatter of a result over seeds is that of surfaces which agree with the scan.
     refine : int, optional
         Cells along a side of each pixel; by default so many that the shortest wave spans four.
     hurst, shown : optional
@@ -195,10 +208,17 @@ def add_fine_roughness(
     n = int(np.ceil(_CELLS * side / shortest)) if refine is None else whole_number(refine, "refine", least=1)
     if shortest < 2 * side / n * (1 - 1e-9):
         raise ValueError(f"refine: expected pixels of at most half of {shortest:g} nm, found {side / n:g} nm")
-    options = {"side": side, "n": n, "shortest": shortest, "seed": seed, "hurst": _hurst(hurst)}
+    axes = {axis: _finer_axis(scan[axis], side, n) for axis in "xy"}
+    options = {
+        "axes": [axes[axis].values for axis in "xy"],
+        "side": side,
+        "n": n,
+        "shortest": shortest,
+        "seed": seed,
+        "hurst": _hurst(hurst),
+    }
     options["model"] = _known(spectrum, hurst, shown)
     height, made = _finer_later(scan, _shown(shown, scan), options)
-    axes = {axis: _finer_axis(scan[axis], side, n) for axis in "xy"}
     out = scan.drop_dims(["x", "y"]).assign(height=(("x", "y"), height)).assign_coords(axes)
     arguments = {"shortest": shortest, "seed": seed, "refine": n, "hurst": hurst, "shown": shown}
     return record(label(out.assign_attrs({**scan.attrs, **made})), "add_fine_roughness", **arguments)
@@ -225,10 +245,15 @@ def _known(spectrum: xr.Dataset | None, hurst: Any, shown: Any) -> Spectrum | No
         return None
     if hurst is not None or shown is not None:
         raise ValueError("spectrum: expected alone, found hurst or shown beside it")
-    return Spectrum(*(float(spectrum[name]) for name in _NAMES))
+    return known_spectrum(spectrum)
 
 
-def _finer(height, shown, *, side, n, shortest, seed, hurst, model) -> tuple[np.ndarray, dict[str, float]]:
+def known_spectrum(found: xr.Dataset) -> Spectrum:
+    """Return the model that `self_affine_fit` has found."""
+    return Spectrum(*(float(found[name]) for name in _NAMES))
+
+
+def _finer(height, shown, *, axes, side, n, shortest, seed, hurst, model) -> tuple[np.ndarray, dict[str, float]]:
     """Return heights on n × n cells in place of each pixel, with fine waves, and what was added."""
     if not np.isfinite(height).all():
         raise ValueError("height: expected finite heights, found missing pixels; fill them first (ds.contact.fill())")
@@ -238,7 +263,7 @@ def _finer(height, shown, *, side, n, shortest, seed, hurst, model) -> tuple[np.
     if not np.isfinite(model.plateau):
         raise ValueError("height: expected a spectrum to continue, found none in a flat or nearly flat scan")
     fine = _interpolated(height, n)
-    added = band_limited(fine.shape, side / n, model.at, model.shown, shortest, seed, _STREAM)
+    added = nested_waves(*axes, model.at, model.shown, shortest, seed)
     made = {"shortest": shortest, "longest": model.shown, "hurst": model.hurst, "rms": float(added.std()), "seed": seed}
     return fine + added, {f"fine_{name}": value for name, value in made.items()}
 

@@ -9,13 +9,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..contact.adhesion import MOST_REFINED, adhesive, window_half_width
+from ..contact.adhesion import settling
+from ..contact.below_pixel import Below
 from ..contact.regimes import in_memory
 from ..contact.rigid_bodies import rigid
 from ..scans import add_fine_roughness, crop, regions, self_affine_fit, smooth
+from ..scans.fine_scales import known_spectrum
 from ..vocabulary import schema
 from ..vocabulary.units import whole_number
 from ..vocabulary.verbs import verb
+from .continuation import Question, Surface, next_guess, with_hardness
 
 METHODS = ("rigid", "adhesive")
 
@@ -25,21 +28,15 @@ _RISE = 30.0
 #: Largest cells (nm), between rigid bodies, on which finer scales are added and cut off.
 _CELL = 1.0
 
-#: Cells along the shortest added wave: for rigid bodies, and for the simulation, whose pressures are smoother.
-_PER_WAVE = {"rigid": 8, "adhesive": 4}
-
-#: A cut-off within this factor of the shortest wave that the scan shows leaves the scan as it is.
-_ALIKE = 0.01
+#: Cells along the shortest added wave.
+_PER_WAVE = 8
 
 
-class _Method(NamedTuple):
-    """How the pull-off is computed on each surface."""
+class _Rigid(NamedTuple):
+    """How the pull between rigid bodies is summed on each surface."""
 
-    method: str
     spectrum: xr.Dataset
     seeds: int
-    half: float  # nm: half-width of the part of the scan around a place
-    cells: int  # along a side of a pixel, at least
     options: dict[str, Any]
 
 
@@ -51,10 +48,8 @@ def scale_dependence(
     seeds: int = 4,
     subregions: Any = (2, 2),
     method: str = "rigid",
-    law: str | None = None,
+    law: str = "hamaker",
     preload: float = 0.0,
-    refine: int | str = "auto",
-    step: float = 0.4,
     hurst: float | None = None,
 ) -> xr.Dataset:
     """Return the pull-off as a function of the shortest wavelength that the surface has.
@@ -71,11 +66,11 @@ def scale_dependence(
     subregions : (int, int), (array, array) or Dataset
         Contact centres.
     method : {"rigid", "adhesive"}
-        Between rigid bodies, or by the simulation with adhesion on one mesh for each surface.
-    law : str, optional
-        See `rigid`, by default its "hamaker"; or the law of `adhesive`, by default "auto".
-    preload, refine, step
-        Options of `adhesive`: nN; cells along a side of a pixel, at least; nm.
+        Between rigid bodies, or by the simulation with adhesion as `continued` does it.
+    law : str
+        Of `rigid`.
+    preload : float
+        Of the simulation, nN.
     hurst : float, optional
         Hurst exponent of the added roughness; by default that of the scan.
 
@@ -93,9 +88,9 @@ def scale_dependence(
 
     Notes
     -----
-    Fine waves are added around each centre: between rigid bodies out to where the sphere has risen by 30 nm, in the
-    simulation as far as the sphere can reach. Further out the ground is a plane, or in the simulation left out. The
-    simulation takes the scan as it is where the cut-off is that of the scan.
+    The same waves stay and finer ones are added, so that the curve of one seed is smooth. They are added around each
+    centre: between rigid bodies out to where the sphere has risen by 30 nm, in the simulation as far as the sphere can
+    reach. Further out the ground is a plane, or in the simulation left out.
 
     Examples
     --------
@@ -111,69 +106,56 @@ def scale_dependence(
     spectrum = self_affine_fit(ds, hurst=hurst)
     centres = regions.centres(ds, subregions)
     if method == "rigid":
-        law, way = law or "hamaker", _rigid_method(ds, spectrum, count, law or "hamaker")
+        way = _Rigid(spectrum, count, {"delta": [0.0], "law": law})
+        forces = np.stack([_on_surfaces(ds, centres, wave, way) for wave in waves], axis=1)
     else:
-        options = {"law": law or "auto", "preload": preload, "step": step}
-        way = _adhesive_method(ds, spectrum, count, refine, options, centres)
-        law = way.options["law"]
-    forces = np.stack([_on_surfaces(ds, centres, wave, way) for wave in waves], axis=1)
+        law = "exponential"
+        forces = _simulated(with_hardness(ds)[0], centres, waves, count, preload, known_spectrum(spectrum))
     out = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), forces)})
     pair = {name: ds[name] for name in schema.TRAVELLING if name in ds.coords}
     out = out.assign_coords({**centres.coords, "shortest_kept": waves, "seed": np.arange(count), **pair})
     out.attrs = {"method": method, "law": law} | {str(name): float(spectrum[name]) for name in spectrum.data_vars}
     arguments = {"shortest": waves, "seeds": count, "subregions": subregions, "method": method, "law": law}
-    arguments |= {} if method == "rigid" else {"preload": preload, "refine": refine, "step": step}
+    arguments |= {} if method == "rigid" else {"preload": preload}
     return schema.record(schema.label(out), "scale_dependence", ds, **arguments, hurst=hurst)
 
 
-def _rigid_method(ds: xr.Dataset, spectrum: xr.Dataset, seeds: int, law: str) -> _Method:
+def _simulated(ds, centres, waves, seeds, preload, model) -> np.ndarray:
+    """Return the simulated pull-off (place, wave, seed), smooth surfaces first: they tell how deep the next ones go."""
+    problem, adhesion = settling(ds, preload=preload)
+    out, guess, places = [], None, range(centres.sizes["subregion"])
+    for wave in waves[::-1]:
+        longest = max(wave, model.shown)
+        surface = Surface(smooth(ds, shortest=longest), problem, centres)
+        found = surface.solve(Question(problem, adhesion, Below(model, longest, wave)), places, seeds, guess)
+        guess = next_guess(found, guess)
+        out.append(found[..., 0])
+    return np.stack(out[::-1], axis=1)
+
+
+def _on_surfaces(ds: xr.Dataset, centres: xr.Dataset, wave: float, way: _Rigid) -> np.ndarray:
+    """Return the pull between rigid bodies (place, seed) on surfaces with one shortest wave."""
     (radius,) = schema.pair(ds, "sphere_radius")
-    cells = int(np.ceil(schema.square_pixel(ds) / _CELL))
-    options = {"delta": [0.0], "law": law}
-    return _Method("rigid", spectrum, seeds, np.sqrt(2 * radius * _RISE), cells, options)
-
-
-def _adhesive_method(ds, spectrum, seeds: int, refine: int | str, options: dict, centres: xr.Dataset) -> _Method:
-    """Return how the simulation solves each surface: with the law and on the mesh that suit the scan itself."""
-    first = centres.isel(subregion=[0])
-    found = quietly(adhesive, ds, subregions=first, refine=refine, accuracy=None, **options)
-    law, cells = found.attrs["law"], int(found["refinement"].max())
-    half = window_half_width(ds, preload=options["preload"], law=law)
-    return _Method("adhesive", spectrum, seeds, half, cells, options | {"law": law})
-
-
-def _on_surfaces(ds: xr.Dataset, centres: xr.Dataset, wave: float, way: _Method) -> np.ndarray:
-    """Return the pull-off (place, seed) on surfaces with one shortest wave."""
-    shown = float(way.spectrum["shortest_wavelength"])
-    if way.method == "adhesive" and wave >= shown * (1 - _ALIKE):
-        kept = ds if wave <= shown * (1 + _ALIKE) else smooth(ds, shortest=wave)
-        found = quietly(adhesive, kept, subregions=centres, refine=way.cells, **way.options)["pull_off_force"].values
-        return np.repeat(found[:, None], way.seeds, axis=1)
+    half = max(np.sqrt(2 * radius * _RISE), 8 * max(schema.pixel(ds)))
     places = zip(centres["subregion_x"].values, centres["subregion_y"].values)
-    return np.array([_over_seeds(_around(ds, x, y, way.half), (x, y), wave, way) for x, y in places])
+    return np.array(
+        [_over_seeds(crop(ds, x=(x - half, x + half), y=(y - half, y + half)), (x, y), wave, way) for x, y in places]
+    )
 
 
-def _around(ds: xr.Dataset, x: float, y: float, half: float) -> xr.Dataset:
-    """Return the part of a scan around a place."""
-    half = max(half, 8 * max(schema.pixel(ds)))
-    return crop(ds, x=(x - half, x + half), y=(y - half, y + half))
-
-
-def _over_seeds(part: xr.Dataset, centre: tuple[float, float], wave: float, way: _Method) -> np.ndarray:
-    """Return the pull-off at a place on surfaces with one shortest wave, one for each seed."""
-    at = {"subregions": ([centre[0]], [centre[1]])}
+def _over_seeds(part: xr.Dataset, centre: tuple[float, float], wave: float, way: _Rigid) -> np.ndarray:
+    """Return the pull at a place on surfaces with one shortest wave, one for each seed."""
+    at, side = {"subregions": ([centre[0]], [centre[1]])}, schema.square_pixel(part)
+    cells = int(np.ceil(side / _CELL))
     if wave >= float(way.spectrum["shortest_wavelength"]):
         smoother = smooth(part, shortest=wave)
-        return np.full(way.seeds, float(rigid(smoother, refine=way.cells, **at, **way.options).pull_off_force[0]))
-    cells = max(way.cells, int(np.ceil(_PER_WAVE[way.method] * schema.square_pixel(part) / wave)))
-    solve = rigid if way.method == "rigid" else adhesive
-    options = way.options if way.method == "rigid" else way.options | {"refine": 1}
-    cells = cells if way.method == "rigid" else min(cells, MOST_REFINED)
+        return np.full(way.seeds, float(rigid(smoother, refine=cells, **at, **way.options).pull_off_force[0]))
+    cells = max(cells, int(np.ceil(_PER_WAVE * side / wave)))
     finer = (
         add_fine_roughness(part, shortest=wave, seed=seed, refine=cells, spectrum=way.spectrum)
         for seed in range(way.seeds)
     )
-    return np.array([float(quietly(solve, one, **at, **options).pull_off_force[0]) for one in finer])
+    return np.array([float(quietly(rigid, one, **at, **way.options).pull_off_force[0]) for one in finer])
 
 
 def quietly(solve: Callable, *arguments: Any, **options: Any) -> Any:

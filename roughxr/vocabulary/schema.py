@@ -109,6 +109,8 @@ VARIABLES: dict[str, Variable] = {
     "hurst_exponent": Variable("1", "Hurst exponent H", "psd falls as q^-2(1 + H) below the roll-off wavelength"),
     "rolloff_wavelength": Variable("nm", "roll-off wavelength"),
     "psd_plateau": Variable("nm4", "power spectrum above the roll-off wavelength"),
+    "psd_error": Variable("1", "standard error of the logarithm of the power spectrum", "at the shortest wavelength"),
+    "hurst_error": Variable("1", "standard error of the Hurst exponent", "towards shorter waves"),
     "pixel_x": Variable("nm", "pixel size along x"),
     "pixel_y": Variable("nm", "pixel size along y"),
     "size_x": Variable("nm", "scan size along x", "pixels times pixel size"),
@@ -323,6 +325,11 @@ VARIABLES: dict[str, Variable] = {
     "how": Variable("1", "how it was computed"),
     "total_error": Variable("1", "error of the mean pull-off force, all entries", "root of the sum of squares"),
     "contact_radius_pixels": Variable("1", "radius of the smallest contact that matters", "pixels of the scan"),
+    # continued below the scan
+    "pull_off_lower": Variable("nN", "mean pull-off force, lower end of its 95 % interval"),
+    "pull_off_upper": Variable("nN", "mean pull-off force, upper end of its 95 % interval"),
+    "scale_pull_off": Variable("nN", "mean pull-off force at a few places", "as shorter waves are added"),
+    "added_rms": Variable("nm", "standard deviation of the waves that were added"),
     # rolling, sliding, lifting
     "direction": Variable("rad", "direction of rolling", "from x towards y"),
     "resisting_moment": Variable("nN nm", "resisting moment", "the largest as the sphere begins to roll"),

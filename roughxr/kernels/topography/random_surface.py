@@ -8,6 +8,10 @@ way of drawing normal numbers, which may change between versions.
 K-correlation model: C(q) = C₀ [1 + (ℓ₀q/2π)²]^−(1 + H), flat at wavelengths above ℓ₀, self-affine below (Persson et
 al., J. Phys.: Condens. Matter 17 (2005) R1).
 
+Nested waves: bands of half an octave, each a sum of Fourier modes h = Σ Re 2c exp(ikr) over half of the plane, with
+|c|² = C/P² in the mean, P the period of the band. So a surface can be evaluated at any points, on any mesh, and shorter
+bands are added to longer ones that stay as they are.
+
 q    wavevector, nm⁻¹;  C₀ nm⁴;  ℓ₀ ``rolloff``, nm;  H ``hurst``, Hurst exponent
 """
 
@@ -15,6 +19,15 @@ import numpy as np
 
 #: The largest and smallest Hurst exponent of a self-affine surface.
 HURST = 0.0, 1.0
+
+#: Rings of a windowed spectrum that are as good as one.
+_SHARED = 2.0
+
+#: Periods of a band of nested waves, in its longest wave; ratio of the longest to the shortest wave of a band.
+_PERIODS, _BAND = 32, 2.0**0.5
+
+#: Stream of random numbers of the longest band of nested waves; shorter bands have the next ones.
+_NESTED = 100
 
 
 def uniform(count, seed, stream):
@@ -36,7 +49,8 @@ def k_correlation(q, plateau, rolloff, hurst):
 
 
 def fit_k_correlation(q, psd, hurst=None):
-    """Return the (C₀, ℓ₀, H) that fit the logarithm of a spectrum at wavevectors q best, with equal weight per octave.
+    """Return the (C₀, ℓ₀, H) that fit the logarithm of a spectrum at wavevectors q best, with equal weight per octave,
+    and the covariance of ln C at wavevectors q₁, 8q₁ with q₁ the largest: how uncertain its continuation is.
 
     ``hurst`` fixes H. Wavevectors without power are left out; NaN where fewer than four have any.
     """
@@ -44,7 +58,7 @@ def fit_k_correlation(q, psd, hurst=None):
 
     known = (q > 0) & (psd > 0)
     if known.sum() < 4:
-        return np.full(3, np.nan)
+        return np.full(3, np.nan), np.full((2, 2), np.nan)
     q, wanted = q[known], np.log(psd[known])
     weight = 1.0 / np.sqrt(q / q[0])  # rings have equal width, so that their number in an octave grows with q
 
@@ -57,16 +71,61 @@ def fit_k_correlation(q, psd, hurst=None):
     high = [np.inf, np.log(100.0 * longest), HURST[1]]
     start = [wanted[0], np.log(np.sqrt(longest * shortest)), 0.5]
     count = 3 if hurst is None else 2
-    found = least_squares(off, start[:count], bounds=(low[:count], high[:count])).x
-    return np.array([np.exp(found[0]), np.exp(found[1]), hurst if hurst is not None else max(found[2], 0.0)])
+    solved = least_squares(off, start[:count], bounds=(low[:count], high[:count]))
+    found = solved.x
+    model = np.array([np.exp(found[0]), np.exp(found[1]), hurst if hurst is not None else max(found[2], 0.0)])
+    return model, _uncertainty(solved.jac, solved.fun, found, q[-1] * np.array([1.0, 8.0]), hurst)
 
 
-def band_limited(shape, pixel, spectrum, longest, shortest, seed, stream):
-    """Return a surface, nm, with the spectrum C(q) at wavelengths from ``shortest`` up to ``longest`` and no others."""
-    from scipy.fft import irfft2, rfft2
+def _uncertainty(jacobian, off, found, q, hurst):
+    """Return the covariance of ln C at wavevectors q, from the residuals; neighbouring rings share their modes."""
+    inverse = np.linalg.pinv(jacobian.T @ jacobian)
+    covariance = _SHARED * inverse @ (jacobian.T * off**2) @ jacobian @ inverse
+    small = 1e-4
+    moved = [found + small * unit for unit in np.eye(found.size)]
+    at = np.array(
+        [
+            np.log(k_correlation(q, np.exp(p[0]), np.exp(p[1]), p[2] if hurst is None else hurst))
+            for p in (found, *moved)
+        ]
+    )
+    gradient = (at[1:] - at[0]) / small
+    return gradient.T @ covariance @ gradient
 
-    per_nm = np.hypot(np.fft.fftfreq(shape[0], pixel)[:, None], np.fft.rfftfreq(shape[1], pixel))
-    inside = (per_nm * longest > 1.0) & (per_nm * shortest <= 1.0)
-    amplitude = np.zeros(per_nm.shape)
-    amplitude[inside] = np.sqrt(spectrum(2.0 * np.pi * per_nm[inside])) / pixel
-    return irfft2(rfft2(normal(shape, seed, stream)) * amplitude, s=shape)
+
+def nested_waves(x, y, spectrum, longest, shortest, seed):
+    """Return the heights (x, y), nm, of waves from ``longest`` down to ``shortest`` at points x, y (nm).
+
+    The same seed gives the same waves at any points; a smaller ``shortest`` adds waves and changes none.
+    """
+    out, band = np.zeros((x.size, y.size)), 0
+    while longest > shortest * (1.0 + 1e-9):
+        least = max(longest / _BAND, shortest)
+        amplitude, kx, ky = _modes(spectrum, longest, least, seed, band)
+        along_x, along_y = np.exp(1j * np.outer(x, kx)), np.exp(1j * np.outer(ky, y))
+        inner = along_x @ amplitude
+        out += inner.real @ along_y.real - inner.imag @ along_y.imag
+        longest, band = least, band + 1
+    return out
+
+
+def _modes(spectrum, longest, shortest, seed, band):
+    """Return the amplitudes 2c (kx, ky), nm, of one band, and its wavevectors, nm⁻¹."""
+    most, unit = int(np.ceil(_PERIODS * _BAND)), 2.0 * np.pi / (_PERIODS * longest)
+    kx, ky = np.arange(most + 1), np.arange(-most, most + 1)
+    periods = np.hypot(kx[:, None], ky)
+    inside = (periods > _PERIODS) & (periods * shortest <= _PERIODS * longest * (1.0 + 1e-12))
+    inside &= (kx[:, None] > 0) | (ky > 0)
+    parts = normal((2, periods.size), seed, _NESTED + band).reshape(2, *periods.shape)
+    amplitude = np.zeros(periods.shape, complex)
+    root = np.sqrt(2.0 * spectrum(unit * periods[inside])) * unit / (2.0 * np.pi)
+    amplitude[inside] = root * (parts[0][inside] + 1j * parts[1][inside])
+    return amplitude, unit * kx, unit * ky
+
+
+def rms_of(spectrum, longest, shortest):
+    """Return the standard deviation, nm, of the waves of a spectrum from ``longest`` down to ``shortest``."""
+    if not longest > shortest:
+        return 0.0
+    q = np.geomspace(2.0 * np.pi / longest, 2.0 * np.pi / shortest, 65)
+    return float(np.sqrt(np.trapezoid(q * q * spectrum(q), np.log(q)) / (2.0 * np.pi)))

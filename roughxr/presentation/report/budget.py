@@ -8,18 +8,22 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ...statistics import bootstrap, smooth_pull_off
+from ...scans.regions import extent
+from ...statistics import smooth_pull_off
 from ...vocabulary.numbers import percent, prefixed
 from ...vocabulary.verbs import verb
 
 Run = Mapping[str, xr.Dataset]
 
-BUDGET, WAVES = "statistics/error_budget", "statistics/shorter_waves"
+BUDGET = "statistics/error_budget"
+
+#: Shortest wave (nm) of a scan too coarse for the question: contacts at pull-off are smaller.
+_COARSE = 50.0
 
 
 @verb
 def headline(run: Run) -> str:
-    """Return the mean pull-off with its interval, and for which surface it holds.
+    """Return the mean pull-off of the surface as it would be and as the scan shows it, and what is known and assumed.
 
     Parameters
     ----------
@@ -29,50 +33,69 @@ def headline(run: Run) -> str:
     Returns
     -------
     str
-        Empty where the run holds no error budget.
+        Empty where the run holds no simulation with adhesion.
 
     Examples
     --------
     >>> pull = xr.Dataset({"pull_off_force": ("subregion", [40.0])})
-    >>> budget = xr.Dataset(attrs={"condition": "for a surface that is smooth below 20 nm"})
-    >>> headline({"statistics/adhesive": pull, BUDGET: budget})
-    'Pull-off force: 40 nN in the mean of 1 place, for a surface that is smooth below 20 nm.'
+    >>> print(headline({"statistics/adhesive": pull}))
+    As the scan shows the surface, the pull-off force is 40 nN in the mean of 1 place: an upper bound.
     """
-    if BUDGET not in run or "statistics/adhesive" not in run:
+    if "statistics/adhesive" not in run:
         return ""
-    pull, budget = run["statistics/adhesive"], run[BUDGET]
+    pull = run["statistics/adhesive"]
     pull = pull.isel(preload=0) if "preload" in pull.dims else pull
     mean, count = float(pull["pull_off_force"].mean()), int(pull["pull_off_force"].notnull().sum())
     if not count:
         return "No place pulls."
-    unit, size = prefixed(mean)
     smooth = smooth_pull_off(pull) if "sphere_radius" in pull.coords else np.nan
     part = f", {percent(mean / smooth)} of what the sphere holds on a smooth flat" if smooth > 0 else ""
+    bound = (
+        f"As the scan shows the surface, the pull-off force is {_force(mean)} in the mean of {count} "
+        f"place{'s' * (count > 1)}{part}: an upper bound."
+    )
+    return " ".join(filter(None, [_scan_too_small(run), _as_it_would_be(run), bound]))
+
+
+def _as_it_would_be(run: Run) -> str:
+    """Return the best estimate, and what is known and assumed; empty where the run has not looked for it."""
+    if "statistics/continued" not in run:
+        return ""
+    found = run["statistics/continued"]
+    if not np.isfinite(float(found["pull_off_mean"])):
+        return str(found.attrs["known"])
+    mean, lower, upper = (_force(float(found[name])) for name in ("pull_off_mean", "pull_off_lower", "pull_off_upper"))
+    settled = "" if bool(found["converged"]) else " Shorter waves would still lower it."
     return (
-        f"Pull-off force: {mean / size:.3g} {unit} in the mean of {count} place{'s' * (count > 1)}"
-        f"{_interval(pull, unit, size)}{part}, {budget.attrs['condition']}.{_beyond(run, unit, size)}"
+        f"As the surface would be, the pull-off force is {mean} in the mean (95 % interval {lower} … {upper}). "
+        f"{found.attrs['known']} {found.attrs['assumed']}{settled}"
     )
 
 
-def _interval(pull: xr.Dataset, unit: str, size: float) -> str:
-    if int(pull["pull_off_force"].notnull().sum()) < 2:
-        return ""
-    found = bootstrap(pull, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
-    return f" (95 % interval {float(found['low']) / size:.3g} … {float(found['high']) / size:.3g} {unit})"
+def _force(force: float) -> str:
+    unit, size = prefixed(force)
+    return f"{force / size:.3g} {unit}"
 
 
-def _beyond(run: Run, unit: str, size: float) -> str:
-    """Return a sentence on the pull-off if the roughness continued below the wavelengths that the scan shows."""
-    if WAVES not in run:
+def _scan_too_small(run: Run) -> str:
+    """Return a sentence on a scan that is smaller than what the sphere feels, or too coarse for its question."""
+    if "scan" not in run or "sphere_radius" not in run["scan"].coords:
         return ""
-    scales = run[WAVES]
-    means = scales["pull_off_force"].mean(["subregion", "seed"])
-    least, shown = means.isel(shortest_kept=0), scales.attrs["shortest_wavelength"]
-    ratio = float(least / means.sel(shortest_kept=shown, method="nearest"))
-    return (
-        f" If its roughness went on down to {float(least['shortest_kept']):.3g} nm, as the scan's own spectrum does, "
-        f"the pull-off would be {percent(ratio)} of that (at {scales.sizes['subregion']} of the places)."
-    )
+    scan, said = run["scan"], ""
+    x_low, x_high, y_low, y_high = extent(scan)
+    side, radius = min(x_high - x_low, y_high - y_low), float(scan["sphere_radius"])
+    height = scan["height"].values
+    feels = 2 * np.sqrt(2 * radius * 2 * float(np.nanstd(height)))
+    if side < 2 * feels:
+        said = (
+            f"This scan of {side:.3g} nm is hardly larger than the {feels:.3g} nm that the sphere feels at once: its "
+        )
+        said += "places share the same few summits, and say little about others. "
+    known = run.get("solutions/adhesive", run["statistics/adhesive"]).coords.get("shortest_wavelength")
+    shown = float(known) if known is not None else np.nan
+    if shown > _COARSE:
+        said += f"This scan cannot see roughness finer than {shown:.3g} nm; the true pull-off is probably much lower."
+    return said.strip()
 
 
 @verb

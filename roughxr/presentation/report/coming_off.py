@@ -80,10 +80,24 @@ def moments_of(run: Run, method: str = "adhesive") -> xr.Dataset:
     True
     """
     held = run["solutions/rolling"]
-    if method == "energy":
-        return held
-    pulled = run["statistics/adhesive"]
-    return with_pull_off(held, pulled.isel(preload=0) if "preload" in pulled.dims else pulled)
+    return held if method == "energy" else with_simulated(held, run)
+
+
+def with_simulated(held: xr.Dataset, run: Run) -> xr.Dataset:
+    """Return moments with the simulated pull-off: of the surface with its roughness continued, else as scanned.
+
+    Each place of each continued surface counts as a place.
+    """
+    if "solutions/continued" not in run:
+        pulled = run["statistics/adhesive"]
+        return with_pull_off(held, pulled.isel(preload=0) if "preload" in pulled.dims else pulled)
+    found = run["solutions/continued"]["pull_off_force"]
+    at = {(float(x), float(y)): k for k, (x, y) in enumerate(zip(held["subregion_x"], held["subregion_y"]))}
+    which = [at[float(x), float(y)] for x, y in zip(found["subregion_x"], found["subregion_y"])]
+    every = held.isel(subregion=np.tile(which, found.sizes["seed"]))
+    every = every.assign_coords(subregion=np.arange(every.sizes["subregion"]))
+    force = xr.zeros_like(every["pull_off_force"]) + found.transpose("seed", "subregion").values.ravel()
+    return with_pull_off(every, xr.Dataset({"pull_off_force": force}))
 
 
 def _column(held: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:

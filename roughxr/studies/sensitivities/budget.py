@@ -154,7 +154,7 @@ def error_budget(
     if "pull_off_change" not in changes:
         raise ValueError("changes: expected what sensitivity(method='adhesive') returns, found no pull_off_change")
     if scales is None and whole_number(seeds, "seeds", least=0):
-        scales = cut_off_waves(ds, seeds=seeds, places=places, **how)
+        scales = cut_off_waves(ds, seeds=seeds, places=places, subregions=centres, preload=preload)
     pulls = (changes.isel(case=0) if solved is None else solved)["pull_off_force"]
     pulls = pulls.isel(preload=0) if "preload" in pulls.dims else pulls
     entries = {SAMPLING: _sampling(pulls)}
@@ -179,9 +179,6 @@ def cut_off_waves(
     places: int = 4,
     subregions: Any = None,
     preload: Any = 0.0,
-    law: str = "auto",
-    refine: int | str = "auto",
-    step: Any = 0.4,
 ) -> xr.Dataset | None:
     """Return the simulated pull-off over the shortest wave: at two below that of the scan, at its own, and above it."""
     if "sphere_radius" not in ds.coords:
@@ -192,7 +189,7 @@ def cut_off_waves(
         return None
     waves = {*(part * shown for part in _ADDED), shown, *(n * pixel for n in _CUT if n * pixel > 1.02 * shown)}
     sample = regions.sample(regions.centres(ds, subregions), places)
-    options = {"subregions": sample, "preload": preload, "law": law, "refine": refine, "step": step}
+    options = {"subregions": sample, "preload": preload}
     return scale_dependence(ds, shortest=sorted(waves), seeds=seeds, method="adhesive", **options)
 
 

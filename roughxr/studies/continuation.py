@@ -1,0 +1,334 @@
+"""The pull-off of the surface as it would be: its roughness continued below the scan, down to where nothing changes.
+
+Two things end the fall of the pull-off with ever shorter waves: waves whose height is well below the range of the
+attraction no longer part the surfaces, and summits sharper than the hardness bears flatten. From the shortest wave that
+the scan shows truly, half an octave is added after the other, at a few places, until the mean pull-off settles. All
+places are then solved with all these waves, and the few places once more with every assumption changed, for the
+interval of the mean.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ..bodies.materials import range_of
+from ..contact.adhesion import settling
+from ..contact.below_pixel import Below, pull_off_below
+from ..contact.cycle import Adhesion
+from ..contact.problem import Problem
+from ..contact.regimes import in_memory
+from ..jobs import lazy as parallel
+from ..kernels.topography.random_surface import rms_of
+from ..scans import regions, self_affine_fit, smooth
+from ..scans.fine_scales import known_spectrum
+from ..statistics import bootstrap
+from ..vocabulary import schema
+from ..vocabulary.units import fraction, positive, whole_number
+from ..vocabulary.verbs import verb
+
+#: Waves are added by this factor; below the floor (nm) no continuum is.
+_FACTOR, _FLOOR = 0.5**0.5, 0.5
+
+#: Waves whose standard deviation is below this part of the range of adhesion do not matter.
+_FLAT = 0.1
+
+#: Places at which it is found out where the waves end to matter, and the assumptions are changed.
+_PILOT = 6
+
+#: Factors on the range of adhesion and on the hardness, assigned or estimated: one standard deviation.
+_RANGE, _HARDNESS, _ESTIMATED = 1.25, 1.1, 1.3
+
+#: Pixels of the shortest wave that a microscope draws truly: aliasing, averaging over a pixel and the kinks that a tip
+#: leaves falsify shorter ones.
+_TRUE = 4.0
+
+#: What is said where no hardness is known.
+_ELASTIC = "the bodies stay elastic, since no hardness is known"
+
+
+class Question(NamedTuple):
+    """A way to solve a place."""
+
+    problem: Problem
+    adhesion: Adhesion
+    below: Below
+
+
+@verb
+def continued(
+    ds: xr.Dataset,
+    *,
+    subregions: Any = None,
+    seeds: int = 2,
+    preload: Any = 0.0,
+    shortest: Any = None,
+    spectrum: xr.Dataset | None = None,
+    accuracy: float = 0.1,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Return the simulated pull-off with the roughness continued below what the scan shows, and its 95 % interval.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan in memory with an assigned sphere and work of adhesion.
+    subregions : (int, int), (array, array) or Dataset, optional
+        Contact centres, see `regions.centres`.
+    seeds : int
+        Number of surfaces that agree with the scan.
+    preload : number or quantity
+        See `adhesive`, nN.
+    shortest : number or quantity, optional
+        Shortest wave of the surface, nm, where it is known; by default the waves end where they no longer matter.
+    spectrum : Dataset, optional
+        Result of `self_affine_fit`, by default of the waves that the scan shows truly.
+    accuracy : float
+        Waves no longer matter where an octave more changes the mean pull-off by less than this part.
+    progress : bool
+        Show on standard error what is being computed.
+
+    Returns
+    -------
+    Dataset
+        ``pull_off_force`` (nN) along (subregion, seed); ``pull_off_mean`` with ``pull_off_lower`` and
+        ``pull_off_upper``, its 95 % interval; ``shortest_wavelength`` (nm), the shortest wave that was added;
+        ``converged``; ``relative_error`` along ``entry``, the standard deviations of ln(mean) that the interval holds;
+        ``scale_pull_off`` along ``shortest_kept``, the mean at a few places as waves are added. The attributes
+        ``known`` and ``assumed`` say so in a sentence each.
+
+    Raises
+    ------
+    ValueError
+        As for `adhesive` and `add_fine_roughness`, and where the scan has no spectrum to continue.
+
+    Notes
+    -----
+    Under the exponential law, with the pair's ``adhesion_range`` (0.3 nm unless given), and with the pair's hardness or
+    the estimate for named materials. Waves that the scan shows falsely, shorter than four pixels unless its spectrum
+    ends before, are replaced.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
+    >>> found = continued(scan, subregions=(2, 1), seeds=1, shortest=10)
+    >>> bool(found.pull_off_lower < found.pull_off_mean < found.pull_off_upper), float(found.shortest_wavelength)
+    (True, 10.0)
+    """
+    ds = _dry(in_memory(ds))
+    count, accuracy = whole_number(seeds, "seeds", least=1), fraction(accuracy, "accuracy")
+    end = None if shortest is None else positive(shortest, "nm", "shortest")
+    spectrum = shown_truly(ds) if spectrum is None else spectrum
+    model = known_spectrum(spectrum)
+    if not np.isfinite(model.plateau):
+        raise ValueError("height: expected a spectrum to continue, found none in a flat or nearly flat scan")
+    bodies, hardness = with_hardness(ds)
+    centres = regions.centres(ds, subregions)
+    problem, adhesion = settling(bodies, preload=preload)
+    kept = smooth(bodies, shortest=model.shown)
+    surface = Surface(kept, problem, centres)
+    question = Question(problem, adhesion, Below(model, model.shown, model.shown))
+    pilot = _pilot(surface, question, end, accuracy, progress)
+    question = question._replace(below=question.below._replace(shortest=pilot.waves[-1]))
+    forces = surface.solve(question, range(centres.sizes["subregion"]), count, pilot.guess, progress)[..., 0]
+    entries = _entries(surface, question, pilot, hardness, progress) | _scatter(forces, centres)
+    return _result(ds, forces, entries, pilot, model, centres, hardness, (preload, subregions, count, end))
+
+
+def not_continued(ds: xr.Dataset, why: str) -> xr.Dataset:
+    """Return what `continued` finds of a scan that cannot be continued: nothing, and the reason."""
+    names = ("pull_off_mean", "pull_off_lower", "pull_off_upper", "shortest_wavelength")
+    out = xr.Dataset({**dict.fromkeys(names, np.nan), "converged": False})
+    out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
+    known = f"The roughness below the scan cannot be continued ({why}): there is an upper bound only."
+    return schema.label(out.assign_attrs(known=known, assumed=""))
+
+
+def shown_truly(ds: xr.Dataset) -> xr.Dataset:
+    """Return the spectrum of the waves that a scan shows truly: those of four pixels, or all where it ends before."""
+    found = self_affine_fit(ds)
+    shown, pixel = float(found["shortest_wavelength"]), max(schema.pixel(ds))
+    if not np.isfinite(shown) or shown >= _TRUE * pixel or _ends_before(ds, found):
+        return found
+    return self_affine_fit(ds, shown=_TRUE * pixel)
+
+
+def _ends_before(ds: xr.Dataset, fitted: xr.Dataset) -> bool:
+    """Return whether a scan has far less power at waves shorter than its shortest than the model continues with."""
+    shown, pixel = float(fitted["shortest_wavelength"]), max(schema.pixel(ds))
+    if shown < 2.2 * pixel:
+        return False
+    rest = ds["height"] - smooth(ds, shortest=shown)["height"]
+    inner = rest.isel(x=slice(4, -4), y=slice(4, -4))
+    return float(inner.std()) < 0.3 * rms_of(known_spectrum(fitted).at, shown, 2 * pixel)
+
+
+def _dry(ds: xr.Dataset) -> xr.Dataset:
+    """Return a scan whose pair is dry; raise for a humid one."""
+    if schema.is_wet(ds):
+        raise ValueError("humidity: expected a dry pair where roughness is continued, found a humid one; take adhesive")
+    return ds
+
+
+def with_hardness(ds: xr.Dataset) -> tuple[xr.Dataset, str]:
+    """Return the scan with the hardness that is used, and a sentence on it."""
+    if "hardness" in ds.coords:
+        return ds, f"hardness {float(ds['hardness']):.3g} GPa as assigned"
+    if "hardness_estimate" not in ds.coords:
+        return ds, _ELASTIC
+    estimate, (work,) = float(ds["hardness_estimate"]), schema.pair(ds, "work_of_adhesion")
+    if estimate <= work / range_of(ds, "exponential"):
+        return ds, f"the bodies stay elastic, since the pull w/ρ exceeds the estimated hardness of {estimate:.3g} GPa"
+    return ds.assign_coords(hardness=estimate), f"hardness {estimate:.3g} GPa, estimated for the named materials"
+
+
+class Surface:
+    """The places of a scan, each with the heights around it."""
+
+    def __init__(self, ds: xr.Dataset, problem: Problem, centres: xr.Dataset):
+        self.depth = float(problem.steps[-1])
+        reach = problem.indenter.reach(self.depth) + 8 * problem.pixel
+        windows, _ = regions.windows(ds, centres, reach)
+        axes, heights = (ds["x"].values, ds["y"].values), ds["height"].values
+        at = zip(windows, centres["subregion_x"].values, centres["subregion_y"].values)
+        self.patches = [
+            (
+                heights[window.rows, window.columns],
+                (float(axes[0][window.rows][0]), float(axes[1][window.columns][0])),
+                problem.pixel,
+                (float(x), float(y)),
+            )
+            for window, x, y in at
+        ]
+
+    def solve(self, question: Question, places, seeds: int, guess=None, progress: bool = False) -> np.ndarray:
+        """Return the pull-off and the depth (place, seed, 2), both of which may be guessed."""
+        guess = guess or (self.depth, 0.0)
+        tasks = [(*self.patches[place], seed, *guess) for place in places for seed in range(seeds)]
+        found = parallel.spread(pull_off_below, tasks, (2,), *question, name="continued", lazy=False, progress=progress)
+        return np.asarray(found).reshape(len(places), seeds, 2)
+
+
+def next_guess(found: np.ndarray, before: tuple[float, float] | None) -> tuple[float, float] | None:
+    """Return what depth and pull-off to expect of rougher surfaces."""
+    if not np.isfinite(found).any():
+        return before
+    return 1.3 * float(np.nanmax(found[..., 1])) + 0.05, float(np.nanmean(found[..., 0]))
+
+
+class _Pilot(NamedTuple):
+    """What a few places show as waves are added."""
+
+    places: np.ndarray
+    waves: list[float]  # nm, falling
+    means: list[float]  # nN
+    guess: tuple[float, float]  # depth (nm) and pull-off (nN) at the last
+    converged: bool
+    change: float  # of the mean by the last octave
+
+
+def _pilot(surface: Surface, question: Question, end, accuracy: float, progress: bool) -> _Pilot:
+    """Add half an octave after the other until the mean pull-off settles."""
+    count = len(surface.patches)
+    places = np.unique(np.linspace(0, count - 1, min(count, _PILOT)).round().astype(int))
+    seeds, below = max(1, -(-_PILOT // places.size)), question.below
+    model, length = below.spectrum, question.adhesion.length
+    waves, means, guess, converged = [below.longest], [], None, False
+    smallest = _FLOOR if end is None else min(end, below.longest)
+    while True:
+        asked = question._replace(below=below._replace(shortest=waves[-1]))
+        found = surface.solve(asked, places, seeds, guess, progress)
+        means.append(float(np.nanmean(found[..., 0])))
+        guess = next_guess(found, guess)
+        if end is None:
+            converged = rms_of(model.at, waves[-1], waves[-1] / 2) < _FLAT * length or _settled(means, accuracy)
+        if converged or waves[-1] <= smallest * (1 + 1e-9):
+            break
+        waves.append(max(waves[-1] * _FACTOR, smallest))
+    change = abs(np.log(means[-1] / means[-3])) if len(means) > 2 else 0.0
+    return _Pilot(places, waves, means, guess, converged or end is not None, change)
+
+
+def _settled(means: list[float], accuracy: float) -> bool:
+    """Return whether neither the last octave nor its halves changed the mean by more than the accuracy."""
+    if len(means) < 4:
+        return False
+    last = np.log(means[-3:])
+    return bool(np.ptp(last) < accuracy)
+
+
+def _entries(surface, question: Question, pilot: _Pilot, hardness: str, progress: bool) -> dict[str, float]:
+    """Return the standard deviations of ln(mean) by the assumptions, each from a few places on the same waves."""
+    problem, adhesion, below = question
+    cases = {"spectrum": [below.spectrum._replace(tilt=tilt) for tilt in (-1.0, 1.0)]}
+    asked = {"spectrum": [question._replace(below=below._replace(spectrum=one)) for one in cases["spectrum"]]}
+    asked["range of adhesion"] = [
+        question._replace(adhesion=adhesion._replace(length=adhesion.length * factor))
+        for factor in (1 / _RANGE, _RANGE)
+        if not problem.yielding or adhesion.work / (adhesion.length * factor) < problem.hardness
+    ]
+    if problem.yielding:
+        unsure, least = _ESTIMATED if "estimated" in hardness else _HARDNESS, 1.01 * adhesion.work / adhesion.length
+        asked["hardness"] = [
+            question._replace(problem=problem._replace(hardness=max(problem.hardness * factor, least)))
+            for factor in (1 / unsure, unsure)
+        ]
+    seeds, base, out = max(1, -(-_PILOT // pilot.places.size)), np.log(pilot.means[-1]), {}
+    for name, questions in asked.items():
+        solved = [surface.solve(one, pilot.places, seeds, pilot.guess, progress)[..., 0] for one in questions]
+        changes = [abs(np.log(np.nanmean(one)) - base) for one in solved]
+        out[name] = float(np.sqrt(np.mean(np.square(changes))))
+    out["shorter waves"] = 0.5 * pilot.change
+    return out
+
+
+def _scatter(forces: np.ndarray, centres: xr.Dataset) -> dict[str, float]:
+    """Return the standard deviations of ln(mean) by the choice of places and of surfaces."""
+    places, mean = np.nanmean(forces, axis=1), float(np.nanmean(forces))
+    found = xr.Dataset({"pull_off_force": ("subregion", places)}, centres.coords)
+    sampling = np.nan
+    if np.isfinite(places).sum() > 1:
+        interval = bootstrap(found, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
+        sampling = float(np.log(interval["high"] / interval["low"])) / (2 * 1.96)
+    count, seeds = np.isfinite(places).sum(), forces.shape[1]
+    within = np.nanmean(np.nanvar(forces, axis=1, ddof=1)) if seeds > 1 else np.nanvar(forces)
+    return {"places": sampling, "seeds": float(np.sqrt(within * (1 + 1 / seeds) / max(count, 1)) / mean)}
+
+
+def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness: str, given) -> xr.Dataset:
+    preload, subregions, seeds, end = given
+    mean, spread = float(np.nanmean(forces)), np.exp(1.96 * np.sqrt(np.nansum(np.square(list(entries.values())))))
+    added = rms_of(model.at, model.shown, pilot.waves[-1])
+    out = xr.Dataset(
+        {
+            "pull_off_force": (("subregion", "seed"), forces),
+            "pull_off_mean": mean,
+            "pull_off_lower": mean / spread,
+            "pull_off_upper": mean * spread,
+            "shortest_wavelength": pilot.waves[-1],
+            "converged": pilot.converged,
+            "added_rms": added,
+            "relative_error": ("entry", list(entries.values())),
+            "scale_pull_off": ("shortest_kept", pilot.means),
+        },
+        {"entry": list(entries), "shortest_kept": pilot.waves, "seed": np.arange(forces.shape[1]), **centres.coords},
+    )
+    out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
+    known = f"The scan shows waves down to {model.shown:.3g} nm truly."
+    assumed = (
+        f"Below, its spectrum is assumed to go on (Hurst exponent {model.hurst:.2g} ± {model.hurst_error:.2g}) down to "
+        f"{pilot.waves[-1]:.2g} nm{_why(pilot, end)}; {hardness}."
+    )
+    out.attrs = {"known": known, "assumed": assumed, "longest_added": model.shown}
+    arguments = {"preload": preload, "subregions": subregions, "seeds": seeds, "shortest": end}
+    return schema.record(schema.label(out), "continued", ds, **arguments)
+
+
+def _why(pilot: _Pilot, end: float | None) -> str:
+    """Return why no shorter waves were added."""
+    if end is not None:
+        return ", as asked"
+    return ", where shorter waves no longer matter" if pilot.converged else ", below which no continuum is"

@@ -1,0 +1,88 @@
+"""The surface as it would be: its roughness continued below the scan."""
+
+import numpy as np
+import pytest
+
+import roughxr
+from roughxr import report, synthetic
+from roughxr.contact.adhesion import settling
+from roughxr.contact.below_pixel import Below, pull_off_below
+from roughxr.scans.fine_scales import known_spectrum
+from roughxr.studies.continuation import Surface, not_continued, shown_truly
+
+PAIR = {"sphere_radius": 300, "contact_modulus": 40, "work_of_adhesion": 0.15}
+
+
+@pytest.fixture(scope="module")
+def surface():
+    made = synthetic.self_affine((96, 96), 5, rms=1.2, hurst=0.8, rolloff=150, cutoff=20, seed=4)
+    return roughxr.assign_pair(made, **PAIR)
+
+
+@pytest.fixture(scope="module")
+def found(surface):
+    return roughxr.continued(surface, subregions=(2, 2), seeds=2, shortest=8)
+
+
+def test_a_surface_without_added_waves_is_that_of_the_simulation(surface):
+    """The patches within reach, moved together, against the whole window on cells as large."""
+    problem, adhesion = settling(surface)
+    centres = roughxr.regions.centres(surface, (2, 2))
+    model = known_spectrum(shown_truly(surface))
+    tasks = Surface(surface, problem, centres).patches
+    end = Below(model, 20.0, 20.0)
+    mine = [pull_off_below(*task, 0, float(problem.steps[-1]), 0.0, problem, adhesion, end)[0] for task in tasks]
+    whole = roughxr.adhesive(surface, subregions=centres, law="exponential", refine=2)
+    np.testing.assert_allclose(mine, whole.pull_off_force, rtol=0.03)
+
+
+def test_the_estimate_lies_below_the_scan_and_inside_its_interval(surface, found):
+    shown = roughxr.adhesive(surface, subregions=(2, 2), law="exponential", refine=2).pull_off_force
+    assert float(found.pull_off_lower) < float(found.pull_off_mean) < float(shown.mean())
+    assert float(found.pull_off_mean) == pytest.approx(float(found.pull_off_force.mean()))
+    log_width = np.log(float(found.pull_off_upper / found.pull_off_lower)) / (2 * 1.96)
+    assert log_width == pytest.approx(float(np.sqrt((found.relative_error**2).sum())))
+    assert {"spectrum", "range of adhesion", "places", "seeds"} <= set(found.entry.values)
+    assert float(found.shortest_wavelength) == 8 and found.pull_off_force.dims == ("subregion", "seed")
+    assert found.scale_pull_off.values[0] > found.scale_pull_off.values[-1]
+
+
+def test_a_seed_is_one_surface_whatever_else_is_asked(surface, found):
+    again = roughxr.continued(surface, subregions=([120.0], [120.0]), seeds=1, shortest=8)
+    assert float(again.pull_off_force[0, 0]) == pytest.approx(float(found.pull_off_force[0, 0]), rel=0.02)
+
+
+def test_the_waves_that_a_microscope_falsifies_are_replaced():
+    """A scan with waves to its pixels is trusted down to four pixels; one that ends before, down to there."""
+    jagged = synthetic.self_affine((128, 128), 5, rms=1, hurst=0.5, rolloff=150, seed=1)
+    smooth = synthetic.self_affine((128, 128), 5, rms=1, hurst=0.5, rolloff=150, cutoff=13, seed=1)
+    assert float(shown_truly(jagged).shortest_wavelength) == 20
+    assert float(shown_truly(smooth).shortest_wavelength) == pytest.approx(13, rel=0.05)
+
+
+def test_the_error_of_the_hurst_exponent_holds_the_truth():
+    off = []
+    for seed in range(8):
+        made = synthetic.self_affine((192, 192), 5, rms=1, hurst=0.6, rolloff=150, seed=seed)
+        fitted = roughxr.self_affine_fit(made, shown=20)
+        off.append((float(fitted.hurst_exponent) - 0.6) / float(fitted.hurst_error))
+    assert np.sum(np.abs(off) < 2) >= 7
+
+
+def test_what_cannot_be_continued_says_so(surface):
+    flat = roughxr.assign_pair(surface.assign(height=surface.height * 0), **PAIR)
+    with pytest.raises(ValueError, match="expected a spectrum to continue"):
+        roughxr.continued(flat)
+    said = not_continued(surface, "noise to the pixel")
+    solved = roughxr.pull_off(roughxr.adhesive(surface, subregions=(2, 1), accuracy=None))
+    words = report.headline({"statistics/adhesive": solved, "statistics/continued": said})
+    assert "cannot be continued (noise to the pixel)" in words and "upper bound" in words
+    assert np.isnan(said.pull_off_mean) and not bool(said.converged)
+
+
+def test_the_first_words_are_both_answers(surface, found):
+    solved = roughxr.pull_off(roughxr.adhesive(surface, subregions=(2, 2), accuracy=None))
+    words = report.headline({"statistics/adhesive": solved, "statistics/continued": found})
+    assert words.startswith("As the surface would be, the pull-off force is")
+    for part in ("95 % interval", "The scan shows waves down to", "Hurst exponent", "As the scan shows the surface"):
+        assert part in words
