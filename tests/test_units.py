@@ -270,7 +270,7 @@ def test_weights_go_by_label():
         xr.testing.assert_allclose(function(turned), function(weights))
     some = weights.isel(subregion=slice(1, None))
     for refused in (roughxr.pdf, roughxr.cdf):
-        with pytest.raises(ValueError, match="weights: expected .*found 1 missing"):
+        with pytest.raises(ValueError, match=r"weights: expected .*found 1 missing"):
             refused(
                 pulls, "pull_off_force", weights=xr.concat([some, some[:1].assign_coords(subregion=[999])], "subregion")
             )
