@@ -4,9 +4,13 @@ import warnings
 
 import numpy as np
 import pytest
+import xarray as xr
 
+import roughxr
 from roughxr.runs import analysis
 from roughxr.scans.synthetic import self_affine
+
+from . import surfaces
 
 
 @pytest.mark.parametrize(("cutoff", "refined"), [(40.0, True), (600.0, False)])
@@ -28,3 +32,28 @@ def test_a_run_refines_until_the_pull_off_settles(cutoff, refined):
     assert change < 0.1
     assert (first > 0.5) == refined
     assert np.isfinite(solved.pull_off_force).all()
+
+
+def test_a_run_ends_where_its_first_places_have_no_pull_off(tmp_path, monkeypatch):
+    """Too soft for its scan, it says so before it begins, and ends after four places, not after all of them."""
+    solved = []
+
+    def never(ds, *, subregions, **options):
+        solved.append(subregions.sizes["subregion"])
+        none = np.full(subregions.sizes["subregion"], np.nan)
+        events = {"pull_off_force": none, "complete": none == 0, "truncated": none != none, "refinement": none == 0}
+        return xr.Dataset({name: ("subregion", values) for name, values in events.items()})
+
+    monkeypatch.setattr(analysis, "adhesive", never)
+    soft = roughxr.assign_pair(
+        surfaces.scan(surfaces.rough(32, seed=3)), sphere_radius=800, contact_modulus=1e-3, work_of_adhesion=0.2
+    )
+    for refine in ("auto", 2):
+        with (
+            pytest.warns(UserWarning, match=r"smooth sphere, 2.44e\+03 nm wide, does not fit on the scan.*what helps"),
+            pytest.raises(
+                ValueError, match=r"none \(4 not followed to their end, 4 in contact at.*what helps: a larger"
+            ),
+        ):
+            roughxr.run(soft, tmp_path / f"{refine}.nc", delta=[1.0], refine=refine, budget=0)
+    assert solved == [4, 4]

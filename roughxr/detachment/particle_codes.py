@@ -23,6 +23,7 @@ import xarray as xr
 from ..statistics import cdf, fit, reduction, smooth_pull_off
 from ..vocabulary import schema
 from ..vocabulary.units import fraction, whole_number
+from ..vocabulary.verbs import verb
 
 #: From the project's units to those of every code here.
 _NEWTON, _METRE, _PASCAL = 1e-9, 1e-9, 1e9
@@ -46,6 +47,7 @@ class _Adhesion(NamedTuple):
         return 2 * (1 - self.poisson_ratio**2) * self.modulus
 
 
+@verb
 def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_ratio: float | None = None) -> str:
     """Return the lines that give a discrete-element code, or a resuspension model, the adhesion of these places.
 

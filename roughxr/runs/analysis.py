@@ -49,7 +49,7 @@ from ..studies.parameter_grid import vary
 from ..studies.sensitivities import cut_off_waves, error_budget, sensitivity
 from ..vocabulary import schema
 from ..vocabulary.units import magnitude, whole_number
-from ..vocabulary.verbs import verb
+from ..vocabulary.verbs import verb, warn
 
 #: Formulations that a run compares.
 COMPARED = ("published", "self_similar", "energy")
@@ -82,6 +82,13 @@ class Plan(NamedTuple):
     checked: int = 4  # places also solved on a mesh twice as fine with half the steps
     continued: int = 16  # places at which the roughness is continued below the scan; 0: none
     budget: int = 4  # places solved again under each change of the error budget; 0: no budget
+
+
+#: What helps where bodies are too soft for the scan, or their contacts too large.
+_HELPS = (
+    "what helps: a larger scan, a smaller sphere or preload, a larger modulus or less work of adhesion; fewer cells "
+    "(resample, or refine=1); or superpose and direct, without this simulation"
+)
 
 
 @verb
@@ -137,7 +144,7 @@ def run(
     Raises
     ------
     ValueError
-        If the output holds another run.
+        If the output holds another run, or the simulation with adhesion finds no pull-off at its first four places.
     BlockingIOError
         If another process is computing it.
 
@@ -300,18 +307,52 @@ def _pressed(scan: xr.Dataset, plan: Plan, options: dict[str, Any]) -> dict[str,
 
 def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
     """Return the simulation with adhesion at all places, and at some on a mesh twice as fine with half the steps."""
+    _warn_of_soft(scan)
     how = {"preload": plan.preload, "law": plan.law}
     refine, finer = plan.refine, None
     with warnings.catch_warnings():
         # the choice of the mesh and the report's page deal with small contacts
         warnings.filterwarnings("ignore", "[^:]*contacts of less than")
+        some = options | how | {"subregions": regions.sample(regions.centres(scan, plan.subregions), plan.checked)}
         if plan.refine == "auto":
-            some = regions.sample(regions.centres(scan, plan.subregions), plan.checked)
-            refine, finer = _fine_enough_mesh(scan, plan, options | how | {"subregions": some}, say)
+            refine, finer = _fine_enough_mesh(scan, plan, some, say)
+        elif some["subregions"].sizes["subregion"] < _count(scan, plan):
+            _expect_pulls(adhesive(scan, refine=refine, accuracy=None, step=plan.step, **some))
         say(f"simulation with adhesion at {_count(scan, plan)} places")
         solved = adhesive(scan, refine=refine, accuracy=None, step=plan.step, **how, **options)
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
     return groups if finer is None else groups | {"solutions/finer": finer}
+
+
+def _expect_pulls(first: xr.Dataset) -> None:
+    """End a run none of whose first places could be solved, before hours pass, and say what helps.
+
+    Raises
+    ------
+    ValueError
+        If all of their pull-offs are missing.
+    """
+    if bool(first["pull_off_force"].notnull().any()):
+        return
+    lost, edge = (int(found.sum()) for found in (~first["complete"], first["truncated"]))
+    raise ValueError(
+        f"simulation with adhesion: expected a pull-off at some of the first {first['pull_off_force'].size} places, "
+        f"found none ({lost} not followed to their end, {edge} in contact at the scan's edge); {_HELPS}"
+    )
+
+
+def _warn_of_soft(scan: xr.Dataset) -> None:
+    """Warn before hours pass that JKR's contact of the smooth sphere, without load, is wider than the scan."""
+    if "sphere_radius" not in scan.coords:
+        return
+    radius, modulus, work = schema.pair(scan, *schema.PAIR)
+    wide = 2 * (4.5 * np.pi * work * radius**2 / modulus) ** (1 / 3)
+    x_low, x_high, y_low, y_high = regions.extent(scan)
+    if wide > min(x_high - x_low, y_high - y_low):
+        warn(
+            f"the contact of a smooth sphere, {wide:.3g} nm wide, does not fit on the scan of {x_high - x_low:.3g} x "
+            f"{y_high - y_low:.3g} nm: the simulation may take long, and end without a pull-off; {_HELPS}"
+        )
 
 
 def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> tuple[int | str, Any]:
@@ -321,6 +362,7 @@ def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say
     """
     say(f"the mesh: the simulation with adhesion at {options['subregions'].sizes['subregion']} places")
     refine, coarse = "auto", adhesive(scan, refine="auto", accuracy=None, step=plan.step, **options)
+    _expect_pulls(coarse)
     n = int(coarse["refinement"].max())
     while 2 * n <= MOST_REFINED:
         say(f"the same on a mesh twice as fine, {2 * n} cells to a pixel")

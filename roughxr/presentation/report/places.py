@@ -6,6 +6,8 @@ from collections.abc import Mapping
 
 import xarray as xr
 
+from ...vocabulary.verbs import verb
+
 #: Group, variable and name in the table; of a variable with directions the weakest counts.
 _COLUMNS = (
     ("statistics/adhesive", "pull_off_force", "pull_off_force"),
@@ -18,6 +20,7 @@ _COLUMNS = (
 )
 
 
+@verb
 def by_place(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return what a run says of each of its places, as far as it holds it.
 

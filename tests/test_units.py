@@ -1,0 +1,276 @@
+"""One door: whatever enters a verb, in whatever units, is what it says; what cannot be converted is refused."""
+
+import functools
+import inspect
+
+import numpy as np
+import pint
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import roughxr
+from roughxr import figures, report
+from roughxr.accessor import ContactAccessor
+from roughxr.vocabulary import schema, units, verbs
+
+from .surfaces import glass_pair, rough, scan
+from .verb_calls import CALLS, NOT_CALLED, PLACES, QUICK, WRITES, assert_same, call, made, public_verbs, words_of
+
+#: Other units of the table's, three for each.
+OTHERS = {
+    "nm": ("um", "m", "angstrom"),
+    "nN": ("uN", "N", "pN"),
+    "GPa": ("Pa", "MPa", "N mm-2"),
+    "J m-2": ("mJ m-2", "erg cm-2", "N/m"),
+    "nm-1": ("um-1", "1/m", "mm-1"),
+    "nm2": ("um2", "m**2", "angstrom^2"),
+    "nN nm": ("J", "aJ", "uN um"),
+    "nN nm-1": ("N/m", "mN m-1", "pN/nm"),
+    "rad": ("degree", "mrad", "arcmin"),
+    "nm4": ("um4", "m4", "angstrom4"),
+    "m s-1": ("cm/s", "um s-1", "km/h"),
+    "s": ("ms", "min", "us"),
+}
+EVERY = [(verb, k) for verb, calls in CALLS.items() for k in range(len(calls))]
+
+#: How far results may differ: rounding, but for iterative solves, which end a little elsewhere.
+SOLVED = {"adhesive": 1e-6, "direct": 1e-6, "rigid": 1e-6, "fit_work_of_adhesion": 1e-6, "over_scans": 1e-6}
+#: Counts of iterations and what is left after them are no results; text rounds its numbers.
+LEFT = ("iterations", "residual")
+TEXT = 1e-5
+
+
+def changed(array, unit, *, as_pint):
+    """Return the same physical values in another unit."""
+    known = schema.VARIABLES[array.name].units
+    values = array.values / units.factor(unit, known)
+    if as_pint and array.name not in array.dims:
+        rest = {key: value for key, value in array.attrs.items() if key != "units"}
+        return xr.Variable(array.dims, pint.Quantity(values, unit), rest)
+    return xr.Variable(array.dims, values, {**array.attrs, "units": unit})
+
+
+def convertible(ds):
+    """Return the names of a Dataset's variables that have other units."""
+    names = [name for name in ds.variables if name in schema.VARIABLES and ds[name].dtype.kind == "f"]
+    return [name for name in names if schema.VARIABLES[name].units in OTHERS]
+
+
+@functools.cache
+def expected(verb, k):
+    return call(verb, *CALLS[verb][k], made())
+
+
+def in_units(ds, draw):
+    """Return a Dataset with some variables in other units, or without any where they have the table's."""
+    for name in convertible(ds):
+        choice = draw(st.sampled_from((*OTHERS[schema.VARIABLES[name].units], None, None)))
+        if choice is None:
+            continue
+        one = changed(ds[name], choice, as_pint=draw(st.booleans()))
+        ds = ds.drop_vars(name).assign_coords({name: one}) if name in ds.coords else ds.assign({name: one})
+    return ds
+
+
+def holds(verb, k, draw):
+    kinds, options = CALLS[verb][k]
+    datasets = made() | {kind: in_units(made()[kind], draw) for kind in words_of(kinds, options)}
+    rtol = TEXT if verb in WRITES else SOLVED.get(verb, 1e-7)
+    assert_same(call(verb, kinds, options, datasets), expected(verb, k), rtol=rtol, leave=LEFT, words=verb)
+
+
+@pytest.mark.parametrize(("verb", "k"), EVERY)
+@settings(max_examples=2, deadline=None, derandomize=True, database=None)
+@given(data=st.data())
+def test_results_are_the_same_whatever_the_units_of_what_enters(verb, k, data):
+    holds(verb, k, data.draw)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(("verb", "k"), EVERY)
+@settings(max_examples=12, deadline=None, derandomize=True, database=None)
+@given(data=st.data())
+def test_results_are_the_same_in_many_units(verb, k, data):
+    holds(verb, k, data.draw)
+
+
+def test_no_verb_is_forgotten():
+    found = public_verbs()
+    assert found.keys() - CALLS.keys() - NOT_CALLED.keys() == set()
+    shown = [getattr(module, name) for module in (figures, report) for name in module.__all__]
+    of_accessor = [value.__wrapped__ for value in vars(ContactAccessor).values() if hasattr(value, "__wrapped__")]
+    for value in [*found.values(), *of_accessor, *filter(inspect.isfunction, shown)]:
+        takes = str(inspect.signature(value).parameters)
+        if "Dataset" in takes or "DataArray" in takes or "'Run'" in takes:
+            assert value.__code__ is verbs.verb(len).__code__, f"{value.__name__} has no door"
+
+
+@pytest.mark.parametrize(
+    ("unit", "size"), [("um", 1e-3), ("µm", 1e-3), ("micrometer", 1e-3), ("micrometre", 1e-3), ("Å", 10), ("m", 1e-9)]
+)
+def test_a_scan_whose_pair_is_assigned_first_is_what_it_was(unit, size):
+    """`assign_pair` used to write nm over what was µm."""
+    plain, right = scan(rough(24, seed=3), pixel=8.0), {}
+    for names in (("height",), ("x", "y"), ("height", "x", "y")):
+        other = plain
+        for name in names:
+            one = (plain[name] * size).assign_attrs(units=unit)
+            other = other.assign_coords({name: one.variable}) if name in "xy" else other.assign({name: one.variable})
+        for name, solve in (("direct", roughxr.direct), ("map", roughxr.pull_off_map)):
+            options = {"delta": [5.0]} if name == "direct" else {}
+            right.setdefault(name, solve(glass_pair(plain, 800.0), subregions=(2, 2), **options))
+            found = solve(glass_pair(other, 800.0), subregions=(2, 2), **options)
+            assert_same(found, right[name], rtol=1e-6, leave=LEFT)
+
+
+def test_pulls_in_other_units_are_the_same_pulls():
+    """Measured µN, a radius in µm and a work of adhesion in mJ/m² used to give other numbers."""
+    pulls, ground = made()["pulls"], made()["scan"]
+    micro = pulls.assign(pull_off_force=(pulls.pull_off_force / 1000).assign_attrs(units="uN"))
+    quick = {"subregions": (4, 4), "resamples": 0}
+    right = roughxr.fit_work_of_adhesion(ground, pulls, **quick).fitted_work_of_adhesion
+    np.testing.assert_allclose(
+        roughxr.fit_work_of_adhesion(ground, micro, **quick).fitted_work_of_adhesion, right, rtol=1e-9
+    )
+    other = ground.assign_coords(
+        sphere_radius=xr.Variable((), 0.8, {"units": "um"}),
+        work_of_adhesion=xr.Variable((), 200.0, {"units": "mJ/m^2"}),
+    )
+    found = roughxr.pull_off_map(other, subregions=(2, 2))
+    np.testing.assert_allclose(found.pull_off_force, roughxr.pull_off_map(ground, subregions=(2, 2)).pull_off_force)
+    assert float(found.sphere_radius) == 800.0 and found.sphere_radius.units == "nm"
+    table = roughxr.summary(micro).pull_off_force
+    assert table.units == "nN"
+    np.testing.assert_allclose(table.sel(statistic="mean"), pulls.pull_off_force.mean())
+
+
+def quantity(value, unit, kind):
+    """Return an option's value in another unit, as a quantity, as text or as a DataArray."""
+    if kind == "quantity":
+        return pint.Quantity(np.asarray(value, float), unit) if np.ndim(value) else pint.Quantity(value, unit)
+    if kind == "text":
+        return [f"{one!r} {unit}" for one in value] if np.ndim(value) else f"{value!r} {unit}"
+    return xr.DataArray(value, dims=["n"][: np.ndim(value)], attrs={"units": unit})
+
+
+#: Options that have units: verb, on what, option, its value in the table's units, further options.
+OPTIONS = [
+    ("direct", "scan", "delta", [1.0, 4.0], {"subregions": PLACES}),
+    ("direct", "scan", "load", [50.0, 300.0], {"subregions": PLACES}),
+    ("adhesive", "scan", "preload", 40.0, {"subregions": ([0.0], [0.0]), **QUICK}),
+    ("adhesive", "scan", "step", 2.0, {"subregions": ([0.0], [0.0]), **QUICK | {"step": None}}),
+    ("rolling", "scan", "directions", [0.0, 1.0, 2.0], {"subregions": PLACES}),
+    ("rolling", "scan", "load", 20.0, {"subregions": PLACES, "directions": 3}),
+    ("asperities", "scan", "patch", 60.0, {}),
+    ("crop", "scan", "x", (-40.0, 40.0), {}),
+    ("resample", "scan", "size", 12.0, {}),
+    ("dilate", "scan", "tip_radius", 20.0, {}),
+    ("smooth", "scan", "shortest", 30.0, {}),
+    ("level", "scan", "exclude_above", 2.0, {}),
+    ("fill", "scan", "method", 1.0, {}),
+    ("add_fine_roughness", "scan", "shortest", 5.0, {"seed": 1}),
+    ("placements", "scan", "sphere_radius", 500.0, {"count": 2}),
+    ("reconstruct", "scan", "reach", 100.0, {}),
+    ("pull_off", "pressed", "smoothing", 1.5, {"method": "ciavarella"}),
+    ("tip_flags", "catalogue", "tip_radius", 10.0, {}),
+    ("curves_pull_off", "curves", "spring_constant", 0.5, {}),
+    ("bootstrap", "pulls", "block", 60.0, {"name": "pull_off_force", "resamples": 19, "confidence": 0.9}),
+    ("pdf", "pulls", "bins", [0.0, 50.0, 100.0, 400.0], {"name": "pull_off_force"}),
+    ("pdf", "pulls", "boundary", -1.0, {"name": "pull_off_force", "method": "kde"}),
+    ("critical_load", "held", "direction", 0.5, {}),
+    ("critical_load", "held", "gravity", 9.0, {}),
+    ("critical_load", "held", "particle_density", 2500.0, {"load": "vibration"}),
+    ("critical_load", "held", "shear_strength", 1.0, {}),
+    ("resuspension", "held", "friction_velocity", [1.0, 5.0], {"resamples": 0}),
+    ("resuspension", "held", "time", 2.0, {"resamples": 0, "friction_velocity": [1.0]}),
+    ("vary", "scan", "sphere_radius", [500.0, 900.0], {"solve": roughxr.pull_off_map, "subregions": PLACES}),
+    ("vary", "scan", "contact_modulus", [20.0, 40.0], {"solve": roughxr.pull_off_map, "subregions": PLACES}),
+    ("vary", "scan", "work_of_adhesion", [0.1, 0.3], {"solve": roughxr.pull_off_map, "subregions": PLACES}),
+    ("against", "pulls", "shift", (0.0, 0.0), {"measured": "measured", "resamples": 19, "confidence": 0.9}),
+    ("assign_pair", "scan", "hardness", 4.0, {"sphere_radius": 800, "contact_modulus": 3, "work_of_adhesion": 0.05}),
+]
+TABLE = {"directions": "rad", "direction": "rad", "load": "nN", "preload": "nN", "bins": "nN", "boundary": "nN"}
+MORE = {"kg m-3": ("g/cm^3",), "m s-2": ("km/s^2",), "m2 s-1": ("cm^2/s",)}
+
+
+@pytest.mark.parametrize("kind", ["quantity", "text", "array"])
+@pytest.mark.parametrize(("verb", "of", "name", "value", "others"), OPTIONS)
+def test_every_option_with_a_unit_takes_quantities(verb, of, name, value, others, kind):
+    known = TABLE.get(name, verbs.OPTIONS.get(name, "nm"))
+    unit = (OTHERS.get(known) or MORE[known])[0]
+    scaled = np.asarray(value) / units.factor(unit, known)
+    given = quantity(scaled.tolist(), unit, kind)
+    if name in ("x", "shift") and kind == "text":
+        given = tuple(given)
+    others = {key: made().get(one, one) if isinstance(one, str) else one for key, one in others.items()}
+    function = functools.partial(getattr(roughxr, verb), made()[of], **{k: v for k, v in others.items() if k != name})
+    plain = f"{value} nm" if name in ("patch", "method") else value
+    expected = function(**{name: plain})
+    # a bin's edge, written in other units, may be beside a sample by rounding: all else follows its numbers
+    assert_same(function(**{name: given}), expected, rtol=SOLVED.get(verb, 1e-7), leave=LEFT, words=f"{verb}({name})")
+
+
+@pytest.mark.parametrize("kind", ["quantity", "text", "array", "dataset"])
+def test_places_take_quantities(kind):
+    ground, expected = made()["scan"], roughxr.pull_off_map(made()["scan"], subregions=PLACES)
+    if kind == "dataset":
+        axes = (("subregion", np.asarray(axis) / 1000, {"units": "um"}) for axis in PLACES)
+        given = xr.Dataset(coords=dict(zip(("subregion_x", "subregion_y"), axes)))
+    else:
+        given = tuple(quantity((np.asarray(axis) / 1000).tolist(), "um", kind) for axis in PLACES)
+    assert_same(roughxr.pull_off_map(ground, subregions=given), expected, rtol=1e-9)
+    one = roughxr.pull_off_map(ground, subregions=("-0.031 um", "12 nm"))
+    np.testing.assert_allclose(one.pull_off_force, expected.pull_off_force[:1])
+
+
+def test_what_cannot_be_converted_is_refused_in_words():
+    ground = made()["scan"]
+    for name, unit in (("height", "V"), ("sphere_radius", "nN"), ("x", "pixel things"), ("work_of_adhesion", "J")):
+        wrong = ground.copy()
+        wrong[name].attrs["units"] = unit
+        with pytest.raises(ValueError, match=rf"{name}: expected units that convert to '.*', found '{unit}'; correct"):
+            roughxr.pull_off_map(wrong)
+    with pytest.raises(ValueError, match="delta"):
+        roughxr.direct(ground, delta="5 nN")
+    with pytest.raises(ValueError, match="subregions"):
+        roughxr.direct(ground, delta=[5.0], subregions=(["1 V"], ["2 nm"]))
+
+
+def test_the_door_costs_nothing_where_units_agree_and_stays_lazy():
+    ground = made()["scan"]
+    assert schema.entered(ground) is ground
+    lazy = (ground * 1).assign(height=(ground.height / 1000).assign_attrs(units="um").chunk(x=12))
+    assert schema.entered(lazy).height.chunks == lazy.height.chunks
+    single = ground.assign(height=ground.height.astype("float32").assign_attrs(units="um"))
+    assert schema.entered(single).height.dtype == np.float32
+    alike = ground.assign(height=ground.height.assign_attrs(units="nanometer"))
+    assert schema.entered(alike).height.values is ground.height.values and schema.entered(alike).height.units == "nm"
+
+
+def test_what_states_no_units_is_in_the_tables():
+    bare = made()["scan"].copy()
+    for name in bare.variables:
+        bare[name].attrs.clear()
+    found = roughxr.direct(bare, delta=[4.0], subregions=PLACES)
+    assert_same(found, roughxr.direct(made()["scan"], delta=[4.0], subregions=PLACES), rtol=1e-12)
+
+
+def test_weights_go_by_label():
+    pulls = made()["pulls"]
+    rng = np.random.default_rng(2)
+    weights = xr.DataArray(rng.uniform(0.5, 2, pulls.sizes["subregion"]), {"subregion": pulls.subregion}, ["subregion"])
+    turned = weights.isel(subregion=rng.permutation(weights.size))
+    for function in (
+        lambda w: roughxr.pdf(pulls, "pull_off_force", bins=4, weights=w),
+        lambda w: roughxr.cdf(pulls, "pull_off_force", weights=w),
+        lambda w: roughxr.summary(pulls, weights=w),
+    ):
+        xr.testing.assert_allclose(function(turned), function(weights))
+    some = weights.isel(subregion=slice(1, None))
+    for refused in (roughxr.pdf, roughxr.cdf):
+        with pytest.raises(ValueError, match=r"weights: expected .*found 1 missing"):
+            refused(
+                pulls, "pull_off_force", weights=xr.concat([some, some[:1].assign_coords(subregion=[999])], "subregion")
+            )

@@ -1,0 +1,252 @@
+"""One small call of every public verb that takes a Dataset, with what it reads: for tests that hold for all of them."""
+
+import functools
+import inspect
+import tempfile
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+import roughxr
+from roughxr import archive, detachment, figures, regions, report
+
+from .surfaces import rough, scan
+
+#: Where the sphere is put down, nm.
+PLACES = ([-31.0, 17.0, 52.0, -8.0], [12.0, -44.0, 33.0, 61.0])
+PAIR = {"sphere_radius": 800.0, "contact_modulus": 30.0, "work_of_adhesion": 0.2, "adhesion_range": 0.5}
+
+#: Options of the adhesive simulation that take a second or less.
+QUICK = {"law": "griffith", "refine": 1, "accuracy": None, "step": 1.0}
+FLOW = {"friction_velocity": [1.0, 5.0], "resamples": 0}
+
+
+def surface(seed=3, n=24):
+    """Return a rough scan of few pixels with its pair of bodies."""
+    return roughxr.assign_pair(scan(rough(n, rms=1.5, smooth=2.0, seed=seed), pixel=8.0), **PAIR)
+
+
+@functools.cache
+def made():
+    """Return Datasets of every kind."""
+    ground = surface()
+    far = {"subregions": (5, 5)}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        pulls = roughxr.pull_off_map(ground, **far)
+        held = roughxr.rolling(ground, directions=6, **far)
+        noise = np.random.default_rng(1).uniform(0.8, 1.6, pulls.sizes["subregion"])
+        measured = (pulls[["pull_off_force"]] * xr.DataArray(noise, dims="subregion")).assign_coords(pulls.coords)
+        return {
+            "scan": ground,
+            "catalogue": roughxr.asperities(ground),
+            "indenter": scan(-(np.add.outer(np.arange(-9.0, 10) ** 2, np.arange(-9.0, 10) ** 2)) * 0.3, pixel=8.0),
+            "pressed": roughxr.direct(ground, delta=np.linspace(1, 9, 12), subregions=PLACES),
+            "summed": roughxr.superpose(ground, delta=np.linspace(-2, 9, 23), subregions=PLACES),
+            "hertz": roughxr.superpose(ground, delta=np.linspace(1, 9, 12), law="hertz", subregions=PLACES),
+            "pulls": pulls,
+            "measured": roughxr.schema.label(measured),
+            "held": held,
+            "fields": roughxr.direct(ground, delta=[3.0], subregions=([0.0], [0.0]), fields=True),
+            "curves": _curves(),
+        }
+
+
+def _curves():
+    piezo = np.linspace(150.0, -800.0, 400)
+    force = np.where(piezo > 0, 0.5 * piezo, np.where(piezo > -60, 0.5 * piezo, 0.0))
+    noise = np.random.default_rng(0).normal(0, 0.5, (3, piezo.size))
+    both = {"piezo": ("sample", piezo, {"units": "nm"}), "force": (("subregion", "sample"), force + noise)}
+    return roughxr.schema.label(xr.Dataset(both))
+
+
+def written(function, suffix, **options):
+    """Return a call of a function that writes its first Dataset, as what it has written."""
+
+    def call(ds):
+        with tempfile.TemporaryDirectory() as folder:
+            function(ds, Path(folder) / f"out{suffix}", **options)
+            return (Path(folder) / f"out{suffix}").read_bytes()
+
+    return call
+
+
+def saved(ds):
+    """Return a Dataset as an archive holds it."""
+    with tempfile.TemporaryDirectory() as folder:
+        return archive.load(archive.save({"one": ds}, Path(folder) / "run.nc"))["one"].load()
+
+
+def on(*kinds, **options):
+    """Return how a verb is called: on what, and with which options."""
+    return kinds, options
+
+
+#: Verb -> its calls. A verb of a module is named with it.
+CALLS = {
+    "adhesive": [on("scan", subregions=PLACES, preload=[0.0, 40.0], **QUICK)],
+    "add_fine_roughness": [on("scan", shortest=5.0, seed=1)],
+    "against": [on("pulls", "measured", resamples=19, confidence=0.9)],
+    "asperities": [on("scan")],
+    "assign_pair": [on("scan", sphere_radius=900, contact_modulus=3, work_of_adhesion=0.05)],
+    "autocorrelation": [on("scan")],
+    "bootstrap": [on("pulls", "pull_off_force", resamples=19, confidence=0.9)],
+    "cdf": [on("pulls", "pull_off_force"), on("catalogue", "height")],
+    "combined_spectrum": [on(["scan"])],
+    "compare": [on("hertz", "pressed")],
+    "critical_load": [on("held"), on("held", "vibration")],
+    "crop": [on("scan", x=(-51.0, 41.0), y=(-51.0, 61.0))],
+    "curves_pull_off": [on("curves", spring_constant=0.5)],
+    "debris": [on("catalogue"), on("catalogue", "pulls")],
+    "detachment.by_place": [on("held")],
+    "detachment.parameters": [on("held"), on("held", catalogue="catalogue")],
+    "detachment.with_pull_off": [on("held", "pulls")],
+    "dilate": [on("scan", tip_radius=20.0)],
+    "direct": [
+        on("scan", delta=[1.0, 4.0, 7.0], subregions=PLACES),
+        on("scan", load=[50.0, 300.0], subregions=PLACES),
+    ],
+    "elastic_pull_off": [on("pressed")],
+    "erode": [on("scan", tip_radius=20.0)],
+    "fill": [on("scan")],
+    "fit": [on("pulls", "pull_off_force", simulations=0)],
+    "fit_sphere": [on("indenter")],
+    "fit_work_of_adhesion": [on("scan", "measured", subregions=(4, 4), resamples=0)],
+    "formulas": [on("scan", subregions=(1, 1), refine=2)],
+    "level": [on("scan"), on("scan", method="quadratic")],
+    "over_scans": [on(["scan"], "direct", delta=[4.0])],
+    "pdf": [on("pulls", "pull_off_force", bins=4), on("catalogue", "curvature_max", method="kde")],
+    "placements": [on("scan", sphere_radius=500.0, count=2)],
+    "pooled": [],  # wants several scans: tests/test_pooling.py
+    "power_spectrum": [on("scan")],
+    "pull_off": [on("summed"), on("summed", method="sweep"), on("pressed", method="ciavarella")],
+    "pull_off_map": [on("scan", subregions=PLACES), on("catalogue", subregions=PLACES)],
+    "reconstruct": [on("scan"), on("scan", "catalogue")],
+    "reduction": [on("pulls")],
+    "regime": [on("scan", subregions=(1, 1), refine=2)],
+    "regions.centres": [on("scan", (2, 3)), on("scan", "pulls")],
+    "regions.extent": [on("scan"), on("catalogue")],
+    "resample": [on("scan", size=12.0)],
+    "resuspension": [on("held", **FLOW)],
+    "rigid": [
+        on("scan", delta=[-4.0, -1.0], subregions=PLACES),
+        on("scan", delta=[-1.0], subregions="pulls", limit="elastic"),
+    ],
+    "rolling": [on("scan", directions=6, subregions=PLACES), on("catalogue", directions=6, subregions=PLACES)],
+    "rotate90": [on("scan")],
+    "roughness": [on("scan", spectra=True)],
+    "self_affine_fit": [on("scan")],
+    "smooth": [on("scan", shortest=30.0)],
+    "summary": [on("pulls"), on("catalogue"), on("pulls", weights="contacts")],
+    "superpose": [
+        on("scan", delta=[-1.0, 2.0, 5.0], subregions=PLACES),
+        on("catalogue", delta=[-1.0, 2.0, 5.0], subregions=PLACES, law="maugis"),
+    ],
+    "tabor": [on("catalogue")],
+    "table": [on("pulls")],
+    "tip_flags": [on("catalogue", tip_radius=10.0)],
+    "to_gsf": [on("scan")],
+    "to_resuspension": [on("held")],
+    "to_table": [on("pulls")],
+    "vary": [on("scan", "pull_off_map", work_of_adhesion=[0.1, 0.3], subregions=PLACES)],
+}
+
+#: Those that only show, and those built of the verbs above that take minutes or need files or programs of others.
+SHOWN = {figures.__name__, report.__name__}
+NOT_CALLED = {
+    "archive.save": "writes what it is given",
+    "checkpointed": "computes what it is given; tests/test_identities.py",
+    "compute": "computes what it is given",
+    "error_budget": "`adhesive` at some places",
+    "fit_adhesion_range": "`adhesive` with several ranges",
+    "fit_hardness": "`adhesive` with several hardnesses",
+    "predict_others": "`fit_work_of_adhesion` and `pull_off_map`",
+    "run": "all of them",
+    "scale_dependence": "`adhesive` on several surfaces",
+    "sensitivity": "`superpose` with several options",
+    "to_surfacetopography": "another library's",
+    "to_tiff": "as to_gsf",
+    "to_dem": "as to_resuspension",
+}
+WRITES = {"to_gsf": ".gsf", "to_resuspension": ".csv", "to_table": ".csv"}
+
+
+def public_verbs():
+    """Return all public functions that take a Dataset, by name."""
+    modules = {"": roughxr, "detachment.": detachment, "regions.": regions, "archive.": archive}
+    found = {}
+    for prefix, module in modules.items():
+        names = getattr(module, "__all__", ["save"])
+        for name in names:
+            value = getattr(module, name)
+            if inspect.isfunction(value) and "Dataset" in str(inspect.signature(value).parameters):
+                found[prefix + name] = value
+    return {
+        name: value for name, value in found.items() if name.split(".")[-1] not in roughxr.__all__ or "." not in name
+    }
+
+
+def call(verb, kinds, options, datasets):
+    """Call a verb on Datasets by their kinds; other words are its own options."""
+
+    def given(word):
+        if isinstance(word, list) and word and isinstance(word[0], str):
+            return [given(one) for one in word]
+        if verb in ("vary", "over_scans") and isinstance(word, str) and word in ("direct", "pull_off_map"):
+            return getattr(roughxr, word)
+        return datasets.get(word, word) if isinstance(word, str) else word
+
+    module, _, name = verb.rpartition(".")
+    function = getattr({"detachment": detachment, "regions": regions}.get(module, roughxr), name)
+    if verb in WRITES:
+        function = written(function, WRITES[verb])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return function(*map(given, kinds), **{key: given(value) for key, value in options.items()})
+
+
+def words_of(kinds, options):
+    """Return the kinds of Datasets that a call reads."""
+    flat = [one for word in (*kinds, *options.values()) for one in (word if isinstance(word, list) else [word])]
+    return [one for one in flat if isinstance(one, str) and one in made()]
+
+
+def numbers(result, leave=()):
+    """Return the numbers of any result by name."""
+    if isinstance(result, (xr.Dataset, xr.DataArray)):
+        parts = result.variables if isinstance(result, xr.Dataset) else {"values": result.variable, **result.coords}
+        return {
+            str(name): np.asarray(part.values, float)
+            for name, part in parts.items()
+            if part.dtype.kind in "fiub" and name not in leave
+        }
+    if isinstance(result, pd.DataFrame):
+        return {str(name): result[name].to_numpy() for name in result.select_dtypes("number")}
+    if isinstance(result, bytes):
+        return {"bytes": np.frombuffer(result, np.uint8).astype(float)} if b"," not in result else _of_text(result)
+    return {"values": np.asarray(result, float)}
+
+
+def _of_text(text):
+    cells = text.decode("utf-8", "replace").replace("\n", ",").split(",")
+    found = []
+    for cell in cells:
+        try:
+            found.append(float(cell))
+        except ValueError:
+            continue
+    return {"cells": np.asarray(found)}
+
+
+def assert_same(found, expected, *, rtol, leave=(), words=""):
+    """Raise where two results differ by more than rounding, relative to the largest of each variable."""
+    found, expected = numbers(found, leave), numbers(expected, leave)
+    assert found.keys() == expected.keys(), words
+    for name in expected:
+        scale = np.abs(expected[name][np.isfinite(expected[name])]).max(initial=0.0)
+        np.testing.assert_allclose(
+            found[name], expected[name], rtol=rtol, atol=rtol * scale, err_msg=f"{words}: {name}"
+        )
