@@ -6,8 +6,8 @@ below dask threads) can abort the process.
 
 Kernels are called by Python and by kernels only. They are compiled in the quick way of `linked`, which builds on names
 of Numba's that are not public, where Numba's version is one that it was tried with and the names are there. Otherwise,
-or with ROUGHXR_PLAIN_NUMBA=1 in the environment, by ``numba.njit`` alone: the same kernels, and two to four times as
-long a first call (`tests/benchmarks/first_answer.py`).
+or with ROUGHXR_PLAIN_NUMBA=1 in the environment, by ``numba.njit`` alone: the same kernels, and two to three times
+as long a first call (`tests/benchmarks/first_answer.py`).
 """
 
 import os
