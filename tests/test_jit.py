@@ -119,21 +119,31 @@ CHANGES = {
     "it is asked for": "import os; os.environ['ROUGHXR_PLAIN_NUMBA'] = '1'",
 }
 
-_CHANGED = """
+_SORTED = """
 from roughxr.kernels import jit
 from roughxr.kernels.arrays import ascending
 import numpy as np
+assert ascending(np.array([3.0, 1.0, 2.0])).tolist() == [1, 2, 0]
+"""
+
+_BY_NJIT = """
 assert jit._compiler is None
 assert type(ascending).__module__.startswith("numba."), type(ascending)
-assert ascending(np.array([3.0, 1.0, 2.0])).tolist() == [1, 2, 0]
 """
 
 
 @compiled
 @pytest.mark.parametrize("change", CHANGES)
 def test_kernels_are_compiled_by_njit_alone_where_the_quicker_way_is_not_known_to_work(change):
-    done = subprocess.run([sys.executable, "-c", CHANGES[change] + "\n" + _CHANGED], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", CHANGES[change] + _SORTED + _BY_NJIT], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+@compiled
+def test_without_numbas_events_nobody_is_told_and_all_else_is_as_before():
+    gone = "import sys, numba; sys.modules['numba.core.event'] = None"
+    done = subprocess.run([sys.executable, "-c", gone + _SORTED], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 #: Solves whose kernels call kernels; what it prints must not depend on how they were compiled.

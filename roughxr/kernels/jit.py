@@ -6,8 +6,8 @@ below dask threads) can abort the process.
 
 Kernels are called by Python and by kernels only. They are compiled in the quick way of `linked`, which builds on names
 of Numba's that are not public, where Numba's version is one that it was tried with and the names are there. Otherwise,
-or with ROUGHXR_PLAIN_NUMBA=1 in the environment, by ``numba.njit`` alone: the same kernels, and two to four times as
-long a first call (`tests/benchmarks/first_answer.py`).
+or with ROUGHXR_PLAIN_NUMBA=1 in the environment, by ``numba.njit`` alone: the same kernels, and two to three times
+as long a first call (`tests/benchmarks/first_answer.py`).
 """
 
 import os
@@ -17,7 +17,11 @@ from multiprocessing import parent_process
 
 import numba
 from numba import njit
-from numba.core import event
+
+try:
+    from numba.core.event import Listener, register
+except ImportError:  # nobody is told then
+    Listener, register = object, lambda *_: None
 
 #: Ordinary kernels: IEEE arithmetic, division by zero gives inf or NaN as in NumPy. None is called from C.
 _OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
@@ -79,7 +83,7 @@ def with_cache(compiled):
     return compiled
 
 
-class _Notice(event.Listener):
+class _Notice(Listener):
     """Says once on standard error that compiling takes a while, from the process that the user looks at."""
 
     def __init__(self):
@@ -112,4 +116,4 @@ class _Notice(event.Listener):
         print(f"roughxr: compiling once (up to a minute), {kept}", file=sys.stderr, flush=True)
 
 
-event.register("numba:compile", _Notice())
+register("numba:compile", _Notice())
