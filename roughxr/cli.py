@@ -477,22 +477,23 @@ def _run(options) -> None:
 
 
 def _run_one(options, file: str, output):
+    from .jobs.schedulers import on
     from .runs import analysis
 
     scan = _paired(_opened(file, options), options)
-    return analysis.run(
-        scan,
-        output,
-        subregions=tuple(options.subregions),
-        delta=options.delta,
-        preload=options.preload,
-        law=options.law,
-        refine=options.refine,
-        levelling=options.level,
-        budget=options.budget,
-        scheduler=options.scheduler,
-        progress=not options.quiet,
-    )
+    with on(options.scheduler):
+        return analysis.run(
+            scan,
+            output,
+            subregions=tuple(options.subregions),
+            delta=options.delta,
+            preload=options.preload,
+            law=options.law,
+            refine=options.refine,
+            levelling=options.level,
+            budget=options.budget,
+            progress=not options.quiet,
+        )
 
 
 def _tell_answer(groups, output: str) -> None:

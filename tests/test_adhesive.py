@@ -216,9 +216,7 @@ def test_without_adhesion_it_is_the_elastic_contact(law, monkeypatch):
 
 @pytest.mark.parametrize("pixel", [PIXEL, PIXEL / 2])
 def test_pull_off_from_the_elastic_sweep_of_a_sphere(pixel):
-    ds = flat(pixel, 121)
-    elastic = direct(ds, delta=np.arange(0.25, 10, 0.25), profile="parabola")
-    found = elastic_pull_off(elastic)
+    found = elastic_pull_off(direct(flat(pixel, 121), delta=np.arange(0.25, 10, 0.25)))
     assert float(found.pull_off_force[0]) == pytest.approx(PULL, rel=0.01)
     assert bool(found.bracketed[0])
 

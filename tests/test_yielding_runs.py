@@ -2,6 +2,7 @@
 
 import shlex
 
+import dask
 import numpy as np
 import pytest
 import xarray as xr
@@ -30,7 +31,8 @@ def groups(tmp_path_factory):
     )
     path = tmp_path_factory.mktemp("run") / "run.nc"
     options = {"subregions": (2, 2), "delta": [4, 8, 12], "preload": 3000.0, "refine": 1, "budget": 0}
-    analysis.run(pair, path, scheduler="synchronous", **options)
+    with dask.config.set(scheduler="synchronous"):
+        analysis.run(pair, path, **options)
     return archive.load(path)
 
 

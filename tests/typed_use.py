@@ -139,7 +139,7 @@ def shown(ds: xr.Dataset) -> pd.DataFrame:
 
 def runs(scan: xr.Dataset, path: Path) -> dict[str, xr.Dataset]:
     """Run, keep, and write for others."""
-    groups: dict[str, xr.Dataset] = roughxr.run(scan, path, subregions=(4, 4), scheduler="threads")
+    groups: dict[str, xr.Dataset] = roughxr.run(scan, path, subregions=(4, 4), budget=2)
     groups |= roughxr.paper(str(path), progress=True)
     groups |= roughxr.checkpointed(lambda: {"solutions/direct": roughxr.direct(scan, delta=[1.0])}, path, scan=scan)
     written: Path = roughxr.to_table(groups["asperities"], path)

@@ -41,11 +41,12 @@ class Options(NamedTuple):
     limit: str
     hardness: float  # GPa, NaN unless limit="hardness"
     area: float  # nm², of a pixel
+    parabola: bool  # whether the indenter is Hertz's paraboloid
     menisci: Menisci | None = None  # the liquid between the bodies, if there is any
     fast: bool = False  # whether its bridges keep their volume as the bodies part
 
 
-def options_of(ds, law, retardation, limit, rate="slow") -> Options:
+def options_of(ds, law, retardation, limit, profile, rate="slow") -> Options:
     """Return the options of `rigid`; raise where they do not go together."""
     schema.one_of(law, RIGID_LAWS, "law")
     schema.one_of(limit, LIMITS, "limit")
@@ -67,6 +68,7 @@ def options_of(ds, law, retardation, limit, rate="slow") -> Options:
         limit=limit,
         hardness=_hardness(ds, found) if limit == "hardness" else np.nan,
         area=schema.square_pixel(ds) ** 2,
+        parabola=profile == "parabola",
         menisci=menisci,
         fast=rate == "fast",
     )

@@ -43,6 +43,7 @@ def rigid(
     limit: str = "cut_off",
     refine: int = 1,
     datum: str = "highest_peak",
+    profile: str = "sphere",
     rate: str = "slow",
     fields: bool = False,
     progress: bool = False,
@@ -75,6 +76,8 @@ def rigid(
         Sum over refine × refine cells in each pixel, heights interpolated by bicubic splines; not for every pixel.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, as in `direct`.
+    profile : {"sphere", "parabola"}
+        The exact sphere or Hertz's paraboloid.
     rate : {"slow", "fast"}
         Of drawing off a humid pair: "slow", at constant humidity; "fast", each bridge of liquid keeps the volume that
         it has where the bodies are closest. The largest pull is the same, forces after it and the work are not.
@@ -134,11 +137,11 @@ def rigid(
     if pixels:
         schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
     refine = whole_number(refine, "refine", least=1, most=64)
-    options = options_of(ds, law, retardation, limit, rate)
+    options = options_of(ds, law, retardation, limit, profile, rate)
     options = options._replace(area=options.area / refine**2)
     positions = regions.centres(ds, None if pixels else subregions)
     given = [0.0] if pixels and delta is None else _default_deltas(ds) if delta is None else delta
-    problem = read_problem(ds, positions, delta=given, datum=datum, refine=refine)
+    problem = read_problem(ds, positions, delta=given, datum=datum, profile=profile, refine=refine)
     if pixels:
         _refuse_on_pixels(options, problem, fields)
         out = every_pixel(ds, problem, options, kept=delta is not None, progress=progress)
@@ -148,7 +151,7 @@ def rigid(
     length = {"closest_approach" if law == "hamaker" else "adhesion_range": options.law.length}
     out.attrs = {"datum": datum, "method": "rigid", **named, **length}
     out.attrs["missing"] = "NaN where the bodies cannot come so near"
-    arguments = {"delta": problem.steps, "subregions": subregions, "fields": fields}
+    arguments = {"delta": problem.steps, "subregions": subregions, "profile": profile, "fields": fields}
     arguments |= {"retardation": retardation, "datum": datum, **named}
     arguments |= {"rate": rate} if options.menisci is not None else {}
     out = schema.record(schema.label(out), "rigid", ds, **arguments)

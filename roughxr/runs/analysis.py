@@ -103,7 +103,6 @@ def run(
     refine: int | str = "auto",
     levelling: str = "plane",
     budget: int = 4,
-    scheduler: str | None = None,
     progress: bool = False,
 ) -> dict[str, xr.Dataset]:
     """Analyse a scan, and write archive, figures and tables; called again after an interruption, it resumes.
@@ -130,9 +129,6 @@ def run(
         What is subtracted from the scan first.
     budget : int
         Number of places at which each change of the error budget is simulated; 0: no budget.
-    scheduler : str, optional
-        Where the subregions are solved: "threads", "processes", "synchronous", or the address of a
-        ``dask scheduler``; by default the active ``distributed.Client``, else threads.
     progress : bool
         Show on standard error what is being computed.
 
@@ -147,6 +143,11 @@ def run(
         If the output holds another run, or the simulation with adhesion finds no pull-off at its first four places.
     BlockingIOError
         If another process is computing it.
+
+    Notes
+    -----
+    Subregions are solved on the active ``distributed.Client``, on the scheduler that ``dask.config.set(scheduler=…)``
+    names, or else on threads.
 
     Examples
     --------
@@ -166,13 +167,13 @@ def run(
     adhesion["budget"] = whole_number(budget, "budget", least=0)
     wanted, output = plan(scan, subregions=subregions, delta=delta, **adhesion), Path(output)
     path = output if output.suffix == ".nc" else output / "run.nc"
-    groups = kept(scan, wanted, path, scheduler=scheduler, progress=progress)
+    groups = kept(scan, wanted, path, progress=progress)
     tables = report.scan_table(groups), report.contact_table(groups)
     show(groups, tables, None if path == output else output, progress)
     return groups
 
 
-def kept(scan: xr.Dataset, plan: Plan, path: Path, *, scheduler: str | None = None, progress: bool = False):
+def kept(scan: xr.Dataset, plan: Plan, path: Path, *, progress: bool = False):
     """Return the groups of a run, read from its archive as far as they are there, else computed and kept."""
     return checkpointed(
         lambda: analyse(scan, plan, progress=progress),
@@ -181,7 +182,6 @@ def kept(scan: xr.Dataset, plan: Plan, path: Path, *, scheduler: str | None = No
         arguments=plan._asdict(),
         title=scan.attrs.get("title", ""),
         progress=progress,
-        scheduler=scheduler,
     )
 
 
