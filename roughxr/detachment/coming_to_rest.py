@@ -34,6 +34,9 @@ _SIDE = 512
 #: Motion of the sphere, in pixels, within which a summit counts as carrying it.
 _SLACK = 0.05
 
+#: Pixels that rests may lie apart on a scan and on the vertices of its asperities.
+_NEAR = 20.0
+
 #: Stops on the way from where a sphere lands to where it rests, at each of which it may be held.
 _STOPS = 12
 
@@ -54,6 +57,7 @@ def resting(
     settle: str = "gravity",
     least_barrier: Any = 0.001,
     landings: tuple[int, int] | None = None,
+    on: xr.Dataset | None = None,
     particle_density: Any = None,
     friction_velocity: Any = 0.0,
 ) -> xr.Dataset:
@@ -73,6 +77,10 @@ def resting(
     landings : (int, int), optional
         Grid of places where spheres land: only what these reach is returned, with shares of their number. By default
         spheres land everywhere, and shares are those of the area; for "adhesion" on a grid of 16 × 16.
+    on : Dataset, optional
+        For "gravity": a catalogue of the scan's asperities. From each rest on the scan the sphere then rolls on to the
+        nearest on their vertices, on which `rolling` and `superpose` put it: on the scan it lies on flanks of summits,
+        and some tenths of a nanometre in height decide over a contact.
     particle_density : number or quantity
         For "adhesion": kg/m³.
     friction_velocity : number or quantity
@@ -128,14 +136,23 @@ def resting(
         out = _at_the_bottom(scan, ground, found)
         if landings is not None:
             out = _reached(out, [label for _, label in _ways_down(scan, z, ground, found, landings)])
-    given |= {"landings": landings}
+        if on is not None:
+            out = _on_vertices(out, schema.validate(on, "asperities"), ground)
+    given |= {"landings": landings, "on": None if on is None else "asperities"}
     out = out.assign_coords({name: scan[name] for name in schema.TRAVELLING if name in scan.coords})
     off = float((found.labels == rests.OFF).mean())
     out.attrs = {"settle": settle, "share_off_scan": off}
     if out.sizes["subregion"] == 0:
         out.attrs["missing"] = "no place of rest: from every pixel the sphere rolls off the scan"
         warn(out.attrs["missing"])
+    if landings is not None:
+        out.attrs["landings"] = [int(n) for n in landings]
     return schema.record(schema.label(out), "resting", scan, **given)
+
+
+def is_rests(places: Any) -> bool:
+    """Return whether places are rests by gravity, with their passes, reached from a grid of landings."""
+    return isinstance(places, xr.Dataset) and "pass_x" in places and "landings" in places.attrs
 
 
 def _ground(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, rests.Ground]:
@@ -281,6 +298,19 @@ def _at_the_bottom(scan: xr.Dataset, ground: rests.Ground, found: _Rests) -> xr.
     rim = np.concatenate([found.labels[[0, -1]].ravel(), found.labels[:, [0, -1]].ravel()])
     touches = np.isin(np.arange(1, count + 1), rim)
     return out.assign(truncated=("subregion", touches | _beyond_edge(scan, out)))
+
+
+def _on_vertices(out: xr.Dataset, catalogue: xr.Dataset, ground: rests.Ground) -> xr.Dataset:
+    """Return rests moved to the nearest on the vertices of asperities."""
+    summits = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)
+    rows = np.zeros((summits.sizes["asperity"], dilation.RISE + 1))
+    for column, name in ((dilation.X, "x"), (dilation.Y, "y"), (dilation.H, "height")):
+        rows[:, column] = summits[name].values
+    points = ground._replace(patches=rows, ball=dilation.Ball(ground.ball.radius, 0.0, 0.0))
+    places = np.column_stack([out["subregion_x"].values, out["subregion_y"].values])
+    moved = rests.settle_near(points, places, _NEAR * max(ground.pixel))
+    out = out.assign_coords({f"subregion_{axis}": ("subregion", moved[:, k]) for k, axis in enumerate("xy")})
+    return out.assign(rest_height=("subregion", moved[:, 2]))
 
 
 def _reached(out: xr.Dataset, labels: list[int]) -> xr.Dataset:
