@@ -80,7 +80,7 @@ def resting(
     on : Dataset, optional
         For "gravity": a catalogue of the scan's asperities. From each rest on the scan the sphere then rolls on to the
         nearest on their vertices, on which `rolling` and `superpose` put it: on the scan it lies on flanks of summits,
-        and some tenths of a nanometre in height decide over a contact.
+        and some tenths of a nanometre in height decide over a contact. Where there is none near, it stays.
     particle_density : number or quantity
         For "adhesion": kg/m³.
     friction_velocity : number or quantity
@@ -204,8 +204,7 @@ def _settled(z: np.ndarray, ground: rests.Ground, shallow: float) -> _Rests:
     rolled = rests.settle(ground, labels, minima)
     places = np.concatenate([[[np.nan, np.nan, np.inf]], rolled[:, :3]])
     _relabel(labels, _ends(np.append(rests.OFF, rolled[:, 3].astype(np.int64))))
-    pairs, heights = rests.borders(z, labels)
-    pairs, pixels = _lowest(pairs[:, :2], heights, pairs[:, 2])
+    pairs, pixels = _borders(z, labels)
     passes = rests.passes(z, pixels, ground)
     to = _joined(pairs, passes[:, 2], places[:, 2], shallow)
     kept = np.unique(to[np.unique(labels)])
@@ -217,6 +216,16 @@ def _settled(z: np.ndarray, ground: rests.Ground, shallow: float) -> _Rests:
     between = pairs[:, 0] != pairs[:, 1]
     pairs, chosen = _lowest(np.sort(pairs[between], axis=1), passes[between, 2], np.flatnonzero(between))
     return _Rests(places[kept], labels, pairs, passes[chosen])
+
+
+def _borders(z: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs of basins that touch, and the lowest pixel of the border of each; strip by strip."""
+    strips = []
+    for start in range(0, len(z), _SIDE // 2):
+        pairs, heights = rests.borders(z, labels, start, start + _SIDE // 2)
+        strips.append(_lowest(pairs[:, :2], heights, pairs[:, 2]))
+    pairs, pixels = (np.concatenate(parts) for parts in zip(*strips))
+    return _lowest(pairs, z.ravel()[pixels], pixels)
 
 
 def _ends(to: np.ndarray) -> np.ndarray:
@@ -308,7 +317,12 @@ def _on_vertices(out: xr.Dataset, catalogue: xr.Dataset, ground: rests.Ground) -
         rows[:, column] = summits[name].values
     points = ground._replace(patches=rows, ball=dilation.Ball(ground.ball.radius, 0.0, 0.0))
     places = np.column_stack([out["subregion_x"].values, out["subregion_y"].values])
-    moved = rests.settle_near(points, places, _NEAR * max(ground.pixel))
+    farthest = _NEAR * max(ground.pixel)
+    moved = rests.settle_near(points, places, farthest)
+    last = np.array(ground.first) + np.array(ground.pixel) * (np.array(ground.shape) - 1)
+    outside = (moved[:, :2] < ground.first) | (moved[:, :2] > last) | (np.abs(moved[:, :2] - places) > 0.5 * farthest)
+    stays = outside.any(axis=1)  # no rest on vertices is near
+    moved[stays] = np.column_stack([places, out["rest_height"].values])[stays]
     out = out.assign_coords({f"subregion_{axis}": ("subregion", moved[:, k]) for k, axis in enumerate("xy")})
     return out.assign(rest_height=("subregion", moved[:, 2]))
 

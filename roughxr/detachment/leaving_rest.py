@@ -88,7 +88,9 @@ def leaving(
     found = {name: np.maximum(*strengths), "rest_moment": moments[0], "pass_moment": moments[1]}
     found |= {"pass_direction": towards, "barrier": places["barrier"].values}
     out = out.assign({key: ("subregion", values) for key, values in found.items()})
-    return schema.record(schema.label(out), "leaving", ds, load=out.attrs["load"], particle_density=particle_density, **recorded(body))
+    return schema.record(
+        schema.label(out), "leaving", ds, load=out.attrs["load"], particle_density=particle_density, **recorded(body)
+    )
 
 
 def _only(angles: np.ndarray, towards: np.ndarray) -> np.ndarray:

@@ -298,15 +298,18 @@ def settle_near(ground, places, farthest):
 
 
 @kernel
-def borders(z, labels):
-    """Return (first label, second label, pixel) for neighbouring pixels of different basins, and the heights there."""
+def borders(z, labels, start, stop):
+    """Return (first label, second label, pixel) for neighbouring pixels of different basins, and the heights there.
+
+    The first pixel lies in rows from ``start`` to ``stop``.
+    """
     nx, ny = z.shape
     count = 0
     for fill in range(2):
         if fill:
             pairs, heights = np.zeros((count, 3), np.int32), line(count, 0.0)
             count = 0
-        for i in range(nx):
+        for i in range(start, min(stop, nx)):
             for j in range(ny):
                 for di, dj in ((1, 0), (0, 1), (1, 1), (1, -1)):
                     p, q = i + di, j + dj
