@@ -215,6 +215,9 @@ def _add_run(commands) -> None:
     _add_pair(command)
     places = command.add_argument_group("where and how deep")
     places.add_argument("--subregions", nargs=2, type=int, default=(8, 8), metavar=("NX", "NY"), help="default: 8 8")
+    kind = places.add_mutually_exclusive_group()
+    kind.add_argument("--probe", action="store_true", help="the sphere touches where it is put, the default")
+    kind.add_argument("--particle", action="store_true", help="it lands there, and is solved where it comes to rest")
     places.add_argument(
         "--delta",
         nargs="+",
@@ -486,6 +489,7 @@ def _run_one(options, file: str, output):
             scan,
             output,
             subregions=tuple(options.subregions),
+            particle=options.particle,
             delta=options.delta,
             preload=options.preload,
             law=options.law,

@@ -34,6 +34,9 @@ _SIDE = 512
 #: Motion of the sphere, in pixels, within which a summit counts as carrying it.
 _SLACK = 0.05
 
+#: Pixels that rests may lie apart on a scan and on the vertices of its asperities.
+_NEAR = 20.0
+
 #: Stops on the way from where a sphere lands to where it rests, at each of which it may be held.
 _STOPS = 12
 
@@ -54,6 +57,7 @@ def resting(
     settle: str = "gravity",
     least_barrier: Any = 0.001,
     landings: tuple[int, int] | None = None,
+    on: xr.Dataset | None = None,
     particle_density: Any = None,
     friction_velocity: Any = 0.0,
 ) -> xr.Dataset:
@@ -73,6 +77,10 @@ def resting(
     landings : (int, int), optional
         Grid of places where spheres land: only what these reach is returned, with shares of their number. By default
         spheres land everywhere, and shares are those of the area; for "adhesion" on a grid of 16 × 16.
+    on : Dataset, optional
+        For "gravity": a catalogue of the scan's asperities. From each rest on the scan the sphere then rolls on to the
+        nearest on their vertices, on which `rolling` and `superpose` put it: on the scan it lies on flanks of summits,
+        and some tenths of a nanometre in height decide over a contact. Where there is none near, it stays.
     particle_density : number or quantity
         For "adhesion": kg/m³.
     friction_velocity : number or quantity
@@ -128,14 +136,23 @@ def resting(
         out = _at_the_bottom(scan, ground, found)
         if landings is not None:
             out = _reached(out, [label for _, label in _ways_down(scan, z, ground, found, landings)])
-    given |= {"landings": landings}
+        if on is not None:
+            out = _on_vertices(out, schema.validate(on, "asperities"), ground)
+    given |= {"landings": landings, "on": None if on is None else "asperities"}
     out = out.assign_coords({name: scan[name] for name in schema.TRAVELLING if name in scan.coords})
     off = float((found.labels == rests.OFF).mean())
     out.attrs = {"settle": settle, "share_off_scan": off}
     if out.sizes["subregion"] == 0:
         out.attrs["missing"] = "no place of rest: from every pixel the sphere rolls off the scan"
         warn(out.attrs["missing"])
+    if landings is not None:
+        out.attrs["landings"] = [int(n) for n in landings]
     return schema.record(schema.label(out), "resting", scan, **given)
+
+
+def is_rests(places: Any) -> bool:
+    """Return whether places are rests by gravity, with their passes, reached from a grid of landings."""
+    return isinstance(places, xr.Dataset) and "pass_x" in places and "landings" in places.attrs
 
 
 def _ground(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, rests.Ground]:
@@ -187,8 +204,7 @@ def _settled(z: np.ndarray, ground: rests.Ground, shallow: float) -> _Rests:
     rolled = rests.settle(ground, labels, minima)
     places = np.concatenate([[[np.nan, np.nan, np.inf]], rolled[:, :3]])
     _relabel(labels, _ends(np.append(rests.OFF, rolled[:, 3].astype(np.int64))))
-    pairs, heights = rests.borders(z, labels)
-    pairs, pixels = _lowest(pairs[:, :2], heights, pairs[:, 2])
+    pairs, pixels = _borders(z, labels)
     passes = rests.passes(z, pixels, ground)
     to = _joined(pairs, passes[:, 2], places[:, 2], shallow)
     kept = np.unique(to[np.unique(labels)])
@@ -200,6 +216,16 @@ def _settled(z: np.ndarray, ground: rests.Ground, shallow: float) -> _Rests:
     between = pairs[:, 0] != pairs[:, 1]
     pairs, chosen = _lowest(np.sort(pairs[between], axis=1), passes[between, 2], np.flatnonzero(between))
     return _Rests(places[kept], labels, pairs, passes[chosen])
+
+
+def _borders(z: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs of basins that touch, and the lowest pixel of the border of each; strip by strip."""
+    strips = []
+    for start in range(0, len(z), _SIDE // 2):
+        pairs, heights = rests.borders(z, labels, start, start + _SIDE // 2)
+        strips.append(_lowest(pairs[:, :2], heights, pairs[:, 2]))
+    pairs, pixels = (np.concatenate(parts) for parts in zip(*strips))
+    return _lowest(pairs, z.ravel()[pixels], pixels)
 
 
 def _ends(to: np.ndarray) -> np.ndarray:
@@ -281,6 +307,24 @@ def _at_the_bottom(scan: xr.Dataset, ground: rests.Ground, found: _Rests) -> xr.
     rim = np.concatenate([found.labels[[0, -1]].ravel(), found.labels[:, [0, -1]].ravel()])
     touches = np.isin(np.arange(1, count + 1), rim)
     return out.assign(truncated=("subregion", touches | _beyond_edge(scan, out)))
+
+
+def _on_vertices(out: xr.Dataset, catalogue: xr.Dataset, ground: rests.Ground) -> xr.Dataset:
+    """Return rests moved to the nearest on the vertices of asperities."""
+    summits = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)
+    rows = np.zeros((summits.sizes["asperity"], dilation.RISE + 1))
+    for column, name in ((dilation.X, "x"), (dilation.Y, "y"), (dilation.H, "height")):
+        rows[:, column] = summits[name].values
+    points = ground._replace(patches=rows, ball=dilation.Ball(ground.ball.radius, 0.0, 0.0))
+    places = np.column_stack([out["subregion_x"].values, out["subregion_y"].values])
+    farthest = _NEAR * max(ground.pixel)
+    moved = rests.settle_near(points, places, farthest)
+    last = np.array(ground.first) + np.array(ground.pixel) * (np.array(ground.shape) - 1)
+    outside = (moved[:, :2] < ground.first) | (moved[:, :2] > last) | (np.abs(moved[:, :2] - places) > 0.5 * farthest)
+    stays = outside.any(axis=1)  # no rest on vertices is near
+    moved[stays] = np.column_stack([places, out["rest_height"].values])[stays]
+    out = out.assign_coords({f"subregion_{axis}": ("subregion", moved[:, k]) for k, axis in enumerate("xy")})
+    return out.assign(rest_height=("subregion", moved[:, 2]))
 
 
 def _reached(out: xr.Dataset, labels: list[int]) -> xr.Dataset:

@@ -33,7 +33,7 @@ from ..contact.elastic import direct
 from ..contact.problem import default_deltas, indenter_of
 from ..contact.regimes import formulas, regime
 from ..contact.rigid_bodies import rigid
-from ..detachment import critical_load
+from ..detachment import critical_load, is_rests, leaving, resting
 from ..files import archive
 from ..files.disk import whole
 from ..jobs.progress import stages, teller
@@ -97,6 +97,7 @@ def run(
     output: str | Path,
     *,
     subregions: Any = (8, 8),
+    particle: bool = False,
     delta: Any = None,
     preload: Any = 0.0,
     law: str = "auto",
@@ -116,6 +117,10 @@ def run(
         or a file ending in ``.nc`` for the archive alone.
     subregions : (int, int), (array, array) or Dataset
         Contact centres, see `regions.centres`.
+    particle : bool
+        The sphere is no probe but a particle: it lands on the grid of ``subregions`` and is solved where it comes to
+        rest from there, each place weighted by the share of landings (`resting`). What it takes to roll it off is also
+        computed where it landed, and over the lowest pass.
     delta : array_like, optional
         Displacements of the direct simulation, nm; by default 16, the last such that a place of median height is
         pressed as deep as it lies below the highest peak.
@@ -165,6 +170,10 @@ def run(
     scan = scan if levelling == "none" else level(scan, method=levelling)
     adhesion = {"preload": magnitude(preload, "nN", "preload"), "law": law, "refine": refine}
     adhesion["budget"] = whole_number(budget, "budget", least=0)
+    if particle:
+        subregions = resting(scan, landings=subregions, on=asperities(scan))
+        if subregions.sizes["subregion"] == 0:
+            raise ValueError(f"particle: {subregions.attrs['missing']}; without it the run takes it for a probe")
     wanted, output = plan(scan, subregions=subregions, delta=delta, **adhesion), Path(output)
     path = output if output.suffix == ".nc" else output / "run.nc"
     groups = kept(scan, wanted, path, progress=progress)
@@ -288,11 +297,22 @@ def _coming_off(catalogue: xr.Dataset, options: dict[str, Any], groups: dict[str
     The simulation's fields are not kept: its pull-off is used with the levers of the superposed asperities, and where
     there is one that of the surface with its roughness continued below the scan.
     """
-    held = rolling(catalogue, **options)
+    held, places = rolling(catalogue, **options), options["subregions"]
     return {
         "solutions/rolling": held,
         "statistics/detachment": critical_load(with_simulated(held, groups)),
         "statistics/detachment_superposed": critical_load(held),
+    } | (_of_particles(catalogue, places) if is_rests(places) else {})
+
+
+def _of_particles(catalogue: xr.Dataset, places: xr.Dataset) -> dict[str, xr.Dataset]:
+    """Return the places of rest, the flow in which particles leave them, and what holds them where they landed."""
+    landed = rolling(catalogue, subregions=tuple(places.attrs["landings"]))
+    return {
+        "statistics/rests": places,
+        "statistics/leaving": leaving(catalogue, places),
+        "solutions/rolling_landed": landed,
+        "statistics/detachment_landed": critical_load(landed),
     }
 
 

@@ -257,15 +257,59 @@ def settle(ground, labels, minima):
 
 
 @kernel
-def borders(z, labels):
-    """Return (first label, second label, pixel) for neighbouring pixels of different basins, and the heights there."""
+def _within_reach(ground, x, y, farthest):
+    """Return those of all patches that a sphere may touch within a distance (nm) of a place."""
+    which, heights, slopes = (
+        line(len(ground.patches), 0),
+        line(len(ground.patches), 0.0),
+        line(len(ground.patches), 0.0),
+    )
+    highest, steepest, count = -np.inf, 0.0, 0
+    for k in range(len(ground.patches)):
+        heights[k], u, v = touch(ground.patches[k], x, y, ground.ball)
+        r2 = (x - u) ** 2 + (y - v) ** 2
+        slopes[k] = np.sqrt(r2 / max(ground.ball.radius**2 - r2, 1e-12))
+        if heights[k] > highest:
+            highest, steepest = heights[k], slopes[k]
+    for k in range(len(ground.patches)):
+        if heights[k] + 1.1 * (slopes[k] + steepest) * farthest >= highest:
+            which[count] = k
+            count += 1
+    return which[:count]
+
+
+@kernel
+def settle_near(ground, places, farthest):
+    """Roll a sphere from each place down on all patches, no farther than a distance (nm); return x, y, height."""
+    out, last = table(len(places), 3, 0.0), _LAST * max(ground.pixel[0], ground.pixel[1])
+    for n in range(len(places)):
+        x, y = places[n, 0], places[n, 1]
+        which, step = _within_reach(ground, x, y, farthest), _STEP * max(ground.pixel[0], ground.pixel[1])
+        height = _height(ground, which, x, y)
+        while step >= last and max(abs(x - places[n, 0]), abs(y - places[n, 1])) < 0.7 * farthest:
+            dx, dy = _best_step(_planes(ground, which, x, y, step), step)
+            lower = _height(ground, which, x + dx, y + dy)
+            if lower < height - 1e-12 * ground.ball.radius:
+                x, y, height = x + dx, y + dy, lower
+            else:
+                step *= 0.5
+        out[n, 0], out[n, 1], out[n, 2] = x, y, height
+    return out
+
+
+@kernel
+def borders(z, labels, start, stop):
+    """Return (first label, second label, pixel) for neighbouring pixels of different basins, and the heights there.
+
+    The first pixel lies in rows from ``start`` to ``stop``.
+    """
     nx, ny = z.shape
     count = 0
     for fill in range(2):
         if fill:
             pairs, heights = np.zeros((count, 3), np.int32), line(count, 0.0)
             count = 0
-        for i in range(nx):
+        for i in range(start, min(stop, nx)):
             for j in range(ny):
                 for di, dj in ((1, 0), (0, 1), (1, 1), (1, -1)):
                     p, q = i + di, j + dj

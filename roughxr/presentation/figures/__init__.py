@@ -8,7 +8,7 @@ from .any_result import plot, plot_array
 from .budget_figure import budget_figures, cut_off, error_budget
 from .comparison import method_comparison
 from .contact_fields import contact_maps, contact_section, field_map, pressure_on_topography, topography_map
-from .detachment_figure import fraction_remaining, mode_map, moment_rose
+from .detachment_figure import fraction_remaining, landed_and_at_rest, mode_map, moment_rose
 from .distributions import asperity_statistics, distribution
 from .fits import fitted_distribution
 from .forces import against_hertz, force_fan, force_ratio, mean_force, sweep
@@ -40,6 +40,7 @@ __all__ = [
     "force_loop",
     "force_ratio",
     "fraction_remaining",
+    "landed_and_at_rest",
     "mean_force",
     "method_comparison",
     "mode_map",

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...detachment.balance import MODES, NEITHER, NO_CONTACT
+from ...detachment.balance import MODES, NEITHER, NO_CONTACT, critical_load
+from ...statistics.sampling import SHARE
 from ...vocabulary import schema
 from ...vocabulary.verbs import verb
 from .maps import draw_places
@@ -179,6 +180,56 @@ def fraction_remaining(ds: xr.Dataset, *, measured: dict[str, tuple[Any, Any]] |
     ax.set_ylim(0, 1.05)
     ax.axhline(0.5, color=GREY, linewidth=0.5, zorder=0)
     return legend(label_axes(ax, "friction_velocity", "remaining"), loc="best")
+
+
+@styled
+@verb
+def landed_and_at_rest(landed: xr.Dataset, rested: xr.Dataset):
+    """Draw how particles that rolled to rest differ from the same where they landed.
+
+    Parameters
+    ----------
+    landed, rested : Dataset
+        Results of `rolling`: at a grid of places, and at those of `resting`.
+
+    Returns
+    -------
+    array of Axes
+        Shares of particles up to a pull-off force, a number of contacts, and a critical friction velocity.
+
+    Raises
+    ------
+    ValueError
+        If one of them is no result of `rolling`.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
+    >>> landed_and_at_rest(held, held)[1].get_xlabel()
+    'asperities in contact'
+    """
+    from matplotlib import pyplot
+
+    panels = pyplot.subplots(1, 3, figsize=(7.0, 2.3), layout="constrained", sharey=True)[1]
+    for ds, words, order in ((landed, "where they landed", 1), (rested, "at rest", 0)):
+        share = ds[SHARE].values if SHARE in ds.coords else np.ones(ds.sizes["subregion"])
+        drawn = ds.merge(critical_load(ds), compat="override", combine_attrs="override")
+        for ax, name in zip(panels, ("pull_off_force", "contacts", "critical_friction_velocity")):
+            values = drawn[name].values.astype(float)
+            rank = np.argsort(values)
+            part = np.cumsum(share[rank]) / share.sum()
+            ax.step(values[rank], part, where="post", label=words, **stroke(order))
+            label_axes(ax, name, "cdf")
+            if name != "contacts":
+                ax.set_xscale("log")
+    panels[0].set_ylabel("share of particles")
+    for ax in panels[1:]:
+        ax.set_ylabel("")
+    legend(panels[1], loc="best")
+    return panels
 
 
 def _beside(flags: np.ndarray) -> np.ndarray:

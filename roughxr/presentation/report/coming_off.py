@@ -10,12 +10,16 @@ import xarray as xr
 
 from ...detachment import resuspension, with_pull_off
 from ...detachment.balance import MODES
+from ...statistics.sampling import SHARE
 from ...vocabulary.verbs import verb
 
 Run = Mapping[str, xr.Dataset]
 
 #: The groups that are needed.
 COMING_OFF = "solutions/rolling", "statistics/adhesive", "statistics/detachment", "statistics/detachment_superposed"
+
+#: The group that runs of particles have beside these: what it takes to leave over the lowest pass.
+LEAVING = "statistics/leaving"
 
 #: Columns of the table, by the method of the pull-off force.
 _CRITICAL = {"adhesive": "statistics/detachment", "energy": "statistics/detachment_superposed"}
@@ -101,20 +105,19 @@ def with_simulated(held: xr.Dataset, run: Run) -> xr.Dataset:
 
 
 def _column(held: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
-    moment, lever = held["resisting_moment"], held["lever"]
-    speed = critical["critical_friction_velocity"].values
-    speed = speed[np.isfinite(speed)]
+    moment, lever, share = held["resisting_moment"], held["lever"], _shares(held)
+    speed = critical["critical_friction_velocity"].weighted(share)
     weakest = moment.min("direction")
+    ratio = moment.max("direction") / weakest.where(weakest > 0)
     rows = {
-        "resisting moment, median [nN nm]": float(moment.median()),
-        "lever, median [nm]": float(lever.median()),
-        "lever / sphere's radius, median": float(lever.median() / held["sphere_radius"]),
-        "stiffest / weakest direction, median": float((moment.max("direction") / weakest.where(weakest > 0)).median()),
-        "critical friction velocity, mean [m/s]": float(speed.mean()) if speed.size else np.nan,
+        "resisting moment, median [nN nm]": float(moment.weighted(share).quantile(0.5)),
+        "lever, median [nm]": float(lever.weighted(share).quantile(0.5)),
+        "lever / sphere's radius, median": float(lever.weighted(share).quantile(0.5) / held["sphere_radius"]),
+        "stiffest / weakest direction, median": float(ratio.weighted(share).quantile(0.5)),
+        "critical friction velocity, mean [m/s]": float(speed.mean()),
     }
-    for share, words in ((0.05, "5 %"), (0.5, "median"), (0.95, "95 %")):
-        quantile = float(np.quantile(speed, share)) if speed.size else np.nan
-        rows[f"critical friction velocity, {words} [m/s]"] = quantile
+    for part, words in ((0.05, "5 %"), (0.5, "median"), (0.95, "95 %")):
+        rows[f"critical friction velocity, {words} [m/s]"] = float(speed.quantile(part))
     for mode in MODES:
         rows[f"places that {mode} first"] = float((critical["mode"] == mode).sum())
     rows["places where the flow's formulas hold (r⁺ ≤ 1)"] = float(critical["in_range"].sum())
@@ -146,8 +149,9 @@ def coming_off_words(run: Run) -> list[str]:
     if not set(COMING_OFF) <= set(run):
         return []
     critical, hard = run["statistics/detachment"], "hardness" in run["solutions/rolling"].coords
+    lies = "came to rest" if LEAVING in run else "was put down"
     said = [
-        "Air flows along x over a sphere without weight, at the place where it was put down; it may roll or lift off, "
+        f"Air flows along x over a sphere without weight, at the place where it {lies}; it may roll or lift off, "
         "but not slide, since no friction was given. The moment that holds it is the pull-off force times a lever: the "
         "lever is that of the superposed asperities, the force that of the method in the column's head."
         + hard
@@ -161,12 +165,37 @@ def coming_off_words(run: Run) -> list[str]:
             "for (r u*/ν above 1): there it is an extrapolation."
         )
     few = int(_not_settled(run["solutions/rolling"]).sum())
-    if few:
+    if LEAVING in run:
+        said.append(_particles(run))
+    elif few:
         said.append(
             f"At {few} of {known.size} places the sphere rests on fewer than three asperities: a real one would roll "
             "on until three hold it. These places give way first here."
         )
     return said
+
+
+def _particles(run: Run) -> str:
+    """Return how particles at rest differ from the same where they landed, in a sentence."""
+    rested, landed = (_middle(run[f"statistics/detachment_{which}"]) for which in ("superposed", "landed"))
+    held = run["solutions/rolling"], run["solutions/rolling_landed"]
+    stands = [100 * float((ds["contacts"] >= _RESTS).weighted(_shares(ds)).mean()) for ds in held]
+    return (
+        f"Particles rolled from where they landed to where they rest; {stands[0]:.0f} % of them then stand on three "
+        f"asperities or more, {stands[1]:.0f} % where they landed. By the superposition half of them rock at "
+        f"{rested:.2g} m/s, and would at {landed:.2g} m/s where they landed; over the lowest pass of their basins half "
+        f"of them leave at {_middle(run[LEAVING], 'leaving'):.2g} m/s, in air that flows towards it."
+    )
+
+
+def _shares(ds: xr.Dataset) -> xr.DataArray:
+    """Return the weights of places; all alike where no particles rest there."""
+    return ds[SHARE] if SHARE in ds.coords else xr.ones_like(ds["subregion"], float)
+
+
+def _middle(critical: xr.Dataset, kind: str = "critical") -> float:
+    """Return the median friction velocity over particles."""
+    return float(critical[f"{kind}_friction_velocity"].weighted(_shares(critical)).quantile(0.5))
 
 
 def remaining(run: Run) -> xr.Dataset:

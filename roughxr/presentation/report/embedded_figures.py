@@ -247,6 +247,13 @@ _DRAWINGS = {
         "95 % band; dotted where the formulas of drag and torque are stretched.",
         optional=True,
     ),
+    "Landed and at rest": _Drawing(
+        ("solutions/rolling_landed", "solutions/rolling"),
+        lambda run: figures.landed_and_at_rest(run["solutions/rolling_landed"], run["solutions/rolling"]),
+        "Pull-off force, asperities in contact and critical friction velocity by superposition, of particles where "
+        "they landed and where they then came to rest.",
+        optional=True,
+    ),
     "Superposition against direct simulation": _Drawing(
         ("solutions/hertz", "solutions/direct"),
         _compared,

@@ -1,0 +1,119 @@
+"""Where particles rest, on the glass twin and on scans of one's own: how many places, on what, and the flow they stand.
+
+    python tests/benchmarks/resting.py [SCAN ...] [--large 4096]
+
+Spheres of 3 µm of radius, of glass, with w = 0.1 J/m², land on a grid of 8 × 8 places: first they stay where they land, as
+a probe does; then they roll down to where they rest. Critical velocities are those of air at which half of them rock,
+and leave over the lowest pass; each is the median over places, weighted by the share of particles there. ``--large``
+adds a self-affine scan of so many pixels, in a process of its own: processor time, and the largest memory.
+"""
+
+import argparse
+import resource
+import subprocess
+import sys
+import time
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+import roughxr
+from roughxr import detachment
+
+BODIES = {"sphere_radius": 3000.0, "young_modulus": 75.0, "poisson_ratio": 0.22, "work_of_adhesion": 0.1}
+GRID, SPEEDS = (8, 8), (0.05, 0.1, 0.2, 0.5)
+
+
+def median(values, share):
+    """Return the weighted median of those that are known."""
+    known = np.isfinite(values)
+    order = np.argsort(values[known])
+    part = np.cumsum(share[known][order])
+    return float(values[known][order][np.searchsorted(part, 0.5 * part[-1])]) if known.any() else np.nan
+
+
+def told(words, ds, critical, held):
+    """Print one line: contacts, pull-off, critical velocity and what is left, of some places."""
+    share = ds["landing_share"].values if "landing_share" in ds.coords else np.full(held.sizes["subregion"], 1.0)
+    share = share / share.sum()
+    contacts = held["contacts"].values
+    of = [float(share[contacts == n].sum()) for n in (1, 2)] + [float(share[contacts >= 3].sum())]
+    left = roughxr.resuspension(held, friction_velocity=SPEEDS, model="static", resamples=99).remaining.values[:, 0]
+    print(
+        f"  {words:8s} {held.sizes['subregion']:4d} places; on 1, 2, ≥ 3 contacts {of[0]:.2f} {of[1]:.2f} {of[2]:.2f}; "
+        f"pull-off {median(held['pull_off_force'].values, share):6.1f} nN; critical "
+        f"{median(critical, share):.3f} m/s; left at {SPEEDS} m/s: " + " ".join(f"{x:.2f}" for x in left)
+    )
+
+
+def compare(name, scan):
+    """Print places, contacts and critical velocities, landed and at rest, on one scan."""
+    area = np.prod([high - low for low, high in zip(*[iter(roughxr.regions.extent(scan))] * 2)]) / 1e6
+    places = roughxr.resting(scan)
+    inner = places.isel(subregion=~places["truncated"].values)
+    share = places["landing_share"].values
+    print(
+        f"{name}: {places.sizes['subregion'] / area:.1f} rests per µm² ({places.sizes['subregion']}); on ≥ 3 summits "
+        f"{share[places['carriers'].values >= 3].sum():.3f} of the area; barrier, median "
+        f"{median(places['barrier'].values, share):.3f} nm; {places.attrs['share_off_scan']:.2f} of the area rolls off; "
+        f"{inner.sizes['subregion']} away from the edge"
+    )
+    catalogue = roughxr.asperities(scan)
+    at_rest = roughxr.resting(scan, landings=GRID)
+    for words, where in (("landed", roughxr.regions.centres(scan, GRID)), ("at rest", at_rest)):
+        held = roughxr.rolling(catalogue, directions=24, subregions=where)
+        critical = roughxr.critical_load(held)["critical_friction_velocity"].values
+        told(words, held, critical, held)
+    found = detachment.leaving(catalogue, at_rest)
+    share = found["landing_share"].values
+    rocks, leaves = (found[f"{kind}_friction_velocity"].values for kind in ("critical", "leaving"))
+    moments = [median(found[f"{where}_moment"].values, share) for where in ("rest", "pass")]
+    print(
+        f"  leaving over the lowest pass {median(leaves, share):.3f} m/s, first rocking in its weakest direction "
+        f"{median(rocks, share):.3f} m/s; moment towards the pass {moments[0]:.0f} nN nm at rest, {moments[1]:.0f} on it"
+    )
+
+
+def large(pixels):
+    """Print processor time and memory of a large scan; kernels are compiled before."""
+    how = {"rms": 2.0, "hurst": 0.8, "rolloff": 1000.0, "seed": 1}
+    small = roughxr.synthetic.self_affine((64, 64), 10.0, rms=2.0, hurst=0.8, rolloff=300.0, cutoff=40.0, seed=1)
+    roughxr.resting(roughxr.assign_pair(small, **BODIES))
+    scan = roughxr.synthetic.self_affine((pixels, pixels), 10.0, cutoff=40.0, **how)
+    scan = roughxr.assign_pair(scan, **BODIES)
+    before, start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.process_time()
+    with open("/proc/self/statm") as file:
+        held = int(file.read().split()[1]) * resource.getpagesize() / 2**20
+    places = roughxr.resting(scan)
+    took, most = time.process_time() - start, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    peak = f"{most:.0f} MiB" if most > before / 1024 else f"below the {most:.0f} MiB that making the scan took"
+    print(
+        f"{pixels}²: {places.sizes['subregion']} rests in {took:.1f} s of processor time; before it the process held "
+        f"{held:.0f} MiB, the scan of {scan.height.nbytes / 2**20:.0f} MiB among them; at most {peak}"
+    )
+
+
+def main():
+    """Print the comparison for the twin and the scans given."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scans", nargs="*")
+    parser.add_argument("--large", type=int, metavar="PIXELS")
+    parser.add_argument("--only-large", action="store_true", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.only_large:
+        large(options.large)
+        return
+    warnings.simplefilter("ignore")
+    compare("glass twin", roughxr.assign_pair(roughxr.open_sample("glass"), **BODIES))
+    for path in options.scans:
+        scan = roughxr.level(roughxr.open_scan(path))
+        compare(Path(path).name, roughxr.assign_pair(scan, **BODIES))
+    if options.large:
+        subprocess.run([sys.executable, __file__, "--large", str(options.large), "--only-large"], check=True)
+
+
+if __name__ == "__main__":
+    main()
