@@ -12,6 +12,7 @@ from typing import TextIO
 from ._version import __version__
 from .bodies.substances import MATERIALS
 from .vocabulary.numbers import number
+from .vocabulary.schema import did_you_mean
 from .vocabulary.text import printable
 
 #: Laws of attraction, the same as in `adhesive`, repeated here so that help needs no import of the solver.
@@ -142,8 +143,38 @@ def _toml(value) -> str:
     )
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser that asks back what an option that it does not know was meant to be."""
+
+    def error(self, message: str):
+        asked = [word.split("=")[0] for word in message.split() if word.startswith("--")]
+        if message.startswith("unrecognized") and asked:
+            message += _meant(asked[0].lstrip("-"), sorted(_option_names(self)))
+        super().error(message)
+
+
+def _option_names(parser: argparse.ArgumentParser) -> set[str]:
+    """Return the long options of a parser and of its commands."""
+    found: set[str] = set()
+    for action in parser._actions:
+        found |= {one.removeprefix("--") for one in action.option_strings if one.startswith("--")}
+        if isinstance(action, argparse._SubParsersAction):
+            found |= set().union(*(_option_names(one) for one in action.choices.values()))
+    return found
+
+
+def _meant(word: str, known: list[str]) -> str:
+    """Return the question after the option that holds a word, or is spelt like it."""
+    holding = [f"--{one}" for one in known if word and word in one.split("-")]
+    return (
+        f"; did you mean {' or '.join(holding)}?"
+        if holding
+        else did_you_mean(f"--{word}", [f"--{one}" for one in known])
+    )
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="roughxr", description=_DESCRIPTION, epilog=_DOCUMENTATION)
+    parser = _Parser(prog="roughxr", description=_DESCRIPTION, epilog=_DOCUMENTATION)
     parser.add_argument("--version", action="version", version=f"roughxr {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_paper(commands)
@@ -214,7 +245,14 @@ def _add_run(commands) -> None:
     )
     _add_pair(command)
     places = command.add_argument_group("where and how deep")
-    places.add_argument("--subregions", nargs=2, type=int, default=(8, 8), metavar=("NX", "NY"), help="default: 8 8")
+    places.add_argument(
+        "--subregions",
+        nargs="+",
+        type=int,
+        default=(8, 8),
+        metavar="N",
+        help="along x and y, one number for both; default: 8 8",
+    )
     kind = places.add_mutually_exclusive_group()
     kind.add_argument("--probe", action="store_true", help="the sphere touches where it is put, the default")
     kind.add_argument("--particle", action="store_true", help="it lands there, and is solved where it comes to rest")
@@ -488,7 +526,7 @@ def _run_one(options, file: str, output):
         return analysis.run(
             scan,
             output,
-            subregions=tuple(options.subregions),
+            subregions=_both(options.subregions),
             particle=options.particle,
             delta=options.delta,
             preload=options.preload,
@@ -507,6 +545,13 @@ def _tell_answer(groups, output: str) -> None:
     print(f"written to {output}")
     if answer := report.headline(groups):
         print(answer)
+
+
+def _both(counts: Sequence[int]) -> tuple[int, int]:
+    """Return the places along x and y: one number stands for both."""
+    if len(counts) > 2:
+        raise ValueError(f"--subregions: expected places along x and y, or one number for both, found {len(counts)}")
+    return counts[0], counts[-1]
 
 
 def _paired(scan, options):
@@ -664,7 +709,10 @@ def _detach(options) -> None:
     from .detachment.for_codes import by_place
     from .files import archive
     from .presentation import exports, report
+    from .vocabulary.schema import one_of
 
+    for path in filter(None, (options.output, options.parameters)):
+        one_of(Path(path).suffix, exports.FORMATS, f"{path}'s ending")  # before anything is computed
     groups = archive.load(archive.of_run(Path(options.run)))
     if not set(report.COMING_OFF) <= set(groups):
         raise ValueError(

@@ -387,3 +387,10 @@ def test_the_options_of_a_run_are_written_as_toml_that_is_read(tmp_path, capsys)
     assert main(["config", "-o", str(path)]) == 1 and "expected a new file" in capsys.readouterr().err
     path.write_text("budget = [", encoding="utf-8")
     assert main(["run", "scan.nc", "--config", str(path)]) == 1 and "expected TOML" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("given", "meant"), [("--radius", "--sphere-radius"), ("--sphere-radus", "--sphere-radius")])
+def test_an_unknown_option_is_asked_back(given, meant, capsys):
+    with pytest.raises(SystemExit):
+        main(["run", "scan.nc", "--materials", "glass", "--indenter", "face.nc", given, "3"])
+    assert f"did you mean {meant}" in capsys.readouterr().err.replace("'", "")

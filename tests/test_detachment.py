@@ -448,3 +448,16 @@ def test_levers_stand_beside_the_forces_of_their_places_in_the_table_for_resuspe
     np.testing.assert_allclose(table["force_nN"], ground.pull_off_force.values[order], rtol=1e-6)
     bare = surface.contact.pull_off_map(subregions=(3, 3)).contact.to_dem(code="rock_n_roll")
     assert "lever_over_radius" not in pd.read_csv(io.StringIO(bare), comment="#")
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"shear_strength": 20}, {"friction_coefficient": 30}, {"particle_density": 2.5}],
+    ids=lambda options: next(iter(options)),
+)
+def test_what_no_body_has_is_refused_with_what_some_have(options):
+    pair = {"sphere_radius": 3000.0, "contact_modulus": 39.4, "work_of_adhesion": 1.35}
+    held = roughxr.rolling(roughxr.open_sample("glass").assign_coords(pair), directions=8, subregions=(1, 1))
+    name = next(iter(options))
+    with pytest.raises(ValueError, match=rf"{name}: expected what some body has, found .*; say its units"):
+        held.contact.critical_load(**options)

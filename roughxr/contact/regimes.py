@@ -81,8 +81,8 @@ def regime(
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> found = regime(scan)
-    >>> found.recommended.item(), found.attrs["recommendation"][32:53]
-    ('adhesive', '`adhesive` with a law')
+    >>> found.recommended.item(), found.attrs["recommendation"][34:44]
+    ('adhesive', '`adhesive`')
     """
     ds = in_memory(ds)
     radius, modulus, w = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion", wet=True)

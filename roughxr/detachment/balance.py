@@ -200,7 +200,7 @@ def body_of(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
     flow = flow if isinstance(flow, Flow) else FLOWS[schema.one_of(flow, FLOWS, "flow")]
     return Body(
         radius=radius,
-        density=np.nan if density is None else positive(density, "kg m-3", "particle_density"),
+        density=np.nan if density is None else _possible(density, "kg m-3", "particle_density"),
         medium_density=positive(flow.density, "kg m-3", "flow.density"),
         viscosity=positive(flow.viscosity, "m2 s-1", "flow.viscosity"),
         lift=schema.one_of(flow.lift, LIFTS, "flow.lift"),
@@ -233,8 +233,8 @@ def held_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_str
         pull_off=np.nan_to_num(ds["pull_off_force"].values),
         area=ds["contact_area"].values,
         load=float(ds.attrs.get("load", 0.0)),
-        friction=_optional(friction_coefficient, "1", "friction_coefficient"),
-        strength=_optional(shear_strength, "GPa", "shear_strength"),
+        friction=_possible(friction_coefficient, "1", "friction_coefficient"),
+        strength=_possible(shear_strength, "GPa", "shear_strength"),
         known=np.isfinite(moment).all(axis=1),
     )
 
@@ -252,8 +252,21 @@ def expect_moments(ds: xr.Dataset):
         raise ValueError(f"expected resisting moments, of ds.contact.rolling(), found variables: {found}")
 
 
-def _optional(value: Any, units: str, name: str) -> float | None:
-    return None if value is None else positive(value, units, name)
+#: Largest and least that any body has, and what some have.
+_POSSIBLE = {
+    "particle_density": (50.0, 25_000.0, "foams have 100 kg/m³, polystyrene 1050, glass 2500, gold 19300"),
+    "friction_coefficient": (1e-4, 10.0, "PTFE has 0.05, glass 0.5, gold on gold 1"),
+    "shear_strength": (1e-6, 10.0, "polymers have 0.01 GPa, which are 10 MPa, mica and metals 0.02 to 1"),
+}
+
+
+def _possible(given: Any, units: str, name: str) -> float | None:
+    """Return what was given, or None; raise if no body has it."""
+    low, high, known = _POSSIBLE[name]
+    value = None if given is None else positive(given, units, name)
+    if value is not None and not low <= value <= high:
+        raise ValueError(f"{name}: expected what some body has, found {value:.4g} {units} ({known}); say its units")
+    return value
 
 
 def _shares(angles: np.ndarray, moment: np.ndarray, direction: Any) -> np.ndarray:
