@@ -316,6 +316,8 @@ def test_a_run_takes_a_humid_pair_and_leaves_out_what_does_not_know_the_water(tm
     pair = ground.contact.assign_pair(sphere_radius=500, materials="glass", humidity=0.7)
     options = {"subregions": (2, 1), "delta": [1.0, 2.0], "refine": 2, "scheduler": "synchronous"}
     groups = roughxr.run(pair, tmp_path / "run.nc", **options)
+    explored = report.write_explorer(tmp_path / "run.nc").read_text(encoding="utf-8")
+    assert "How hard does it stick at 70 % relative humidity?" in explored and "Pull-off over humidity" in explored
     assert {"solutions/adhesive", "solutions/rigid", "statistics/humidity", "statistics/regime"} <= set(groups)
     assert not {"solutions/published", "solutions/rolling", "statistics/formulas"} & set(groups)
     kept = roughxr.archive.load(tmp_path / "run.nc")["statistics/humidity"]

@@ -86,7 +86,7 @@ def traction(g, law):
 def partly(g, law, wetted):
     """Return t(g) where liquid covers a part of the area."""
     t = _solids(g, law)
-    return t + wetted * (law.pull - (1.0 - law.share) * t)
+    return t + wetted * (law.pull - (1.0 - law.share) * t) if wetted > 0.0 else t
 
 
 @kernel

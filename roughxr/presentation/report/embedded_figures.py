@@ -21,6 +21,8 @@ from .intervals import flagged
 
 Run = Mapping[str, xr.Dataset]
 
+_OVER_HUMIDITY = "Pull-off over humidity"
+
 #: Dots per inch: sharp on a dense screen and on paper at one column's width.
 _DPI = 220
 
@@ -51,6 +53,12 @@ def pictures(run: Run) -> Iterator[Picture]:
 def budget_picture(run: Run) -> Picture | None:
     """Return the figure of the error budget, None where the run holds none."""
     return _picture("Error budget", _BUDGET, run) if set(_BUDGET.needs) <= set(run) else None
+
+
+def humidity_picture(run: Run) -> Picture | None:
+    """Return the figure of the pull-off over humidity, None where the run holds none."""
+    drawing = _DRAWINGS[_OVER_HUMIDITY]
+    return _picture(_OVER_HUMIDITY, drawing, run) if set(drawing.needs) <= set(run) else None
 
 
 def _picture(name: str, drawing: _Drawing, run: Run) -> Picture:
@@ -200,7 +208,7 @@ _DRAWINGS = {
         _pulling,
         "Superposed asperities that adhere (least energy); the axis shows the pull and the push as far as it is small.",
     ),
-    "Pull-off over humidity": _Drawing(
+    _OVER_HUMIDITY: _Drawing(
         ("scan", HUMIDITY),
         _over_humidity,
         "Mean pull-off between rigid bodies by the law of thin menisci, with its 95 % interval; dashed the humidity of "

@@ -16,6 +16,8 @@ from ....files.disk import whole
 from ....vocabulary import schema
 from ....vocabulary.units import whole_number
 from ....vocabulary.verbs import verb
+from ..embedded_figures import humidity_picture
+from ..humid import humid_words
 from ..template import filled
 from ..warnings_shown import cautions
 from . import images, places
@@ -122,6 +124,8 @@ def explorer_page(
         version=__version__,
         count=len(told["places"]),
         cautions=cautions(run),
+        humid=humid_words(run),
+        humidity_picture=humidity_picture(run),
         # within a script, escape whatever could end it, since a file's own text may hold anything
         told=json.dumps(told, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
     )
