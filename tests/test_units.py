@@ -4,10 +4,9 @@ import functools
 import inspect
 
 import numpy as np
-import pint
 import pytest
 import xarray as xr
-from hypothesis import given, settings
+from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 import roughxr
@@ -36,10 +35,14 @@ OTHERS = {
 EVERY = [(verb, k) for verb, calls in CALLS.items() for k in range(len(calls))]
 
 #: How far results may differ: rounding, but for iterative solves, which end a little elsewhere.
-SOLVED = {"adhesive": 1e-6, "direct": 1e-6, "rigid": 1e-6, "fit_work_of_adhesion": 1e-6, "over_scans": 1e-6}
-#: Counts of iterations and what is left after them are no results; text rounds its numbers.
-LEFT = ("iterations", "residual")
+SOLVED = {"adhesive": 1e-6, "direct": 1e-6, "rigid": 1e-6, "fit_pair": 1e-6, "over_scans": 1e-6}
+#: Not compared: how a solve came to its end, and directions of extremes, which opposite ones may share. Text rounds.
+LEFT = ("iterations", "residual", "weakest_direction", "stiffest_direction")
 TEXT = 1e-5
+
+
+#: The same draws each time, and what fails as it was drawn: a smaller case would take as long again as all of them.
+HOW = {"deadline": None, "derandomize": True, "database": None, "phases": (Phase.explicit, Phase.generate)}
 
 
 def changed(array, unit, *, as_pint):
@@ -48,14 +51,14 @@ def changed(array, unit, *, as_pint):
     values = array.values / units.factor(unit, known)
     if as_pint and array.name not in array.dims:
         rest = {key: value for key, value in array.attrs.items() if key != "units"}
-        return xr.Variable(array.dims, pint.Quantity(values, unit), rest)
+        return xr.Variable(array.dims, units._registry().Quantity(values, unit), rest)
     return xr.Variable(array.dims, values, {**array.attrs, "units": unit})
 
 
 def convertible(ds):
     """Return the names of a Dataset's variables that have other units."""
     names = [name for name in ds.variables if name in schema.VARIABLES and ds[name].dtype.kind == "f"]
-    return [name for name in names if schema.VARIABLES[name].units in OTHERS]
+    return sorted(name for name in names if schema.VARIABLES[name].units in OTHERS)
 
 
 @functools.cache
@@ -70,7 +73,7 @@ def in_units(ds, draw):
         if choice is None:
             continue
         one = changed(ds[name], choice, as_pint=draw(st.booleans()))
-        ds = ds.drop_vars(name).assign_coords({name: one}) if name in ds.coords else ds.assign({name: one})
+        ds = ds.assign_coords({name: one}) if name in ds.coords else ds.assign({name: one})
     return ds
 
 
@@ -82,7 +85,7 @@ def holds(verb, k, draw):
 
 
 @pytest.mark.parametrize(("verb", "k"), EVERY)
-@settings(max_examples=2, deadline=None, derandomize=True, database=None)
+@settings(max_examples=1, **HOW)
 @given(data=st.data())
 def test_results_are_the_same_whatever_the_units_of_what_enters(verb, k, data):
     holds(verb, k, data.draw)
@@ -90,10 +93,17 @@ def test_results_are_the_same_whatever_the_units_of_what_enters(verb, k, data):
 
 @pytest.mark.soak
 @pytest.mark.parametrize(("verb", "k"), EVERY)
-@settings(max_examples=12, deadline=None, derandomize=True, database=None)
+@settings(max_examples=12, **HOW)
 @given(data=st.data())
 def test_results_are_the_same_in_many_units(verb, k, data):
     holds(verb, k, data.draw)
+
+
+def has_door(function):
+    """Return whether a function, or one that it wraps, is one that `verb` made."""
+    return function.__code__ is verbs.verb(scan).__code__ or (
+        hasattr(function, "__wrapped__") and has_door(function.__wrapped__)
+    )
 
 
 def test_no_verb_is_forgotten():
@@ -104,7 +114,7 @@ def test_no_verb_is_forgotten():
     for value in [*found.values(), *of_accessor, *filter(inspect.isfunction, shown)]:
         takes = str(inspect.signature(value).parameters)
         if "Dataset" in takes or "DataArray" in takes or "'Run'" in takes:
-            assert value.__code__ is verbs.verb(len).__code__, f"{value.__name__} has no door"
+            assert has_door(value), f"{value.__name__} has no door"
 
 
 @pytest.mark.parametrize(
@@ -129,11 +139,9 @@ def test_pulls_in_other_units_are_the_same_pulls():
     """Measured µN, a radius in µm and a work of adhesion in mJ/m² used to give other numbers."""
     pulls, ground = made()["pulls"], made()["scan"]
     micro = pulls.assign(pull_off_force=(pulls.pull_off_force / 1000).assign_attrs(units="uN"))
-    quick = {"subregions": (4, 4), "resamples": 0}
-    right = roughxr.fit_work_of_adhesion(ground, pulls, **quick).fitted_work_of_adhesion
-    np.testing.assert_allclose(
-        roughxr.fit_work_of_adhesion(ground, micro, **quick).fitted_work_of_adhesion, right, rtol=1e-9
-    )
+    quick = {"subregions": (4, 4), "resamples": 19, "confidence": 0.9}
+    right = roughxr.fit_pair(ground, pulls, **quick).fitted_work_of_adhesion
+    np.testing.assert_allclose(roughxr.fit_pair(ground, micro, **quick).fitted_work_of_adhesion, right, rtol=1e-9)
     other = ground.assign_coords(
         sphere_radius=xr.Variable((), 0.8, {"units": "um"}),
         work_of_adhesion=xr.Variable((), 200.0, {"units": "mJ/m^2"}),
@@ -149,7 +157,7 @@ def test_pulls_in_other_units_are_the_same_pulls():
 def quantity(value, unit, kind):
     """Return an option's value in another unit, as a quantity, as text or as a DataArray."""
     if kind == "quantity":
-        return pint.Quantity(np.asarray(value, float), unit) if np.ndim(value) else pint.Quantity(value, unit)
+        return units._registry().Quantity(np.asarray(value, float) if np.ndim(value) else value, unit)
     if kind == "text":
         return [f"{one!r} {unit}" for one in value] if np.ndim(value) else f"{value!r} {unit}"
     return xr.DataArray(value, dims=["n"][: np.ndim(value)], attrs={"units": unit})
@@ -180,15 +188,14 @@ OPTIONS = [
     ("pdf", "pulls", "bins", [0.0, 50.0, 100.0, 400.0], {"name": "pull_off_force"}),
     ("pdf", "pulls", "boundary", -1.0, {"name": "pull_off_force", "method": "kde"}),
     ("critical_load", "held", "direction", 0.5, {}),
-    ("critical_load", "held", "gravity", 9.0, {}),
     ("critical_load", "held", "particle_density", 2500.0, {"load": "vibration"}),
     ("critical_load", "held", "shear_strength", 1.0, {}),
-    ("resuspension", "held", "friction_velocity", [1.0, 5.0], {"resamples": 0}),
-    ("resuspension", "held", "time", 2.0, {"resamples": 0, "friction_velocity": [1.0]}),
+    ("resuspension", "held", "friction_velocity", [1.0, 5.0], {}),
+    ("resuspension", "held", "time", 2.0, {"friction_velocity": [1.0]}),
     ("vary", "scan", "sphere_radius", [500.0, 900.0], {"solve": roughxr.pull_off_map, "subregions": PLACES}),
     ("vary", "scan", "contact_modulus", [20.0, 40.0], {"solve": roughxr.pull_off_map, "subregions": PLACES}),
     ("vary", "scan", "work_of_adhesion", [0.1, 0.3], {"solve": roughxr.pull_off_map, "subregions": PLACES}),
-    ("against", "pulls", "shift", (0.0, 0.0), {"measured": "measured", "resamples": 19, "confidence": 0.9}),
+    ("compare", "pulls", "shift", (0.0, 0.0), {"measured": "measured", "resamples": 19, "confidence": 0.9}),
     ("assign_pair", "scan", "hardness", 4.0, {"sphere_radius": 800, "contact_modulus": 3, "work_of_adhesion": 0.05}),
 ]
 TABLE = {"directions": "rad", "direction": "rad", "load": "nN", "preload": "nN", "bins": "nN", "boundary": "nN"}

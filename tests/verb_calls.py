@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 
 import roughxr
-from roughxr import archive, detachment, figures, regions, report
+from roughxr import archive, detachment, regions
 
 from .surfaces import rough, scan
 
@@ -21,7 +21,7 @@ PAIR = {"sphere_radius": 800.0, "contact_modulus": 30.0, "work_of_adhesion": 0.2
 
 #: Options of the adhesive simulation that take a second or less.
 QUICK = {"law": "griffith", "refine": 1, "accuracy": None, "step": 1.0}
-FLOW = {"friction_velocity": [1.0, 5.0], "resamples": 0}
+FLOW = {"friction_velocity": [1.0, 5.0]}
 
 
 def surface(seed=3, n=24):
@@ -43,7 +43,7 @@ def made():
         return {
             "scan": ground,
             "catalogue": roughxr.asperities(ground),
-            "indenter": scan(-(np.add.outer(np.arange(-9.0, 10) ** 2, np.arange(-9.0, 10) ** 2)) * 0.3, pixel=8.0),
+            "indenter": scan(-0.3 * np.add.outer(np.arange(-11.0, 8) ** 2, np.arange(-6.0, 13) ** 2), pixel=8.0),
             "pressed": roughxr.direct(ground, delta=np.linspace(1, 9, 12), subregions=PLACES),
             "summed": roughxr.superpose(ground, delta=np.linspace(-2, 9, 23), subregions=PLACES),
             "hertz": roughxr.superpose(ground, delta=np.linspace(1, 9, 12), law="hertz", subregions=PLACES),
@@ -89,19 +89,17 @@ def on(*kinds, **options):
 CALLS = {
     "adhesive": [on("scan", subregions=PLACES, preload=[0.0, 40.0], **QUICK)],
     "add_fine_roughness": [on("scan", shortest=5.0, seed=1)],
-    "against": [on("pulls", "measured", resamples=19, confidence=0.9)],
     "asperities": [on("scan")],
     "assign_pair": [on("scan", sphere_radius=900, contact_modulus=3, work_of_adhesion=0.05)],
     "autocorrelation": [on("scan")],
     "bootstrap": [on("pulls", "pull_off_force", resamples=19, confidence=0.9)],
     "cdf": [on("pulls", "pull_off_force"), on("catalogue", "height")],
     "combined_spectrum": [on(["scan"])],
-    "compare": [on("hertz", "pressed")],
-    "critical_load": [on("held"), on("held", "vibration")],
+    "compare": [on("pulls", "measured", resamples=19, confidence=0.9)],
+    "critical_load": [on("held"), on("held", "vibration", particle_density=2500.0)],
     "crop": [on("scan", x=(-51.0, 41.0), y=(-51.0, 61.0))],
     "curves_pull_off": [on("curves", spring_constant=0.5)],
     "debris": [on("catalogue"), on("catalogue", "pulls")],
-    "detachment.by_place": [on("held")],
     "detachment.parameters": [on("held"), on("held", catalogue="catalogue")],
     "detachment.with_pull_off": [on("held", "pulls")],
     "dilate": [on("scan", tip_radius=20.0)],
@@ -109,18 +107,17 @@ CALLS = {
         on("scan", delta=[1.0, 4.0, 7.0], subregions=PLACES),
         on("scan", load=[50.0, 300.0], subregions=PLACES),
     ],
-    "elastic_pull_off": [on("pressed")],
     "erode": [on("scan", tip_radius=20.0)],
     "fill": [on("scan")],
     "fit": [on("pulls", "pull_off_force", simulations=0)],
     "fit_sphere": [on("indenter")],
-    "fit_work_of_adhesion": [on("scan", "measured", subregions=(4, 4), resamples=0)],
+    "fit_pair": [on("scan", "measured", subregions=(4, 4), resamples=19, confidence=0.9)],
+    "force_ratio": [on("hertz", "pressed")],
     "formulas": [on("scan", subregions=(1, 1), refine=2)],
     "level": [on("scan"), on("scan", method="quadratic")],
     "over_scans": [on(["scan"], "direct", delta=[4.0])],
     "pdf": [on("pulls", "pull_off_force", bins=4), on("catalogue", "curvature_max", method="kde")],
     "placements": [on("scan", sphere_radius=500.0, count=2)],
-    "pooled": [],  # wants several scans: tests/test_pooling.py
     "power_spectrum": [on("scan")],
     "pull_off": [on("summed"), on("summed", method="sweep"), on("pressed", method="ciavarella")],
     "pull_off_map": [on("scan", subregions=PLACES), on("catalogue", subregions=PLACES)],
@@ -146,32 +143,32 @@ CALLS = {
         on("catalogue", delta=[-1.0, 2.0, 5.0], subregions=PLACES, law="maugis"),
     ],
     "tabor": [on("catalogue")],
-    "table": [on("pulls")],
     "tip_flags": [on("catalogue", tip_radius=10.0)],
     "to_gsf": [on("scan")],
-    "to_resuspension": [on("held")],
     "to_table": [on("pulls")],
     "vary": [on("scan", "pull_off_map", work_of_adhesion=[0.1, 0.3], subregions=PLACES)],
 }
 
-#: Those that only show, and those built of the verbs above that take minutes or need files or programs of others.
-SHOWN = {figures.__name__, report.__name__}
+#: Those built of the verbs above that take minutes, or need more than a small scan, and why each is not called.
 NOT_CALLED = {
     "archive.save": "writes what it is given",
     "checkpointed": "computes what it is given; tests/test_identities.py",
     "compute": "computes what it is given",
     "error_budget": "`adhesive` at some places",
-    "fit_adhesion_range": "`adhesive` with several ranges",
-    "fit_hardness": "`adhesive` with several hardnesses",
-    "predict_others": "`fit_work_of_adhesion` and `pull_off_map`",
+    "answer": "numbers that it holds, in words",
+    "detachment.leaving": "wants places of rest: tests/test_resting.py",
+    "plot": "only draws",
+    "pooled": "wants several scans: tests/test_pooling.py",
+    "predict_others": "`fit_pair` and `pull_off_map`",
+    "resting": "passes over a map: tests/test_resting.py",
     "run": "all of them",
     "scale_dependence": "`adhesive` on several surfaces",
     "sensitivity": "`superpose` with several options",
     "to_surfacetopography": "another library's",
     "to_tiff": "as to_gsf",
-    "to_dem": "as to_resuspension",
+    "to_dem": "text for other programs, of `parameters`",
 }
-WRITES = {"to_gsf": ".gsf", "to_resuspension": ".csv", "to_table": ".csv"}
+WRITES = {"to_gsf": ".gsf", "to_table": ".csv"}
 
 
 def public_verbs():

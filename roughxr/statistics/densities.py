@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.units import carries_units, plain
 from ..vocabulary.verbs import verb
 from .sampling import Samples, per, samples
 
@@ -51,7 +52,8 @@ def pdf(
     method : {"histogram", "kde"}
         Densities of bins, or a Gaussian kernel estimate.
     bins : int, str or array
-        As for `numpy.histogram_bin_edges` (histogram); a rule ignores the weights.
+        As for `numpy.histogram_bin_edges` (histogram), edges in the variable's units or with their own; a rule ignores
+        the weights.
     bandwidth : str, float, optional
         As for `scipy.stats.gaussian_kde` (kde); Scott's rule by default.
     boundary : "auto", None or number
@@ -88,6 +90,8 @@ def pdf(
     """
     schema.one_of(method, ("histogram", "kde"), "method")
     found = samples(ds, name, weights=weights)
+    units = ds[name].attrs.get("units", "1")
+    bins, boundary = (plain(value, units, name) if carries_units(value) else value for value in (bins, boundary))
     if method == "histogram":
         points, values, cumulative, extra = _histogram(found, bins)
     else:
@@ -97,7 +101,6 @@ def pdf(
     axis = (name, points, dict(ds[name].attrs))
     out = xr.DataArray(values, dims=name, coords={name: axis, "cdf": (name, cumulative)}, name="pdf")
     out["cdf"].attrs.update(schema.attributes("cdf"))
-    units = ds[name].attrs.get("units", "1")
     out.attrs = {"units": per(units), "long_name": "probability density", "method": method}
     out.attrs |= {"samples": found.values.size, "missing": found.missing, **extra}
     return out

@@ -554,7 +554,8 @@ def entered(data: Any) -> Any:
     variables = _in_table(data.data_vars)
     if not variables and not coords:
         return data
-    return data.drop_vars(coords).assign(variables).assign_coords(coords)
+    pint_indexed = [name for name in coords if hasattr(data.xindexes.get(name), "units")]
+    return data.drop_vars(pint_indexed).assign(variables).assign_coords(coords)
 
 
 def _in_table(arrays: Mapping[Any, xr.DataArray]) -> dict[str, xr.Variable]:

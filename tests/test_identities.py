@@ -1,0 +1,247 @@
+"""What must not matter does not: identities that hold for every solving verb, in any order and together.
+
+Units are `test_units`. Results are equal to rounding, or as far as `HOW_FAR` says and why.
+"""
+
+import functools
+import tempfile
+import warnings
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import dask
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+
+import roughxr
+
+from .verb_calls import QUICK, saved, surface
+
+#: Verbs and their options. What is compared lies along places, or is one number for the whole scan.
+VERBS = {
+    "direct": {"delta": [1.0, 4.0, 7.0]},
+    "direct by load": {"load": [50.0, 300.0]},
+    "direct from touch": {"delta": [1.0, 3.0], "datum": "first_contact"},
+    "superpose": {"delta": [-1.0, 2.0, 5.0]},
+    "superpose, maugis": {"delta": [2.0], "law": "maugis"},
+    "pull_off_map": {},
+    "rolling": {"directions": np.arange(8) * np.pi / 4},
+    "rigid": {"delta": [-4.0, -1.0]},
+    "rigid, elastic": {"delta": [-2.0], "limit": "elastic"},
+    "adhesive": QUICK,
+    "regime": {"refine": 2},
+    "roughness": {},
+    "asperities": {},
+}
+OF_SCAN = ("roughness", "asperities")
+
+#: How far results may differ, relative to the largest of each variable: solved until a tolerance, not to rounding.
+HOW_FAR = {
+    "direct": 1e-5,  # the force's tolerance is 1e-6, and cells next to the edge of a contact may end either way
+    "direct by load": 1e-4,
+    "direct from touch": 1e-5,
+    "rigid, elastic": 1e-5,
+    "adhesive": 1e-3,  # steps end where a branch does, which rounding moves by a part of a step
+}
+ROUNDING = 1e-6
+#: Heights in single precision are other heights, by a part in 1e7 of the largest; pulls follow them as their root.
+SINGLE = 1e-4
+
+#: Not compared: how a solve came to its end, angles of extremes, which two directions may share, and what stands for x
+#: or y, or for places in their order.
+LEFT = ("iterations", "residual", "weakest_direction", "stiffest_direction", "orientation", "x", "y", "subregion")
+LEFT += (
+    "subregion_x",
+    "subregion_y",
+    "scan_x_min",
+    "scan_x_max",
+    "scan_y_min",
+    "scan_y_max",
+    "datum_height",
+    "asperity",
+)
+LEFT += ("pixel_x", "pixel_y", "size_x", "size_y", "height", "direction")
+
+
+class Setting(NamedTuple):
+    """A scan, places on it, and how what is computed is read."""
+
+    scan: xr.Dataset
+    places: tuple[np.ndarray, np.ndarray]
+    turned: Any = staticmethod(lambda angles: angles)  # a direction on the first scan -> on this one
+    order: Any = slice(None)  # of the first places among these
+    far: float = 0.0
+    through: Any = staticmethod(lambda compute: compute())
+
+
+def transposed(now, draw):
+    ds = now.scan.rename(x="y", y="x").transpose("x", "y")
+    return now._replace(scan=ds, places=now.places[::-1], turned=lambda a: np.pi / 2 - now.turned(a))
+
+
+def stored_the_other_way(now, draw):
+    return now._replace(scan=now.scan.transpose("y", "x"))
+
+
+def mirrored(now, draw):
+    ds = now.scan.assign_coords(x=-now.scan.x).isel(x=slice(None, None, -1))
+    return now._replace(scan=ds, places=(-now.places[0], now.places[1]), turned=lambda a: np.pi - now.turned(a))
+
+
+def raised(now, draw):
+    by = draw(st.sampled_from([0.37, -1.0, 100.0, -37.3]))
+    return now._replace(scan=now.scan.assign(height=now.scan.height + by))
+
+
+def moved(now, draw):
+    by = [draw(st.sampled_from([0.0, 1.3, -512.0, 4096.0])) for _ in "xy"]
+    ds = now.scan.assign_coords(x=now.scan.x + by[0], y=now.scan.y + by[1])
+    return now._replace(scan=ds, places=tuple(axis + one for axis, one in zip(now.places, by)))
+
+
+def in_another_order(now, draw):
+    order = np.array(draw(st.permutations(range(len(now.places[0])))))
+    back = np.argsort(order)
+    back = back[now.order] if not isinstance(now.order, slice) else back
+    return now._replace(places=tuple(axis[order] for axis in now.places), order=back)
+
+
+def lazy(now, draw):
+    return now._replace(scan=now.scan.chunk(x=draw(st.sampled_from([24, 12, 7])), y=draw(st.sampled_from([24, 11]))))
+
+
+def on_a_scheduler(now, draw):
+    name = draw(st.sampled_from(["synchronous", "threads"]))
+    return now._replace(through=lambda compute: _on(name, compute))
+
+
+def _on(name, compute):
+    with dask.config.set(scheduler=name):
+        return compute().compute()
+
+
+def in_single_precision(now, draw):
+    return now._replace(scan=now.scan.assign(height=now.scan.height.astype("float32")), far=SINGLE)
+
+
+def saved_and_loaded(now, draw):
+    return now._replace(scan=saved(now.scan.compute()))
+
+
+def result_saved(now, draw):
+    return now._replace(through=lambda compute: saved(compute().compute()))
+
+
+def in_other_units(now, draw):
+    ds = now.scan
+    for name, unit, size in (("height", "um", 1e-3), ("x", "m", 1e-9), ("work_of_adhesion", "mJ m-2", 1e3)):
+        if draw(st.booleans()):
+            one = (ds[name] * size).assign_attrs(units=unit).variable
+            ds = ds.assign(height=one) if name == "height" else ds.assign_coords({name: one})
+    return now._replace(scan=ds)
+
+
+def resumed(now, draw):
+    """Computed with checkpoints, broken off after its first solve, and gone on with."""
+
+    def through(compute):
+        with tempfile.TemporaryDirectory() as folder:
+            first = [True]
+
+            def groups():
+                found = {"one": compute()}
+                if first.pop() if first else False:
+                    raise InterruptedError
+                return found
+
+            path, scan = Path(folder) / "run.nc", now.scan.compute()
+            try:
+                roughxr.checkpointed(groups, path, scan=scan)
+            except InterruptedError:
+                return roughxr.checkpointed(groups, path, scan=scan)["one"].load()
+
+    return now._replace(through=through)
+
+
+#: Those of the scan and its places come before the others, which hold what is computed.
+OF_INPUT = [transposed, mirrored, raised, moved, in_another_order, in_single_precision]
+OF_FORM = [stored_the_other_way, lazy, saved_and_loaded, in_other_units]
+OF_WAY = [on_a_scheduler, result_saved, resumed]
+
+
+def places(seed):
+    rng = np.random.default_rng(seed)
+    return tuple(rng.uniform(-70.0, 70.0, (2, 4)).round(2))
+
+
+def computed(verb, now):
+    """Return the result of a verb, its places and directions in the order of the first setting's."""
+    options = dict(VERBS[verb])
+    if "directions" in options:
+        turned = now.turned(options["directions"]) % (2 * np.pi)
+        turned = np.where(turned > 2 * np.pi - 1e-9, 0.0, turned)
+        options["directions"] = np.sort(turned)
+    if verb not in OF_SCAN:
+        options["subregions"] = now.places
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = now.through(lambda: getattr(roughxr, verb.split(",")[0].split(" ")[0])(now.scan, **options))
+        found = found.compute()
+    if "directions" in options:
+        found = found.isel(direction=np.argsort(np.argsort(turned)))
+    if "asperity" in found.dims:
+        found = xr.Dataset(
+            {name: ("asperity", np.sort(found[name].values)) for name in found.data_vars if found[name].dims}
+        )
+    return found.isel(subregion=now.order) if "subregion" in found.dims else found
+
+
+@functools.cache
+def at_first(verb, seed):
+    return computed(verb, Setting(surface(seed), places(seed)))
+
+
+def holds(verb, seed, steps, draw):
+    now = Setting(surface(seed), places(seed))
+    for step in steps:
+        now = step(now, draw)
+    expected, found = at_first(verb, seed), computed(verb, now)
+    rtol = max(HOW_FAR.get(verb, ROUNDING), now.far)
+    words = f"{verb}, seed {seed}: {', '.join(step.__name__ for step in steps)}"
+    assert set(found.data_vars) == set(expected.data_vars), words
+    for name in sorted(set(map(str, expected.variables)) - set(LEFT)):
+        if name not in found.variables or expected[name].dtype.kind not in "fiub":
+            continue
+        a, b = (np.asarray(ds[name].values, float) for ds in (found, expected))
+        scale = np.abs(b[np.isfinite(b)]).max(initial=0.0)
+        np.testing.assert_allclose(a, b, rtol=rtol, atol=rtol * scale, err_msg=f"{words}: {name}")
+
+
+#: The same draws each time, and what fails as it was drawn: a smaller case would take as long again as all of them.
+HOW = {"deadline": None, "derandomize": True, "database": None, "phases": (Phase.explicit, Phase.generate)}
+
+
+@st.composite
+def chains(draw):
+    """Return some of the changes, in an order in which they can be made."""
+    steps = draw(st.lists(st.sampled_from(OF_INPUT), max_size=3, unique=True))
+    steps += draw(st.lists(st.sampled_from(OF_FORM), max_size=1))
+    steps += draw(st.lists(st.sampled_from(OF_WAY), max_size=1))
+    return steps
+
+
+@pytest.mark.parametrize("step", [*OF_INPUT, *OF_FORM, *OF_WAY], ids=lambda step: step.__name__)
+@settings(max_examples=2, **HOW)
+@given(verb=st.sampled_from(sorted(VERBS)), data=st.data())
+def test_what_must_not_matter_does_not(step, verb, data):
+    holds(verb, 3, [step], data.draw)
+
+
+@pytest.mark.soak
+@settings(max_examples=300, **HOW)
+@given(verb=st.sampled_from(sorted(VERBS)), seed=st.integers(0, 9), steps=chains(), data=st.data())
+def test_nor_do_several_together(verb, seed, steps, data):
+    holds(verb, seed, steps, data.draw)
