@@ -122,7 +122,7 @@ def blocks(places: np.ndarray, side: float) -> list[np.ndarray]:
     corners = np.argwhere(np.ones(count))
     middle = np.mod(corners + 0.5 * wide - 1e-6, count)
     tree = cKDTree(np.mod(own, count), boxsize=count)
-    found = tree.query_ball_point(middle, 0.5 * wide, p=np.inf)
+    found = tree.query_ball_point(middle, 0.5 * wide, p=np.inf, return_sorted=True)
     return [np.asarray(block) for block in found if block]
 
 
@@ -134,5 +134,5 @@ def block_side(values: np.ndarray, places: np.ndarray, effective: float) -> floa
     """
     spacing = mean_spacing(places)
     across = np.sqrt(values.size / effective)
-    most = max(1, int(_extent(places).min() / spacing) // 2)
+    most = max(1, int(_extent(places).min() / spacing + 1e-6) // 2)  # a whole number of spacings, whatever the rounding
     return spacing * (1 if across <= 1.05 else int(np.clip(np.ceil(2 * across), 1, most)))
