@@ -50,8 +50,9 @@ ROUNDING = 1e-6
 #: Heights in single precision are other heights, by a part in 1e7 of the largest; pulls follow them as their root.
 SINGLE = 1e-4
 
-#: Not compared: how a solve came to its end, angles of extremes, which two directions may share, and what stands for x
-#: or y, or for places in their order.
+#: Not compared: how a solve came to its end; in how many cells the smallest contact that bears a tenth of the tension is
+#: wide, which the last digit of one cell may decide; angles of extremes, which two directions may share; and what stands
+#: for x or y, or for places in their order.
 LEFT = ("iterations", "residual", "weakest_direction", "stiffest_direction", "orientation", "x", "y", "subregion")
 LEFT += (
     "subregion_x",
@@ -63,6 +64,7 @@ LEFT += (
     "datum_height",
     "asperity",
 )
+LEFT += ("resolution", "pull_off_resolution")
 LEFT += ("pixel_x", "pixel_y", "size_x", "size_y", "height", "direction")
 
 
