@@ -5,6 +5,8 @@ import pytest
 
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.superposition import superpose
+from roughxr.bodies.materials import assign_pair
+from roughxr.contact.adhesion import adhesive
 from roughxr.kernels.halfspace import displacement_control as kalker
 
 from .surfaces import glass_pair, rough, scan, sphere_gap
@@ -32,3 +34,17 @@ def test_asperities_add_up():
     alone = [superpose(catalogue.isel(asperity=[k]), delta=[4.0], law="hertz") for k in range(catalogue.asperity.size)]
     assert int(found.contacts.sum()) > 1
     assert float(found.force.sum()) == pytest.approx(sum(float(one.force.sum()) for one in alone), rel=1e-12)
+
+
+@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")  # compiled, 0/0 is NaN without a word
+def test_a_stiff_sphere_is_pulled_by_the_sum_of_the_attraction():
+    """w/ρ exp(−gap/ρ) over the cells, the sphere's lowest point at the surface; E* = 1 TPa gives way by nothing."""
+    reach, work, radius, pixel = 3.0, 0.02, 200.0, 10.0
+    pair = {"sphere_radius": radius, "contact_modulus": 1000.0, "work_of_adhesion": work, "adhesion_range": reach}
+    flat = assign_pair(scan(np.zeros((11, 11)), pixel), **pair)
+    found = adhesive(flat, delta=[0.1], law="exponential", refine=1, step=0.1, accuracy=None)
+    gap = radius - np.sqrt(radius**2 - 2 * radius * sphere_gap(11, pixel, radius))
+    assert bool(found.converged.all())
+    assert found.pull_off_force.item() == pytest.approx(
+        (work / reach * np.exp(-gap / reach)).sum() * pixel**2, rel=2e-3
+    )
