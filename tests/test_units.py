@@ -130,10 +130,8 @@ def test_pulls_in_other_units_are_the_same_pulls():
     pulls, ground = made()["pulls"], made()["scan"]
     micro = pulls.assign(pull_off_force=(pulls.pull_off_force / 1000).assign_attrs(units="uN"))
     quick = {"subregions": (4, 4), "resamples": 0}
-    right = roughxr.fit_work_of_adhesion(ground, pulls, **quick).fitted_work_of_adhesion
-    np.testing.assert_allclose(
-        roughxr.fit_work_of_adhesion(ground, micro, **quick).fitted_work_of_adhesion, right, rtol=1e-9
-    )
+    right = roughxr.fit_pair(ground, pulls, **quick).fitted_work_of_adhesion
+    np.testing.assert_allclose(roughxr.fit_pair(ground, micro, **quick).fitted_work_of_adhesion, right, rtol=1e-9)
     other = ground.assign_coords(
         sphere_radius=xr.Variable((), 0.8, {"units": "um"}),
         work_of_adhesion=xr.Variable((), 200.0, {"units": "mJ/m^2"}),
