@@ -64,9 +64,7 @@ from .scans import (
     self_affine_fit,
     smooth,
     synthetic,
-    to_gsf,
-    to_surfacetopography,
-    to_tiff,
+    to_file,
 )
 from .scans.tip import dilate, erode, tip_flags
 from .statistics import bootstrap, cdf, debris, fit, force_ratio, pdf, pooled, pull_off, reduction, summary
@@ -157,9 +155,7 @@ __all__ = [
     "tabor",
     "tip_flags",
     "to_dem",
-    "to_gsf",
-    "to_surfacetopography",
+    "to_file",
     "to_table",
-    "to_tiff",
     "vary",
 ]

@@ -135,9 +135,7 @@ class ContactAccessor:
     plot = _method(figures.plot)
 
     # files for others
-    to_gsf = _method(scans.to_gsf)
-    to_tiff = _method(scans.to_tiff)
-    to_surfacetopography = _method(scans.to_surfacetopography)
+    to_file = _method(scans.to_file)
     to_dem = _method(to_dem)
     to_table = _method(exports.to_table)
 
@@ -162,7 +160,7 @@ _TASKS: tuple[tuple[str, set[str], str], ...] = (
     ("beside what was measured", {"pull_off"}, "compare fit_pair"),
     ("force curves", {"curves"}, "curves_pull_off"),
     ("pictures and tables", {"any"}, "plot to_table"),
-    ("files for others", {"scan"}, "to_gsf to_tiff to_surfacetopography"),
+    ("files for others", {"scan"}, "to_file"),
 )
 
 

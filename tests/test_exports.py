@@ -70,11 +70,11 @@ def test_a_map_is_a_table_and_a_picture_for_gwyddion(tmp_path):
     pull = xr.Dataset({"pull_off_force": (("x", "y"), values, {"units": "nN"})}, axes)
     table = pd.read_csv(to_table(pull, tmp_path / "pull.csv")).set_index(["x [nm]", "y [nm]"])
     assert table.loc[(15.0, 35.0), "pull_off_force [nN]"] == 7.0
-    rows, header = gsffile.read_gsf(pull.contact.to_gsf(tmp_path / "pull.gsf", name="pull_off_force"))
+    rows, header = gsffile.read_gsf(pull.contact.to_file(tmp_path / "pull.gsf", name="pull_off_force"))
     np.testing.assert_allclose(rows, 1e-9 * values.T[::-1], rtol=1e-6)
     assert header["ZUnits"] == "N" and header["XReal"] == 3e-8
     with pytest.raises(ValueError, match=r"pull_off_force.*found 'gap'"):
-        pull.contact.to_gsf(tmp_path / "pull.gsf", name="gap")
+        pull.contact.to_file(tmp_path / "pull.gsf", name="gap")
 
 
 def test_parquet_keeps_units(pull, tmp_path):

@@ -1,9 +1,11 @@
 """The names under which the package can be reached."""
 
 import importlib
+import inspect
 import pkgutil
 
 import pytest
+import xarray as xr
 
 import roughxr
 
@@ -15,3 +17,53 @@ def test_no_function_hides_a_module(name):
     package, _, last = name.rpartition(".")
     module = importlib.import_module(name)
     assert getattr(importlib.import_module(package), last) is module
+
+
+def public():
+    """Return the public functions by name: those at the top, and those of the rooms shown beside them."""
+    shown = ("detachment", "reference", "report", "archive")
+    rooms = {"": roughxr} | {f"{name}.": getattr(roughxr, name) for name in shown}
+    return {
+        f"{prefix}{name}": value
+        for prefix, room in rooms.items()
+        for name, value in vars(room).items()
+        if inspect.isfunction(value) and not name.startswith("_") and name in getattr(room, "__all__", [name])
+    }
+
+
+#: Verbs that still have more than eight options; none may join them.
+MORE = {
+    "adhesive": 17,
+    "assign_pair": 17,
+    "error_budget": 13,
+    "open_pull_off": 10,
+    "rigid": 11,
+    "run": 9,
+    "scale_dependence": 9,
+}
+
+
+def test_no_verb_has_more_than_eight_options():
+    counted = {
+        name: sum(one.kind is one.KEYWORD_ONLY for one in inspect.signature(function).parameters.values())
+        for name, function in public().items()
+    }
+    assert {name: count for name, count in counted.items() if count > MORE.get(name, 8)} == {}
+
+
+@pytest.mark.parametrize(
+    ("call", "option"),
+    [
+        (lambda pull, **given: pull.contact.pull_off(**given), {"smoothing": 3.0}),
+        (lambda pull, **given: pull.contact.to_dem(code="4c", **given), {"classes": 3}),
+        (lambda pull, **given: pull.contact.to_dem(code="yade", classes=1, **given), {"poisson_ratio": 0.2}),
+    ],
+)
+def test_an_option_that_a_mode_does_not_use_is_refused(call, option):
+    sweep = {"force": (("subregion", "delta"), [[0.0, -3.0, 1.0], [0.0, -2.0, 1.0], [0.0, -1.0, 1.0]])}
+    pull = xr.Dataset(sweep, {"delta": [-1.0, 0.0, 1.0], "sphere_radius": 100.0, "work_of_adhesion": 0.1})
+    pull = pull.assign_coords(contact_modulus=40.0).assign(pull_off_force=("subregion", [3.0, 2.0, 1.0]))
+    call(pull.drop_vars("force") if "smoothing" not in option else pull.drop_vars("pull_off_force"))
+    (name,) = option
+    with pytest.raises(ValueError, match=f"{name}: expected none"):
+        call(pull, **option)

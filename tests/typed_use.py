@@ -25,9 +25,8 @@ def scans(path: Path) -> xr.Dataset:
         roughxr.power_spectrum(scan, window="hann"),
         roughxr.autocorrelation(scan),
     )
-    written: tuple[Path, Path] = roughxr.to_gsf(scan, path), roughxr.to_surfacetopography(scan, path)
-    tiff: Path = roughxr.to_tiff(scan, path)
-    return scan if written and tiff and described else roughxr.open_sample("glass")
+    written: Path = roughxr.to_file(scan, path, name="height")
+    return scan if written and described else roughxr.open_sample("glass")
 
 
 def pair(scan: xr.Dataset) -> xr.Dataset:

@@ -5,7 +5,7 @@ from .channel import UnreadableScan
 from .combined_spectra import combined_spectrum
 from .description import describe
 from .editing import crop, fill, resample, rotate90
-from .export import to_gsf, to_netcdf, to_surfacetopography, to_tiff
+from .export import to_file, to_gsf, to_netcdf, to_surfacetopography, to_tiff
 from .fine_scales import add_fine_roughness, self_affine_fit, smooth
 from .levelling import level
 from .plausibility import ImplausibleScan, doubts
@@ -33,6 +33,7 @@ __all__ = [
     "roughness",
     "self_affine_fit",
     "smooth",
+    "to_file",
     "to_gsf",
     "to_netcdf",
     "to_surfacetopography",

@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from ..files.disk import as_characters, uninterrupted, whole
+from ..vocabulary import schema
 from ..vocabulary.schema import pixel, validate
 from ..vocabulary.verbs import verb
 from .channel import optional
@@ -232,3 +233,47 @@ def to_tiff(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") ->
             metadata=None,
         )
     return Path(path)
+
+
+#: Writers by the ending of a file.
+_WRITERS = {".gsf": to_gsf, ".tif": to_tiff, ".tiff": to_tiff}
+
+
+@verb
+def to_file(ds: xr.Dataset, path: str | os.PathLike, *, name: str | None = None) -> Path:
+    """Write a scan, or another map along x and y, for other programs; the path's ending says in which format.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan, or a Dataset with maps such as those of `pull_off_map`.
+    path : str or path
+        Ending in ``.gsf``, a Gwyddion Simple Field; ``.tif``, a GeoTIFF with place and pixel size for GIS programs; or ``.nc``, the NetCDF-3
+        file of a scan that SurfaceTopography and contact.engineering open.
+    name : str, optional
+        The variable, for ``.gsf`` and ``.tif``; by default the height.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    ValueError
+        If the ending is none of these, or there is no such map.
+    ImportError
+        If a package that the format needs is not installed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from roughxr.scans.synthetic import self_affine
+    >>> scan = self_affine((8, 4), 10, rms=1, hurst=0.8, rolloff=40, seed=1)
+    >>> [to_file(scan, tempfile.mkdtemp() + "/scan" + ending).name for ending in (".gsf", ".nc")]
+    ['scan.gsf', 'scan.nc']
+    """
+    ending = schema.one_of(Path(path).suffix.lower(), (*_WRITERS, ".nc"), "path's ending")
+    if ending == ".nc":
+        schema.refuse_unused("a path ending in '.nc'", name=name)
+        return to_surfacetopography(ds, path)
+    return _WRITERS[ending](ds, path, name=name or "height")
