@@ -2,9 +2,11 @@
 
 ``tests/benchmarks/superposition_regime.py`` measured it: self-affine surfaces of Hurst exponents 0.4 and 0.8, two
 roll-offs, two cutoffs and two rms heights (slopes of 0.03 to 0.3), each under two spheres with two works of adhesion.
-With a patch that suits the scan, the ratio of superposed to direct pull-off, each the mean over four places, is between
-`LOW` and `HIGH` for nine surfaces of ten. Slope, spacing, overlap and Tabor's parameter do not predict where in this
-interval a surface lies. The ratio is least where the sphere, nearly on one contact, holds almost as well as on a flat.
+With a patch that suits the scan, the ratio of superposed to direct pull-off, each the mean over four places, was
+between 0.5 and 1.4 for nine surfaces of ten, 0.83 in the median. Six other surfaces, which nothing was tuned on, gave
+0.33, 0.32, 0.34, 0.52, 0.71 and 0.90: `LOW` to `HIGH` hold for both, single places are off by more. Slope, spacing,
+overlap and Tabor's parameter do not predict where in this interval a surface lies. The ratio is least where the sphere,
+nearly on one contact, holds almost as well as on a flat.
 A patch wider than `WIDEST` of the shortest wave adds a factor that grows with it, up to some forty on three waves.
 """
 
@@ -20,7 +22,7 @@ from ..vocabulary.verbs import warn
 from .catalogue import RESOLVED
 
 #: Superposed over direct pull-off: the median, and the 5 % and 95 % quantiles over surfaces.
-RATIO, LOW, HIGH = 0.83, 0.5, 1.4
+RATIO, LOW, HIGH = 0.7, 0.3, 1.4
 
 #: Largest patch, over the shortest wave, for which the ratio was measured.
 WIDEST = 0.8

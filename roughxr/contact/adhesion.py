@@ -23,6 +23,7 @@ from ..vocabulary import schema
 from ..vocabulary.units import fraction, positive, whole_number
 from ..vocabulary.verbs import verb, warn
 from .cycle import (
+    LEAST_RADIUS,
     Adhesion,
     Cycles,
     cycles_at,
@@ -90,10 +91,6 @@ _COLUMNS = {
 
 #: States of a law with an edge that are extrapolated.
 _EXTRAPOLATED = ("force", "contact_area", "energy", "dissipated")
-
-#: Contacts of fewer pixels in radius than this at pull-off bring a warning. JKR's sphere is off by up to 0.5 % at
-#: twenty pixels, 1.5 % at ten, 3 % at five, and by 3 to 40 % at one (``tests/benchmarks/without_range.py``).
-_RESOLVED = 2.0
 
 #: Default of max_cells and of tolerance.
 _MOST_CELLS, _TOLERANCE = 10**6, 1e-5
@@ -558,9 +555,10 @@ def _described(adhesion: Adhesion) -> dict[str, Any]:
 def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
     """Warn of places that are less accurate than was asked for."""
     resolution, size = out["pull_off_resolution"].values, out["pull_off_resolution"].size
-    if adhesion.refine and (resolution < _RESOLVED).any():
+    if adhesion.refine and (resolution < LEAST_RADIUS).any():
+        few = int((resolution < LEAST_RADIUS).sum())
         warn(
-            f"{int((resolution < _RESOLVED).sum())} of {size} subregions have contacts of less than {_RESOLVED:g} "
+            f"{few} of {size} subregions have contacts of less than {LEAST_RADIUS:g} "
             f"pixels in radius at pull-off (smallest {np.nanmin(resolution):.2g}): compare with a larger refine, or "
             "take refine='auto'"
         )

@@ -16,6 +16,7 @@ from ....files.disk import whole
 from ....vocabulary import schema
 from ....vocabulary.units import whole_number
 from ....vocabulary.verbs import verb
+from ..budget import headline
 from ..embedded_figures import humidity_picture
 from ..humid import humid_words
 from ..template import filled
@@ -120,6 +121,7 @@ def explorer_page(
     return filled(
         "roughxr.presentation.report.explorer",
         title=_title(run["scan"]),
+        headline=headline(run),
         archive_name=archive_name,
         version=__version__,
         count=len(told["places"]),
