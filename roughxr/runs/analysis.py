@@ -255,8 +255,11 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
 
 def _stages(scan: xr.Dataset, plan: Plan) -> int:
     """Return how many stages a run tells of, where the mesh of the simulation need be halved but once."""
-    adheres = float(scan.coords.get("work_of_adhesion", 0.0)) > 0
-    simulated = adheres * (2 + bool(plan.continued) + 2 * (plan.refine == "auto") + 2 * bool(plan.budget))
+    wet = schema.is_wet(scan)
+    adheres = float(scan.coords.get("work_of_adhesion", 0.0)) > 0 or wet
+    simulated = adheres * (2 + bool(plan.continued) + 2 * (plan.refine == "auto") + 2 * bool(plan.budget) * (not wet))
+    if wet:
+        return 3 + simulated
     simulated += adheres * ("sphere_radius" in scan.coords)
     return 2 + len(COMPARED) + simulated
 
