@@ -314,7 +314,7 @@ def test_a_report_says_and_draws_how_hard_it_sticks_at_this_humidity(humid):
 def test_a_run_takes_a_humid_pair_and_leaves_out_what_does_not_know_the_water(tmp_path, capsys):
     ground = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
     pair = ground.contact.assign_pair(sphere_radius=500, materials="glass", humidity=0.7)
-    options = {"subregions": (2, 1), "delta": [1.0, 2.0], "refine": 2, "scheduler": "synchronous"}
+    options = {"subregions": (2, 1), "delta": [1.0, 2.0], "refine": 2}
     groups = roughxr.run(pair, tmp_path / "run.nc", **options)
     explored = report.write_explorer(tmp_path / "run.nc").read_text(encoding="utf-8")
     assert "How hard does it stick at 70 % relative humidity?" in explored and "Pull-off over humidity" in explored

@@ -137,7 +137,7 @@ def by_place(ds: xr.Dataset) -> xr.Dataset:
 
 def _of_pull_offs(ds: xr.Dataset) -> dict[str, float]:
     law = fit(ds, "pull_off_ratio", laws=["log_normal"], simulations=0).isel(law=0)
-    work = ds["pull_off_ratio"] * ds["work_of_adhesion"]
+    work = ds["pull_off_force"] / (1.5 * np.pi * ds["sphere_radius"])
     found = {
         "adhesion_mean": float(law["scale"]),
         "adhesion_spread": float(np.exp(law["shape"])),

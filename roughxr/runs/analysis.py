@@ -255,8 +255,11 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
 
 def _stages(scan: xr.Dataset, plan: Plan) -> int:
     """Return how many stages a run tells of, where the mesh of the simulation need be halved but once."""
-    adheres = float(scan.coords.get("work_of_adhesion", 0.0)) > 0
-    simulated = adheres * (2 + bool(plan.continued) + 2 * (plan.refine == "auto") + 2 * bool(plan.budget))
+    wet = schema.is_wet(scan)
+    adheres = float(scan.coords.get("work_of_adhesion", 0.0)) > 0 or wet
+    simulated = adheres * (2 + bool(plan.continued) + 2 * (plan.refine == "auto") + 2 * bool(plan.budget) * (not wet))
+    if wet:
+        return 3 + simulated
     simulated += adheres * ("sphere_radius" in scan.coords)
     return 2 + len(COMPARED) + simulated
 
@@ -365,7 +368,8 @@ def _warn_of_soft(scan: xr.Dataset) -> None:
     """Warn before hours pass that JKR's contact of the smooth sphere, without load, is wider than the scan."""
     if "sphere_radius" not in scan.coords:
         return
-    radius, modulus, work = schema.pair(scan, *schema.PAIR)
+    radius, modulus, work = schema.pair(scan, *schema.PAIR, wet=True)
+    work += liquid.menisci_of(scan).work if schema.is_wet(scan) else 0.0
     wide = 2 * (4.5 * np.pi * work * radius**2 / modulus) ** (1 / 3)
     x_low, x_high, y_low, y_high = regions.extent(scan)
     if wide > min(x_high - x_low, y_high - y_low):

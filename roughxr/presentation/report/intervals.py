@@ -9,6 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from ... import statistics
+from ...vocabulary import schema
 from ...vocabulary.numbers import number, prefixed
 from ...vocabulary.verbs import verb
 
@@ -76,7 +77,7 @@ def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> 
 def _pull_off(run: Mapping[str, xr.Dataset], method: str) -> xr.Dataset | None:
     """Return a run's pull-off, with its ratio to the smooth sphere's where the bodies adhere."""
     pull = run.get(f"statistics/{method}")
-    if pull is None or float(pull.coords.get("work_of_adhesion", 0.0)) <= 0:
+    if pull is None or (float(pull.coords.get("work_of_adhesion", 0.0)) <= 0 and not schema.is_wet(pull)):
         return pull
     return statistics.reduction(pull)
 
