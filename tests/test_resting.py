@@ -238,7 +238,7 @@ def test_shares_weigh_means_quantiles_intervals_and_fractions():
     assert float(roughxr.cdf(held, "pull_off_force").sel(pull_off_force=force[0])) == pytest.approx(
         share[force <= force[0]].sum()
     )
-    left = roughxr.resuspension(held, friction_velocity=[0.3, 1.0], resamples=99)
+    left = roughxr.resuspension(held, friction_velocity=[0.3, 1.0])
     expected = (left.remaining_here * places.landing_share).sum("subregion")
     assert left.remaining.values == pytest.approx(expected.values)
 
