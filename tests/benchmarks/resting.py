@@ -3,9 +3,9 @@
     python tests/benchmarks/resting.py [SCAN ...] [--large 4096]
 
 Spheres of 3 µm of radius, of glass, with w = 0.1 J/m², land on a grid of 8 × 8 places: first they stay where they land,
-as a probe does; then they roll down to where they rest. Critical velocities are those of air at which half of them rock,
-and leave over the lowest pass; each is the median over places, weighted by the share of particles there. ``--large``
-adds a self-affine scan of so many pixels, in a process of its own: processor time, and the largest memory.
+as a probe does; then they roll down to where they rest. Critical velocities are those of air at which half of them
+rock, and leave over the lowest pass; each is the median over places, weighted by the share of particles there.
+``--large`` adds a self-affine scan of so many pixels, in a process of its own: processor time, and the largest memory.
 """
 
 import argparse
@@ -58,7 +58,7 @@ def compare(name, scan):
     print(
         f"{name}: {places.sizes['subregion'] / area:.1f} rests per µm² ({places.sizes['subregion']}); on ≥ 3 summits "
         f"{share[places['carriers'].values >= 3].sum():.3f} of the area; barrier, median "
-        f"{median(places['barrier'].values, share):.3f} nm; off {places.attrs['share_off_scan']:.2f} of the area it rolls "
+        f"{median(places['barrier'].values, share):.3f} nm; from {places.attrs['share_off_scan']:.2f} of the area "
         f"off the scan; "
         f"{inner.sizes['subregion']} away from the edge"
     )
