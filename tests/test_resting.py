@@ -297,3 +297,24 @@ def test_leaving_over_the_pass_of_three_summits_takes_the_moment_about_the_pair_
     assert about + lifted == pytest.approx(float(found.rest_moment[0]), rel=0.02)
     with pytest.raises(ValueError, match="passes"):
         roughxr.detachment.leaving(surface, place.drop_vars("pass_x"))
+
+
+def test_a_run_of_particles_solves_their_rests_and_tells_both(tmp_path):
+    surface = glass_pair(scan(rough(48, rms=2.0, smooth=2.0, seed=1), 12.0))
+    how = {"subregions": (2, 2), "particle": True, "delta": [1.0], "budget": 0, "refine": 1}
+    run = roughxr.run(surface, tmp_path / "run.nc", **how)
+    places = resting(roughxr.level(surface), landings=(2, 2), on=roughxr.asperities(roughxr.level(surface)))
+    for group in ("solutions/adhesive", "statistics/adhesive", "solutions/rolling", "statistics/leaving"):
+        assert run[group].subregion_x.values == pytest.approx(places.subregion_x.values)
+        assert run[group].landing_share.values == pytest.approx(places.landing_share.values)
+    assert run["solutions/rolling_landed"].sizes["subregion"] == 4
+    words = " ".join(roughxr.report.coming_off_words(run))
+    assert "where it came to rest" in words and "lowest pass" in words
+    force = run["statistics/adhesive"].pull_off_force
+    table = roughxr.report.contact_table(run)
+    row = next(name for name in table.index if name.startswith("pull-off, mean"))
+    assert table.loc[row, "adhesive"] / float((force * places.landing_share.values).sum()) == pytest.approx(
+        table.loc[row.replace("mean", "largest"), "adhesive"] / float(force.max())
+    )
+    again = roughxr.run(surface, tmp_path / "run.nc", **how)  # read, not repeated
+    xr.testing.assert_identical(again["statistics/leaving"].load(), run["statistics/leaving"].load())

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..statistics import bootstrap
-from ..statistics.sampling import SHARE
+from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.verbs import verb
 from .balance import Body, Held, body_of, drive_ratios, for_each, held_of, recorded, varied_dimension
@@ -128,8 +128,7 @@ def _labelled(here: np.ndarray, ds: xr.Dataset, speed: np.ndarray, seconds: np.n
 
 def _with_band(out: xr.Dataset, places: int, confidence: float, resamples: int) -> xr.Dataset:
     """Return the mean over places, with the ends of its interval if there are at least two."""
-    here = out["remaining_here"]
-    out["remaining"] = (here.weighted(out[SHARE]) if SHARE in out.coords else here).mean("subregion")
+    out["remaining"] = by_share(out["remaining_here"]).mean("subregion")
     if places < 2:
         return out
     known = out[["remaining_here"]].dropna("subregion")

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from ..statistics import bootstrap, pull_off, smooth_pull_off
+from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.numbers import interval, number, percent, quantity
 from ..vocabulary.verbs import verb
@@ -49,7 +50,13 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     ends = bootstrap(pull[["pull_off_force"]], "pull_off_force", statistics=["mean"]) if known > 1 else None
     low, high = (np.nan if ends is None else float(ends[end].sel(resampling="block").item()) for end in ("low", "high"))
     error = float(np.abs(pull["pull_off_error"]).median()) if "pull_off_error" in pull else np.nan
-    found = {"pull_off_force": float(force.mean()), "low": low, "high": high, "places": known, "mesh_error": error}
+    found = {
+        "pull_off_force": float(by_share(force).mean()),
+        "low": low,
+        "high": high,
+        "places": known,
+        "mesh_error": error,
+    }
     print(_in_words(found, force.size, pull))
     out = xr.Dataset(found, coords={name: pull[name] for name in schema.TRAVELLING if name in pull.coords})
     for name in ("low", "high"):

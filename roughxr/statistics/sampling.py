@@ -67,6 +67,18 @@ def known_samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     return Samples(values[finite], None if weight is None else weight[finite], places, int((~finite).sum()))
 
 
+def by_share(array: xr.DataArray) -> Any:
+    """Return values whose mean is that over particles, where places hold different shares of them; else themselves.
+
+    Examples
+    --------
+    >>> force = xr.DataArray([1.0, 3.0], {SHARE: ("subregion", [0.75, 0.25])}, ["subregion"])
+    >>> float(by_share(force).mean())
+    1.5
+    """
+    return array.weighted(array[SHARE]) if SHARE in array.coords else array
+
+
 def counted_equally(found: Samples, verb: str) -> Samples:
     """Return samples without weights, with a warning where there were any."""
     if found.weights is not None:

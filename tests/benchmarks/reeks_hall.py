@@ -8,7 +8,8 @@ that half of the particles stand and by its spread: the best log-normal law thro
 
 1. Rock'n'Roll to the letter with Biasi's reduction, whose numbers were fitted to such experiments, these among them.
 2. The same with adhesion computed on synthetic ground, drag and lift and the lever r/100 as before.
-3. Adhesion, lever, drag and torque all computed: `rolling` and `resuspension`.
+3. Adhesion, lever, drag and torque all computed: `rolling` and `resuspension`, with particles where they landed.
+4. The same with particles where they came to rest: `resting`.
 
 The floor's topography was not published. Ground here is self-affine, as polished metal is often described: rms height
 5, 20 and 50 nm over waves up to 10 µm, Hurst exponent 0.8, waves down to four pixels; w = 0.56 J/m² is the one of Reeks
@@ -69,13 +70,16 @@ def grounds(pixels):
 
 
 def computed(scan, radius, speeds):
-    """Return fractions left with computed adhesion alone, and with lever and flow of its own; and the moments."""
+    """Return fractions left with computed adhesion alone; and with lever and flow, landed and at rest, with moments."""
     pair = roughxr.assign_pair(scan, sphere_radius=radius, **BODIES)
-    held = roughxr.rolling(pair, directions=12, subregions=(8, 8))
+    catalogue = roughxr.asperities(pair)
+    held = roughxr.rolling(catalogue, directions=12, subregions=(8, 8))
+    places = roughxr.resting(pair, landings=(8, 8), on=catalogue)
+    rested = roughxr.rolling(catalogue, directions=12, subregions=places)
     pull = held.pull_off_force.dropna("subregion").values
     adhesion = detachment.rock_n_roll(speeds, radius=radius, adhesion=pull)[:, 0]
-    own = roughxr.resuspension(held, friction_velocity=speeds, particle_density=3960)
-    return adhesion, own, held
+    flow = {"friction_velocity": speeds, "particle_density": 3960}
+    return adhesion, [(roughxr.resuspension(one, **flow), one) for one in (held, rested)]
 
 
 def told(words, speeds, fractions):
@@ -91,12 +95,12 @@ def off_by(fractions, runs):
     return float(np.sqrt(np.mean(np.concatenate(found) ** 2)))
 
 
-def describe(rms, scan, held):
+def describe(rms, scan, held, words):
     """Print what the ground is, and what was computed on it."""
     numbers, slope = detachment.parameters(held), float(scan.contact.roughness(spectra=False).s_dq)
     print(
-        f"  rms {rms:g} nm (slope {slope:.2f}): pull-off over smooth {float(numbers.adhesion_mean):.4f}, spread "
-        f"{float(numbers.adhesion_spread):.2f}; lever over radius {float(numbers.lever_median):.4f}; "
+        f"  rms {rms:g} nm, {words} (slope {slope:.2f}): pull-off over smooth {float(numbers.adhesion_mean):.4f}, "
+        f"spread {float(numbers.adhesion_spread):.2f}; lever over radius {float(numbers.lever_median):.4f}; "
         f"{int((held.contacts < 3).sum())} of {held.sizes['subregion']} places on fewer than 3 asperities"
     )
 
@@ -109,10 +113,11 @@ def compare(diameter, runs, surfaces, ax=None):
         told(f"measured, {name}", speeds, fractions)
     curves = {"Rock'n'Roll with Biasi's fit": by_the_fit(radius, SPEEDS)}
     for rms, scan in surfaces:
-        adhesion, own, held = computed(scan, radius, SPEEDS)
+        adhesion, both = computed(scan, radius, SPEEDS)
         curves[f"adhesion computed, rms {rms:g} nm"] = adhesion
-        curves[f"adhesion, lever and flow computed, rms {rms:g} nm"] = own.remaining.values[:, 0]
-        describe(rms, scan, held)
+        for words, (own, held) in zip(("landed", "at rest"), both):
+            curves[f"all computed, {words}, rms {rms:g} nm"] = own.remaining.values[:, 0]
+            describe(rms, scan, held, words)
     law = detachment.biasi_adhesion(radius)
     print(f"  Biasi's: pull-off over smooth {law.mean:.4f}, spread {law.spread:.2f}; lever over radius 0.0100")
     for words, fractions in curves.items():
@@ -125,9 +130,16 @@ def draw(ax, diameter, runs, curves):
     """Draw the runs as points, the fit black, computed adhesion dashed and all computed full."""
     for marker, (name, (speeds, fractions)) in zip("os^", runs.items()):
         ax.plot(speeds, fractions, marker, color="0.3", markersize=3, label=f"measured, {name}")
-    colours = iter(("0.0", *(colour for pair in zip(*[("#0173b2", "#de8f05", "#029e73")] * 2) for colour in pair)))
+    colours = iter(("0.0", *(colour for pair in zip(*[("#0173b2", "#de8f05", "#029e73")] * 3) for colour in pair)))
     for k, (words, fractions) in enumerate(curves.items()):
-        ax.plot(SPEEDS, fractions, color=next(colours), linestyle="--" if k % 2 else "-", linewidth=1.2, label=words)
+        ax.plot(
+            SPEEDS,
+            fractions,
+            color=next(colours),
+            linestyle=("-", "--", "-", ":")[(k - 1) % 3 + 1 if k else 0],
+            linewidth=1.2,
+            label=words,
+        )
     ax.set(xscale="log", xlabel="friction velocity [m/s]", ylabel="fraction left after 1 s", title=f"{diameter:g} µm")
     ax.legend(fontsize=6.5, frameon=False, loc="upper left", bbox_to_anchor=(0, -0.17))
 

@@ -2,10 +2,10 @@
 
     python tests/benchmarks/resting.py [SCAN ...] [--large 4096]
 
-Spheres of 3 µm of radius, of glass, with w = 0.1 J/m², land on a grid of 8 × 8 places: first they stay where they land, as
-a probe does; then they roll down to where they rest. Critical velocities are those of air at which half of them rock,
-and leave over the lowest pass; each is the median over places, weighted by the share of particles there. ``--large``
-adds a self-affine scan of so many pixels, in a process of its own: processor time, and the largest memory.
+Spheres of 3 µm of radius, of glass, with w = 0.1 J/m², land on a grid of 8 × 8 places: first they stay where they land,
+as a probe does; then they roll down to where they rest. Critical velocities are those of air at which half of them
+rock, and leave over the lowest pass; each is the median over places, weighted by the share of particles there.
+``--large`` adds a self-affine scan of so many pixels, in a process of its own: processor time, and the largest memory.
 """
 
 import argparse
@@ -58,11 +58,12 @@ def compare(name, scan):
     print(
         f"{name}: {places.sizes['subregion'] / area:.1f} rests per µm² ({places.sizes['subregion']}); on ≥ 3 summits "
         f"{share[places['carriers'].values >= 3].sum():.3f} of the area; barrier, median "
-        f"{median(places['barrier'].values, share):.3f} nm; {places.attrs['share_off_scan']:.2f} of the area rolls off; "
+        f"{median(places['barrier'].values, share):.3f} nm; from {places.attrs['share_off_scan']:.2f} of the area "
+        f"off the scan; "
         f"{inner.sizes['subregion']} away from the edge"
     )
     catalogue = roughxr.asperities(scan)
-    at_rest = roughxr.resting(scan, landings=GRID)
+    at_rest = roughxr.resting(scan, landings=GRID, on=catalogue)
     for words, where in (("landed", roughxr.regions.centres(scan, GRID)), ("at rest", at_rest)):
         held = roughxr.rolling(catalogue, directions=24, subregions=where)
         critical = roughxr.critical_load(held)["critical_friction_velocity"].values
@@ -73,7 +74,8 @@ def compare(name, scan):
     moments = [median(found[f"{where}_moment"].values, share) for where in ("rest", "pass")]
     print(
         f"  leaving over the lowest pass {median(leaves, share):.3f} m/s, first rocking in its weakest direction "
-        f"{median(rocks, share):.3f} m/s; moment towards the pass {moments[0]:.0f} nN nm at rest, {moments[1]:.0f} on it"
+        f"{median(rocks, share):.3f} m/s; moment towards the pass {moments[0]:.0f} nN nm at rest, {moments[1]:.0f} on "
+        "the pass"
     )
 
 

@@ -10,6 +10,7 @@ import xarray as xr
 
 from ...scans.regions import extent
 from ...statistics import smooth_pull_off
+from ...statistics.sampling import by_share
 from ...vocabulary.numbers import percent, prefixed
 from ...vocabulary.verbs import verb
 
@@ -45,7 +46,7 @@ def headline(run: Run) -> str:
         return ""
     pull = run["statistics/adhesive"]
     pull = pull.isel(preload=0) if "preload" in pull.dims else pull
-    mean, count = float(pull["pull_off_force"].mean()), int(pull["pull_off_force"].notnull().sum())
+    mean, count = float(by_share(pull["pull_off_force"]).mean()), int(pull["pull_off_force"].notnull().sum())
     if not count:
         return "No place pulls."
     smooth = smooth_pull_off(pull) if "sphere_radius" in pull.coords else np.nan

@@ -10,6 +10,7 @@ import xarray as xr
 
 from ...scans.regions import extent
 from ...statistics import force_ratio, smooth_pull_off
+from ...statistics.sampling import SHARE, by_share
 from ...vocabulary.numbers import number, prefixed
 from ...vocabulary.verbs import verb
 from .intervals import marked
@@ -116,11 +117,11 @@ def _pull_off_rows(run: Run, method: str, unit: str, size: float) -> dict[str, f
     smooth = smooth_pull_off(run[f"solutions/{method}"]) / size
     return {
         f"pull-off, smooth sphere [{unit}]": smooth,
-        f"pull-off, mean [{unit}]": float(force.mean()),
+        f"pull-off, mean [{unit}]": float(by_share(force).mean()),
         f"pull-off, std [{unit}]": _spread(force),
         f"pull-off, largest [{unit}]": float(force.max()),
-        "pull-off, rough / smooth": float(force.mean()) / smooth if smooth > 0 else np.nan,
-        "pull-off displacement, mean [nm]": float(delta.mean()),
+        "pull-off, rough / smooth": float(by_share(force).mean()) / smooth if smooth > 0 else np.nan,
+        "pull-off displacement, mean [nm]": float(by_share(delta).mean()),
         "pull-off displacement, std [nm]": _spread(delta),
         "subregions that pull": float(force.notnull().sum()),
     }
@@ -128,7 +129,9 @@ def _pull_off_rows(run: Run, method: str, unit: str, size: float) -> dict[str, f
 
 def _spread(values: xr.DataArray) -> float:
     """Return the standard deviation (n − 1) of the finite values, NaN for fewer than two."""
-    return float(values.std(ddof=1)) if int(values.notnull().sum()) > 1 else np.nan
+    if int(values.notnull().sum()) < 2:
+        return np.nan
+    return float(by_share(values).std() if SHARE in values.coords else values.std(ddof=1))
 
 
 def _share_at_pull_off(run: Run, method: str, name: str) -> float:
