@@ -151,7 +151,7 @@ _TASKS: tuple[tuple[str, set[str], str], ...] = (
     ("the scan", {"scan"}, "level fill crop resample rotate90 smooth dilate erode add_fine_roughness"),
     ("its roughness", {"scan"}, "roughness power_spectrum autocorrelation self_affine_fit asperities"),
     ("its asperities", {"asperities"}, "reconstruct tip_flags"),
-    ("how hard it presses and sticks", {"scan"}, "adhesive direct rigid resting"),
+    ("how hard it presses and sticks", {"scan"}, "adhesive continued direct rigid resting"),
     ("the same by single asperities", {"scan", "asperities"}, "superpose pull_off_map rolling tabor"),
     ("which model, and how sure", {"scan"}, "regime formulas vary sensitivity error_budget scale_dependence"),
     ("the answer", {"force", "pull_off"}, "answer pull_off reduction debris"),

@@ -372,7 +372,8 @@ def _add_explore(commands) -> None:
 
 def _add_info(commands) -> None:
     command = commands.add_parser("info", help="say what a file holds")
-    command.add_argument("file", metavar="FILE")
+    command.add_argument("file", metavar="FILE", nargs="?")
+    command.add_argument("--formats", action="store_true", help="list the formats of scans and of measured pull-offs")
     _add_reading(command)
     command.add_argument("--picture", metavar="PNG", help="draw the channel, levelled by a plane")
     command.set_defaults(command=_info)
@@ -615,10 +616,26 @@ def _explore(options) -> None:
         webbrowser.open(page.resolve().as_uri())
 
 
+#: What `measured` reads besides adhesion images in the formats of scans.
+_MEASURED_FORMATS = (
+    ("table of pull-offs, any separator, names above", ".csv, .txt, .dat, .tsv", "roughxr measured"),
+    ("workbook of pull-offs", ".xlsx", "roughxr measured (extra excel)"),
+    (
+        "force-distance curves and force volumes",
+        ".spm, .jpk-force, .ibw, .tab",
+        "roughxr measured (extra curves)",
+    ),
+)
+
+
 def _info(options) -> None:
     from . import scans
     from .presentation import figures
 
+    if options.formats or options.file is None:
+        for name, endings, through in [*scans.formats(), *_MEASURED_FORMATS]:
+            print(f"{name:50s} {endings:36s} {through}")
+        return
     channels = scans.describe(options.file)
     print(
         "\n".join(

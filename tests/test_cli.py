@@ -5,12 +5,14 @@ import io
 import subprocess
 import sys
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
 
+from roughxr import cli, scans
 from roughxr.cli import main
 from roughxr.presentation import figures
 from roughxr.presentation.report import embedded_figures
@@ -394,3 +396,13 @@ def test_an_unknown_option_is_asked_back(given, meant, capsys):
     with pytest.raises(SystemExit):
         main(["run", "scan.nc", "--materials", "glass", "--indenter", "face.nc", given, "3"])
     assert f"did you mean {meant}" in capsys.readouterr().err.replace("'", "")
+
+
+def test_the_formats_that_are_read_are_listed_and_on_the_page(capsys):
+    assert main(["info", "--formats"]) == 0
+    told = capsys.readouterr().out
+    page = (Path(__file__).parents[1] / "notebooks" / "site" / "how-to.md").read_text(encoding="utf-8")
+    assert all(name in told for name, *_ in scans.formats())
+    own = [one for one in scans.formats() if "SurfaceTopography (" not in one[2]]  # the others are of its version
+    for name, endings, _ in [*own, *cli._MEASURED_FORMATS]:
+        assert endings in told and f"| {name} | {endings} |" in page

@@ -6,6 +6,7 @@ from .combined_spectra import combined_spectrum
 from .description import describe
 from .editing import crop, fill, resample, rotate90
 from .export import to_file, to_gsf, to_netcdf, to_surfacetopography, to_tiff
+from .files import formats
 from .fine_scales import add_fine_roughness, self_affine_fit, smooth
 from .levelling import level
 from .plausibility import ImplausibleScan, doubts
@@ -24,6 +25,7 @@ __all__ = [
     "describe",
     "doubts",
     "fill",
+    "formats",
     "level",
     "open_sample",
     "open_scan",

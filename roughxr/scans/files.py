@@ -66,6 +66,24 @@ def reader_of(path: Path) -> tuple[str, Callable[[Path], list[Channel]]]:
     return "vendor", vendors.channels
 
 
+def formats() -> list[tuple[str, str, str]]:
+    """Return the formats of scans that are read: name, endings (the content decides), and through what.
+
+    Examples
+    --------
+    >>> formats()[1]
+    ('Gwyddion simple field', '.gsf', 'roughxr')
+    """
+    own = [
+        ("NetCDF, as roughxr or SurfaceTopography writes it", ".nc", "roughxr"),
+        ("Gwyddion simple field", ".gsf", "roughxr"),
+        ("Gwyddion, version 1 refused with a word", ".gwy", "gwyfile (extra afm)"),
+        ("matrix of numbers, with Gwyddion's head or size=", ".txt, .csv, .dat", "roughxr"),
+        ("matrix of NumPy, with size= and height_units=", ".npy", "roughxr"),
+    ]
+    return own + [(*one, "SurfaceTopography (extra afm)") for one in vendors.formats()]
+
+
 def guarded(path: Path, read: Callable[..., Any], *args: Any, **options: Any) -> Any:
     """Return ``read(...)``; any error of a library is raised again with the file's name."""
     try:

@@ -44,6 +44,16 @@ def channels(path: Path) -> list[Channel]:
     return [_channel(path, k, one, kind)._replace(doubt=doubt) for k, one in images]
 
 
+def formats() -> list[tuple[str, str]]:
+    """Return names and endings of the vendors' formats that are read, none without the extra."""
+    if find_spec("SurfaceTopography") is None:
+        return []
+    from SurfaceTopography import IO
+
+    known = [one for one in IO.readers if one.format() not in vendor_reader.NOT_ASKED]
+    return sorted((one.name(), ", ".join(f".{ending}" for ending in one.file_extensions())) for one in known)
+
+
 def _length_doubt(path: Path, format_name: str, header: dict[str, Any]) -> str:
     """Return how a header and the file's length contradict each other, empty where they agree or cannot be compared."""
     length = path.stat().st_size

@@ -12,6 +12,7 @@ import xarray as xr
 
 from ... import statistics
 from ...statistics import bootstrap
+from ...vocabulary import schema
 from .. import figures
 from ..figures.style import BLUE, GREY, axes, label_axes, styled
 from .beside_measured import COMPARED, MEASURED, prediction
@@ -123,11 +124,20 @@ def _contact(run: Run):
 
 
 def _pulling(run: Run):
-    sweep = run["solutions/energy"]
-    deepest = -float(sweep["force"].min())
-    if deepest <= 0:
+    """Draw the superposed forces of all places, each about the displacement of its own pull-off."""
+    sweep, at = run["solutions/energy"], run["statistics/energy"]["pull_off_delta"]
+    pulling = np.flatnonzero(at.notnull().values)
+    if not pulling.size:
         raise ValueError("no place pulls at any displacement that was computed")
-    return figures.force_fan(sweep, force_limits=(-1.2 * deepest, 3 * deepest))
+    delta, reach = sweep["delta"].values, 0.1 * float(np.ptp(sweep["delta"].values))
+    about = np.linspace(-reach, reach, 201)
+    force = [
+        np.interp(about + float(at[k]), delta, sweep["force"].isel(subregion=k).transpose("delta").values)
+        for k in pulling
+    ]
+    deepest = -float(np.min(force))
+    shifted = xr.Dataset({"force": (("subregion", "delta"), force)}, {"delta": about, "subregion": pulling})
+    return figures.force_fan(schema.label(shifted), interval=None, force_limits=(-1.2 * deepest, 2 * deepest))
 
 
 def _loop(run: Run):
@@ -206,7 +216,8 @@ _DRAWINGS = {
     "Force with adhesion": _Drawing(
         ("solutions/energy",),
         _pulling,
-        "Superposed asperities that adhere (least energy); the axis shows the pull and the push as far as it is small.",
+        "Superposed asperities that adhere (least energy): every place about the displacement at which it lets go, "
+        "as far as the push is small.",
     ),
     _OVER_HUMIDITY: _Drawing(
         ("scan", HUMIDITY),
