@@ -105,7 +105,7 @@ def test_the_accessor_says_what_it_is_about_and_what_it_can_do(surface):
     shown = repr(surface.contact)
     assert shown.startswith("<roughxr: scan; sphere_radius 3000 nm, contact_modulus 39.4")
     fitting = set(dir(surface.contact))
-    assert {"adhesive", "assign_pair", "to_gsf"} <= fitting <= set(VERBS)
+    assert {"adhesive", "assign_pair", "to_file"} <= fitting <= set(VERBS)
     assert not {"answer", "critical_load", "compare"} & fitting
     assert all((f"  .{verb} " in shown) == (verb in fitting) for verb in VERBS)
     assert "<code>.adhesive</code>" in surface.contact._repr_html_()
