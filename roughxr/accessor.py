@@ -148,7 +148,7 @@ def _assigned(ds: xr.Dataset) -> list[str]:
 #: Verbs by task, and the kinds of Dataset that they take, see `_kinds`.
 _TASKS: tuple[tuple[str, set[str], str], ...] = (
     ("the bodies", {"scan"}, "assign_pair fit_sphere placements"),
-    ("the scan", {"scan"}, "level fill crop resample rotate90 smooth dilate erode add_fine_roughness continued"),
+    ("the scan", {"scan"}, "level fill crop resample rotate90 smooth dilate erode add_fine_roughness"),
     ("its roughness", {"scan"}, "roughness power_spectrum autocorrelation self_affine_fit asperities"),
     ("its asperities", {"asperities"}, "reconstruct tip_flags"),
     ("how hard it presses and sticks", {"scan"}, "adhesive continued direct rigid resting"),

@@ -114,14 +114,16 @@ def stiff(scan: xr.Dataset) -> xr.Dataset:
         roughxr.formulas(scan),
         roughxr.regime(scan),
         roughxr.scale_dependence(scan, shortest=[20.0]),
+        roughxr.answer(roughxr.continued(scan, subregions=(2, 1), seeds=1)),
     ]
     return roughxr.rigid(scan, subregions=(2, 2)) if constant and tables else scan
 
 
 def lifted(scan: xr.Dataset) -> xr.Dataset:
     """Ask at what flow particles leave."""
-    holds: xr.Dataset = roughxr.rolling(scan, directions=8, subregions=(4, 4))
-    holds = roughxr.detachment.with_pull_off(holds, roughxr.pull_off_map(scan, subregions=(4, 4)))
+    rests: xr.Dataset = roughxr.resting(scan, settle="adhesion")
+    holds: xr.Dataset = roughxr.rolling(scan, directions=8, subregions=rests)
+    holds = roughxr.detachment.with_pull_off(holds, roughxr.pull_off_map(scan, subregions=rests))
     critical: xr.Dataset = roughxr.critical_load(holds)
     numbers: xr.Dataset = roughxr.detachment.parameters(holds, catalogue=roughxr.asperities(scan))
     lines: str = roughxr.to_dem(holds, code="lammps", classes=3)

@@ -248,8 +248,8 @@ def to_file(ds: xr.Dataset, path: str | os.PathLike, *, name: str | None = None)
     ds : Dataset
         A scan, or a Dataset with maps such as those of `pull_off_map`.
     path : str or path
-        Ending in ``.gsf``, a Gwyddion Simple Field; ``.tif``, a GeoTIFF with place and pixel size for GIS programs; or ``.nc``, the NetCDF-3
-        file of a scan that SurfaceTopography and contact.engineering open.
+        Ending in ``.gsf``, a Gwyddion Simple Field; ``.tif``, a GeoTIFF with place and pixel size for GIS programs; or
+        ``.nc``, the NetCDF-3 file of a scan that SurfaceTopography and contact.engineering open.
     name : str, optional
         The variable, for ``.gsf`` and ``.tif``; by default the height.
 
