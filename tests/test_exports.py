@@ -91,7 +91,7 @@ def test_without_pyarrow_it_is_said_what_to_install(pull, tmp_path, monkeypatch)
 
 
 def test_other_endings_are_refused(pull, tmp_path):
-    with pytest.raises(ValueError, match=r"'\.csv', '\.parquet'"):
+    with pytest.raises(ValueError, match=r"'\.xlsx', '\.parquet'"):
         to_table(pull, tmp_path / "pull.txt")
 
 
