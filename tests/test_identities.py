@@ -51,8 +51,8 @@ ROUNDING = 1e-6
 SINGLE = 1e-4
 
 #: Not compared: how a solve came to its end; in how many cells the smallest contact that bears a tenth of the tension is
-#: wide, which the last digit of one cell may decide; angles of extremes, which two directions may share; and what stands
-#: for x or y, or for places in their order.
+#: wide, which one cell's last digit may decide; angles of extremes, which two directions may share; and what stands for
+#: x or y, or for places in their order.
 LEFT = ("iterations", "residual", "weakest_direction", "stiffest_direction", "orientation", "x", "y", "subregion")
 LEFT += (
     "subregion_x",

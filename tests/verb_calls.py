@@ -156,6 +156,7 @@ NOT_CALLED = {
     "compute": "computes what it is given",
     "error_budget": "`adhesive` at some places",
     "answer": "numbers that it holds, in words",
+    "continued": "`rigid` or `adhesive` on several surfaces",
     "detachment.leaving": "wants places of rest: tests/test_resting.py",
     "plot": "only draws",
     "pooled": "wants several scans: tests/test_pooling.py",
