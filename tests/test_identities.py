@@ -50,9 +50,9 @@ ROUNDING = 1e-6
 #: Heights in single precision are other heights, by a part in 1e7 of the largest; pulls follow them as their root.
 SINGLE = 1e-4
 
-#: Not compared: how a solve came to its end; in how many cells the smallest contact that bears a tenth of the tension is
-#: wide, which one cell's last digit may decide; angles of extremes, which two directions may share; and what stands for
-#: x or y, or for places in their order.
+#: Not compared: how a solve came to its end; in how many cells the smallest contact that bears a tenth of the tension
+#: is wide, which one cell's last digit may decide; angles of extremes, which two directions may share; and what stands
+#: for x or y, or for places in their order.
 LEFT = ("iterations", "residual", "weakest_direction", "stiffest_direction", "orientation", "x", "y", "subregion")
 LEFT += (
     "subregion_x",
