@@ -50,8 +50,8 @@ ROUNDING = 1e-6
 #: Heights in single precision are other heights, by a part in 1e7 of the largest; pulls follow them as their root.
 SINGLE = 1e-4
 
-#: Not compared: how a solve came to its end; in how many cells the smallest contact that bears a tenth of the tension is
-#: wide, which the last digit of one cell may decide; angles of extremes, which two directions may share; and what stands
+#: Not compared: how a solve came to its end; in how many cells the smallest contact that bears a tenth of the tension
+#: is wide, which one cell's last digit may decide; angles of extremes, which two directions may share; and what stands
 #: for x or y, or for places in their order.
 LEFT = ("iterations", "residual", "weakest_direction", "stiffest_direction", "orientation", "x", "y", "subregion")
 LEFT += (
@@ -206,7 +206,12 @@ def at_first(verb, seed):
     return computed(verb, Setting(surface(seed), places(seed)))
 
 
+#: Refuse a scan that is not loaded, in words: they read the heights to choose how they go on.
+IN_MEMORY = ("regime",)
+
+
 def holds(verb, seed, steps, draw):
+    steps = [step for step in steps if not (step is lazy and verb in IN_MEMORY)]
     now = Setting(surface(seed), places(seed))
     for step in steps:
         now = step(now, draw)

@@ -144,7 +144,7 @@ CALLS = {
     ],
     "tabor": [on("catalogue")],
     "tip_flags": [on("catalogue", tip_radius=10.0)],
-    "to_gsf": [on("scan")],
+    "to_file": [on("scan")],
     "to_table": [on("pulls")],
     "vary": [on("scan", "pull_off_map", work_of_adhesion=[0.1, 0.3], subregions=PLACES)],
 }
@@ -156,6 +156,7 @@ NOT_CALLED = {
     "compute": "computes what it is given",
     "error_budget": "`adhesive` at some places",
     "answer": "numbers that it holds, in words",
+    "continued": "`rigid` or `adhesive` on several surfaces",
     "detachment.leaving": "wants places of rest: tests/test_resting.py",
     "plot": "only draws",
     "pooled": "wants several scans: tests/test_pooling.py",
@@ -164,11 +165,9 @@ NOT_CALLED = {
     "run": "all of them",
     "scale_dependence": "`adhesive` on several surfaces",
     "sensitivity": "`superpose` with several options",
-    "to_surfacetopography": "another library's",
-    "to_tiff": "as to_gsf",
     "to_dem": "text for other programs, of `parameters`",
 }
-WRITES = {"to_gsf": ".gsf", "to_table": ".csv"}
+WRITES = {"to_file": ".gsf", "to_table": ".csv"}
 
 
 def public_verbs():

@@ -10,6 +10,7 @@ import xarray as xr
 
 from ..presentation import report
 from ..statistics import debris, force_ratio
+from ..vocabulary.verbs import verb
 from .printed import CONTACT, NOTES, SCAN
 
 Run = Mapping[str, xr.Dataset]
@@ -24,11 +25,13 @@ _SHOWN, _ALIKE = (5.08, 15.4), (9.0, 10.0, 12.0)
 _PRINTED = (5.08, 10.0, 15.4, 20.0)
 
 
+@verb
 def scan_table(run: Run) -> pd.DataFrame:
     """Return the main numbers of scan and asperities beside the printed ones."""
     return _beside(report.scan_table(run), SCAN)
 
 
+@verb
 def contact_table(run: Run) -> pd.DataFrame:
     """Return the contact's main numbers by method beside the printed ones."""
     table = report.contact_table(run, deltas=_PRINTED)
