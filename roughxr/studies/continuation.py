@@ -133,7 +133,7 @@ def continued(
     question = Question(problem, adhesion, Below(model, model.shown, model.shown))
     pilot = _pilot(surface, question, end, accuracy, progress)
     question = question._replace(below=question.below._replace(shortest=pilot.waves[-1]))
-    forces = surface.solve(question, range(centres.sizes["subregion"]), count, pilot.guess, progress)[..., 0]
+    forces = surface.solve(question, range(centres.sizes["subregion"]), count, pilot.guesses[-1], progress)[..., 0]
     entries = _entries(surface, question, pilot, hardness, progress) | _scatter(forces, centres)
     return _result(ds, forces, entries, pilot, model, centres, hardness, (preload, subregions, count, end))
 
@@ -225,7 +225,7 @@ class _Pilot(NamedTuple):
     places: np.ndarray
     waves: list[float]  # nm, falling
     means: list[float]  # nN
-    guess: tuple[float, float]  # depth (nm) and pull-off (nN) at the last
+    guesses: list[tuple[float, float] | None]  # depth (nm) and pull-off (nN) at each
     converged: bool
     change: float  # of the mean by the last octave
 
@@ -236,20 +236,20 @@ def _pilot(surface: Surface, question: Question, end, accuracy: float, progress:
     places = np.unique(np.linspace(0, count - 1, min(count, _PILOT)).round().astype(int))
     seeds, below = max(1, -(-_PILOT // places.size)), question.below
     model, length = below.spectrum, question.adhesion.length
-    waves, means, guess, converged = [below.longest], [], None, False
+    waves, means, guesses, converged = [below.longest], [], [None], False
     smallest = _FLOOR if end is None else min(end, below.longest)
     while True:
         asked = question._replace(below=below._replace(shortest=waves[-1]))
-        found = surface.solve(asked, places, seeds, guess, progress)
+        found = surface.solve(asked, places, seeds, guesses[-1], progress)
         means.append(float(np.nanmean(found[..., 0])))
-        guess = next_guess(found, guess)
+        guesses.append(next_guess(found, guesses[-1]))
         if end is None:
             converged = rms_of(model.at, waves[-1], waves[-1] / 2) < _FLAT * length or _settled(means, accuracy)
         if converged or waves[-1] <= smallest * (1 + 1e-9):
             break
         waves.append(max(waves[-1] * _FACTOR, smallest))
     change = abs(np.log(means[-1] / means[-3])) if len(means) > 2 else 0.0
-    return _Pilot(places, waves, means, guess, converged or end is not None, change)
+    return _Pilot(places, waves, means, guesses[1:], converged or end is not None, change)
 
 
 def _settled(means: list[float], accuracy: float) -> bool:
@@ -261,25 +261,32 @@ def _settled(means: list[float], accuracy: float) -> bool:
 
 
 def _entries(surface, question: Question, pilot: _Pilot, hardness: str, progress: bool) -> dict[str, float]:
-    """Return the standard deviations of ln(mean) by the assumptions, each from a few places on the same waves."""
+    """Return the standard deviations of ln(mean) by the assumptions, each from a few places on the same waves.
+
+    What depends on the law and the bodies is asked an octave before the last wave, where a place takes a fifth of the
+    time; the spectrum at the last, to which its error grows.
+    """
+    before = max(len(pilot.waves) - 3, 0)
     problem, adhesion, below = question
-    cases = {"spectrum": [below.spectrum._replace(tilt=tilt) for tilt in (-1.0, 1.0)]}
-    asked = {"spectrum": [question._replace(below=below._replace(spectrum=one)) for one in cases["spectrum"]]}
+    coarser = question._replace(below=below._replace(shortest=pilot.waves[before]))
+    tilted = [below.spectrum._replace(tilt=tilt) for tilt in (-1.0, 1.0)]
+    asked = {"spectrum": [question._replace(below=below._replace(spectrum=one)) for one in tilted]}
     asked["range of adhesion"] = [
-        question._replace(adhesion=adhesion._replace(length=adhesion.length * factor))
+        coarser._replace(adhesion=adhesion._replace(length=adhesion.length * factor))
         for factor in (1 / _RANGE, _RANGE)
         if not problem.yielding or adhesion.work / (adhesion.length * factor) < problem.hardness
     ]
     if problem.yielding:
         unsure, least = _ESTIMATED if "estimated" in hardness else _HARDNESS, 1.01 * adhesion.work / adhesion.length
         asked["hardness"] = [
-            question._replace(problem=problem._replace(hardness=max(problem.hardness * factor, least)))
+            coarser._replace(problem=problem._replace(hardness=max(problem.hardness * factor, least)))
             for factor in (1 / unsure, unsure)
         ]
-    seeds, base, out = max(1, -(-_PILOT // pilot.places.size)), np.log(pilot.means[-1]), {}
+    seeds, out = max(1, -(-_PILOT // pilot.places.size)), {}
     for name, questions in asked.items():
-        solved = [surface.solve(one, pilot.places, seeds, pilot.guess, progress)[..., 0] for one in questions]
-        changes = [abs(np.log(np.nanmean(one)) - base) for one in solved]
+        at = -1 if name == "spectrum" else before
+        solved = [surface.solve(one, pilot.places, seeds, pilot.guesses[at], progress)[..., 0] for one in questions]
+        changes = [abs(np.log(np.nanmean(one) / pilot.means[at])) for one in solved]
         out[name] = float(np.sqrt(np.mean(np.square(changes))))
     out["shorter waves"] = 0.5 * pilot.change
     return out
