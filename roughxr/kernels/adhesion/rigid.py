@@ -56,19 +56,22 @@ class Cells(NamedTuple):
     mean: np.ndarray  # gap or height, its mean over the cell, nm
     x: np.ndarray  # change of it across the cell, nm
     y: np.ndarray
+    most: float  # how far above its middle's gap a cell may reach the level, nm
 
 
 def cells(height, law):
     """Return the means and slopes of the cells of a map of heights or gaps (nm); none for a dry law."""
     if law.wet == -np.inf:
-        return Cells(*(np.empty((0, 0)),) * 3)
+        return Cells(*(np.empty((0, 0)),) * 3, 0.0)
     around = np.pad(height, 1, mode="edge")
     with np.errstate(invalid="ignore"):
         along = [(around[2:, 1:-1], around[:-2, 1:-1]), (around[1:-1, 2:], around[1:-1, :-2])]
         slopes = [0.5 * (after - before) for after, before in along]
         bend = sum(after + before - 2 * height for after, before in along)
     slopes = [np.where(np.isfinite(slope), slope, 0.0) for slope in slopes]
-    return Cells(height + np.where(np.isfinite(bend), bend, 0.0) / 24, *slopes)
+    bend = np.where(np.isfinite(bend), bend, 0.0) / 24
+    most = float((np.abs(bend) + 0.5 * sum(map(np.abs, slopes))).max())
+    return Cells(height + bend, *slopes, most)
 
 
 @kernel
@@ -80,9 +83,9 @@ def pulls(separation, around, deltas, law, closest, area):
             for j in range(separation.shape[1]):
                 s = separation[i, j]
                 if s < np.inf:
-                    part = (
-                        wetted(law.wet + deltas[k] - around.mean[i, j], around.x[i, j], around.y[i, j]) if wet else 0.0
-                    )
+                    part = 0.0
+                    if wet and s - deltas[k] < law.wet + around.most:
+                        part = wetted(law.wet + deltas[k] - around.mean[i, j], around.x[i, j], around.y[i, j])
                     found[k] += partly(max(s - deltas[k], closest), law, part)
     return area * found
 
