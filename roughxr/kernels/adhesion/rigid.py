@@ -118,13 +118,16 @@ def wetted_parts(around, levels):
 def wet_area(around, level):
     """Return the area wetted below a level (nm), and the length of its edge, in cells and their sides."""
     area, edge = 0.0, 0.0
-    for n in range(around.mean.size):
-        a, b = abs(around.x.flat[n]), abs(around.y.flat[n])
-        depth, slope = level - around.mean.flat[n], np.hypot(a, b)
+    means, x, y = around.mean.ravel(), around.x.ravel(), around.y.ravel()
+    for n in range(means.size):
+        depth = level - means[n]
+        if depth <= -around.most:
+            continue
+        a, b = abs(x[n]), abs(y[n])
         area += wetted(depth, a, b)
         if abs(depth) < 0.5 * (a + b):
             width = 1e-3 * (a + b)
-            edge += slope * (wetted(depth + width, a, b) - wetted(depth - width, a, b)) / (2.0 * width)
+            edge += np.hypot(a, b) * (wetted(depth + width, a, b) - wetted(depth - width, a, b)) / (2.0 * width)
     return area, edge
 
 
