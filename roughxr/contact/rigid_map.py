@@ -79,7 +79,7 @@ def _wet_reach(law, ground: kernels.Cells, indenter: kernels.Cells) -> float:
     if not ground.mean.size:
         return 0.0
     near = indenter.mean < law.wet + np.ptp(ground.mean)
-    slope = sum(np.abs(one).max() + np.abs(other[near]).max() for one, other in zip(ground[1:], indenter[1:]))
+    slope = sum(np.abs(one).max() + np.abs(other[near]).max() for one, other in zip(ground[1:3], indenter[1:3]))
     return law.wet + 0.5 * slope
 
 

@@ -56,19 +56,22 @@ class Cells(NamedTuple):
     mean: np.ndarray  # gap or height, its mean over the cell, nm
     x: np.ndarray  # change of it across the cell, nm
     y: np.ndarray
+    most: float  # how far above its middle's gap a cell may reach the level, nm
 
 
 def cells(height, law):
     """Return the means and slopes of the cells of a map of heights or gaps (nm); none for a dry law."""
     if law.wet == -np.inf:
-        return Cells(*(np.empty((0, 0)),) * 3)
+        return Cells(*(np.empty((0, 0)),) * 3, 0.0)
     around = np.pad(height, 1, mode="edge")
     with np.errstate(invalid="ignore"):
         along = [(around[2:, 1:-1], around[:-2, 1:-1]), (around[1:-1, 2:], around[1:-1, :-2])]
         slopes = [0.5 * (after - before) for after, before in along]
         bend = sum(after + before - 2 * height for after, before in along)
     slopes = [np.where(np.isfinite(slope), slope, 0.0) for slope in slopes]
-    return Cells(height + np.where(np.isfinite(bend), bend, 0.0) / 24, *slopes)
+    bend = np.where(np.isfinite(bend), bend, 0.0) / 24
+    most = float((np.abs(bend) + 0.5 * sum(map(np.abs, slopes))).max())
+    return Cells(height + bend, *slopes, most)
 
 
 @kernel
@@ -80,9 +83,9 @@ def pulls(separation, around, deltas, law, closest, area):
             for j in range(separation.shape[1]):
                 s = separation[i, j]
                 if s < np.inf:
-                    part = (
-                        wetted(law.wet + deltas[k] - around.mean[i, j], around.x[i, j], around.y[i, j]) if wet else 0.0
-                    )
+                    part = 0.0
+                    if wet and s - deltas[k] < law.wet + around.most:
+                        part = wetted(law.wet + deltas[k] - around.mean[i, j], around.x[i, j], around.y[i, j])
                     found[k] += partly(max(s - deltas[k], closest), law, part)
     return area * found
 
@@ -115,13 +118,16 @@ def wetted_parts(around, levels):
 def wet_area(around, level):
     """Return the area wetted below a level (nm), and the length of its edge, in cells and their sides."""
     area, edge = 0.0, 0.0
-    for n in range(around.mean.size):
-        a, b = abs(around.x.flat[n]), abs(around.y.flat[n])
-        depth, slope = level - around.mean.flat[n], np.hypot(a, b)
+    means, x, y = around.mean.ravel(), around.x.ravel(), around.y.ravel()
+    for n in range(means.size):
+        depth = level - means[n]
+        if depth <= -around.most:
+            continue
+        a, b = abs(x[n]), abs(y[n])
         area += wetted(depth, a, b)
         if abs(depth) < 0.5 * (a + b):
             width = 1e-3 * (a + b)
-            edge += slope * (wetted(depth + width, a, b) - wetted(depth - width, a, b)) / (2.0 * width)
+            edge += np.hypot(a, b) * (wetted(depth + width, a, b) - wetted(depth - width, a, b)) / (2.0 * width)
     return area, edge
 
 
