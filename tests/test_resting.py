@@ -214,6 +214,8 @@ def test_missing_pixels_and_wrong_options_are_said():
         resting(surface.where(surface.x > surface.x[3]))
     with pytest.raises(ValueError, match="settle"):
         resting(surface, settle="glue")
+    with pytest.raises(ValueError, match="particle_density: not used"):
+        resting(surface, particle_density=2500)
     with pytest.raises(ValueError, match="least_barrier"):
         resting(surface, least_barrier=-1)
     with pytest.raises(ValueError, match="particle_density"):
@@ -300,7 +302,7 @@ def test_leaving_over_the_pass_of_three_summits_takes_the_moment_about_the_pair_
 
 
 def test_a_run_of_particles_solves_their_rests_and_tells_both(tmp_path):
-    surface = glass_pair(scan(rough(48, rms=2.0, smooth=2.0, seed=1), 12.0))
+    surface = glass_pair(scan(rough(32, rms=2.0, smooth=2.0, seed=1), 12.0))
     how = {"subregions": (2, 2), "particle": True, "delta": [1.0], "budget": 0, "refine": 1}
     run = roughxr.run(surface, tmp_path / "run.nc", **how)
     places = resting(roughxr.level(surface), landings=(2, 2), on=roughxr.asperities(roughxr.level(surface)))

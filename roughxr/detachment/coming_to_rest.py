@@ -126,6 +126,10 @@ def resting(
     if not shallow >= 0:
         raise ValueError(f"least_barrier: expected a height in nm of at least 0, found {least_barrier!r}")
     given = {"settle": settle, "least_barrier": shallow}
+    flown = {"particle_density": particle_density, "friction_velocity": friction_velocity or None}
+    unused = {"on": on} if settle == "adhesion" else flown
+    if wrong := [name for name, value in unused.items() if value is not None]:
+        raise ValueError(f"{', '.join(wrong)}: not used by settle={settle!r}; leave it out")
     z, ground = _ground(scan, radius)
     found = _settled(z, ground, shallow)
     if settle == "adhesion":
