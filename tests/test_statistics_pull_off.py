@@ -127,3 +127,18 @@ def test_a_map_over_pixels_has_a_ratio(ground):
     found = reduction(roughxr.pull_off_map(ground.isel(x=slice(20, 30), y=slice(20, 32))))
     assert found.pull_off_ratio.dims == ("x", "y")
     np.testing.assert_allclose(found.pull_off_ratio, found.pull_off_force / (1.5 * np.pi * 1.3494 * 3000), rtol=1e-12)
+
+
+def test_the_answer_is_the_mean_with_its_interval_in_a_suitable_unit_and_as_data(capsys):
+    force = np.array([[1200.0, np.nan, 900.0, 1500.0], [1.0, 2.0, 3.0, 4.0]])
+    pull = xr.Dataset({"pull_off_force": (("preload", "subregion"), force, {"units": "nN"})}, {"preload": [0.0, 500.0]})
+    found = roughxr.answer(pull.assign(pull_off_error=(("preload", "subregion"), np.full((2, 4), -0.02))))
+    told = capsys.readouterr().out
+    assert told.startswith("1.2 µN (95 % interval ") and "3 places of 4" in told and "mesh and step 2 %" in told
+    assert float(found.pull_off_force) == 1200 and int(found.places) == 3 and float(found.mesh_error) == 0.02
+    assert 900 <= float(found.low) < 1200 < float(found.high) <= 1500
+    assert found.pull_off_force.units == found.low.units == "nN"
+    one = roughxr.answer(pull.isel(preload=[1], subregion=[0]))
+    assert np.isnan(one.low) and capsys.readouterr().out.startswith("1 nN (1 place)")
+    with pytest.raises(ValueError, match="at least one place that pulls"):
+        roughxr.answer(pull * np.nan)

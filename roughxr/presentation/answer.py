@@ -37,7 +37,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     --------
     >>> pull = xr.Dataset({"pull_off_force": ("subregion", [388.0, 575.0, 817.0])})
     >>> found = answer(schema.label(pull))
-    593 nN (95 % interval 388 … 817 nN by 3 places); for a surface as smooth as the scan below its pixels
+    593 nN (95 % interval 388 … 817 nN by 3 places); as the scan shows the surface, without what is below its pixels
     >>> float(found.low) < float(found.pull_off_force) < float(found.high)
     True
     """
@@ -79,4 +79,4 @@ def _in_words(found: dict[str, float], places: int, pull: xr.Dataset) -> str:
         said.append(
             f"{number(100 * found['pull_off_force'] / smooth, '%')} of what a smooth flat holds" if smooth else ""
         )
-    return "; ".join([*filter(None, said), "for a surface as smooth as the scan below its pixels"])
+    return "; ".join([*filter(None, said), "as the scan shows the surface, without what is below its pixels"])
