@@ -20,8 +20,8 @@ from .problem import Surface
 #: Cells along the shortest wave, and on the meshes on which the cells within reach are looked for.
 PER_WAVE, _PER_WAVE_LOOKED = 8.0, 3.0
 
-#: Cells need not be smaller than this (nm), as long as the shortest wave has four: there is no continuum below.
-_LEAST_CELL = 0.125
+#: Cells need not be smaller than this (nm), as long as the shortest wave has four: such short waves are low.
+_LEAST_CELL = 0.5
 
 #: Factor from the shortest wave of one such mesh to the next.
 _SHORTER = 3.0
