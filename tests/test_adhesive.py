@@ -87,11 +87,13 @@ def test_sphere_loads_on_the_same_branch(cycle):
 
 
 def test_sphere_has_the_contact_area_of_jkr(cycle):
-    ds, solution, errors = cycle
+    """Off by up to 3.4 % on whole pixels; on half ones by up to 2.4 % beyond the pull-off, by 0.7 % before it."""
+    ds, solution, _ = cycle
     a, scale = units(ds)
     retraction = solution.sel(branch="retraction")
     expected = np.pi * a**2 * np.array([jkr.stable_semi_axis(d / scale) for d in solution.delta.values]) ** 2
-    assert np.abs(retraction.contact_area.values[0] / expected - 1).max() < errors[1]
+    error = np.abs(retraction.contact_area.values[0] / expected - 1)
+    assert error.max() < 0.03 and np.median(error) < 0.008
 
 
 def test_a_cycle_loses_what_jumps_free(cycle):

@@ -166,10 +166,10 @@ def adhesive(
         Along subregion (and preload), from all steps of the cycle: ``snap_in_force``, ``snap_in_delta``,
         ``pull_off_force``, ``pull_off_delta``, ``detachment_delta``, ``work_of_separation``, ``hysteresis``,
         ``pull_off_resolution``, ``truncated`` (contact or liquid at the edge of the scan or of the indenter's map) and
-        ``complete``; also ``refinement`` and ``pull_off_error``, the estimated relative error of the pull-off,
-        with its parts ``mesh_error`` and ``step_error`` for refine="auto". On one mesh it is known for "griffith" and
-        "dugdale" only: what the extrapolation adds, and 0.35 over the contact's radius in cells. These events are NaN where nothing is
-        touched, the cycle could not be completed or the preload was not reached. With a preload also
+        ``complete``; also ``refinement`` and ``pull_off_error``, the estimated relative error of the pull-off, with its
+        parts ``mesh_error`` and ``step_error`` for refine="auto". On one mesh it is known for "griffith" and "dugdale"
+        only: what the extrapolation adds, and 0.35 over the contact's radius in cells. These events are NaN where
+        nothing is touched, the cycle could not be completed or the preload was not reached. With a preload also
         ``preload_delta``, the displacement at which the indenter turned back, and ``contact_area`` there.
 
         With ``delta``, along (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected
@@ -202,8 +202,9 @@ def adhesive(
     half as steep, and what both give is extrapolated; fields are those of the steeper. Without range only what has
     touched pulls, and what is around it as far as its edge opens. The steeper edge alone counts where both find
     different contacts, whose difference is then part of ``pull_off_error``, and without range where it pulls more than
-    the other, as at a rim that cannot move; the error then has twice the difference. "lennard_jones" is cut at a gap of 11 z₀, beyond which 0.9 %
-    of the work of adhesion is left: that much less a smooth sphere pulls, stiff rough bodies by several per cent less.
+    the other, as at a rim that cannot move; the error then has twice the difference. "lennard_jones" is cut at a gap of
+    11 z₀, beyond which 0.9 % of the work of adhesion is left: that much less a smooth sphere pulls, stiff rough bodies
+    by several per cent less.
 
     A body that yields does so on loading, where the net pressure, attraction subtracted, would exceed its hardness, to
     a part of 1e-3 (`direct` describes such a body). Retraction is elastic on the shape that is left; tension there is
