@@ -42,8 +42,9 @@ REFINEMENTS = (1, 2, 4, 8, 16)
 #: start with cells of 5 nm or less.
 _SOFTENING, _FIRST_CELL = 1.0, 5.0
 
-#: Contacts of fewer cells in radius than this at pull-off are not taken as resolved. JKR's sphere is off by up to 0.5 %
-#: at twenty cells, 1.5 % at ten, 3 % at five, and by 3 to 40 % at one (``tests/benchmarks/adhesive_accuracy.py``).
+#: Contacts of fewer cells in radius than this at pull-off are not taken as resolved. JKR's sphere is off by up to 0.4 %
+#: where it has twenty cells without load (thirteen at pull-off), 1.4 % at ten, 5 % at five and 13 % at two and a half
+#: (1.6 at pull-off; ``tests/benchmarks/without_range.py``).
 LEAST_RADIUS = 2.0
 
 #: Largest number of cells within the range of adhesion, and of linear systems per state.
