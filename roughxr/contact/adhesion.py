@@ -93,7 +93,6 @@ _COLUMNS = {
 #: States of a law with an edge that are extrapolated.
 _EXTRAPOLATED = ("force", "contact_area", "energy", "dissipated")
 
-
 #: Below first contact, a body under a preload is followed as deep as a smooth sphere would sink in, and deeper by so
 #: many standard deviations of the heights.
 _ROUGH_DEPTH = 4.0
