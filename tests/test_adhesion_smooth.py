@@ -5,9 +5,8 @@ import pytest
 import scipy.fft
 from scipy.optimize import minimize
 
-from roughxr.kernels.adhesion import cohesive_laws, smooth_path
-from roughxr.kernels.adhesion import path as cell_by_cell
 from roughxr.kernels.adhesion import smooth_laws as laws
+from roughxr.kernels.adhesion import smooth_path
 from roughxr.kernels.adhesion.smooth_path import AREA, ASKED, DELTA, DISSIPATED, ENERGY, FORCE, OK, follow_smooth
 from roughxr.kernels.halfspace import displacement_control as kalker
 from roughxr.kernels.halfspace.love import love_coefficients
@@ -106,17 +105,6 @@ def test_force_is_that_of_an_independent_minimisation(seed, law):
         force, u = oracle.force(delta, u)
         theirs.append(force)
     np.testing.assert_allclose(ours[:, FORCE], theirs, rtol=0.01, atol=0.01 * pull_off(path))
-
-
-def test_both_engines_find_the_same_states(law):
-    """Newton's method on all cells, and the path that is balanced cell by cell, share Love's coefficients alone."""
-    separation, deltas = rough(1, 24), np.array([0.5, 1.5])
-    by_cells = cohesive_laws.finite_range("exponential", W, W / LENGTH)
-    limits = {"tolerance": 1e-7, "max_iterations": 1000, "max_cells": 2 * separation.size}
-    theirs = cell_by_cell.follow(separation, deltas, 0.5, by_cells, W, **limits).states
-    (ours,) = follow(separation, deltas, law, 0.5)
-    forces = ours.states[ours.states[:, ASKED] > 0, FORCE]
-    np.testing.assert_allclose(forces, theirs[theirs[:, cell_by_cell.ASKED] > 0, cell_by_cell.FORCE], rtol=2e-6)
 
 
 def test_short_range_pulls_off_as_jkr():

@@ -12,6 +12,7 @@ from roughxr.asperity.catalogue import asperities
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.elastic import LIMITS, direct
 from roughxr.contact.estimates import elastic_pull_off, tabor
+from roughxr.contact.problem import read_problem
 from roughxr.kernels.asperity import jkr, maugis
 from tests import surfaces
 
@@ -48,10 +49,13 @@ def at(offset, pixel):
 
 @pytest.fixture(scope="module", params=CENTRES, ids=list(CENTRES))
 def cycle(request):
-    ds, delta = flat(), np.arange(-2.0, 5.01, 0.25)
+    """Hertz's paraboloid on cells of half a pixel: on whole pixels forces are off by 2.1 % of the pull-off."""
+    ds, delta = flat(n=65), np.arange(-2.0, 5.01, 0.25)
     centre = at(CENTRES[request.param], PIXEL)
     errors = ERRORS[CENTRES[request.param]]
-    return ds, by_cells(ds, delta=delta, subregions=centre, profile="parabola"), errors
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("roughxr.contact.adhesion.read_problem", partial(read_problem, profile="parabola"))
+        return ds, by_cells(ds, delta=delta, subregions=centre, refine=2), errors
 
 
 def test_sphere_pulls_off_as_jkr(cycle):
@@ -83,11 +87,13 @@ def test_sphere_loads_on_the_same_branch(cycle):
 
 
 def test_sphere_has_the_contact_area_of_jkr(cycle):
-    ds, solution, errors = cycle
+    """Off by up to 3.4 % on whole pixels; on half ones by up to 2.4 % beyond the pull-off, by 0.7 % before it."""
+    ds, solution, _ = cycle
     a, scale = units(ds)
     retraction = solution.sel(branch="retraction")
     expected = np.pi * a**2 * np.array([jkr.stable_semi_axis(d / scale) for d in solution.delta.values]) ** 2
-    assert np.abs(retraction.contact_area.values[0] / expected - 1).max() < errors[1]
+    error = np.abs(retraction.contact_area.values[0] / expected - 1)
+    assert error.max() < 0.03 and np.median(error) < 0.008
 
 
 def test_a_cycle_loses_what_jumps_free(cycle):
@@ -102,7 +108,7 @@ def test_a_cycle_loses_what_jumps_free(cycle):
 
 @pytest.mark.parametrize("centre", CENTRES.values(), ids=CENTRES)
 def test_a_whole_cycle_loses_its_loop(centre):
-    solution = by_cells(flat(), delta=[-3.0, 5.0], subregions=at(centre, PIXEL), profile="parabola")
+    solution = by_cells(flat(), delta=[-3.0, 5.0], subregions=at(centre, PIXEL))
     lost = float(solution.dissipated.sel(branch="retraction", delta=-3.0)[0])
     assert lost == pytest.approx(float(solution.hysteresis[0]), rel=0.01)
     assert not solution.energy.sel(branch="retraction", delta=-3.0).any()
@@ -116,23 +122,26 @@ MESHES += [pytest.param(PIXEL / 2, name, 0.005, marks=pytest.mark.soak) for name
 @pytest.mark.parametrize(("pixel", "place", "error"), MESHES)
 def test_error_falls_with_the_pixel(pixel, place, error):
     ds = flat(pixel, int(680 / pixel) | 1)
-    found = by_cells(ds, delta=[0.1], subregions=at(CENTRES[place], pixel), profile="parabola")
+    found = by_cells(ds, delta=[0.1], subregions=at(CENTRES[place], pixel))
     assert float(found.pull_off_force[0]) == pytest.approx(PULL, rel=error)
 
 
 #: Where on its pixel a paraboloid's apex lies.
-OFFSETS = [(0.0, 0.0), (0.31, 0.17), (0.5, 0.5), (0.0, 0.5), (0.25, 0.25), (0.42, 0.08)]
+OFFSETS = [(0.0, 0.0), (0.31, 0.17), (0.5, 0.5), (0.42, 0.08)]
 
 
-def pulls_of_ellipse(ratio, n=121):
-    """Pull-off of one paraboloid, its apex at each of OFFSETS, by the indenter's own being flat."""
+def pulls_of_ellipse(ratio, n=101):
+    """Pull-off of one paraboloid, its apex at each of OFFSETS, by the indenter's own being flat.
+
+    On cells of half a pixel: on whole pixels, ten to the contact's radius, single places lie up to 0.014 too high.
+    """
     A, B = 1 / (2 * RADIUS) / np.sqrt(ratio), np.sqrt(ratio) / (2 * RADIUS)
     pulls = []
     for offset in OFFSETS:
         x, y = ((np.arange(n) - (n - 1) / 2 + part) * PIXEL for part in offset)
         ds = surfaces.glass_pair(surfaces.scan(-(A * x[:, None] ** 2 + B * y[None, :] ** 2), PIXEL), 1e9)
         solution = by_cells(
-            ds.isel(x=slice(10, -10), y=slice(10, -10)), delta=[0.25], subregions=([0.0], [0.0]), profile="parabola"
+            ds.isel(x=slice(10, -10), y=slice(10, -10)), delta=[0.25], subregions=([0.0], [0.0]), refine=2
         )
         pulls.append(float(solution.pull_off_force[0]))
     return np.array(pulls)
@@ -155,36 +164,33 @@ def test_dugdale_pulls_off_as_maugis(parameter, refine):
     K = 4 / 3 * float(ds.contact_modulus)
     strength = parameter / 2 * (np.pi * W * K**2 / RADIUS) ** (1 / 3)
     solution = by_cells(
-        ds,
+        ds.assign_coords(adhesion_range=W / strength),
         delta=[-1, 0.3],
         subregions=at((0.31, 0.17), PIXEL),
         law="dugdale",
-        strength=strength,
         refine=refine,
-        profile="parabola",
     )
     expected = np.pi * W * RADIUS * maugis.pull_off(parameter)
     assert float(solution.pull_off_force[0]) == pytest.approx(expected, rel=0.02)
 
 
+#: Largest pull, GPa.
+STRENGTH = 0.8
+
+
 def test_exponential_law_lies_between_the_limits():
-    ds = flat(3 * PIXEL, 31)
-    solution = by_cells(ds, delta=[-1, 0.3], law="exponential", strength=0.8, profile="parabola", step=0.5)
+    ds = flat(3 * PIXEL, 31).assign_coords(adhesion_range=W / STRENGTH)
+    solution = by_cells(ds, delta=[-1, 0.3], law="exponential", step=0.5)
     pull = float(solution.pull_off_force[0]) / (np.pi * W * RADIUS)
     assert 1.5 < pull < 2.0
 
 
-STRENGTH = 0.8
-
-
 def test_energy_is_kept_but_in_jumps():
-    ds, delta = flat(3 * PIXEL, 31), np.arange(-4, 4.01, 0.125)
+    ds, delta = flat(3 * PIXEL, 31).assign_coords(adhesion_range=W / STRENGTH), np.arange(-4, 4.01, 0.125)
     solution = by_cells(
         ds,
         delta=delta,
         law="exponential",
-        strength=STRENGTH,
-        profile="parabola",
         datum="first_contact",
         step=0.125,
         fields=True,
@@ -202,7 +208,7 @@ def test_energy_is_kept_but_in_jumps():
     np.testing.assert_allclose(lost, back.dissipated.values - back.dissipated.values[0], atol=0.01 * turnover)
 
 
-@pytest.mark.parametrize("law", [{}, {"law": "dugdale", "strength": 0.5}])
+@pytest.mark.parametrize("law", [{}, {"law": "dugdale"}])
 def test_without_adhesion_it_is_the_elastic_contact(law, monkeypatch):
     ds = surfaces.glass_pair(surfaces.scan(surfaces.rough(64, rms=2.0), PIXEL))
     ds["work_of_adhesion"] = 0.0
@@ -294,10 +300,7 @@ def test_without_range_a_preload_between_two_steps_is_met(step):
 
 def test_moving_the_heights_by_a_pixel_changes_little():
     # under the paraboloid that stays, the contact goes along by a part of a pixel only: 6/7 of it
-    pulls = [
-        float(by_cells(bump(shift), delta=[0.5], profile="parabola", datum="first_contact").pull_off_force[0])
-        for shift in (0, 1)
-    ]
+    pulls = [float(by_cells(bump(shift), delta=[0.5], datum="first_contact").pull_off_force[0]) for shift in (0, 1)]
     assert pulls[1] == pytest.approx(pulls[0], rel=0.01)
 
 
@@ -367,9 +370,10 @@ def test_poor_resolution_is_said():
         by_cells(ds, delta=[5.0], step=1.0)
 
 
-def test_too_many_cells_are_said(ground):
-    with pytest.warns(UserWarning, match="max_cells"):
-        solution = by_cells(ground, delta=[8.0], step=1.0, max_cells=50)
+def test_too_many_cells_are_said(ground, monkeypatch):
+    monkeypatch.setattr("roughxr.contact.cycle.MOST_CELLS", 50)
+    with pytest.warns(UserWarning, match="more than .* cells"):
+        solution = by_cells(ground, delta=[8.0], step=1.0)
     assert not bool(solution.complete[0])
     assert np.isnan(solution.pull_off_force[0])
     assert np.isnan(solution.force.sel(branch="retraction")).all()
@@ -385,15 +389,10 @@ def test_out_of_reach_nothing_happens(ground):
     "options, message",
     [
         ({"law": "jkr"}, "griffith"),
-        ({"law": "dugdale"}, "refine"),
-        ({"strength": 1.0}, "strength"),
-        ({"law": "dugdale", "strength": 5.0}, "cells of at most .* refine="),
+        ({"law": "dugdale"}, "cells of at most .* refine="),
         ({"refine": 0}, "refine"),
         ({"refine": 1.5}, "refine"),
         ({"step": -1.0}, "step"),
-        ({"tolerance": 2.0}, "tolerance"),
-        ({"max_iterations": 0}, "max_iterations"),
-        ({"max_cells": 0.5}, "max_cells"),
         ({"datum": "lowest"}, "datum"),
     ],
 )

@@ -87,7 +87,8 @@ def test_a_single_summit_presses_as_the_direct_simulation():
 @pytest.mark.parametrize("preload", [1000.0, 5000.0, pytest.param(30000.0, marks=pytest.mark.soak)])
 def test_a_single_summit_pulls_as_the_adhesive_simulation(preload):
     superposed = roughxr.superpose(summit(2.0), delta=[1, 30.0], preload=preload)
-    adhesive = roughxr.adhesive(summit(2.0), preload=preload, refine=1, step=0.1, law="exponential", strength=0.5)
+    near = summit(2.0).assign_coords(adhesion_range=0.1)
+    adhesive = roughxr.adhesive(near, preload=preload, refine=1, step=0.1, law="exponential")
     elastic = roughxr.superpose(summit(2.0), delta=[1, 30.0], yielding=False)
     assert superposed.pull_off_force.item() == pytest.approx(adhesive.pull_off_force.item(), rel=0.2)
     assert superposed.preload_delta.item() == pytest.approx(adhesive.preload_delta.item(), rel=0.03)

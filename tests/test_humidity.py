@@ -354,7 +354,7 @@ def test_the_simulation_gives_the_anchors_of_stiff_bodies_and_maugis_of_others(h
     """Dugdale's law is the liquid's: on stiff bodies 4πRγ, on glass the pull-off of Maugis's λ."""
     given = {"sphere_radius": 3000.0, "humidity": humidity}
     stiff = scan(np.zeros((101, 101)), 5.0).contact.assign_pair(contact_modulus=1e4, **given)
-    found = stiff.contact.adhesive(refine=1, accuracy=None, profile="parabola")
+    found = stiff.contact.adhesive(refine=1, accuracy=None)
     assert float(found.pull_off_force[0]) == pytest.approx(4 * np.pi * 3000 * GAMMA, rel=0.01)
     if humidity == 0.9:
         return
@@ -365,7 +365,7 @@ def test_the_simulation_gives_the_anchors_of_stiff_bodies_and_maugis_of_others(h
     expected = reference.maugis_pull_off(
         radius=3000, contact_modulus=39.4, work_of_adhesion=work, adhesion_range=length
     )
-    found = glass.contact.adhesive(refine=1, accuracy=None, profile="parabola")
+    found = glass.contact.adhesive(refine=1, accuracy=None)
     assert float(found.pull_off_force[0]) == pytest.approx(expected, rel=0.01)
 
 
@@ -373,7 +373,7 @@ def test_the_simulation_sums_the_works_of_liquid_and_solids():
     """The solids' part under the liquid and, beyond its edge, their whole: as between rigid bodies."""
     pair = wet(scan(np.zeros((101, 101)), 5.0), 0.3, contact_modulus=1e4, work_of_adhesion=(0.06, 0.02))
     rigid = pair.contact.rigid(delta=[0.0], law="exponential", profile="parabola", refine=2)
-    found = pair.contact.adhesive(refine=2, accuracy=None, profile="parabola")
+    found = pair.contact.adhesive(refine=2, accuracy=None)
     assert float(found.pull_off_force[0]) == pytest.approx(float(rigid.pull_off_force[0]), rel=0.01)
     assert float(rigid.pull_off_force[0]) > 1.08 * 4 * np.pi * 3000 * GAMMA
     with pytest.raises(ValueError, match="humid pair"):

@@ -98,9 +98,10 @@ def test_the_simulation_fits_what_it_predicts():
     assert fit.method == "adhesive"
 
 
-def test_places_without_a_pull_off_are_not_left_out():
+def test_places_without_a_pull_off_are_not_left_out(monkeypatch):
+    monkeypatch.setattr("roughxr.contact.cycle.MOST_CELLS", 10)
     ds = surface(3, work=0.3)
-    options = {"law": "exponential", "refine": 1, "subregions": (2, 1), "max_cells": 10}
+    options = {"law": "exponential", "refine": 1, "subregions": (2, 1)}
     forces = xr.Dataset({"pull_off_force": ("subregion", [200.0, 300.0])})
     with pytest.warns(UserWarning, match="cells"), pytest.raises(ValueError, match="a pull-off at every place"):
         roughxr.fit_pair(ds, forces, method="adhesive", **options)

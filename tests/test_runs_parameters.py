@@ -10,7 +10,6 @@ from roughxr import checkpointed, vary
 from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.moments import rolling
 from roughxr.asperity.superposition import superpose
-from roughxr.contact.adhesion import adhesive
 from roughxr.contact.elastic import direct
 from roughxr.contact.rigid_bodies import rigid
 from roughxr.detachment import critical_load
@@ -94,7 +93,6 @@ def test_what_is_not_known_to_scale_is_solved_for_every_pair(surface):
 @pytest.mark.parametrize(
     ("solve", "assigned", "options"),
     [
-        (adhesive, {}, {"strength": 2.0, "preload": 0.0, "refine": 4, "accuracy": None, "step": 0.5}),
         (rigid, {"hardness": 20.0}, {"limit": "hardness", "delta": [-2.0]}),
         (rigid, {"hamaker_constant": 0.1}, {"delta": [-2.0]}),
         (rigid, {}, {"limit": "elastic", "delta": [-2.0]}),

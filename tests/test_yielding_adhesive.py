@@ -7,7 +7,7 @@ from scipy.special import ellipe, ellipk
 
 from roughxr.bodies.materials import assign_pair
 from roughxr.contact.adhesion import adhesive
-from roughxr.contact.cycle import largest_cell
+from roughxr.contact.cycle import _AT_A_RIM, _SHARPER, largest_cell
 from roughxr.contact.elastic import direct
 from roughxr.contact.reference import flattened_pull_off, punch_pull_off
 from roughxr.kernels.adhesion import smooth_laws
@@ -230,12 +230,13 @@ def test_cells_larger_than_the_law_holds_on_meet_griffith_s_by_chance():
 
 
 def test_without_range_a_flat_punch_wants_what_its_edge_gives():
-    """17 % at ten and 9 % at twenty cells before, 9 and 3 % after extrapolation: beyond its edge nothing could pull."""
+    """25 % at ten and 16 % at twenty cells, for beyond its edge nothing could pull: the stated error covers it."""
     griffith = punch_pull_off(radius=PUNCH, contact_modulus=E, work_of_adhesion=W)
     pulls = np.array([edged_pull(*punch(cells), smooth_laws.without_range) for cells in (10, 20)]) / griffith
-    ten, twenty = pulls[:, 0] + 1.45 * (pulls[:, 0] - pulls[:, 1])
-    assert 0.9 < ten < 1.0 and 0.96 < twenty < 1.0
-    assert 1 - twenty < abs(twenty - ten)  # what two meshes state covers it
+    ten, twenty = pulls[:, 0]
+    assert 0.5 < (1 - twenty) / (1 - ten) < 0.71  # it falls as the root of the cell
+    stated = _AT_A_RIM * (1 - pulls[:, 1] / pulls[:, 0])
+    assert (np.abs(pulls[:, 0] - 1) < stated).all()
 
 
 @pytest.mark.parametrize(("strength", "cells", "within"), [(0.5, (5, 10), 1e-6), (1.0, (10, 20), 0.03)])
@@ -279,14 +280,16 @@ def flattened(hard, cells=10):
 
 @pytest.mark.parametrize("hard", [1.0, 3.0])
 def test_an_asperity_pressed_flat_pulls_as_its_closed_form(hard):
-    """At twenty cells within what the extrapolation adds: 5 % where it recovers to nearly a punch, else 1 %."""
+    """At twenty cells within 0.5 % where it recovers to nearly a punch, and is not extrapolated, else within 2 %."""
     separation, delta, dx, radius = flattened(hard, cells=20)
     H = hard * np.sqrt(W * E / PUNCH)
     pull, wide = edged_pull(separation, dx, smooth_laws.without_range, delta)
     expected = flattened_pull_off(radius=radius, contact_modulus=E, work_of_adhesion=W, hardness=H)
-    added = 1.45 * (pull - wide)
-    assert pull + added == pytest.approx(expected, abs=abs(added), rel=0)
-    assert pull + added == pytest.approx(expected, rel={1.0: 0.06, 3.0: 0.02}[hard])
+    assert (pull > wide) == (hard == 1.0)
+    found = pull if pull > wide else pull + _SHARPER["griffith"] * (pull - wide)
+    stated = _AT_A_RIM * (pull - wide) if pull > wide else pull - found
+    assert found == pytest.approx(expected, abs=stated, rel=0)
+    assert found == pytest.approx(expected, rel={1.0: 0.005, 3.0: 0.02}[hard])
 
 
 def test_the_closed_form_of_a_flattened_asperity_leads_from_a_punch_to_jkr():
@@ -317,7 +320,6 @@ def test_a_flattened_asperity_is_made_of_punches():
     ("assigned", "options", "says"),
     [
         ({"hardness": 0.3}, {"law": "dugdale"}, "hardness: expected more than the pull of adhesion, 0.333 GPa"),
-        ({"hardness": 2.0}, {"strength": 2.5}, "hardness: expected more than the pull of adhesion, 2.5 GPa"),
         ({"hardness": 2.0, "work_of_adhesion": 0}, {}, "work_of_adhesion: expected more than 0 where a body yields"),
         ({"hardness": 2.0}, {"cycles": 0}, "cycles: expected a whole number of at least 1"),
         ({"hardness": 2.0}, {"cycles": 2, "delta": [1.0]}, "cycles: expected several with a preload"),

@@ -47,7 +47,7 @@ def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
         "superposed": roughxr.superpose(catalogue, delta=np.arange(3.0), law="maugis"),
         "map": roughxr.pull_off_map(catalogue, subregions=places, formulation="energy"),
         "adhesive": roughxr.adhesive(scan, preload=[0.0, 100.0], refine="auto", accuracy=0.02),
-        "cycle": roughxr.adhesive(scan, delta=[1.0], law="dugdale", strength=0.5, refine=2, step=0.5),
+        "cycle": roughxr.adhesive(scan, delta=[1.0], law="dugdale", refine=2, step=0.5),
         "tabor": roughxr.tabor(scan),
         "varied": roughxr.vary(scan, roughxr.direct, sphere_radius=[500, 1000], delta=[1.0]),
     }

@@ -24,6 +24,7 @@ from ..vocabulary.units import fraction, positive, whole_number
 from ..vocabulary.verbs import verb, warn
 from .cycle import (
     LEAST_RADIUS,
+    MOST_CELLS,
     Adhesion,
     Cycles,
     cycles_at,
@@ -92,9 +93,6 @@ _COLUMNS = {
 #: States of a law with an edge that are extrapolated.
 _EXTRAPOLATED = ("force", "contact_area", "energy", "dissipated")
 
-#: Default of max_cells and of tolerance.
-_MOST_CELLS, _TOLERANCE = 10**6, 1e-5
-
 #: Below first contact, a body under a preload is followed as deep as a smooth sphere would sink in, and deeper by so
 #: many standard deviations of the heights.
 _ROUGH_DEPTH = 4.0
@@ -108,18 +106,13 @@ def adhesive(
     delta: Any = None,
     subregions: Any = None,
     law: str = "auto",
-    strength: Any = None,
     refine: int | str = "auto",
     accuracy: float | None = 0.05,
     step: Any = 0.25,
     datum: str | None = None,
-    profile: str = "sphere",
     yielding: bool = True,
     cycles: int = 1,
     fields: bool = False,
-    tolerance: float | None = None,
-    max_iterations: int = 1000,
-    max_cells: int | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
     """Follow the adhesive contact of the assigned indenter with the scan through approach and retraction.
@@ -144,8 +137,6 @@ def adhesive(
         "exponential" where the median of Tabor's parameter over the asperities is below 5, so that the range matters,
         or where the body yields, else "griffith". Of a humid pair the solids pull by "exponential", and condensed
         liquid beside them up to its height; what they pull beyond that, over dry gaps, is put beneath it.
-    strength : number or quantity, optional
-        Largest pull, GPa, of a law with a range; by default w over the pair's ``adhesion_range``, or w over 0.3 nm.
     refine : "auto" or int
         Each pixel is divided into refine × refine cells, heights interpolated by bicubic splines. "auto": at each place
         the mesh is refined until the estimated error of the pull-off there is below ``accuracy``.
@@ -157,8 +148,6 @@ def adhesive(
         a larger pull may lie between two states. Halving the step changes the pull-off of hardly any place.
     datum : {"highest_peak", "first_contact"}, optional
         Where delta = 0, as in `direct`; by default the highest peak with ``delta``, first contact with a preload.
-    profile : {"sphere", "parabola"}
-        The exact sphere or Hertz's paraboloid.
     yielding : bool
         Whether the softer body yields where the pressure reaches the assigned hardness; False: it stays elastic.
     cycles : int
@@ -167,13 +156,6 @@ def adhesive(
     fields : bool
         Keep pressure, displacement and gap on the window around each centre, on the cells of the solve, on both
         branches, at the displacements of ``delta``; NaN beyond the scan's edge. ``refine`` must then be a whole number.
-    tolerance : float, optional
-        Residual traction over the largest traction; by default 1e-5. It
-        holds at ``delta`` and at the largest pull; states in between are solved to 1e-3 only.
-    max_iterations : int
-        Iterations per step.
-    max_cells : int, optional
-        Largest number of cells in or near contact; by default 10⁶.
     progress : bool
         Show a bar while computing.
 
@@ -183,9 +165,10 @@ def adhesive(
         Along subregion (and preload), from all steps of the cycle: ``snap_in_force``, ``snap_in_delta``,
         ``pull_off_force``, ``pull_off_delta``, ``detachment_delta``, ``work_of_separation``, ``hysteresis``,
         ``pull_off_resolution``, ``truncated`` (contact or liquid at the edge of the scan or of the indenter's map) and
-        ``complete``; also ``refinement`` and, with refine="auto", ``pull_off_error``, the estimated relative error of
-        the pull-off, with its parts ``mesh_error`` and ``step_error``. These events are NaN where nothing is
-        touched, the cycle could not be completed or the preload was not reached. With a preload also
+        ``complete``; also ``refinement`` and ``pull_off_error``, the estimated relative error of the pull-off, with its
+        parts ``mesh_error`` and ``step_error`` for refine="auto". On one mesh it is known for "griffith" and "dugdale"
+        only: what the extrapolation adds, and 0.35 over the contact's radius in cells. These events are NaN where
+        nothing is touched, the cycle could not be completed or the preload was not reached. With a preload also
         ``preload_delta``, the displacement at which the indenter turned back, and ``contact_area`` there.
 
         With ``delta``, along (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected
@@ -216,9 +199,11 @@ def adhesive(
     -----
     The laws with an edge, "griffith" and "dugdale", are solved with the steepest edge that the cells bear and with one
     half as steep, and what both give is extrapolated; fields are those of the steeper. Without range only what has
-    touched pulls, and what is around it as far as its edge opens. Where both edges find different contacts the steeper
-    one counts, and ``pull_off_error`` is their difference. "lennard_jones" is cut at a gap of 11 z₀, beyond which 0.9 %
-    of the work of adhesion is left: that much less a smooth sphere pulls, stiff rough bodies by several per cent less.
+    touched pulls, and what is around it as far as its edge opens. The steeper edge alone counts where both find
+    different contacts, whose difference is then part of ``pull_off_error``, and without range where it pulls more than
+    the other, as at a rim that cannot move; the error then has twice the difference. "lennard_jones" is cut at a gap of
+    11 z₀, beyond which 0.9 % of the work of adhesion is left: that much less a smooth sphere pulls, stiff rough bodies
+    by several per cent less.
 
     A body that yields does so on loading, where the net pressure, attraction subtracted, would exceed its hardness, to
     a part of 1e-3 (`direct` describes such a body). Retraction is elastic on the shape that is left; tension there is
@@ -249,19 +234,15 @@ def adhesive(
     positions = regions.centres(ds, subregions)
     yields = yielding and "hardness" in ds.coords
     adhesion = _adhesion_of(
-        ds,
-        _law(ds, law, strength, yields),
+        _law(ds, law, yields),
         preloads=_preloads(preload) if by_preload else np.zeros(0),
         refine=refine,
         accuracy=accuracy,
         step=step,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-        max_cells=max_cells,
         cycles=cycles,
     )
     delta = [_settling_depth(ds, adhesion)] if by_preload else delta
-    options = {"datum": datum, "profile": profile, "refine": max(adhesion.refine, 1), "yielding": yielding}
+    options = {"datum": datum, "refine": max(adhesion.refine, 1), "yielding": yielding}
     problem = read_problem(ds, positions, delta=delta, **options)
     _need_resolved_law(adhesion, problem)
     if fields:
@@ -280,24 +261,19 @@ def adhesive(
     )
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
     arguments = {"preload": preload, "delta": None if by_preload else problem.steps, "subregions": subregions}
-    arguments |= {"datum": datum, "profile": profile, "fields": fields, "refine": refine, "accuracy": accuracy}
+    arguments |= {"datum": datum, "fields": fields, "refine": refine, "accuracy": accuracy}
     arguments |= _recorded(ds, adhesion, yields)
-    out = schema.record(out, "adhesive", ds, law=adhesion.law, strength=strength, **arguments)
+    out = schema.record(out, "adhesive", ds, law=adhesion.law, **arguments)
     return _finished(out, ds, adhesion, progress)
 
 
-def _adhesion_of(
-    ds, law, *, preloads, refine, accuracy, step, tolerance, max_iterations, max_cells, cycles
-) -> Adhesion:
+def _adhesion_of(law, *, preloads, refine, accuracy, step, cycles) -> Adhesion:
     """Return how the bodies adhere and how they are followed; raise where an option is out of its range."""
     found = Adhesion(
         preloads=preloads,
         refine=0 if refine == "auto" else whole_number(refine, "refine", least=1, most=MOST_REFINED),
         accuracy=np.nan if accuracy is None else fraction(accuracy, "accuracy"),
         step=positive(step, "nm", "step"),
-        tolerance=_TOLERANCE if tolerance is None else fraction(tolerance, "tolerance"),
-        max_iterations=whole_number(max_iterations, "max_iterations", least=1),
-        max_cells=_MOST_CELLS if max_cells is None else whole_number(max_cells, "max_cells", least=1),
         cycles=whole_number(cycles, "cycles", least=1),
         **law,
     )
@@ -308,8 +284,7 @@ def _adhesion_of(
 
 def _recorded(ds: xr.Dataset, adhesion: Adhesion, yields: bool) -> dict[str, Any]:
     """Return the arguments for the history that are recorded as they were used, defaults included."""
-    used = {name: getattr(adhesion, name) for name in ("step", "tolerance", "max_iterations", "max_cells")}
-    used |= {"yielding": yields} if "hardness" in ds.coords else {}
+    used = {"step": adhesion.step} | {"yielding": yields} if "hardness" in ds.coords else {}
     return used | ({"cycles": adhesion.cycles} if adhesion.cycles > 1 else {})
 
 
@@ -335,24 +310,19 @@ def settling(ds: xr.Dataset, *, preload: Any = 0.0, step: float = 0.25) -> tuple
 
     The one displacement of the problem is the depth (nm beyond first contact) down to which the preload is looked for.
     """
-    options = {"refine": 1, "accuracy": None, "step": step, "tolerance": None, "max_iterations": 1000}
-    law = _law(ds, "exponential", None, "hardness" in ds.coords)
-    adhesion = _adhesion_of(ds, law, preloads=_preloads(preload), max_cells=None, cycles=1, **options)
-    places = {"datum": "first_contact", "profile": "sphere", "refine": 1}
-    return read_problem(ds, regions.centres(ds), delta=[_settling_depth(ds, adhesion)], **places), adhesion
+    law = _law(ds, "exponential", "hardness" in ds.coords)
+    adhesion = _adhesion_of(law, preloads=_preloads(preload), refine=1, accuracy=None, step=step, cycles=1)
+    depth = [_settling_depth(ds, adhesion)]
+    return read_problem(ds, regions.centres(ds), delta=depth, datum="first_contact"), adhesion
 
 
-def _law(ds: xr.Dataset, law: str, strength: Any, yields: bool) -> dict[str, Any]:
-    """Return the law and its length; raise where law, strength and yielding do not go together."""
+def _law(ds: xr.Dataset, law: str, yields: bool) -> dict[str, Any]:
+    """Return the law and its length; raise where law and yielding do not go together."""
     schema.one_of(law, LAWS_OF_ADHESION, "law")
-    if law == "griffith" and strength is not None:
-        raise ValueError(f"strength: expected for a law with a range, found {strength!r} for 'griffith'")
     (work,) = schema.pair(ds, "work_of_adhesion", wet=True)
     length = range_of(ds, law)
     if (menisci := menisci_of(ds)) is not None:
-        return _law_with_liquid(ds, law, menisci, length, strength, yields)
-    if strength is not None:
-        length = work / positive(strength, "GPa", "strength")
+        return _law_with_liquid(ds, law, menisci, length, yields)
     if law == "auto":
         law = "exponential" if work > 0 and (yields or _range_counts(ds, length)) else "griffith"
     if yields:
@@ -360,10 +330,10 @@ def _law(ds: xr.Dataset, law: str, strength: Any, yields: bool) -> dict[str, Any
     return {"law": law, "length": np.nan if law == "griffith" else length, "work": work}
 
 
-def _law_with_liquid(ds, law: str, menisci: Menisci, length: float, strength: Any, yields: bool) -> dict[str, Any]:
+def _law_with_liquid(ds, law: str, menisci: Menisci, length: float, yields: bool) -> dict[str, Any]:
     """Return the sum of the liquid's law and the solids', whose work beyond the liquid's edge is put beneath it."""
-    if law not in ("auto", "exponential") or strength is not None:
-        raise ValueError(f"law: expected 'exponential' for the solids of a humid pair, found {law!r} or a strength")
+    if law not in ("auto", "exponential"):
+        raise ValueError(f"law: expected 'exponential' for the solids of a humid pair, found {law!r}")
     (work,) = schema.pair(ds, "work_of_adhesion", wet=True)
     beyond = np.exp(-menisci.height / length)
     work *= menisci.share + (1 - menisci.share) * beyond
@@ -563,12 +533,17 @@ def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
             "take refine='auto'"
         )
     missed = int((out["pull_off_error"].values > adhesion.accuracy).sum())
-    if missed:
+    if missed and not adhesion.refine:
         warn(
             f"{missed} of {size} subregions did not reach accuracy={adhesion.accuracy:g} (largest error "
             f"{np.nanmax(out['pull_off_error'].values):.2g}): their mesh does not decide them, see pull_off_error"
         )
+    if "preload_delta" in out and (rough := int((out["complete"] & ~out["converged"].astype(bool)).sum())):
+        warn(
+            f"{rough} of {size} cycles hold states that have not converged (converged is False); events that rest on "
+            "them are NaN: compare with a smaller step or a larger refine"
+        )
     lost = int((~out["complete"].values).sum())
     if lost:
         what = "did not reach their preload or " if adhesion.preloads.size else ""
-        warn(f"{lost} subregions {what}needed more than max_cells pixels; their events are NaN")
+        warn(f"{lost} subregions {what}reached more than {MOST_CELLS:g} cells; their events are NaN")

@@ -48,7 +48,6 @@ OPTIONS = {name: known.units for name, known in VARIABLES.items() if known.units
     "smoothing": "nm",
     "spring_constant": "nN nm-1",
     "step": "nm",
-    "strength": "GPa",
     "subregions": "nm",
     "surface_energy": "J m-2",
     "viscosity": "m2 s-1",

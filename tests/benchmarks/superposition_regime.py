@@ -45,10 +45,6 @@ MADE = tuple(itertools.product((0.4, 0.8), (100.0, 300.0), (20.0, 40.0), (0.8, 2
 HELD = ((0.6, 170.0, 28.0, 1.3), (0.8, 200.0, 24.0, 1.0), (0.2, 60.0, 17.0, 1.6), (0.9, 250.0, 60.0, 2.5))
 SEEDS = (1, 2)
 
-#: Pixels near a contact beyond which a place is given up, and its row left without a number: adhesion has then drawn
-#: whole grounds of many waves into one contact, where nobody sums asperities.
-MOST_CELLS = 2500
-
 
 def cases():
     """Return all surfaces and pairs, seed by seed, each in an order that covers the family from the first on."""
@@ -72,7 +68,7 @@ def surface_of(hurst, rolloff, cutoff, rms, seed, radius, work):
 def measured(scan, subregions=(2, 2), press=None):
     """Return the direct pull-off, the mean over the places, and how it was resolved."""
     press = press or float(scan.height.std()) + 1.0
-    options = {"refine": refinement(scan), "step": 0.4, "max_cells": MOST_CELLS, "law": "griffith"}
+    options = {"refine": refinement(scan), "step": 0.4, "law": "griffith"}
     cycle = adhesive(scan, delta=[press], subregions=subregions, datum="first_contact", **options)
     return {
         "refine": options["refine"],

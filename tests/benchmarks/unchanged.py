@@ -176,13 +176,13 @@ def adhesion():
     rough = made((64, 64))
     yield "fields", adhesive(rough, subregions=([190.0], [180.0]), fields=True, **options)
     yield "refined", adhesive(rough, subregions=([190.0], [180.0]), refine=2, **options)
-    yield "flat", adhesive(flat(9.77, 65), delta=[0.0, 2.0], profile="parabola", step=0.5)
-    for law, strength in (("dugdale", 0.6), ("exponential", 0.4)):
+    yield "flat", adhesive(flat(9.77, 65), delta=[0.0, 2.0], step=0.5)
+    for law, reach in (("dugdale", 0.5), ("exponential", 0.75)):
         weak = roughxr.assign_pair(made((48, 48)), sphere_radius=300, contact_modulus=20.0, work_of_adhesion=0.3)
-        small = {"delta": [0.5, 1.5], "datum": "first_contact", "step": 0.25, "law": law, "strength": strength}
+        small = {"delta": [0.5, 1.5], "datum": "first_contact", "step": 0.25, "law": law}
+        weak = weak.assign_coords(adhesion_range=reach)
         yield law, adhesive(weak, subregions=([140.0], [150.0]), **small)
         yield f"{law} fields", adhesive(weak, subregions=([100.0], [100.0]), fields=True, **small)
-    yield "stopped", adhesive(rough, subregions=(2, 2), max_iterations=3, **options)
 
 
 def estimates():

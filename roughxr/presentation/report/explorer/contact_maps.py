@@ -100,7 +100,7 @@ def _with_adhesion(at: Placed, one: xr.Dataset, loops: int, progress: bool) -> l
     if "preload_delta" not in one or "delta" in one.dims or float(one.coords.get("cycle", 1)) > 1 or loops == 0:
         return none
     scan, offset, given = with_pair(at.run["scan"], one), at.shift(one), asked(one, "adhesive")
-    how = {name: given[name] for name in ("strength", "profile", "yielding", "step", "max_cells") if name in given}
+    how = {name: given[name] for name in ("yielding", "step") if name in given}
     how |= {"law": one.attrs["law"], "datum": one.attrs["datum"], "accuracy": None, "fields": True}
 
     def followed(k: int) -> Frames | None:
