@@ -538,6 +538,12 @@ def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
             f"{missed} of {size} subregions did not reach accuracy={adhesion.accuracy:g} (largest error "
             f"{np.nanmax(out['pull_off_error'].values):.2g}): their mesh does not decide them, see pull_off_error"
         )
+    unknown = int((np.isnan(out["pull_off_error"].values) & (out["pull_off_force"].values > 0)).sum())
+    if unknown and not adhesion.refine and np.isfinite(adhesion.accuracy):
+        warn(
+            f"{unknown} of {size} subregions state no error (pull_off_error is NaN): the other mesh or the longer step "
+            "gave no pull-off to compare with; compare with another refine or a smaller step"
+        )
     if "preload_delta" in out and (rough := int((out["complete"] & ~out["converged"].astype(bool)).sum())):
         warn(
             f"{rough} of {size} cycles hold states that have not converged (converged is False); events that rest on "
