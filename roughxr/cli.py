@@ -443,8 +443,9 @@ def _add_detach(commands) -> None:
     command.add_argument(
         "--method",
         default="adhesive",
-        choices=("adhesive", "energy"),
-        help="whose pull-off forces: of the simulation, or superposed asperities; default: %(default)s",
+        choices=("continued", "adhesive", "energy"),
+        help="whose pull-off forces: of the simulation with the roughness continued below the scan (a row for each "
+        "place of each surface), as the scan shows it, or superposed asperities; default: %(default)s",
     )
     command.add_argument("-o", "--output", metavar="TABLE", help="one row for each place, OUT.csv or OUT.parquet")
     command.add_argument(

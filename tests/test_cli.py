@@ -114,7 +114,8 @@ def test_run_does_the_same_for_any_scan(finished, tmp_path):
     assert {"error-budget.png", "sensitivity.png", "shortest-wave.png"} <= names
     assert not any(name.startswith("figure-") for name in names)
     told = (tmp_path / "out" / "table.txt").read_text(encoding="utf-8")
-    assert "Error budget of the mean pull-off" in told and "for a surface as smooth below" in " ".join(told.split())
+    assert "Error budget of the mean pull-off" in told
+    assert "As the scan shows the surface, the pull-off force is" in " ".join(told.split())
     assert "force at 4 nm" in (tmp_path / "out" / "table.txt").read_text(encoding="utf-8")
 
 

@@ -318,7 +318,7 @@ def test_save_writes_the_figure_of_axes(run, tmp_path):
 
 def test_titles_tell_what_this_run_shows(paper):
     titles = {name: figure.get_suptitle() for name, figure in paper.items()}
-    assert "one place" not in titles["figure-07"] and "9 places" in titles["figure-07"]
+    assert "one place" not in titles["figure-07"] and "9 contact centres" in titles["figure-07"]
     assert "1 of 9" in titles["figure-11"].replace("\n", " ")
     assert "8 of 9" in titles["figure-14"].replace("\n", " ")
 

@@ -39,12 +39,13 @@ def trials():
     ]
 
 
-@pytest.mark.parametrize("statistic", ["mean", "q50"])
-def test_intervals_of_the_ratio_hold_at_their_rate(trials, statistic):
+@pytest.mark.parametrize(("statistic", "widest"), [("mean", 1.35), ("q50", 1.45)])
+def test_intervals_of_the_ratio_hold_at_their_rate(trials, statistic, widest):
+    """That of a median is of whole samples between two ranks, and wider: it never lies beyond the samples."""
     found = [one.sel(statistic=statistic) for one in trials]
     held = np.mean([bool(one.ratio_low < 2 < one.ratio_high) for one in found])
     assert held >= 0.88  # of 60: three standard errors below 0.95 are 0.87
-    assert np.median([one.ratio_high / one.ratio_low for one in found]) < 1.35
+    assert np.median([one.ratio_high / one.ratio_low for one in found]) < widest
 
 
 def test_two_fields_of_one_law_are_told_apart_no_more_often_than_stated():

@@ -62,7 +62,7 @@ def leaving(
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(
     ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
-    >>> found = leaving(scan, resting(scan).isel(subregion=[500, 600]))
+    >>> found = leaving(scan, roughxr.resting(scan).isel(subregion=[500, 600]))
     >>> bool((found.leaving_friction_velocity >= 0.99 * found.critical_friction_velocity).all())
     True
     """

@@ -41,7 +41,6 @@ from ..jobs.records import loading
 from ..jobs.run import checkpointed
 from ..presentation import figures, report
 from ..presentation.exports import to_table
-from ..presentation.report.coming_off import with_simulated
 from ..scans import level, regions, roughness
 from ..statistics import pull_off
 from ..studies.continuation import continued, not_continued
@@ -301,9 +300,12 @@ def _coming_off(catalogue: xr.Dataset, options: dict[str, Any], groups: dict[str
     there is one that of the surface with its roughness continued below the scan.
     """
     held, places = rolling(catalogue, **options), options["subregions"]
+    groups = groups | {"solutions/rolling": held}
+    more = {"detachment": "adhesive"}
+    more |= {"detachment_continued": "continued"} if "solutions/continued" in groups else {}
     return {
         "solutions/rolling": held,
-        "statistics/detachment": critical_load(with_simulated(held, groups)),
+        **{f"statistics/{name}": critical_load(report.moments_of(groups, way)) for name, way in more.items()},
         "statistics/detachment_superposed": critical_load(held),
     } | (_of_particles(catalogue, places) if is_rests(places) else {})
 

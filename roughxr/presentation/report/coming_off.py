@@ -22,7 +22,11 @@ COMING_OFF = "solutions/rolling", "statistics/adhesive", "statistics/detachment"
 LEAVING = "statistics/leaving"
 
 #: Columns of the table, by the method of the pull-off force.
-_CRITICAL = {"adhesive": "statistics/detachment", "energy": "statistics/detachment_superposed"}
+_CRITICAL = {
+    "continued": "statistics/detachment_continued",
+    "adhesive": "statistics/detachment",
+    "energy": "statistics/detachment_superposed",
+}
 
 #: Number of speeds for the fraction remaining, and how far they extend beyond the critical ones.
 _SPEEDS, _BEYOND = 40, 3.0
@@ -44,7 +48,8 @@ def detachment_table(run: Run) -> pd.DataFrame:
     -------
     DataFrame
         One row per quantity, units with it; one column for each method of the pull-off force: the simulation with
-        adhesion, the superposition by least energy. Both use the levers of the superposed asperities.
+        the roughness continued below the scan, where the run has it, the simulation on the surface as scanned, the
+        superposition by least energy. All use the levers of the superposed asperities.
 
     Examples
     --------
@@ -57,20 +62,22 @@ def detachment_table(run: Run) -> pd.DataFrame:
     >>> table.loc[["places that roll first", "places that slide first"], "adhesive"].tolist()
     [4.0, 0.0]
     """
-    columns = {method: _column(moments_of(run, method), run[group]) for method, group in _CRITICAL.items()}
+    known = {method: group for method, group in _CRITICAL.items() if group in run}
+    columns = {method: _column(moments_of(run, method), run[group]) for method, group in known.items()}
     table = pd.DataFrame(columns)
     table.index.name = "quantity"
     return table
 
 
 @verb
-def moments_of(run: Run, method: str = "adhesive") -> xr.Dataset:
+def moments_of(run: Run, method: str | None = None) -> xr.Dataset:
     """Return the run's resisting moments, with the pull-off forces of a method.
 
     Parameters
     ----------
     run : mapping of str to Dataset
-    method : {"adhesive", "energy"}
+    method : {"continued", "adhesive", "energy"}, optional
+        By default the best estimate that the run has.
 
     Returns
     -------
@@ -83,18 +90,22 @@ def moments_of(run: Run, method: str = "adhesive") -> xr.Dataset:
     >>> moments_of({"solutions/rolling": held}, "energy") is held
     True
     """
-    held = run["solutions/rolling"]
-    return held if method == "energy" else with_simulated(held, run)
+    held, method = run["solutions/rolling"], method or leading(run)
+    if method == "energy":
+        return held
+    if method == "continued":
+        return _as_continued(held, run)
+    pulled = run["statistics/adhesive"]
+    return with_pull_off(held, pulled.isel(preload=0) if "preload" in pulled.dims else pulled)
 
 
-def with_simulated(held: xr.Dataset, run: Run) -> xr.Dataset:
-    """Return moments with the simulated pull-off: of the surface with its roughness continued, else as scanned.
+def leading(run: Run) -> str:
+    """Return the method of a run's best estimate: the roughness continued below the scan, or as scanned."""
+    return "continued" if "solutions/continued" in run else "adhesive"
 
-    Each place of each continued surface counts as a place.
-    """
-    if "solutions/continued" not in run:
-        pulled = run["statistics/adhesive"]
-        return with_pull_off(held, pulled.isel(preload=0) if "preload" in pulled.dims else pulled)
+
+def _as_continued(held: xr.Dataset, run: Run) -> xr.Dataset:
+    """Return moments with the pull-off of the continued surfaces; each place of each of them counts as a place."""
     found = run["solutions/continued"]["pull_off_force"]
     at = {(float(x), float(y)): k for k, (x, y) in enumerate(zip(held["subregion_x"], held["subregion_y"]))}
     which = [at[float(x), float(y)] for x, y in zip(found["subregion_x"], found["subregion_y"])]
@@ -148,7 +159,7 @@ def coming_off_words(run: Run) -> list[str]:
     """
     if not set(COMING_OFF) <= set(run):
         return []
-    critical, hard = run["statistics/detachment"], "hardness" in run["solutions/rolling"].coords
+    critical, hard = run[_CRITICAL[leading(run)]], "hardness" in run["solutions/rolling"].coords
     lies = "came to rest" if LEAVING in run else "was put down"
     said = [
         f"Air flows along x over a sphere without weight, at the place where it {lies}; it may roll or lift off, "
@@ -164,12 +175,13 @@ def coming_off_words(run: Run) -> list[str]:
             f"At {out} of {known.size} places the critical flow is faster than the formulas of drag and torque hold "
             "for (r u*/ν above 1): there it is an extrapolation."
         )
-    few = int(_not_settled(run["solutions/rolling"]).sum())
+    held = run["solutions/rolling"]
+    few, count = int(_not_settled(held).sum()), held.sizes["subregion"]
     if LEAVING in run:
         said.append(_particles(run))
     elif few:
         said.append(
-            f"At {few} of {known.size} places the sphere rests on fewer than three asperities: a real one would roll "
+            f"At {few} of {count} places the sphere rests on fewer than three asperities: a real one would roll "
             "on until three hold it. These places give way first here."
         )
     return said
@@ -206,7 +218,7 @@ def remaining(run: Run) -> xr.Dataset:
     ValueError
         If no place gives way in any flow.
     """
-    speed = run["statistics/detachment"]["critical_friction_velocity"].values
+    speed = run[_CRITICAL[leading(run)]]["critical_friction_velocity"].values
     speed = speed[speed > 0]
     if not speed.size:
         raise ValueError("no place gives way in a flow")

@@ -176,7 +176,7 @@ def _coordinate(scan: xr.Dataset, name: str) -> tuple[str, str]:
 
 
 def _places(run: Mapping[str, xr.Dataset]) -> str:
-    counts = {ds.sizes["subregion"] for name, ds in run.items() if "subregion" in ds.sizes}
+    counts = {ds.sizes["subregion"] for name, ds in run.items() if "subregion" in ds.sizes and "continued" not in name}
     return f"{max(counts)} contact centres" if counts else ""
 
 
