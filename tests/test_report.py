@@ -40,7 +40,6 @@ def run():
     surface = surface.assign(height=(surface.height + bump).assign_attrs(surface.height.attrs))
     scan = roughxr.assign_pair(surface, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.5)
     plan = analysis.plan(scan, subregions=(3, 3), delta=[4, 8, 12, 16], refine=1, budget=1)
-    plan = plan._replace(continued=4)
     return analysis.analyse(scan, plan)
 
 
@@ -102,8 +101,7 @@ def test_the_flow_that_rolls_it_off_is_told_by_both_pull_offs(written, run):
     assert (run["statistics/detachment"]["mode"] == "roll").all()
     np.testing.assert_allclose(run["statistics/detachment"].critical_friction_velocity, expected, rtol=0.05)
     assert table.loc["places that roll first", ["adhesive", "energy"]].tolist() == [9, 9]
-    continued = run["solutions/continued"].pull_off_force
-    assert table.loc["places that roll first", "continued"] == int((continued > 0).sum())
+    assert "solutions/continued" not in run and "no hardness is known" in run["statistics/continued"].attrs["known"]
     text = re.sub(r"data:image[^\"]*", "", written.read_text(encoding="utf-8"))
     few = int((held.contacts < 3).sum())
     assert "Coming off in a flow of air" in text and f"At {few} of 9 places the sphere rests on fewer" in text

@@ -283,6 +283,9 @@ def _below_the_scan(scan: xr.Dataset, plan: Plan, progress: bool, say: Callable)
     """Return the pull-off with the roughness continued below the scan, at some of the places; or why there is none."""
     if not plan.continued:
         return {}
+    if not {"hardness", "hardness_estimate"} & set(scan.coords):  # and the simulation would take hours
+        why = "no hardness is known, and summits ever sharper would yield; assign one, or named materials"
+        return {"statistics/continued": not_continued(scan, why)}
     some = regions.sample(regions.centres(scan, plan.subregions), plan.continued)
     say(f"its roughness continued below the scan, at {some.sizes['subregion']} places")
     try:
