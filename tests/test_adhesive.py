@@ -286,12 +286,15 @@ def test_the_step_does_not_decide_the_pull_off(material):
 
 @pytest.mark.parametrize("step", [0.25, 0.4])
 def test_without_range_a_preload_between_two_steps_is_met(step):
-    """A smooth sphere settles at JKR's displacement of no load, and pulls off as JKR's, whatever the step."""
+    """A smooth sphere settles at JKR's displacement of no load, and pulls off as JKR's, whatever the step.
+
+    By the larger step it pulls 2.1, 1.0 and 0.7 % too much on cells of a half, a third and a quarter of a pixel.
+    """
     flat = surfaces.scan(np.zeros((64, 64)), 8.0).contact.assign_pair(
         sphere_radius=1500, contact_modulus=40, work_of_adhesion=0.2
     )
     middle = ([float(flat.x[32])], [float(flat.y[32])])
-    cycle = flat.contact.adhesive(subregions=middle, law="griffith", refine=2, step=step)
+    cycle = flat.contact.adhesive(subregions=middle, law="griffith", refine=4, step=step)
     radius = (6 * np.pi * 0.2 * 1500**2 / (4 / 3 * 40)) ** (1 / 3)  # of the contact without load, 6πwR² = K a³
     assert bool(cycle.complete[0])
     assert float(cycle.preload_delta[0]) == pytest.approx(radius**2 / (3 * 1500), rel=0.03)
@@ -321,11 +324,15 @@ def test_a_rough_scan_moved_turned_or_larger_is_the_same():
 
 @pytest.mark.parametrize("refine", [1, 2])
 def test_fields_hold_the_contact(refine):
+    """Forces beside fields are their sums, by the steeper edge: 6 % (4 % on half pixels) from the extrapolated ones."""
     ds, centres = bump(n=31), ([0.0, 9.0], [0.0, 4.0])
     options = {"delta": [0.0, 0.5], "subregions": centres, "refine": refine, "step": 0.5}
     cycle = quiet(ds, **options, fields=True)
     bare = quiet(ds, **options)
-    np.testing.assert_array_equal(cycle.force, bare.force)
+    off = (abs(cycle.force - bare.force) / bare.pull_off_force).max(("branch", "delta"))
+    assert 0 < float(off.max()) and (off < bare.pull_off_error).all()
+    for name in ("pull_off_force", "pull_off_error", "hysteresis"):
+        np.testing.assert_array_equal(cycle[name], bare[name])
     dx = float(cycle.x[1] - cycle.x[0])
     assert dx == pytest.approx(6.0 / refine)
     np.testing.assert_allclose(cycle.pressure.sum(("x", "y")) * dx**2, cycle.force, rtol=1e-9)

@@ -198,7 +198,8 @@ def adhesive(
     Notes
     -----
     The laws with an edge, "griffith" and "dugdale", are solved with the steepest edge that the cells bear and with one
-    half as steep, and what both give is extrapolated; fields are those of the steeper. Without range only what has
+    half as steep, and what both give is extrapolated; fields, and states beside them, are those of the steeper, and so
+    are states in which both find different numbers of contacts. Without range only what has
     touched pulls, and what is around it as far as its edge opens. The steeper edge alone counts where both find
     different contacts, whose difference is then part of ``pull_off_error``, and without range where it pulls more than
     the other, as at a rim that cannot move; the error then has twice the difference. "lennard_jones" is cut at a gap of
@@ -463,21 +464,24 @@ def _solve(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -
             record[name][np.unravel_index(k, record[name].shape)] = value
     if "branch" in layout.axes:
         record["complete"] = found.paths[0].status == path.CONVERGED
-        _put_states(record, found)
+        _put_states(record, found, sharpened=layout.window is None)  # so that fields and forces agree
     if layout.window is not None:
         _put_fields(record, found, problem)
     return record
 
 
-def _put_states(record: np.ndarray, found: Cycles) -> None:
+def _put_states(record: np.ndarray, found: Cycles, *, sharpened: bool) -> None:
     """Write the states at the prescribed displacements along (branch, delta); NaN after a path that broke off."""
     told = _at_displacements(found.paths[0], found.problem)
-    wide = _at_displacements(found.wider[0], found.problem) if found.wider else told
+    wide = _at_displacements(found.wider[0], found.problem) if found.wider and sharpened else told
     for name, branches in told.items():
         for k, (values, wider) in enumerate(zip(branches, wide[name])):
             size = min(len(values), len(wider))
             values, wider = values[:size], wider[:size]
-            values = sharper(found, 0, values, wider) if found.wider and name in _EXTRAPOLATED else values
+            if wide is not told and name in _EXTRAPOLATED:
+                same = told["contact_patches"][k][:size] == wide["contact_patches"][k][:size]
+                same &= (told["contact_patches"][k][:size] > 0) | (name == "dissipated")
+                values = np.where(same, sharper(found, 0, values, wider), values)
             values = np.maximum(values, 0.0) if name == "contact_area" else values
             if k == 0:
                 record[name][0, :size] = values
