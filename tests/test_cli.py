@@ -38,7 +38,7 @@ def paper_run(tmp_path_factory):
     """
     folder = tmp_path_factory.mktemp("paper")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reproduction, "PLAN", reproduction.PLAN._replace(law="griffith"))
+        patch.setattr(reproduction, "PLAN", reproduction.PLAN._replace(law="griffith", refine=1))
         assert main(["paper", "-o", str(folder), "-q", "--budget", "0"]) == 0
     return folder
 
