@@ -59,7 +59,7 @@ def test_the_papers_table_stands_beside_ours(paper_run):
     methods = ["adhesive", "rigid", "published", "self_similar", "energy", "direct"]
     assert list(table.columns) == ["paper", "paper's is", *methods]
     assert 0.05 < table.loc["pull-off, rough / smooth", "adhesive"] < 0.2
-    assert table.loc["pull-off, error of mesh and step, median [%]", "adhesive"] < 10
+    assert "pull-off, error of mesh and step, median [%]" not in table.index  # which one mesh, asked for, cannot tell
     smooth = table.loc["pull-off, smooth sphere [µN]"]
     assert smooth["published"] == pytest.approx(19.1, rel=2e-3)
     pull = table.loc["pull-off, mean [µN]"]
