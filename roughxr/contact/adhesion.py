@@ -499,6 +499,8 @@ def _at_displacements(followed: path.Path, problem: Problem) -> dict[str, tuple[
 def _put_fields(record: np.ndarray, found: Cycles, problem: Problem) -> None:
     """Write the fields of the states at the prescribed displacements."""
     followed, surface = found.paths[0], found.surface
+    if len(followed.pressures) != len(BRANCHES) * problem.steps.size:  # the path broke off: its fields stay NaN
+        return
     deltas = np.tile(problem.steps + surface.zero, (len(BRANCHES), 1))
     shape = surface
     if problem.yielding:
