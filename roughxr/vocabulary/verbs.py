@@ -20,7 +20,8 @@ import xarray as xr
 from .schema import VARIABLES, entered
 from .units import carries_units, plain
 
-_P, _R = ParamSpec("_P"), TypeVar("_R")
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
 
 #: Units of options: of those named as variables are, and of the others.
 OPTIONS = {name: known.units for name, known in VARIABLES.items() if known.units not in ("", "1")} | {
