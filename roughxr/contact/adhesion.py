@@ -30,6 +30,7 @@ from .cycle import (
     cycles_at,
     deepest_of,
     events,
+    gain,
     largest_cell,
     reach_of_law,
     reached,
@@ -455,7 +456,7 @@ def _solve(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -
         told |= {name: np.broadcast_to(value, len(found.paths))[k] for name, value in errors.items()}
         if adhesion.preloads.size and told["complete"]:
             turns = [one[k].states[one[k].turn - 1] for one in (found.paths, found.wider or found.paths)]
-            turn = sharper(found, k, *turns) if found.wider else turns[0]
+            turn = sharper(*turns, gain(found, k)) if found.wider else turns[0]
             told |= {"preload_delta": turn[path.DELTA], "contact_area": max(turn[path.AREA], 0.0)}
             told |= {"converged": bool(followed.states[:, path.OK].all())}
             hard = yield_told(followed, found.problem)
@@ -474,6 +475,7 @@ def _put_states(record: np.ndarray, found: Cycles, *, sharpened: bool) -> None:
     """Write the states at the prescribed displacements along (branch, delta); NaN after a path that broke off."""
     told = _at_displacements(found.paths[0], found.problem)
     wide = _at_displacements(found.wider[0], found.problem) if found.wider and sharpened else told
+    added = gain(found, 0) if wide is not told else 0.0
     for name, branches in told.items():
         for k, (values, wider) in enumerate(zip(branches, wide[name])):
             size = min(len(values), len(wider))
@@ -481,7 +483,7 @@ def _put_states(record: np.ndarray, found: Cycles, *, sharpened: bool) -> None:
             if wide is not told and name in _EXTRAPOLATED:
                 same = told["contact_patches"][k][:size] == wide["contact_patches"][k][:size]
                 same &= (told["contact_patches"][k][:size] > 0) | (name == "dissipated")
-                values = np.where(same, sharper(found, 0, values, wider), values)
+                values = np.where(same, sharper(values, wider, added), values)
             values = np.maximum(values, 0.0) if name == "contact_area" else values
             if k == 0:
                 record[name][0, :size] = values

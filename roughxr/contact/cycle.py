@@ -116,9 +116,8 @@ def _law_with_liquid(w: float, length: float, liquid: Menisci, per_unit: float) 
     """Return the sum of the solids' pull and the liquid's, with an edge as steep as the mesh bears, or as need be."""
     pull, height = liquid.pull * per_unit, liquid.height
     wide = np.clip(2.0 * pull / _EDGE, _SOFT * height, 3.0 * height)
-    begin = height - wide / 3.0
     solids = {"exponential": (w, length)} if w > 0 else {}
-    return smooth_laws.law_of(step=(pull, begin, begin + wide), **solids)
+    return smooth_laws.law_of(step=smooth_laws.edged(pull, height, wide), **solids)
 
 
 def reach_of_law(adhesion: Adhesion, problem: Problem) -> float:
@@ -323,9 +322,14 @@ def yield_told(followed: path.Path, problem: Problem) -> dict[str, np.ndarray]:
     return {name: followed.hard[:, column] for name, column in told.items()}
 
 
-def sharper(found: Cycles, k: int, value: Any, wide: Any) -> Any:
+def gain(found: Cycles, k: int) -> float:
+    """Return how much of what two edges differ by is added to the steeper one's; 0 where that is taken as it is."""
+    return 0.0 if apart(found, k) > 0.0 else _SHARPER[found.law]
+
+
+def sharper(value: Any, wide: Any, gain: float) -> Any:
     """Return a quantity extrapolated from its values with the steeper and with the wider edge."""
-    return value if apart(found, k) > 0.0 else value + _SHARPER[found.law] * (value - wide)
+    return value + gain * (value - wide) if gain else value
 
 
 def apart(found: Cycles, k: int) -> float:
@@ -347,9 +351,9 @@ def events(found: Cycles, k: int) -> dict[str, float]:
     wide = _events(found.wider[k])
     if not wide:
         return {}
-    least = {"snap_in_force": 0.0, "pull_off_force": 0.0}
+    least, added = {"snap_in_force": 0.0, "pull_off_force": 0.0}, gain(found, k)
     return {
-        name: max(sharper(found, k, value, wide[name]), least.get(name, -np.inf)) if name not in _OF_THE_MESH else value
+        name: max(sharper(value, wide[name], added), least.get(name, -np.inf)) if name not in _OF_THE_MESH else value
         for name, value in told.items()
     }
 

@@ -7,8 +7,8 @@ A run is a dictionary of Datasets, the groups of its archive:
     /rigid, /direct, /contact (fields of one place), /smooth (the same sphere on a flat), /hertz,
     /published, …, /rolling (resisting moments)
     statistics/adhesive, /rigid, /published, …, /roughness, /regime (the recommended model), /formulas (pull-off by the
-    usual formulas), /humidity (of a humid pair: the pull between rigid bodies over it), /detachment and
-    /detachment_superposed (the critical flow), /error_budget, /sensitivity, /shorter_waves
+    usual formulas), /humidity (of a humid pair: the pull between rigid bodies over it), /continued, /detachment,
+    /detachment_continued and /detachment_superposed (the critical flow), /error_budget, /sensitivity, /shorter_waves
 """
 
 from __future__ import annotations
@@ -58,6 +58,7 @@ _RIGID_CELL = 2.5
 
 #: Relative humidities over which a humid pair is followed.
 HUMIDITIES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
+
 #: Dimensions of places and seeds.
 _ALONG = ("subregion", "seed")
 

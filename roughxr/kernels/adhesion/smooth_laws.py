@@ -89,8 +89,13 @@ def dugdale(w, length, fall):
     wide = 2.0 * w / (length * fall)
     if wide > 3.0 * length:
         return without_range(w, fall)
+    return law_of(step=edged(w / length, length, wide))
+
+
+def edged(pull, length, wide):
+    """Return the step of a pull up to a gap, its edge spread over a width: the work is kept."""
     begin = length - wide / 3.0
-    return law_of(step=(w / length, begin, begin + wide))
+    return pull, begin, begin + wide
 
 
 @kernel

@@ -44,9 +44,6 @@ CHANGED: dict[str, tuple[str, str]] = {
 #: The entries given by the scan's own places, and by its shortest waves.
 SAMPLING, SHORT_WAVES = "sampling", "shorter waves"
 
-#: All entries in order; for a body that yields also that of its hardness.
-ENTRIES = (SAMPLING, *CHANGED, SHORT_WAVES)
-
 #: Shortest waves that are added, as parts of the shortest that the scan shows, and that are cut off, in pixels.
 _ADDED, _CUT = (0.5, 0.5**0.5), (2, 4)
 
