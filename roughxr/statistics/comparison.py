@@ -50,6 +50,7 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) 
     """
     superposed, direct = (loading(schema.validate(ds, "solution")) for ds in (superposed, direct))
     _check_comparable(superposed, direct, by)
+    superposed = superposed.drop_vars(set(superposed.coords) - set(superposed.dims))  # as direct's, but for rounding
     at = superposed.interp(delta=direct["delta"])
     truth = direct["force"].where(converged(direct))
     difference = (at["force"] / truth.where(truth > 0) - 1).transpose("subregion", "delta")

@@ -92,9 +92,10 @@ def _unit_of(ds: xr.Dataset, name: str) -> tuple[str, float]:
 
 
 def flagged(run: Mapping[str, xr.Dataset]) -> xr.DataArray | None:
-    """Return which places hold debris, None where the run does not say."""
-    places = next((ds for ds in run.values() if "subregion_x" in ds.coords and ds.sizes.get("subregion", 0) > 1), None)
-    if places is None or "asperities" not in run:
+    """Return which of the places that were solved hold debris, None where the run does not say."""
+    solved = (ds for name, ds in run.items() if name.startswith("solutions/") and "subregion_x" in ds.coords)
+    places = next(solved, None)
+    if places is None or places.sizes.get("subregion", 0) < 2 or "asperities" not in run:
         return None
     return statistics.debris(run["asperities"], places)
 
