@@ -48,20 +48,19 @@ def change(found, factor, setting):
     return float(found.pull_off_change.values[chosen.values][0])
 
 
-@pytest.mark.xfail(reason="by two edges: on the coarsest mesh a change of w also changes its error")
 def test_a_smooth_sphere_depends_on_work_and_radius_in_proportion_and_not_on_the_modulus():
     """JKR's pull-off is 3/2 π w R: the tornado's slopes are 1, 1 and 0.
 
-    On contacts of three pixels in radius each pull-off is off by up to 1.5 %: of slopes over 20 %, 0.15.
+    On contacts of twelve cells in radius each pull-off is off by up to 0.3 %: of slopes over 20 %, 0.03.
     """
     flat = pair(np.zeros((48, 48)), radius=1500.0, work=0.2)
     tried = {name: [0.9, 1.1] for name in ("surface energy", "sphere radius", "modulus")}
-    found = sensitivity(flat, method="adhesive", settings=tried, law="griffith", refine=1, step=0.25)
+    found = sensitivity(flat, method="adhesive", settings=tried, law="griffith", refine=4, step=0.25)
     slopes = {name: (change(found, name, "× 1.1") - change(found, name, "× 0.9")) / 0.2 for name in tried}
-    assert slopes["surface energy"] == pytest.approx(1, abs=0.15)
-    assert slopes["sphere radius"] == pytest.approx(1, abs=0.15)
-    assert slopes["modulus"] == pytest.approx(0, abs=0.15)
-    assert float(found.pull_off_mean[0]) == pytest.approx(1.5 * np.pi * 0.2 * 1500, rel=0.05)
+    assert slopes["surface energy"] == pytest.approx(1, abs=0.04)
+    assert slopes["sphere radius"] == pytest.approx(1, abs=0.04)
+    assert slopes["modulus"] == pytest.approx(0, abs=0.04)
+    assert float(found.pull_off_mean[0]) == pytest.approx(1.5 * np.pi * 0.2 * 1500, rel=0.01)
 
 
 def test_what_is_not_off_gives_nothing_and_what_was_not_computed_says_why(budget):
@@ -102,7 +101,6 @@ def test_sampling_follows_the_interval_of_all_places(rough, changes):
     assert "it takes two places" in one.how.sel(entry="sampling").item()
 
 
-@pytest.mark.xfail(reason="13 % beside this coarse mesh of the whole window")
 def test_shorter_waves_come_from_their_seeds(rough, scales):
     again = cut_off_waves(rough, places=1, subregions=(2, 2), seeds=1)
     np.testing.assert_allclose(again.pull_off_force.isel(seed=0), scales.pull_off_force.isel(seed=0), rtol=1e-2)
@@ -111,9 +109,8 @@ def test_shorter_waves_come_from_their_seeds(rough, scales):
     kept = scales.pull_off_force.sel(shortest_kept=shown, method="nearest").values
     assert added[0] != added[1] and np.unique(kept).size == 1
     at = roughxr.regions.centres(rough, (2, 2)).isel(subregion=[0])
-    base = roughxr.adhesive(rough, subregions=at, law="exponential", refine=4, step=0.25)
-    assert kept.ravel()[0] == pytest.approx(float(base.pull_off_force[0]), rel=0.1)
-    assert float(base.shortest_wavelength) == pytest.approx(shown)
+    base = roughxr.adhesive(roughxr.smooth(rough, shortest=shown), subregions=at, law="exponential", refine=4)
+    assert kept.ravel()[0] == pytest.approx(float(base.pull_off_force[0]), rel=0.01)
 
 
 def test_a_budget_survives_its_archive(budget, changes, scales, tmp_path):

@@ -327,8 +327,12 @@ def gain(found: Cycles, k: int) -> float:
     """Return how much of what two edges differ by is added to the steeper one's; 0 where that is taken as it is."""
     if apart(found, k) > 0.0:
         return 0.0
-    constant, over_radius = _SHARPER[found.law]
-    radius = _events(found.paths[k]).get("pull_off_resolution", np.nan)
+    return gain_at(found.law, _events(found.paths[k]).get("pull_off_resolution", np.nan))
+
+
+def gain_at(law: str, radius: float) -> float:
+    """Return the same at a radius of the smallest contact, in cells; NaN where nothing pulls."""
+    constant, over_radius = _SHARPER[law]
     return constant + over_radius / max(radius, LEAST_RADIUS) if radius > 0 else constant
 
 
