@@ -32,6 +32,9 @@ _SOFT = 0.25
 #: What the two edges differ by, times this, is added to what the steeper one gives: a constant, and a part over the
 #: radius, in cells, of the smallest contact at pull-off. With it smooth spheres meet JKR's pull-off, on the mean of
 #: sixteen places on the pixels, within 0.6 % from 2.5 to 40 cells in radius (``tests/benchmarks/without_range.py``).
+#: Where this takes off more than a part of the steeper edge's pull-off, more than from any sphere, both edges are apart
+#: by more than their width explains (a summit that only one of them holds): then that part, or the constant alone.
+_MOST_OFF = 0.15
 _SHARPER = {"griffith": (1.15, 6.4), "dugdale": (0.5, 0.0)}
 
 #: The refinements that refine="auto" may choose.
@@ -327,13 +330,17 @@ def gain(found: Cycles, k: int) -> float:
     """Return how much of what two edges differ by is added to the steeper one's; 0 where that is taken as it is."""
     if apart(found, k) > 0.0:
         return 0.0
-    return gain_at(found.law, _events(found.paths[k]).get("pull_off_resolution", np.nan))
+    told, wide = _events(found.paths[k]), _events(found.wider[k])
+    pull = told.get("pull_off_force", np.nan)
+    off = abs(wide.get("pull_off_force", np.nan) / max(pull, 1e-300) - 1.0)
+    return gain_at(found.law, told.get("pull_off_resolution", np.nan), off)
 
 
-def gain_at(law: str, radius: float) -> float:
-    """Return the same at a radius of the smallest contact, in cells; NaN where nothing pulls."""
+def gain_at(law: str, radius: float, off: float) -> float:
+    """Return the same at a radius in cells of the smallest contact, where both pull-offs differ by a part ``off``."""
     constant, over_radius = _SHARPER[law]
-    return constant + over_radius / max(radius, LEAST_RADIUS) if radius > 0 else constant
+    whole = constant + over_radius / max(radius, LEAST_RADIUS) if radius > 0 else constant
+    return max(constant, _MOST_OFF / off) if whole * off > _MOST_OFF else whole
 
 
 def sharper(value: Any, wide: Any, gain: float) -> Any:
