@@ -255,15 +255,12 @@ def test_shorter_steps_change_little(ground):
 
 
 @pytest.mark.soak
-def test_shorter_steps_change_single_places_little():
-    # a path may fork where two cells are about to jump: that one place in 64 goes another way is allowed
+def test_shorter_steps_change_no_place():
     scan = surfaces.glass_pair(roughxr.open_sample("glass"))
-    options = {"delta": [4.0], "subregions": (8, 8), "datum": "first_contact"}
+    options = {"delta": [4.0], "subregions": (4, 4), "datum": "first_contact"}
     longer, shorter = (quiet(scan, **options, step=step).pull_off_force for step in (0.25, 0.125))
     change = abs(shorter / longer - 1)
-    assert int((change > 0.01).sum()) <= 1
-    assert float(change.mean()) < 0.002
-    assert float(shorter.mean()) == pytest.approx(float(longer.mean()), rel=0.001)
+    assert float(change.max()) < 0.01 and float(change.mean()) < 0.002
 
 
 def bump(shift=0, n=61, pixel=6.0, radius=500.0):

@@ -18,6 +18,7 @@ from roughxr.presentation import figures
 from roughxr.presentation.report import embedded_figures
 from roughxr.reproduction import printed
 from roughxr.reproduction import run as reproduction
+from roughxr.runs import analysis
 
 from .surfaces import rough, scan
 
@@ -330,6 +331,8 @@ def test_what_nobody_can_guess_is_asked_for(options, says, tmp_path, capsys):
 @pytest.mark.parametrize("output", ["run.nc", pytest.param("", marks=pytest.mark.soak, id="and pictures")])
 def test_a_run_that_finds_nothing_ends_well_and_is_reported_as_what_it_is(options, output, tmp_path, monkeypatch):
     monkeypatch.setattr(embedded_figures, "_DPI", 50)  # whether they are drawn, and not how well
+    if not output:
+        monkeypatch.setattr(analysis, "_below_the_scan", lambda *_: {})  # as without pictures
     scan(rough(64, rms=1.0, seed=3), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
     pair = ["--sphere-radius", "500", "--materials", "glass", *QUICK, "--budget", "1"]
     written = tmp_path / "out" / output
@@ -362,6 +365,7 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     (tmp_path / "wafer.toml").write_text("\n".join([*lines, "subregions = [2, 1]"]), encoding="utf-8")
     files = ["wafer-3.nc", "wafer-4.nc", "torn.nc"]
     monkeypatch.setattr(figures, "run_figures", lambda run: iter(()))
+    monkeypatch.setattr(analysis, "_below_the_scan", lambda *_: {})  # what takes long is of each scan alone
     assert main(["run", *files, "--config", "wafer.toml", "-o", "wafer", "-q"]) == 0
     printed = capsys.readouterr()
     assert "torn.nc: left out" in printed.err

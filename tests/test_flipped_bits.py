@@ -192,7 +192,7 @@ def resumed(path):
 
 
 @pytest.mark.soak
-@pytest.mark.parametrize("tries", [180])
+@pytest.mark.parametrize("tries", [60])
 def test_a_run_goes_on_from_a_checkpoint_with_a_flipped_bit(stopped, tmp_path, tries):
     content, whole = stopped
     rng, found = np.random.default_rng(tries), Counter()

@@ -1,13 +1,10 @@
 """How kernels are compiled: for Python and for other kernels, each once, and kept on disk."""
 
-import ast
 import gc
-import os
 import subprocess
 import sys
 from types import FunctionType
 
-import numpy as np
 import pytest
 
 from roughxr.kernels import jit
@@ -144,28 +141,3 @@ def test_without_numbas_events_nobody_is_told_and_all_else_is_as_before():
     gone = "import sys, numba; sys.modules['numba.core.event'] = None"
     done = subprocess.run([sys.executable, "-c", gone + _SORTED], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
-
-
-#: Solves whose kernels call kernels; what it prints must not depend on how they were compiled.
-_SOLVES = """
-import numpy as np, roughxr
-from roughxr.synthetic import self_affine
-scan = self_affine((48, 48), 10, rms=1, hurst=0.8, rolloff=150, cutoff=60, seed=1)
-scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.3)
-force = roughxr.direct(scan, delta=[1.0, 3.0]).force.values
-pull = roughxr.superpose(scan, delta=[0.0, 2.0])
-print(repr(np.concatenate([force.ravel(), pull.force.values.ravel(), pull.pull_off_force.values]).tolist()))
-"""
-
-
-@linking
-@pytest.mark.soak
-def test_both_ways_of_compiling_give_the_same_numbers():
-    told = []
-    for plain in ("0", "1"):  # a cache for both: what one way keeps, the other must not take for its own
-        environment = {**os.environ, "ROUGHXR_PLAIN_NUMBA": plain}
-        command = [sys.executable, "-W", "ignore", "-c", _SOLVES]
-        done = subprocess.run(command, env=environment, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        told.append(np.array(ast.literal_eval(done.stdout)))
-    np.testing.assert_allclose(*told, rtol=1e-9)
