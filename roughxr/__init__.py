@@ -11,151 +11,83 @@ methods of ``ds.contact``.
 'nN'
 """
 
+from __future__ import annotations
+
 import sys
+from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.util import find_spec, spec_from_loader
+from typing import TYPE_CHECKING, Any
 
-from . import detachment
-from ._version import __version__
-from .accessor import ContactAccessor
-from .asperity.catalogue import asperities
-from .asperity.maps import pull_off_map
-from .asperity.moments import rolling
-from .asperity.reconstruction import reconstruct
-from .asperity.superposition import superpose
-from .bodies.materials import assign_pair, contact_modulus, gilman_surface_energy, hamaker_constant
-from .bodies.probes import fit_sphere, placements
-from .contact import reference
-from .contact.adhesion import adhesive
-from .contact.elastic import direct
-from .contact.estimates import tabor
-from .contact.regimes import formulas, regime
-from .contact.rigid_bodies import rigid
-from .detachment import critical_load, resting, resuspension, to_dem
-from .files import archive
-from .jobs.lazy import compute
-from .jobs.run import checkpointed
-from .measured import (
-    compare,
-    curves_pull_off,
-    fit_pair,
-    open_curves,
-    open_pull_off,
-    predict_others,
-)
-from .presentation import figures, report
-from .presentation.answer import answer
-from .presentation.exports import to_table
-from .presentation.figures import plot
-from .reproduction import paper
-from .runs.analysis import run
-from .scans import (
-    add_fine_roughness,
-    autocorrelation,
-    combined_spectrum,
-    crop,
-    fill,
-    level,
-    open_sample,
-    open_scan,
-    power_spectrum,
-    regions,
-    resample,
-    rotate90,
-    roughness,
-    self_affine_fit,
-    smooth,
-    synthetic,
-    to_file,
-)
-from .scans.tip import dilate, erode, tip_flags
-from .statistics import bootstrap, cdf, debris, fit, force_ratio, pdf, pooled, pull_off, reduction, summary
-from .studies.continuation import continued
-from .studies.parameter_grid import vary
-from .studies.sensitivities import error_budget, sensitivity
-from .studies.several_scans import over_scans
-from .studies.short_waves import scale_dependence
-from .vocabulary import schema
+import xarray as xr
 
-# Public modules are imported by their short names, such as ``roughxr.figures``, whichever room they lie in.
-for _module in (archive, figures, reference, regions, report, schema, synthetic):
-    sys.modules[f"{__name__}.{_module.__name__.rpartition('.')[2]}"] = _module
+from ._version import __version__ as __version__
 
-__all__ = [
-    "ContactAccessor",
-    "__version__",
-    "add_fine_roughness",
-    "adhesive",
-    "answer",
-    "archive",
-    "asperities",
-    "assign_pair",
-    "autocorrelation",
-    "bootstrap",
-    "cdf",
-    "checkpointed",
-    "combined_spectrum",
-    "compare",
-    "compute",
-    "contact_modulus",
-    "continued",
-    "critical_load",
-    "crop",
-    "curves_pull_off",
-    "debris",
-    "detachment",
-    "dilate",
-    "direct",
-    "erode",
-    "error_budget",
-    "figures",
-    "fill",
-    "fit",
-    "fit_pair",
-    "fit_sphere",
-    "force_ratio",
-    "formulas",
-    "gilman_surface_energy",
-    "hamaker_constant",
-    "level",
-    "open_curves",
-    "open_pull_off",
-    "open_sample",
-    "open_scan",
-    "over_scans",
-    "paper",
-    "pdf",
-    "placements",
-    "plot",
-    "pooled",
-    "power_spectrum",
-    "predict_others",
-    "pull_off",
-    "pull_off_map",
-    "reconstruct",
-    "reduction",
-    "reference",
-    "regime",
-    "regions",
-    "report",
-    "resample",
-    "resting",
-    "resuspension",
-    "rigid",
-    "rolling",
-    "rotate90",
-    "roughness",
-    "run",
-    "scale_dependence",
-    "schema",
-    "self_affine_fit",
-    "sensitivity",
-    "smooth",
-    "summary",
-    "superpose",
-    "synthetic",
-    "tabor",
-    "tip_flags",
-    "to_dem",
-    "to_file",
-    "to_table",
-    "vary",
-]
+if TYPE_CHECKING:
+    from ._public import *  # noqa: F403
+
+#: Public modules by their short names, whichever room they lie in.
+_SHORT = {
+    f"{__name__}.{where.rpartition('.')[2]}": f"{__name__}.{where}"
+    for where in (
+        *("contact.reference", "files.archive", "presentation.figures", "presentation.report"),
+        *("scans.regions", "scans.synthetic", "vocabulary.schema"),
+    )
+}
+
+
+class _ByShortName(MetaPathFinder, Loader):
+    """Imports a public module by its short name, as in ``import roughxr.figures``."""
+
+    def __init__(self) -> None:
+        self._own: dict[str, Any] = {}
+
+    def find_spec(self, fullname, path=None, target=None):
+        return spec_from_loader(fullname, self) if fullname in _SHORT else None
+
+    def create_module(self, spec):
+        module = import_module(_SHORT[spec.name])
+        self._own[module.__name__] = module.__spec__
+        return module
+
+    def exec_module(self, module):
+        module.__spec__ = self._own.pop(module.__name__)  # the import system has written the short name's over it
+
+
+class _Later:
+    """An accessor that is imported when it is first used."""
+
+    def __init__(self, name: str):
+        self._name = name
+
+    def _accessor(self) -> Any:
+        return getattr(import_module(f"{__name__}.accessor"), self._name)
+
+    def __call__(self, of: Any) -> Any:
+        return self._accessor()(of)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._accessor(), name)
+
+
+def __getattr__(name: str) -> Any:
+    if name.startswith("__") and name != "__all__":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if find_spec(f"{__name__}.{name}"):
+        return import_module(f"{__name__}.{name}")
+    public = import_module(f"{__name__}._public")
+    try:
+        found = globals()[name] = getattr(public, name)
+    except AttributeError:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}") from None
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *import_module(f"{__name__}._public").__all__})
+
+
+if not any(isinstance(finder, _ByShortName) for finder in sys.meta_path):
+    sys.meta_path.append(_ByShortName())
+xr.register_dataset_accessor("contact")(_Later("ContactAccessor"))
+xr.register_dataarray_accessor("contact")(_Later("ContactArrayAccessor"))

@@ -47,7 +47,6 @@ def _method(function: Callable) -> Callable:
     return method
 
 
-@xr.register_dataset_accessor("contact")
 class ContactAccessor:
     """Contact mechanics on scans, asperity catalogues and solutions."""
 
@@ -197,7 +196,6 @@ def _words(accessor: type, name: str) -> str:
     return (getattr(accessor, name).__doc__ or "").strip().split("\n")[0]
 
 
-@xr.register_dataarray_accessor("contact")
 class ContactArrayAccessor:
     """Drawing of a single variable, such as a density."""
 

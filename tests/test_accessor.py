@@ -91,8 +91,22 @@ class Listener(event.Listener):
     def on_end(self, e): pass
 event.register("numba:compile", Listener())
 import roughxr
+roughxr.rigid
 assert not compiled, "compiled on import"
 assert "matplotlib" not in sys.modules and "distributed" not in sys.modules and "pint" not in sys.modules
+"""
+    subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def test_import_takes_little_more_than_that_of_xarray():
+    """What reads, solves and draws is imported by the first name that is used; the shell's help needs none of it."""
+    program = """
+import sys, roughxr, roughxr.cli
+roughxr.cli._parser()
+assert "contact" in dir(__import__("xarray").Dataset)
+assert not {"numba", "scipy", "dask.array", "matplotlib", "netCDF4"} & set(sys.modules), "imported too early"
+import roughxr.figures
+assert roughxr.figures.__name__ == "roughxr.presentation.figures" == roughxr.figures.__spec__.name
 """
     subprocess.run([sys.executable, "-c", program], check=True)
 

@@ -15,6 +15,10 @@ from roughxr.kernels.asperity.laws import asperity_events, asperity_scales, law
 
 E, W = 40.0, 1.0  # GPa, J/m²
 PLACES = [(0.0, 0.0), (0.5, 0.5), (0.31, 0.17)]
+MORE = [*PLACES, *map(tuple, np.random.default_rng(0).uniform(0, 0.5, (13, 2)).tolist())]
+
+#: Rough surfaces on which no constant of the solver was tuned: Hurst exponent, rms height (nm), seed, work (J/m²).
+OTHERS = [(0.5, 2.0, 21, 0.3), (0.9, 5.0, 22, 0.8), (0.7, 1.0, 23, 0.1)]
 
 
 def scan_of(height, pixel):
@@ -66,14 +70,35 @@ def row(name, ds, places, exact=None, finer=None, **options):
     print(f"{name}: {figures}, cells per pixel {found.refinement.values}, {spent:.0f} s", flush=True)
 
 
+def spheres(cells):
+    """Print how far spheres of so many cells in radius are off, over sixteen places on the pixels."""
+    off, held = [], []
+    for place in MORE:
+        ds, exact = bump(cells, place)
+        found = ds.contact.adhesive(subregions=([0.0], [0.0]), law="griffith", refine=1)
+        off.append(float(found.pull_off_force[0]) / exact - 1)
+        held.append(abs(1 / (1 + off[-1]) - 1) <= float(found.pull_off_error[0]))
+    mean, square, largest = np.mean(off), np.sqrt(np.mean(np.square(off))), np.abs(off).max()
+    print(
+        f"spheres, {cells:g} cells: mean {mean:+.2%}, root mean square {square:.2%}, largest {largest:.2%}, "
+        f"covered {np.mean(held):.0%}",
+        flush=True,
+    )
+
+
+def rough(name, ds, places):
+    """Print how far rough places are off on single meshes, from one of eight cells to a pixel."""
+    finest = ds.contact.adhesive(subregions=places, law="griffith", refine=8).pull_off_force.values
+    for refine in (1, 2, 4):
+        row(f"{name}, refine={refine}", ds, places, finest, refine=refine)
+
+
 def main():
     """Print one row per case, the quick ones first."""
     warnings.simplefilter("ignore")
     middle = ([0.0], [0.0])
     for cells in (2.5, 5.0, 10.0, 20.0, 40.0):
-        for place in PLACES:
-            ds, exact = bump(cells, place)
-            row(f"sphere, {cells:g} cells at {place}", ds, middle, exact, refine=1)
+        spheres(cells)
     ds, exact = bump(5.0, PLACES[2])
     row("sphere, 5 cells, default settings", ds, middle, exact)
     for ratio in (5.0, 10.0):
@@ -87,6 +112,10 @@ def main():
     for name, scan, work in (("glass twin", roughxr.open_sample("glass"), 1.35), ("self-affine", made, 0.5)):
         ds = scan.contact.assign_pair(sphere_radius=3000, contact_modulus=39.4, work_of_adhesion=work)
         row(f"8 places of {name}", ds, roughxr.regions.sample(roughxr.regions.centres(ds, (8, 8)), 8), finer=8)
+    for hurst, rms, seed, work in OTHERS:
+        made = roughxr.synthetic.self_affine((256, 256), 10.0, rms=rms, hurst=hurst, rolloff=500, cutoff=50, seed=seed)
+        ds = made.contact.assign_pair(sphere_radius=2000, contact_modulus=30, work_of_adhesion=work)
+        rough(f"Hurst {hurst:g}", ds, roughxr.regions.sample(roughxr.regions.centres(ds, (8, 8)), 12))
     ds, exact = bump(100.0, PLACES[2])
     row("sphere, 100 cells", ds, middle, exact, refine=1)
 
