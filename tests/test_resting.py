@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from scipy import ndimage
 
 import roughxr
 from roughxr.detachment.coming_to_rest import resting
@@ -166,6 +167,38 @@ def test_every_rest_is_lower_than_all_around_it_and_stands_on_its_carriers():
         heights = [max(dilation.touch(row, *p, ball)[0] for row in rows) for p in [at, *around]]
         assert heights[0] == pytest.approx(float(place.rest_height), abs=1e-9)
         assert min(heights[1:]) > heights[0]
+
+
+def test_the_barrier_is_how_deep_a_flood_drowns_all_ways_on_a_fine_lattice():
+    surface = glass_pair(scan(rough(128, rms=3.0, smooth=2.0, seed=5), 10.0))
+    found = resting(surface)
+    z, step = np.ascontiguousarray(surface.height.values), 1.0
+    axes = surface.x.values, surface.y.values
+    rows, _ = dilation.patches(z, *axes, (10.0, 10.0), RADIUS, dilation.reach_of(RADIUS, np.ptp(z)))
+    fine = [np.arange(axis[0], axis[-1], step) for axis in axes]
+    height = dilation.dilation(rows, *fine, dilation.Ball(RADIUS, 5.0, 5.0))[0]
+    at = [np.round((found[f"subregion_{n}"].values - f[0]) / step).astype(int) for n, f in zip("xy", fine)]
+    inner = np.flatnonzero(~found.truncated.values)
+    assert inner.size > 10
+    for k in inner:
+        first = [max(a[k] - 300, 0) for a in at]
+        part = height[tuple(slice(f, a[k] + 301) for f, a in zip(first, at))]
+        here, *others = np.column_stack(at)[[k, *np.delete(np.arange(len(at[0])), k)]] - first
+        drowned = _flood(part, tuple(here), [one for one in others if (0 <= one).all() and (one < part.shape).all()])
+        off = 0.5 * step * np.sqrt(2 * np.ptp(z) / RADIUS)  # half a step beside the pass, on the steepest slope
+        assert drowned - off < float(found.rest_height[k] + found.barrier[k]) < drowned + 1e-6
+
+
+def _flood(height, start, others):
+    """Return the least level at which a pool about one point of a lattice holds another one or the border."""
+    low, high = height[start], height.max()
+    for _ in range(30):
+        level = 0.5 * (low + high)
+        pools, _ = ndimage.label(height <= level, structure=np.ones((3, 3)))
+        pool = pools == pools[start]
+        edge = pool[[0, -1]].any() or pool[:, [0, -1]].any()
+        low, high = (low, level) if edge or any(pool[tuple(one)] for one in others) else (level, high)
+    return high
 
 
 def test_the_height_over_all_pixels_is_the_largest_over_all_of_them():
