@@ -28,7 +28,7 @@ import roughxr
 from roughxr import detachment
 
 BODIES = {"sphere_radius": 3000.0, "young_modulus": 75.0, "poisson_ratio": 0.22, "work_of_adhesion": 0.1}
-GRID, SPEEDS = (8, 8), (0.05, 0.1, 0.2, 0.5)
+GRID, SPEEDS, FLOWS = (8, 8), (0.05, 0.1, 0.2, 0.5), (0.0, 0.2, 1.0, 10.0)
 
 
 def median(values, share):
@@ -68,6 +68,13 @@ def compare(name, scan):
     )
     catalogue = roughxr.asperities(scan)
     at_rest = roughxr.resting(scan, landings=GRID, on=catalogue)
+    stopped = []
+    for speed in FLOWS:  # from where adhesion alone decides to where hardly any is left of it
+        how = {"settle": "adhesion", "particle_density": 2500, "landings": GRID, "friction_velocity": speed}
+        held = roughxr.resting(scan, **how)
+        stopped.append(float(held["landing_share"][held["at_bottom"]].sum()))
+    told_flows = ", ".join(f"{share:.2f} at {speed:g}" for share, speed in zip(stopped, FLOWS))
+    print(f"  settle='adhesion': share that gets to the bottom, in a flow while it settles, m/s: {told_flows}")
     for words, where in (("landed", roughxr.regions.centres(scan, GRID)), ("at rest", at_rest)):
         held = roughxr.rolling(catalogue, directions=24, subregions=where)
         critical = roughxr.critical_load(held)["critical_friction_velocity"].values

@@ -212,6 +212,7 @@ def landed_and_at_rest(landed: xr.Dataset, rested: xr.Dataset):
     'asperities in contact'
     """
     from matplotlib import pyplot
+    from matplotlib.ticker import LogLocator
 
     panels = pyplot.subplots(1, 3, figsize=(7.0, 2.3), layout="constrained", sharey=True)[1]
     for ds, words, order in ((landed, "where they landed", 1), (rested, "at rest", 0)):
@@ -220,11 +221,14 @@ def landed_and_at_rest(landed: xr.Dataset, rested: xr.Dataset):
         for ax, name in zip(panels, ("pull_off_force", "contacts", "critical_friction_velocity")):
             values = drawn[name].values.astype(float)
             rank = np.argsort(values)
-            part = np.cumsum(share[rank]) / share.sum()
-            ax.step(values[rank], part, where="post", label=words, **stroke(order))
+            part = np.cumsum([0.0, *share[rank]]) / share.sum()
+            ax.step([values[rank[0]], *values[rank]], part, where="post", label=words, **stroke(order))
             label_axes(ax, name, "cdf")
             if name != "contacts":
                 ax.set_xscale("log")
+                ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+                ax.xaxis.set_major_formatter("{x:g}")
+                ax.xaxis.set_minor_formatter("")
     panels[0].set_ylabel("share of particles")
     for ax in panels[1:]:
         ax.set_ylabel("")

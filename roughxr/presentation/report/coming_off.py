@@ -196,7 +196,8 @@ def _particles(run: Run) -> str:
         f"Particles rolled from where they landed to where they rest; {stands[0]:.0f} % of them then stand on three "
         f"asperities or more, {stands[1]:.0f} % where they landed. By the superposition half of them rock at "
         f"{rested:.2g} m/s, and would at {landed:.2g} m/s where they landed; over the lowest pass of their basins half "
-        f"of them leave at {_middle(run[LEAVING], 'leaving'):.2g} m/s, in air that flows towards it."
+        f"of them leave at {_middle(run[LEAVING], 'leaving'):.2g} m/s, in air that flows towards it. Both are "
+        "limits: adhesion may hold light ones before they reach the bottom."
     )
 
 

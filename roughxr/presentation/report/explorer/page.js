@@ -267,7 +267,7 @@ function drawPulls() {
   const [unit, size] = forceUnit(Math.max(...bins));
   const margin = 0.04 * (bins[last + 1] - bins[0]) || 1;
   const x = { low: bins[0] - margin, high: bins[last + 1] + margin, size, words: `pull-off force [${unit}]` };
-  const y = { low: 0, high: 1.12 * Math.max(...counts, rests ? 0 : 1), size: 1, words: rests ? "share of particles" : "places" };
+  const y = { low: 0, high: 1.12 * Math.max(...counts, rests ? 0.01 : 1), size: 1, words: rests ? "share of particles" : "places" };
   const { sx, sy } = frame(svg, { left, top, width: right - left, height, x, y });
   counts.forEach((count, k) => svg.append(draw("rect", { x: sx(bins[k]) + 0.5, y: sy(count), width: Math.max(1, sx(bins[k + 1]) - sx(bins[k]) - 1), height: sy(0) - sy(count), fill: "#9cc7e0" })));
   for (const value of known) svg.append(draw("line", { x1: sx(value), x2: sx(value), y1: sy(0), y2: sy(0) - 7, stroke: "#0173b2" }));

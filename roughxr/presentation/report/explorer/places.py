@@ -303,12 +303,12 @@ def facts(at: Placed) -> dict[str, Any] | None:
     if not names:
         return None
     rests = {name: held[name].values for group, name in _OF_RESTS if (held := at.held(group)) is not None}
-    told = [{"label": in_words(name).partition(" [")[0], "unit": _unit(name)} for name in [*names, *rests]]
+    told = [{"label": in_words(name).partition(" [")[0], "unit": _unit(name)} for name in [*rests, *names]]
     values = {}
     for key, one in cases(ds[names].assign_attrs(ds.attrs)):
         offset = at.shift(one)
-        values[key] = [numbers(_of(one, name) + (offset if name.endswith("_delta") else 0.0)) for name in names]
-        values[key] += [numbers(row) for row in rests.values()]
+        values[key] = [numbers(row) for row in rests.values()]
+        values[key] += [numbers(_of(one, name) + (offset if name.endswith("_delta") else 0.0)) for name in names]
     return {"over": over(ds), "rows": told, "values": values}
 
 
