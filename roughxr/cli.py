@@ -782,8 +782,9 @@ def _tell_critical(critical, options) -> None:
 
 def _quantile(values, part: float) -> float:
     """Return a quantile over particles, where places hold shares of them, else over places."""
-    share = values.coords.get("landing_share", values.notnull().astype(float))
-    return float(values.weighted(share).quantile(part))
+    from .statistics.sampling import shares
+
+    return float(values.weighted(shares(values)).quantile(part))
 
 
 def _tell_rests(groups, body, slides) -> None:

@@ -334,6 +334,20 @@ def test_leaving_over_the_pass_of_three_summits_takes_the_moment_about_the_pair_
         roughxr.detachment.leaving(surface, place.drop_vars("pass_x"))
 
 
+def test_a_place_without_a_pass_stays_and_is_missing():
+    surface = glass_pair(scan(rough(96, rms=3.0, smooth=2.0), 10.0))
+    places = resting(surface, landings=(3, 2))
+    every = roughxr.detachment.leaving(surface, places)
+    without = places.assign(pass_x=places.pass_x.where(places.subregion != places.subregion[1]))
+    some = roughxr.detachment.leaving(surface, without)
+    kept = np.arange(places.sizes["subregion"]) != 1
+    for name in ("leaving_friction_velocity", "pass_moment", "rest_moment", "barrier"):
+        assert np.isnan(some[name].values[1])
+        assert some[name].values[kept] == pytest.approx(every[name].values[kept])
+    with pytest.raises(ValueError, match="at least one with a pass"):
+        roughxr.detachment.leaving(surface, places.assign(pass_x=places.pass_x * np.nan))
+
+
 def test_words_on_a_run_of_particles_tell_rests_from_where_they_landed():
     surface = glass_pair(scan(rough(96, rms=3.0, smooth=2.0), 10.0))
     catalogue = roughxr.asperities(surface)

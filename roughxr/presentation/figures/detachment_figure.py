@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ...detachment.balance import MODES, NEITHER, NO_CONTACT, critical_load
-from ...statistics.sampling import SHARE
+from ...statistics.sampling import shares
 from ...vocabulary import schema
 from ...vocabulary.verbs import verb
 from .maps import draw_places
@@ -216,7 +216,7 @@ def landed_and_at_rest(landed: xr.Dataset, rested: xr.Dataset):
 
     panels = pyplot.subplots(1, 3, figsize=(7.0, 2.3), layout="constrained", sharey=True)[1]
     for ds, words, order in ((landed, "where they landed", 1), (rested, "at rest", 0)):
-        share = ds[SHARE].values if SHARE in ds.coords else np.ones(ds.sizes["subregion"])
+        share = shares(ds).values
         drawn = ds.merge(critical_load(ds), compat="override", combine_attrs="override")
         for ax, name in zip(panels, ("pull_off_force", "contacts", "critical_friction_velocity")):
             values = drawn[name].values.astype(float)
