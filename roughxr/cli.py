@@ -738,15 +738,16 @@ def _detach(options) -> None:
             "indenter's map or of an older roughxr hold none: run it again"
         )
     held = report.moments_of(groups, options.method)
-    critical = detachment.critical_load(
-        held,
-        options.load,
-        particle_density=options.particle_density and _number(options.particle_density),
-        flow=options.fluid,
-        friction_coefficient=options.friction_coefficient,
-        shear_strength=options.shear_strength and _number(options.shear_strength),
-    )
+    density = options.particle_density and _number(options.particle_density)
+    body = {"load": options.load, "particle_density": density, "flow": options.fluid}
+    slides = {
+        "friction_coefficient": options.friction_coefficient,
+        "shear_strength": options.shear_strength and _number(options.shear_strength),
+    }
+    critical = detachment.critical_load(held, **body, **slides)
     _tell_critical(critical, options)
+    if "statistics/rests" in groups:
+        _tell_rests(groups, body, slides)
     if options.output:
         table = by_place(held).merge(critical, compat="override", combine_attrs="override")
         print(f"written to {exports.to_table(table, options.output)}")
@@ -765,17 +766,40 @@ def _tell_critical(critical, options) -> None:
     """Print the critical strength of a load, and how the sphere comes off."""
     import numpy as np
 
-    name = next(iter(critical.data_vars))
-    values = critical[name].values[np.isfinite(critical[name].values)]
+    name, rests = next(iter(critical.data_vars)), "landing_share" in critical.coords
+    values = critical[name].where(np.isfinite(critical[name]))
     words = f"{critical[name].attrs['long_name']}, {critical[name].attrs['units']}"
     print(f"{options.load} in {options.fluid}, pull-off forces of {options.method!r}; {words}:")
-    if values.size:
-        least, middle, most = np.quantile(values, (0.05, 0.5, 0.95))
-        print(f"  5 % of places {number(least)}, median {number(middle)}, 95 % {number(most)}")
+    if bool(values.notnull().any()):
+        least, middle, most = (number(_quantile(values, part)) for part in (0.05, 0.5, 0.95))
+        of = "particles where they came to rest" if rests else "places"
+        print(f"  5 % of {of} {least}, median {middle}, 95 % {most}")
     counts = ((mode, int((critical["mode"] == mode).sum())) for mode in np.unique(critical["mode"].values.astype(str)))
     print("what goes first: " + ", ".join(f"{mode} at {count}" for mode, count in counts))
     inside = int(critical["in_range"].sum())
     print(f"within the formulas' range: {inside} of {critical.sizes['subregion']} places")
+
+
+def _quantile(values, part: float) -> float:
+    """Return a quantile over particles, where places hold shares of them, else over places."""
+    from .statistics.sampling import shares
+
+    return float(values.weighted(shares(values)).quantile(part))
+
+
+def _tell_rests(groups, body, slides) -> None:
+    """Print what half of the particles of a run stand at rest, where they landed, and up to the lowest pass."""
+    from . import detachment
+
+    at = {"at rest": "solutions/rolling", "where they landed": "solutions/rolling_landed"}
+    found = {words: detachment.critical_load(groups[name], **body, **slides) for words, name in at.items()}
+    told = [(words, next(iter(ds.data_vars.values()))) for words, ds in found.items()]
+    rests = groups["statistics/rests"]
+    if bool(rests["pass_x"].notnull().any()):
+        leaves = detachment.leaving(groups["asperities"], rests, **body)
+        told += [("to leave over the lowest pass", next(v for n, v in leaves.items() if str(n).startswith("leaving")))]
+    medians = ", ".join(f"{words} {number(_quantile(values, 0.5))}" for words, values in told)
+    print(f"the median by superposed asperities: {medians} {told[0][1].attrs['units']}")
 
 
 def _draw_coming_off(critical, held, path: str) -> None:

@@ -47,6 +47,15 @@ def test_the_estimate_lies_below_the_scan_and_inside_its_interval(surface, found
     assert found.scale_pull_off.values[0] > found.scale_pull_off.values[-1]
 
 
+def test_the_mean_is_that_over_particles_where_places_hold_shares_of_them(surface, found):
+    places = roughxr.regions.centres(surface, (2, 2)).assign_coords(landing_share=("subregion", [0.7, 0.1, 0.15, 0.05]))
+    rested = roughxr.continued(surface, subregions=places, seeds=2, shortest=8)
+    np.testing.assert_allclose(rested.pull_off_force, found.pull_off_force, rtol=1e-6)
+    by_particle = np.average(rested.pull_off_force.mean("seed"), weights=[0.7, 0.1, 0.15, 0.05])
+    assert float(rested.pull_off_mean) == pytest.approx(by_particle)
+    assert float(found.pull_off_mean) != pytest.approx(by_particle, rel=1e-3)
+
+
 def test_a_seed_is_one_surface_whatever_else_is_asked(surface, found):
     again = roughxr.continued(surface, subregions=([120.0], [120.0]), seeds=1, shortest=8)
     assert float(again.pull_off_force[0, 0]) == pytest.approx(float(found.pull_off_force[0, 0]), rel=0.02)

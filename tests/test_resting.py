@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from scipy import ndimage
 
 import roughxr
 from roughxr.detachment.coming_to_rest import resting
@@ -168,6 +169,38 @@ def test_every_rest_is_lower_than_all_around_it_and_stands_on_its_carriers():
         assert min(heights[1:]) > heights[0]
 
 
+def test_the_barrier_is_how_deep_a_flood_drowns_all_ways_on_a_fine_lattice():
+    surface = glass_pair(scan(rough(128, rms=3.0, smooth=2.0, seed=5), 10.0))
+    found = resting(surface)
+    z, step = np.ascontiguousarray(surface.height.values), 1.0
+    axes = surface.x.values, surface.y.values
+    rows, _ = dilation.patches(z, *axes, (10.0, 10.0), RADIUS, dilation.reach_of(RADIUS, np.ptp(z)))
+    fine = [np.arange(axis[0], axis[-1], step) for axis in axes]
+    height = dilation.dilation(rows, *fine, dilation.Ball(RADIUS, 5.0, 5.0))[0]
+    at = [np.round((found[f"subregion_{n}"].values - f[0]) / step).astype(int) for n, f in zip("xy", fine)]
+    inner = np.flatnonzero(~found.truncated.values)
+    assert inner.size > 10
+    for k in inner:
+        first = [max(a[k] - 300, 0) for a in at]
+        part = height[tuple(slice(f, a[k] + 301) for f, a in zip(first, at))]
+        here, *others = np.column_stack(at)[[k, *np.delete(np.arange(len(at[0])), k)]] - first
+        drowned = _flood(part, tuple(here), [one for one in others if (0 <= one).all() and (one < part.shape).all()])
+        off = 0.5 * step * np.sqrt(2 * np.ptp(z) / RADIUS)  # half a step beside the pass, on the steepest slope
+        assert drowned - off < float(found.rest_height[k] + found.barrier[k]) < drowned + 1e-6
+
+
+def _flood(height, start, others):
+    """Return the least level at which a pool about one point of a lattice holds another one or the border."""
+    low, high = height[start], height.max()
+    for _ in range(30):
+        level = 0.5 * (low + high)
+        pools, _ = ndimage.label(height <= level, structure=np.ones((3, 3)))
+        pool = pools == pools[start]
+        edge = pool[[0, -1]].any() or pool[:, [0, -1]].any()
+        low, high = (low, level) if edge or any(pool[tuple(one)] for one in others) else (level, high)
+    return high
+
+
 def test_the_height_over_all_pixels_is_the_largest_over_all_of_them():
     z = rough(48, rms=4.0, smooth=1.0)
     x = np.arange(48) * 9.0
@@ -299,6 +332,20 @@ def test_leaving_over_the_pass_of_three_summits_takes_the_moment_about_the_pair_
     assert about + lifted == pytest.approx(float(found.rest_moment[0]), rel=0.02)
     with pytest.raises(ValueError, match="passes"):
         roughxr.detachment.leaving(surface, place.drop_vars("pass_x"))
+
+
+def test_a_place_without_a_pass_stays_and_is_missing():
+    surface = glass_pair(scan(rough(96, rms=3.0, smooth=2.0), 10.0))
+    places = resting(surface, landings=(3, 2))
+    every = roughxr.detachment.leaving(surface, places)
+    without = places.assign(pass_x=places.pass_x.where(places.subregion != places.subregion[1]))
+    some = roughxr.detachment.leaving(surface, without)
+    kept = np.arange(places.sizes["subregion"]) != 1
+    for name in ("leaving_friction_velocity", "pass_moment", "rest_moment", "barrier"):
+        assert np.isnan(some[name].values[1])
+        assert some[name].values[kept] == pytest.approx(every[name].values[kept])
+    with pytest.raises(ValueError, match="at least one with a pass"):
+        roughxr.detachment.leaving(surface, places.assign(pass_x=places.pass_x * np.nan))
 
 
 def test_words_on_a_run_of_particles_tell_rests_from_where_they_landed():

@@ -8,7 +8,6 @@ adhesion, by which it stays wherever the resisting moment exceeds that of its we
 
 from __future__ import annotations
 
-from itertools import product
 from typing import Any, NamedTuple
 
 import dask
@@ -19,7 +18,6 @@ from ..asperity.catalogue import asperities
 from ..asperity.moments import rolling
 from ..kernels.topography import dilation, rests
 from ..scans import regions
-from ..scans.parts import taker
 from ..vocabulary import schema
 from ..vocabulary.units import magnitude, positive
 from ..vocabulary.verbs import verb, warn
@@ -66,8 +64,8 @@ def resting(
     Parameters
     ----------
     ds : Dataset
-        A scan with an assigned sphere. A lazy one is read now, tile by tile; what is kept, 16 bytes to a pixel or
-        more, are the sphere's height and its basins.
+        A scan with an assigned sphere. A lazy one is read now; its heights, the sphere's, and what this may touch take
+        some 40 bytes to a pixel.
     settle : {"gravity", "adhesion"}
         "gravity": it rolls down to where its height is least, the limit of heavy particles or weak adhesion.
         "adhesion": it stops on the way, or stays where it lands, as soon as the resisting moment of `rolling` exceeds
@@ -144,7 +142,7 @@ def resting(
             out = _on_vertices(out, schema.validate(on, "asperities"), ground)
     given |= {"landings": landings, "on": None if on is None else "asperities"}
     out = out.assign_coords({name: scan[name] for name in schema.TRAVELLING if name in scan.coords})
-    off = float((found.labels == rests.OFF).mean())
+    off = float(rests.areas(found.labels, len(found.places) + 1)[rests.OFF]) / found.labels.size
     out.attrs = {"settle": settle, "share_off_scan": off}
     if out.sizes["subregion"] == 0:
         out.attrs["missing"] = "no place of rest: from every pixel the sphere rolls off the scan"
@@ -161,27 +159,40 @@ def is_rests(places: Any) -> bool:
 
 def _ground(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, rests.Ground]:
     """Return the height (nm) of a sphere's lowest point over a scan, and what it may touch, tile by tile."""
-    height, pixel = scan["height"].data, schema.pixel(scan)
+    height, pixel = _heights(scan["height"]), schema.pixel(scan)
+    low, high = float(height.min()), float(height.max())
+    if not np.isfinite(high - low):
+        schema.none_missing(int((~np.isfinite(height)).sum()), height.size)
     x, y = (scan[axis].values.astype(float) for axis in "xy")
-    ball = dilation.Ball(float(radius), 0.5 * pixel[0], 0.5 * pixel[1])
-    lazy = bool(scan.chunks)
-    low, high, missing = dask.compute(height.min(), height.max(), (~np.isfinite(height)).sum())
-    schema.none_missing(int(missing), height.size)
-    reach = dilation.reach_of(ball.radius, float(high - low))
-    take = taker(height) if lazy else height.__getitem__
+    ball = dilation.Ball(radius, 0.5 * pixel[0], 0.5 * pixel[1])
+    reach = dilation.reach_of(radius, high - low)
     z, bounds = np.empty(height.shape), np.empty((*(-(-n // dilation.SIDE) for n in height.shape), 2), np.int64)
-    patches, lists, done, listed = [], [], 0, 0
-    for corner in product(*(range(0, n, _SIDE) for n in height.shape)):
-        inner, outer = _part(corner, height.shape, pixel, reach)
-        heights = take(outer).compute() if lazy else take(outer)
-        z[inner], edges, which, rows = _tile(heights, x[outer[0]], y[outer[1]], inner, outer, pixel, ball, reach)
-        boxes = tuple(slice(s.start // dilation.SIDE, -(-s.stop // dilation.SIDE)) for s in inner)
-        bounds[boxes] = edges + listed
-        patches.append(rows)
-        lists.append(which + np.int32(done))
-        done, listed = done + len(rows), listed + which.size
+    lists, listed = np.empty(0, np.int32), 0
+    tile = dask.delayed(_tile, pure=False, traverse=False)
+    for row in range(0, height.shape[0], _SIDE):  # a row of tiles at a time, so that little waits to be put together
+        parts = [_part((row, column), height.shape, pixel, reach) for column in range(0, height.shape[1], _SIDE)]
+        todo = [tile(height[outer], x[outer[0]], y[outer[1]], inner, outer, ball, reach) for inner, outer in parts]
+        for (inner, outer), (z[inner], edges, pixels) in zip(parts, dask.compute(*todo)):
+            boxes = tuple(slice(s.start // dilation.SIDE, -(-s.stop // dilation.SIDE)) for s in inner)
+            bounds[boxes] = edges + listed
+            listed += pixels.size
+            if listed > lists.size:
+                lists.resize(int(1.2 * listed), refcheck=False)  # in place: no second copy is made
+            i, j = np.divmod(pixels, outer[1].stop - outer[1].start)
+            lists[listed - pixels.size : listed] = (i + outer[0].start) * height.shape[1] + j + outer[1].start
     first = float(x[0]), float(y[0])
-    return z, rests.Ground(np.concatenate(patches), bounds, np.concatenate(lists), first, pixel, height.shape, ball)
+    return z, rests.Ground(height, bounds, lists, first, pixel, ball)
+
+
+def _heights(height: xr.DataArray) -> np.ndarray:
+    """Return heights in memory; lazy ones a row of chunks at a time, so that they are not held twice."""
+    if height.chunks is None:
+        return np.ascontiguousarray(height.values, dtype=float)
+    out, stop = np.empty(height.shape), 0
+    for rows in height.chunks[0]:
+        start, stop = stop, stop + rows
+        out[start:stop] = height[start:stop].values
+    return out
 
 
 def _part(corner: tuple[int, int], shape: tuple[int, int], pixel: tuple, reach: float) -> tuple[tuple, tuple]:
@@ -192,26 +203,24 @@ def _part(corner: tuple[int, int], shape: tuple[int, int], pixel: tuple, reach: 
     return inner, outer
 
 
-def _tile(height, x, y, inner, outer, pixel, ball, reach) -> tuple[np.ndarray, ...]:
-    """Return the sphere's heights over a tile, the lists of what it may touch, and these patches."""
-    heights = np.ascontiguousarray(height, dtype=float)
-    patches = dilation.patches(heights, x, y, pixel, ball.radius, reach)[0]
+def _tile(height, x, y, inner, outer, ball, reach) -> tuple[np.ndarray, ...]:
+    """Return the sphere's heights over a tile, and the lists of what it may touch, as pixels of the heights."""
+    pixel = 2 * ball.half_x, 2 * ball.half_y
+    patches, chosen = dilation.patches(np.ascontiguousarray(height), x, y, pixel, ball.radius, reach)
     own = tuple(slice(one.start - all_.start, one.stop - all_.start) for one, all_ in zip(inner, outer))
     z, bounds, lists = dilation.dilation(patches, x[own[0]], y[own[1]], ball)
-    used, which = np.unique(lists, return_inverse=True)
-    return z, bounds, which.astype(np.int32), patches[used]
+    return z, bounds, chosen.astype(np.int32)[lists]
 
 
 def _settled(z: np.ndarray, ground: rests.Ground, shallow: float) -> _Rests:
     """Return the places of rest, with those behind too low a barrier joined to the next."""
     labels, minima = rests.basins(z, ground.pixel)
-    rolled = rests.settle(ground, labels, minima)
-    places = np.concatenate([[[np.nan, np.nan, np.inf]], rolled[:, :3]])
-    _relabel(labels, _ends(np.append(rests.OFF, rolled[:, 3].astype(np.int64))))
+    places, to = _rolled(ground, labels, minima)
+    _relabel(labels, to)
     pairs, pixels = _borders(z, labels)
     passes = rests.passes(z, pixels, ground)
     to = _joined(pairs, passes[:, 2], places[:, 2], shallow)
-    kept = np.unique(to[np.unique(labels)])
+    kept = np.unique(to[np.flatnonzero(rests.areas(labels, len(to)))])
     kept = kept[kept != rests.OFF]
     number = np.zeros(len(to), np.int64)
     number[kept] = np.arange(1, kept.size + 1)
@@ -220,6 +229,39 @@ def _settled(z: np.ndarray, ground: rests.Ground, shallow: float) -> _Rests:
     between = pairs[:, 0] != pairs[:, 1]
     pairs, chosen = _lowest(np.sort(pairs[between], axis=1), passes[between, 2], np.flatnonzero(between))
     return _Rests(places[kept], labels, pairs, passes[chosen])
+
+
+def _rolled(ground: rests.Ground, labels: np.ndarray, minima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return where spheres rest that roll from each minimum, and of each label that of the basin where it then is."""
+    pixels = np.column_stack(np.unravel_index(minima, labels.shape))
+    start = np.array(ground.first) + pixels * np.array(ground.pixel)
+    rolled = rests.settle(ground, labels, start, np.arange(1, minima.size + 1, dtype=np.int32))
+    places = np.concatenate([[[np.nan, np.nan, np.inf]], rolled[:, :3]])
+    to = np.append(rests.OFF, rolled[:, 3].astype(np.int64))
+    lowest = [ring[np.argmin(places[ring, 2])] for ring in _rings(to)]
+    to[lowest] = lowest  # in a ring each rolls into the next one's basin: they rest at one place, on a border of theirs
+    rolled = rests.settle(ground, labels, places[lowest, :2], np.zeros(len(lowest), np.int32))
+    for k, (*place, label) in zip(lowest, rolled):
+        places[k] = place
+        if _root(to, int(label)) != k:
+            to[k] = int(label)
+    return places, _ends(to)
+
+
+def _rings(to: np.ndarray) -> list[list[int]]:
+    """Return the rings into which chains of labels lead."""
+    end = to
+    for _ in range(int(to.size).bit_length()):
+        end = end[end]
+    rings, seen = [], set()
+    for first in np.unique(end[to[end] != end]).tolist():
+        ring = []
+        while first not in seen:
+            seen.add(first)
+            ring.append(first)
+            first = int(to[first])
+        rings += [ring] if ring else []
+    return rings
 
 
 def _borders(z: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -294,16 +336,16 @@ def _carried(out: xr.Dataset, ground: rests.Ground, places: np.ndarray) -> xr.Da
 def _at_the_bottom(scan: xr.Dataset, ground: rests.Ground, found: _Rests) -> xr.Dataset:
     """Return all places of rest with their lowest passes."""
     count = len(found.places)
-    area = np.bincount(found.labels.ravel(), minlength=count + 1)[1:]
+    area = rests.areas(found.labels, count + 1)[1:]
     out = _placed(*found.places.T[:2], area / max(area.sum(), 1))
     out = _carried(out, ground, found.places)
     lowest = np.full((count, 4), np.nan)
     lowest[:, 3] = -1
-    for k in np.argsort(-found.passes[:, 2]):  # the lowest is written last
-        place = found.passes[k]
-        for here, there in (found.pairs[k], found.pairs[k][::-1]):
-            if here != rests.OFF:
-                lowest[here - 1] = *place, there - 1
+    here, there = np.concatenate([found.pairs, found.pairs[:, ::-1]]).T
+    order = np.lexsort((np.tile(found.passes[:, 2], 2), here))
+    which, first = np.unique(here[order], return_index=True)
+    of = order[first[which != rests.OFF]]  # the lowest of each rest
+    lowest[here[of] - 1] = np.column_stack([found.passes[of % len(found.pairs)], there[of] - 1])
     out["barrier"] = "subregion", lowest[:, 2] - found.places[:, 2]
     for k, axis in enumerate("xy"):
         out[f"pass_{axis}"] = "subregion", lowest[:, k]
@@ -319,11 +361,11 @@ def _on_vertices(out: xr.Dataset, catalogue: xr.Dataset, ground: rests.Ground) -
     rows = np.zeros((summits.sizes["asperity"], dilation.RISE + 1))
     for column, name in ((dilation.X, "x"), (dilation.Y, "y"), (dilation.H, "height")):
         rows[:, column] = summits[name].values
-    points = ground._replace(patches=rows, ball=dilation.Ball(ground.ball.radius, 0.0, 0.0))
     places = np.column_stack([out["subregion_x"].values, out["subregion_y"].values])
-    farthest = _NEAR * max(ground.pixel)
-    moved = rests.settle_near(points, places, farthest)
-    last = np.array(ground.first) + np.array(ground.pixel) * (np.array(ground.shape) - 1)
+    points, largest = dilation.Ball(ground.ball.radius, 0.0, 0.0), max(ground.pixel)
+    farthest = _NEAR * largest
+    moved = rests.settle_near(rows, places, points, largest, farthest)
+    last = np.array(ground.first) + np.array(ground.pixel) * (np.array(ground.height.shape) - 1)
     outside = (moved[:, :2] < ground.first) | (moved[:, :2] > last) | (np.abs(moved[:, :2] - places) > 0.5 * farthest)
     stays = outside.any(axis=1)  # no rest on vertices is near
     moved[stays] = np.column_stack([places, out["rest_height"].values])[stays]

@@ -69,14 +69,14 @@ def leaving(
     if "pass_x" not in places or "barrier" not in places:
         raise ValueError("places: expected a result of resting(settle='gravity') with its passes, found none")
     catalogue = ds if "asperity" in ds.dims else asperities(ds)
-    places = places.isel(subregion=np.isfinite(places["pass_x"].values))
-    if places.sizes["subregion"] == 0:
+    known = np.isfinite(places["pass_x"].values)
+    if not known.any():
         raise ValueError("places: expected at least one with a pass, found none")
     kind, body = load_of(load), body_of(catalogue, particle_density, flow)
     down = 0.0 if np.isnan(body.density) else float(weight(body.radius, body.density, gravity=body.gravity))
-    sites = places, (places["pass_x"].values, places["pass_y"].values)
-    rest, over = (rolling(catalogue, directions=_DIRECTIONS, load=down, subregions=site) for site in sites)
-    off = [(places[f"pass_{axis}"] - places[f"subregion_{axis}"]).values for axis in "xy"]
+    passes = tuple(np.where(known, places[f"pass_{axis}"], places[f"subregion_{axis}"]) for axis in "xy")
+    rest, over = (rolling(catalogue, directions=_DIRECTIONS, load=down, subregions=at) for at in (places, passes))
+    off = [there - places[f"subregion_{axis}"].values for there, axis in zip(passes, "xy")]
     towards = np.arctan2(off[1], off[0])
     share = _only(rest["direction"].values, towards)
     strengths = [
@@ -87,7 +87,7 @@ def leaving(
     name = kind.critical.replace("critical", "leaving")
     found = {name: np.maximum(*strengths), "rest_moment": moments[0], "pass_moment": moments[1]}
     found |= {"pass_direction": towards, "barrier": places["barrier"].values}
-    out = out.assign({key: ("subregion", values) for key, values in found.items()})
+    out = out.assign({key: ("subregion", np.where(known, values, np.nan)) for key, values in found.items()})
     return schema.record(
         schema.label(out), "leaving", ds, load=out.attrs["load"], particle_density=particle_density, **recorded(body)
     )

@@ -67,6 +67,17 @@ def known_samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     return Samples(values[finite], None if weight is None else weight[finite], places, int((~finite).sum()))
 
 
+def shares(ds: xr.Dataset | xr.DataArray) -> xr.DataArray:
+    """Return the weights of places: the shares of particles that rest there, else all alike.
+
+    Examples
+    --------
+    >>> shares(xr.DataArray([1.0, 3.0], dims="subregion")).values.tolist()
+    [1.0, 1.0]
+    """
+    return ds[SHARE] if SHARE in ds.coords else xr.ones_like(ds["subregion"], float)
+
+
 def by_share(array: xr.DataArray) -> Any:
     """Return values whose mean is that over particles, where places hold different shares of them; else themselves.
 

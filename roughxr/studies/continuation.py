@@ -25,6 +25,7 @@ from ..kernels.topography.random_surface import rms_of
 from ..scans import regions, self_affine_fit, smooth
 from ..scans.fine_scales import known_spectrum
 from ..statistics import bootstrap
+from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.units import fraction, positive, whole_number
 from ..vocabulary.verbs import verb
@@ -292,9 +293,15 @@ def _entries(surface, question: Question, pilot: _Pilot, hardness: str, progress
     return out
 
 
+def _mean(forces: np.ndarray, centres: xr.Dataset) -> float:
+    """Return the mean over places and surfaces, by the shares of particles at the places where there are any."""
+    found = xr.DataArray(forces, centres.coords, ("subregion", "seed"))
+    return float(by_share(found).mean())
+
+
 def _scatter(forces: np.ndarray, centres: xr.Dataset) -> dict[str, float]:
     """Return the standard deviations of ln(mean) by the choice of places and of surfaces."""
-    places, mean = np.nanmean(forces, axis=1), float(np.nanmean(forces))
+    places, mean = np.nanmean(forces, axis=1), _mean(forces, centres)
     found = xr.Dataset({"pull_off_force": ("subregion", places)}, centres.coords)
     sampling = np.nan
     if np.isfinite(places).sum() > 1:
@@ -307,7 +314,7 @@ def _scatter(forces: np.ndarray, centres: xr.Dataset) -> dict[str, float]:
 
 def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness: str, given) -> xr.Dataset:
     preload, subregions, seeds, end = given
-    mean, spread = float(np.nanmean(forces)), np.exp(1.96 * np.sqrt(np.nansum(np.square(list(entries.values())))))
+    mean, spread = _mean(forces, centres), np.exp(1.96 * np.sqrt(np.nansum(np.square(list(entries.values())))))
     added = rms_of(model.at, model.shown, pilot.waves[-1])
     out = xr.Dataset(
         {

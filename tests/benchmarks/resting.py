@@ -1,22 +1,26 @@
 """Where particles rest, on the glass twin and on scans of one's own: how many places, on what, and the flow they stand.
 
-    python tests/benchmarks/resting.py [SCAN ...] [--large 4096]
+    python tests/benchmarks/resting.py [SCAN ...]
+    python tests/benchmarks/resting.py --large 4096
 
 Spheres of 3 µm of radius, of glass, with w = 0.1 J/m², land on a grid of 8 × 8 places: first they stay where they land,
 as a probe does; then they roll down to where they rest. Critical velocities are those of air at which half of them
 rock, and leave over the lowest pass; each is the median over places, weighted by the share of particles there.
-``--large`` adds a self-affine scan of so many pixels, in a process of its own: processor time, and the largest memory.
+``--large`` takes a self-affine scan of so many pixels instead, in memory and lazily: time, and the largest memory.
 """
 
 import argparse
+import os
 import resource
 import subprocess
 import sys
+import tempfile
 import time
 import warnings
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
@@ -24,7 +28,7 @@ import roughxr
 from roughxr import detachment
 
 BODIES = {"sphere_radius": 3000.0, "young_modulus": 75.0, "poisson_ratio": 0.22, "work_of_adhesion": 0.1}
-GRID, SPEEDS = (8, 8), (0.05, 0.1, 0.2, 0.5)
+GRID, SPEEDS, FLOWS = (8, 8), (0.05, 0.1, 0.2, 0.5), (0.0, 0.2, 1.0, 10.0)
 
 
 def median(values, share):
@@ -64,6 +68,13 @@ def compare(name, scan):
     )
     catalogue = roughxr.asperities(scan)
     at_rest = roughxr.resting(scan, landings=GRID, on=catalogue)
+    stopped = []
+    for speed in FLOWS:  # from where adhesion alone decides to where hardly any is left of it
+        how = {"settle": "adhesion", "particle_density": 2500, "landings": GRID, "friction_velocity": speed}
+        held = roughxr.resting(scan, **how)
+        stopped.append(float(held["landing_share"][held["at_bottom"]].sum()))
+    told_flows = ", ".join(f"{share:.2f} at {speed:g}" for share, speed in zip(stopped, FLOWS))
+    print(f"  settle='adhesion': share that gets to the bottom, in a flow while it settles, m/s: {told_flows}")
     for words, where in (("landed", roughxr.regions.centres(scan, GRID)), ("at rest", at_rest)):
         held = roughxr.rolling(catalogue, directions=24, subregions=where)
         critical = roughxr.critical_load(held)["critical_friction_velocity"].values
@@ -79,23 +90,31 @@ def compare(name, scan):
     )
 
 
-def large(pixels):
-    """Print processor time and memory of a large scan; kernels are compiled before."""
-    how = {"rms": 2.0, "hurst": 0.8, "rolloff": 1000.0, "seed": 1}
+def large(pixels, form, path):
+    """Print time and memory of a large scan kept in a file: kernels are compiled before, on a small one."""
     small = roughxr.synthetic.self_affine((64, 64), 10.0, rms=2.0, hurst=0.8, rolloff=300.0, cutoff=40.0, seed=1)
     roughxr.resting(roughxr.assign_pair(small, **BODIES))
-    scan = roughxr.synthetic.self_affine((pixels, pixels), 10.0, cutoff=40.0, **how)
-    scan = roughxr.assign_pair(scan, **BODIES)
-    before, start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.process_time()
-    with open("/proc/self/statm") as file:
-        held = int(file.read().split()[1]) * resource.getpagesize() / 2**20
+    scan = xr.open_dataset(path, chunks={"x": 512, "y": 512} if form == "lazy" else None)
+    scan = roughxr.assign_pair(scan if form == "lazy" else scan.load(), **BODIES)
+    start, busy = time.perf_counter(), time.process_time()
     places = roughxr.resting(scan)
-    took, most = time.process_time() - start, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    peak = f"{most:.0f} MiB" if most > before / 1024 else f"below the {most:.0f} MiB that making the scan took"
+    took, busy = time.perf_counter() - start, time.process_time() - busy
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(
-        f"{pixels}²: {places.sizes['subregion']} rests in {took:.1f} s of processor time; before it the process held "
-        f"{held:.0f} MiB, the scan of {scan.height.nbytes / 2**20:.0f} MiB among them; at most {peak}"
+        f"{pixels}², {form}: {places.sizes['subregion']} rests in {took:.1f} s ({busy:.1f} s of processor time, "
+        f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}); the process held at most {most:.0f} MiB, the scan's "
+        f"{scan.height.nbytes / 2**20:.0f} MiB among them"
     )
+
+
+def large_each(pixels):
+    """Write a self-affine scan and measure it in memory and lazily, each in a process of its own."""
+    how = {"rms": 2.0, "hurst": 0.8, "rolloff": 1000.0, "cutoff": 40.0, "seed": 1}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "scan.nc"
+        roughxr.scans.to_netcdf(roughxr.synthetic.self_affine((pixels, pixels), 10.0, **how), path)
+        for form in ("in memory", "lazy"):
+            subprocess.run([sys.executable, __file__, "--large", str(pixels), "--form", form, str(path)], check=True)
 
 
 def main():
@@ -103,18 +122,19 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scans", nargs="*")
     parser.add_argument("--large", type=int, metavar="PIXELS")
-    parser.add_argument("--only-large", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--form", help=argparse.SUPPRESS)
     options = parser.parse_args()
-    if options.only_large:
-        large(options.large)
+    if options.form:
+        large(options.large, options.form, options.scans[0])
+        return
+    if options.large:
+        large_each(options.large)
         return
     warnings.simplefilter("ignore")
     compare("glass twin", roughxr.assign_pair(roughxr.open_sample("glass"), **BODIES))
     for path in options.scans:
         scan = roughxr.level(roughxr.open_scan(path))
         compare(Path(path).name, roughxr.assign_pair(scan, **BODIES))
-    if options.large:
-        subprocess.run([sys.executable, __file__, "--large", str(options.large), "--only-large"], check=True)
 
 
 if __name__ == "__main__":

@@ -62,7 +62,7 @@ def _is_summit(z, i, j, pixel, bend, rise):
 
 
 @kernel
-def _put_patch(out, z, i, j, pixel, radius):
+def put_patch(out, z, i, j, pixel, radius):
     """Write the paraboloid through a pixel and its neighbours; at the border a level plane."""
     nx, ny = z.shape
     out[H] = z[i, j]
@@ -88,14 +88,14 @@ def patches(z, x, y, pixel, radius, reach):
         for j in range(ny):
             if 0 < i < nx - 1 and z[i - 1, j] + z[i + 1, j] - 2 * z[i, j] > pixel[0] ** 2 * bend:
                 continue  # the cheapest test first
-            _put_patch(row, z, i, j, pixel, radius)
+            put_patch(row, z, i, j, pixel, radius)
             if _is_summit(z, i, j, pixel, bend, row[RISE]):
                 chosen[count] = i * ny + j
                 count += 1
     out = table(count, RISE + 1, 0.0)
     for k in range(count):
         i, j = chosen[k] // ny, chosen[k] % ny
-        _put_patch(out[k], z, i, j, pixel, radius)
+        put_patch(out[k], z, i, j, pixel, radius)
         out[k, X], out[k, Y] = x[i], y[j]
     return out, chosen[:count].copy()
 
@@ -115,28 +115,28 @@ def _clip(value, half):
 def touch(row, x, y, ball):
     """Return the height (nm) of the sphere's lowest point on one patch, with its axis at x, y; and where it touches."""
     rx, ry = x - row[X], y - row[Y]
-    c2 = ball.radius**2 - rx * rx - ry * ry
+    r2 = rx * rx + ry * ry
+    c2 = ball.radius**2 - r2
     if c2 <= 0.0:
         return -np.inf, row[X], row[Y]
     c = np.sqrt(c2)
-    sx, sy = row[GX] + rx / c, row[GY] + ry / c
-    a, b = row[HXX] - (1 + rx * rx / c2) / c, row[HYY] - (1 + ry * ry / c2) / c
-    e = row[HXY] - rx * ry / (c2 * c)
-    u, v = 0.0, 0.0
-    if a * b - e * e > 0 and a < 0:
-        u, v = (e * sy - b * sx) / (a * b - e * e), (e * sx - a * sy) / (a * b - e * e)
+    most, bend = row[H] + row[RISE] - r2 / (ball.radius + c), 1 / c
+    sx, sy, bend3 = row[GX] + rx * bend, row[GY] + ry * bend, bend * bend * bend
+    a, b = row[HXX] - bend - rx * rx * bend3, row[HYY] - bend - ry * ry * bend3
+    e = row[HXY] - rx * ry * bend3
+    det = a * b - e * e
+    if det > 0 and a < 0:
+        u, v = (e * sy - b * sx) / det, (e * sx - a * sy) / det
         if abs(u) > ball.half_x:
             u = _clip(u, ball.half_x)
             v = -(sy + e * u) / b
         if abs(v) > ball.half_y:
             v = _clip(v, ball.half_y)
-            u = -(sx + e * v) / a
-        u, v = _clip(u, ball.half_x), _clip(v, ball.half_y)
+            u = _clip(-(sx + e * v) / a, ball.half_x)
     else:
         u = _clip(-sx / a, ball.half_x) if a < 0 else 0.0
         v = _clip(-sy / b, ball.half_y) if b < 0 else 0.0
     height = row[H] + row[GX] * u + row[GY] * v + 0.5 * (row[HXX] * u * u + row[HYY] * v * v) + row[HXY] * u * v
-    most = row[H] + row[RISE] - _fall(rx * rx + ry * ry, ball.radius)
     rx, ry = rx - u, ry - v
     return min(height - _fall(rx * rx + ry * ry, ball.radius), most), row[X] + u, row[Y] + v
 
@@ -160,36 +160,49 @@ def _visible(rows, candidates, x0, x1, y0, y1, radius):
 
 
 @kernel
+def _falls(part, x, y, radius, heights):
+    """Fill in the sphere's heights with its axis at a place on pixels' centres (rows of ``part``: x, y, height)."""
+    for n in range(heights.size):
+        r2 = (x - part[0, n]) ** 2 + (y - part[1, n]) ** 2
+        fall = r2 / (radius + np.sqrt(max(radius * radius - r2, 0.0)))
+        heights[n] = part[2, n] - (fall if r2 < radius * radius else np.inf)
+
+
+@kernel
+def _gain(part, first, wide, margin, heights, best, over):
+    """Raise ``over`` to how far a patch may lie over the best of a place, somewhere within the margin around it."""
+    for n in range(heights.size):
+        apart = np.sqrt((part[0, first] - part[0, n]) ** 2 + (part[1, first] - part[1, n]) ** 2) + wide
+        over[n] = max(over[n], heights[n] + part[3, n] + margin * apart - best)
+
+
+@kernel
 def _lay(rows, visible, x, y, box, ball, z):
     """Fill a box with the heights of the sphere; put in front what it may touch up to the margin, return how many."""
-    heights, kept, farthest = line(visible.size, 0.0), line(visible.size, False), 0.0
+    heights, over, farthest = line(visible.size, 0.0), line(visible.size, -np.inf), 0.0
+    part = table(4, visible.size, 0.0)
     for n in range(visible.size):
         row = rows[visible[n]]
+        part[0, n], part[1, n], part[2, n], part[3, n] = row[X], row[Y], row[H], row[RISE]
         farthest = max(farthest, (x[box[0]] - row[X]) ** 2 + (y[box[2]] - row[Y]) ** 2)
-    wide = 2.0 * _MARGIN * np.hypot(ball.half_x, ball.half_y)
+    steeper = 1.1 / np.sqrt(max(1.0 - farthest / ball.radius**2, 0.01)) / ball.radius
+    wide = 2.0 * np.hypot(ball.half_x, ball.half_y)
+    margin = _MARGIN * wide * steeper
     for i in range(box[0], box[1]):
         for j in range(box[2], box[3]):
-            first, best = -1, -np.inf
-            for n in range(visible.size):
-                row = rows[visible[n]]
-                heights[n] = row[H] - _fall((x[i] - row[X]) ** 2 + (y[j] - row[Y]) ** 2, ball.radius)
-                if heights[n] > best or first < 0:
-                    first, best = n, heights[n]
+            _falls(part, x[i], y[j], ball.radius, heights)
+            first = 0
+            for n in range(1, visible.size):
+                first = n if heights[n] > heights[first] else first
             best = touch(rows[visible[first]], x[i], y[j], ball)[0]
             for n in range(visible.size):
-                if n != first and heights[n] + rows[visible[n], RISE] > best:
+                if n != first and heights[n] + part[3, n] > best:
                     best = max(best, touch(rows[visible[n]], x[i], y[j], ball)[0])
             z[i, j] = best
-            a = rows[visible[first]]
-            for n in range(visible.size):
-                if not kept[n]:
-                    b = rows[visible[n]]
-                    apart = abs(a[X] - b[X]) + abs(a[Y] - b[Y]) + 2 * (ball.half_x + ball.half_y)
-                    steeper = 1.1 * apart / np.sqrt(max(1.0 - farthest / ball.radius**2, 0.01)) / ball.radius
-                    kept[n] = heights[n] + b[RISE] + wide * steeper >= best
+            _gain(part, first, wide, margin, heights, best, over)
     count = 0
     for n in range(visible.size):
-        if kept[n]:
+        if over[n] >= 0:
             visible[count] = visible[n]
             count += 1
     return count

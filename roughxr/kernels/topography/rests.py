@@ -24,7 +24,7 @@ import numpy as np
 
 from ..arrays import line, table
 from ..jit import kernel
-from .dilation import SIDE, touch
+from .dilation import RISE, SIDE, X, Y, put_patch, touch
 
 #: Label of pixels from which the sphere rolls off the scan.
 OFF = 0
@@ -34,6 +34,21 @@ _STEP, _LAST, _MOST_STEPS = 0.5, 0.004, 4000
 
 #: Least distance (pixels) of patches on different summits.
 _APART = 2.0
+
+#: How often the crossing of two patches is found anew, each time by the planes where it was found last.
+_TURNS = 5
+
+#: How far (distance²/R) the sphere's heights on two patches may part from their planes.
+_BENT = 2.5
+
+#: Distance (pixels) of a pass from the lowest pixel of a border, at most.
+_FARTHEST = 2.0
+
+#: Most planes that are taken in along an axis, in the search for the best step.
+_MOST_CUTS = 50
+
+#: Heights (nm) that differ by less are one, in `_best_step`.
+_ROUNDING = 1e-10
 
 _OFFSETS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
 
@@ -127,15 +142,24 @@ def basins(z, pixel):
     return labels, minima[:count].copy()
 
 
-class Ground(NamedTuple):
-    """What a sphere may touch, anywhere on a scan, and the scan's pixels."""
+@kernel
+def areas(labels, count):
+    """Return the number of pixels of each label below ``count``."""
+    out = line(count, 0)
+    for row in labels:
+        for label in row:
+            out[label] += 1
+    return out
 
-    patches: np.ndarray
+
+class Ground(NamedTuple):
+    """A scan's heights (nm), what a sphere may touch anywhere on it, and the scan's pixels."""
+
+    height: np.ndarray
     bounds: np.ndarray  # first and last entry in ``lists`` of each box of pixels
-    lists: np.ndarray
+    lists: np.ndarray  # the pixels, flat, on whose patches it may touch
     first: tuple  # x and y of the first pixel, nm
     pixel: tuple
-    shape: tuple
     ball: tuple
 
 
@@ -149,26 +173,38 @@ def _pixel_at(ground, x, y):
 
 @kernel
 def _near(ground, i, j):
-    """Return the patches that a sphere may touch whose axis is within a pixel of a pixel."""
-    start, stop = ground.bounds[i // SIDE, j // SIDE]
-    return ground.lists[start:stop]
+    """Return the patches (rows) that a sphere may touch whose axis is within a pixel of a pixel, or of the nearest."""
+    nx, ny = ground.height.shape
+    start, stop = ground.bounds[min(max(i, 0), nx - 1) // SIDE, min(max(j, 0), ny - 1) // SIDE]
+    rows = table(stop - start, RISE + 1, 0.0)
+    for n in range(stop - start):
+        p, q = ground.lists[start + n] // ny, ground.lists[start + n] % ny
+        put_patch(rows[n], ground.height, p, q, ground.pixel, ground.ball.radius)
+        rows[n, X], rows[n, Y] = ground.first[0] + p * ground.pixel[0], ground.first[1] + q * ground.pixel[1]
+    return rows
 
 
 @kernel
-def _planes(ground, which, x, y, reach):
+def _plane(row, x, y, ball):
+    """Return the sphere's height on a patch, its slopes, and the place of contact."""
+    height, u, v = touch(row, x, y, ball)
+    c = np.sqrt(max(ball.radius**2 - (x - u) ** 2 - (y - v) ** 2, 1e-12))
+    return height, (u - x) / c, (v - y) / c, u, v
+
+
+@kernel
+def _planes(rows, x, y, ball, reach):
     """Return height, slopes, place of contact and number of the patches that may be touched within a step."""
-    out, steepest, highest, ball = table(which.size, 6, 0.0), 0.0, -np.inf, ground.ball
-    for n in range(which.size):
-        height, u, v = touch(ground.patches[which[n]], x, y, ball)
-        c = np.sqrt(max(ball.radius**2 - (x - u) ** 2 - (y - v) ** 2, 1e-12))
-        out[n, 0], out[n, 1], out[n, 2], out[n, 3], out[n, 4] = height, (u - x) / c, (v - y) / c, u, v
-        out[n, 5] = which[n]
-        if height > -np.inf:
-            steepest = max(steepest, abs(out[n, 1]) + abs(out[n, 2]))
-        highest = max(highest, height)
-    kept = 0
-    for n in range(which.size):
-        if out[n, 0] >= highest - 2 * steepest * reach:
+    out, top = table(len(rows), 6, 0.0), 0
+    for n in range(len(rows)):
+        out[n, 0], out[n, 1], out[n, 2], out[n, 3], out[n, 4] = _plane(rows[n], x, y, ball)
+        out[n, 5] = n
+        if out[n, 0] > out[top, 0]:
+            top = n
+    kept, highest, along_x, along_y = 0, out[top, 0], out[top, 1], out[top, 2]
+    for n in range(len(rows)):
+        rise = (abs(out[n, 1] - along_x) + abs(out[n, 2] - along_y)) * reach
+        if out[n, 0] + 1.1 * rise >= highest:
             for column in range(6):
                 out[kept, column] = out[n, column]
             kept += 1
@@ -176,123 +212,146 @@ def _planes(ground, which, x, y, reach):
 
 
 @kernel
-def _height(ground, which, x, y):
-    """Return the greatest height on some patches."""
-    highest = -np.inf
-    for k in which:
-        highest = max(highest, touch(ground.patches[k], x, y, ground.ball)[0])
-    return highest
-
-
-@kernel
-def _highest_plane(planes, dx, dy):
-    highest = -np.inf
+def _chosen(rows, planes):
+    """Return the patches that some planes belong to."""
+    out = table(len(planes), rows.shape[1], 0.0)
     for n in range(len(planes)):
-        highest = max(highest, planes[n, 0] + planes[n, 1] * dx + planes[n, 2] * dy)
-    return highest
-
-
-@kernel
-def _best_across(planes, dx, step):
-    """Return the least height over dy, and dy: the function is convex."""
-    low, high = -step, step
-    for _ in range(10):
-        a, b = low + (high - low) / 3, high - (high - low) / 3
-        if _highest_plane(planes, dx, a) < _highest_plane(planes, dx, b):
-            high = b
-        else:
-            low = a
-    dy = 0.5 * (low + high)
-    return _highest_plane(planes, dx, dy), dy
-
-
-@kernel
-def _best_step(planes, step):
-    """Return the step within a square that lowers the highest of the planes most."""
-    low, high = -step, step
-    for _ in range(10):
-        a, b = low + (high - low) / 3, high - (high - low) / 3
-        if _best_across(planes, a, step)[0] < _best_across(planes, b, step)[0]:
-            high = b
-        else:
-            low = a
-    dx = 0.5 * (low + high)
-    return dx, _best_across(planes, dx, step)[1]
-
-
-@kernel
-def _roll(ground, labels, x, y, own):
-    """Roll from x, y down to rest; return x, y, height, and the label of another basin that it comes into, else own."""
-    largest = max(ground.pixel[0], ground.pixel[1])
-    step, height = _STEP * largest, np.inf
-    for _ in range(_MOST_STEPS):
-        i, j = _pixel_at(ground, x, y)
-        if i <= 0 or j <= 0 or i >= ground.shape[0] - 1 or j >= ground.shape[1] - 1:
-            return x, y, height, np.int32(OFF)
-        if labels[i, j] != own:
-            return x, y, height, labels[i, j]
-        which = _near(ground, i, j)
-        height, lower = _height(ground, which, x, y), False
-        while not lower and step >= _LAST * largest:
-            dx, dy = _best_step(_planes(ground, which, x, y, step), step)
-            lower = _height(ground, which, x + dx, y + dy) < height - 1e-12 * ground.ball.radius
-            if lower:
-                x, y = x + dx, y + dy
-            else:
-                step *= 0.5
-        if not lower:
-            break
-    return x, y, height, own
-
-
-@kernel
-def settle(ground, labels, minima):
-    """Roll a sphere from each minimum; return x, y, height (nm) and label, (minima, 4)."""
-    out = table(minima.size, 4, 0.0)
-    for n in range(minima.size):
-        i, j = minima[n] // ground.shape[1], minima[n] % ground.shape[1]
-        x, y = ground.first[0] + i * ground.pixel[0], ground.first[1] + j * ground.pixel[1]
-        out[n, 0], out[n, 1], out[n, 2], out[n, 3] = _roll(ground, labels, x, y, np.int32(n + 1))
+        out[n] = rows[int(planes[n, 5])]
     return out
 
 
 @kernel
-def _within_reach(ground, x, y, farthest):
-    """Return those of all patches that a sphere may touch within a distance (nm) of a place."""
-    which, heights, slopes = (
-        line(len(ground.patches), 0),
-        line(len(ground.patches), 0.0),
-        line(len(ground.patches), 0.0),
-    )
-    highest, steepest, count = -np.inf, 0.0, 0
-    for k in range(len(ground.patches)):
-        heights[k], u, v = touch(ground.patches[k], x, y, ground.ball)
-        r2 = (x - u) ** 2 + (y - v) ** 2
-        slopes[k] = np.sqrt(r2 / max(ground.ball.radius**2 - r2, 1e-12))
-        if heights[k] > highest:
-            highest, steepest = heights[k], slopes[k]
-    for k in range(len(ground.patches)):
-        if heights[k] + 1.1 * (slopes[k] + steepest) * farthest >= highest:
-            which[count] = k
-            count += 1
-    return which[:count]
+def _height(rows, x, y, ball):
+    """Return the greatest height on some patches."""
+    highest = -np.inf
+    for n in range(len(rows)):
+        highest = max(highest, touch(rows[n], x, y, ball)[0])
+    return highest
 
 
 @kernel
-def settle_near(ground, places, farthest):
-    """Roll a sphere from each place down on all patches, no farther than a distance (nm); return x, y, height."""
-    out, last = table(len(places), 3, 0.0), _LAST * max(ground.pixel[0], ground.pixel[1])
+def _on(plane, dx, dy):
+    return plane[0] + plane[1] * dx + plane[2] * dy
+
+
+@kernel
+def _highest_plane(planes, dx, dy):
+    """Return the greatest height of planes at a step, and the plane."""
+    highest, at = -np.inf, 0
+    for n in range(len(planes)):
+        height = _on(planes[n], dx, dy)
+        if height > highest:
+            highest, at = height, n
+    return highest, at
+
+
+@kernel
+def _best_across(planes, dx, step):
+    """Return the least height over dy, its slope along x, and dy: where planes cross that fall and rise along y."""
+    height, fall = _highest_plane(planes, dx, -step)
+    if planes[fall, 2] >= 0:
+        return height, planes[fall, 1], -step
+    height, rise = _highest_plane(planes, dx, step)
+    if planes[rise, 2] <= 0:
+        return height, planes[rise, 1], step
+    slope, dy = 0.0, 0.0
+    for _ in range(_MOST_CUTS):
+        a, b = planes[fall], planes[rise]
+        dy = (a[0] - b[0] + (a[1] - b[1]) * dx) / (b[2] - a[2])
+        slope = (b[2] * a[1] - a[2] * b[1]) / (b[2] - a[2])
+        height, higher = _highest_plane(planes, dx, dy)
+        if higher in (fall, rise):
+            break
+        if planes[higher, 2] < 0:
+            fall = higher
+        else:
+            rise = higher
+    return height, slope, dy
+
+
+@kernel
+def _best_step(planes, step):
+    """Return the step within a square that lowers the highest of planes most.
+
+    The least height over dy is a convex function of dx: the next dx is where its tangents on both sides cross.
+    """
+    low, high = -step, step
+    at_low, fall, dy = _best_across(planes, low, step)
+    if fall >= 0:
+        return low, dy
+    at_high, rise, dy = _best_across(planes, high, step)
+    if rise <= 0:
+        return high, dy
+    dx = 0.0
+    for _ in range(_MOST_CUTS):
+        dx = (at_low - at_high + rise * high - fall * low) / (rise - fall)
+        height, slope, dy = _best_across(planes, dx, step)
+        if height <= at_low + fall * (dx - low) + _ROUNDING:
+            break
+        if slope < 0:
+            low, at_low, fall = dx, height, slope
+        else:
+            high, at_high, rise = dx, height, slope
+    return dx, dy
+
+
+@kernel
+def _step_down(rows, x, y, ball, step, last):
+    """Return a lower place within a step, its height, and the step; where none is, the place and a step below last."""
+    height = _height(rows, x, y, ball)
+    while step >= last:
+        planes = _planes(rows, x, y, ball, step)
+        rows = _chosen(rows, planes)
+        dx, dy = _best_step(planes, step)
+        lower = _height(rows, x + dx, y + dy, ball)
+        if lower < height - 1e-12 * ball.radius:
+            return x + dx, y + dy, lower, step
+        step *= 0.5
+    return x, y, height, step
+
+
+@kernel
+def _roll(ground, labels, x, y, own):
+    """Roll from x, y down to rest; return x, y, height, and the label there; on the way where another basin begins.
+
+    With ``own`` = OFF it rolls on through all basins.
+    """
+    largest, (nx, ny) = max(ground.pixel[0], ground.pixel[1]), ground.height.shape
+    step, height = _STEP * largest, np.inf
+    for _ in range(_MOST_STEPS):
+        i, j = _pixel_at(ground, x, y)
+        if i <= 0 or j <= 0 or i >= nx - 1 or j >= ny - 1:
+            return x, y, height, np.int32(OFF)
+        if own != OFF and labels[i, j] != own:
+            return x, y, height, labels[i, j]
+        x, y, height, step = _step_down(_near(ground, i, j), x, y, ground.ball, step, _LAST * largest)
+        if step < _LAST * largest:
+            break
+    i, j = _pixel_at(ground, x, y)
+    return x, y, height, labels[i, j]
+
+
+@kernel
+def settle(ground, labels, places, own):
+    """Roll a sphere from each place in its own basin; return x, y, height (nm) and label, (places, 4), as `_roll`."""
+    out = table(len(places), 4, 0.0)
     for n in range(len(places)):
-        x, y = places[n, 0], places[n, 1]
-        which, step = _within_reach(ground, x, y, farthest), _STEP * max(ground.pixel[0], ground.pixel[1])
-        height = _height(ground, which, x, y)
-        while step >= last and max(abs(x - places[n, 0]), abs(y - places[n, 1])) < 0.7 * farthest:
-            dx, dy = _best_step(_planes(ground, which, x, y, step), step)
-            lower = _height(ground, which, x + dx, y + dy)
-            if lower < height - 1e-12 * ground.ball.radius:
-                x, y, height = x + dx, y + dy, lower
-            else:
-                step *= 0.5
+        out[n, 0], out[n, 1], out[n, 2], out[n, 3] = _roll(ground, labels, places[n, 0], places[n, 1], own[n])
+    return out
+
+
+@kernel
+def settle_near(rows, places, ball, largest, farthest):
+    """Roll a sphere from each place down on patches (rows), no farther than a distance; return x, y, height (nm).
+
+    The pixel's longer side ``largest`` (nm) sets the steps.
+    """
+    out = table(len(places), 3, 0.0)
+    for n in range(len(places)):
+        x, y, step = places[n, 0], places[n, 1], _STEP * largest
+        near, height = _chosen(rows, _planes(rows, x, y, ball, farthest)), np.inf
+        while step >= _LAST * largest and max(abs(x - places[n, 0]), abs(y - places[n, 1])) < 0.7 * farthest:
+            x, y, height, step = _step_down(near, x, y, ball, step, _LAST * largest)
         out[n, 0], out[n, 1], out[n, 2] = x, y, height
     return out
 
@@ -325,70 +384,58 @@ def borders(z, labels, start, stop):
 
 
 @kernel
-def _between(a, b, ball, place):
-    """Return where on the line that joins two patches the sphere touches both at once, and its height; NaN if nowhere.
-
-    Where it touches them hardly moves with the sphere: the line is drawn anew a few times.
-    """
-    x, y, height = place[0], place[1], np.nan
-    for _ in range(3):
-        _, ua, va = touch(a, x, y, ball)
-        _, ub, vb = touch(b, x, y, ball)
-        low, high = 0.0, 1.0
-        f_low = touch(a, ua, va, ball)[0] - touch(b, ua, va, ball)[0]
-        f_high = touch(a, ub, vb, ball)[0] - touch(b, ub, vb, ball)[0]
-        if not (f_low > 0 > f_high):
-            return x, y, np.nan
-        for _ in range(4):  # false position: the difference is nearly a straight line
-            t = (low * f_high - high * f_low) / (f_high - f_low)
-            x, y = ua + t * (ub - ua), va + t * (vb - va)
-            height = touch(a, x, y, ball)[0]
-            f = height - touch(b, x, y, ball)[0]
-            if f > 0:
-                low, f_low = t, f
-            else:
-                high, f_high = t, f
-    return x, y, height
-
-
-@kernel
-def _off_line(a, b, x, y):
-    """Return the squared distance of a place from the line between two patches, as far as it lies between them."""
-    dx, dy = b[3] - a[3], b[4] - a[4]
-    along = ((x - a[3]) * dx + (y - a[4]) * dy) / (dx * dx + dy * dy)
-    along = min(max(along, 0.0), 1.0)
-    return (x - a[3] - along * dx) ** 2 + (y - a[4] - along * dy) ** 2
-
-
-@kernel
 def _apart(a, b, pixel):
     """Return whether two contacts lie on different summits."""
     return max(abs(a[3] - b[3]) / pixel[0], abs(a[4] - b[4]) / pixel[1]) >= _APART
 
 
 @kernel
+def _crossing(a, b, x, y):
+    """Return where the sphere touches two patches at once, by their planes at a place; NaN if not between them."""
+    dx, dy = b[3] - a[3], b[4] - a[4]
+    off = a[0] - b[0] + (a[1] - b[1]) * (a[3] - x) + (a[2] - b[2]) * (a[4] - y)
+    t = off / ((b[1] - a[1]) * dx + (b[2] - a[2]) * dy)
+    return (a[3] + t * dx, a[4] + t * dy) if 0 < t < 1 else (np.nan, np.nan)
+
+
+@kernel
+def _pass_near(rows, planes, place, ball, pixel):
+    """Return x, y and height of the pass nearest to a border's lowest pixel (x, y, height), or that pixel."""
+    (x, y, lowest), found = place, place
+    nearest, largest = _FARTHEST * max(pixel[0], pixel[1]), max(pixel[0], pixel[1])
+    for p in range(len(planes)):
+        for q in range(p):
+            if not _apart(planes[p], planes[q], pixel):
+                continue
+            px, py = _crossing(planes[p], planes[q], x, y)
+            off = np.hypot(px - x, py - y)
+            if not off < nearest + largest:
+                continue
+            bent = _BENT * off * off / ball.radius  # as far as planes can tell
+            highest = min(_on(planes[p], px - x, py - y), lowest) + bent
+            if _highest_plane(planes, px - x, py - y)[0] > highest:
+                continue
+            for _ in range(_TURNS):
+                a, b = _plane(rows[p], px, py, ball), _plane(rows[q], px, py, ball)
+                px, py = _crossing(a, b, px, py)
+            off, height = np.hypot(px - x, py - y), touch(rows[p], px, py, ball)[0]
+            if off < nearest and height < lowest and _height(rows, px, py, ball) <= height + 1e-9 * ball.radius:
+                nearest, found = off, (px, py, height)
+    return found
+
+
+@kernel
 def passes(z, pixels, ground):
     """Return x, y and height (nm) of the pass at each of some pixels of a border, (passes, 3)."""
-    out, ball = table(pixels.size, 3, 0.0), ground.ball
-    largest = max(ground.pixel[0], ground.pixel[1])
+    out, reach = table(pixels.size, 3, 0.0), _FARTHEST * max(ground.pixel[0], ground.pixel[1])
     for n in range(pixels.size):
         i, j = pixels[n] // z.shape[1], pixels[n] % z.shape[1]
         x, y = ground.first[0] + i * ground.pixel[0], ground.first[1] + j * ground.pixel[1]
-        out[n, 0], out[n, 1], out[n, 2] = x, y, z[i, j]
-        which, nearest = _near(ground, i, j), (2.0 * largest) ** 2
-        planes = _planes(ground, which, x, y, largest)
-        for p in range(len(planes)):
-            for q in range(p):
-                a, b = planes[p], planes[q]
-                if not _apart(a, b, ground.pixel) or _off_line(a, b, x, y) > nearest:
-                    continue
-                px, py, height = _between(ground.patches[int(a[5])], ground.patches[int(b[5])], ball, (x, y))
-                distance = (px - x) ** 2 + (py - y) ** 2
-                if not (height < np.inf and distance < nearest):
-                    continue
-                if _height(ground, which, px, py) <= height + 1e-9 * ball.radius:
-                    nearest = distance
-                    out[n, 0], out[n, 1], out[n, 2] = px, py, height
+        rows = _near(ground, i, j)
+        planes = _planes(rows, x, y, ground.ball, reach)
+        out[n, 0], out[n, 1], out[n, 2] = _pass_near(
+            _chosen(rows, planes), planes, (x, y, z[i, j]), ground.ball, ground.pixel
+        )
     return out
 
 
@@ -400,12 +447,11 @@ def carriers(places, ground, slack):
     """
     most = 8
     number, at = line(len(places), 0), np.full((len(places), most, 2), np.nan)
-    kept = table(most, 5, 0.0)
+    kept, reach = table(most, 5, 0.0), slack * max(ground.pixel[0], ground.pixel[1])
     for n in range(len(places)):
-        i, j = _pixel_at(ground, places[n, 0], places[n, 1])
-        i, j = min(max(i, 0), ground.shape[0] - 1), min(max(j, 0), ground.shape[1] - 1)
-        reach = slack * max(ground.pixel[0], ground.pixel[1])
-        planes = _planes(ground, _near(ground, i, j), places[n, 0], places[n, 1], reach)
+        x, y = places[n, 0], places[n, 1]
+        i, j = _pixel_at(ground, x, y)
+        planes = _planes(_near(ground, i, j), x, y, ground.ball, reach)
         for k in np.argsort(-planes[:, 0]):
             new = number[n] < most
             for m in range(number[n]):
@@ -423,8 +469,7 @@ def heights(places, ground):
     out = line(len(places), 0.0)
     for n in range(len(places)):
         i, j = _pixel_at(ground, places[n, 0], places[n, 1])
-        i, j = min(max(i, 0), ground.shape[0] - 1), min(max(j, 0), ground.shape[1] - 1)
-        out[n] = _height(ground, _near(ground, i, j), places[n, 0], places[n, 1])
+        out[n] = _height(_near(ground, i, j), places[n, 0], places[n, 1], ground.ball)
     return out
 
 

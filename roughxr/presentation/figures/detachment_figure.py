@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ...detachment.balance import MODES, NEITHER, NO_CONTACT, critical_load
-from ...statistics.sampling import SHARE
+from ...statistics.sampling import shares
 from ...vocabulary import schema
 from ...vocabulary.verbs import verb
 from .maps import draw_places
@@ -212,19 +212,23 @@ def landed_and_at_rest(landed: xr.Dataset, rested: xr.Dataset):
     'asperities in contact'
     """
     from matplotlib import pyplot
+    from matplotlib.ticker import LogLocator
 
     panels = pyplot.subplots(1, 3, figsize=(7.0, 2.3), layout="constrained", sharey=True)[1]
     for ds, words, order in ((landed, "where they landed", 1), (rested, "at rest", 0)):
-        share = ds[SHARE].values if SHARE in ds.coords else np.ones(ds.sizes["subregion"])
+        share = shares(ds).values
         drawn = ds.merge(critical_load(ds), compat="override", combine_attrs="override")
         for ax, name in zip(panels, ("pull_off_force", "contacts", "critical_friction_velocity")):
             values = drawn[name].values.astype(float)
             rank = np.argsort(values)
-            part = np.cumsum(share[rank]) / share.sum()
-            ax.step(values[rank], part, where="post", label=words, **stroke(order))
+            part = np.cumsum([0.0, *share[rank]]) / share.sum()
+            ax.step([values[rank[0]], *values[rank]], part, where="post", label=words, **stroke(order))
             label_axes(ax, name, "cdf")
             if name != "contacts":
                 ax.set_xscale("log")
+                ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+                ax.xaxis.set_major_formatter("{x:g}")
+                ax.xaxis.set_minor_formatter("")
     panels[0].set_ylabel("share of particles")
     for ax in panels[1:]:
         ax.set_ylabel("")

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ...detachment import resuspension, with_pull_off
 from ...detachment.balance import MODES
-from ...statistics.sampling import SHARE
+from ...statistics.sampling import shares
 from ...vocabulary.verbs import verb
 
 Run = Mapping[str, xr.Dataset]
@@ -116,7 +116,7 @@ def _as_continued(held: xr.Dataset, run: Run) -> xr.Dataset:
 
 
 def _column(held: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
-    moment, lever, share = held["resisting_moment"], held["lever"], _shares(held)
+    moment, lever, share = held["resisting_moment"], held["lever"], shares(held)
     speed = critical["critical_friction_velocity"].weighted(share)
     weakest = moment.min("direction")
     ratio = moment.max("direction") / weakest.where(weakest > 0)
@@ -191,23 +191,19 @@ def _particles(run: Run) -> str:
     """Return how particles at rest differ from the same where they landed, in a sentence."""
     rested, landed = (_middle(run[f"statistics/detachment_{which}"]) for which in ("superposed", "landed"))
     held = run["solutions/rolling"], run["solutions/rolling_landed"]
-    stands = [100 * float((ds["contacts"] >= _RESTS).weighted(_shares(ds)).mean()) for ds in held]
+    stands = [100 * float((ds["contacts"] >= _RESTS).weighted(shares(ds)).mean()) for ds in held]
     return (
         f"Particles rolled from where they landed to where they rest; {stands[0]:.0f} % of them then stand on three "
         f"asperities or more, {stands[1]:.0f} % where they landed. By the superposition half of them rock at "
         f"{rested:.2g} m/s, and would at {landed:.2g} m/s where they landed; over the lowest pass of their basins half "
-        f"of them leave at {_middle(run[LEAVING], 'leaving'):.2g} m/s, in air that flows towards it."
+        f"of them leave at {_middle(run[LEAVING], 'leaving'):.2g} m/s, in air that flows towards it. Both are "
+        "limits: adhesion may hold light ones before they reach the bottom."
     )
-
-
-def _shares(ds: xr.Dataset) -> xr.DataArray:
-    """Return the weights of places; all alike where no particles rest there."""
-    return ds[SHARE] if SHARE in ds.coords else xr.ones_like(ds["subregion"], float)
 
 
 def _middle(critical: xr.Dataset, kind: str = "critical") -> float:
     """Return the median friction velocity over particles."""
-    return float(critical[f"{kind}_friction_velocity"].weighted(_shares(critical)).quantile(0.5))
+    return float(critical[f"{kind}_friction_velocity"].weighted(shares(critical)).quantile(0.5))
 
 
 def remaining(run: Run) -> xr.Dataset:

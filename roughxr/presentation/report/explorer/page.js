@@ -125,12 +125,14 @@ function drawScan() {
   const { sx, sy } = frame(svg, { left, top: 6, width, height, x: { low: x0, high: x1, size, words: `x [${unit}]` }, y: { low: y0, high: y1, size, words: `y [${unit}]` } });
   const values = held(method(), "values") || [], known = values.filter(value => value !== null);
   const most = Math.max(...known, 0) || 1, radius = Math.max(3.5, Math.min(9, 0.28 * Math.sqrt(width * height / told.places.length)));
+  const mostShare = Math.max(...told.places.map(place => place.share || 0));
   told.places.forEach((place, k) => {
     const share = values[k] === null || values[k] === undefined ? null : values[k] / most;
-    const spot = { cx: sx(place.x), cy: sy(place.y), r: radius, class: "place", "data-place": k, stroke: place.debris ? "#d55e00" : "#fff", "stroke-width": place.debris ? 2.5 : 1.4 };
+    const size = radius * (place.share ? Math.max(0.5, Math.sqrt(place.share / mostShare)) : 1);
+    const spot = { cx: sx(place.x), cy: sy(place.y), r: size, class: "place", "data-place": k, stroke: place.debris ? "#d55e00" : "#fff", "stroke-width": place.debris ? 2.5 : 1.4 };
     spot.fill = share === null ? "none" : `hsl(38 100% ${94 - 50 * share}%)`;
     const words = values[k] === undefined ? "" : `: ${values[k] === null ? "does not pull" : force(values[k])}`;
-    svg.append(draw("circle", spot, draw("title", {}, `place ${k}${words}${place.debris ? ", debris" : ""}`)));
+    svg.append(draw("circle", spot, draw("title", {}, `place ${k}${words}${place.share ? `, ${digits(100 * place.share, 2)} % of the particles` : ""}${place.debris ? ", debris" : ""}`)));
     if (told.maps.some(map => map.name === "adhesive" && (held(map, "sheets") || [])[k]))
       svg.append(draw("circle", { cx: spot.cx, cy: spot.cy, r: 0.35 * radius, fill: "#0173b2" }));
   });
@@ -140,6 +142,7 @@ function drawScan() {
   colourBar(svg, { left, top: height + 52, width, picture: told.scan.colours, low: `${digits(told.scan.low)} nm`, high: `${digits(told.scan.high)} nm`, words: "height" });
   svg.places = told.places.map(place => [sx(place.x), sy(place.y)]);
   const words = ["Click a place, or use the arrow keys."];
+  if (mostShare) words.push("Particles came to rest at these places; larger: more of them.");
   if (told.pulls.length) words.push(`Darker: pulls harder (${method().label}); hollow: does not pull.`);
   if (told.places.some(place => place.debris)) words.push("Red rim: holds debris by rule.");
   if (told.maps.some(map => map.name === "adhesive")) words.push("Blue dot: its loop with adhesion was followed.");
@@ -257,13 +260,14 @@ function drawPulls() {
   if (!chosen) { canvas(svg, 10); at("method").parentElement.style.display = "none"; at("pulls-words").textContent = "The archive tells of no pull-off: bodies without adhesion."; return; }
   const values = held(chosen, "values"), bins = held(chosen, "bins");
   if (!values) { canvas(svg, 10); at("pulls-words").textContent = "Not held at these values."; return; }
-  const known = values.filter(value => value !== null), last = bins.length - 2;
-  const counts = bins.slice(1).map((high, k) => known.filter(value => value >= bins[k] && (value < high || (k === last && value <= high * 1.0001))).length);
+  const known = values.filter(value => value !== null), last = bins.length - 2, rests = told.places.some(place => place.share);
+  const weight = k => values[k] === null ? 0 : rests ? told.places[k].share : 1, sum = which => values.reduce((all, value, k) => all + (which(value) ? weight(k) : 0), 0);
+  const counts = bins.slice(1).map((high, k) => sum(value => value >= bins[k] && (value < high || (k === last && value <= high * 1.0001))));
   const width = canvas(svg, 340), left = 60, top = 24, height = 264, right = width - 10;
   const [unit, size] = forceUnit(Math.max(...bins));
   const margin = 0.04 * (bins[last + 1] - bins[0]) || 1;
   const x = { low: bins[0] - margin, high: bins[last + 1] + margin, size, words: `pull-off force [${unit}]` };
-  const y = { low: 0, high: 1.12 * Math.max(...counts, 1), size: 1, words: "places" };
+  const y = { low: 0, high: 1.12 * Math.max(...counts, rests ? 0.01 : 1), size: 1, words: rests ? "share of particles" : "places" };
   const { sx, sy } = frame(svg, { left, top, width: right - left, height, x, y });
   counts.forEach((count, k) => svg.append(draw("rect", { x: sx(bins[k]) + 0.5, y: sy(count), width: Math.max(1, sx(bins[k + 1]) - sx(bins[k]) - 1), height: sy(0) - sy(count), fill: "#9cc7e0" })));
   for (const value of known) svg.append(draw("line", { x1: sx(value), x2: sx(value), y1: sy(0), y2: sy(0) - 7, stroke: "#0173b2" }));
@@ -273,7 +277,7 @@ function drawPulls() {
   const half = (left + right) / 2, side = sx(own) > half ? "end" : "start";
   svg.append(draw("text", { x: sx(own) + (side === "end" ? -7 : 7), y: top + 4, "text-anchor": side, style: "font-weight: 600; fill: #b34e00" }, `place ${state.place}: ${force(own)}`));
   const fewer = known.filter(value => value < own).length;
-  at("pulls-words").textContent = `Place ${state.place}: ${force(own)}, more than at ${fewer} of the ${known.length - 1} other places that pull; their mean is ${force(known.reduce((sum, value) => sum + value, 0) / known.length)}.`;
+  at("pulls-words").textContent = `Place ${state.place}: ${force(own)}, more than at ${fewer} of the ${known.length - 1} other places that pull; the mean ${rests ? "over particles" : "of them all"} is ${force(values.reduce((all, value, k) => all + weight(k) * value, 0) / sum(() => true))}.`;
 }
 
 function drawFacts() {

@@ -11,6 +11,7 @@ import xarray as xr
 
 from ....contact.rigid_bodies import rigid
 from ....jobs.records import BRANCHES
+from ....statistics.sampling import SHARE
 from ....studies.short_waves import quietly
 from ....vocabulary import schema
 from ...figures.style import in_words
@@ -44,6 +45,14 @@ _NUMBERS = (
     "contact_area",
     "yielded_area",
     "refinement",
+)
+
+#: What is shown of a place where particles rest, by group.
+_OF_RESTS = (
+    ("statistics/rests", SHARE),
+    ("statistics/rests", "carriers"),
+    ("statistics/rests", "barrier"),
+    ("statistics/leaving", "leaving_friction_velocity"),
 )
 
 #: Largest number of displacements in a curve.
@@ -177,13 +186,16 @@ def _unit(name: str) -> str:
 
 
 def rows(at: Placed) -> list[dict[str, Any]]:
-    """Return the positions of the places, and which hold debris by the rule."""
+    """Return the positions of the places, which hold debris by the rule, and what share of particles rests there."""
     flags = flagged(at.run)
     debris = np.zeros(at.count, bool)
     if flags is not None and flags.size == debris.size:
         debris = flags.values
     columns = zip(at.places["subregion_x"].values.tolist(), at.places["subregion_y"].values.tolist(), debris.tolist())
-    return [{"x": x, "y": y, "debris": flag} for x, y, flag in columns]
+    told = [{"x": x, "y": y, "debris": flag} for x, y, flag in columns]
+    rests = at.held("statistics/rests")
+    shares = [] if rests is None else numbers(rests[SHARE].values)
+    return [{**row, "share": share} for row, share in zip(told, shares)] or told
 
 
 def curves(at: Placed) -> list[dict[str, Any]]:
@@ -285,16 +297,18 @@ def _bins(values: np.ndarray) -> np.ndarray:
 
 
 def facts(at: Placed) -> dict[str, Any] | None:
-    """Return the numbers of each place from the simulation with adhesion, with their names and units."""
+    """Return the numbers of each place from the simulation with adhesion, and of rests, with their names and units."""
     ds = at.held("solutions/adhesive")
     names = [] if ds is None else [name for name in _NUMBERS if name in ds and _is_told(ds[name])]
     if not names:
         return None
-    told = [{"label": in_words(name).partition(" [")[0], "unit": _unit(name)} for name in names]
+    rests = {name: held[name].values for group, name in _OF_RESTS if (held := at.held(group)) is not None}
+    told = [{"label": in_words(name).partition(" [")[0], "unit": _unit(name)} for name in [*rests, *names]]
     values = {}
     for key, one in cases(ds[names].assign_attrs(ds.attrs)):
         offset = at.shift(one)
-        values[key] = [numbers(_of(one, name) + (offset if name.endswith("_delta") else 0.0)) for name in names]
+        values[key] = [numbers(row) for row in rests.values()]
+        values[key] += [numbers(_of(one, name) + (offset if name.endswith("_delta") else 0.0)) for name in names]
     return {"over": over(ds), "rows": told, "values": values}
 
 

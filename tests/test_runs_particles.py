@@ -1,0 +1,113 @@
+"""A run of particles from the shell: places are rests, and archive, report, explorer and `detach` lead with them."""
+
+import json
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import roughxr
+from roughxr.cli import main
+from roughxr.files import archive
+
+from .surfaces import rough, scan
+
+PAIR = ["--sphere-radius", "1 um", "--contact-modulus", "40", "--work-of-adhesion", "0.05"]
+QUICK = ["--law", "griffith", "--refine", "1", "--budget", "0", "--delta", "1", "2", "--quiet"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return the folder of a run at the rests that are reached from 3 × 2 landings."""
+    folder = tmp_path_factory.mktemp("particles")
+    roughxr.scans.to_netcdf(scan(rough(64, rms=2.0, smooth=2.0), 10.0), folder / "scan.nc")
+    words = ["run", str(folder / "scan.nc"), "--particle", "--subregions", "3", "2", *PAIR, *QUICK]
+    assert main([*words, "-o", str(folder / "run")]) == 0
+    return folder / "run"
+
+
+@pytest.fixture(scope="module")
+def groups(folder):
+    return archive.load(folder / "run.nc")
+
+
+def median(values, share):
+    """Return the median of numbers repeated by whole numbers of particles."""
+    return np.median(np.repeat(values, np.round(6 * share).astype(int)))
+
+
+def test_the_archive_holds_rests_with_their_shares_and_the_same_particles_where_they_landed(groups):
+    rests, landed = groups["statistics/rests"], groups["solutions/rolling_landed"]
+    assert float(rests.landing_share.sum()) == pytest.approx(1.0)
+    assert (rests.carriers >= 3).all() and (rests.barrier > 0).all()
+    for name in ("solutions/adhesive", "solutions/energy", "solutions/rolling", "statistics/leaving"):
+        for axis in ("subregion_x", "subregion_y", "landing_share"):
+            assert groups[name][axis].values == pytest.approx(rests[axis].values)
+    assert landed.sizes["subregion"] == 6 and "landing_share" not in landed.coords
+    assert float(groups["solutions/rolling"].contacts.mean()) > float(landed.contacts.mean())
+    mean = (groups["statistics/adhesive"].pull_off_force * rests.landing_share.values).sum()
+    summary = roughxr.summary(groups["statistics/adhesive"][["pull_off_force"]])
+    assert float(summary.pull_off_force.sel(statistic="mean")) == pytest.approx(float(mean))
+
+
+def test_the_report_shows_particles_at_rest_beside_where_they_landed_and_what_they_leave_at(folder, groups):
+    text = re.sub(r"\s+", " ", (folder / "report.html").read_text(encoding="utf-8"))
+    assert "at the place where it came to rest" in text and "Landed and at rest" in text
+    leaves = groups["statistics/leaving"]
+    speed = float(leaves.leaving_friction_velocity.weighted(leaves.landing_share).quantile(0.5))
+    assert f"half of them leave at {speed:.2g} m/s" in text
+    table = pd.read_csv(folder / "places.csv")
+    assert table["landing_share"].sum() == pytest.approx(1.0, abs=1e-4)
+    assert table["leaving_friction_velocity [m s-1]"].values == pytest.approx(
+        leaves.leaving_friction_velocity, rel=1e-4
+    )
+
+
+def test_the_explorer_shows_the_rests_each_with_its_share(folder, groups):
+    page = folder / "explore.html"
+    assert main(["explore", str(folder), "--loops", "0", "--quiet"]) == 0
+    text = page.read_text(encoding="utf-8")
+    told = json.loads(re.search(r'<script type="application/json" id="told">(.*?)</script>', text, re.DOTALL).group(1))
+    rests = groups["statistics/rests"]
+    assert [place["share"] for place in told["places"]] == pytest.approx(rests.landing_share.values, rel=1e-4)
+    assert [place["x"] for place in told["places"]] == pytest.approx(rests.subregion_x.values)
+    labels = [row["label"] for row in told["facts"]["rows"]]
+    (values,) = told["facts"]["values"].values()
+    assert len(labels) == len(values)
+    barrier = values[labels.index("height of the lowest pass over the rest")]
+    assert barrier == pytest.approx(rests.barrier.values, rel=1e-4)
+
+
+def test_detach_tells_particles_at_rest_where_they_landed_and_over_the_lowest_pass(folder, groups, capsys):
+    assert main(["detach", str(folder), "--method", "energy"]) == 0
+    told = capsys.readouterr().out
+    assert "5 % of particles where they came to rest" in told
+    rests, share = groups["solutions/rolling"], groups["statistics/rests"].landing_share.values
+    at_rest, landed = (
+        roughxr.critical_load(ds).critical_friction_velocity.values
+        for ds in (rests, groups["solutions/rolling_landed"])
+    )
+    leaves = groups["statistics/leaving"].leaving_friction_velocity.values
+    line = next(line for line in told.splitlines() if "superposed asperities:" in line)
+    numbers = [float(word) for word in re.findall(r"(?:at rest|landed|pass) ([\d.]+)", line)]
+    expected = [median(at_rest, share), median(landed, np.full(6, 1 / 6)), median(leaves, share)]
+    assert numbers == pytest.approx(expected, rel=0.02)
+    assert numbers[0] > numbers[1]
+
+
+def test_resuspension_of_a_run_counts_particles_not_places(groups):
+    held = groups["solutions/rolling"]
+    left = roughxr.resuspension(held, friction_velocity=[5.0, 10.0, 20.0])
+    expected = (left.remaining_here * held.landing_share).sum("subregion")
+    assert left.remaining.values == pytest.approx(expected.values)
+    landed = roughxr.resuspension(groups["solutions/rolling_landed"], friction_velocity=[5.0, 10.0, 20.0])
+    assert float(landed.remaining[1, 0]) < float(left.remaining[1, 0])
+
+
+def test_a_particle_on_a_plane_is_refused_in_words(tmp_path, capsys):
+    tilted = scan(0.02 * np.add.outer(np.arange(40.0), np.arange(40.0)), 10.0)
+    roughxr.scans.to_netcdf(tilted, tmp_path / "scan.nc")
+    words = ["run", str(tmp_path / "scan.nc"), "--particle", "--level", "none", *PAIR, *QUICK]
+    assert main([*words, "-o", str(tmp_path / "run")]) == 1
+    assert "no place of rest" in capsys.readouterr().err
