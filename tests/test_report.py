@@ -285,8 +285,9 @@ def test_the_model_that_suits_is_named_and_formulas_stand_beside_it(run, written
     table = report.formula_table(run)
     assert table["over rigid bodies"].iloc[0] == 1.0
     smooth = 2 * np.pi * 0.5 * 500  # 2πwR in nN, by Bradley
-    assert table.filter(like="pull-off").loc["Bradley, smooth sphere"].iloc[0] == pytest.approx(smooth / 1e3, rel=1e-3)
-    assert report.contact_table(run).loc["subregions that pull", "rigid"] == 9
+    size = {"nN": 1.0, "µN": 1e3}[table.columns[0].split("[")[1].rstrip("]")]
+    assert table.filter(like="pull-off").loc["Bradley, smooth sphere"].iloc[0] == pytest.approx(smooth / size, rel=1e-3)
+    assert report.contact_table(run).loc["places that pull", "rigid"] == 9
 
 
 def test_each_preload_has_its_own_column(run):
@@ -297,7 +298,7 @@ def test_each_preload_has_its_own_column(run):
     both["statistics/adhesive"] = pulled.transpose("subregion", "preload", ...)
     table, alone = report.contact_table(both), report.contact_table(run | {"statistics/adhesive": pull})
     for name, times in (("adhesive, 0 nN", 1.0), ("adhesive, 500 nN", 2.0)):
-        assert table.loc["subregions that pull", name] == 2
+        assert table.loc["places that pull", name] == 2
         over = (frame.loc["pull-off, rough / smooth"] for frame in (table, alone))
         assert next(over)[name] == pytest.approx(times * next(over)["adhesive"])
     assert "adhesive" not in table

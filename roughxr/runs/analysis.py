@@ -57,6 +57,9 @@ COMPARED = ("published", "self_similar", "energy")
 #: Largest cells (nm) on which the pull between rigid bodies is summed, but no more than eight to a pixel.
 _RIGID_CELL = 2.5
 
+#: Places over which formulas are set beside the sum between rigid bodies.
+_FORMULA_PLACES = 16
+
 #: Relative humidities over which a humid pair is followed.
 HUMIDITIES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 
@@ -339,7 +342,7 @@ def _below_the_scan(scan: xr.Dataset, plan: Plan, progress: bool, say: Stages) -
     if not plan.continued:
         return {}
     if not {"hardness", "hardness_estimate"} & set(scan.coords):  # and the simulation would take hours
-        why = "no hardness is known, and summits ever sharper would yield; assign one, or named materials"
+        why = "no hardness is known, and summits ever sharper would yield; give one, or named materials"
         return {"statistics/continued": not_continued(scan, why)}
     some = regions.sample(regions.centres(scan, plan.subregions), plan.continued)
     say("continued", f", at {some.sizes['subregion']} places")
@@ -471,9 +474,10 @@ def _rigid_bodies(scan: xr.Dataset, options: dict[str, Any], say: Stages) -> dic
         summed = rigid(scan, delta=[0.0], refine=refine, **options)
         groups = {"solutions/rigid": summed, "statistics/rigid": pull_off(summed)}
         if "sphere_radius" in scan.coords:
-            groups["statistics/regime"] = regime(scan, refine=refine)
+            some = regions.sample(regions.centres(scan, options["subregions"]), _FORMULA_PLACES)
+            groups["statistics/regime"] = regime(scan, subregions=some, refine=refine)
             if not schema.is_wet(scan):
-                groups["statistics/formulas"] = formulas(scan, refine=refine)
+                groups["statistics/formulas"] = formulas(scan, subregions=some, refine=refine)
     return groups
 
 

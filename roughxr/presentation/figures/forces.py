@@ -69,12 +69,12 @@ def force_fan(
     single = ds.sizes["subregion"] == 1
     if lines and not single:
         ax.plot(delta, force.values, color=GREY, linewidth=0.35, alpha=0.6)
-        ax.plot([], [], color=GREY, linewidth=0.6, label=f"{ds.sizes['subregion']} subregions")
+        ax.plot([], [], color=GREY, linewidth=0.6, label=f"{ds.sizes['subregion']} places")
     for low, alpha in zip(() if single else quantiles, (0.22, 0.4)):
         band = force.quantile([low, 1 - low], "subregion").values
         words = f"{100 * (1 - 2 * low):.0f} % of them"
         ax.fill_between(delta, *band, color=BLUE, alpha=alpha, linewidth=0, label=words)
-    words = f"subregion {ds['subregion'].item()}" if single else "median"
+    words = f"place {ds['subregion'].item()}" if single else "median"
     ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label=words)
     if interval is not None:
         _error_bars(ax, ds, "q50", interval, BLACK, label=f"its {100 * interval:g} % interval")

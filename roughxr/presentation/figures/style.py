@@ -98,6 +98,15 @@ class Unit(NamedTuple):
         return shown
 
 
+def log_ticks(axis, subs: tuple[int, ...] = (1, 2, 5)) -> None:
+    """Put labelled ticks on a logarithmic axis that spans a decade or two, and no powers of ten between them."""
+    from matplotlib.ticker import LogLocator
+
+    axis.set_major_locator(LogLocator(subs=subs))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter("")
+
+
 def styled(function: Callable) -> Callable:
     """Return ``function`` with this module's style, after which the caller's rcParams are restored."""
 
