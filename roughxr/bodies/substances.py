@@ -16,6 +16,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from ..vocabulary.schema import did_you_mean
+
 #: Cut-off of van der Waals forces at contact, nm.
 CUT_OFF = 0.165
 
@@ -119,9 +121,11 @@ def pair_of(names: str | tuple[str, str]) -> tuple[Material, Material]:
     """
     found = names.split("/") if isinstance(names, str) else list(names)
     found = [str(name).strip().lower() for name in found]
-    if len(found) not in (1, 2) or not set(found) <= set(MATERIALS):
+    unknown = [name for name in found if name not in MATERIALS]
+    if len(found) not in (1, 2) or unknown:
         raise ValueError(
-            f"materials: expected one or two of {', '.join(MATERIALS)}, as in 'glass/silicon', found {names!r}; "
+            f"materials: expected one or two of {', '.join(MATERIALS)}, as in 'glass/silicon', found {names!r}"
+            f"{did_you_mean(unknown[0], MATERIALS) if unknown else ''}; "
             "of others give young_modulus and poisson_ratio"
         )
     return MATERIALS[found[0]], MATERIALS[found[-1]]

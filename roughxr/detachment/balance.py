@@ -266,7 +266,8 @@ def _possible(given: Any, units: str, name: str) -> float | None:
     low, high, known = _POSSIBLE[name]
     value = None if given is None else positive(given, units, name)
     if value is not None and not low <= value <= high:
-        raise ValueError(f"{name}: expected what some body has, found {value:.4g} {units} ({known}); say its units")
+        found = f"{value:.4g} {units}; say its units" if units != "1" else f"{value:.4g}"
+        raise ValueError(f"{name}: expected what some body has ({known}), found {found}")
     return value
 
 
