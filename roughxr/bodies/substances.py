@@ -67,7 +67,7 @@ MATERIALS = {
     "glass": Material(
         75.0,
         0.22,
-        "Cheng, Dunn & Brach (2002)",
+        "Cheng, Dunn & Brach (2003)",
         6.0,
         f"estimate: {_OLIVER}, of soda-lime glass",
         0.065,

@@ -13,7 +13,7 @@ from ...vocabulary import schema
 from ...vocabulary.verbs import verb
 from .maps import draw_places
 from .rose import polar
-from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, axes, label_axes, legend, stroke, styled
+from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, axes, label_axes, legend, log_ticks, stroke, styled
 
 #: Colours of the modes; light where there is none.
 _MODES = dict(zip((*MODES, NEITHER, NO_CONTACT), (BLUE, ORANGE, GREEN, "#f2f2f2", "#c8c8c8")))
@@ -222,9 +222,10 @@ def landed_and_at_rest(landed: xr.Dataset, rested: xr.Dataset):
             rank = np.argsort(values)
             part = np.cumsum(share[rank]) / share.sum()
             ax.step(values[rank], part, where="post", label=words, **stroke(order))
-            label_axes(ax, name, "cdf")
             if name != "contacts":
                 ax.set_xscale("log")
+                log_ticks(ax.xaxis)
+            label_axes(ax, name, "cdf")
     panels[0].set_ylabel("share of particles")
     for ax in panels[1:]:
         ax.set_ylabel("")

@@ -56,7 +56,8 @@ def quantile_quantile(ds: xr.Dataset, *, ax: Any = None):
     ax.plot(*at, color=BLUE, marker="o", markersize=4.0, linewidth=0, label="5, 50, 95 %")
     label_axis(ax.xaxis, "predicted_quantile")
     label_axis(ax.yaxis, "measured_quantile")
-    return legend(ax, loc="upper left")
+    above = float(np.median(measured)) > float(np.median(predicted))  # the points lie above the line, or below it
+    return legend(ax, loc="lower right" if above else "upper left")
 
 
 @styled
