@@ -227,7 +227,7 @@ def _tab_head(*columns):
 
 def test_without_afmformats_the_extra_is_named(volume, monkeypatch):
     monkeypatch.setattr(roughxr.measured.curve_files, "find_spec", lambda name: None)
-    with pytest.raises(ImportError, match=r'pip install "roughxr\[curves\]"'):
+    with pytest.raises(ImportError, match=r'pip install afmformats, .*pip install "\.\[curves\]"'):
         roughxr.open_pull_off(volume[0])
 
 

@@ -254,7 +254,8 @@ def superposed_over_direct(run: Groups, *, deltas: Sequence[float] = ()):
         ax=upper,
     )
     upper.set_yscale("log")
-    upper.set_ylim(bottom=1e-5 * upper.get_ylim()[1])
+    highest = upper.get_ylim()[1]
+    upper.set_ylim(1e-5 * highest, 8 * highest)  # the legend stands above the curves
     begun = ratio["delta"].values[np.isfinite(ratio.values)]
     if begun.size > 1:
         upper.set_xlim(begun[0] - 0.1 * np.ptp(begun), begun[-1] + 0.03 * np.ptp(begun))
