@@ -146,8 +146,8 @@ class Stages:
     ...     say("peaks")
     ...     say.expect(loads=40)
     ...     say("loads", " at 64 places")
-    stage 1 of 2, asperities: about 2 min left
-    stage 2 of 2, contact at 64 places: less than a minute left
+    stage 1 of 2, about 2 min left: asperities
+    stage 2 of 2, less than a minute left: contact at 64 places
     """
 
     def __init__(self, expected: Mapping[str, float], words: Mapping[str, str], stream: TextIO | None):
@@ -167,8 +167,13 @@ class Stages:
         self._ended.set()
         if self in _told_by:
             _told_by.remove(self)
-            if self._terminal:
-                self._stream.write("\r\x1b[K")
+            self.clear()
+
+    def clear(self) -> None:
+        """Take the line off a terminal, before something else is printed."""
+        if self._terminal:
+            self._stream.write("\r\x1b[K")
+            self._stream.flush()
 
     def __call__(self, name: str, more: str = "") -> None:
         """Begin a stage, told with more words."""
@@ -200,8 +205,8 @@ class Stages:
         names, bar = list(self._expected), self.bar
         at = f"{bar.done}/{bar.total}" if bar and bar.total > 1 else ""
         where = ", ".join(filter(None, (self._detail, at)))
-        stage = f"stage {names.index(self._name) + 1} of {len(names)}, {self._words}"
-        return f"{stage}{where and f' ({where})'}: {self._left()}"
+        stage = f"stage {names.index(self._name) + 1} of {len(names)}, {self._left()}"
+        return f"{stage}: {self._words}{where and f' ({where})'}"
 
     def _left(self) -> str:
         """Return the time left over all stages in words."""

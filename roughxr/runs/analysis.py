@@ -525,6 +525,7 @@ def show(
     """Print the tables and the notes below them, and put them and the figures into a folder."""
     if words := report.headline(groups):
         notes = [words, *notes]
+    say.clear()
     printed = _print(tables, [*notes, *report.superposed(groups)], groups)
     if folder is None:
         return
