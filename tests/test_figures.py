@@ -430,4 +430,5 @@ def test_lines_that_are_drawn_are_named(run):
     ax = figures.mean_force(run["solutions/direct"])
     assert "bars: 95 % interval of the mean" in [text.get_text() for text in ax.get_legend().get_texts()]
     ratio = figures.asperity_statistics(run["asperities"])[2]
+    assert ratio.get_ylabel() == "probability density"  # of a number: no empty brackets
     assert [text.get_text()[:4] for text in ratio.texts] == ["mean"]

@@ -505,7 +505,7 @@ def axis_label(name: str) -> str:
     ('contact force [nN]', 'axis ratio b/a of the Hertz contact ellipse')
     """
     known = VARIABLES[name]
-    return known.long_name if known.units == "1" else f"{known.long_name} [{known.units}]"
+    return known.long_name if known.units in ("1", "") else f"{known.long_name} [{known.units}]"
 
 
 def kind_of(ds: xr.Dataset) -> str | None:

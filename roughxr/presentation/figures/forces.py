@@ -86,6 +86,7 @@ def force_fan(
             ax.set_xlim(shown[0] - 0.1 * np.ptp(shown), shown[-1])
     elif (pulls := _pull_unseen(force)) > 0:
         ax.set_yscale("symlog", linthresh=pulls, linscale=1.0)
+        ax.set_yticks([tick for tick in ax.get_yticks() if tick == 0 or abs(tick) >= pulls])  # nearer to 0 they overlap
     _zero(ax, force)
     ground = {"frameon": True, "framealpha": 0.85, "edgecolor": "none"}  # curves of single places cross it
     return legend(label_axes(ax, "delta", "force"), loc="upper left", **ground)
