@@ -288,6 +288,22 @@ def test_the_model_that_suits_is_named_and_formulas_stand_beside_it(run, written
     size = {"nN": 1.0, "µN": 1e3}[table.columns[0].split("[")[1].rstrip("]")]
     assert table.filter(like="pull-off").loc["Bradley, smooth sphere"].iloc[0] == pytest.approx(smooth / size, rel=1e-3)
     assert report.contact_table(run).loc["places that pull", "rigid"] == 9
+    at_places = float(run["statistics/rigid"].pull_off_force.median())  # the same places, the same sum: one number
+    assert float(table.iloc[0, 0]) * size == pytest.approx(at_places, rel=1e-6)
+
+
+def test_displacements_say_from_where_they_are_counted(run):
+    """Those of the simulation, from each place's first touch, and of the others do not stand in one row."""
+    table, main = report.contact_table(run), report.interval_table(run)
+    touch, peak = (f"displacement at pull-off from {one}, mean [nm]" for one in ("first touch", "the highest point"))
+    assert np.isfinite(table.loc[touch, "adhesive"]) and np.isnan(table.loc[peak, "adhesive"])
+    assert np.isfinite(table.loc[peak, ["rigid", "energy"]]).all() and np.isnan(table.loc[touch, "energy"])
+    assert touch in main.index.get_level_values("quantity") and peak not in main.index.get_level_values("quantity")
+
+
+def test_the_answer_stands_before_what_is_missing(run):
+    words = report.headline(run)
+    assert words.index("As the scan shows the surface") < words.index("cannot be continued")
 
 
 def test_each_preload_has_its_own_column(run):
