@@ -15,6 +15,7 @@ import xarray as xr
 import roughxr
 from roughxr import cli
 from roughxr.files import archive
+from roughxr.jobs.progress import Stages
 from roughxr.presentation import report
 from roughxr.runs import analysis
 from roughxr.vocabulary import schema
@@ -33,6 +34,21 @@ window.addEventListener("load", () => { const seen = {
 </script>"""
 
 
+class Told(Stages):
+    """Stages that keep what they were told."""
+
+    def __init__(self, expected):
+        super().__init__(expected, {}, None)
+        self.begun = []
+
+    def __call__(self, name, more=""):
+        self.begun.append(name)
+        super().__call__(name, more)
+
+
+STAGES = []
+
+
 @pytest.fixture(scope="module")
 def run():
     surface = roughxr.synthetic.self_affine((96, 96), 10, rms=1, hurst=0.8, rolloff=150, seed=4)
@@ -40,7 +56,9 @@ def run():
     surface = surface.assign(height=(surface.height + bump).assign_attrs(surface.height.attrs))
     scan = roughxr.assign_pair(surface, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.5)
     plan = analysis.plan(scan, subregions=(3, 3), delta=[4, 8, 12, 16], refine=1, budget=1)
-    return analysis.analyse(scan, plan)
+    told = Told(analysis._expected(scan, plan))
+    STAGES[:] = told, list(analysis._expected(scan, plan))
+    return analysis.analyse(scan, plan, told)
 
 
 @pytest.fixture(scope="module")
@@ -299,6 +317,11 @@ def test_displacements_say_from_where_they_are_counted(run):
     assert np.isfinite(table.loc[touch, "adhesive"]) and np.isnan(table.loc[peak, "adhesive"])
     assert np.isfinite(table.loc[peak, ["rigid", "energy"]]).all() and np.isnan(table.loc[touch, "energy"])
     assert touch in main.index.get_level_values("quantity") and peak not in main.index.get_level_values("quantity")
+
+
+def test_a_run_tells_the_stages_that_it_announced(run):
+    told, announced = STAGES
+    assert [*told.begun, "pages"] == announced  # pages are written by whoever asked for the run
 
 
 def test_the_answer_stands_before_what_is_missing(run):
