@@ -341,6 +341,8 @@ def _below_the_scan(scan: xr.Dataset, plan: Plan, progress: bool, say: Stages) -
     """Return the pull-off with the roughness continued below the scan, at some of the places; or why there is none."""
     if not plan.continued:
         return {}
+    if schema.is_wet(scan):
+        return {"statistics/continued": not_continued(scan, "the air is humid, and it is done for dry bodies only")}
     if not {"hardness", "hardness_estimate"} & set(scan.coords):  # and the simulation would take hours
         why = "no hardness is known, and summits ever sharper would yield; give one, or named materials"
         return {"statistics/continued": not_continued(scan, why)}
