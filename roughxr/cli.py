@@ -481,7 +481,11 @@ def _add_detach(commands) -> None:
         metavar=("CODE", "FILE"),
         help=f"the lines that a code takes: {', '.join(PARTICLE_CODES)} (the distribution of adhesion and lever)",
     )
-    command.add_argument("--picture", metavar="PNG", help="draw what goes first at each place, and the rose of moments")
+    command.add_argument(
+        "--picture",
+        metavar="PNG",
+        help="draw what goes first at each place, or how much it takes where all go alike, and the rose of moments",
+    )
     command.set_defaults(command=_detach)
 
 
@@ -808,13 +812,16 @@ def _tell_critical(critical, options) -> None:
 
 
 def _draw_coming_off(critical, held, path: str) -> None:
-    """Draw the map of modes beside the rose of resisting moments."""
+    """Draw what goes first, or how much it takes where all go alike, beside the rose of resisting moments."""
+    import numpy as np
     from matplotlib.figure import Figure
 
     from .presentation import figures
 
     figure = Figure(figsize=(6.9, 3.4), layout="constrained")
-    figures.mode_map(critical, ax=figure.add_subplot(1, 2, 1))
+    left, strength = figure.add_subplot(1, 2, 1), next(iter(critical.data_vars))
+    alike = np.unique(critical["mode"].values).size == 1 and bool(critical[strength].notnull().any())
+    figures.subregion_map(critical, strength, ax=left) if alike else figures.mode_map(critical, ax=left)
     figures.moment_rose(held, ax=figure.add_subplot(1, 2, 2, projection="polar"))
     figures.save(figure, path, dpi=150)
     print(f"drawn in {path}")
