@@ -237,6 +237,11 @@ class Stages:
                 self._tell()
 
 
+def in_stages() -> bool:
+    """Return whether the stages of a run are being told."""
+    return bool(_told_by)
+
+
 def about(seconds: float) -> str:
     """Return a time that is roughly known in words.
 
