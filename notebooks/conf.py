@@ -1,7 +1,10 @@
 """The documentation: ``sphinx-build -W notebooks build/site`` builds it from docstrings, pages and stored notebooks."""
 
+import contextlib
+import io
 import re
 import shutil
+import tempfile
 import warnings
 from pathlib import Path
 
@@ -62,7 +65,7 @@ html_title = f"roughxr {version}"
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options = {"show_prev_next": False, "navigation_with_keys": False, "header_links_before_dropdown": 6}
-_ALONE = "start how-to concepts physics gallery paper-values speed peers changelog"
+_ALONE = "start how-to words concepts physics gallery paper-values speed peers changelog"
 html_sidebars = {f"site/{page}": [] for page in _ALONE.split()}  # pages with no other below them
 html_math_renderer = "mathml"
 
@@ -124,8 +127,37 @@ def _explored(app, error):
     (Path(app.outdir) / "explore.html").write_text(page, encoding="utf-8")
 
 
+def _reported(app, error):
+    """Write the finished report that the first page links to: a run of the real scan at nine places."""
+    if error or app.builder.name != "html":
+        return
+    scan = roughxr.assign_pair(roughxr.open_sample("rough"), sphere_radius="3 um", materials="glass/silicon")
+    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+        roughxr.run(scan, folder, subregions=(3, 3), budget=0)
+        shutil.copy(Path(folder) / "report.html", app.outdir)
+
+
+def _thumbnails(app, error):
+    """Put a small picture of every figure on top of the gallery, each a link to its code."""
+    page = Path(app.outdir) / "site" / "gallery.html"
+    if error or app.builder.name != "html" or not page.exists():
+        return
+    text = page.read_text(encoding="utf-8")
+    found = []
+    for section in re.split(r'(?=<section id=")', text):
+        name = re.match(r'<section id="([^"]+)">\s*<h3>(.*?)<a ', section, re.DOTALL)
+        image = re.search(r'<img[^>]*src="([^"]+)"', section)
+        if name and image:
+            words = re.sub("<[^>]+>", "", name[2])
+            found.append(f'<a href="#{name[1]}"><img src="{image[1]}" alt="" loading="lazy">{words}</a>')
+    mark = '<div id="thumbnails">'
+    page.write_text(text.replace(mark, mark + "\n".join(found)), encoding="utf-8")
+
+
 def setup(app):
     """Let browsers draw formulas by themselves, so that the pages need no network; let pages cite."""
     app.connect("source-read", _cited)
     app.connect("build-finished", _explored)
+    app.connect("build-finished", _reported)
+    app.connect("build-finished", _thumbnails)
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))

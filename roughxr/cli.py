@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import errno
+import re
 import sys
 import warnings
 from collections.abc import Sequence
@@ -23,6 +25,9 @@ PARTICLE_CODES = ("lammps", "4c", "liggghts", "mercurydpm", "yade", "rock_n_roll
 LOADS = ("wall_shear", "tilt", "centrifuge", "vibration")
 FLUIDS = ("air", "water")
 
+#: Endings of pictures.
+_PICTURES = (".png", ".pdf", ".svg", ".jpg")
+
 #: Control characters that may be printed.
 _LINES = "\n\t"
 
@@ -35,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         words = _with_config(list(sys.argv[1:] if arguments is None else arguments))
     except _REFUSALS as error:
-        _warn(error)
+        _warn(_in_words(error))
         return 1
     options = _parser().parse_args(words)
     try:
@@ -52,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"roughxr: interrupted{kept if options.command in (_paper, _run) else ''}", file=sys.stderr)
         return 130
     except _REFUSALS as error:
-        _warn(error)
+        _warn(_in_words(error))
         return 1
     return 0
 
@@ -68,6 +73,23 @@ class _Printable:
 
     def __getattr__(self, name: str):
         return getattr(self.stream, name)
+
+
+def _in_words(error: BaseException) -> str:
+    """Return an error's text; the system's own errors in words, with the file's name first."""
+    name = getattr(error, "filename", None)
+    if not isinstance(error, OSError) or error.errno is None or name is None:
+        return str(error)
+    known = {
+        errno.ENOENT: "expected a file or a folder, found none of this name",
+        errno.EACCES: "may not be read or written by you: check its permissions",
+        errno.EPERM: "may not be read or written by you: check its permissions",
+        errno.EISDIR: "expected a file, found a folder",
+        errno.ENOTDIR: "expected a folder, found a file where one should be",
+        errno.ENOSPC: "the disk is full: make room and call again; what was finished is kept",
+        errno.EROFS: "lies on a disk that cannot be written: name another place with -o",
+    }
+    return f"{name}: {known.get(error.errno, str(error.strerror).lower())}"
 
 
 def _warn(message, said: set[str] | None = None) -> None:
@@ -147,6 +169,8 @@ class _Parser(argparse.ArgumentParser):
     """A parser that asks back what an option that it does not know was meant to be."""
 
     def error(self, message: str):
+        if chosen := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
+            message += did_you_mean(chosen[1], re.findall(r"[\w-]+", chosen[2]))
         asked = [word.split("=")[0] for word in message.split() if word.startswith("--")]
         if message.startswith("unrecognized") and asked:
             message += _meant(asked[0].lstrip("-"), sorted(_option_names(self)))
@@ -277,7 +301,7 @@ def _add_run(commands) -> None:
 def _add_pair(command) -> None:
     group = command.add_argument_group("the pair of bodies (plain numbers in nm, GPa, J/m², or text such as '3 um')")
     shape = group.add_mutually_exclusive_group(required=True)
-    shape.add_argument("--sphere-radius", metavar="R", help="radius of the sphere, nm")
+    shape.add_argument("--sphere-radius", "--radius", metavar="R", help="radius of the sphere, nm")
     shape.add_argument("--indenter", metavar="FILE", help="a scan of the indenter's face, in place of a sphere")
     group.add_argument(
         "--materials",
@@ -457,7 +481,11 @@ def _add_detach(commands) -> None:
         metavar=("CODE", "FILE"),
         help=f"the lines that a code takes: {', '.join(PARTICLE_CODES)} (the distribution of adhesion and lever)",
     )
-    command.add_argument("--picture", metavar="PNG", help="draw what goes first at each place, and the rose of moments")
+    command.add_argument(
+        "--picture",
+        metavar="PNG",
+        help="draw what goes first at each place, or how much it takes where all go alike, and the rose of moments",
+    )
     command.set_defaults(command=_detach)
 
 
@@ -623,9 +651,10 @@ _MEASURED_FORMATS = (
     ("workbook of pull-offs", ".xlsx", "roughxr measured (extra excel)"),
     (
         "force-distance curves and force volumes",
-        ".spm, .jpk-force, .ibw, .tab",
+        ".jpk-force, .ibw, .h5, .tab, .csv",
         "roughxr measured (extra curves)",
     ),
+    ("Bruker's force curves (NanoScope)", ".spm, .pfc", "refused with a word"),
 )
 
 
@@ -729,8 +758,12 @@ def _detach(options) -> None:
     from .presentation import exports, report
     from .vocabulary.schema import one_of
 
-    for path in filter(None, (options.output, options.parameters)):
-        one_of(Path(path).suffix, exports.FORMATS, f"{path}'s ending")  # before anything is computed
+    for path in filter(None, (options.output, options.parameters)):  # before anything is computed
+        one_of(Path(path).suffix, exports.FORMATS, f"{path}'s ending")
+    if options.picture:
+        one_of(Path(options.picture).suffix, _PICTURES, f"{options.picture}'s ending")
+    if options.dem:
+        one_of(options.dem[0], PARTICLE_CODES, "--dem")
     groups = archive.load(archive.of_run(Path(options.run)))
     if not set(report.COMING_OFF) <= set(groups):
         raise ValueError(
@@ -803,13 +836,16 @@ def _tell_rests(groups, body, slides) -> None:
 
 
 def _draw_coming_off(critical, held, path: str) -> None:
-    """Draw the map of modes beside the rose of resisting moments."""
+    """Draw what goes first, or how much it takes where all go alike, beside the rose of resisting moments."""
+    import numpy as np
     from matplotlib.figure import Figure
 
     from .presentation import figures
 
     figure = Figure(figsize=(6.9, 3.4), layout="constrained")
-    figures.mode_map(critical, ax=figure.add_subplot(1, 2, 1))
+    left, strength = figure.add_subplot(1, 2, 1), next(iter(critical.data_vars))
+    alike = np.unique(critical["mode"].values).size == 1 and bool(critical[strength].notnull().any())
+    figures.subregion_map(critical, strength, ax=left) if alike else figures.mode_map(critical, ax=left)
     figures.moment_rose(held, ax=figure.add_subplot(1, 2, 2, projection="polar"))
     figures.save(figure, path, dpi=150)
     print(f"drawn in {path}")

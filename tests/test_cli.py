@@ -396,11 +396,57 @@ def test_the_options_of_a_run_are_written_as_toml_that_is_read(tmp_path, capsys)
     assert main(["run", "scan.nc", "--config", str(path)]) == 1 and "expected TOML" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("given", "meant"), [("--radius", "--sphere-radius"), ("--sphere-radus", "--sphere-radius")])
+@pytest.mark.parametrize(
+    ("given", "meant"), [("--modulus", "--contact-modulus or --young-modulus"), ("--sphere-radus", "--sphere-radius")]
+)
 def test_an_unknown_option_is_asked_back(given, meant, capsys):
     with pytest.raises(SystemExit):
         main(["run", "scan.nc", "--materials", "glass", "--indenter", "face.nc", given, "3"])
     assert f"did you mean {meant}" in capsys.readouterr().err.replace("'", "")
+
+
+def test_the_radius_may_be_called_so(tmp_path, capsys):
+    """One meaning, one option: what comes next is asked for, not the radius."""
+    path = tmp_path / "scan.nc"
+    scan(rough(32)).to_netcdf(path)
+    assert main(["run", str(path), "--radius", "3 um", "--materials", "glas"]) == 1
+    assert "did you mean 'glass'?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [(["runn"], "run"), (["run", "s.nc", "--radius", "3", "--law", "grifith"], "griffith"),
+     (["detach", "run", "--load", "tilts"], "tilt")],
+)  # fmt: skip
+def test_a_choice_that_is_not_known_is_asked_back(words, meant, capsys):
+    with pytest.raises(SystemExit):
+        main(words)
+    assert f"did you mean '{meant}'?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["info", "none.spm"], "none.spm: expected a file or a folder, found none"),
+        (["report", "none"], "none: expected a file or a folder, found none"),
+        (["info", "cut.nc"], "cut short or overwritten"),
+        (["report", "cut.nc"], "cut short or overwritten"),
+    ],
+)
+def test_errors_of_the_system_and_of_netcdf_are_told_in_words(words, says, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    scan(rough(32)).to_netcdf("whole.nc")
+    Path("cut.nc").write_bytes(Path("whole.nc").read_bytes()[:6000])
+    assert main(words) == 1
+    told = capsys.readouterr().err
+    assert says in told and "Errno" not in told
+
+
+@pytest.mark.parametrize("ending", [["-o", "t.doc"], ["--picture", "p.doc"], ["--dem", "lamps", "x"]])
+def test_what_cannot_be_written_is_refused_before_anything_is_computed(ending, monkeypatch, capsys):
+    monkeypatch.setattr("roughxr.files.archive.load", lambda *_: pytest.fail("the run was opened"))
+    assert main(["detach", "run.nc", *ending]) == 1
+    assert "expected one of" in capsys.readouterr().err
 
 
 def test_the_formats_that_are_read_are_listed_and_on_the_page(capsys):

@@ -1,6 +1,7 @@
 """Direct simulation with labels: units, windows, edges, schedulers, laziness, and errors at the door."""
 
 import functools
+import warnings
 
 import dask
 import numpy as np
@@ -91,6 +92,16 @@ def test_contact_at_the_scans_edge_is_marked():
 def test_nothing_touched_is_zero_force_not_missing(surface):
     found = direct(surface, delta=[-3, 0.0])
     assert (found.force == 0).all() and (found.contact_area == 0).all() and found.converged.all()
+
+
+def test_displacements_that_touch_nothing_at_most_places_are_told_once(surface):
+    with pytest.warns(UserWarning, match=r"nothing touches at \d of 9 places, down to 0.5 nm .*first_contact") as told:
+        found = direct(surface, delta=[0.2, 0.5], subregions=(3, 3))
+    assert len(told) == 1 and int((found.contact_area.sel(delta=0.5) > 0).sum()) < 5
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        direct(surface, subregions=(3, 3))
+        direct(surface, delta=[0.2, 0.5], subregions=(3, 3), datum="first_contact")
 
 
 def test_first_contact_datum_counts_from_the_first_touch(surface):

@@ -413,7 +413,7 @@ def test_a_pull_is_seen_beside_a_push_a_thousand_times_as_large():
 def test_a_single_place_of_a_sweep_draws_itself():
     one = adhering(1000.0).isel(subregion=1).assign(pull_off_force=2.0)
     ax = figures.plot(one)
-    assert [line.get_text() for line in ax.get_legend().get_texts()] == ["subregion 5"]
+    assert [line.get_text() for line in ax.get_legend().get_texts()] == ["place 5"]
     with pytest.raises(ValueError, match="'pull_off_force', a single number"):
         figures.plot(one, "pull_off_force")
 
@@ -430,4 +430,5 @@ def test_lines_that_are_drawn_are_named(run):
     ax = figures.mean_force(run["solutions/direct"])
     assert "bars: 95 % interval of the mean" in [text.get_text() for text in ax.get_legend().get_texts()]
     ratio = figures.asperity_statistics(run["asperities"])[2]
+    assert ratio.get_ylabel() == "probability density"  # of a number: no empty brackets
     assert [text.get_text()[:4] for text in ratio.texts] == ["mean"]

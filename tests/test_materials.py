@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from roughxr.bodies import substances
 from roughxr.bodies.materials import (
     ImplausiblePair,
     assign_pair,
@@ -166,6 +167,36 @@ def test_every_material_brings_what_its_example_needs_with_its_source(name):
     assert 0.01 < hamaker_constant(name) < 0.5
     one = MATERIALS[name]
     assert one.elastic_source and one.hardness_source and one.hamaker_source
+
+
+#: Index of refraction, static permittivity (conductors: infinite), and main absorption frequency (10¹⁵ Hz).
+OPTICAL = {
+    "silica": (1.448, 3.8, 3.2),
+    "alumina": (1.753, 11.6, 3.2),
+    "polystyrene": (1.557, 2.55, 2.3),
+    "ptfe": (1.359, 2.1, 2.9),
+    "steel": (1.97, np.inf, 3.0),  # Fe3O4
+    "water": (1.333, 80.0, 3.0),
+    "ethanol": (1.361, 26.0, 3.0),
+    "hexadecane": (1.423, 2.05, 2.9),
+}
+
+
+@pytest.mark.parametrize("name", OPTICAL)
+def test_hamaker_constants_follow_from_optical_constants(name):
+    """By Tabor and Winterton's formula of Lifshitz's theory across vacuum, in zJ."""
+    index, permittivity, frequency = OPTICAL[name]
+    ratio = 1.0 if np.isinf(permittivity) else (permittivity - 1) / (permittivity + 1)
+    static = 0.75 * 4.05 * ratio**2  # of k T at 293 K
+    dispersion = 3 * 662.6 * frequency / (16 * np.sqrt(2)) * (index**2 - 1) ** 2 / (index**2 + 1) ** 1.5
+    own = hamaker_constant(name) if name in MATERIALS else substances.MEDIA[name]
+    assert 1e3 * own == pytest.approx(static + dispersion, rel=0.05)
+
+
+def test_golds_hamaker_constant_is_one_of_a_metal_and_silicons_that_of_its_oxide():
+    low, high = (3 * 662.6 * frequency / (16 * np.sqrt(2)) for frequency in (3.0, 5.0))
+    assert low < 1e3 * hamaker_constant("gold") < high
+    assert hamaker_constant("silicon") == hamaker_constant("silica") == hamaker_constant("glass")
 
 
 @pytest.mark.parametrize("constant", [65, "6.5e-20", 6.5e-20])

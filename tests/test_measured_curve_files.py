@@ -191,6 +191,21 @@ def test_foreign_files_are_refused(tmp_path):
                 read(tmp_path / name)
 
 
+def test_curves_opened_as_a_scan_are_told_for_what_they_are(tmp_path, volume, capsys):
+    both = made.cycle(np.random.default_rng(0))
+    WRITERS["map.jpk-force-map"][0](tmp_path / "map.jpk-force-map", both)
+    WRITERS["asylum.ibw"][0](tmp_path / "asylum.ibw", both)
+    WRITERS["volts.csv"][0](tmp_path / "volts.csv", both)
+    for name in ("map.jpk-force-map", "asylum.ibw", "volts.csv"):
+        with pytest.raises(UnreadableScan, match=f"{name}: .*found force-distance curves .*roughxr measured"):
+            roughxr.open_scan(tmp_path / name)
+        assert main(["info", str(tmp_path / name)]) == 1 and "roughxr measured" in capsys.readouterr().err
+    (tmp_path / "nano.spm").write_bytes(b"\\*Force file list\r\n\\Version: 0x09400103\r\n" + bytes(1000))
+    for read in (roughxr.open_scan, roughxr.open_pull_off, roughxr.open_curves):
+        with pytest.raises(UnreadableScan, match=r"Bruker's force curves .* not read: export"):
+            read(tmp_path / "nano.spm")
+
+
 def test_a_file_that_keeps_its_reader_busy_is_given_up(tmp_path, volume, monkeypatch):
     whole = roughxr.open_pull_off(volume[0])
     monkeypatch.setattr(reader_process, "SECONDS", 0.3)
@@ -212,7 +227,7 @@ def _tab_head(*columns):
 
 def test_without_afmformats_the_extra_is_named(volume, monkeypatch):
     monkeypatch.setattr(roughxr.measured.curve_files, "find_spec", lambda name: None)
-    with pytest.raises(ImportError, match=r'pip install "roughxr\[curves\]"'):
+    with pytest.raises(ImportError, match=r'pip install afmformats, .*pip install "\.\[curves\]"'):
         roughxr.open_pull_off(volume[0])
 
 

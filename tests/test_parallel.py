@@ -1,6 +1,9 @@
 """Tasks on dask's schedulers: order, progress, failures, views."""
 
 import io
+import re
+import sys
+import time
 
 import dask
 import numpy as np
@@ -11,7 +14,7 @@ from roughxr.contact.elastic import direct
 from roughxr.jobs import lazy as parallel
 from roughxr.jobs import run as loop
 from roughxr.jobs.checkpoint import Checkpoint
-from roughxr.jobs.progress import Progress
+from roughxr.jobs.progress import Progress, Stages, teller
 
 from .surfaces import glass_pair, rough, scan
 
@@ -94,6 +97,44 @@ def test_a_bar_on_a_terminal_and_lines_elsewhere(monkeypatch):
         "70/100 subregions, 2 /s, 14 s left, 2 failed",
     ]
     assert "\r" not in lines.getvalue()
+
+
+@pytest.mark.parametrize("stream", [Terminal(), io.StringIO()])
+def test_a_run_is_told_on_one_line_with_the_time_left_over_all_its_stages(monkeypatch, stream):
+    now = [0.0]
+    monkeypatch.setattr("roughxr.jobs.progress.time.monotonic", lambda: now[0])
+    words = {"mesh": "how fine a mesh", "adhesive": "simulation with adhesion"}
+    with Stages({"mesh": 30, "adhesive": 300, "pages": 60}, words, stream) as say:
+        say("mesh")
+        say.expect(adhesive=600, none=1e9)
+        say("adhesive", " at 64 places")
+        bar = Progress(64, stream=sys.stderr)  # another's bar speaks through the run's line
+        for _ in range(32):
+            now[0] += 12.0
+            bar.add()
+        bar.close()
+        teller(True)("the last loop")
+        now[0] += 12.0
+        say("pages")
+    told = [line for line in re.split(r"[\r\n]", stream.getvalue().replace("\x1b[K", "")) if line]
+    assert told[0] == "stage 1 of 3, about 6 min left: how fine a mesh"
+    assert "stage 2 of 3, about 11 min left: simulation with adhesion at 64 places" in told
+    found = [line for line in told if "(32/64)" in line]
+    assert found and "about 7 min left" in found[-1]  # half of them in 384 s, then a minute of pages
+    assert told[-1] == "stage 3 of 3, about 1 min left: pages"
+    assert stream.getvalue().count("\n") == (0 if stream.isatty() else len(told))  # one line on a terminal
+
+
+def test_a_run_with_nothing_new_to_tell_does_not_fall_silent(monkeypatch):
+    monkeypatch.setattr("roughxr.jobs.progress._SILENT_AS_LINES", 0.05)
+    stream = io.StringIO()
+    with Stages({"one": 10}, {}, stream) as say:
+        say("one")
+        time.sleep(0.5)
+    count = stream.getvalue().count("stage 1 of 1")
+    assert count > 2
+    time.sleep(0.2)
+    assert stream.getvalue().count("stage 1 of 1") == count  # and ends with the run
 
 
 #: What the tests' task returns: numbers of several kinds, and an array.

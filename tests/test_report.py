@@ -15,6 +15,7 @@ import xarray as xr
 import roughxr
 from roughxr import cli
 from roughxr.files import archive
+from roughxr.jobs.progress import Stages
 from roughxr.presentation import report
 from roughxr.runs import analysis
 from roughxr.vocabulary import schema
@@ -33,6 +34,21 @@ window.addEventListener("load", () => { const seen = {
 </script>"""
 
 
+class Told(Stages):
+    """Stages that keep what they were told."""
+
+    def __init__(self, expected):
+        super().__init__(expected, {}, None)
+        self.begun = []
+
+    def __call__(self, name, more=""):
+        self.begun.append(name)
+        super().__call__(name, more)
+
+
+STAGES = []
+
+
 @pytest.fixture(scope="module")
 def run():
     surface = roughxr.synthetic.self_affine((96, 96), 10, rms=1, hurst=0.8, rolloff=150, seed=4)
@@ -40,7 +56,9 @@ def run():
     surface = surface.assign(height=(surface.height + bump).assign_attrs(surface.height.attrs))
     scan = roughxr.assign_pair(surface, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.5)
     plan = analysis.plan(scan, subregions=(3, 3), delta=[4, 8, 12, 16], refine=1, budget=1)
-    return analysis.analyse(scan, plan)
+    told = Told(analysis._expected(scan, plan))
+    STAGES[:] = told, list(analysis._expected(scan, plan))
+    return analysis.analyse(scan, plan, told)
 
 
 @pytest.fixture(scope="module")
@@ -285,8 +303,30 @@ def test_the_model_that_suits_is_named_and_formulas_stand_beside_it(run, written
     table = report.formula_table(run)
     assert table["over rigid bodies"].iloc[0] == 1.0
     smooth = 2 * np.pi * 0.5 * 500  # 2πwR in nN, by Bradley
-    assert table.filter(like="pull-off").loc["Bradley, smooth sphere"].iloc[0] == pytest.approx(smooth / 1e3, rel=1e-3)
-    assert report.contact_table(run).loc["subregions that pull", "rigid"] == 9
+    size = {"nN": 1.0, "µN": 1e3}[table.columns[0].split("[")[1].rstrip("]")]
+    assert table.filter(like="pull-off").loc["Bradley, smooth sphere"].iloc[0] == pytest.approx(smooth / size, rel=1e-3)
+    assert report.contact_table(run).loc["places that pull", "rigid"] == 9
+    at_places = float(run["statistics/rigid"].pull_off_force.median())  # the same places, the same sum: one number
+    assert float(table.iloc[0, 0]) * size == pytest.approx(at_places, rel=1e-6)
+
+
+def test_displacements_say_from_where_they_are_counted(run):
+    """Those of the simulation, from each place's first touch, and of the others do not stand in one row."""
+    table, main = report.contact_table(run), report.interval_table(run)
+    touch, peak = (f"displacement at pull-off from {one}, mean [nm]" for one in ("first touch", "the highest point"))
+    assert np.isfinite(table.loc[touch, "adhesive"]) and np.isnan(table.loc[peak, "adhesive"])
+    assert np.isfinite(table.loc[peak, ["rigid", "energy"]]).all() and np.isnan(table.loc[touch, "energy"])
+    assert touch in main.index.get_level_values("quantity") and peak not in main.index.get_level_values("quantity")
+
+
+def test_a_run_tells_the_stages_that_it_announced(run):
+    told, announced = STAGES
+    assert [*told.begun, "pages"] == announced  # pages are written by whoever asked for the run
+
+
+def test_the_answer_stands_before_what_is_missing(run):
+    words = report.headline(run)
+    assert words.index("As the scan shows the surface") < words.index("cannot be continued")
 
 
 def test_each_preload_has_its_own_column(run):
@@ -297,7 +337,7 @@ def test_each_preload_has_its_own_column(run):
     both["statistics/adhesive"] = pulled.transpose("subregion", "preload", ...)
     table, alone = report.contact_table(both), report.contact_table(run | {"statistics/adhesive": pull})
     for name, times in (("adhesive, 0 nN", 1.0), ("adhesive, 500 nN", 2.0)):
-        assert table.loc["subregions that pull", name] == 2
+        assert table.loc["places that pull", name] == 2
         over = (frame.loc["pull-off, rough / smooth"] for frame in (table, alone))
         assert next(over)[name] == pytest.approx(times * next(over)["adhesive"])
     assert "adhesive" not in table

@@ -53,6 +53,13 @@ def test_the_paper_cites_what_its_bibliography_holds():
     assert all(re.fullmatch(r"10\.\d{4,5}/\S+", doi) for doi in re.findall(r"doi = \{(.*)\}", entries))
 
 
+def test_other_words_lead_to_what_there_is():
+    page = (PAGES / "words.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`~roughxr\.(\w+)`", page))
+    assert len(named) > 30 and not [name for name in named if not callable(getattr(roughxr, name, None))]
+    assert "error_budget" in next(line for line in page.splitlines() if "pull-off error" in line)
+
+
 def test_readme_points_to_the_documentation():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert "sphinx-build -W notebooks build/site" in readme

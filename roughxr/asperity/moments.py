@@ -38,6 +38,8 @@ _EVENTS = {
     "contact_area": float,
     "weakest_direction": float,
     "stiffest_direction": float,
+    "weakest_ties": bool,
+    "stiffest_ties": bool,
     "converged": bool,
 }
 _OF_ASPERITIES = {"rest_delta": float, "contacts": int, "truncated": bool}
@@ -50,6 +52,9 @@ _MISSING = {
 
 #: Largest gap (nm), due to rounding, of cells of the simulation that are in contact.
 _CLOSED = 1e-6
+
+#: Moments that differ by less than this share of the largest are equal: what is left is rounding.
+_TIES = 1e-6
 
 
 @verb
@@ -70,9 +75,10 @@ def rolling(
     is the resisting moment. The reaction acts at the foremost edge, which draws back as the contact there shrinks.
     Asperities further ahead, onto which the sphere would come down, are left out.
 
-    From a solution by `adhesive` with fields: the largest moment about the foremost cell in contact, over the states of
-    the retraction. Each state is an equilibrium between the pull on the sphere and a push at that edge, so that the
-    contact resists at least its moment; what more it would resist when turned rather than lifted is not counted.
+    From a solution by `adhesive` with fields: the largest moment about the front of the foremost cell in contact, over
+    the states of the retraction. Each cell is loaded evenly, and reaches as far in all directions as a disc of its
+    area. Each state is an equilibrium between the pull on the sphere and a push at that edge, so that the contact
+    resists at least its moment; what more it would resist when turned rather than lifted is not counted.
 
     Parameters
     ----------
@@ -98,10 +104,11 @@ def rolling(
         ``hinge_distance`` (nm) from the sphere's axis to the edge at that moment, negative where the axis lies beyond
         it; ``lever`` (nm), the moment over the pull-off force; ``tipping_pull`` (nN), the pull at the axis that alone
         tips the sphere, inf where none does, and ``tipping_hinge_distance`` (nm), the edge's distance then. Along
-        subregion: ``weakest_direction`` and ``stiffest_direction`` (rad), ``pull_off_force`` (nN), ``pull_off_delta``
-        (nm), ``contact_area`` (nm², at rest), and for asperities ``rest_delta`` (nm from the highest peak),
-        ``contacts`` and ``truncated``. NaN where nothing is in contact, or not ``converged``; the attribute ``missing``
-        says why. Lazy where the scan is.
+        subregion: ``weakest_direction`` and ``stiffest_direction`` (rad), each the first of those that resist alike,
+        with ``weakest_ties`` and ``stiffest_ties`` where there are several; ``pull_off_force`` (nN),
+        ``pull_off_delta`` (nm), ``contact_area`` (nm², at rest), and for asperities ``rest_delta`` (nm from the highest
+        peak), ``contacts`` and ``truncated``. NaN where nothing is in contact, or not ``converged``; the attribute
+        ``missing`` says why. Lazy where the scan is.
 
     Raises
     ------
@@ -246,8 +253,22 @@ def _put(record: np.ndarray, layout: Layout, found: np.ndarray) -> np.ndarray:
     for name, values in zip(_FOUND, found):
         record[name] = values
     record["lever"] = moment / record["pull_off_force"]
-    record["weakest_direction"], record["stiffest_direction"] = angles[moment.argmin()], angles[moment.argmax()]
+    for name, sign in (("weakest", 1.0), ("stiffest", -1.0)):
+        first, several = least(sign * moment)
+        record[f"{name}_direction"], record[f"{name}_ties"] = angles[first], several
     return record
+
+
+def least(moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first direction (last axis) of the least moment but for rounding, and whether others tie with it.
+
+    Examples
+    --------
+    >>> least(np.array([2.0, 1.0 + 1e-12, 3.0, 1.0]))
+    (np.int64(1), np.True_)
+    """
+    equal = moment <= moment.min(axis=-1, keepdims=True) + _TIES * np.abs(moment).max(axis=-1, keepdims=True)
+    return equal.argmax(axis=-1), equal.sum(axis=-1) > 1
 
 
 def _of_states(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dataset:
@@ -282,7 +303,7 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
         pressure, gap = (ds[name].isel(delta=state).values for name in ("pressure", "gap"))
         touching = (gap <= _CLOSED) | (pressure > 0)
         if touching.any():
-            _of_state(np.nan_to_num(pressure) * cell, touching, x, y, angles, load, found)
+            _of_state(np.nan_to_num(pressure) * cell, touching, x, y, np.sqrt(cell / np.pi), angles, load, found)
     found[rotation.PULL, found[rotation.PULL] == -np.inf] = np.inf
     record["contact_area"] = _area_at_rest(ds["contact_area"].values, ds["force"].values, load)
     known = record["converged"] and np.isfinite(found[rotation.MOMENT]).all()
@@ -304,11 +325,16 @@ def _area_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> float:
     return float(area[around[np.abs(force[around] - load).argmin()]])
 
 
-def _of_state(push, touching, x, y, angles, load, found) -> None:
-    """Update results (4, direction) with one state's moment about the foremost cell in contact, where it is larger."""
+def _of_state(push, touching, x, y, reach, angles, load, found) -> None:
+    """Update results (4, direction) with one state's moment about the front of its contact, where it is larger.
+
+    The moment of an even load on a cell is that of its sum at the cell's centre. The front of the foremost cell lies
+    beyond its centre by ``reach`` (nm), the radius of a disc of its area: about centres, directions along and across
+    the cells would tie, and about corners the diagonals of small contacts would be the stiffest.
+    """
     for k, angle in enumerate(angles):
         along = x * np.cos(angle) + y * np.sin(angle)
-        edge = along[touching].max()
+        edge = along[touching].max() + reach
         moment = load * edge - (push * (edge - along)).sum()
         if moment > found[rotation.MOMENT, k]:
             found[: rotation.PULL, k] = moment, edge

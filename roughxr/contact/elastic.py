@@ -17,7 +17,7 @@ from ..jobs.records import BRANCHES, Layout, warn_unconverged
 from ..kernels.halfspace import displacement_control, load_control, yielding
 from ..scans import regions
 from ..vocabulary import schema
-from ..vocabulary.verbs import verb
+from ..vocabulary.verbs import verb, warn
 from .problem import Place, Problem, Surface, deepest, need_heights, read_problem, surface_at
 from .solving import fields_of, put_fields, solve
 
@@ -108,7 +108,7 @@ def direct(
     Warns
     -----
     UserWarning
-        If solves have not converged (for input in memory only).
+        If solves have not converged, or nothing touches at most places (for input in memory only).
 
     Notes
     -----
@@ -162,7 +162,22 @@ def direct(
     out = parallel.finish(out, lazy=parallel.is_lazy(ds), progress=progress)
     if not parallel.is_lazy(ds):
         warn_unconverged(out, "converged tells which, residual how far they are off")
+        _warn_of_untouched(out)
     return out
+
+
+def _warn_of_untouched(out: xr.Dataset) -> None:
+    """Warn where at most places nothing touches at any displacement: their zeros are easily taken for an answer."""
+    if "delta" not in out.dims:
+        return
+    area, count = out["contact_area"], out.sizes["subregion"]
+    never = int((area.max([name for name in area.dims if name != "subregion"]) <= 0).sum())
+    if 2 * never > count:
+        warn(
+            f"delta: nothing touches at {never} of {count} places, down to {float(out['delta'][-1]):g} "
+            "nm below the highest point of the scan: forces are 0 there; leave delta= out to touch every place, or "
+            "count from the first touch of each, datum='first_contact'"
+        )
 
 
 def _layout(axes: dict[str, Any], problem: Problem) -> Layout:

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ..asperity.moments import least
 from ..vocabulary import schema
 from ..vocabulary.units import magnitude, positive
 from ..vocabulary.verbs import verb
@@ -70,7 +71,7 @@ def critical_load(
         along it.
     direction : number, quantity or "weakest"
         Direction towards which the load pushes, rad from x towards y; "weakest": at each place that in which the
-        sphere rolls most easily.
+        sphere rolls most easily, the first where several tie.
     particle_density : number or quantity, optional
         kg/m³, for its weight; without it a flow acts on a weightless sphere, and the other loads are refused.
     flow : {"air", "water"} or Flow
@@ -265,14 +266,15 @@ def _possible(given: Any, units: str, name: str) -> float | None:
     low, high, known = _POSSIBLE[name]
     value = None if given is None else positive(given, units, name)
     if value is not None and not low <= value <= high:
-        raise ValueError(f"{name}: expected what some body has, found {value:.4g} {units} ({known}); say its units")
+        found = f"{value:.4g} {units}; say its units" if units != "1" else f"{value:.4g}"
+        raise ValueError(f"{name}: expected what some body has ({known}), found {found}")
     return value
 
 
 def _shares(angles: np.ndarray, moment: np.ndarray, direction: Any) -> np.ndarray:
     """Return e·n at each place, for the direction of the load or that of the smallest moment there."""
     if isinstance(direction, str) and direction == "weakest":
-        towards = angles[np.where(np.isnan(moment), np.inf, moment).argmin(axis=1)]
+        towards = angles[least(np.nan_to_num(moment))[0]]  # where moments are missing nothing is told of the place
     else:
         towards = np.full(len(moment), float(magnitude(direction, "rad", "direction")))
     return np.cos(angles[None, :] - towards[:, None])

@@ -15,6 +15,12 @@ LIBRARY = "netCDF4"
 MEMORY = 2**28
 
 
+#: What the library's numbers mean.
+_IN_WORDS = {
+    -51: "it is no NetCDF file",
+    -101: "it is cut short or overwritten: its HDF5 content cannot be read",
+}
+
 #: NetCDF's compression makes one byte of 1032 at best; smaller arrays than this do no harm.
 _PACKED, _SMALL = 1032, 2**28
 
@@ -23,8 +29,11 @@ def read(path: str) -> dict[str, Any]:
     """Return the number of variables in a file, once all groups and attributes could be read."""
     import netCDF4
 
-    with netCDF4.Dataset(path) as file:
-        return {"variables": _count(file, max(_PACKED * os.stat(path).st_size, _SMALL))}
+    try:
+        with netCDF4.Dataset(path) as file:
+            return {"variables": _count(file, max(_PACKED * os.stat(path).st_size, _SMALL))}
+    except OSError as error:
+        raise ValueError(_IN_WORDS.get(error.errno, str(error))) from error
 
 
 def _count(group: Any, most: int) -> int:

@@ -180,7 +180,8 @@ def _safely(reader: ModuleType, question: dict[str, Any]) -> dict[str, Any]:
 
 
 def _words(error: Exception) -> str:
-    return f"{type(error).__name__}: {' '.join(str(error).split())[:300] or 'no reason given'}"
+    said = " ".join(str(error).split())[:300] or "no reason given"
+    return said if type(error) is ValueError else f"{type(error).__name__}: {said}"
 
 
 if __name__ == "__main__":

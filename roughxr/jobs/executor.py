@@ -72,7 +72,7 @@ def each_finished(
         The state of progress at the end.
     """
     total, left = (work.each * n for n in (len(work.arguments), len(items)))
-    progress = Progress(total, done=total - left, stream=stream)
+    progress = Progress(total, done=total - left, label=work.name, stream=stream)
 
     def handed_over(batch: range, result: Any) -> None:
         receive(batch, result)

@@ -1,14 +1,23 @@
-"""Progress of a computation, counted in finished subregions: a bar on a terminal, plain lines elsewhere."""
+"""Progress of a computation, counted in finished subregions: a bar on a terminal, plain lines elsewhere.
+
+Within the stages of a run a bar is part of the one line that tells the stage and the time left over all of them.
+"""
 
 from __future__ import annotations
 
+import shutil
+import sys
+import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TextIO
 
 #: Seconds between two reports: on a terminal, and as plain lines.
 _ON_TERMINAL, _AS_LINES = 0.1, 10.0
+
+#: Seconds after which a run that has nothing new to tell says so: on a terminal, and as plain lines.
+_SILENT_ON_TERMINAL, _SILENT_AS_LINES = 1.0, 20.0
 
 _BAR = 24
 
@@ -25,14 +34,19 @@ class Progress:
     Examples
     --------
     >>> import sys
-    >>> progress = Progress(4, what="tiles", stream=sys.stdout)
+    >>> progress = Progress(4, what="tiles", label="direct", stream=sys.stdout)
     >>> progress.add(4)
     >>> progress.close()
-    4/4 tiles, ... /s, 0 s left, 0 failed
+    direct: 4/4 tiles, ... /s, 0 s left, 0 failed
     """
 
-    def __init__(self, total: int, *, done: int = 0, what: str = "subregions", stream: TextIO | None = None):
-        self.total, self.done, self.what, self.failed = total, done, what, 0
+    def __init__(
+        self, total: int, *, done: int = 0, what: str = "subregions", label: str = "", stream: TextIO | None = None
+    ):
+        self.total, self.done, self.what, self.label, self.failed = total, done, what, label and f"{label}: ", 0
+        self._stages = _told_by[-1] if _told_by and stream is not None else None
+        if self._stages:
+            stream, self._stages.bar = None, self
         self._kept, self._stream, self._start, self._said = done, stream, time.monotonic(), 0.0
         self._terminal = stream is not None and stream.isatty()
         self._marks: deque[tuple[float, int]] = deque()  # time, and number of items finished by then
@@ -46,6 +60,8 @@ class Progress:
             self.done += count
         now = time.monotonic()
         self._mark(now)
+        if self._stages:
+            self._stages.refresh()
         if self._stream is not None and now - max(self._said, self._start) >= (
             _ON_TERMINAL if self._terminal else _AS_LINES
         ):
@@ -54,6 +70,8 @@ class Progress:
 
     def close(self) -> None:
         """Report the final count, and end the line."""
+        if self._stages:
+            self._stages.bar = None
         if self._stream is not None and self.total:
             self._tell("\n")
 
@@ -61,12 +79,16 @@ class Progress:
         """Return the time since the start, s."""
         return time.monotonic() - self._start
 
+    def left(self) -> float:
+        """Return the time left, s; NaN as long as it is not known."""
+        left, settled = self.total - self.done - self.failed, self._settled_rate()
+        return 0.0 if not left else left / settled if settled else float("nan")
+
     def text(self) -> str:
         """Return the report as text."""
-        settled = self._settled_rate()
-        rate = settled or (self.done - self._kept) / max(self.seconds(), 1e-9)
-        left = self.total - self.done - self.failed
-        remaining = _duration(left / settled) if settled and left else "unknown time" if left else "0 s"
+        rate = self._settled_rate() or (self.done - self._kept) / max(self.seconds(), 1e-9)
+        left = self.left()
+        remaining = _duration(left) if left == left else "unknown time"
         return f"{self.done}/{self.total} {self.what}, {rate:.3g} /s, {remaining} left, {self.failed} failed"
 
     def _mark(self, now: float) -> None:
@@ -85,10 +107,10 @@ class Progress:
 
     def _tell(self, end: str) -> None:
         if not self._terminal:
-            self._stream.write(self.text() + "\n")
+            self._stream.write(f"{self.label}{self.text()}\n")
         else:
             filled = _BAR * self.done // max(self.total, 1)
-            self._stream.write(f"\r[{'#' * filled}{'.' * (_BAR - filled)}] {self.text()}\x1b[K{end}")
+            self._stream.write(f"\r{self.label}[{'#' * filled}{'.' * (_BAR - filled)}] {self.text()}\x1b[K{end}")
         self._stream.flush()
 
 
@@ -102,32 +124,144 @@ def _duration(seconds: float) -> str:
     return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
-def stages(progress: bool, total: int) -> Callable[[str], None]:
-    """Return a function that tells the stage that begins, its number, and the time since the first.
+#: Stages that are being told, the innermost last: bars and tellers within speak through it.
+_told_by: list[Stages] = []
+
+
+class Stages:
+    """The stages of a run, told on one line: which of how many, how far it has come, and how long the run takes still.
+
+    Parameters
+    ----------
+    expected : mapping of str to float
+        The stages in order, and about how long each takes, s; as more is known, `expect` replaces it.
+    words : mapping of str to str
+        The stages in words.
+    stream : file, optional
+        Where to tell; None: nothing is told.
 
     Examples
     --------
-    >>> stages(False, 3)("nothing")
+    >>> with Stages({"peaks": 20, "loads": 100}, {"peaks": "asperities", "loads": "contact"}, sys.stdout) as say:
+    ...     say("peaks")
+    ...     say.expect(loads=40)
+    ...     say("loads", " at 64 places")
+    stage 1 of 2, about 2 min left: asperities
+    stage 2 of 2, less than a minute left: contact at 64 places
     """
-    tell, begun, number = teller(progress), time.monotonic(), 0
 
-    def say(what: str) -> None:
-        nonlocal number, total
-        number += 1
-        total = max(total, number)
-        passed = _duration(time.monotonic() - begun)
-        tell(f"stage {number} of {total}: {what}" + f" ({passed} so far)" * (number > 1))
+    def __init__(self, expected: Mapping[str, float], words: Mapping[str, str], stream: TextIO | None):
+        self.bar: Progress | None = None
+        self._expected, self._names, self._stream = dict(expected), words, stream
+        self._terminal = stream is not None and stream.isatty()
+        self._name, self._words, self._detail, self._begun, self._said = "", "", "", time.monotonic(), 0.0
+        self._lock, self._ended = threading.Lock(), threading.Event()
 
-    return say
+    def __enter__(self) -> Stages:
+        if self._stream is not None:
+            _told_by.append(self)
+            threading.Thread(target=self._keep_telling, daemon=True).start()
+        return self
+
+    def __exit__(self, *_) -> None:
+        self._ended.set()
+        if self in _told_by:
+            _told_by.remove(self)
+            self.clear()
+
+    def clear(self) -> None:
+        """Take the line off a terminal, before something else is printed."""
+        if self._terminal:
+            self._stream.write("\r\x1b[K")
+            self._stream.flush()
+
+    def __call__(self, name: str, more: str = "") -> None:
+        """Begin a stage, told with more words."""
+        self._expected.setdefault(name, 0.0)
+        self._name, self._words = name, self._names.get(name, name) + more
+        self._detail, self.bar, self._begun = "", None, time.monotonic()
+        self._tell()
+
+    def expect(self, **seconds: float) -> None:
+        """Replace the times that stages are expected to take, s."""
+        self._expected |= {name: value for name, value in seconds.items() if name in self._expected}
+
+    def detail(self, words: str) -> None:
+        """Tell what the stage is at."""
+        self._detail = words
+        self.refresh()
+
+    def passed(self) -> float:
+        """Return the time since the stage began, s."""
+        return time.monotonic() - self._begun
+
+    def refresh(self) -> None:
+        """Tell again if enough time has passed."""
+        if time.monotonic() - self._said >= (_ON_TERMINAL if self._terminal else _AS_LINES):
+            self._tell()
+
+    def text(self) -> str:
+        """Return the line."""
+        names, bar = list(self._expected), self.bar
+        at = f"{bar.done}/{bar.total}" if bar and bar.total > 1 else ""
+        where = ", ".join(filter(None, (self._detail, at)))
+        stage = f"stage {names.index(self._name) + 1} of {len(names)}, {self._left()}"
+        return f"{stage}: {self._words}{where and f' ({where})'}"
+
+    def _left(self) -> str:
+        """Return the time left over all stages in words."""
+        names, passed = list(self._expected), self.passed()
+        later = sum(self._expected[name] for name in names[names.index(self._name) + 1 :])
+        of_bar = self.bar.left() if self.bar else float("nan")
+        here = max(self._expected[self._name] - passed, of_bar if of_bar == of_bar else 0.0)
+        longer = passed > 60 and here <= 0 and not of_bar > 0
+        return about(later + here) + " left" + (" after this stage, which takes longer than most" if longer else "")
+
+    def _tell(self) -> None:
+        if self._stream is None or not self._name:
+            return
+        with self._lock:
+            self._said, line = time.monotonic(), self.text()
+            if self._terminal:
+                width = shutil.get_terminal_size().columns - 1
+                self._stream.write(f"\r{line[:width]}\x1b[K")
+            else:
+                self._stream.write(f"{line}\n")
+            self._stream.flush()
+
+    def _keep_telling(self) -> None:
+        """Tell from time to time, also where nothing finishes, until the last stage ends."""
+        silent = _SILENT_ON_TERMINAL if self._terminal else _SILENT_AS_LINES
+        while not self._ended.wait(silent / 4):
+            if time.monotonic() - self._said >= silent:
+                self._tell()
+
+
+def in_stages() -> bool:
+    """Return whether the stages of a run are being told."""
+    return bool(_told_by)
+
+
+def about(seconds: float) -> str:
+    """Return a time that is roughly known in words.
+
+    Examples
+    --------
+    >>> about(20), about(200), about(3 * 3600)
+    ('less than a minute', 'about 3 min', 'about 3 h')
+    """
+    if seconds < 60:
+        return "less than a minute"
+    return f"about {round(seconds / 60)} min" if seconds < 5400 else f"about {seconds / 3600:.2g} h"
 
 
 def teller(progress: bool) -> Callable[[str], None]:
-    """Return a function that writes a line to standard error, or that does nothing.
+    """Return a function that writes a line to standard error, tells a detail of a run's stage, or does nothing.
 
     Examples
     --------
     >>> teller(False)("nothing")
     """
-    import sys
-
-    return (lambda what: print(what, file=sys.stderr, flush=True)) if progress else (lambda what: None)
+    if not progress:
+        return lambda what: None
+    return _told_by[-1].detail if _told_by else lambda what: print(what, file=sys.stderr, flush=True)

@@ -22,6 +22,7 @@ from . import lazy as parallel
 from .checkpoint import Checkpoint
 from .executor import Failure, each_finished
 from .fingerprint import identity, key_of, refuse_other
+from .progress import in_stages, teller
 from .schedulers import on
 from .work import Work, in_memory, stacked
 
@@ -164,8 +165,8 @@ class _WithCheckpoints:
         missing = [k for k in range(len(work.arguments)) if k not in kept]
         if missing:
             self._compute(work, stage, missing)
-        elif self.stream is not None:
-            print(f"{work.name}: {work.each * len(work.arguments)} subregions, all kept", file=self.stream, flush=True)
+        elif not in_stages():  # whose line goes on to what is not kept
+            teller(self.stream is not None)(f"{work.name}: {work.each * len(work.arguments)} subregions, all kept")
         batches = self.checkpoint.kept(stage)
         if len(work.arguments) * work.dtype.itemsize <= _IN_MEMORY:
             return np.concatenate([self.checkpoint.get(stage, batch.start, work.dtype) for batch in batches])

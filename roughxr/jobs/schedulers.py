@@ -259,5 +259,5 @@ def _distributed(needed_by: str) -> Any:
     try:
         import distributed
     except ImportError:
-        raise ImportError(f"{needed_by} dask.distributed: pip install 'roughxr[distributed]'") from None
+        raise ImportError(f"{needed_by} dask.distributed: pip install distributed") from None
     return distributed

@@ -7,7 +7,6 @@ never by default.
 
 from __future__ import annotations
 
-import struct
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,6 +17,7 @@ import xarray as xr
 from ..files import reader_process
 from ..scans.channel import UnreadableScan, not_installed
 from ..scans.netcdf import HDF5, refuse_harmful
+from ..scans.not_images import TEXTS, is_wave_of_columns, refuse_nanoscope
 from ..scans.plain import decoded, separators
 from ..vocabulary.units import factor, positive
 from . import curve_reader
@@ -25,9 +25,8 @@ from .forces import Calibration, has_units
 
 BRANCHES = ("loading", "retraction")
 
-#: First bytes of an archive, and words in the first lines of text files of curves.
+#: First bytes of an archive.
 _ZIP = b"PK\x03\x04"
-_WORDS = {"afmformats": b"# afmformats", "workshop": b"Force-Distance Curve", "chiaro": b"Device:\tChiaro"}
 
 
 class CurveFile(NamedTuple):
@@ -41,7 +40,14 @@ class CurveFile(NamedTuple):
 
 
 def curve_kind(path: Path, family: str, given: Calibration) -> str | None:
-    """Return the kind of a file of curves, by its content; None for any other file."""
+    """Return the kind of a file of curves, by its content; None for any other file.
+
+    Raises
+    ------
+    UnreadableScan
+        For NanoScope's curves, which are not read.
+    """
+    refuse_nanoscope(path)
     with path.open("rb") as file:
         head = file.read(4096)
     if head.startswith(_ZIP):
@@ -49,22 +55,14 @@ def curve_kind(path: Path, family: str, given: Calibration) -> str | None:
     if head.startswith(HDF5):
         return "hdf5" if _software(path) == "afmformats" else None
     if family == "text":
-        return next((kind for kind, words in _WORDS.items() if words in head), _nt_mdt(head, given))
-    return "igor" if _is_wave_of_columns(head) else None
+        return next((kind for kind, words in TEXTS.items() if words in head), _nt_mdt(head, given))
+    return "igor" if is_wave_of_columns(head) else None
 
 
 def _software(path: Path) -> str:
     refuse_harmful(path)
     with xr.open_dataset(path, engine="netcdf4") as ds:
         return str(ds.attrs.get("software", ""))
-
-
-def _is_wave_of_columns(head: bytes) -> bool:
-    """Return whether an Igor wave of version 5 has two dimensions; images have a third, of channels."""
-    if len(head) < 384 or head[:2] not in (b"\x05\0", b"\0\x05"):
-        return False
-    samples, columns, layers, _ = struct.unpack("<4i" if head[0] else ">4i", head[132:148])
-    return samples > columns > 1 and layers == 0
 
 
 def _nt_mdt(head: bytes, given: Calibration) -> str | None:

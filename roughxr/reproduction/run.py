@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..bodies.materials import assign_pair
-from ..runs.analysis import Plan, kept, show
+from ..runs.analysis import Plan, kept, show, told
 from ..scans import open_sample
 from ..vocabulary.units import whole_number
 from .figures import paper_figures
@@ -60,7 +60,9 @@ def paper(output: str | Path, *, budget: int = 4, progress: bool = False) -> dic
     """
     scan = assign_pair(open_sample("glass"), **PAIR)
     folder = Path(output)
+    path = folder / "paper.nc"
     wanted = PLAN._replace(budget=whole_number(budget, "budget", least=0))
-    groups = kept(scan, wanted, folder / "paper.nc", progress=progress)
-    show(groups, (scan_table(groups), contact_table(groups)), folder, progress, paper_figures, [TWIN])
+    with told(scan, wanted, path, progress) as say:
+        groups = kept(scan, wanted, path, say, progress=progress)
+        show(groups, (scan_table(groups), contact_table(groups)), folder, say, paper_figures, [TWIN])
     return groups

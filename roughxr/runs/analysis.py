@@ -13,6 +13,7 @@ A run is a dictionary of Datasets, the groups of its archive:
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
@@ -36,7 +37,7 @@ from ..contact.rigid_bodies import rigid
 from ..detachment import critical_load, is_rests, leaving, resting
 from ..files import archive
 from ..files.disk import whole
-from ..jobs.progress import stages, teller
+from ..jobs.progress import Stages, about
 from ..jobs.records import loading
 from ..jobs.run import checkpointed
 from ..presentation import figures, report
@@ -55,6 +56,9 @@ COMPARED = ("published", "self_similar", "energy")
 
 #: Largest cells (nm) on which the pull between rigid bodies is summed, but no more than eight to a pixel.
 _RIGID_CELL = 2.5
+
+#: Places over which formulas are set beside the sum between rigid bodies.
+_FORMULA_PLACES = 16
 
 #: Relative humidities over which a humid pair is followed.
 HUMIDITIES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
@@ -83,6 +87,28 @@ class Plan(NamedTuple):
     continued: int = 16  # places at which the roughness is continued below the scan; 0: none
     budget: int = 4  # places solved again under each change of the error budget; 0: no budget
 
+
+#: The stages of a run, in words.
+_WORDS = {
+    "asperities": "asperities",
+    "mesh": "how fine a mesh it takes",
+    "adhesive": "simulation with adhesion",
+    "continued": "the roughness continued below the scan",
+    "rigid": "the same bodies if they were rigid",
+    "humidity": "the same over humidity",
+    "direct": "simulation without adhesion",
+    "superposition": "superposed asperities",
+    "rolling": "what it takes to roll the sphere off",
+    "budget": "error budget",
+    "waves": "shorter waves added or cut off",
+    "pages": "figures and report",
+}
+
+#: About how long one place takes in the simulation with adhesion, s, with two cores.
+_PLACE = 1.0
+
+#: Stages of which nothing is told.
+_UNTOLD = Stages({}, {}, None)
 
 #: What helps where bodies are too soft for the scan, or their contacts too large.
 _HELPS = (
@@ -176,16 +202,34 @@ def run(
             raise ValueError(f"particle: {subregions.attrs['missing']}; without it the run takes it for a probe")
     wanted, output = plan(scan, subregions=subregions, delta=delta, **adhesion), Path(output)
     path = output if output.suffix == ".nc" else output / "run.nc"
-    groups = kept(scan, wanted, path, progress=progress)
-    tables = report.scan_table(groups), report.contact_table(groups)
-    show(groups, tables, None if path == output else output, progress)
+    with told(scan, wanted, path, progress) as say:
+        groups = kept(scan, wanted, path, say, progress=progress)
+        tables = report.scan_table(groups), report.contact_table(groups)
+        show(groups, tables, None if path == output else output, say)
     return groups
 
 
-def kept(scan: xr.Dataset, plan: Plan, path: Path, *, progress: bool = False):
+def told(scan: xr.Dataset, plan: Plan, path: Path, progress: bool) -> Stages:
+    """Return the stages of a run; where its archive is not there yet say what it will do, and about how long."""
+    expected = _expected(scan, plan)
+    if progress and not path.exists():
+        count = _count(scan, plan)
+        words = ", ".join(_WORDS[name] for name in expected)
+        time = about(sum(expected.values()))
+        lines = fill(
+            f"{count} places on {scan.sizes['x']} x {scan.sizes['y']} pixels: {words}. {time.capitalize()} as most "
+            "runs take, several times that on surfaces with sharp or soft summits; the first places will tell. "
+            "Quicker: fewer subregions, or budget 0. What is finished is kept if it is interrupted.",
+            100,
+        )
+        print(lines, file=sys.stderr, flush=True)
+    return Stages(expected, _WORDS, sys.stderr if progress else None)
+
+
+def kept(scan: xr.Dataset, plan: Plan, path: Path, say: Stages, *, progress: bool = False):
     """Return the groups of a run, read from its archive as far as they are there, else computed and kept."""
     return checkpointed(
-        lambda: analyse(scan, plan, progress=progress),
+        lambda: analyse(scan, plan, say, progress=progress),
         path,
         scan=scan,
         arguments=plan._asdict(),
@@ -206,10 +250,9 @@ def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None, **adh
     return Plan(subregions, deltas, sweep, float(deltas[-1]), patch="auto", vertex="fitted", **adhesion)
 
 
-def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str, xr.Dataset]:
+def analyse(scan: xr.Dataset, plan: Plan, say: Stages = _UNTOLD, *, progress: bool = False) -> dict[str, xr.Dataset]:
     """Compute all groups of a run."""
-    say = stages(progress, _stages(scan, plan))
-    say("asperities and reconstruction")
+    say("asperities")
     catalogue = asperities(scan, patch=plan.patch, vertex=plan.vertex)
     if not bool((catalogue["curvature_min"] > 0).any()):
         raise ValueError(
@@ -228,9 +271,9 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
         groups |= _below_the_scan(scan, plan, progress, say)
         groups |= _rigid_bodies(scan, options, say)
     if schema.is_wet(scan):
-        say("the same over humidity")
+        say("humidity")
         groups["statistics/humidity"] = _over_humidity(scan, options)
-    say(f"direct simulation, {plan.direct_deltas.size} displacements at {_count(scan, plan)} places")
+    say("direct", f", {plan.direct_deltas.size} displacements at {_count(scan, plan)} places")
     groups |= _pressed(scan, plan, options)
     groups["solutions/contact"] = _one_contact(scan, plan, groups["solutions/direct"])
     groups["solutions/smooth"] = loading(direct(_flat(scan), delta=plan.direct_deltas))
@@ -239,56 +282,72 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
     suited = catalogue if plan.patch == "auto" else asperities(scan)
     if schema.is_wet(scan):  # superposed asperities know nothing of liquid
         return groups
+    say("superposition")
     for name in COMPARED:
-        say(f"superposition, {name}")
         summed = scan if name == "published" else suited  # the paper's own asperities for its own formulas
         groups[f"solutions/{name}"] = superpose(summed, delta=plan.sweep, formulation=name, **elastic)
     for name in COMPARED:
         groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
     if "solutions/adhesive" in groups and "sphere_radius" in scan.coords:
-        say("what it takes to roll the sphere off")
+        say("rolling")
         groups |= _coming_off(suited, options, groups)
     if plan.budget and "solutions/adhesive" in groups:
         groups |= _error_budget(scan, plan, groups["solutions/adhesive"], say, progress)
     return groups
 
 
-def _stages(scan: xr.Dataset, plan: Plan) -> int:
-    """Return how many stages a run tells of, where the mesh of the simulation need be halved but once."""
-    wet = schema.is_wet(scan)
+def _expected(scan: xr.Dataset, plan: Plan) -> dict[str, float]:
+    """Return the stages of a run, and about how long each takes, s: the median of runs on two cores."""
+    wet, places = schema.is_wet(scan), _count(scan, plan)
     adheres = float(scan.coords.get("work_of_adhesion", 0.0)) > 0 or wet
-    simulated = adheres * (2 + bool(plan.continued) + 2 * (plan.refine == "auto") + 2 * bool(plan.budget) * (not wet))
-    if wet:
-        return 3 + simulated
-    simulated += adheres * ("sphere_radius" in scan.coords)
-    return 2 + len(COMPARED) + simulated
+    found = {"asperities": 5.0}
+    if adheres:
+        found |= {"mesh": 20.0} if plan.refine == "auto" else {}
+        found |= {"adhesive": _PLACE * places}
+        some, hard = min(plan.continued, places), {"hardness", "hardness_estimate"} & set(scan.coords)
+        found |= {"continued": 30.0 + 6.0 * some} if some and hard and not wet else {}
+        found |= {"rigid": 5.0 + 0.3 * places}
+    found |= {"humidity": 10.0} if wet else {}
+    found |= {"direct": 3.0 + 0.1 * places}
+    found |= {} if wet else {"superposition": 5.0}
+    if adheres and not wet:
+        found |= {"rolling": 5.0} if "sphere_radius" in scan.coords else {}
+        found |= _of_budget(plan, _PLACE) if plan.budget else {}
+    return found | {"pages": 15.0}
 
 
-def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, say: Callable, progress: bool):
+def _of_budget(plan: Plan, place: float) -> dict[str, float]:
+    """Return about how long the error budget takes, s, where a place takes so long: 14 changes, one on a finer mesh."""
+    return {"budget": 20 * plan.budget * place, "waves": 5.0 + 3 * plan.budget * place}
+
+
+def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, say: Stages, progress: bool):
     """Return the sensitivity of the simulated pull-off, at a few of its places, and its error budget."""
     preload = float(np.min(plan.preload))
     how = {"preload": preload, "law": solved.attrs["law"], "step": plan.step, "places": plan.budget}
     how |= {"refine": solved.attrs["refine"], "subregions": solved}
-    say(f"the error budget: {plan.budget} places again under each change")
+    say("budget", f", {plan.budget} places again under each change")
     places = {"subregions": regions.sample(regions.centres(scan, solved), plan.budget)}
     given = {name: how[name] for name in ("preload", "law", "refine", "step")}
     changes = sensitivity(scan, method="adhesive", progress=progress, **given, **places)
-    say("the error budget: shorter waves added or cut off")
+    say("waves")
     scales = cut_off_waves(scan, places=plan.budget, subregions=solved, preload=preload)
     budget = error_budget(scan, solved=solved, changes=changes, scales=scales, seeds=0, **how)
     found = {"statistics/error_budget": budget, "statistics/sensitivity": changes}
     return found if scales is None else found | {"statistics/shorter_waves": scales}
 
 
-def _below_the_scan(scan: xr.Dataset, plan: Plan, progress: bool, say: Callable) -> dict[str, xr.Dataset]:
+def _below_the_scan(scan: xr.Dataset, plan: Plan, progress: bool, say: Stages) -> dict[str, xr.Dataset]:
     """Return the pull-off with the roughness continued below the scan, at some of the places; or why there is none."""
     if not plan.continued:
         return {}
+    if schema.is_wet(scan):
+        return {"statistics/continued": not_continued(scan, "the air is humid, and it is done for dry bodies only")}
     if not {"hardness", "hardness_estimate"} & set(scan.coords):  # and the simulation would take hours
-        why = "no hardness is known, and summits ever sharper would yield; assign one, or named materials"
+        why = "no hardness is known, and summits ever sharper would yield; give one, or named materials"
         return {"statistics/continued": not_continued(scan, why)}
     some = regions.sample(regions.centres(scan, plan.subregions), plan.continued)
-    say(f"its roughness continued below the scan, at {some.sizes['subregion']} places")
+    say("continued", f", at {some.sizes['subregion']} places")
     try:
         found = continued(scan, subregions=some, preload=float(np.min(plan.preload)), progress=progress)
     except ValueError as error:
@@ -334,7 +393,7 @@ def _pressed(scan: xr.Dataset, plan: Plan, options: dict[str, Any]) -> dict[str,
     return {"solutions/direct": loading(solved), "solutions/retraction": back}
 
 
-def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
+def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Stages) -> dict[str, xr.Dataset]:
     """Return the simulation with adhesion at all places, and at some on a mesh twice as fine with half the steps."""
     _warn_of_soft(scan)
     how = {"preload": plan.preload, "law": plan.law}
@@ -345,10 +404,11 @@ def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: C
         some = options | how | {"subregions": regions.sample(regions.centres(scan, plan.subregions), plan.checked)}
         if plan.refine == "auto":
             refine, finer = _fine_enough_mesh(scan, plan, some, say)
-        elif some["subregions"].sizes["subregion"] < _count(scan, plan):
+        say("adhesive", f" at {_count(scan, plan)} places")
+        if plan.refine != "auto" and some["subregions"].sizes["subregion"] < _count(scan, plan):
             _expect_pulls(adhesive(scan, refine=refine, accuracy=None, step=plan.step, **some))
-        say(f"simulation with adhesion at {_count(scan, plan)} places")
         solved = adhesive(scan, refine=refine, accuracy=None, step=plan.step, **how, **options)
+        say.expect(**_of_budget(plan, say.passed() / _count(scan, plan)))
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
     return groups if finer is None else groups | {"solutions/finer": finer}
 
@@ -385,17 +445,20 @@ def _warn_of_soft(scan: xr.Dataset) -> None:
         )
 
 
-def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Callable) -> tuple[int | str, Any]:
+def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Stages) -> tuple[int | str, Any]:
     """Return the refinement at which the pull-off of most places has settled, and results on a mesh twice as fine.
 
     On pixels wider than the contacts, the coarsest mesh on which the law can be solved may be off by a factor.
     """
-    say(f"the mesh: the simulation with adhesion at {options['subregions'].sizes['subregion']} places")
+    count, before = options["subregions"].sizes["subregion"], 0.0
+    say("mesh", f", the simulation with adhesion at {count} places")
     refine, coarse = "auto", adhesive(scan, refine="auto", accuracy=None, step=plan.step, **options)
     _expect_pulls(coarse)
     n = int(coarse["refinement"].max())
     while 2 * n <= MOST_REFINED:
-        say(f"the same on a mesh twice as fine, {2 * n} cells to a pixel")
+        took, before = say.passed() - before, say.passed()
+        say.expect(mesh=before + 8 * took, adhesive=_count(scan, plan) * took / count, **_of_budget(plan, took / count))
+        say.detail(f"{2 * n} cells to a pixel")
         finer = adhesive(scan, refine=2 * n, step=0.5 * plan.step, **options)
         change = abs(coarse["pull_off_force"] / finer["pull_off_force"] - 1).median()
         if not change > _SETTLED or 4 * n > MOST_REFINED:
@@ -404,18 +467,19 @@ def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say
     return refine, None
 
 
-def _rigid_bodies(scan: xr.Dataset, options: dict[str, Any], say: Callable) -> dict[str, xr.Dataset]:
+def _rigid_bodies(scan: xr.Dataset, options: dict[str, Any], say: Stages) -> dict[str, xr.Dataset]:
     """Return the pull between rigid bodies and, for a sphere, the recommended model and the usual formulas."""
-    say("the same bodies, too stiff to bend")
+    say("rigid")
     refine = _rigid_mesh(scan)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about the size of cells: the report's page has it for all methods
         summed = rigid(scan, delta=[0.0], refine=refine, **options)
         groups = {"solutions/rigid": summed, "statistics/rigid": pull_off(summed)}
         if "sphere_radius" in scan.coords:
-            groups["statistics/regime"] = regime(scan, refine=refine)
+            some = regions.sample(regions.centres(scan, options["subregions"]), _FORMULA_PLACES)
+            groups["statistics/regime"] = regime(scan, subregions=some, refine=refine)
             if not schema.is_wet(scan):
-                groups["statistics/formulas"] = formulas(scan, refine=refine)
+                groups["statistics/formulas"] = formulas(scan, subregions=some, refine=refine)
     return groups
 
 
@@ -456,13 +520,14 @@ def show(
     groups: dict[str, xr.Dataset],
     tables: tuple,
     folder: Path | None,
-    progress: bool,
+    say: Stages,
     drawn: Callable = figures.run_figures,
     notes: Sequence[str] = (),
 ) -> None:
     """Print the tables and the notes below them, and put them and the figures into a folder."""
     if words := report.headline(groups):
         notes = [words, *notes]
+    say.clear()
     printed = _print(tables, [*notes, *report.superposed(groups)], groups)
     if folder is None:
         return
@@ -472,7 +537,7 @@ def show(
     _write_places(report.by_place(groups), folder)
     with whole(folder / "table.txt") as temporary:
         temporary.write_text(printed, encoding="utf-8")
-    teller(progress)("figures and report")
+    say("pages")
     figures.save(figures.overview(groups), folder / "overview.png", dpi=150)
     for name, figure in drawn(groups):
         figures.save(figure, folder / f"{name}.png")

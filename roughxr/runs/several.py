@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Mapping
 from html import escape
 from pathlib import Path
@@ -12,6 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from ..files.disk import whole
+from ..jobs.progress import about
 from ..presentation import report
 from ..presentation.exports import to_table
 from ..statistics import bootstrap, pooled
@@ -36,9 +38,11 @@ def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Any], s
 
     Called again after an interruption it goes on from there, as every run does.
     """
-    places, refused = {}, {}
+    places, refused, begun = {}, {}, time.monotonic()
     for number, (scan, folder) in enumerate(scans.items(), start=1):
-        say(f"scan {number} of {len(scans)}: {scan.name}")
+        each = (time.monotonic() - begun) / max(number - 1, 1)
+        left = f", {about(each * (len(scans) - number + 1))} left for all of them" if number > 1 else ""
+        say(f"scan {number} of {len(scans)}: {scan.name}{left}")
         try:
             places[scan.name] = report.by_place(run_one(scan, folder))
         except (ValueError, OSError, ImportError) as error:

@@ -24,6 +24,7 @@ from ..vocabulary.verbs import warn
 from . import gwyddion, plain, vendors
 from .channel import Channel, UnreadableScan, choose, is_length, listing
 from .netcdf import is_netcdf, open_netcdf, variable_names
+from .not_images import refuse_curves
 from .plausibility import ImplausibleScan, doubts, refuse_absurd, size_doubts
 
 
@@ -92,12 +93,13 @@ def guarded(path: Path, read: Callable[..., Any], *args: Any, **options: Any) ->
         raise
     except Exception as error:
         reason = " ".join(str(error).split())[:300] or "no reason given"
-        raise UnreadableScan(path, f"damaged, or a variant not supported: {type(error).__name__}: {reason}") from error
+        raise UnreadableScan(path, f"damaged, or a variant not supported ({type(error).__name__}: {reason})") from error
 
 
 def list_channels(path: Any) -> list[Channel]:
     """Return the images that a file holds, their values not read yet where the format allows."""
     path = regular_file(path)
+    refuse_curves(path)
     _, read = reader_of(path)
     return guarded(path, read, path)
 
@@ -133,6 +135,8 @@ def read_scan(
 ) -> xr.Dataset:
     """Return the scan in a file; see :func:`roughxr.scans.open_scan`."""
     path = regular_file(path)
+    if size is None:  # with a size a matrix of numbers is meant, whatever its first lines say
+        refuse_curves(path)
     family, read = reader_of(path)
     given = {"channel": channel, "direction": direction, "size": size, "height_units": height_units}
     if family == "netcdf":

@@ -93,7 +93,9 @@ def _matrix(path: Path, text: str) -> np.ndarray:
     try:
         rows = np.loadtxt([line.rstrip(" \t" + (delimiter or "")) for line in lines], delimiter=delimiter, ndmin=2)
     except ValueError as error:
-        raise UnreadableScan(path, f"expected a matrix of numbers, found: {error}") from error
+        raise UnreadableScan(
+            path, f"expected a matrix of numbers, found: {error} (a table of pull-offs is read by `roughxr measured`)"
+        ) from error
     if rows.shape[1] == 3 and rows.shape[0] > 3:
         raise UnreadableScan(path, "expected a matrix of heights, found three columns (x, y, z?); grid them first")
     return rows

@@ -158,6 +158,23 @@ def _over_seeds(part: xr.Dataset, centre: tuple[float, float], wave: float, way:
     return np.array([float(quietly(rigid, one, **at, **way.options).pull_off_force[0]) for one in finer])
 
 
+def mean_over_waves(ds: xr.Dataset) -> xr.DataArray:
+    """Return the mean pull-off (shortest_kept, seed) over the places that are known at every wave.
+
+    A place that is missing at some waves would move the mean there, whatever the waves do. Where no place is known at
+    all of them, all count.
+
+    Examples
+    --------
+    >>> force = (("subregion", "shortest_kept", "seed"), [[[1.0], [2.0]], [[9.0], [float("nan")]]])
+    >>> mean_over_waves(xr.Dataset({"pull_off_force": force})).values.ravel().tolist()
+    [1.0, 2.0]
+    """
+    force = ds["pull_off_force"].transpose("subregion", "shortest_kept", "seed")
+    everywhere = force.notnull().all(["shortest_kept", "seed"]).values
+    return (force.isel(subregion=everywhere) if everywhere.any() else force).mean("subregion")
+
+
 def quietly(solve: Callable, *arguments: Any, **options: Any) -> Any:
     """Return the result of a solve on one of many surfaces without its warnings, since only the change matters."""
     with warnings.catch_warnings():

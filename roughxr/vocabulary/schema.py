@@ -339,6 +339,8 @@ VARIABLES: dict[str, Variable] = {
     "lever": Variable("nm", "lever", "resisting moment over pull-off force"),
     "weakest_direction": Variable("rad", "direction of the smallest resisting moment", "from x towards y"),
     "stiffest_direction": Variable("rad", "direction of the largest resisting moment", "from x towards y"),
+    "weakest_ties": Variable("1", "another direction resists as little", "to a millionth of the largest moment"),
+    "stiffest_ties": Variable("1", "another direction resists as much", "to a millionth of the largest moment"),
     "rest_delta": Variable("nm", "displacement at rest", "under the load, counted from the highest peak"),
     # coming to rest
     "landing_share": Variable("1", "share of particles", "of the area from which they come to lie there; sums to 1"),
@@ -507,7 +509,7 @@ def axis_label(name: str) -> str:
     ('contact force [nN]', 'axis ratio b/a of the Hertz contact ellipse')
     """
     known = VARIABLES[name]
-    return known.long_name if known.units == "1" else f"{known.long_name} [{known.units}]"
+    return known.long_name if known.units in ("1", "") else f"{known.long_name} [{known.units}]"
 
 
 def kind_of(ds: xr.Dataset) -> str | None:

@@ -8,9 +8,24 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ...studies.short_waves import mean_over_waves
 from ...vocabulary.verbs import verb
 from .sensitivity_figure import tornado
-from .style import BLACK, BLUE, COLUMN, GREY, ORANGE, SMALL, VERMILION, axes, label_axis, legend, styled, tidy
+from .style import (
+    BLACK,
+    BLUE,
+    COLUMN,
+    GREY,
+    ORANGE,
+    SMALL,
+    VERMILION,
+    axes,
+    label_axis,
+    legend,
+    log_ticks,
+    styled,
+    tidy,
+)
 
 #: The entry that does not count in the total.
 _APART = "shorter waves"
@@ -100,7 +115,7 @@ def cut_off(ds: xr.Dataset, *, ax: Any = None):
     """
     ax = axes(ax)
     force = ds["pull_off_force"].transpose("subregion", "shortest_kept", "seed")
-    waves, means = ds["shortest_kept"].values, force.mean("subregion")
+    waves, means = ds["shortest_kept"].values, mean_over_waves(ds)
     for place, values in enumerate(force.mean("seed").values):
         ax.plot(waves, np.where(values > 0, values, np.nan), color=GREY, linewidth=0.6, alpha=0.6)
         if place == 0:
@@ -121,6 +136,7 @@ def cut_off(ds: xr.Dataset, *, ax: Any = None):
         ax.axvline(shown, color=VERMILION, linewidth=0.9, linestyle=(0, (4, 2)), label="shown by the scan", zorder=0)
     ax.set(xscale="log", yscale="log")
     _plain_ticks(ax, waves)
+    log_ticks(ax.yaxis)
     label_axis(ax.yaxis, "pull_off_force")
     ax.set_xlabel("shortest wavelength of the surface [nm]")
     return legend(ax, loc="best")

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ...vocabulary.verbs import verb
-from .style import BLACK, BLUE, GREY, VERMILION, axes, label_axis, legend, styled
+from .style import BLACK, BLUE, GREY, VERMILION, axes, label_axis, legend, log_ticks, styled
 
 
 @styled
@@ -55,12 +55,8 @@ def method_comparison(ds: xr.Dataset, *, mark: float | None = None, ax: Any = No
 
 
 def _ratio_axis(ax, ratio: np.ndarray):
-    from matplotlib.ticker import LogLocator
-
     ax.set_yscale("log")
     high = float(np.nanmax(ratio, initial=1.2))
     ax.set_ylim(max(0.5 * float(np.nanmin(ratio, initial=1.0)), 0.05), max(3 * high, 3.0))
-    ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 50 else (1,)))
-    ax.yaxis.set_major_formatter("{x:g}")
-    ax.yaxis.set_minor_formatter("")
+    log_ticks(ax.yaxis, (1, 2, 5) if high < 50 else (1,))
     ax.set_ylabel("superposed / direct force")

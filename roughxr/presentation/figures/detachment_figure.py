@@ -13,7 +13,7 @@ from ...vocabulary import schema
 from ...vocabulary.verbs import verb
 from .maps import draw_places
 from .rose import polar
-from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, axes, label_axes, legend, stroke, styled
+from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, axes, label_axes, legend, log_ticks, stroke, styled
 
 #: Colours of the modes; light where there is none.
 _MODES = dict(zip((*MODES, NEITHER, NO_CONTACT), (BLUE, ORANGE, GREEN, "#f2f2f2", "#c8c8c8")))
@@ -212,7 +212,6 @@ def landed_and_at_rest(landed: xr.Dataset, rested: xr.Dataset):
     'asperities in contact'
     """
     from matplotlib import pyplot
-    from matplotlib.ticker import LogLocator
 
     panels = pyplot.subplots(1, 3, figsize=(7.0, 2.3), layout="constrained", sharey=True)[1]
     for ds, words, order in ((landed, "where they landed", 1), (rested, "at rest", 0)):
@@ -223,12 +222,10 @@ def landed_and_at_rest(landed: xr.Dataset, rested: xr.Dataset):
             rank = np.argsort(values)
             part = np.cumsum([0.0, *share[rank]]) / share.sum()
             ax.step([values[rank[0]], *values[rank]], part, where="post", label=words, **stroke(order))
-            label_axes(ax, name, "cdf")
             if name != "contacts":
                 ax.set_xscale("log")
-                ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-                ax.xaxis.set_major_formatter("{x:g}")
-                ax.xaxis.set_minor_formatter("")
+                log_ticks(ax.xaxis)
+            label_axes(ax, name, "cdf")
     panels[0].set_ylabel("share of particles")
     for ax in panels[1:]:
         ax.set_ylabel("")

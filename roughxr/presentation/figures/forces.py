@@ -69,12 +69,12 @@ def force_fan(
     single = ds.sizes["subregion"] == 1
     if lines and not single:
         ax.plot(delta, force.values, color=GREY, linewidth=0.35, alpha=0.6)
-        ax.plot([], [], color=GREY, linewidth=0.6, label=f"{ds.sizes['subregion']} subregions")
+        ax.plot([], [], color=GREY, linewidth=0.6, label=f"{ds.sizes['subregion']} places")
     for low, alpha in zip(() if single else quantiles, (0.22, 0.4)):
         band = force.quantile([low, 1 - low], "subregion").values
         words = f"{100 * (1 - 2 * low):.0f} % of them"
         ax.fill_between(delta, *band, color=BLUE, alpha=alpha, linewidth=0, label=words)
-    words = f"subregion {ds['subregion'].item()}" if single else "median"
+    words = f"place {ds['subregion'].item()}" if single else "median"
     ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label=words)
     if interval is not None:
         _error_bars(ax, ds, "q50", interval, BLACK, label=f"its {100 * interval:g} % interval")
@@ -86,6 +86,7 @@ def force_fan(
             ax.set_xlim(shown[0] - 0.1 * np.ptp(shown), shown[-1])
     elif (pulls := _pull_unseen(force)) > 0:
         ax.set_yscale("symlog", linthresh=pulls, linscale=1.0)
+        ax.set_yticks([tick for tick in ax.get_yticks() if tick == 0 or abs(tick) >= pulls])  # nearer to 0 they overlap
     _zero(ax, force)
     ground = {"frameon": True, "framealpha": 0.85, "edgecolor": "none"}  # curves of single places cross it
     return legend(label_axes(ax, "delta", "force"), loc="upper left", **ground)

@@ -10,7 +10,7 @@ import xarray as xr
 from ...measured import compare
 from ...vocabulary.verbs import verb
 from .distributions import distribution
-from .style import BLACK, BLUE, GREY, axes, label_axis, legend, panels, styled
+from .style import BLACK, BLUE, GREY, PAGE, axes, label_axis, legend, panels, styled
 
 _NAME = "pull_off_force"
 
@@ -56,7 +56,8 @@ def quantile_quantile(ds: xr.Dataset, *, ax: Any = None):
     ax.plot(*at, color=BLUE, marker="o", markersize=4.0, linewidth=0, label="5, 50, 95 %")
     label_axis(ax.xaxis, "predicted_quantile")
     label_axis(ax.yaxis, "measured_quantile")
-    return legend(ax, loc="upper left")
+    above = float(np.median(measured)) > float(np.median(predicted))  # the points lie above the line, or below it
+    return legend(ax, loc="lower right" if above else "upper left")
 
 
 @styled
@@ -84,7 +85,7 @@ def predicted_and_measured(predicted: xr.Dataset, measured: xr.Dataset, *, found
     >>> [text.get_text() for text in left.get_legend().get_texts()]
     ['predicted', 'measured']
     """
-    left, right = made = panels(ax, 1, 2, aspect=0.55)
+    left, right = made = panels(ax, 1, 2, aspect=0.4, width=PAGE)
     for order, (words, ds) in enumerate((("predicted", predicted), ("measured", measured))):
         distribution(ds, _NAME, ax=left, label=words, order=order, rug=ds[_NAME].size <= 500)
     quantile_quantile(compare(predicted, measured) if found is None else found, ax=right)

@@ -19,7 +19,7 @@ from .distributions import asperity_statistics, distribution
 from .forces import force_ratio, mean_force, mean_ratio
 from .maps import contact_grid, scan_map
 from .saving import mean_and_spread, number, sheet
-from .style import GREY, SMALL, display_unit, label_axis, stroke, styled
+from .style import GREY, SMALL, display_unit, label_axis, log_ticks, stroke, styled
 
 Run = Mapping[str, xr.Dataset]
 
@@ -204,7 +204,7 @@ def force_distribution(run: Groups, *, share: float = 1.0, delta: float | None =
     at = run["solutions/direct"].sel(delta=wanted, method="nearest")
     force, flags = at["force"].values, run.debris()
     rows = [
-        (f"force over {force.size} subregions", as_forces(force)),
+        (f"force over {force.size} places", as_forces(force)),
         ("largest force", as_force(force.max())),
         ("mean of places on debris", as_force(_mean(force[flags]))),
         ("mean of places without debris", as_force(_mean(force[~flags]))),
@@ -230,7 +230,7 @@ def rough_over_smooth(run: Groups, *, edge: float | None = None):
     most, least = 100 * (1 - float(ratio.min())), 100 * (1 - float(ratio.max()))
     title = f"Roughness takes {least:.0f} to {most:.0f} % of the contact force away"
     figure, (upper, lower) = _stacked(run, title, rows)
-    mean_force({"rough, mean of all subregions": rough, "smooth flat at the datum": smooth}, ax=upper)
+    mean_force({"rough, mean of all places": rough, "smooth flat at the datum": smooth}, ax=upper)
     force_ratio(rough, smooth, ax=lower, words="rough / smooth")
     lower.set_ylim(bottom=0)
     upper.set_xlabel("")
@@ -254,7 +254,8 @@ def superposed_over_direct(run: Groups, *, deltas: Sequence[float] = ()):
         ax=upper,
     )
     upper.set_yscale("log")
-    upper.set_ylim(bottom=1e-5 * upper.get_ylim()[1])
+    highest = upper.get_ylim()[1]
+    upper.set_ylim(1e-5 * highest, 8 * highest)  # the legend stands above the curves
     begun = ratio["delta"].values[np.isfinite(ratio.values)]
     if begun.size > 1:
         upper.set_xlim(begun[0] - 0.1 * np.ptp(begun), begun[-1] + 0.03 * np.ptp(begun))
@@ -280,6 +281,7 @@ def pull_offs(run: Groups, methods: Mapping[str, str], title: str):
     deltas = [
         (f"displacement, {words}", mean_and_spread(found[key]["pull_off_delta"].values, "nm"))
         for key, words in methods.items()
+        if found[key].attrs.get("datum") != "first_contact"  # counted from elsewhere than the others'
     ]
     options = {"shape": (len(methods), 1), "aspect": 0.4 * len(methods), "rows": forces + deltas, "sharex": True}
     figure, axes = run.sheet(title, **options)
@@ -314,14 +316,10 @@ def _stacked(run: Groups, title: str, rows):
 
 def _inverse_ratio(ax, ratio: xr.DataArray):
     """Draw a ratio that grows without bound on a logarithmic axis, with a line at agreement."""
-    from matplotlib.ticker import LogLocator
-
     ax.axhline(1, color=GREY, linewidth=0.6)
     ax.plot(ratio["delta"], ratio, marker="s", markersize=2.6, **stroke(1))
     ax.set_yscale("log")
-    ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    ax.yaxis.set_major_formatter("{x:g}")
-    ax.yaxis.set_minor_formatter("")
+    log_ticks(ax.yaxis)
     ax.set_ylabel("superposed / direct")
     label_axis(ax.xaxis, "delta")
 

@@ -98,6 +98,15 @@ class Unit(NamedTuple):
         return shown
 
 
+def log_ticks(axis, subs: tuple[int, ...] = (1, 2, 5)) -> None:
+    """Put labelled ticks on a logarithmic axis that spans a decade or two, and no powers of ten between them."""
+    from matplotlib.ticker import LogLocator
+
+    axis.set_major_locator(LogLocator(subs=subs))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter("")
+
+
 def styled(function: Callable) -> Callable:
     """Return ``function`` with this module's style, after which the caller's rcParams are restored."""
 
@@ -153,8 +162,8 @@ def axes(ax=None, *, aspect: float = 0.72):
     return ax if ax is not None else panels(None, 1, 1, aspect=aspect)[0]
 
 
-def panels(ax: Sequence | None, rows: int, columns: int, *, aspect: float, **options: Any) -> np.ndarray:
-    """Return the given sequence of Axes, or those of a new pyplot figure, as a flat array."""
+def panels(ax: Sequence | None, rows: int, columns: int, *, aspect: float, width: float = COLUMN, **options: Any):
+    """Return the given sequence of Axes, or those of a new pyplot figure of a width (inches), as a flat array."""
     if ax is not None:
         found = np.asarray(ax, dtype=object).ravel()
         if found.size != rows * columns:
@@ -162,7 +171,7 @@ def panels(ax: Sequence | None, rows: int, columns: int, *, aspect: float, **opt
         return found
     from matplotlib import pyplot
 
-    size = (COLUMN, aspect * COLUMN)
+    size = (width, aspect * width)
     _, made = pyplot.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False, **options)
     for one in made.flat:
         tidy(one)
@@ -202,7 +211,7 @@ def in_words(name: str, unit: Unit | None = None) -> str:
     ('contact area [nm²]', 'contact force [µN]', 'axis ratio')
     """
     label = schema.axis_label(name)
-    if unit is not None and unit.text != "1":
+    if unit is not None and unit.text not in ("1", ""):
         label = f"{schema.VARIABLES[name].long_name} [{unit.text}]"
     return superscripts(label)
 

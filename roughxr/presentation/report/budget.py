@@ -55,7 +55,10 @@ def headline(run: Run) -> str:
         f"As the scan shows the surface, the pull-off force is {_force(mean)} in the mean of {count} "
         f"place{'s' * (count > 1)}{part}: an upper bound."
     )
-    return " ".join(filter(None, [_scan_too_small(run), _as_it_would_be(run), bound]))
+    estimate = _as_it_would_be(run)
+    known = "statistics/continued" in run and np.isfinite(float(run["statistics/continued"]["pull_off_mean"]))
+    said = [estimate, bound] if known else [bound, estimate]  # a number before why there is no other
+    return " ".join(filter(None, [_scan_too_small(run), *said]))
 
 
 def _as_it_would_be(run: Run) -> str:

@@ -19,7 +19,7 @@ _PULL_OFF = (
     ("pull-off force, median", "pull_off_force", "q50"),
     ("pull-off force, std", "pull_off_force", "std"),
     ("pull-off force, rough / smooth", "pull_off_ratio", "mean"),
-    ("displacement at pull-off, mean", "pull_off_delta", "mean"),
+    ("displacement at pull-off {datum}, mean", "pull_off_delta", "mean"),
 )
 
 PLACES = ("all places", "without debris")
@@ -60,6 +60,7 @@ def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> 
         if name not in pull:
             continue
         unit, size = _unit_of(pull, name)
+        words = words.format(datum=counted_from(pull))
         rows |= _rows(f"{words} [{unit}]" if unit else words, pull, name, what, size, flags)
     if "solutions/direct" in run:
         direct = run["solutions/direct"]
@@ -80,6 +81,11 @@ def _pull_off(run: Mapping[str, xr.Dataset], method: str) -> xr.Dataset | None:
     if pull is None or (float(pull.coords.get("work_of_adhesion", 0.0)) <= 0 and not schema.is_wet(pull)):
         return pull
     return statistics.reduction(pull)
+
+
+def counted_from(ds: xr.Dataset) -> str:
+    """Return from where a result counts its displacements, in words."""
+    return "from first touch" if ds.attrs.get("datum") == "first_contact" else "from the highest point"
 
 
 def _unit_of(ds: xr.Dataset, name: str) -> tuple[str, float]:

@@ -13,7 +13,7 @@ from ...statistics import force_ratio, smooth_pull_off
 from ...statistics.sampling import SHARE, by_share
 from ...vocabulary.numbers import number, prefixed
 from ...vocabulary.verbs import verb
-from .intervals import marked
+from .intervals import counted_from, marked
 
 Run = Mapping[str, xr.Dataset]
 
@@ -121,9 +121,9 @@ def _pull_off_rows(run: Run, method: str, unit: str, size: float) -> dict[str, f
         f"pull-off, std [{unit}]": _spread(force),
         f"pull-off, largest [{unit}]": float(force.max()),
         "pull-off, rough / smooth": float(by_share(force).mean()) / smooth if smooth > 0 else np.nan,
-        "pull-off displacement, mean [nm]": float(by_share(delta).mean()),
-        "pull-off displacement, std [nm]": _spread(delta),
-        "subregions that pull": float(force.notnull().sum()),
+        f"displacement at pull-off {counted_from(pull)}, mean [nm]": float(by_share(delta).mean()),
+        f"displacement at pull-off {counted_from(pull)}, std [nm]": _spread(delta),
+        "places that pull": float(force.notnull().sum()),
     }
 
 
@@ -257,7 +257,7 @@ def formula_table(run: Run) -> pd.DataFrame:
     [1.0, 10.0]
     """
     force = run["statistics/formulas"]["pull_off_force"]
-    unit, size = prefixed(float(force.max()))
+    unit, size = prefixed(float(force.sel(formula="sum")))
     columns = {f"pull-off [{unit}]": force / size, "over rigid bodies": force / force.sel(formula="sum", drop=True)}
     if "statistics/adhesive" in run:
         columns["over simulation with adhesion"] = force / float(run["statistics/adhesive"]["pull_off_force"].median())

@@ -24,7 +24,7 @@ from ...statistics import bootstrap
 from ...vocabulary import schema
 from ...vocabulary.units import positive, whole_number
 from ...vocabulary.verbs import verb
-from ..short_waves import quietly, scale_dependence
+from ..short_waves import mean_over_waves, quietly, scale_dependence
 from .verb import sensitivity
 
 #: Entries given by a change of `sensitivity`: the factor, and a description into which its settings are put.
@@ -238,7 +238,7 @@ def _of_short_waves(scales: xr.Dataset | None) -> _Entry:
         return _Entry(np.nan, "not computed: left out, no sphere, or a scan without a spectrum to continue")
     if "shortest_kept" not in scales.dims:
         raise ValueError("scales: expected what cut_off_waves returns, found no dimension 'shortest_kept'")
-    means = scales["pull_off_force"].mean("subregion")
+    means = mean_over_waves(scales)
     shown = scales.attrs["shortest_wavelength"]
     least = means.isel(shortest_kept=0)
     wave, ratios = float(least["shortest_kept"]), least / means.sel(shortest_kept=shown, method="nearest").mean()

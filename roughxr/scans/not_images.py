@@ -1,0 +1,81 @@
+"""Files of force curves, told by their content, so that who opens one as a scan hears what it is and what reads it."""
+
+from __future__ import annotations
+
+import struct
+import zipfile
+from pathlib import Path
+
+from .channel import UnreadableScan
+
+#: First bytes of NanoScope's force curves and force volumes; its images begin with "\*File list".
+NANOSCOPE = b"\\*Force file list"
+
+#: Words in the first lines of text files of curves, by the name of their format.
+TEXTS = {"afmformats": b"# afmformats", "workshop": b"Force-Distance Curve", "chiaro": b"Device:\tChiaro"}
+
+_ZIP = b"PK\x03\x04"
+
+_READ_BY = "read by `roughxr measured`, in Python by roughxr.open_pull_off and roughxr.open_curves"
+
+_NOT_READ = (
+    "not read: export the curves as text in NanoScope Analysis, or give the pull-offs as a table or as PeakForce's "
+    "image of adhesion, for `roughxr measured`"
+)
+
+
+def curves_in(path: Path) -> str:
+    """Return the format of the force curves that a file holds, empty where it holds none that are known."""
+    with path.open("rb") as file:
+        head = file.read(4096)
+    if head.startswith(NANOSCOPE):
+        return "nanoscope"
+    if head.startswith(_ZIP):
+        return "jpk" if _is_jpk(path) else ""
+    if is_wave_of_columns(head):
+        return "igor"
+    return next((name for name, words in TEXTS.items() if words in head), "")
+
+
+def refuse_curves(path: Path) -> None:
+    """Raise for a file of force curves, with what reads it.
+
+    Raises
+    ------
+    UnreadableScan
+    """
+    kind = curves_in(path)
+    if kind == "nanoscope":
+        refuse_nanoscope(path)
+    if kind:
+        raise UnreadableScan(path, f"expected an image of heights, found force-distance curves ({kind}), {_READ_BY}")
+
+
+def refuse_nanoscope(path: Path) -> None:
+    """Raise for NanoScope's force curves, which nothing here reads.
+
+    Raises
+    ------
+    UnreadableScan
+    """
+    with path.open("rb") as file:
+        if file.read(len(NANOSCOPE)) == NANOSCOPE:
+            raise UnreadableScan(path, f"found Bruker's force curves (NanoScope), which are {_NOT_READ}")
+
+
+def is_wave_of_columns(head: bytes) -> bool:
+    """Return whether an Igor wave of version 5 has two dimensions, as curves have; images have a third, of channels."""
+    if len(head) < 384 or head[:2] not in (b"\x05\0", b"\0\x05"):
+        return False
+    samples, columns, layers, _ = struct.unpack("<4i" if head[0] else ">4i", head[132:148])
+    return samples > columns > 1 and layers == 0
+
+
+def _is_jpk(path: Path) -> bool:
+    """Return whether an archive holds JPK's segments of curves."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = archive.namelist()
+    except (zipfile.BadZipFile, OSError):
+        return False
+    return "header.properties" in names and any("segments/" in name for name in names)
