@@ -9,13 +9,14 @@ import xarray as xr
 
 from ..asperity.catalogue import asperities
 from ..bodies import liquid
-from ..bodies.materials import closest_approach, range_of
+from ..bodies.materials import closest_approach
 from ..jobs import lazy as parallel
 from ..scans import level, regions, smooth
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent
 from ..vocabulary.verbs import verb
 from . import reference
+from .estimates import attractions_of
 from .problem import hardness_of
 from .rigid_bodies import rigid
 
@@ -85,28 +86,23 @@ def regime(
     ('adhesive', '`adhesive`')
     """
     ds = in_memory(ds)
-    radius, modulus, w = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion", wet=True)
-    menisci = liquid.menisci_of(ds)
-    if menisci is not None:
-        solids, w = w * menisci.share, menisci.work + w * menisci.share
+    radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
+    w, attractions, wet = liquid.work_of(ds), attractions_of(ds), schema.is_wet(ds)
     tip = 1 / (1 / radius + 1 / _asperity_radius(asperities(ds)))
     contact = (9 * np.pi * w * tip**2 / (8 * modulus)) ** (1 / 3)
     found = {
-        "sphere_tabor": _tabor(radius, modulus, w, range_of(ds)),
-        "asperity_tabor": _tabor(tip, modulus, w, range_of(ds)),
+        "sphere_tabor": max(_tabor(radius, modulus, *each) for each in attractions),
+        "asperity_tabor": max(_tabor(tip, modulus, *each) for each in attractions),
         "pull_beyond_contact": _beyond(ds, subregions, refine),
         "pixels_per_contact": contact / schema.square_pixel(ds),
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
-    if menisci is not None:
-        own = [_tabor(one, modulus, solids, range_of(ds)) if solids > 0 else 0.0 for one in (radius, tip)]
-        law = [_maugis(one, modulus, menisci) for one in (radius, tip)]
-        of_both = [max(one, other / _MAUGIS) for one, other in zip(own, law)]
-        found |= {"sphere_maugis": law[0], "sphere_tabor": of_both[0], "asperity_tabor": of_both[1]}
+    if wet:
+        found["sphere_maugis"] = _MAUGIS * _tabor(radius, modulus, *attractions[-1])
     hardness, _ = hardness_of(ds)
     if np.isfinite(hardness):
         found["yields"] = found["peak_pressure"] > hardness
-    beyond = found["pull_beyond_contact"] if menisci is None else 1.0
+    beyond = 1.0 if wet else found["pull_beyond_contact"]
     found["recommended"] = _recommended(found["asperity_tabor"], beyond)
     words = " ".join(filter(None, (_sentence(found), liquid.told(ds))))
     out = xr.Dataset(found).assign_attrs(recommendation=words, resolved=_resolved(float(found["pixels_per_contact"])))
@@ -115,12 +111,7 @@ def regime(
 
 def _tabor(radius: float, modulus: float, w: float, length: float) -> float:
     pair = {"contact_modulus": modulus, "work_of_adhesion": w, "adhesion_range": length}
-    return reference.tabor_parameter(radius=radius, **pair)
-
-
-def _maugis(radius: float, modulus: float, menisci: liquid.Menisci) -> float:
-    """Return Maugis's parameter λ = σ₀ (9R/(2πwE*²))^⅓ of a liquid that pulls with σ₀ and the work w."""
-    return menisci.pull * (9 * radius / (2 * np.pi * menisci.work * modulus**2)) ** (1 / 3)
+    return reference.tabor_parameter(radius=radius, **pair) if w > 0 else 0.0
 
 
 def _beyond(ds: xr.Dataset, subregions: Any, refine: int) -> float:

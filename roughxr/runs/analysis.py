@@ -374,8 +374,8 @@ def _warn_of_soft(scan: xr.Dataset) -> None:
     """Warn before hours pass that JKR's contact of the smooth sphere, without load, is wider than the scan."""
     if "sphere_radius" not in scan.coords:
         return
-    radius, modulus, work = schema.pair(scan, *schema.PAIR, wet=True)
-    work += liquid.menisci_of(scan).work if schema.is_wet(scan) else 0.0
+    radius, modulus = schema.pair(scan, "sphere_radius", "contact_modulus")
+    work = liquid.work_of(scan)
     wide = 2 * (4.5 * np.pi * work * radius**2 / modulus) ** (1 / 3)
     x_low, x_high, y_low, y_high = regions.extent(scan)
     if wide > min(x_high - x_low, y_high - y_low):
