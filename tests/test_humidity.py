@@ -480,3 +480,42 @@ def test_the_smooth_sphere_to_compare_with_is_wet_too():
     pair = wet(flat(3000.0), 0.9, materials="glass", contact_modulus=None)
     found = pair.contact.rigid(law="exponential", delta=[0.0]).contact.reduction()
     assert float(found.pull_off_ratio[0]) == pytest.approx(1.0, rel=5e-3)
+
+
+def test_formulas_of_liquid_stand_beside_the_sum_over_the_scan():
+    """A smooth sphere and one summit by 4πRγ cos θ, a plane below, and Gaussian heights by their closed form."""
+    pair = wet(scan(rough(96, rms=1.5), pixel=8.0), 0.9, contact_angle=30)
+    table = pair.contact.formulas(subregions=(2, 2), refine=2)
+    force, given, menisci = table.pull_off_force, table.attrs, liquid.menisci_of(pair)
+    assert float(force.sel(formula="smooth")) == pytest.approx(4 * np.pi * 3000 * GAMMA * np.cos(np.pi / 6))
+    share = given["asperity_radius"] / (given["asperity_radius"] + 3000)
+    assert float(force.sel(formula="summit") / force.sel(formula="smooth")) == pytest.approx(share)
+    below = 1 - 1.82 * given["rms"] / menisci.height
+    assert float(force.sel(formula="plane_below") / force.sel(formula="smooth")) == pytest.approx(below)
+    s = given["rms"]
+
+    def integral(x):
+        return x * ndtr(x) + np.exp(-0.5 * x * x) / np.sqrt(2 * np.pi)
+
+    expected = s / menisci.height * (integral(menisci.height / s - 4) - integral(-4))
+    assert float(force.sel(formula="gaussian_heights") / force.sel(formula="smooth")) == pytest.approx(
+        expected, rel=5e-3
+    )
+    assert float(force.sel(formula="sum") / force.sel(formula="smooth")) == pytest.approx(1, abs=0.5)
+    assert "Rabinovich 2002" in report.formula_table({"statistics/formulas": table}).index[3]
+
+
+def test_waves_below_the_pixel_matter_until_menisci_hide_them():
+    """Their continuation falls less and less with the humidity, and ends where menisci are higher than they are."""
+    ground = roughxr.synthetic.self_affine((64, 64), 10, rms=1.5, hurst=0.7, rolloff=200, cutoff=40, seed=3)
+    found = {}
+    for humidity in (0.6, 0.9):
+        pair = wet(ground, humidity, 500.0)
+        scanned = pair.contact.adhesive(subregions=(2, 1), accuracy=None).pull_off_force.mean()
+        found[humidity] = pair.contact.continued(subregions=(2, 1), seeds=1, shortest=8)
+        kept = found[humidity].scale_pull_off
+        assert float(kept[0]) == pytest.approx(float(scanned), rel=0.35) and float(kept[-1]) < 1.02 * float(kept[0])
+    falls = {one: float(ds.scale_pull_off[-1] / ds.scale_pull_off[0]) for one, ds in found.items()}
+    assert falls[0.6] < falls[0.9] < 1.02
+    flooded = wet(ground, 0.95, 1000.0).contact.continued(subregions=(1, 1), seeds=1)
+    assert bool(flooded.converged) and float(flooded.shortest_wavelength) > 20

@@ -114,7 +114,7 @@ def test_liquid_on_stiff_asperities_holds_by_their_distances_from_the_foremost()
 
 
 def test_a_sphere_comes_down_on_what_liquid_wets_ahead():
-    """One in contact, one 1 nm below it: rolled onto that, the first holds by P₀; the other way the second by a third."""
+    """One in contact, one 1 nm below it: rolled onto that, the first holds by P₀; the other way that by a third."""
     wet, curvature = law("menisci", 1.5), np.full(2, 1 / 400)
     scales = asperities_scales(curvature, curvature, 4e5, 0.15, wet)
     at, nothing = np.array([0.0, 300.0]), np.zeros(2)

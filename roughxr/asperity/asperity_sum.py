@@ -128,7 +128,7 @@ def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
     at_edge = catalogue["edge"].values.astype(float) if "edge" in catalogue else np.zeros(x.size)
     peaks = np.isfinite(scales.P)
     if options.law == "menisci":
-        refuse_crowded(0.5 / np.sqrt(A[peaks] * B[peaks]), catalogue, options.adhesion_range)
+        refuse_crowded(catalogue)
     kept = [array[peaks] for array in (x, y, depth, catalogue["orientation"].values, at_edge)]
     scales = type(scales)(*(array[peaks] for array in scales))
     return sums.Field(*kept, _neighbours(*kept[:2]), scales), float(catalogue["patch_radius"]), int((~peaks).sum())

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import work_of
+from ..bodies.liquid import menisci_of, work_of
 from ..kernels.asperity.laws import RANGED
 from ..scans import regions
 from ..vocabulary import schema
@@ -66,16 +66,25 @@ def _unknown(catalogue: xr.Dataset, law: str) -> str:
     return ""
 
 
-def refuse_crowded(radii: np.ndarray, catalogue: xr.Dataset, height: float) -> None:
-    """Raise where menisci of a height (nm) on peaks of these radii (nm) would merge with their neighbours' all over."""
+def crowding(catalogue: xr.Dataset) -> float:
+    """Return the area that the menisci of all asperities would wet, each whole, over that of the surface; 0 if dry."""
+    if (menisci := menisci_of(catalogue)) is None:
+        return 0.0
+    (radius,) = schema.pair(catalogue, "sphere_radius")
+    curvatures = [catalogue[name].values + 1 / radius for name in ("curvature_min", "curvature_max")]
+    radii = 1 / np.sqrt(np.prod([one[curvatures[0] > 0] for one in curvatures], axis=0))
     x_low, x_high, y_low, y_high = regions.extent(catalogue)
-    each = 2 * np.pi * height * float(np.median(radii)) if radii.size else 0.0
-    crowding = radii.size * each / ((x_high - x_low) * (y_high - y_low))
-    if crowding > CROWDED:
+    each = 2 * np.pi * menisci.height * float(np.median(radii)) if radii.size else 0.0
+    return radii.size * each / ((x_high - x_low) * (y_high - y_low))
+
+
+def refuse_crowded(catalogue: xr.Dataset) -> None:
+    """Raise where the menisci of a catalogue's asperities would merge with their neighbours' all over."""
+    if (share := crowding(catalogue)) > CROWDED:
         raise ValueError(
-            f"humidity: expected menisci that stay apart, found asperities whose menisci, {height:.3g} nm high, would "
-            f"wet {crowding:.2g} times the surface, each whole: a sum over asperities counts it twice; take `rigid` or "
-            "`adhesive`, which take every pixel, or less humidity"
+            f"humidity: expected menisci that stay apart, found asperities whose menisci would wet {share:.2g} times "
+            "the surface, each whole: a sum over asperities counts it more than once; take `rigid` or `adhesive`, "
+            "which take every pixel, or less humidity"
         )
 
 

@@ -12,6 +12,7 @@ from ..jobs import lazy as parallel
 from ..jobs.records import Layout, converged, labelled, warn_unconverged
 from ..kernels.asperity import rotation
 from ..kernels.asperity import superposition as sums
+from ..kernels.asperity.force_curves import STIFF
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import is_whole, magnitude
@@ -219,7 +220,8 @@ def _roll(x: float, y: float, prepared: tuple, options: Options, layout: Layout,
     found = rotation.resisting_moments(
         layout.axes["direction"], u, v, field.orientation[held], delta, scales, load, spline
     )
-    record["rest_delta"], record["contacts"] = rest, held.size
+    touching = (scales.row != STIFF) | (delta >= 0)  # others are wetted alone
+    record["rest_delta"], record["contacts"] = rest, np.count_nonzero(touching)
     record["truncated"] = field.at_edge[held].any()
     record["contact_area"] = rotation.total_force(rest, offset[held], scales, spline)[1]
     return _put(record, layout, found.T)

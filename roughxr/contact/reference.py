@@ -634,11 +634,14 @@ def gaussian_work(
     >>> round(gaussian_work(rms=0.3, length=0.3), 4)
     0.0795
     """
+    return gaussian_mean(_potential(law, work_of_adhesion, length, None), positive(rms, "nm", "rms"), cut)
+
+
+def gaussian_mean(found: potentials.Potential, sigma: float, cut: float = 4.0) -> float:
+    """Return the largest mean of a potential (J/m²) over Gaussian heights of a standard deviation (nm), cut off."""
     from scipy.optimize import minimize_scalar
     from scipy.special import erf
 
-    sigma = positive(rms, "nm", "rms")
-    found = _potential(law, work_of_adhesion, length, None)
     nodes, weights = np.polynomial.legendre.leggauss(400)
     u = cut * nodes
     density = cut * weights * np.exp(-0.5 * u**2) / (np.sqrt(2 * np.pi) * erf(cut / np.sqrt(2)))

@@ -5,7 +5,7 @@ A run is a dictionary of Datasets, the groups of its archive:
     scan, asperities, reconstruction
     solutions/adhesive, /continued (with the roughness continued below the scan),
     /rigid, /direct, /contact (fields of one place), /smooth (the same sphere on a flat), /hertz,
-    /published, …, /rolling (resisting moments)
+    /published, … or /menisci, /rolling (resisting moments)
     statistics/adhesive, /rigid, /published, …, /roughness, /regime (the recommended model), /formulas (pull-off by the
     usual formulas), /humidity (of a humid pair: the pull between rigid bodies over it), /continued, /detachment,
     /detachment_continued and /detachment_superposed (the critical flow), /error_budget, /sensitivity, /shorter_waves
@@ -24,6 +24,7 @@ import numpy as np
 import xarray as xr
 
 from ..asperity.catalogue import asperities
+from ..asperity.expectation import CROWDED, crowding
 from ..asperity.moments import rolling
 from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
@@ -50,8 +51,9 @@ from ..vocabulary import schema
 from ..vocabulary.units import magnitude, whole_number
 from ..vocabulary.verbs import verb, warn
 
-#: Formulations that a run compares.
-COMPARED = ("published", "self_similar", "energy")
+#: Ways of superposition that a run compares; of a humid pair the one for liquid.
+COMPARED = {name: {"formulation": name} for name in ("published", "self_similar", "energy")}
+OF_LIQUID = {"menisci": {"law": "menisci"}}
 
 #: Largest cells (nm) on which the pull between rigid bodies is summed, but no more than eight to a pixel.
 _RIGID_CELL = 2.5
@@ -237,15 +239,20 @@ def analyse(scan: xr.Dataset, plan: Plan, *, progress: bool = False) -> dict[str
     elastic = options | {"yielding": False}  # to show the effect of yield beside it
     groups["solutions/hertz"] = superpose(catalogue, delta=plan.sweep, law="hertz", **elastic)
     suited = catalogue if plan.patch == "auto" else asperities(scan)
-    if schema.is_wet(scan):  # superposed asperities know nothing of liquid
-        return groups
-    for name in COMPARED:
+    ways = OF_LIQUID if schema.is_wet(scan) else COMPARED
+    if crowding(suited) > CROWDED:
+        warn(
+            "superposed asperities, and what it takes to roll the sphere off, are left out: at this humidity the "
+            "menisci of neighbours merge all over the surface"
+        )
+        ways = {}
+    for name, way in ways.items():
         say(f"superposition, {name}")
         summed = scan if name == "published" else suited  # the paper's own asperities for its own formulas
-        groups[f"solutions/{name}"] = superpose(summed, delta=plan.sweep, formulation=name, **elastic)
-    for name in COMPARED:
+        groups[f"solutions/{name}"] = superpose(summed, delta=_wide(plan, scan), **way, **elastic)
+    for name in ways:
         groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
-    if "solutions/adhesive" in groups and "sphere_radius" in scan.coords:
+    if ways and "solutions/adhesive" in groups and "sphere_radius" in scan.coords:
         say("what it takes to roll the sphere off")
         groups |= _coming_off(suited, options, groups)
     if plan.budget and "solutions/adhesive" in groups:
@@ -257,11 +264,17 @@ def _stages(scan: xr.Dataset, plan: Plan) -> int:
     """Return how many stages a run tells of, where the mesh of the simulation need be halved but once."""
     wet = schema.is_wet(scan)
     adheres = float(scan.coords.get("work_of_adhesion", 0.0)) > 0 or wet
-    simulated = adheres * (2 + bool(plan.continued) + 2 * (plan.refine == "auto") + 2 * bool(plan.budget) * (not wet))
-    if wet:
-        return 3 + simulated
+    simulated = adheres * (2 + bool(plan.continued) + 2 * (plan.refine == "auto") + 2 * bool(plan.budget))
     simulated += adheres * ("sphere_radius" in scan.coords)
-    return 2 + len(COMPARED) + simulated
+    return 2 + wet + len(OF_LIQUID if wet else COMPARED) + simulated
+
+
+def _wide(plan: Plan, scan: xr.Dataset) -> np.ndarray:
+    """Return the displacements of a superposition, from before liquid bridges the gap where there is any."""
+    menisci = liquid.menisci_of(scan)
+    if menisci is None or -menisci.height > plan.sweep[0]:
+        return plan.sweep
+    return np.append(np.linspace(-menisci.height, plan.sweep[0], 51)[:-1], plan.sweep)
 
 
 def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, say: Callable, progress: bool):
@@ -414,8 +427,7 @@ def _rigid_bodies(scan: xr.Dataset, options: dict[str, Any], say: Callable) -> d
         groups = {"solutions/rigid": summed, "statistics/rigid": pull_off(summed)}
         if "sphere_radius" in scan.coords:
             groups["statistics/regime"] = regime(scan, refine=refine)
-            if not schema.is_wet(scan):
-                groups["statistics/formulas"] = formulas(scan, refine=refine)
+            groups["statistics/formulas"] = formulas(scan, refine=refine)
     return groups
 
 
