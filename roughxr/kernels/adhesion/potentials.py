@@ -124,9 +124,9 @@ def energy(g, law):
     g = np.asarray(g, dtype=float)
     if law.wet == -np.inf:
         return _energy(g, law)
-    under = np.minimum(g, law.wet)
-    at_edge = law.share * (_energy(under, law) - _energy(law.wet, law)) + law.pull * (law.wet - under)
-    return at_edge + _energy(np.maximum(g, law.wet), law)
+    found, at_edge, under = np.array(_energy(g, law)), _energy(law.wet, law), g < law.wet
+    found[under] = law.share * (found[under] - at_edge) + law.pull * (law.wet - g[under]) + at_edge
+    return found
 
 
 def _energy(g, law):
