@@ -144,6 +144,26 @@ def _energy(g, law):
     return law.work * x**2 * (1.0 - y * np.log1p(1.0 / y))
 
 
+def gaussian_mean(law, sigma, cut=4.0):
+    """Return the largest mean of a potential (J/m²) over Gaussian heights of a standard deviation (nm), cut off."""
+    from scipy.optimize import minimize_scalar
+    from scipy.special import erf
+
+    nodes, weights = np.polynomial.legendre.leggauss(400)
+    u = cut * nodes
+    density = cut * weights * np.exp(-0.5 * u**2) / (np.sqrt(2 * np.pi) * erf(cut / np.sqrt(2)))
+
+    def mean(nearest):
+        return float(density @ energy(nearest + sigma * (cut - u), law))
+
+    if law.closest is not None:
+        return mean(law.closest)
+    nearest = np.geomspace(0.1, 2.0, 120) * law.length
+    best = nearest[np.argmax([mean(g) for g in nearest])]
+    bounds = 0.97 * best, 1.03 * best
+    return float(-minimize_scalar(lambda g: -mean(g), bounds=bounds, method="bounded", options={"xatol": 1e-9}).fun)
+
+
 def energy_beyond(g, law):
     """Return V(g) = ∫U from g on, nN/nm."""
     g = np.asarray(g, dtype=float)
