@@ -425,6 +425,14 @@ def test_a_run_takes_a_humid_pair_through_all_its_parts(tmp_path, capsys):
     assert float(bent) == pytest.approx(float(stiff), rel=0.05)
 
 
+def test_a_run_leaves_out_asperities_whose_menisci_merge_and_says_so(tmp_path):
+    ground = scan(rough(32, rms=0.3), pixel=10.0)
+    with pytest.warns(UserWarning, match="menisci of neighbours merge all over"):
+        groups = roughxr.run(wet(ground, 0.9, 500.0), tmp_path / "run.nc", subregions=(1, 1), refine=1, budget=0)
+    assert not {"solutions/menisci", "solutions/rolling", "statistics/detachment"} & set(groups)
+    assert {"solutions/adhesive", "statistics/humidity"} <= set(groups)
+
+
 def test_the_command_line_takes_the_humid_air(tmp_path):
     roughxr.open_sample("glass").isel(x=slice(32), y=slice(32)).to_netcdf(tmp_path / "scan.nc")
     given = [

@@ -117,7 +117,8 @@ def error_budget(
     Returns
     -------
     Dataset
-        ``relative_error`` and ``how`` along ``entry``; ``total_error``, the root of the sum of squares of all computed
+        ``relative_error`` and ``how`` along ``entry``, of a humid pair also for its humidity, its contact angles and
+        what the law of thin menisci leaves out; ``total_error``, the root of the sum of squares of all computed
         entries except "shorter waves"; ``pull_off_mean`` (nN), ``shortest_wavelength`` (nm) that the scan shows,
         ``contact_radius_pixels``, the median radius at pull-off of the smallest relevant contact, in pixels of the
         scan, and ``sharper_than_tip``, the share of asperities. The attribute ``condition`` says for which surface the
