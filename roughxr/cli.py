@@ -768,7 +768,7 @@ def _detach(options) -> None:
     if not set(report.COMING_OFF) <= set(groups):
         raise ValueError(
             f"{options.run}: expected a run that holds resisting moments, found none; runs without adhesion, of an "
-            "indenter's map or of an older roughxr hold none: run it again"
+            "indenter's map, in air so humid that menisci merge, or of an older roughxr hold none: run it again"
         )
     held = report.moments_of(groups, options.method)
     density = options.particle_density and _number(options.particle_density)

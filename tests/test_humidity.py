@@ -6,10 +6,11 @@ from scipy.integrate import quad
 from scipy.special import ndtr, ndtri
 
 import roughxr
-from roughxr import cli, reference
+from roughxr import cli, reference, regions
 from roughxr.bodies import liquid
 from roughxr.kernels.adhesion import potentials
 from roughxr.kernels.adhesion import rigid as kernels
+from roughxr.kernels.asperity import maugis
 from roughxr.presentation import report
 from roughxr.presentation.report import repeat
 from roughxr.vocabulary import schema
@@ -254,18 +255,113 @@ def humid():
     return wet(scan(rough(48, rms=1.0)), materials="glass", contact_modulus=None)
 
 
-@pytest.mark.parametrize("verb", ["superpose", "pull_off_map", "rolling", "formulas", "sensitivity", "tabor"])
-def test_what_does_not_know_the_water_refuses_it_in_words(humid, verb):
-    given = humid if verb != "tabor" else humid.contact.asperities()
-    with pytest.raises(ValueError, match="humidity: expected a dry pair"):
-        getattr(given.contact, verb)()
+def summit(radius=200.0, humidity=0.5, *, n=65, pixel=2.0, **options):
+    """Return one round summit under the sphere, with its pair."""
+    x = (np.arange(n) - n // 2) * pixel
+    return wet(scan(10.0 - (x[:, None] ** 2 + x**2) / (2 * radius), pixel=pixel), humidity, **options)
 
 
-def test_fits_and_budgets_refuse_it_as_well(humid):
-    with pytest.raises(ValueError, match="humidity"):
-        humid.contact.error_budget(places=1)
+def test_one_asperity_is_pulled_across_the_gap_and_in_contact():
+    """2πR′w(1 + δ/h) before it touches, then that of Hertz less 2πR′w: DMT's; and by pixels the same."""
+    pair = summit()
+    menisci, both = liquid.menisci_of(pair), 1 / (1 / 200 + 1 / 3000)
+    delta = np.array([-2.0, -1.2, -0.3, 0.0, 0.1, 0.5])
+    found = pair.contact.superpose(delta=delta, subregions=(1, 1))
+    pull = 2 * np.pi * both * menisci.work
+    gapped = pull * np.clip(1 + delta / menisci.height, 0, 1)
+    expected = 4 / 3 * 40.0 * np.sqrt(both) * np.clip(delta, 0, None) ** 1.5 - gapped
+    np.testing.assert_allclose(found.force.values[0], expected, rtol=1e-4, atol=1e-9)
+    assert found.attrs["law"] == "menisci" and float(found.pull_off_force[0]) == pytest.approx(pull, rel=1e-4)
+    assert found.contacts.values[0].tolist() == [0, 1, 1, 1, 1, 1] and float(found.contact_area[0, 2]) == 0
+    summed = pair.contact.rigid(delta=[-1.2, -0.3, 0.0], law="exponential", refine=2, profile="parabola")
+    np.testing.assert_allclose(-summed.force.values[0], gapped[1:4], rtol=5e-3)
+
+
+def test_under_the_liquid_the_solids_of_an_asperity_pull_by_their_share():
+    dry, pair = 0.06, summit(work_of_adhesion=(0.06, 0.02))
+    menisci, both = liquid.menisci_of(pair), 1 / (1 / 200 + 1 / 3000)
+    found = pair.contact.pull_off_map(subregions=(1, 1))
+    assert float(found.pull_off_force[0]) == pytest.approx(2 * np.pi * both * (menisci.work + dry / 3), rel=1e-4)
+
+
+@pytest.mark.parametrize("modulus", [40.0, 1.0, 1e-3])
+def test_asperities_that_bend_are_maugiss_of_the_liquids_law(modulus):
+    """λ = σ₀ (9R/(2πwE*²))^⅓ with the pull γ/r_K for σ₀, from DMT's 2πwR to JKR's 3/2."""
+    pair = summit(contact_modulus=modulus)
+    menisci, both = liquid.menisci_of(pair), 1 / (1 / 200 + 1 / 3000)
+    parameter = menisci.pull * (9 * both / (2 * np.pi * menisci.work * modulus**2)) ** (1 / 3)
+    found = float(pair.contact.pull_off_map(subregions=(1, 1), law="maugis").pull_off_force[0])
+    assert found == pytest.approx(maugis.pull_off(parameter) * np.pi * menisci.work * both, rel=2e-3)
+    mu = float(pair.contact.asperities().contact.tabor().tabor_parameter.max())
+    assert mu == pytest.approx(parameter / 1.157, rel=1e-3)
+    if modulus < 1:
+        soft = float(pair.contact.pull_off_map(subregions=(1, 1), law="jkr").pull_off_force[0])
+        assert soft == pytest.approx(1.5 * np.pi * menisci.work * both, rel=1e-4) == pytest.approx(found, rel=5e-3)
+
+
+@pytest.mark.parametrize(("hurst", "rolloff", "rms"), [(0.8, 300.0, 2.0), (0.4, 100.0, 0.8), (0.6, 170.0, 1.3)])
+@pytest.mark.parametrize("humidity", [0.3, 0.6])
+def test_superposed_menisci_come_as_near_to_every_pixel_as_they_say(hurst, rolloff, rms, humidity):
+    ground = roughxr.synthetic.self_affine((128, 128), 8, rms=rms, hurst=hurst, rolloff=rolloff, cutoff=30, seed=5)
+    pair = wet(ground, humidity)
+    found = pair.contact.pull_off_map(subregions=(3, 3))
+    whole = pair.contact.rigid(subregions=(3, 3), delta=[0.0], refine=4, law="exponential")
+    ratio = float(found.pull_off_force.mean() / whole.pull_off_force.mean())
+    assert found.attrs["expected_ratio_low"] < ratio < found.attrs["expected_ratio_high"]
+
+
+def test_menisci_that_merge_all_over_are_not_summed(humid):
+    flooded = wet(scan(rough(48, rms=0.3)), 0.95)
+    for verb in ("superpose", "pull_off_map", "rolling"):
+        with pytest.raises(ValueError, match=r"humidity: expected menisci that stay apart.*`rigid`"):
+            getattr(flooded.contact, verb)()
+    with pytest.raises(ValueError, match="law: expected 'menisci' for a humid pair"):
+        scan(rough(48, rms=1.0)).contact.assign_pair(
+            sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1
+        ).contact.superpose(law="menisci")
+
+
+def test_a_wet_sphere_rolls_off_slides_or_lifts(humid):
+    """From asperities and from the simulation's own pressures; what resists grows with the humidity."""
+    dry = humid.contact.assign_pair(sphere_radius=1000, contact_modulus=40, humidity=0.3)
+    more = humid.contact.assign_pair(sphere_radius=1000, contact_modulus=40, humidity=0.8)
+    moments = [one.contact.rolling(directions=6, subregions=(2, 2)) for one in (dry, more)]
+    speeds = [one.contact.critical_load().critical_friction_velocity for one in moments]
+    assert float(moments[1].resisting_moment.mean()) > 1.5 * float(moments[0].resisting_moment.mean()) > 0
+    assert float(speeds[1].mean()) > float(speeds[0].mean()) > 0
+    left = moments[1].contact.resuspension(friction_velocity=[0.01, 1e3])
+    assert left.remaining.values[:, 0].tolist() == [1.0, 0.0]
+    solved = summit(humidity=0.5, n=33, pixel=4.0, contact_modulus=4.0).contact.adhesive(
+        delta=[-0.4, 0.0, 0.4, 0.8], fields=True, accuracy=None, refine=4
+    )
+    rolled = solved.contact.rolling(directions=4)
+    state = solved.sel(branch="retraction").isel(subregion=0)
+    radius = np.sqrt(state.contact_area / np.pi)
+    expected = float((-state.force * radius).max())
+    np.testing.assert_allclose(rolled.resisting_moment.values[0], expected, rtol=0.15)
+
+
+def test_sensitivity_and_budget_know_humidity_and_contact_angles(humid):
+    changed = {"humidity": [-0.1, 0.1], "contact angle": [30.0]}
+    found = humid.contact.sensitivity(subregions=(2, 2), settings=changed)
+    base, drier, wetter, less = found.pull_off_mean.values
+    assert drier < base < wetter and less < base
+    at = humid.assign_coords(liquid.at_humidity(humid, 0.6)).contact.pull_off_map(subregions=(2, 2))
+    assert wetter == pytest.approx(float(at.pull_off_force.mean()), rel=0.02)
+    budget = humid.contact.error_budget(places=1, seeds=0, settings=changed)
+    rises = [humid.assign_coords(liquid.at_humidity(humid, one)) for one in (0.5, 0.6)]
+    options = {"subregions": regions.sample(regions.centres(humid), 1), "accuracy": None}
+    low, high = (float(one.contact.adhesive(**options).pull_off_force[0]) for one in rises)
+    assert float(budget.relative_error.sel(entry="humidity")) >= (high / low - 1) * 0.98
+    thin = humid.contact.rigid(delta=[0.0]).meniscus_error
+    assert float(budget.relative_error.sel(entry="thin menisci")) == pytest.approx(float(thin[0]), rel=1e-6)
+    with pytest.raises(ValueError, match="settings: expected a humid pair for 'humidity'"):
+        humid.contact.assign_pair(sphere_radius=3000, materials="glass").contact.sensitivity(settings=changed)
+
+
+def test_an_estimate_from_elastic_sweeps_refuses_it_in_words(humid):
     elastic = humid.contact.direct(delta=np.linspace(0.2, 3, 12))
-    with pytest.raises(ValueError, match="humidity"):
+    with pytest.raises(ValueError, match="humidity: expected a dry pair"):
         elastic.contact.pull_off(method="ciavarella")
 
 
@@ -311,19 +407,30 @@ def test_a_report_says_and_draws_how_hard_it_sticks_at_this_humidity(humid):
     assert "How hard" not in report.page({"scan": humid.drop_vars(liquid.COORDINATES, errors="ignore")})
 
 
-def test_a_run_takes_a_humid_pair_and_leaves_out_what_does_not_know_the_water(tmp_path, capsys):
+def test_a_run_takes_a_humid_pair_through_all_its_parts(tmp_path, capsys):
     ground = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
-    pair = ground.contact.assign_pair(sphere_radius=500, materials="glass", humidity=0.7)
-    options = {"subregions": (2, 1), "delta": [1.0, 2.0], "refine": 2}
+    pair = wet(ground, 0.7, 500.0, work_of_adhesion=(0.06, 0.004))
+    options = {"subregions": (2, 1), "delta": [1.0, 2.0], "refine": 2, "budget": 0}
     groups = roughxr.run(pair, tmp_path / "run.nc", **options)
     explored = report.write_explorer(tmp_path / "run.nc").read_text(encoding="utf-8")
     assert "How hard does it stick at 70 % relative humidity?" in explored and "Pull-off over humidity" in explored
     assert {"solutions/adhesive", "solutions/rigid", "statistics/humidity", "statistics/regime"} <= set(groups)
-    assert not {"solutions/published", "solutions/rolling", "statistics/formulas"} & set(groups)
+    assert {"solutions/menisci", "solutions/rolling", "statistics/formulas", "statistics/detachment"} <= set(groups)
+    assert not {"solutions/published", "solutions/energy"} & set(groups)
+    places = report.by_place(groups)
+    assert float(places.pull_off_force_superposed.min()) > 0 and float(places.critical_friction_velocity.max()) > 0
     kept = roughxr.archive.load(tmp_path / "run.nc")["statistics/humidity"]
     assert kept.pull_off_force.dims[0] == "humidity" and "adhesive" in capsys.readouterr().out
     stiff, bent = (groups[f"statistics/{name}"].pull_off_force.mean() for name in ("rigid", "adhesive"))
     assert float(bent) == pytest.approx(float(stiff), rel=0.05)
+
+
+def test_a_run_leaves_out_asperities_whose_menisci_merge_and_says_so(tmp_path):
+    ground = scan(rough(32, rms=0.3), pixel=10.0)
+    with pytest.warns(UserWarning, match="menisci of neighbours merge all over"):
+        groups = roughxr.run(wet(ground, 0.9, 500.0), tmp_path / "run.nc", subregions=(1, 1), refine=1, budget=0)
+    assert not {"solutions/menisci", "solutions/rolling", "statistics/detachment"} & set(groups)
+    assert {"solutions/adhesive", "statistics/humidity"} <= set(groups)
 
 
 def test_the_command_line_takes_the_humid_air(tmp_path):
@@ -384,3 +491,40 @@ def test_the_smooth_sphere_to_compare_with_is_wet_too():
     pair = wet(flat(3000.0), 0.9, materials="glass", contact_modulus=None)
     found = pair.contact.rigid(law="exponential", delta=[0.0]).contact.reduction()
     assert float(found.pull_off_ratio[0]) == pytest.approx(1.0, rel=5e-3)
+
+
+def test_formulas_of_liquid_stand_beside_the_sum_over_the_scan():
+    """A smooth sphere and one summit by 4πRγ cos θ, a plane below, and Gaussian heights by their closed form."""
+    pair = wet(scan(rough(96, rms=1.5), pixel=8.0), 0.9, contact_angle=30)
+    table = pair.contact.formulas(subregions=(2, 2), refine=2)
+    force, given, menisci = table.pull_off_force, table.attrs, liquid.menisci_of(pair)
+    assert float(force.sel(formula="smooth")) == pytest.approx(4 * np.pi * 3000 * GAMMA * np.cos(np.pi / 6))
+    share = given["asperity_radius"] / (given["asperity_radius"] + 3000)
+    assert float(force.sel(formula="summit") / force.sel(formula="smooth")) == pytest.approx(share)
+    below = 1 - 1.82 * given["rms"] / menisci.height
+    assert float(force.sel(formula="plane_below") / force.sel(formula="smooth")) == pytest.approx(below)
+    s = given["rms"]
+
+    def integral(x):
+        return x * ndtr(x) + np.exp(-0.5 * x * x) / np.sqrt(2 * np.pi)
+
+    expected = s / menisci.height * (integral(menisci.height / s - 4) - integral(-4))
+    assert float(force.sel(formula="gaussian_heights") / force.sel(formula="smooth")) == pytest.approx(
+        expected, rel=5e-3
+    )
+    assert float(force.sel(formula="sum") / force.sel(formula="smooth")) == pytest.approx(1, abs=0.5)
+    assert "Rabinovich 2002" in report.formula_table({"statistics/formulas": table}).index[3]
+
+
+def test_waves_below_the_pixel_matter_until_menisci_hide_them():
+    """As between rigid bodies, and less the higher menisci are; where those are higher than waves, none are added."""
+    ground = roughxr.synthetic.self_affine((48, 48), 10, rms=1.5, hurst=0.7, rolloff=200, cutoff=40, seed=3)
+    left = {}
+    for humidity in (0.6, 0.9):
+        pair, how = wet(ground, humidity, 300.0), {"shortest": [15, 40], "seeds": 1, "subregions": (1, 1)}
+        bent, stiff = (pair.contact.scale_dependence(method=one, **how).pull_off_force for one in ("adhesive", "rigid"))
+        left[humidity] = float(bent[0, 0, 0] / bent[0, 1, 0])
+        assert left[humidity] == pytest.approx(float(stiff[0, 0, 0] / stiff[0, 1, 0]), abs=0.1)
+    assert left[0.6] < left[0.9] < 1.02
+    flooded = wet(ground, 0.95, 300.0).contact.continued(subregions=(1, 1), seeds=1)
+    assert bool(flooded.converged) and flooded.sizes["shortest_kept"] == 1

@@ -9,7 +9,7 @@ from roughxr.kernels.asperity.laws import asperities_contact, asperities_scales,
 from roughxr.kernels.asperity.superposition import Field
 from roughxr.kernels.halfspace.separation import profile_height
 
-RADIUS, SPHERE = 500.0, 0
+RADIUS, SPHERE, RANGE = 500.0, 0, 1.5
 LAWS = ("self_similar", "energy")
 
 
@@ -17,7 +17,7 @@ def asperities(name, seed, count=9, size=60.0, work=1.0):
     """Return paraboloids at random places, of random shapes and heights, the third of them at the scan's edge."""
     rng = np.random.default_rng(seed)
     A = rng.uniform(1 / 800, 1 / 200, count)
-    scales = asperities_scales(A, A * rng.uniform(1.1, 3, count), 39.4, work, law(name))
+    scales = asperities_scales(A, A * rng.uniform(1.1, 3, count), 39.4, work, law(name, RANGE))
     x, y = rng.uniform(-size, size, (2, count))
     depth = rng.uniform(0, 2, count)
     nobody = np.full((count, 8), -1)
@@ -32,21 +32,21 @@ def offsets(field, x, y):
 
 def walked(field, name, x, y):
     """Return the results at centres, a row for each."""
-    grid = walk.build_grid(field, law(name), RADIUS, SPHERE)
+    grid = walk.build_grid(field, law(name, RANGE), RADIUS, SPHERE)
     x, y = (np.atleast_1d(np.asarray(a, dtype=float)) for a in (x, y))
-    return walk.pull_offs(x, y, grid, law(name).spline, RADIUS, SPHERE)
+    return walk.pull_offs(x, y, grid, law(name, RANGE).spline, RADIUS, SPHERE)
 
 
 def forces(field, name, offset, deltas):
     """Return the sum over asperities at displacements, each by its own law."""
     own = np.asarray(deltas)[None, :] - offset[:, None]
-    return asperities_contact(own, field.scales, law(name).spline).P.sum(axis=0)
+    return asperities_contact(own, field.scales, law(name, RANGE).spline).P.sum(axis=0)
 
 
 def tried(field, name, offset):
     """Return the least force by trying displacements, finely about the lowest."""
     begins = offset + field.scales.end * field.scales.delta
-    deltas = np.concatenate([np.linspace(begins.min(), begins.max() + 3, 800), begins + 1e-12])
+    deltas = np.concatenate([np.linspace(begins.min(), begins.max() + 3, 800), begins + 1e-12, offset])
     found = forces(field, name, offset, deltas)
     lowest = deltas[found.argmin()]
     around = {"bounds": (lowest - 0.05, lowest + 0.05), "method": "bounded", "options": {"xatol": 1e-10}}
@@ -54,7 +54,7 @@ def tried(field, name, offset):
     return min(found.min(), finer.fun)
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", [*LAWS, "menisci"])
 @pytest.mark.parametrize("seed", range(3))
 def test_it_is_the_least_of_all_displacements(name, seed):
     field = asperities(name, seed)
@@ -118,12 +118,12 @@ def test_the_cells_hold_every_asperity_once_and_sum_what_adheres(count):
     assert grid.highest == pytest.approx((own.depth + own.scales.end * own.scales.delta).min())
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", [*LAWS, "menisci"])
 @pytest.mark.parametrize("reach", [-1.0, 2.0, 8.0])
 def test_those_near_by_are_all_that_begin_below_the_reach_in_order(name, reach):
     field = asperities(name, 3, count=30)
-    grid = walk.build_grid(field, law(name), RADIUS, SPHERE)
-    near = walk.nearby(20.0, -30.0, reach, grid, law(name).spline, RADIUS, SPHERE)
+    grid = walk.build_grid(field, law(name, RANGE), RADIUS, SPHERE)
+    near = walk.nearby(20.0, -30.0, reach, grid, law(name, RANGE).spline, RADIUS, SPHERE)
     offset = offsets(grid.field, 20.0, -30.0)
     onset = offset + grid.field.scales.end * grid.field.scales.delta
     expected = np.flatnonzero(onset <= reach)

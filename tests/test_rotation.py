@@ -80,3 +80,47 @@ def test_the_area_of_round_contacts_is_that_of_their_radii():
     force, area = rotation.total_force(3.0, np.array([0.0, 1.0]), dry, SPLINE)
     assert area == pytest.approx(np.pi * 200 * (3.0 + 2.0))
     assert force == pytest.approx(4 / 3 * 39.4 * np.sqrt(200) * (3**1.5 + 2**1.5))
+
+
+def wet_moments(x, y=0.0, *, modulus=4e5, direction=0.0, work=0.15, height=1.5):
+    """Return what is found for round asperities of 200 nm, wetted and in contact as deep as the whole pull presses."""
+    x = np.asarray(x, dtype=float)
+    wet, curvature = law("menisci", height), np.full(x.size, 1 / 400)
+    scales = asperities_scales(curvature, curvature, modulus, work, wet)
+    across, nothing = np.broadcast_to(y, x.shape).astype(float), np.zeros(x.size)
+    (found,) = rotation.resisting_moments(
+        np.array([direction]), x, across, nothing, scales.delta.copy(), scales, 0.0, wet.spline
+    )
+    return found, scales
+
+
+@pytest.mark.parametrize("height", [0.2, 1.5, 10.0])
+def test_liquid_on_one_asperity_is_peeled_about_the_edge_of_the_solids_contact(height):
+    """The largest (1 − x³) x is 3/4 · 4^(−1/3), in the pull 2πRw and the radius of Hertz's contact under it."""
+    found, scales = wet_moments([0.0], modulus=40.0, height=height)
+    assert scales.P[0] == pytest.approx(2 * np.pi * 200 * 0.15)
+    assert scales.a[0] == pytest.approx((3 * scales.P[0] * 200 / (4 * 40.0)) ** (1 / 3))
+    assert found[MOMENT] == pytest.approx(0.75 * 4 ** (-1 / 3) * scales.P[0] * scales.a[0], rel=1e-3)
+
+
+def test_liquid_on_stiff_asperities_holds_by_their_distances_from_the_foremost():
+    """Two: P₀ times their distance. Three on a ring ρ: towards one of them 3 P₀ρ, towards two of them 3/2 P₀ρ."""
+    found, scales = wet_moments([0.0, 900.0])
+    assert found[MOMENT] == pytest.approx(900.0 * scales.P[0], rel=2e-3)
+    ring = 500.0 * np.exp(2j * np.pi * np.arange(3) / 3)
+    for direction, share in ((0.0, 3.0), (np.pi, 1.5)):
+        found, scales = wet_moments(ring.real, ring.imag, direction=direction)
+        assert found[MOMENT] == pytest.approx(share * 500.0 * scales.P[0], rel=2e-3)
+
+
+def test_a_sphere_comes_down_on_what_liquid_wets_ahead():
+    """One in contact, one 1 nm below it: rolled onto that, the first holds by P₀; the other way that by a third."""
+    wet, curvature = law("menisci", 1.5), np.full(2, 1 / 400)
+    scales = asperities_scales(curvature, curvature, 4e5, 0.15, wet)
+    at, nothing = np.array([0.0, 300.0]), np.zeros(2)
+    given = at, nothing, nothing, np.array([0.0, -1.0]), scales, 0.0, wet.spline
+    ahead, back = rotation.resisting_moments(np.array([0.0, np.pi]), *given)
+    pull = scales.P[0]
+    assert ahead[MOMENT] == pytest.approx(300.0 * pull, rel=2e-3)
+    assert ahead[HINGE] == pytest.approx(300.0)
+    assert back[MOMENT] == pytest.approx(300.0 * pull / 3, rel=2e-3)

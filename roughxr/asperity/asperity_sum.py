@@ -7,17 +7,19 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ..bodies.liquid import menisci_of, work_of
 from ..bodies.materials import range_of
 from ..kernels.asperity import largest_pull
 from ..kernels.asperity import superposition as sums
-from ..kernels.asperity.laws import ASPERITY_LAWS, AsperityLaw, asperities_scales
+from ..kernels.asperity.laws import ASPERITY_LAWS, RANGED, AsperityLaw, asperities_scales
 from ..kernels.asperity.laws import law as read_law
 from ..kernels.halfspace.separation import PROFILES
 from ..vocabulary import schema
 from .catalogue import asperities
+from .expectation import refuse_crowded
 
 #: The laws with adhesion, and all laws.
-ADHESIVE = ("jkr", "maugis")
+ADHESIVE = ("jkr", "maugis", "menisci")
 LAWS = (*ADHESIVE, "hertz")
 
 #: Formulations of adhesion on an elliptic asperity, for the law "jkr".
@@ -34,7 +36,7 @@ class Options(NamedTuple):
     """How asperities adhere, and what is pressed against them."""
 
     law: str  # name of the kernel's law
-    adhesion_range: float  # nm, NaN for a law without range
+    adhesion_range: float  # nm: z₀, the height of menisci, or NaN for a law without range
     composite: bool
     profile: int
     first_contact: bool
@@ -44,7 +46,14 @@ class Options(NamedTuple):
 
     def kernel_law(self) -> AsperityLaw:
         """Return the law in the form that the kernels take."""
-        return read_law(self.law, self.adhesion_range) if self.law == "maugis" else read_law(self.law)
+        return read_law(self.law, self.adhesion_range) if self.law in RANGED else read_law(self.law)
+
+
+def law_for(ds: xr.Dataset, law: str | None) -> str:
+    """Return the name of a law: by default that of liquid for a humid pair, else JKR's."""
+    if law == "menisci" and not schema.is_wet(ds):
+        raise ValueError("law: expected 'menisci' for a humid pair (assign_pair with humidity), found a dry one")
+    return law or ("menisci" if schema.is_wet(ds) else "jkr")
 
 
 def options_of(ds, law, formulation, datum, profile="sphere") -> Options:
@@ -56,14 +65,24 @@ def options_of(ds, law, formulation, datum, profile="sphere") -> Options:
     radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
     return Options(
         law=formulation if law == "jkr" else law,
-        adhesion_range=range_of(ds) if law == "maugis" else np.nan,
+        adhesion_range=_range(ds, law),
         composite=formulation != "published",
         profile=PROFILES[profile],
         first_contact=datum == "first_contact",
         radius=radius,
         contact_modulus=modulus,
-        work_of_adhesion=0.0 if law == "hertz" else schema.pair(ds, "work_of_adhesion")[0],
+        work_of_adhesion=0.0 if law == "hertz" else work_of(ds),
     )
+
+
+def _range(ds: xr.Dataset, law: str) -> float:
+    """Return how far a law reaches, nm: of a humid pair as far as the liquid, which holds more than the solids."""
+    menisci = menisci_of(ds)
+    if law not in RANGED:
+        return np.nan
+    if law == "menisci":
+        return menisci.height
+    return range_of(ds) if menisci is None else menisci.range
 
 
 def _check(law: str, formulation: str) -> None:
@@ -75,15 +94,13 @@ def _check(law: str, formulation: str) -> None:
         )
     schema.one_of(law, LAWS, "law")
     schema.one_of(formulation, FORMULATIONS, "formulation")
-    if law == "maugis" and formulation not in (DEFAULT, _OF_MAUGIS):
-        raise ValueError(
-            f"formulation: expected none beside law='maugis', found {formulation!r}; take law='jkr' for it"
-        )
+    if law in RANGED and formulation not in (DEFAULT, _OF_MAUGIS):
+        raise ValueError(f"formulation: expected none beside law={law!r}, found {formulation!r}; take law='jkr' for it")
 
 
 def law_of(law: str, formulation: str, options: Options) -> dict[str, Any]:
     """Return the law's name and its parameters as attributes of a result."""
-    if law == "maugis":
+    if law in RANGED:
         return {"law": law, "formulation": _OF_MAUGIS, "adhesion_range": options.adhesion_range}
     return {"law": law, "formulation": formulation}
 
@@ -110,6 +127,8 @@ def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
     depth = float(catalogue["datum_height"]) - catalogue["height"].values
     at_edge = catalogue["edge"].values.astype(float) if "edge" in catalogue else np.zeros(x.size)
     peaks = np.isfinite(scales.P)
+    if options.law == "menisci":
+        refuse_crowded(catalogue)
     kept = [array[peaks] for array in (x, y, depth, catalogue["orientation"].values, at_edge)]
     scales = type(scales)(*(array[peaks] for array in scales))
     return sums.Field(*kept, _neighbours(*kept[:2]), scales), float(catalogue["patch_radius"]), int((~peaks).sum())

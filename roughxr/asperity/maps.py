@@ -20,6 +20,7 @@ from .asperity_sum import (
     catalogue_of,
     fit_of,
     largest_pulls,
+    law_for,
     law_of,
     options_of,
 )
@@ -37,7 +38,7 @@ def pull_off_map(
     ds: xr.Dataset,
     *,
     subregions: Any = EVERY_PIXEL,
-    law: str = "jkr",
+    law: str | None = None,
     formulation: str = "energy",
     datum: str = "highest_peak",
     progress: bool = False,
@@ -55,8 +56,8 @@ def pull_off_map(
         A scan, or an asperity catalogue, with an assigned pair and work of adhesion.
     subregions : "every pixel", (int, int), (array, array) or Dataset
         Contact centres, see `regions.centres`; every pixel needs a scan.
-    law : {"jkr", "maugis"}
-        Adhesion without range, or with the pair's, see `superpose`.
+    law : {"jkr", "maugis", "menisci"}, optional
+        Adhesion without range, with the pair's, or that of condensed liquid, see `superpose`.
     formulation : {"energy", "self_similar", "johnson_greenwood", "published"}
         With law="jkr": how adhesion acts on an ellipse, see `superpose`.
     datum : {"highest_peak", "first_contact"}
@@ -97,6 +98,7 @@ def pull_off_map(
     """
     kind = "asperities" if "asperity" in ds.dims else "scan"
     ds = schema.validate(ds, kind)
+    law = law_for(ds, law)
     schema.one_of(law, ADHESIVE, "law")
     options = options_of(ds, law, formulation, datum)
     pixels = isinstance(subregions, str)

@@ -12,6 +12,7 @@ from ..jobs import lazy as parallel
 from ..jobs.records import Layout, converged, labelled, warn_unconverged
 from ..kernels.asperity import rotation
 from ..kernels.asperity import superposition as sums
+from ..kernels.asperity.force_curves import STIFF
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import is_whole, magnitude
@@ -25,6 +26,7 @@ from .asperity_sum import (
     fit_of,
     grid_of,
     largest_pulls,
+    law_for,
     law_of,
     options_of,
 )
@@ -64,7 +66,7 @@ def rolling(
     directions: Any = 24,
     load: Any = 0.0,
     subregions: Any = None,
-    law: str = "jkr",
+    law: str | None = None,
     formulation: str = DEFAULT,
     progress: bool = False,
 ) -> xr.Dataset:
@@ -91,7 +93,7 @@ def rolling(
         positive where nothing adheres (law="hertz").
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`; not for a solution, which has its own.
-    law : {"jkr", "maugis", "hertz"}
+    law : {"jkr", "maugis", "menisci", "hertz"}, optional
     formulation : str
         As in `superpose`; not for a solution.
     progress : bool
@@ -124,6 +126,11 @@ def rolling(
     contacts under a load L resist L times the edge's distance, and the sphere tips where the line of the load leaves
     the support polygon.
 
+    Of a humid pair (law="menisci") the sphere turns about the foremost contact of the solids, while liquid pulls behind
+    it and ahead of it; asperities ahead that are wetted at rest bear it once it comes down on them. Liquid follows the
+    gap at constant humidity: what it resists where its edge sticks is left out. For one contact, of a radius a₀ under
+    the whole pull P₀, the moment is 0.4725 P₀a₀, for stiff ones far apart P₀ times their distances from the foremost.
+
     Asperities stay elastic, whatever hardness is assigned.
 
     The sphere is put down at each place as it is, and does not settle sideways. Where ``contacts`` is one or two, a
@@ -146,6 +153,7 @@ def rolling(
         return _finished(_of_states(ds, angles, push), ds, "adhesive", {"directions": angles, "load": push})
     kind = "asperities" if "asperity" in ds.dims else "scan"
     ds = schema.validate(ds, kind)
+    law = law_for(ds, law)
     options = options_of(ds, law, formulation, "highest_peak")
     if law not in ADHESIVE and not push > 0:
         raise ValueError(f"load: expected a positive load (nN) where nothing adheres, found {push:g}; or law='jkr'")
@@ -166,7 +174,7 @@ def _angles(directions: Any) -> np.ndarray:
 
 def _no_contact_options(subregions: Any, *given: Any) -> None:
     """Raise where contact options are given for a solution, which has its own."""
-    if subregions is not None or given != ("jkr", DEFAULT):
+    if subregions is not None or given != (None, DEFAULT):
         raise ValueError(
             "subregions, law, formulation: expected with a scan or a catalogue alone; a solution has its own"
         )
@@ -219,7 +227,8 @@ def _roll(x: float, y: float, prepared: tuple, options: Options, layout: Layout,
     found = rotation.resisting_moments(
         layout.axes["direction"], u, v, field.orientation[held], delta, scales, load, spline
     )
-    record["rest_delta"], record["contacts"] = rest, held.size
+    touching = (scales.row != STIFF) | (delta >= 0)  # others are wetted alone
+    record["rest_delta"], record["contacts"] = rest, np.count_nonzero(touching)
     record["truncated"] = field.at_edge[held].any()
     record["contact_area"] = rotation.total_force(rest, offset[held], scales, spline)[1]
     return _put(record, layout, found.T)

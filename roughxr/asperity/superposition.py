@@ -28,6 +28,7 @@ from .asperity_sum import (
     fit_of,
     grid_of,
     largest_pulls,
+    law_for,
     law_of,
     options_of,
 )
@@ -57,7 +58,7 @@ def superpose(
     *,
     delta: Any = None,
     subregions: Any = None,
-    law: str = "jkr",
+    law: str | None = None,
     formulation: str = DEFAULT,
     datum: str = "highest_peak",
     yielding: bool = True,
@@ -76,15 +77,18 @@ def superpose(
         pressed as deep as the median place lies below the highest peak.
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
-    law : {"jkr", "maugis", "hertz"}
-        Adhesion without range, with a range, or none. "maugis" is Maugis's and Dugdale's law between JKR and DMT,
-        tabulated and read for each asperity at its own λ = 1.157 μ, Tabor's μ taken with R = 1/(2√(AB)) and the pair's
-        range of adhesion (see `tabor`).
-        It is the law of a sphere. An ellipse keeps Hertz's shape; for large μ its load is that of "self_similar", and
-        for small μ 2πwR reduced by the same factor (by 0.2 % at B/A = 1.5, 3 % at 5, 6 % at 10). The pull across a gap,
-        before an asperity touches and after it lets go, is left out: on a surface of 1.5 nm rms this is less than 1 %
-        of the pull-off for λ > 0.5, some 5 % at λ = 0.2, and half of it where z₀ reaches the roughness (3 nm, λ =
-        0.02). Below λ = 0.02 and above 50 the ends of the table stand for DMT and JKR.
+    law : {"jkr", "maugis", "menisci", "hertz"}, optional
+        Adhesion without range, with a range, condensed liquid, or no adhesion; by default "jkr", of a humid pair
+        "menisci": asperities too stiff to bend under the liquid, which pulls across the gaps around those that touch,
+        too; their own work of adhesion under it is counted over the same range. "jkr" and "maugis" of a humid pair take
+        the work of both, "maugis" the liquid's range: for bodies that bend. "maugis" is Maugis's and Dugdale's law
+        between JKR and DMT, tabulated and read for each asperity at its own λ = 1.157 μ, Tabor's μ taken with R =
+        1/(2√(AB)) and the pair's range of adhesion (see `tabor`). It is the law of a sphere. An ellipse keeps Hertz's
+        shape; for large μ its load is that of "self_similar", and for small μ 2πwR reduced by the same factor (by 0.2 %
+        at B/A = 1.5, 3 % at 5, 6 % at 10). The pull across a gap, before an asperity touches and after it lets go, is
+        left out: on a surface of 1.5 nm rms this is less than 1 % of the pull-off for λ > 0.5, some 5 % at λ = 0.2, and
+        half of it where z₀ reaches the roughness (3 nm, λ = 0.02). Below λ = 0.02 and above 50 the ends of the table
+        stand for DMT and JKR.
     formulation : {"energy", "self_similar", "johnson_greenwood", "published"}
         For law="jkr", how adhesion acts on an ellipse. "energy": the shape that minimises the energy over both axes;
         "self_similar": Hertz's shape (the paper's derivation, corrected); "johnson_greenwood": the edge condition at
@@ -103,7 +107,8 @@ def superpose(
     Returns
     -------
     Dataset
-        ``force`` (nN, negative pulls) and ``contact_area`` (nm²) along (subregion, delta); the number of ``contacts``,
+        ``force`` (nN, negative pulls) and ``contact_area`` (nm²) along (subregion, delta); the number of ``contacts``
+        (by "menisci" those that are wetted, of which not all touch),
         how many of them reach beyond the patch that their paraboloid was fitted to, and how many overlap one of their
         eight nearest neighbours, so that superposition no longer holds; ``truncated`` where an asperity at the scan's
         edge is in contact. ``excluded_asperities`` counts the saddles left out. Laws with adhesion also give the exact
@@ -120,7 +125,8 @@ def superpose(
     ------
     ValueError
         If no pair is assigned, no work of adhesion for a law with adhesion, the indenter is no sphere, the
-        displacements are empty, not finite or not ascending, or law="maugis" is given a formulation.
+        displacements are empty, not finite or not ascending, law="maugis" is given a formulation, or menisci are so
+        high that they would merge with their neighbours' all over the surface.
 
     Warns
     -----
@@ -153,6 +159,7 @@ def superpose(
     """
     kind = "asperities" if "asperity" in ds.dims else "scan"
     ds = schema.validate(ds, kind)
+    law = law_for(ds, law)
     options = options_of(ds, law, formulation, datum)
     positions = regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)

@@ -37,13 +37,13 @@ _THIN = 0.1
 #: Kelvin's radius, nm, below which the liquid is a few molecules thick (water's is 0.28 nm across).
 _FEW_MOLECULES = 0.75
 
-#: What the pair carries of the liquid.
+#: The angles, on the scan's body and on the other, and all that the pair carries of the liquid.
+ANGLES = ("contact_angle_1", "contact_angle_2")
 COORDINATES = (
     "humidity",
     "kelvin_radius",
     "surface_tension",
-    "contact_angle_1",
-    "contact_angle_2",
+    *ANGLES,
     "liquid_film",
     "share_under_liquid",
 )
@@ -90,6 +90,11 @@ class Menisci(NamedTuple):
         return self.pull * self.height
 
     @property
+    def range(self) -> float:
+        """The range z₀ (nm) of Lennard-Jones's law that bends bodies as much: Maugis's λ is 1.157 of its μ."""
+        return 1.157 * (2 * math.pi / 9) ** (1 / 3) * self.height
+
+    @property
     def edge(self) -> float:
         """The energy of a meniscus along its edge, nN: that of the arc less what the sharp edge of the law counts."""
         open_angle = math.pi - sum(self.angles) + 0.5 * sum(math.sin(2 * angle) for angle in self.angles)
@@ -108,6 +113,12 @@ def menisci_of(ds: xr.Dataset) -> Menisci | None:
         values.get("liquid_film", 0.0),
         values.get("share_under_liquid", 1.0),
     )
+
+
+def work_of(ds: xr.Dataset) -> float:
+    """Return the work to part a pair of bodies, J/m²: of a humid one that of the liquid and of the solids under it."""
+    (work,), menisci = schema.pair(ds, "work_of_adhesion", wet=True), menisci_of(ds)
+    return work if menisci is None else menisci.work + menisci.share * work
 
 
 def angles(given: Any) -> tuple[float, float]:

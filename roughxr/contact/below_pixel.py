@@ -14,7 +14,7 @@ import numpy as np
 
 from ..kernels.adhesion import smooth_path as path
 from ..kernels.topography.random_surface import nested_waves, rms_of
-from .cycle import cycles_on, largest_cell, largest_pull, reached
+from .cycle import bearing_cell, cycles_on, largest_pull, reach_of_law, reached
 from .problem import Surface
 
 #: Cells along the shortest wave, and on the meshes on which the cells within reach are looked for.
@@ -84,8 +84,13 @@ def _surface(patch, seed, depth, pull, problem, adhesion, below) -> tuple[Surfac
 
     pixels = [first + patch.pixel * np.arange(size) for first, size in zip(patch.first, patch.height.shape)]
     shown = RectBivariateSpline(*pixels, patch.height)
+    softest = bearing_cell(adhesion, problem.contact_modulus)
+    last = min(max(below.shortest / PER_WAVE, min(_LEAST_CELL, 2 * below.shortest / PER_WAVE)), softest)
     within = depth + _REACH * adhesion.length
-    apart = pull / (np.pi * problem.contact_modulus * _FELT * adhesion.length)
+    if adhesion.liquid is not None:
+        alone = adhesion._replace(work=0.0)
+        within = max(within, depth + reach_of_law(alone, problem._replace(pixel=last, refine=1)))
+    apart = pull / (np.pi * problem.contact_modulus * _FELT * adhesion.span)
 
     def separation(points, shortest):
         x, y = points
@@ -104,12 +109,10 @@ def _surface(patch, seed, depth, pull, problem, adhesion, below) -> tuple[Surfac
         points, cell = [_kept(p, near.any(1 - k), cell, finer, apart) for k, p in enumerate(points)], finer
     near = separation(points, wave)
     near = near < near.min() + within + _HIGH * rms_of(below.spectrum.at, wave, below.shortest)
-    softest = largest_cell(adhesion.law, adhesion.length, problem.contact_modulus, adhesion.work)
-    finer = min(max(below.shortest / PER_WAVE, min(_LEAST_CELL, 2 * below.shortest / PER_WAVE)), softest)
-    points = [_kept(p, near.any(1 - k), cell, finer, apart) for k, p in enumerate(points)]
+    points = [_kept(p, near.any(1 - k), cell, last, apart) for k, p in enumerate(points)]
     found = separation(points, below.shortest)
     found = np.where(found < found.min() + within, found, np.inf)
-    return Surface(found, float(found.min()), np.inf, (0, 0)), finer
+    return Surface(found, float(found.min()), np.inf, (0, 0)), last
 
 
 def _between(low: float, high: float, cell: float) -> np.ndarray:

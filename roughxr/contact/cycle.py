@@ -99,6 +99,16 @@ class Adhesion(NamedTuple):
         """The whole work to part the bodies, that of liquid included, J/m²."""
         return self.work + (self.liquid.work if self.liquid else 0.0)
 
+    @property
+    def span(self) -> float:
+        """The range over which most of it pulls, nm: that of liquid where there is any."""
+        return self.liquid.height if self.liquid else self.length
+
+    @property
+    def peak(self) -> float:
+        """The largest pull of a law with a range, GPa."""
+        return self.work / self.length + (self.liquid.pull if self.liquid else 0.0)
+
 
 def law_on(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -> smooth_laws.SmoothLaw:
     """Return the law on unit cells of unit modulus; an edge has this part of the steepness that the mesh bears."""
@@ -199,11 +209,16 @@ def _apart(found: Cycles) -> np.ndarray:
 
 
 def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
-    cell = largest_cell(adhesion.law, adhesion.length, problem.contact_modulus, adhesion.work)
-    if adhesion.liquid is not None:  # so that its edge is no wider than its height
-        liquid = adhesion.liquid
-        cell = min(cell, 0.5 * _EDGE * problem.contact_modulus * liquid.height / liquid.pull)
+    cell = bearing_cell(adhesion, problem.contact_modulus)
     return next((n for n in REFINEMENTS if problem.pixel / n <= cell), REFINEMENTS[-2])
+
+
+def bearing_cell(adhesion: Adhesion, modulus: float) -> float:
+    """Return the largest cells (nm) on which adhesion holds between bodies of a modulus (GPa)."""
+    cell, liquid = largest_cell(adhesion.law, adhesion.length, modulus, adhesion.work), adhesion.liquid
+    if liquid is None:
+        return cell
+    return min(cell, 0.5 * _EDGE * modulus * liquid.height / liquid.pull)  # its edge is no wider than its height
 
 
 def largest_cell(law: str, length: float, modulus: float, work: float) -> float:

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..asperity.asperity_sum import ADHESIVE
 from ..asperity.catalogue import asperities
+from ..bodies.liquid import menisci_of
 from ..bodies.materials import range_of
 from ..jobs.records import converged
 from ..kernels.asperity import maugis
@@ -30,7 +32,7 @@ def elastic_pull_off(ds: xr.Dataset, *, smoothing: Any = 2.0) -> xr.Dataset:
         found = ", ".join(map(str, ds.variables))
         raise ValueError(f"expected a sweep with 'force' and 'contact_area' along 'delta', found variables: {found}")
     (w,) = schema.pair(ds, "work_of_adhesion")
-    if ds.attrs.get("method") == "adhesive" or ds.attrs.get("law") in ("jkr", "maugis"):
+    if ds.attrs.get("method") == "adhesive" or ds.attrs.get("law") in ADHESIVE:
         raise ValueError("expected a sweep without adhesion (of direct, or law='hertz'), found one with; take pull_off")
     if ds.sizes["delta"] < 8:
         raise ValueError(f"delta: expected a sweep of at least eight displacements, found {ds.sizes['delta']}")
@@ -89,11 +91,20 @@ def _roots(delta, force):
     return np.sqrt(delta - delta[0] + before * (delta[1] - delta[0]))
 
 
+def attractions_of(ds: xr.Dataset) -> list[tuple[float, float]]:
+    """Return the work (J/m²) and range (nm) of a pair's attraction; of a humid one, of its solids' and the liquid's."""
+    (work,), menisci = schema.pair(ds, "work_of_adhesion", wet=True), menisci_of(ds)
+    if menisci is None:
+        return [(work, range_of(ds))]
+    return [(work * menisci.share, range_of(ds)), (menisci.work, menisci.range)]
+
+
 @verb
 def tabor(ds: xr.Dataset) -> xr.Dataset:
     """Return the catalogue with Tabor's parameter of each asperity under the assigned sphere.
 
-    Above about 5 the Griffith limit (JKR) holds, below about 0.1 the limit of long range (DMT).
+    Above about 5 the Griffith limit (JKR) holds, below about 0.1 the limit of long range (DMT). Of a humid pair the
+    larger of that of the solids under the liquid and that of the liquid, by whose law bodies bend as much.
 
     Parameters
     ----------
@@ -120,9 +131,10 @@ def tabor(ds: xr.Dataset) -> xr.Dataset:
     ('asperity',)
     """
     ds = schema.validate(ds, "asperities") if "asperity" in ds.dims else asperities(ds)
-    radius, modulus, w = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion")
+    radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
     A, B = (0.5 * (ds[name].values + 1 / radius) for name in ("curvature_min", "curvature_max"))
     with np.errstate(invalid="ignore", divide="ignore"):
-        parameter = np.where(A > 0, maugis.tabor(A, B, modulus, w, range_of(ds)), np.nan)
+        each = [maugis.tabor(A, B, modulus, work, length) for work, length in attractions_of(ds)]
+    parameter = np.where(A > 0, np.max(each, axis=0), np.nan)
     out = ds.assign(tabor_parameter=("asperity", parameter))
     return schema.record(schema.label(out), "tabor", ds)

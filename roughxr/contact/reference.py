@@ -634,24 +634,7 @@ def gaussian_work(
     >>> round(gaussian_work(rms=0.3, length=0.3), 4)
     0.0795
     """
-    from scipy.optimize import minimize_scalar
-    from scipy.special import erf
-
-    sigma = positive(rms, "nm", "rms")
-    found = _potential(law, work_of_adhesion, length, None)
-    nodes, weights = np.polynomial.legendre.leggauss(400)
-    u = cut * nodes
-    density = cut * weights * np.exp(-0.5 * u**2) / (np.sqrt(2 * np.pi) * erf(cut / np.sqrt(2)))
-
-    def mean(nearest):
-        return float(density @ potentials.energy(nearest + sigma * (cut - u), found))
-
-    if found.closest is not None:
-        return mean(found.closest)
-    nearest = np.geomspace(0.1, 2.0, 120) * found.length
-    best = nearest[np.argmax([mean(g) for g in nearest])]
-    bounds = 0.97 * best, 1.03 * best
-    return float(-minimize_scalar(lambda g: -mean(g), bounds=bounds, method="bounded", options={"xatol": 1e-9}).fun)
+    return potentials.gaussian_mean(_potential(law, work_of_adhesion, length, None), positive(rms, "nm", "rms"), cut)
 
 
 def yield_load(*, radius: Any, contact_modulus: Any, hardness: Any) -> float:

@@ -9,14 +9,17 @@ import xarray as xr
 
 from ..asperity.catalogue import asperities
 from ..bodies import liquid
-from ..bodies.materials import closest_approach, range_of
+from ..bodies.materials import closest_approach
 from ..jobs import lazy as parallel
+from ..kernels.adhesion import potentials
 from ..scans import level, regions, smooth
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent
 from ..vocabulary.verbs import verb
 from . import reference
+from .estimates import attractions_of
 from .problem import hardness_of
+from .rigid_attraction import options_of
 from .rigid_bodies import rigid
 
 #: Tabor's parameter below which bodies may be taken as rigid, and above which the range of adhesion may be neglected
@@ -28,6 +31,9 @@ _MAUGIS = 1.157
 
 #: Share of the pull from beyond contact above which a sum over the asperities in contact is not enough.
 _MUCH = 0.5
+
+#: Height of summits over the mean plane, in rms heights, by Rabinovich et al.
+_ABOVE_PLANE = 1.82
 
 #: Wavelength, in mean distances between summits, that divides Rabinovich's two scales.
 _LONG = 4.0
@@ -85,28 +91,23 @@ def regime(
     ('adhesive', '`adhesive`')
     """
     ds = in_memory(ds)
-    radius, modulus, w = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion", wet=True)
-    menisci = liquid.menisci_of(ds)
-    if menisci is not None:
-        solids, w = w * menisci.share, menisci.work + w * menisci.share
+    radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
+    w, attractions, wet = liquid.work_of(ds), attractions_of(ds), schema.is_wet(ds)
     tip = 1 / (1 / radius + 1 / _asperity_radius(asperities(ds)))
     contact = (9 * np.pi * w * tip**2 / (8 * modulus)) ** (1 / 3)
     found = {
-        "sphere_tabor": _tabor(radius, modulus, w, range_of(ds)),
-        "asperity_tabor": _tabor(tip, modulus, w, range_of(ds)),
+        "sphere_tabor": max(_tabor(radius, modulus, *each) for each in attractions),
+        "asperity_tabor": max(_tabor(tip, modulus, *each) for each in attractions),
         "pull_beyond_contact": _beyond(ds, subregions, refine),
         "pixels_per_contact": contact / schema.square_pixel(ds),
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
-    if menisci is not None:
-        own = [_tabor(one, modulus, solids, range_of(ds)) if solids > 0 else 0.0 for one in (radius, tip)]
-        law = [_maugis(one, modulus, menisci) for one in (radius, tip)]
-        of_both = [max(one, other / _MAUGIS) for one, other in zip(own, law)]
-        found |= {"sphere_maugis": law[0], "sphere_tabor": of_both[0], "asperity_tabor": of_both[1]}
+    if wet:
+        found["sphere_maugis"] = _MAUGIS * _tabor(radius, modulus, *attractions[-1])
     hardness, _ = hardness_of(ds)
     if np.isfinite(hardness):
         found["yields"] = found["peak_pressure"] > hardness
-    beyond = found["pull_beyond_contact"] if menisci is None else 1.0
+    beyond = 1.0 if wet else found["pull_beyond_contact"]
     found["recommended"] = _recommended(found["asperity_tabor"], beyond)
     words = " ".join(filter(None, (_sentence(found), liquid.told(ds))))
     out = xr.Dataset(found).assign_attrs(recommendation=words, resolved=_resolved(float(found["pixels_per_contact"])))
@@ -115,12 +116,7 @@ def regime(
 
 def _tabor(radius: float, modulus: float, w: float, length: float) -> float:
     pair = {"contact_modulus": modulus, "work_of_adhesion": w, "adhesion_range": length}
-    return reference.tabor_parameter(radius=radius, **pair)
-
-
-def _maugis(radius: float, modulus: float, menisci: liquid.Menisci) -> float:
-    """Return Maugis's parameter λ = σ₀ (9R/(2πwE*²))^⅓ of a liquid that pulls with σ₀ and the work w."""
-    return menisci.pull * (9 * radius / (2 * np.pi * menisci.work * modulus**2)) ** (1 / 3)
+    return reference.tabor_parameter(radius=radius, **pair) if w > 0 else 0.0
 
 
 def _beyond(ds: xr.Dataset, subregions: Any, refine: int) -> float:
@@ -179,9 +175,11 @@ def formulas(ds: xr.Dataset, *, subregions: Any = (4, 4), law: str = "hamaker", 
     Dataset
         ``pull_off_force`` (nN) and ``formula_ratio``, its ratio to the median of the sum, along ``formula``: "sum"
         (that median), "bradley" (a smooth sphere), "rumpf" (one hemisphere of the summits' median radius), "rumpf_rms",
-        "rabinovich" and "rabinovich_two_scales", "gaussian_heights". Attributes hold the formulas' inputs from the
+        "rabinovich" and "rabinovich_two_scales", "gaussian_heights"; of a humid pair "sum", "smooth" (4πRγ cos θ for
+        equal angles), "summit" (the same of one hemisphere of the summits' median radius), "plane_below" (of the sphere
+        over a plane 1.82 rms below it) and "gaussian_heights". Attributes hold the formulas' inputs from the
         scan: ``rms``, ``wavelength`` (the mean distance between summits), ``asperity_radius``, ``long_rms``,
-        ``long_wavelength``, nm, and ``hamaker_constant``, nN nm.
+        ``long_wavelength``, nm, and ``hamaker_constant``, nN nm, or ``meniscus_height``, nm.
 
     Raises
     ------
@@ -195,7 +193,8 @@ def formulas(ds: xr.Dataset, *, subregions: Any = (4, 4), law: str = "hamaker", 
 
     References
     ----------
-    Rumpf, Particle Technology (1990); Rabinovich et al., J. Colloid Interface Sci. 232 (2000) 10 and 17.
+    Rumpf, Particle Technology (1990); Rabinovich et al., J. Colloid Interface Sci. 232 (2000) 10 and 17; of liquid
+    McFarlane & Tabor, Proc. R. Soc. A 202 (1950) 224; Rabinovich et al., Adv. Colloid Interface Sci. 96 (2002) 213.
 
     Examples
     --------
@@ -206,16 +205,23 @@ def formulas(ds: xr.Dataset, *, subregions: Any = (4, 4), law: str = "hamaker", 
     (1.0, True)
     """
     ds = in_memory(ds)
-    radius, w = schema.pair(ds, "sphere_radius", "work_of_adhesion")
     summed = rigid(ds, subregions=subregions, delta=[0.0], law=law, refine=refine)
+    found, inputs = (_of_liquid if schema.is_wet(ds) else _of_solids)(ds, law, _inputs(ds))
+    force = np.array([float(summed.pull_off_force.median()), *found.values()])
+    columns = {"pull_off_force": ("formula", force), "formula_ratio": ("formula", force / force[0])}
+    out = xr.Dataset(columns, {"formula": ["sum", *found]}, attrs=inputs)
+    return schema.record(schema.label(out), "formulas", ds, subregions=subregions, law=law, refine=refine)
+
+
+def _of_solids(ds: xr.Dataset, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the formulas' pull-offs (nN) of a dry pair, and their inputs."""
+    radius, w = schema.pair(ds, "sphere_radius", "work_of_adhesion")
     z0 = closest_approach(ds)
-    given = _inputs(ds)
     sphere = {"radius": radius, "hamaker_constant": 12 * np.pi * z0**2 * w, "closest_approach": z0}
     short = {"rms": given["short_rms"], "wavelength": given["wavelength"]}
     long = {name: given[name] for name in ("long_rms", "long_wavelength")}
     left = reference.gaussian_work(rms=given["rms"], length=z0, work_of_adhesion=w, law="hamaker")
     found = {
-        "sum": float(summed.pull_off_force.median()),
         "bradley": reference.dmt_pull_off(radius=radius, work_of_adhesion=w),
         "rumpf": reference.rumpf(asperity_radius=given["asperity_radius"], **sphere),
         "rumpf_rms": reference.rumpf_rms(rms=given["rms"], **sphere),
@@ -223,11 +229,23 @@ def formulas(ds: xr.Dataset, *, subregions: Any = (4, 4), law: str = "hamaker", 
         "rabinovich_two_scales": reference.rabinovich(**short, **long, **sphere),
         "gaussian_heights": 2 * np.pi * radius * left,
     }
-    force = np.array(list(found.values()))
-    columns = {"pull_off_force": ("formula", force), "formula_ratio": ("formula", force / force[0])}
-    inputs = given | {name: sphere[name] for name in ("hamaker_constant", "closest_approach")}
-    out = xr.Dataset(columns, {"formula": list(found)}, attrs=inputs)
-    return schema.record(schema.label(out), "formulas", ds, subregions=subregions, law=law, refine=refine)
+    return found, given | {name: sphere[name] for name in ("hamaker_constant", "closest_approach")}
+
+
+def _of_liquid(ds: xr.Dataset, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the same of a humid pair: thin menisci, beside the solids under them."""
+    (radius,), menisci, work = schema.pair(ds, "sphere_radius"), liquid.menisci_of(ds), liquid.work_of(ds)
+    summit = 1 / (1 / radius + 1 / given["asperity_radius"])
+    open_gap = max(1 - _ABOVE_PLANE * given["rms"] / menisci.height, 0.0)
+    over_heights = potentials.gaussian_mean(options_of(ds, law, None, "cut_off", "sphere").law, given["rms"])
+    pulled = {
+        "smooth": (radius, work),
+        "summit": (summit, work),
+        "plane_below": (radius, menisci.work * open_gap),
+        "gaussian_heights": (radius, over_heights),
+    }
+    found = {name: 2 * np.pi * R * w for name, (R, w) in pulled.items()}
+    return found, given | {"meniscus_height": menisci.height}
 
 
 def _inputs(ds: xr.Dataset) -> dict[str, float]:

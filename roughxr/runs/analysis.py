@@ -5,7 +5,7 @@ A run is a dictionary of Datasets, the groups of its archive:
     scan, asperities, reconstruction
     solutions/adhesive, /continued (with the roughness continued below the scan),
     /rigid, /direct, /contact (fields of one place), /smooth (the same sphere on a flat), /hertz,
-    /published, …, /rolling (resisting moments)
+    /published, … or /menisci, /rolling (resisting moments)
     statistics/adhesive, /rigid, /published, …, /roughness, /regime (the recommended model), /formulas (pull-off by the
     usual formulas), /humidity (of a humid pair: the pull between rigid bodies over it), /continued, /detachment,
     /detachment_continued and /detachment_superposed (the critical flow), /error_budget, /sensitivity, /shorter_waves
@@ -25,6 +25,7 @@ import numpy as np
 import xarray as xr
 
 from ..asperity.catalogue import asperities
+from ..asperity.expectation import CROWDED, crowding
 from ..asperity.moments import rolling
 from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
@@ -51,8 +52,9 @@ from ..vocabulary import schema
 from ..vocabulary.units import magnitude, whole_number
 from ..vocabulary.verbs import verb, warn
 
-#: Formulations that a run compares.
-COMPARED = ("published", "self_similar", "energy")
+#: Ways of superposition that a run compares; of a humid pair the one for liquid.
+COMPARED = {name: {"formulation": name} for name in ("published", "self_similar", "energy")}
+OF_LIQUID = {"menisci": {"law": "menisci"}}
 
 #: Largest cells (nm) on which the pull between rigid bodies is summed, but no more than eight to a pixel.
 _RIGID_CELL = 2.5
@@ -68,6 +70,9 @@ _ALONG = ("subregion", "seed")
 
 #: A mesh is fine enough where the median change of the pull-off on a finer one is smaller than this, over some places.
 _SETTLED = 0.05
+
+#: Why a run continues nothing in humid air: a place takes minutes there, since so many cells are wetted.
+_SLOW_IN_HUMID_AIR = "in humid air that takes minutes a place: ask for it at a few places (continued)"
 
 
 class Plan(NamedTuple):
@@ -280,15 +285,20 @@ def analyse(scan: xr.Dataset, plan: Plan, say: Stages = _UNTOLD, *, progress: bo
     elastic = options | {"yielding": False}  # to show the effect of yield beside it
     groups["solutions/hertz"] = superpose(catalogue, delta=plan.sweep, law="hertz", **elastic)
     suited = catalogue if plan.patch == "auto" else asperities(scan)
-    if schema.is_wet(scan):  # superposed asperities know nothing of liquid
-        return groups
     say("superposition")
-    for name in COMPARED:
+    ways = OF_LIQUID if schema.is_wet(scan) else COMPARED
+    if crowding(suited) > CROWDED:
+        warn(
+            "superposed asperities, and what it takes to roll the sphere off, are left out: at this humidity the "
+            "menisci of neighbours merge all over the surface"
+        )
+        ways = {}
+    for name, way in ways.items():
         summed = scan if name == "published" else suited  # the paper's own asperities for its own formulas
-        groups[f"solutions/{name}"] = superpose(summed, delta=plan.sweep, formulation=name, **elastic)
-    for name in COMPARED:
+        groups[f"solutions/{name}"] = superpose(summed, delta=_wide(plan, scan), **way, **elastic)
+    for name in ways:
         groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
-    if "solutions/adhesive" in groups and "sphere_radius" in scan.coords:
+    if ways and "solutions/adhesive" in groups and "sphere_radius" in scan.coords:
         say("rolling")
         groups |= _coming_off(suited, options, groups)
     if plan.budget and "solutions/adhesive" in groups:
@@ -308,12 +318,19 @@ def _expected(scan: xr.Dataset, plan: Plan) -> dict[str, float]:
         found |= {"continued": 30.0 + 6.0 * some} if some and hard and not wet else {}
         found |= {"rigid": 5.0 + 0.3 * places}
     found |= {"humidity": 10.0} if wet else {}
-    found |= {"direct": 3.0 + 0.1 * places}
-    found |= {} if wet else {"superposition": 5.0}
-    if adheres and not wet:
+    found |= {"direct": 3.0 + 0.1 * places, "superposition": 5.0}
+    if adheres:
         found |= {"rolling": 5.0} if "sphere_radius" in scan.coords else {}
         found |= _of_budget(plan, _PLACE) if plan.budget else {}
     return found | {"pages": 15.0}
+
+
+def _wide(plan: Plan, scan: xr.Dataset) -> np.ndarray:
+    """Return the displacements of a superposition, from before liquid bridges the gap where there is any."""
+    menisci = liquid.menisci_of(scan)
+    if menisci is None or -menisci.height > plan.sweep[0]:
+        return plan.sweep
+    return np.append(np.linspace(-menisci.height, plan.sweep[0], 51)[:-1], plan.sweep)
 
 
 def _of_budget(plan: Plan, place: float) -> dict[str, float]:
@@ -342,7 +359,7 @@ def _below_the_scan(scan: xr.Dataset, plan: Plan, progress: bool, say: Stages) -
     if not plan.continued:
         return {}
     if schema.is_wet(scan):
-        return {"statistics/continued": not_continued(scan, "the air is humid, and it is done for dry bodies only")}
+        return {"statistics/continued": not_continued(scan, _SLOW_IN_HUMID_AIR)}
     if not {"hardness", "hardness_estimate"} & set(scan.coords):  # and the simulation would take hours
         why = "no hardness is known, and summits ever sharper would yield; give one, or named materials"
         return {"statistics/continued": not_continued(scan, why)}
@@ -434,8 +451,8 @@ def _warn_of_soft(scan: xr.Dataset) -> None:
     """Warn before hours pass that JKR's contact of the smooth sphere, without load, is wider than the scan."""
     if "sphere_radius" not in scan.coords:
         return
-    radius, modulus, work = schema.pair(scan, *schema.PAIR, wet=True)
-    work += liquid.menisci_of(scan).work if schema.is_wet(scan) else 0.0
+    radius, modulus = schema.pair(scan, "sphere_radius", "contact_modulus")
+    work = liquid.work_of(scan)
     wide = 2 * (4.5 * np.pi * work * radius**2 / modulus) ** (1 / 3)
     x_low, x_high, y_low, y_high = regions.extent(scan)
     if wide > min(x_high - x_low, y_high - y_low):
@@ -478,8 +495,7 @@ def _rigid_bodies(scan: xr.Dataset, options: dict[str, Any], say: Stages) -> dic
         if "sphere_radius" in scan.coords:
             some = regions.sample(regions.centres(scan, options["subregions"]), _FORMULA_PLACES)
             groups["statistics/regime"] = regime(scan, subregions=some, refine=refine)
-            if not schema.is_wet(scan):
-                groups["statistics/formulas"] = formulas(scan, subregions=some, refine=refine)
+            groups["statistics/formulas"] = formulas(scan, subregions=some, refine=refine)
     return groups
 
 

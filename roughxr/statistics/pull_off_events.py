@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import menisci_of
+from ..bodies.liquid import work_of
 from ..contact.estimates import elastic_pull_off
 from ..jobs.records import converged
 from ..vocabulary import schema
@@ -168,10 +168,8 @@ def smooth_pull_off(ds: xr.Dataset) -> float:
     >>> round(smooth_pull_off(pair))
     19071
     """
-    radius, work = schema.pair(ds, "sphere_radius", "work_of_adhesion", wet=True)
-    if (menisci := menisci_of(ds)) is not None:
-        return 2 * np.pi * radius * (menisci.work + menisci.share * work)
-    return 1.5 * np.pi * work * radius
+    (radius,) = schema.pair(ds, "sphere_radius")
+    return (2.0 if schema.is_wet(ds) else 1.5) * np.pi * work_of(ds) * radius
 
 
 @verb

@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..bodies.materials import range_of
 from ..contact.adhesion import settling
 from ..contact.below_pixel import Below, pull_off_below
 from ..contact.cycle import Adhesion
@@ -33,7 +32,7 @@ from ..vocabulary.verbs import verb
 #: Waves are added by this factor; below the floor (nm) no continuum is.
 _FACTOR, _FLOOR = 0.5**0.5, 0.5
 
-#: Waves whose standard deviation is below this part of the range of adhesion do not matter.
+#: Waves whose standard deviation is below this part of the range of adhesion, or of a meniscus, do not matter.
 _FLAT = 0.1
 
 #: Places at which it is found out where the waves end to matter, and the assumptions are changed.
@@ -107,9 +106,9 @@ def continued(
 
     Notes
     -----
-    Under the exponential law, with the pair's ``adhesion_range`` (0.3 nm unless given), and with the pair's hardness or
-    the estimate for named materials. Waves that the scan shows falsely, shorter than four pixels unless its spectrum
-    ends before, are replaced.
+    Under the exponential law, with the pair's ``adhesion_range`` (0.3 nm unless given), of a humid pair with that of
+    the liquid beside it, and with the pair's hardness or the estimate for named materials. Waves that the scan shows
+    falsely, shorter than four pixels unless its spectrum ends before, are replaced.
 
     Examples
     --------
@@ -119,7 +118,7 @@ def continued(
     >>> bool(found.pull_off_lower < found.pull_off_mean < found.pull_off_upper), float(found.shortest_wavelength)
     (True, 10.0)
     """
-    ds = _dry(in_memory(ds))
+    ds = in_memory(ds)
     count, accuracy = whole_number(seeds, "seeds", least=1), fraction(accuracy, "accuracy")
     end = None if shortest is None else positive(shortest, "nm", "shortest")
     spectrum = shown_truly(ds) if spectrum is None else spectrum
@@ -167,22 +166,16 @@ def _ends_before(ds: xr.Dataset, fitted: xr.Dataset) -> bool:
     return float(inner.std()) < 0.3 * rms_of(known_spectrum(fitted).at, shown, 2 * pixel)
 
 
-def _dry(ds: xr.Dataset) -> xr.Dataset:
-    """Return a scan whose pair is dry; raise for a humid one."""
-    if schema.is_wet(ds):
-        raise ValueError("humidity: expected a dry pair where roughness is continued, found a humid one; take adhesive")
-    return ds
-
-
 def with_hardness(ds: xr.Dataset) -> tuple[xr.Dataset, str]:
     """Return the scan with the hardness that is used, and a sentence on it."""
     if "hardness" in ds.coords:
         return ds, f"hardness {float(ds['hardness']):.3g} GPa as assigned"
     if "hardness_estimate" not in ds.coords:
         return ds, _ELASTIC
-    estimate, (work,) = float(ds["hardness_estimate"]), schema.pair(ds, "work_of_adhesion")
-    if estimate <= work / range_of(ds, "exponential"):
-        return ds, f"the bodies stay elastic, since the pull w/ρ exceeds the estimated hardness of {estimate:.3g} GPa"
+    estimate = float(ds["hardness_estimate"])
+    if estimate <= settling(ds)[1].peak:
+        words = "the pull of liquid and solids" if schema.is_wet(ds) else "the pull w/ρ"
+        return ds, f"the bodies stay elastic, since {words} exceeds the estimated hardness of {estimate:.3g} GPa"
     return ds.assign_coords(hardness=estimate), f"hardness {estimate:.3g} GPa, estimated for the named materials"
 
 
@@ -236,7 +229,7 @@ def _pilot(surface: Surface, question: Question, end, accuracy: float, progress:
     count = len(surface.patches)
     places = np.unique(np.linspace(0, count - 1, min(count, _PILOT)).round().astype(int))
     seeds, below = max(1, -(-_PILOT // places.size)), question.below
-    model, length = below.spectrum, question.adhesion.length
+    model, length = below.spectrum, question.adhesion.span
     waves, means, guesses, converged = [below.longest], [], [None], False
     smallest = _FLOOR if end is None else min(end, below.longest)
     while True:
@@ -273,12 +266,12 @@ def _entries(surface, question: Question, pilot: _Pilot, hardness: str, progress
     tilted = [below.spectrum._replace(tilt=tilt) for tilt in (-1.0, 1.0)]
     asked = {"spectrum": [question._replace(below=below._replace(spectrum=one)) for one in tilted]}
     asked["range of adhesion"] = [
-        coarser._replace(adhesion=adhesion._replace(length=adhesion.length * factor))
-        for factor in (1 / _RANGE, _RANGE)
-        if not problem.yielding or adhesion.work / (adhesion.length * factor) < problem.hardness
+        coarser._replace(adhesion=changed)
+        for changed in (adhesion._replace(length=adhesion.length * factor) for factor in (1 / _RANGE, _RANGE))
+        if not problem.yielding or changed.peak < problem.hardness
     ]
     if problem.yielding:
-        unsure, least = _ESTIMATED if "estimated" in hardness else _HARDNESS, 1.01 * adhesion.work / adhesion.length
+        unsure, least = _ESTIMATED if "estimated" in hardness else _HARDNESS, 1.01 * adhesion.peak
         asked["hardness"] = [
             coarser._replace(problem=problem._replace(hardness=max(problem.hardness * factor, least)))
             for factor in (1 / unsure, unsure)

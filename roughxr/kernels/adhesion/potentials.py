@@ -124,9 +124,9 @@ def energy(g, law):
     g = np.asarray(g, dtype=float)
     if law.wet == -np.inf:
         return _energy(g, law)
-    under = np.minimum(g, law.wet)
-    at_edge = law.share * (_energy(under, law) - _energy(law.wet, law)) + law.pull * (law.wet - under)
-    return at_edge + _energy(np.maximum(g, law.wet), law)
+    found, at_edge, under = np.array(_energy(g, law)), _energy(law.wet, law), g < law.wet
+    found[under] = law.share * (found[under] - at_edge) + law.pull * (law.wet - g[under]) + at_edge
+    return found
 
 
 def _energy(g, law):
@@ -142,6 +142,26 @@ def _energy(g, law):
         return law.work * x**2
     y = _GREGORY * g / law.wavelength
     return law.work * x**2 * (1.0 - y * np.log1p(1.0 / y))
+
+
+def gaussian_mean(law, sigma, cut=4.0):
+    """Return the largest mean of a potential (J/m²) over Gaussian heights of a standard deviation (nm), cut off."""
+    from scipy.optimize import minimize_scalar
+    from scipy.special import erf
+
+    nodes, weights = np.polynomial.legendre.leggauss(400)
+    u = cut * nodes
+    density = cut * weights * np.exp(-0.5 * u**2) / (np.sqrt(2 * np.pi) * erf(cut / np.sqrt(2)))
+
+    def mean(nearest):
+        return float(density @ energy(nearest + sigma * (cut - u), law))
+
+    if law.closest is not None:
+        return mean(law.closest)
+    nearest = np.geomspace(0.1, 2.0, 120) * law.length
+    best = nearest[np.argmax([mean(g) for g in nearest])]
+    bounds = 0.97 * best, 1.03 * best
+    return float(-minimize_scalar(lambda g: -mean(g), bounds=bounds, method="bounded", options={"xatol": 1e-9}).fun)
 
 
 def energy_beyond(g, law):

@@ -63,15 +63,27 @@ def cells(height, law):
     """Return the means and slopes of the cells of a map of heights or gaps (nm); none for a dry law."""
     if law.wet == -np.inf:
         return Cells(*(np.empty((0, 0)),) * 3, 0.0)
-    around = np.pad(height, 1, mode="edge")
-    with np.errstate(invalid="ignore"):
-        along = [(around[2:, 1:-1], around[:-2, 1:-1]), (around[1:-1, 2:], around[1:-1, :-2])]
-        slopes = [0.5 * (after - before) for after, before in along]
-        bend = sum(after + before - 2 * height for after, before in along)
-    slopes = [np.where(np.isfinite(slope), slope, 0.0) for slope in slopes]
-    bend = np.where(np.isfinite(bend), bend, 0.0) / 24
-    most = float((np.abs(bend) + 0.5 * sum(map(np.abs, slopes))).max())
-    return Cells(height + bend, *slopes, most)
+    height = np.ascontiguousarray(height, dtype=float)
+    found = np.empty((3, *height.shape))
+    return Cells(*found, _planes(height, *found))
+
+
+@kernel
+def _planes(height, mean, x, y):
+    """Fill means and changes across each cell from its neighbours, itself at the rim; return ``Cells.most``."""
+    n, m = height.shape
+    most = 0.0
+    for i in range(n):
+        before, after = height[max(i - 1, 0)], height[min(i + 1, n - 1)]
+        for j in range(m):
+            here, left, right = height[i, j], height[i, max(j - 1, 0)], height[i, min(j + 1, m - 1)]
+            a, b = 0.5 * (after[j] - before[j]), 0.5 * (right - left)
+            bend = (after[j] + before[j] + left + right - 4.0 * here) / 24.0
+            x[i, j], y[i, j] = a if np.isfinite(a) else 0.0, b if np.isfinite(b) else 0.0
+            bend = bend if np.isfinite(bend) else 0.0
+            mean[i, j] = here + bend
+            most = max(most, abs(bend) + 0.5 * (abs(x[i, j]) + abs(y[i, j])))
+    return most
 
 
 @kernel

@@ -6,6 +6,7 @@ self_similar        the same derivation corrected: an ellipse of Hertz's shape a
 johnson_greenwood   shape free, edge condition at the ends of both axes (``elliptic_jkr``)
 energy              shape free, energy stationary in both axes (``elliptic_jkr``)
 maugis              between JKR and DMT (``maugis``): the sphere's law in the self-similar ellipse's units
+menisci             liquid of range h between stiff asperities, across the gap before they touch, too (``force_curves``)
 
 An adhesive asperity holds on below δ = 0, down to the end of its stable branch; beyond, P = a = b = 0. The
 published law is the self-similar one with λw for w. With w = 0 every law is Hertz's, and ends at δ = 0.
@@ -30,12 +31,13 @@ from roughxr.kernels.asperity import elliptic_jkr, elliptic_table, jkr, maugis
 from roughxr.kernels.asperity.ellipse import shape, stiffness
 from roughxr.kernels.asperity.elliptic_jkr import State
 from roughxr.kernels.asperity.elliptic_table import EMPTY, lookup, mark, row_of
-from roughxr.kernels.asperity.force_curves import closed_contact
+from roughxr.kernels.asperity.force_curves import STIFF, closed_contact
 from roughxr.kernels.jit import kernel
 
-#: Laws without range, and the one with a range.
+#: Laws without range, and those with a range.
 ASPERITY_LAWS = ("hertz", "published", "self_similar", "johnson_greenwood", "energy")
-HERTZ, PUBLISHED, SELF_SIMILAR, JOHNSON_GREENWOOD, ENERGY, MAUGIS = range(6)
+RANGED = ("maugis", "menisci")
+HERTZ, PUBLISHED, SELF_SIMILAR, JOHNSON_GREENWOOD, ENERGY, MAUGIS, MENISCI = range(7)
 
 
 class AsperityLaw(NamedTuple):
@@ -44,7 +46,7 @@ class AsperityLaw(NamedTuple):
     code: int
     spline: np.ndarray  # coefficients of the branch (``elliptic_table.Table``)
     marks: np.ndarray
-    equilibrium_distance: float  # z₀, nm, of maugis; NaN for the others
+    range: float  # nm: z₀ of maugis, h of menisci; NaN for the others
 
 
 class Scales(NamedTuple):
@@ -58,7 +60,7 @@ class Scales(NamedTuple):
     delta: float  # nm
     axis_ratio: float  # λ of Hertz's ellipse
     end: float  # δ* where the stable branch ends; 0 where nothing adheres
-    row: float  # place in the law's table
+    row: float  # place in the law's table; ``force_curves.STIFF`` for menisci
 
 
 class Contact(NamedTuple):
@@ -93,10 +95,10 @@ class Curve(NamedTuple):
 
 
 @cache
-def law(name, equilibrium_distance=np.nan):
-    """The law of that name, of ``ASPERITY_LAWS`` or "maugis", ready for the kernels; reads its table on first use."""
-    if name == "maugis":
-        return AsperityLaw(MAUGIS, *maugis.table(), float(equilibrium_distance))
+def law(name, length=np.nan):
+    """The law of that name, of ``ASPERITY_LAWS`` or ``RANGED``, ready for the kernels; reads its table on first use."""
+    if name in RANGED:
+        return AsperityLaw(*((MAUGIS, *maugis.table()) if name == "maugis" else (MENISCI, *EMPTY)), float(length))
     code = ASPERITY_LAWS.index(name)
     return AsperityLaw(code, *(elliptic_table.table(name) if code >= JOHNSON_GREENWOOD else EMPTY), np.nan)
 
@@ -110,11 +112,16 @@ def asperity_scales(A, B, E_star, w, law):
     if law.code == HERTZ or w == 0.0:
         beta, H = stiffness(A, B, lam, E_star)
         return Scales(1.0 / np.sqrt(beta), H, 1.0, lam, 0.0, 0.0)
+    if law.code == MENISCI:
+        beta, H = stiffness(A, B, lam, E_star)
+        pull = np.pi * w / np.sqrt(A * B)
+        delta = np.cbrt(pull / H) ** 2
+        return Scales(np.sqrt(delta / beta), pull, delta, lam, -law.range / delta, STIFF)
     unit = jkr.units_of_ellipse(A, B, lam, E_star, lam * w if law.code == PUBLISHED else w)
     if law.code < JOHNSON_GREENWOOD:
         return Scales(unit.a, unit.P, unit.delta, lam, jkr.END_DELTA, 0.0)
     if law.code == MAUGIS:
-        row = maugis.row_of(maugis.parameter(maugis.tabor(A, B, E_star, w, law.equilibrium_distance)))
+        row = maugis.row_of(maugis.parameter(maugis.tabor(A, B, E_star, w, law.range)))
     else:
         row = row_of(B / A)
     return Scales(unit.a, unit.P, unit.delta, lam, mark(law.marks, row, 0), row)
@@ -134,7 +141,7 @@ def asperity_contact(delta, scales, spline):
     if scales.end < 0.0 and spline.size > 0:
         P, a, b = lookup(spline, scales.row, delta_star - scales.end)
     else:
-        P, a, b = closed_contact(delta_star, scales.end < 0.0)
+        P, a, b = closed_contact(delta_star, scales.end, scales.row)
     return Contact(scales.P * P, scales.a * a, scales.a * scales.axis_ratio * b)
 
 
@@ -178,7 +185,10 @@ def asperity_events(scales, law):
     if scales.end == 0.0 or np.isnan(scales.end):
         nothing = State(scales.end, scales.end, scales.end, scales.end)
         return Events(nothing, nothing, nothing)
-    if law.code >= JOHNSON_GREENWOOD:
+    if law.code == MENISCI:
+        P, a, b, delta = -1.0, 0.0, 0.0, 0.0
+        P_end, a_end, b_end = 0.0, 0.0, 0.0
+    elif law.code >= JOHNSON_GREENWOOD:
         P, a = mark(law.marks, scales.row, 1), mark(law.marks, scales.row, 2)
         b, delta = mark(law.marks, scales.row, 3), mark(law.marks, scales.row, 4)
         P_end, a_end, b_end = lookup(law.spline, scales.row, 0.0)

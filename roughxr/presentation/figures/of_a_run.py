@@ -24,7 +24,12 @@ from .style import GREY, SMALL, display_unit, label_axis, log_ticks, stroke, sty
 Run = Mapping[str, xr.Dataset]
 
 #: Methods whose pull-off is drawn, the simulation first, and their labels.
-_METHODS = {"adhesive": "simulation", "rigid": "rigid bodies", "energy": "superposed asperities"}
+_METHODS = {
+    "adhesive": "simulation",
+    "rigid": "rigid bodies",
+    "energy": "superposed asperities",
+    "menisci": "superposed asperities",
+}
 
 
 @verb

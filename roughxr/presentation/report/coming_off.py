@@ -49,7 +49,7 @@ def detachment_table(run: Run) -> pd.DataFrame:
     DataFrame
         One row per quantity, units with it; one column for each method of the pull-off force: the simulation with
         the roughness continued below the scan, where the run has it, the simulation on the surface as scanned, the
-        superposition by least energy. All use the levers of the superposed asperities.
+        superposition by least energy, or "menisci" of a humid pair. All use the levers of the superposed asperities.
 
     Examples
     --------
@@ -63,7 +63,11 @@ def detachment_table(run: Run) -> pd.DataFrame:
     [4.0, 0.0]
     """
     known = {method: group for method, group in _CRITICAL.items() if group in run}
-    columns = {method: _column(moments_of(run, method), run[group]) for method, group in known.items()}
+    wet = run["solutions/rolling"].attrs.get("law") == "menisci"
+    columns = {
+        "menisci" if wet and method == "energy" else method: _column(moments_of(run, method), run[group])
+        for method, group in known.items()
+    }
     table = pd.DataFrame(columns)
     table.index.name = "quantity"
     return table

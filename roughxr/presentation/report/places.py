@@ -17,6 +17,7 @@ _COLUMNS = (
     ("statistics/adhesive", "pull_off_force", "pull_off_force"),
     ("solutions/adhesive", "pull_off_error", "pull_off_error"),
     ("statistics/energy", "pull_off_force", "pull_off_force_superposed"),
+    ("statistics/menisci", "pull_off_force", "pull_off_force_superposed"),
     ("statistics/rigid", "pull_off_force", "pull_off_force_rigid"),
     ("solutions/rolling", "lever", "lever"),
     ("statistics/detachment", "critical_friction_velocity", "critical_friction_velocity"),

@@ -18,7 +18,7 @@ from .intervals import counted_from, marked
 Run = Mapping[str, xr.Dataset]
 
 #: Columns of the comparison, for the methods that a run holds.
-METHODS = ("adhesive", "rigid", "published", "self_similar", "energy", "direct")
+METHODS = ("adhesive", "rigid", "published", "self_similar", "energy", "menisci", "direct")
 
 _MICRO = 1e-3  # µm per nm
 
@@ -232,6 +232,9 @@ _FORMULAS = {
     "rabinovich": "Rabinovich, one scale",
     "rabinovich_two_scales": "Rabinovich, two scales",
     "gaussian_heights": "work left over Gaussian heights",
+    "smooth": "smooth sphere, 4πRγ cos θ and the solids' own",
+    "summit": "the same on one hemisphere of the summits' median radius",
+    "plane_below": "Rabinovich 2002, over a plane 1.82 rms below",
 }
 
 

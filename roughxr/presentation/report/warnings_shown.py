@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ...scans import doubts
+from ...statistics import smooth_pull_off
 from ...vocabulary import schema
 from ...vocabulary.numbers import number, percent
 from ...vocabulary.verbs import verb
@@ -109,7 +110,7 @@ def _groups(run: Run, kind: str) -> Iterator[tuple[str, xr.Dataset]]:
 
 
 def _above_smooth(ds: xr.Dataset) -> str:
-    smooth = 1.5 * np.pi * float(ds["work_of_adhesion"]) * float(ds["sphere_radius"])
+    smooth = smooth_pull_off(ds)
     above = int((ds["pull_off_force"] > smooth).sum()) if "pull_off_force" in ds else 0
     if not above:
         return ""

@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 
 from ...asperity.catalogue import asperities
+from ...contact.rigid_bodies import rigid
 from ...scans import regions, self_affine_fit
 from ...scans.tip import tip_flags
 from ...statistics import bootstrap
@@ -40,6 +41,10 @@ CHANGED: dict[str, tuple[str, str]] = {
     "modulus": ("modulus", "contact modulus {}"),
     "sphere radius": ("sphere radius", "radius {}"),
 }
+
+#: The same of a humid pair, and the entry of what the law of thin menisci leaves out.
+OF_LIQUID = {"humidity": ("humidity", "humidity {}"), "contact angle": ("contact angle", "contact angles {}")}
+THIN = "thin menisci"
 
 #: The entries given by the scan's own places, and by its shortest waves.
 SAMPLING, SHORT_WAVES = "sampling", "shorter waves"
@@ -112,7 +117,8 @@ def error_budget(
     Returns
     -------
     Dataset
-        ``relative_error`` and ``how`` along ``entry``; ``total_error``, the root of the sum of squares of all computed
+        ``relative_error`` and ``how`` along ``entry``, of a humid pair also for its humidity, its contact angles and
+        what the law of thin menisci leaves out; ``total_error``, the root of the sum of squares of all computed
         entries except "shorter waves"; ``pull_off_mean`` (nN), ``shortest_wavelength`` (nm) that the scan shows,
         ``contact_radius_pixels``, the median radius at pull-off of the smallest relevant contact, in pixels of the
         scan, and ``sharper_than_tip``, the share of asperities. The attribute ``condition`` says for which surface the
@@ -158,6 +164,9 @@ def error_budget(
     entries |= {entry: _of_changes(changes, *told) for entry, told in CHANGED.items()}
     if "hardness" in ds.coords:
         entries["hardness"] = _of_changes(changes, "hardness", "hardness {}")
+    if schema.is_wet(ds):
+        entries |= {entry: _of_changes(changes, *told) for entry, told in OF_LIQUID.items()}
+        entries[THIN] = _of_thin_menisci(ds, changes)
     entries[SHORT_WAVES] = _of_short_waves(scales)
     out = _budget(entries).assign(_known(ds, changes, pulls, positive(tip_radius, "nm", "tip_radius")))
     out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
@@ -230,6 +239,13 @@ def _of_changes(changes: xr.Dataset, factor: str, words: str) -> _Entry:
 def _count(ds: xr.Dataset) -> str:
     count = ds.sizes["subregion"]
     return f"{count} place{'s' * (count > 1)}"
+
+
+def _of_thin_menisci(ds: xr.Dataset, changes: xr.Dataset) -> _Entry:
+    """Return by how much the law of thin menisci is too high between rigid bodies at the same places."""
+    found = quietly(rigid, ds, subregions=changes, delta=[0.0])
+    words = f"the energy of the menisci's edges, which their law leaves out, between rigid bodies; {_count(changes)}"
+    return _Entry(float(found["meniscus_error"].mean()), words)
 
 
 def _of_short_waves(scales: xr.Dataset | None) -> _Entry:

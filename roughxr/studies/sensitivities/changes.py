@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...bodies.liquid import ANGLES, angles, at_humidity
 from ...contact.problem import hardness_of
 from ...scans import level
 from ...scans.tip import erode
@@ -44,6 +45,9 @@ SIMULATED: dict[str, tuple] = {
 
 #: Further settings for the simulation of a body that yields: factors on its hardness.
 OF_YIELD: dict[str, tuple] = {"hardness": (0.75, 1.25)}
+
+#: Further settings for a humid pair: humidity added, and degrees added to the contact angles on both bodies.
+OF_LIQUID: dict[str, tuple] = {"humidity": (-0.05, 0.05), "contact angle": (-5.0, 5.0)}
 
 #: Factors of superposed asperities only, and of the simulation only; the latter change how it is solved.
 OF_FITS, OF_SOLVES = (
@@ -129,7 +133,7 @@ def _scaled(name: str) -> Callable:
     """Return the change that multiplies a coordinate of the pair."""
 
     def change(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
-        (value,) = schema.pair(ds, name)
+        (value,) = schema.pair(ds, name, wet=True)
         return f"× {factor:.3g}", ds.assign_coords({name: value * factor})
 
     return change
@@ -145,6 +149,16 @@ def _harder(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
     )
 
 
+def _more_humid(ds: xr.Dataset, more: float) -> tuple[str, xr.Dataset]:
+    return f"{more:+.3g}", ds.assign_coords(at_humidity(ds, float(ds["humidity"]) + more))
+
+
+def _wets_less(ds: xr.Dataset, degrees: float) -> tuple[str, xr.Dataset]:
+    own = [float(np.degrees(ds[name])) for name in ANGLES]
+    changed = angles(tuple(max(angle + degrees, 0.0) for angle in own))
+    return f"{degrees:+.3g} degrees", ds.assign_coords(dict(zip(ANGLES, changed)))
+
+
 #: The function that changes the scan or its pair, by factor.
 CHANGES: dict[str, Callable[[xr.Dataset, Any], tuple[str, xr.Dataset]]] = {
     "levelling": _levelled,
@@ -157,4 +171,6 @@ CHANGES: dict[str, Callable[[xr.Dataset, Any], tuple[str, xr.Dataset]]] = {
     "sphere radius": _scaled("sphere_radius"),
     "range of adhesion": _scaled("adhesion_range"),
     "hardness": _harder,
+    "humidity": _more_humid,
+    "contact angle": _wets_less,
 }

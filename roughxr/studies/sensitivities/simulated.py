@@ -59,7 +59,8 @@ class _Solver:
         """Return the refinement, that of the base case or finer, on which the law can be solved for a pair."""
         if self.way.law in EDGED:
             return self.refine
-        length, modulus, work = schema.pair(ds, "adhesion_range", "contact_modulus", "work_of_adhesion")
+        length, modulus, work = schema.pair(ds, "adhesion_range", "contact_modulus", "work_of_adhesion", wet=True)
+        work *= float(ds.coords.get("share_under_liquid", 1.0))
         cell = _SLACK * largest_cell(self.way.law, length, modulus, work)
         n = self.refine
         while schema.square_pixel(self.ds) / n > cell and n < MOST_REFINED:

@@ -10,6 +10,7 @@ import xarray as xr
 
 from ...asperity.catalogue import asperities
 from ...asperity.superposition import superpose
+from ...bodies.liquid import menisci_of, work_of
 from ...scans.tip import tip_flags
 from ...statistics import bootstrap, pull_off
 from ...vocabulary import schema
@@ -31,7 +32,9 @@ def superposed(ds: xr.Dataset, cases: Sequence[Case], sweep: Sweep) -> xr.Datase
 
 def sweep_of(ds: xr.Dataset) -> np.ndarray:
     """Return displacements from first touch that should include every pull-off."""
-    radius, modulus, work = schema.pair(ds, *schema.PAIR)
+    (radius, modulus), work = schema.pair(ds, "sphere_radius", "contact_modulus"), work_of(ds)
+    if (menisci := menisci_of(ds)) is not None:
+        return np.linspace(-menisci.height, max(4 * menisci.height, float(ds["height"].std())), 161)
     end = (np.pi**2 * work**2 * radius / modulus**2) ** (1 / 3)  # JKR displacement at pull-off within a factor of two
     return np.linspace(-2 * end, max(4 * end, float(ds["height"].std())), 161)
 

@@ -10,13 +10,14 @@ from typing import Any
 
 import xarray as xr
 
+from ...bodies.liquid import work_of
 from ...bodies.materials import range_of
 from ...jobs.progress import teller
 from ...scans import regions
 from ...vocabulary import schema
 from ...vocabulary.units import magnitude, positive
 from ...vocabulary.verbs import verb
-from .changes import CHANGES, OF_FITS, OF_SOLVES, OF_YIELD, SETTINGS, SIMULATED, cases
+from .changes import CHANGES, OF_FITS, OF_LIQUID, OF_SOLVES, OF_YIELD, SETTINGS, SIMULATED, cases
 from .simulated import Simulation, simulated
 from .superposed import Sweep, superposed, sweep_of
 
@@ -50,12 +51,12 @@ def sensitivity(
     settings : mapping of str to sequence, optional
         Settings to try for each factor, by default ``SETTINGS`` or, for "adhesive", ``SIMULATED``: "levelling"
         ("plane", "quadratic" or "cubic"), "pixel" (number joined along each axis), "height step" (nm, rounding), "tip
-        radius" (nm, of a tip removed from the scan), "surface energy", "modulus" and "sphere radius" (factors); for
-        "superpose" also "fit window" (pixels) and "vertex" (as for `asperities`); for "adhesive" also "mesh" (factor by
-        which cells are finer), "step" (factor), "preload" (in mean pull-offs, added), "interpolation" ("waves": heights
-        between the pixels by cosine series in place of splines), "range of adhesion" and "hardness" (factors; the last
-        by default where one is assigned, and on request of the one estimated for named materials, at which they then
-        yield).
+        radius" (nm, of a tip removed from the scan), "surface energy", "modulus" and "sphere radius" (factors), of a
+        humid pair "humidity" and "contact angle" (added, the latter in degrees on both bodies); for "superpose" also
+        "fit window" (pixels) and "vertex" (as for `asperities`); for "adhesive" also "mesh" (factor by which cells are
+        finer), "step" (factor), "preload" (in mean pull-offs, added), "interpolation" ("waves": heights between the
+        pixels by cosine series in place of splines), "range of adhesion" and "hardness" (factors; the last by default
+        where one is assigned, and on request of the one estimated for named materials, at which they then yield).
     preload, law, refine, step
         For "adhesive", see there: by default 0 nN, "auto", "auto" (the coarsest mesh on which the law can be solved)
         and 0.4 nm.
@@ -87,21 +88,25 @@ def sensitivity(
     (['as given', '× 2'], True)
     """
     ds = schema.validate(ds, "scan")
-    if schema.pair(ds, "work_of_adhesion")[0] <= 0:
+    if work_of(ds) <= 0:
         raise ValueError("expected a pair with work_of_adhesion > 0, found 0; assign one with assign_pair")
-    known = _factors(schema.one_of(method, METHODS, "method"))
+    known, wet = _factors(schema.one_of(method, METHODS, "method")), OF_LIQUID if schema.is_wet(ds) else {}
     for factor in settings or ():
         schema.one_of(factor, known, "settings")
+        if factor in OF_LIQUID and not wet:
+            raise ValueError(
+                f"settings: expected a humid pair for {factor!r}, found a dry one; assign_pair(humidity=…) first"
+            )
     centres = regions.centres(ds, subregions)
     if method == "superpose":
         schema.refuse_unused("method='superpose'", preload=preload, law=law, refine=refine, step=step)
-        tried = cases(ds, SETTINGS if settings is None else settings)
+        tried = cases(ds, SETTINGS | wet if settings is None else settings)
         out, arguments = superposed(ds, tried, Sweep(centres, sweep_of(ds))), {}
     else:
         load = magnitude(0.0 if preload is None else preload, "nN", "preload")
         longest = positive(0.4 if step is None else step, "nm", "step")
         way = Simulation(centres, load, law or "auto", longest, refine or "auto")
-        usual = SIMULATED | (OF_YIELD if "hardness" in ds.coords else {})
+        usual = SIMULATED | (OF_YIELD if "hardness" in ds.coords else {}) | wet
         tried = cases(_with_range(ds), usual if settings is None else settings)
         out = simulated(tried[0].ds, tried, way, teller(progress))
         arguments = {name: getattr(way, name) for name in ("preload", "law", "refine", "step")}
