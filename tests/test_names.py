@@ -23,12 +23,9 @@ def public():
     """Return the public functions by name: those at the top, and those of the rooms shown beside them."""
     shown = ("detachment", "reference", "report", "archive")
     rooms = {"": roughxr} | {f"{name}.": getattr(roughxr, name) for name in shown}
-    return {
-        f"{prefix}{name}": value
-        for prefix, room in rooms.items()
-        for name, value in vars(room).items()
-        if inspect.isfunction(value) and not name.startswith("_") and name in getattr(room, "__all__", [name])
-    }
+    names = [(prefix, name, room) for prefix, room in rooms.items() for name in getattr(room, "__all__", vars(room))]
+    found = {f"{prefix}{name}": getattr(room, name) for prefix, name, room in names if not name.startswith("_")}
+    return {name: value for name, value in found.items() if inspect.isfunction(value)}
 
 
 #: Verbs that still have more than eight options; none may join them.
