@@ -38,7 +38,7 @@ from .cycle import (
     yield_told,
 )
 from .elastic import ABOVE_HARDNESS, YIELDED
-from .estimates import tabor
+from .estimates import law_of_range, median_tabor
 from .problem import NOT_LOADED, Place, Problem, deepest, need_heights, read_problem
 from .solving import fields_of, put_fields, solve
 
@@ -47,9 +47,6 @@ LAWS_OF_ADHESION = ("auto", "exponential", "griffith", "dugdale", "lennard_jones
 
 #: Cells along a side of a pixel at most.
 MOST_REFINED = 16
-
-#: Tabor's parameter below which the range of adhesion matters: Griffith's limit is then off by some per cent or more.
-SHORT_RANGE = 5.0
 
 _STATES = {
     "force": float,
@@ -326,7 +323,7 @@ def _law(ds: xr.Dataset, law: str, yields: bool) -> dict[str, Any]:
     if (menisci := menisci_of(ds)) is not None:
         return _law_with_liquid(ds, law, menisci, length, yields)
     if law == "auto":
-        law = "exponential" if work > 0 and (yields or _range_counts(ds, length)) else "griffith"
+        law = law_of_range(_tabor(ds, length), yields=yields) if work > 0 else "griffith"
     if yields:
         _need_hardness_above(float(ds["hardness"]), work, length, law)
     return {"law": law, "length": np.nan if law == "griffith" else length, "work": work}
@@ -356,13 +353,9 @@ def _need_hardness_above(hardness: float, work: float, length: float, law: str) 
         )
 
 
-def _range_counts(ds: xr.Dataset, length: float) -> bool:
-    """Return whether the range of adhesion matters under the sphere, for at least half of the asperities."""
-    if "indenter_height" in ds or parallel.is_lazy(ds):
-        return True
-    found = tabor(ds.assign_coords(adhesion_range=length))["tabor_parameter"].values
-    found = found[np.isfinite(found)]
-    return bool(np.median(found) < SHORT_RANGE) if found.size else True
+def _tabor(ds: xr.Dataset, length: float) -> float:
+    """Return the median of Tabor's parameter under the sphere; NaN where it is not known without all heights."""
+    return np.nan if "indenter_height" in ds or parallel.is_lazy(ds) else median_tabor(ds, length)
 
 
 def _preloads(preload: Any) -> np.ndarray:
