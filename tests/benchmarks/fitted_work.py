@@ -3,11 +3,10 @@
     python tests/benchmarks/fitted_work.py [SETS]
 
 Two kinds of self-affine surface (64 × 64 pixels of 8 nm, rms 1 and 1.5 nm, roll-off 120 nm, no waves below 40 nm) under
-a sphere of 1 µm with E* = 40 GPa and the exponential law of 0.3 nm, on cells of one pixel. Of each kind pull-offs are
-simulated at 8 places on each of 24 surfaces, with w = 0.05 and 0.2 J/m². A set is 12 of these 192 forces, drawn at
-random, with 5 % noise of each and a calibration common to all that is off by 10 % in standard deviation, which the fit
-is told. It is fitted by the prediction at 4 × 4 places of another surface of the kind, a new one for each set, from
-0.1 J/m² on. By default 10 sets of each kind and w: 40 fits, in about two minutes; 25 were tried.
+a sphere of 1 µm with E* = 40 GPa and the exponential law of 0.3 nm, on cells of one pixel; w = 0.05 and 0.2 J/m². Each
+set has a surface of its own. On it pull-offs are simulated at 12 random places, with 5 % noise of each and a
+calibration common to all that is off by 10 % in standard deviation, which the fit is told. It predicts at 4 × 4 other
+places of that surface, from 0.1 J/m² on. By default 10 sets of each kind and w: 40 fits, in about two minutes.
 
 Truth and prediction have the same mesh, and scans show all waves of the surface: roughness finer than the scan, and the
 mesh's error, are not part of this.
@@ -22,7 +21,7 @@ import xarray as xr
 from roughxr.scans.synthetic import self_affine
 
 QUICK = {"refine": 1, "step": 0.5, "law": "exponential"}
-WORKS, RMS, SURFACES, PLACES, MEASURED, NOISE, CALIBRATION = (0.05, 0.2), (1.0, 1.5), 24, 8, 12, 0.05, 0.1
+WORKS, RMS, MEASURED, NOISE, CALIBRATION = (0.05, 0.2), (1.0, 1.5), 12, 0.05, 0.1
 
 
 def surface(rms: float, seed: int) -> xr.Dataset:
@@ -31,25 +30,21 @@ def surface(rms: float, seed: int) -> xr.Dataset:
     return ds.contact.assign_pair(sphere_radius=1000, contact_modulus=40, work_of_adhesion=0.1, adhesion_range=0.3)
 
 
-def simulated(rms: float, work: float) -> np.ndarray:
-    """Return the simulated pull-offs (nN) at random places of all surfaces of a kind."""
-    rng, found = np.random.default_rng(0), []
-    for seed in range(SURFACES):
-        ds = surface(rms, 1000 + seed).assign_coords(work_of_adhesion=work)
-        places = tuple(rng.uniform(-180, 180, (2, PLACES)) + [[float(ds[axis].mean())] for axis in "xy"])
-        found.append(ds.contact.adhesive(subregions=places, **QUICK).pull_off_force.values)
-    return np.concatenate(found)
+def measured_on(ds: xr.Dataset, work: float, rng: np.random.Generator) -> xr.Dataset:
+    """Return simulated pull-offs at random places, with noise of each and a calibration of all."""
+    places = tuple(rng.uniform(-220, 220, (2, MEASURED)) + [[float(ds[axis].mean())] for axis in "xy"])
+    found = ds.assign_coords(work_of_adhesion=work).contact.adhesive(subregions=places, **QUICK)
+    noise = NOISE * rng.standard_normal(MEASURED) + CALIBRATION * rng.standard_normal()
+    return found.assign(pull_off_force=found.pull_off_force * np.exp(noise))
 
 
-def fits(rms: float, work: float, sets: int) -> np.ndarray:
+def fits(rms: float, work: float, seeds: range) -> np.ndarray:
     """Return fitted w and the ends of its interval over the true one, for each set."""
-    every, found = simulated(rms, work), []
-    for seed in range(sets):
-        rng = np.random.default_rng(seed)
-        chosen = rng.choice(every[np.isfinite(every)], MEASURED, replace=False)
-        noise = NOISE * rng.standard_normal(MEASURED) + CALIBRATION * rng.standard_normal()
-        measured = xr.Dataset({"pull_off_force": ("subregion", chosen * np.exp(noise))})
-        fit = surface(rms, seed).contact.fit_pair(measured, force_error=CALIBRATION, **QUICK)
+    found = []
+    for seed in seeds:
+        ds = surface(rms, seed)
+        measured = measured_on(ds, work, np.random.default_rng(seed))
+        fit = ds.contact.fit_pair(measured, force_error=CALIBRATION, **QUICK)
         found.append([float(fit[f"fitted_work_{name}"]) / work for name in ("of_adhesion", "low", "high")])
     return np.array(found)
 
@@ -61,7 +56,7 @@ def main(sets: int) -> None:
     every = []
     for rms in RMS:
         for work in WORKS:
-            every.append(fits(rms, work, sets))
+            every.append(fits(rms, work, range(len(every) * sets, (len(every) + 1) * sets)))
             line(f"{rms:7.1f} {work:9.2f}", every[-1])
     line(" " * 14 + "all", np.concatenate(every))
 
