@@ -63,7 +63,7 @@ def results():
                 }
             )
         ),
-        "fit_pair": surface.contact.fit_pair(pull, subregions=(2, 2), resamples=20),
+        "fit_pair": surface.contact.fit_pair(pull, method="superposed", subregions=(2, 2)),
         "force_ratio": roughxr.force_ratio(sweep, surface.contact.direct(delta=[1.0, 2.0, 3.0], **PLACES)),
     }
 

@@ -5,6 +5,7 @@ import pytest
 
 import roughxr
 from roughxr import reference
+from roughxr.contact.adhesion import _law as adhesion_law
 from roughxr.scans.synthetic import self_affine
 
 from .surfaces import scan
@@ -141,3 +142,41 @@ def test_what_is_wrong_is_said(rough):
         rough.contact.scale_dependence(shortest=[20, 10])
     with pytest.raises(ValueError, match="sphere_radius"):
         roughxr.regime(rough.drop_vars("sphere_radius"))
+
+
+def rubber(modulus, work=0.05, **assigned):
+    """Low summits, all alike, across whose gaps much of the pull acts, so that no sum over contacts is recommended."""
+    x = (np.arange(72) - 36) * 2.0
+    waves = scan(0.5 * np.cos(2 * np.pi * x / 16)[:, None] * np.cos(2 * np.pi * x / 16), 2.0)
+    pair = {"sphere_radius": 500, "contact_modulus": modulus, "work_of_adhesion": work, "adhesion_range": 0.3}
+    return waves.contact.assign_pair(**pair | assigned)
+
+
+@pytest.mark.parametrize(
+    ("modulus", "assigned", "law", "reason"),
+    [
+        (2e-3, {}, "griffith", "as good as without range"),  # rubber
+        (40.0, {}, "exponential", "reaches about as far"),
+        (2e-3, {"hardness": 20.0}, "exponential", "held against the pull"),
+        (2e-3, {"humidity": "60 %", "contact_angle": 10}, "exponential", "the liquid pulls across gaps"),
+        (40.0, {"hardness": 20.0}, "exponential", "reaches about as far"),
+    ],
+)
+def test_the_law_that_is_recommended_is_the_one_that_the_simulation_chooses(modulus, assigned, law, reason):
+    ds = rubber(modulus, **assigned)
+    found = ds.contact.regime(subregions=(1, 1), refine=2)
+    assert found.attrs["law"] == law
+    assert found.recommended.item() == "adhesive"
+    assert reason in found.attrs["recommendation"] and f"'{law}'" in found.attrs["recommendation"]
+    assert adhesion_law(ds, "auto", "hardness" in ds.coords)["law"] == law
+    assert ("reaches about as far" in found.attrs["recommendation"]) <= (float(found.asperity_tabor) < 5)
+
+
+def test_both_change_their_law_at_the_same_modulus():
+    """Tabor's parameter of 5, just above and just below, by its own power −2/3 of E*."""
+    at_one = float(rubber(1.0).contact.regime(subregions=(1, 1), refine=2).asperity_tabor)
+    edge = (at_one / 5) ** 1.5
+    for factor, law in ((0.999, "griffith"), (1.001, "exponential")):
+        ds = rubber(edge * factor)
+        assert ds.contact.regime(subregions=(1, 1), refine=2).attrs["law"] == law
+        assert adhesion_law(ds, "auto", False)["law"] == law

@@ -301,3 +301,42 @@ def test_the_adhesive_simulation_of_stiff_bodies_is_rigid():
     for step in (0.3, 0.1):
         bending = stiff.contact.adhesive(law="exponential", step=step, **places).pull_off_force
         np.testing.assert_allclose(bending, rigid, rtol=0.01)
+
+
+@pytest.mark.parametrize("pixel", [0.5, 0.25])
+def test_the_error_of_the_cells_is_stated(pixel):
+    """A sphere of 10 nm over a flat, its lowest point at a cell's corner and elsewhere: 2πwR once it is divided out."""
+    n = round(24 / pixel)
+    flat = scan(np.zeros((n, n)), pixel)
+    pair = {"sphere_radius": 10.0, "contact_modulus": 40.0, "work_of_adhesion": 0.06}
+    flat = flat.contact.assign_pair(**pair)
+    middle = float(flat.x[n // 2])
+    shifts = np.array([0.0, 0.5, 0.5, 0.3]) * pixel, np.array([0.0, 0.0, 0.5, 0.2]) * pixel
+    places = middle + shifts[0], middle + shifts[1]
+    found = flat.contact.rigid(subregions=places, delta=[-1.0])
+    fine = flat.contact.rigid(subregions=places, delta=[-1.0], refine=16)
+    stated, true = found.cell_error.values, (found.pull_off_force / fine.pull_off_force - 1).values
+    np.testing.assert_allclose(stated, true, atol=0.1 * true.max())
+    assert stated[2] == stated.max() > 0.005 and stated[0] < 1e-3
+    assert np.isnan(flat.contact.rigid(subregions=places, law="lennard_jones", delta=[-1.0]).cell_error).all()
+
+
+@pytest.mark.parametrize(("rms", "least", "most"), [(0.0, 0.0085, 0.0095), (0.5, 0.01, 0.04), (3.0, 0.1, 0.3)])
+def test_what_a_cut_at_eleven_lengths_leaves_out_grows_with_roughness(rms, least, most):
+    """The share of the pull across gaps of more than 11 z0 from contact: what `adhesive` says of its own law."""
+    ds = self_affine((192, 192), 2.0, rms=1.0, hurst=0.8, rolloff=100, cutoff=15, seed=1)
+    pair = {"sphere_radius": 500, "contact_modulus": 40, "work_of_adhesion": 0.06, "adhesion_range": 0.3}
+    ds = ds.assign(height=rms * ds.height).contact.assign_pair(**pair)
+    place = {"law": "lennard_jones", "subregions": ([192.0], [192.0])}
+    turned = float(ds.contact.rigid(delta=[-20.0], **place).pull_off_delta[0])
+    found = ds.contact.rigid(delta=[turned], fields=True, **place)
+    near = -found.pressure.where(found.gap < 12 * 0.3).sum()  # the gap counts from z0 within the potential
+    assert least < 1 - float(near) * 2.0**2 / float(found.pull_off_force[0]) < most
+
+
+def test_the_simulation_says_where_its_lennard_jones_law_is_cut():
+    flat = scan(np.zeros((32, 32)), 0.25)
+    flat = flat.contact.assign_pair(sphere_radius=5.0, contact_modulus=500.0, work_of_adhesion=0.06, adhesion_range=0.3)
+    with pytest.warns(UserWarning, match=r"is cut at a gap of 3\.3 nm"):
+        found = flat.contact.adhesive(law="lennard_jones", subregions=(1, 1), refine=1)
+    assert found.attrs["cut_off_nm"] == pytest.approx(3.3)

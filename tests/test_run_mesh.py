@@ -21,7 +21,7 @@ def test_a_run_refines_until_the_pull_off_settles(cutoff, refined):
     plan = analysis.plan(scan, subregions=(2, 1))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
-        groups = analysis._with_adhesion(scan, plan, {"subregions": plan.subregions}, lambda *words: None)
+        groups = analysis._with_adhesion(scan, plan, {"subregions": plan.subregions}, analysis._UNTOLD)
         coarse = scan.contact.adhesive(subregions=plan.subregions, accuracy=None, step=plan.step)
         finest = scan.contact.adhesive(subregions=plan.subregions, refine=16 if refined else 4, step=0.5 * plan.step)
     solved, finer = groups["solutions/adhesive"], groups["solutions/finer"]

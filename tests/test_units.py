@@ -139,7 +139,7 @@ def test_pulls_in_other_units_are_the_same_pulls():
     """Measured µN, a radius in µm and a work of adhesion in mJ/m² used to give other numbers."""
     pulls, ground = made()["pulls"], made()["scan"]
     micro = pulls.assign(pull_off_force=(pulls.pull_off_force / 1000).assign_attrs(units="uN"))
-    quick = {"subregions": (4, 4), "resamples": 19, "confidence": 0.9}
+    quick = {"method": "superposed", "subregions": (4, 4), "confidence": 0.9}
     right = roughxr.fit_pair(ground, pulls, **quick).fitted_work_of_adhesion
     np.testing.assert_allclose(roughxr.fit_pair(ground, micro, **quick).fitted_work_of_adhesion, right, rtol=1e-9)
     other = ground.assign_coords(

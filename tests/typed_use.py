@@ -86,7 +86,7 @@ def measured(scan: xr.Dataset, path: Path) -> xr.Dataset:
         roughxr.fit_pair(scan, forces[0], quantity="adhesion_range", method="rigid", subregions=(2, 2)),
         roughxr.fit_pair(scan, forces[0], quantity="hardness", subregions=(2, 2), preload=10.0),
     ]
-    others.append(roughxr.predict_others({"a": (scan, forces[0]), "b": (scan, forces[1])}, fit_on="a", law="jkr"))
+    others.append(roughxr.predict_others({"a": (scan, forces[0]), "b": (scan, forces[1])}, fit_on="a"))
     if fitted and others:
         return roughxr.compare(roughxr.pull_off_map(scan), forces[1], shift=("5 nm", 0.0))
     return forces[0]

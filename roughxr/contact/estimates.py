@@ -17,6 +17,10 @@ from ..vocabulary import schema
 from ..vocabulary.units import positive
 from ..vocabulary.verbs import verb
 
+#: Tabor's parameter from which on the range of adhesion may be neglected (Johnson & Greenwood, J. Colloid Interf. Sci.
+#: 192 (1997) 326); below, Griffith's limit is off by some per cent or more.
+SHORT_RANGE = 5.0
+
 #: P″ of a paraboloid is half of P′ over the depth. Where an elastic sweep has less than half of that P″ (a flat top, or
 #: noise of the mesh), the estimate would divide by nearly zero, and is left out.
 _LEAST_CURVATURE = 0.25
@@ -138,3 +142,21 @@ def tabor(ds: xr.Dataset) -> xr.Dataset:
     parameter = np.where(A > 0, np.max(each, axis=0), np.nan)
     out = ds.assign(tabor_parameter=("asperity", parameter))
     return schema.record(schema.label(out), "tabor", ds)
+
+
+def median_tabor(ds: xr.Dataset, length: float) -> float:
+    """Return the median of Tabor's parameter over the asperities of a scan, at a range (nm); NaN without any peak."""
+    found = tabor(ds.assign_coords(adhesion_range=length))["tabor_parameter"].values
+    found = found[np.isfinite(found)]
+    return float(np.median(found)) if found.size else np.nan
+
+
+def law_of_range(parameter: float, *, yields: bool = False, wet: bool = False) -> str:
+    """Return the law that `adhesive` takes for "auto", and `regime` recommends, at the asperities' Tabor parameter.
+
+    Examples
+    --------
+    >>> law_of_range(132.0), law_of_range(0.8), law_of_range(132.0, yields=True), law_of_range(float("nan"))
+    ('griffith', 'exponential', 'exponential', 'exponential')
+    """
+    return "griffith" if parameter >= SHORT_RANGE and not (yields or wet) else "exponential"

@@ -573,7 +573,8 @@ def rabinovich(
     float
         nN, positive. Caps have the radius λ²/(58 rms) and the height 1.82 rms. For one scale
         (AR/6z₀²) [1/(1 + 58 R rms/λ²) + 1/(1 + 1.82 rms/z₀)²]; for two the sphere touches small caps on large ones:
-        (AR/6z₀²) [1/(1 + 58 R rms₂/λ₂²) + 1/((1 + 58 R rms₁/λ₁²)(1 + 1.82 rms₂/z₀)²) + 1/(1 + 1.82(rms₁ + rms₂)/z₀)²].
+        (AR/6z₀²) [1/(1 + 58 R rms₂/λ₂²) + 1/((1 + 58 R rms₁/λ₁²)(1 + 1.82 rms₂/z₀)²)]. Without the longer scale
+        this is the former; what lies beneath both scales is left out.
 
     Raises
     ------
@@ -590,7 +591,7 @@ def rabinovich(
     >>> round(rabinovich(**arguments), 2)
     11.36
     >>> round(rabinovich(**arguments, long_rms=10, long_wavelength=1000), 2)
-    10.04
+    10.0
     """
     R, z = positive(radius, "nm", "radius"), positive(closest_approach, "nm", "closest_approach")
     rms, wavelength = positive(rms, "nm", "rms"), positive(wavelength, "nm", "wavelength")
@@ -602,8 +603,7 @@ def rabinovich(
         return flat * (cap + 1 / (1 + _CAP_HEIGHT * rms / z) ** 2)
     long_rms = positive(long_rms, "nm", "long_rms")
     long_cap = 1 / (1 + _CAP_RADIUS * R * long_rms / positive(long_wavelength, "nm", "long_wavelength") ** 2)
-    across = long_cap / (1 + _CAP_HEIGHT * rms / z) ** 2
-    return flat * (cap + across + 1 / (1 + _CAP_HEIGHT * (rms + long_rms) / z) ** 2)
+    return flat * (cap + long_cap / (1 + _CAP_HEIGHT * rms / z) ** 2)
 
 
 def gaussian_work(

@@ -9,7 +9,7 @@ import xarray as xr
 
 from ..asperity.catalogue import asperities
 from ..bodies import liquid
-from ..bodies.materials import closest_approach
+from ..bodies.materials import closest_approach, range_of
 from ..jobs import lazy as parallel
 from ..kernels.adhesion import potentials
 from ..scans import level, regions, smooth
@@ -17,14 +17,14 @@ from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent
 from ..vocabulary.verbs import verb
 from . import reference
-from .estimates import attractions_of
+from .estimates import SHORT_RANGE, attractions_of, law_of_range, median_tabor
 from .problem import hardness_of
 from .rigid_attraction import options_of
 from .rigid_bodies import rigid
 
-#: Tabor's parameter below which bodies may be taken as rigid, and above which the range of adhesion may be neglected
-#: (Johnson & Greenwood, J. Colloid Interface Sci. 192 (1997) 326).
-_STIFF, _SHORT_RANGE = 0.1, 5.0
+#: Tabor's parameter below which bodies may be taken as rigid (Johnson & Greenwood, J. Colloid Interface Sci. 192 (1997)
+#: 326).
+_STIFF = 0.1
 
 #: Maugis's λ over Tabor's μ of the same work and range.
 _MAUGIS = 1.157
@@ -74,9 +74,10 @@ def regime(
 
     Notes
     -----
-    Asperities whose Tabor parameter is below 0.1 hardly deform: take `rigid`. Above 5 the range of adhesion may be
-    neglected, and a sum over asperities is fast where less than half of the pull comes from beyond contact. In between,
-    and where much of the pull acts across gaps, take the adhesive simulation with a law of finite range.
+    Asperities whose Tabor parameter is below 0.1 hardly deform: take `rigid`. From 5 on the range of adhesion may be
+    neglected, and a sum over asperities is fast where less than half of the pull comes from beyond contact. Else take
+    the adhesive simulation, with the law that its "auto" chooses: without range ("griffith") from 5 on, of finite range
+    ("exponential") below, where a hardness is assigned, and of a humid pair. The attribute ``law`` names it.
 
     References
     ----------
@@ -97,7 +98,9 @@ def regime(
     contact = (9 * np.pi * w * tip**2 / (8 * modulus)) ** (1 / 3)
     found = {
         "sphere_tabor": max(_tabor(radius, modulus, *each) for each in attractions),
-        "asperity_tabor": max(_tabor(tip, modulus, *each) for each in attractions),
+        "asperity_tabor": (
+            max(_tabor(tip, modulus, *each) for each in attractions) if wet else median_tabor(ds, range_of(ds))
+        ),
         "pull_beyond_contact": _beyond(ds, subregions, refine),
         "pixels_per_contact": contact / schema.square_pixel(ds),
         "peak_pressure": _peak_pressure(tip, modulus, w),
@@ -109,8 +112,10 @@ def regime(
         found["yields"] = found["peak_pressure"] > hardness
     beyond = 1.0 if wet else found["pull_beyond_contact"]
     found["recommended"] = _recommended(found["asperity_tabor"], beyond)
-    words = " ".join(filter(None, (_sentence(found), liquid.told(ds))))
-    out = xr.Dataset(found).assign_attrs(recommendation=words, resolved=_resolved(float(found["pixels_per_contact"])))
+    kind = {"yields": "hardness" in ds.coords, "wet": wet}
+    words = " ".join(filter(None, (_sentence(found, **kind), liquid.told(ds))))
+    told = {"recommendation": words, "law": law_of_range(found["asperity_tabor"], **kind)}
+    out = xr.Dataset(found).assign_attrs(told, resolved=_resolved(float(found["pixels_per_contact"])))
     return schema.record(schema.label(out), "regime", ds, subregions=subregions, refine=refine)
 
 
@@ -127,15 +132,15 @@ def _beyond(ds: xr.Dataset, subregions: Any, refine: int) -> float:
 def _recommended(tabor: float, beyond: float) -> str:
     if tabor < _STIFF:
         return "rigid"
-    return "superpose" if tabor > _SHORT_RANGE and beyond < _MUCH else "adhesive"
+    return "superpose" if tabor >= SHORT_RANGE and beyond < _MUCH else "adhesive"
 
 
-def _sentence(found: dict[str, Any]) -> str:
+def _sentence(found: dict[str, Any], *, yields: bool, wet: bool) -> str:
     """Return the recommendation as a sentence."""
     tabor, beyond = found["asperity_tabor"], found["pull_beyond_contact"]
     method = {
         "rigid": "`rigid`, the sum over rigid bodies: summits hardly bend",
-        "adhesive": "`adhesive` with a law of finite range: summits bend, and adhesion reaches about as far",
+        "adhesive": f"`adhesive` {_with_law(tabor, yields=yields, wet=wet)}",
         "superpose": "`superpose`: adhesion is as good as without range, and contacts pull by themselves",
     }[found["recommended"]]
     words = f"The quickest method that suits is {method} (Tabor's parameter of the median asperity is {number(tabor)}; "
@@ -143,6 +148,18 @@ def _sentence(found: dict[str, Any]) -> str:
     if found.get("yields"):
         words += f" Summits yield under their own adhesion ({number(found['peak_pressure'], 'GPa')}): give a hardness."
     return words
+
+
+def _with_law(tabor: float, **kind: bool) -> str:
+    """Return the law that the simulation takes, and why."""
+    if law_of_range(tabor, **kind) == "griffith":
+        return "with law='griffith': adhesion is as good as without range, but contacts do not pull by themselves"
+    why = "summits bend, and adhesion reaches about as far"
+    if kind["wet"]:
+        why = "the liquid pulls across gaps"
+    elif tabor >= SHORT_RANGE:
+        why = "what yields is held against the pull, which has a bound only with a range"
+    return f"with law='exponential', of finite range: {why}"
 
 
 def _resolved(pixels: float) -> str:

@@ -92,10 +92,12 @@ def rigid(
         ``force`` (nN) along (subregion, delta), NaN where the bodies cannot come so close; along subregion
         ``pull_off_force`` and ``pull_off_delta``, the largest pull at any displacement, ``touch_delta`` (nm, where they
         first touch), ``pull_beyond_contact``, the share of that pull from cells more than twice the law's length apart,
-        ``truncated``, where more than 1 % of it comes from beyond the scan, and ``converged``, without which these are
-        NaN. For every pixel along (x, y), without ``pull_beyond_contact`` and ``converged``. Of a humid pair also
-        ``meniscus_error``, the part of the pull by which the law of thin menisci is probably too high, and, for
-        limit="cut_off", ``work_of_separation`` (nN nm, from the largest pull on). Lazy where the scan is a dask array.
+        ``cell_error``, the part by which it is too high since bodies touch at the middles of cells (where a closest
+        approach limits it: divide by 1 + ``cell_error``), ``truncated``, where more than 1 % of it comes from beyond
+        the scan, and ``converged``, without which these are NaN. For every pixel along (x, y), without
+        ``pull_beyond_contact``, ``cell_error`` and ``converged``. Of a humid pair also ``meniscus_error``, the part of
+        the pull by which the law of thin menisci is probably too high, and, for limit="cut_off", ``work_of_separation``
+        (nN nm, from the largest pull on). Lazy where the scan is a dask array.
 
     Raises
     ------
@@ -112,7 +114,9 @@ def rigid(
     -----
     The pull at a place is the sum of tractions over the local gaps of all pixels, on the indenter's front less those on
     its back. Where the indenter has risen by more than 300 nm (or ten times the range of heights), the ground is taken
-    as its mean plane. Within a cell the gap is that of its middle. Near a summit of radius r cells should be smaller
+    as its mean plane. Within a cell the gap is that of its middle, also where bodies first touch: ``cell_error`` states
+    by how much this pulls too hard. It falls with the square of the cells, and is that of the surface's highest point
+    between their middles (a parabola's). Near a summit of radius r cells should be smaller
     than √(2 r z₀), some 3 nm: ``refine`` makes them so, and `add_fine_roughness` adds roughness finer than the scan
     shows, which changes the result, as it does in nature.
 

@@ -1,7 +1,6 @@
-"""Fits of one number of the pair, so that predicted pull-offs have the distribution of the measured ones.
+"""Fits of one number of the pair, so that predicted pull-offs agree with the measured ones.
 
-One distribution determines one number, and for a smooth sphere not even the range: the results say what a fit leaves
-open.
+One mean determines one number, and for a smooth sphere not even the range: the results say what a fit leaves open.
 """
 
 from __future__ import annotations
@@ -11,27 +10,31 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ..asperity import expectation
 from ..asperity.maps import pull_off_map
 from ..bodies.materials import range_of
 from ..contact.adhesion import adhesive
 from ..contact.rigid_bodies import rigid
-from ..statistics.sampling import Samples
 from ..vocabulary import schema
 from ..vocabulary.units import fraction
 from ..vocabulary.verbs import verb
-from .matching import CHANGE, Fitted, ln_quantiles, matching, positive_forces, predicted_forces, trade
+from .matching import CHANGE, Fitted, Predicted, matching, positive_forces, predicted_forces, trade
 
-#: Methods that predict pull-offs.
-VERBS = {"superposed": pull_off_map, "adhesive": adhesive, "rigid": rigid}
+#: Methods that predict pull-offs, and at how many places where none are given.
+VERBS = {"adhesive": adhesive, "superposed": pull_off_map, "rigid": rigid}
+PLACES = {"adhesive": (4, 4), "superposed": (8, 8), "rigid": (8, 8)}
 
 #: A number is not determined by forces that depend on it with a smaller exponent than this.
 _LEAST_EXPONENT = 0.05
 
-#: Distances between distributions (of logarithms) that differ by less than this count as equal.
-_EQUAL_DISTANCE = 0.02
+#: A fit that follows a held number with a smaller exponent than this hardly hangs on it.
+_HARDLY = 0.1
 
 #: A measured spread this many times the predicted is not explained by the surface.
 _EXPLAINED = 0.7, 1.4
+
+#: Standard deviation of ln(superposed / simulated pull-off) from surface to surface: 90 % lie between `expectation`'s.
+_OF_SUPERPOSITION = float(np.log(expectation.HIGH / expectation.LOW)) / (2 * 1.645)
 
 
 class _Quantity(NamedTuple):
@@ -41,23 +44,20 @@ class _Quantity(NamedTuple):
     ends: str  # prefix of the names of the interval's ends
     traded: str  # the held number whose error the fit absorbs
     proportional: bool  # whether pull-offs are roughly proportional to it, so that one nearby can be guessed
-    trials: dict[str, tuple[int, float]]  # by method: how many values are tried, and their factor to either end
+    reach: float  # the values that are tried: up to so many times the assigned one, and down to that part of it
+    methods: tuple[str, ...]  # the first is the default
 
 
 QUANTITIES = {
     "work_of_adhesion": _Quantity(
-        "work of adhesion", "fitted_work", "contact_modulus", True, {"superposed": (9, 4.0), "adhesive": (5, 2.0)}
+        "work of adhesion", "fitted_work", "contact_modulus", True, 1e3, ("adhesive", "superposed")
     ),
     "adhesion_range": _Quantity(
-        "range of adhesion", "fitted_range", "work_of_adhesion", False, {"adhesive": (5, 3.0), "rigid": (9, 4.0)}
+        "range of adhesion", "fitted_range", "work_of_adhesion", False, 6.0, ("adhesive", "rigid")
     ),
-    "hardness": _Quantity("hardness", "fitted_hardness", "work_of_adhesion", False, {"adhesive": (5, 3.0)}),
+    "hardness": _Quantity("hardness", "fitted_hardness", "work_of_adhesion", False, 6.0, ("adhesive",)),
     "sphere_radius": _Quantity(
-        "sphere's radius",
-        "fitted_sphere_radius",
-        "work_of_adhesion",
-        True,
-        {"superposed": (9, 4.0), "adhesive": (5, 2.0)},
+        "sphere's radius", "fitted_sphere_radius", "work_of_adhesion", True, 1e2, ("adhesive", "superposed")
     ),
 }
 
@@ -72,13 +72,12 @@ def fit_pair(
     *,
     quantity: str = "work_of_adhesion",
     method: str | None = None,
-    subregions: Any = (8, 8),
+    subregions: Any = None,
     confidence: float = 0.95,
-    resamples: int = 399,
-    seed: int = 0,
+    force_error: float = 0.0,
     **options: Any,
 ) -> xr.Dataset:
-    """Fit one number of the pair, with which a scan's predicted pull-offs have the distribution of the measured ones.
+    """Fit one number of the pair, with which a scan's predicted pull-offs agree with the measured ones.
 
     Parameters
     ----------
@@ -89,15 +88,17 @@ def fit_pair(
         With ``pull_off_force``, from `open_pull_off`; all positive.
     quantity : {"work_of_adhesion", "adhesion_range", "hardness", "sphere_radius"}
         What is fitted.
-    method : {"superposed", "adhesive", "rigid"}, optional
-        How pull-offs are predicted: "superposed", by `pull_off_map`, in seconds (work of adhesion and radius, their
-        default); "adhesive", by the direct simulation, at some seconds for each place and each of seven values (the
-        default of the others, for the range with law="exponential"); "rigid", between bodies too stiff to deform (the
-        range).
-    subregions : (int, int), (array, array) or Dataset
-        Where the prediction's sphere lands, see `regions.centres`. Places need not be the measured ones.
-    confidence, resamples, seed : float, int, int
-        Confidence level of the interval, and of its bootstraps the number of resamples and the seed.
+    method : {"adhesive", "superposed", "rigid"}, optional
+        How pull-offs are predicted: "adhesive", the default, by the direct simulation, at some seconds for each place
+        and each of about six values (for the range with law="exponential"); "superposed", by `pull_off_map`, in seconds
+        (work of adhesion and radius); "rigid", between bodies too stiff to deform (the range).
+    subregions : (int, int), (array, array) or Dataset, optional
+        Where the prediction's sphere lands, see `regions.centres`; by default on 4 × 4 places, 8 × 8 for the quick
+        methods. Places need not be the measured ones.
+    confidence : float
+        Of the interval, between 0 and 1.
+    force_error : float
+        Relative standard error that all measured forces share, such as that of a spring constant: 0.1 for 10 %.
     **options
         Passed to the method, such as the ``preload`` of the measurement.
 
@@ -105,29 +106,36 @@ def fit_pair(
     -------
     Dataset
         ``fitted_work_of_adhesion`` (J/m²), ``fitted_adhesion_range`` (nm), ``fitted_hardness`` (GPa) or
-        ``fitted_sphere_radius`` (nm), with the ends of an interval due to the scatter of both measured and predicted
-        places (``fitted_work_low``, ``fitted_range_low``, ``fitted_hardness_low``, ``fitted_sphere_radius_low`` and
-        ``…_high``); NaN beyond the values tried. Along ``trial_…`` the profile ``quantile_distance``, 0 where all
-        quantiles from 5 to 95 % agree. What the fit leaves open: ``spread_ratio``, 1 where the surface explains the
-        measured spread; ``force_exponent``, d ln force / d ln value, near 0 where the forces do not determine it; and
-        the derivative of its logarithm with respect to that of the held work of adhesion (``work_trade``) or, for the
-        work of adhesion, of the held contact modulus (``modulus_trade``). The attribute ``not_identifiable`` says the
-        same in words.
+        ``fitted_sphere_radius`` (nm), with the ends of its interval (``fitted_work_low``, ``fitted_range_low``,
+        ``fitted_hardness_low``, ``fitted_sphere_radius_low`` and ``…_high``); NaN beyond the values that could be
+        solved. These lie along ``trial_…`` with ``quantile_distance``, 0 where all quantiles from 5 to 95 % agree. What
+        the fit leaves open: ``spread_ratio``, 1 where the surface explains the measured spread; ``force_exponent``,
+        d ln force / d ln value, near 0 where the forces do not determine it; and the derivative of its logarithm with
+        respect to that of the held work of adhesion (``work_trade``) or, for the work of adhesion, of the held contact
+        modulus (``modulus_trade``). The attribute ``not_identifiable`` says the same in words, with the values that
+        could not be solved.
 
     Raises
     ------
     ValueError
         If measured forces are not all positive, no pair is assigned, for the hardness none, the method does not suit
-        the quantity, or no work of adhesion predicts such forces.
+        the quantity, or nothing can be predicted with the assigned value.
 
     Notes
     -----
-    The interval covers random scatter only. An error common to all places, such as that of a spring constant, of the
-    method, or of waves missing in the scan, is absorbed by the fit: see `error_budget` and `scale_dependence`. Measured
-    and predicted places are taken as independent; where both lie on one scan they share its peaks, and the interval is
-    wider than necessary.
+    The pull-off of each place is solved at the assigned value and where it is needed, at the fit and at the ends of its
+    interval, and interpolated between by monotone curves of logarithms; a value that cannot be solved is left out. The
+    fit is where predicted and measured forces have the same mean logarithm. Its interval is the likelihood's, with
+    Student's t: it holds the scatter of the places on both sides, of each as many as are independent, ``force_error``
+    and the mean ``pull_off_error`` of the simulation. This is stated for refine="auto" only, and on one mesh for laws
+    with an edge.
 
-    A smooth sphere pulls with 2πwR whatever the range (Derjaguin), so that only roughness reveals it.
+    Superposed forces are divided by 0.7, their median ratio to the simulation, and the interval holds that this ratio
+    lies between 0.3 and 1.4 on nine surfaces of ten.
+
+    Waves missing in the scan are absorbed by the fit: see `error_budget` and `scale_dependence`. Measured and predicted
+    places are taken as independent; where both lie on one scan they share its peaks, and the interval is wider than
+    necessary. A smooth sphere pulls with 2πwR whatever the range (Derjaguin), so that only roughness reveals it.
 
     Examples
     --------
@@ -135,94 +143,109 @@ def fit_pair(
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(
     ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, work_of_adhesion=0.1)
     >>> measured = scan.assign_coords(work_of_adhesion=0.5).contact.pull_off_map(subregions=(5, 5))
-    >>> found = fit_pair(scan, measured)
+    >>> found = fit_pair(scan, measured, method="superposed")
     >>> bool(found.fitted_work_low < 0.5 < found.fitted_work_high)
     True
     """
     fitted = QUANTITIES[schema.one_of(quantity, tuple(QUANTITIES), "quantity")]
-    method = schema.one_of(method or next(iter(fitted.trials)), tuple(fitted.trials), "method")
+    method = schema.one_of(method or fitted.methods[0], fitted.methods, "method")
     fraction(confidence, "confidence")
+    if not 0 <= force_error < 1:
+        raise ValueError(f"force_error: expected a relative error from 0 to below 1, found {force_error!r}")
     schema.pair(ds, "contact_modulus", "work_of_adhesion")
     forces = positive_forces(measured)
-    options = {"subregions": subregions, **({"law": "exponential"} if quantity == "adhesion_range" else {}), **options}
-
-    def predict(value: float, traded: float = 1.0) -> Samples:
-        changed = {fitted.traded: float(ds[fitted.traded]) * traded, quantity: value}
-        words = f"{fitted.words} {value:.3g}; choose other subregions, or begin nearer with another {quantity}"
-        return predicted_forces(VERBS[method](schema.label(ds.assign_coords(changed)), **options), words)
-
-    values = _trials(ds, quantity, predict, forces, *fitted.trials[method])
-    given = {"confidence": confidence, "resamples": resamples, "seed": seed}
-    fit = matching(forces, predict, values, **given)
-    out = _labelled(fit, values, quantity, fitted)
-    told = fitted.proportional or abs(fit.exponent) > _LEAST_EXPONENT
-    out[_TRADES[fitted.traded]] = trade(fit, predict(fit.value, CHANGE)) if told else np.nan
-    out.attrs = {"method": method, "confidence": confidence}
+    law = {"law": "exponential"} if quantity == "adhesion_range" else {}
+    options = {"subregions": PLACES[method] if subregions is None else subregions, **law, **options}
+    start = _start(ds, quantity)
+    predict = _Prediction(ds, quantity, method, options)
+    given = {"confidence": confidence, "error": force_error}
+    fit = matching(forces, predict, start, proportional=fitted.proportional, reach=fitted.reach, **given)
+    out = _labelled(fit, quantity, fitted)
+    told = np.isfinite(fit.value) and (fitted.proportional or abs(fit.exponent) > _LEAST_EXPONENT)
+    out[_TRADES[fitted.traded]] = trade(fit, predict(fit.value, CHANGE).forces) if told else np.nan
+    law = {"law": predict.held["law"]} if method == "adhesive" else {}
+    out.attrs = {"method": method, **law, "confidence": confidence, "force_error": force_error}
     out.attrs |= {"measured_from": str(measured.attrs.get("source_file", ""))}
-    out.attrs |= {"missing": f"NaN where the {fitted.words} lies beyond those tried, or forces do not tell it"}
+    out.attrs |= {"missing": f"NaN where the {fitted.words} lies beyond those solved, or forces do not tell it"}
     out.attrs["not_identifiable"] = _words(quantity, fitted, fit, out, ds)
+    given = {"confidence": confidence, "force_error": force_error}
     return schema.record(schema.label(out), "fit_pair", ds, quantity=quantity, method=method, **given, **options)
 
 
-def _trials(ds: xr.Dataset, quantity: str, predict, forces: Samples, count: int, times: float) -> np.ndarray:
-    """Return the values to try, around the assigned one or around the one with about the measured forces."""
-    if QUANTITIES[quantity].proportional:
-        return _guessed(predict, forces, quantity, float(ds[quantity])) * np.geomspace(1 / times, times, count)
+def predicted(ds: xr.Dataset, method: str, options: dict[str, Any]) -> xr.Dataset:
+    """Return the pull-offs by a method, those of superposed asperities at the median of the simulation's."""
+    found = VERBS[method](schema.label(ds), **options)
+    if method != "superposed":
+        return found
+    return found.assign(pull_off_force=found["pull_off_force"] / expectation.RATIO)
+
+
+def method_error(found: xr.Dataset, method: str) -> float:
+    """Return the relative standard error that a method's forces share; NaN where it states none."""
+    if method == "superposed":
+        return _OF_SUPERPOSITION
+    stated = found["pull_off_error"].values if "pull_off_error" in found else np.full(1, np.nan)
+    return float(np.nanmean(stated)) if np.isfinite(stated).any() else np.nan
+
+
+class _Prediction:
+    """The forces as a function of the fitted number; a law that is chosen is chosen once, at the first value."""
+
+    def __init__(self, ds: xr.Dataset, quantity: str, method: str, options: dict[str, Any]):
+        self.ds, self.quantity, self.method, self.held = ds, quantity, method, dict(options)
+
+    def __call__(self, value: float, traded: float = 1.0) -> Predicted:
+        fitted = QUANTITIES[self.quantity]
+        changed = {fitted.traded: float(self.ds[fitted.traded]) * traded, self.quantity: value}
+        words = f"{fitted.words} {value:.3g}; choose other subregions, or begin nearer with another {self.quantity}"
+        found = predicted(self.ds.assign_coords(changed), self.method, self.held)
+        if self.method == "adhesive":
+            self.held["law"] = found.attrs["law"]
+        return Predicted(predicted_forces(found, words), method_error(found, self.method))
+
+
+def _start(ds: xr.Dataset, quantity: str) -> float:
+    """Return the value to begin with."""
     if quantity == "adhesion_range":
-        start, least = range_of(ds), 0.0
-    elif "hardness" in ds.coords:
-        start, least = float(ds["hardness"]), 1.05 * float(ds["work_of_adhesion"]) / range_of(ds)
-    else:
+        return range_of(ds)
+    if quantity == "hardness" and "hardness" not in ds.coords:
         raise ValueError("hardness: expected an assigned one to begin with, found none; assign_pair(hardness=…)")
-    return np.geomspace(max(start / times, least), start * times, count)
+    value = float(ds[quantity])
+    return value if value > 0 else 0.1
 
 
-def _guessed(predict, forces: Samples, quantity: str, value: float) -> float:
-    """Return a value that predicts about the measured quantiles, pull-offs being roughly proportional to it."""
-    value, target = value if value > 0 else 0.1, ln_quantiles(forces.values)
-    for _ in range(2):
-        value *= float(np.exp(np.mean(target - ln_quantiles(predict(value).values))))
-    if not np.isfinite(value) or not 1e-7 < value < 1e10:
-        raise ValueError(f"expected a {quantity} that predicts the measured forces, found none ({value:g})")
-    return value
-
-
-def _labelled(fit: Fitted, values: np.ndarray, quantity: str, fitted: _Quantity) -> xr.Dataset:
-    inside = fitted.proportional or values[0] * 1.01 < fit.value < values[-1] / 1.01
-    numbers = (fit.value, fit.low, fit.high) if inside else (np.nan,) * 3
+def _labelled(fit: Fitted, quantity: str, fitted: _Quantity) -> xr.Dataset:
     names = f"fitted_{quantity}", f"{fitted.ends}_low", f"{fitted.ends}_high"
-    out = xr.Dataset(dict(zip(names, numbers)), {f"trial_{quantity}": values})
+    out = xr.Dataset(dict(zip(names, (fit.value, fit.low, fit.high))), {f"trial_{quantity}": fit.values})
     out["quantile_distance"] = (f"trial_{quantity}", fit.distance)
     return out.assign(spread_ratio=fit.spread_ratio, force_exponent=fit.exponent)
 
 
 def _words(quantity: str, fitted: _Quantity, fit: Fitted, out: xr.Dataset, ds: xr.Dataset) -> str:
     """Return a sentence on what the fit cannot tell."""
+    power = float(out[_TRADES[fitted.traded]])
     if quantity == "work_of_adhesion":
-        power = float(out["modulus_trade"])
-        said = [
-            f"w goes with the assumed contact modulus {float(ds['contact_modulus']):g} GPa to the power {power:.2g}"
-        ]
+        modulus = f"contact modulus {float(ds['contact_modulus']):g} GPa"
+        apart = "hardly any" if abs(power) < _HARDLY else "so that the two cannot be told apart"
+        said = [f"w goes with the assumed {modulus} to the power {power:.2g}, {apart}"]
         said += ["the range of adhesion is the assumed one"]
     elif abs(fit.exponent) <= _LEAST_EXPONENT:
         said = [f"the work of adhesion is held at {float(ds['work_of_adhesion']):.3g} J/m²"]
         said += [f"forces go with the {fitted.words} to the power {fit.exponent:.2g} only: they do not tell it"]
     else:
         said = [f"the work of adhesion is held at {float(ds['work_of_adhesion']):.3g} J/m²"]
-        said += [f"the {fitted.words} goes with it to the power {float(out['work_trade']):.2g}"]
-    if np.isnan(out[f"fitted_{quantity}"]):
-        said += ["the nearest lies at the end of those tried: assign one nearer to it, or doubt what is held"]
-    elif (others := _minima(out["quantile_distance"])) > 1:
-        said += [f"the profile has {others} valleys of like depth: more than one {fitted.words} predicts these forces"]
+        said += [f"the {fitted.words} goes with it to the power {power:.2g}, so that the two cannot be told apart"]
+    covered = f"{fit.values[0]:.3g} to {fit.values[-1]:.3g}"
+    if np.isnan(fit.value):
+        said += [
+            f"the nearest lies at the end of those tried, {covered}: assign one nearer to it, or doubt what is held"
+        ]
     elif np.isnan(fit.low) or np.isnan(fit.high):
-        said += [f"the interval reaches beyond those tried: these forces do not tell the {fitted.words}"]
+        said += [f"the interval reaches beyond those that could be solved, {covered}"]
+    if fit.stretches > 1:
+        said += [f"the interval falls into {fit.stretches} parts: more than one {fitted.words} predicts these forces"]
+    if fit.left_out:
+        said += [f"left out, since it could not be solved: {', '.join(f'{one:.3g}' for one in fit.left_out)}"]
     if np.isfinite(fit.spread_ratio) and not _EXPLAINED[0] < fit.spread_ratio < _EXPLAINED[1]:
         said += [f"the measured spread is {fit.spread_ratio:.2g} times the predicted, which no {fitted.words} explains"]
     return "; ".join(said)
-
-
-def _minima(profile: xr.DataArray) -> int:
-    """Return the number of minima of the profile that are about as deep as the deepest."""
-    distance = np.concatenate(([np.inf], profile.values, [np.inf]))
-    valleys = (distance[1:-1] < distance[:-2]) & (distance[1:-1] <= distance[2:])
-    return int((profile.values[valleys] < 1.5 * profile.values.min() + _EQUAL_DISTANCE).sum())

@@ -1,7 +1,17 @@
-"""Fit of one number of a prediction, so that the predicted quantiles come closest to the measured ones.
+"""Fit of one number of a prediction, so that predicted forces agree with the measured ones in the mean logarithm.
 
-The logarithms of the quantiles are compared. The shape of the distribution follows from the surface; whether it agrees
-with the measured one is reported, not fitted.
+The pull-off of each place is known at a few values of the number, and interpolated between them on logarithms by a
+curve that is monotone where they are (`Emulator`). Values are added where they are needed: at the fit, and out to both
+ends of its interval.
+
+Logarithms of forces are taken as normal, measured and predicted with a spread of their own each. The likelihood's
+interval then holds the values for which the two means differ by no more than
+
+    t √(s²/n + σ²/m + ε²)
+
+with s and σ the spreads over n measured and m predicted places (as many as are independent), ε the errors common to
+all places, and t Student's for Welch's number of degrees of freedom. The shape of the distribution follows from the
+surface; whether it agrees with the measured one is reported, not fitted.
 """
 
 from __future__ import annotations
@@ -12,33 +22,78 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..statistics.sampling import Samples, known_samples
-from ..statistics.uncertainty import interval_of
+from ..statistics.places import independent_places
+from ..statistics.sampling import Samples, counted_equally, known_samples
 
-#: Quantiles that are matched: tails with few places are left out.
+#: Quantiles whose distance and spread are reported: tails with few places are left out.
 _LEVELS = np.linspace(0.05, 0.95, 19)
 
 #: Factor by which a fixed number is changed to see how the fit follows.
 CHANGE = 1.2
 
+#: Values solved at most; the longest step between two, and the distance at which one is near enough to the fit (ln).
+_MOST, _LONGEST, _NEAR = 12, np.log(4.0), 0.05
 
-class Curves(NamedTuple):
-    """Logarithms of predicted quantiles as functions of the logarithm of the fitted number."""
+#: How far (ln) the first look goes to both sides where nothing tells where the fit lies.
+_LOOK = np.log(3.0)
 
-    ln_value: np.ndarray
-    ln_force: np.ndarray  # (values, levels)
+#: Fewer places than this count as independent.
+_FEW = 16
+
+#: Points at which the interval is sought.
+_FINE = 2001
+
+
+class Predicted(NamedTuple):
+    """Forces at all places for one value of the number, and the relative error that all of them share (NaN: none)."""
+
+    forces: Samples
+    error: float = np.nan
+
+
+class Emulator(NamedTuple):
+    """Logarithms of each place's force as functions of the logarithm of the fitted number."""
+
+    ln_value: np.ndarray  # (values), ascending
+    ln_force: np.ndarray  # (values, places)
+    error: np.ndarray  # (values), common to all places
+
+    def at(self, x: np.ndarray) -> np.ndarray:
+        """Return the logarithms of the forces, (…, places)."""
+        from scipy.interpolate import PchipInterpolator
+
+        return PchipInterpolator(self.ln_value, self.ln_force, axis=0)(x)
+
+
+class Measured(NamedTuple):
+    """Logarithms of the measured forces, as many of them as are independent, and their common relative error."""
+
+    ln_force: np.ndarray
+    independent: float
+    error: float
 
 
 class Fitted(NamedTuple):
-    """The fitted number and its interval; NaN for an end beyond the values tried."""
+    """The fitted number and its interval; NaN where they lie beyond the values that could be solved."""
 
     value: float
     low: float
     high: float
-    distance: np.ndarray  # of the distributions, at each value tried
-    spread_ratio: float  # measured over predicted
+    stretches: int  # into which the interval falls
     exponent: float  # d ln force / d ln value at the fit
-    own: np.ndarray  # logarithms of the quantiles predicted with the fitted number
+    spread_ratio: float  # measured over predicted
+    mean: float  # of the logarithms of the forces at the fit
+    values: np.ndarray  # solved
+    distance: np.ndarray  # of the distributions at each of them
+    left_out: tuple[float, ...]  # values that could not be solved
+
+
+class _Test(NamedTuple):
+    """Difference of the means over the largest that the likelihood's interval allows, at many values of the number."""
+
+    x: np.ndarray
+    difference: np.ndarray  # predicted less measured, of the mean logarithms
+    allowed: np.ndarray
 
 
 def positive_forces(measured: xr.Dataset) -> Samples:
@@ -63,70 +118,161 @@ def predicted_forces(found: xr.Dataset, words: str) -> Samples:
     return known_samples(forces, "pull_off_force")
 
 
-def ln_quantiles(values: np.ndarray, axis: int = -1) -> np.ndarray:
-    """Return the logarithms of the quantiles that are matched, along the last axis."""
-    return np.log(np.moveaxis(np.quantile(values, _LEVELS, axis=axis), 0, -1))
+def ln_quantiles(values: np.ndarray) -> np.ndarray:
+    """Return the logarithms of the quantiles that are compared, along the last axis."""
+    return np.log(np.moveaxis(np.quantile(values, _LEVELS, axis=-1), 0, -1))
 
 
 def matching(
-    found: Samples, predict: Callable[[float], Samples], values: np.ndarray, *, seed: int, **given: float
+    found: Samples,
+    predict: Callable[[float], Predicted],
+    start: float,
+    *,
+    proportional: bool,
+    reach: float,
+    confidence: float,
+    error: float,
 ) -> Fitted:
-    """Return the value whose predicted forces come closest to the distribution of the measured ones."""
-    target = ln_quantiles(found.values)
-    curves = Curves(np.log(values), np.array([ln_quantiles(predict(one).values) for one in values]))
-    best = float(np.exp(_best(curves, target)))
-    there = predict(best)
-    own = ln_quantiles(there.values)
-    of_measured = interval_of(found, _fit_to_measured(curves), seed=seed, **given)
-    of_predicted = interval_of(there, _fit_of_predicted(curves, target, own), seed=seed + 1, **given)
-    low, high = _both(best, of_measured, of_predicted, curves)
-    spread = float(target.std() / own.std()) if own.std() > 0 else np.nan
-    return Fitted(best, low, high, _distances(curves.ln_force, target), spread, _exponent(curves, best), own)
+    """Return the value whose predicted forces agree with the measured ones in the mean, and its interval.
+
+    Values up to ``reach`` times the start and down to its ``reach``-th part are solved, each as it is needed.
+    """
+    ln_force = np.log(counted_equally(found, "fit_pair").values)
+    measured = Measured(ln_force, _independent(found), error)
+    first = predict(start)
+    places = _independent(first.forces)
+    known = {float(np.log(start)): first}
+    ends = np.log(start) - np.log(reach), np.log(start) + np.log(reach)
+    failed: list[float] = []
+    gap = float(ln_force.mean() - np.log(first.forces.values).mean())
+    guess = gap if abs(gap) > _NEAR else np.log(1.5)
+    steps = [guess] if proportional else [-_LOOK, _LOOK]  # others may rise and fall: a look to both sides
+    planned = [float(np.clip(np.log(start) + step, *ends)) for step in steps]
+    x = planned.pop()
+    while x is not None and len(known) + len(failed) < _MOST:
+        try:
+            known[x] = predict(float(np.exp(x)))
+        except ValueError:  # such as a hardness below the pull of adhesion: the rest is still told
+            failed.append(x)
+        x = planned.pop() if planned else _next(known, failed, ends, measured, places, confidence)
+    return _fitted(_emulator(known), measured, places, confidence, failed)
 
 
 def trade(fit: Fitted, other: Samples) -> float:
     """Return d ln value / d ln of what was changed by the factor `CHANGE`, at equal forces."""
-    return (
-        float(-(ln_quantiles(other.values) - fit.own).mean() / np.log(CHANGE) / fit.exponent)
-        if fit.exponent
-        else np.nan
+    moved = np.log(other.values).mean() - fit.mean
+    return float(-moved / np.log(CHANGE) / fit.exponent) if fit.exponent else np.nan
+
+
+def _independent(found: Samples) -> float:
+    """Return as how many independent places these count; few are too few to know that they are correlated."""
+    if found.places is None or found.values.size < _FEW or np.ptp(found.values) == 0:
+        return float(found.values.size)
+    return float(np.clip(independent_places(found.values, found.places), 2, found.values.size))
+
+
+def _emulator(known: dict[float, Predicted]) -> Emulator:
+    x = np.array(sorted(known))
+    return Emulator(
+        x,
+        np.array([np.log(known[one].forces.values) for one in x]),
+        np.array([np.nan_to_num(known[one].error) for one in x]),
     )
 
 
-def _exponent(curves: Curves, value: float) -> float:
-    growth = np.gradient(curves.ln_force.mean(axis=1), curves.ln_value)
-    return float(np.interp(np.log(value), curves.ln_value, growth))
+def _tested(emulator: Emulator, measured: Measured, places: float, confidence: float) -> _Test:
+    """Return the difference of the means over the values covered, and the largest that the interval allows."""
+    from scipy.stats import t
+
+    x = np.unique(np.r_[np.linspace(emulator.ln_value[0], emulator.ln_value[-1], _FINE), emulator.ln_value])
+    predicted = emulator.at(x)
+    own = measured.ln_force.var(ddof=1) / measured.independent, measured.independent - 1
+    theirs = predicted.var(axis=-1, ddof=1) / places, places - 1
+    common = measured.error**2 + np.interp(x, emulator.ln_value, emulator.error) ** 2
+    whole = own[0] + theirs[0] + common
+    freedom = whole**2 / np.maximum(own[0] ** 2 / own[1] + theirs[0] ** 2 / theirs[1], 1e-30)
+    allowed = t.ppf(0.5 + confidence / 2, np.minimum(freedom, 1e6)) * np.sqrt(whole)
+    return _Test(x, predicted.mean(axis=-1) - measured.ln_force.mean(), allowed)
 
 
-def _distances(ln_force: np.ndarray, target: np.ndarray) -> np.ndarray:
+def _next(known, failed, ends, measured: Measured, places: float, confidence: float) -> float | None:
+    """Return the logarithm of the value to solve next; None where the fit and both ends are known, or cannot be."""
+    if len(known) < 2:
+        return _nearer(min(known), failed[-1]) if failed else None
+    emulator = _emulator(known)
+    tested = _tested(emulator, measured, places, confidence)
+    best, inside = _best(tested, emulator, measured)
+    if inside and np.abs(emulator.ln_value - best).min() > _NEAR:
+        return best
+    accepted = np.abs(tested.difference) <= tested.allowed
+    slope = np.polyfit(emulator.ln_value, emulator.ln_force.mean(axis=1), 1)[0]
+    for side, index in ((-1, 0), (1, -1)):
+        at_fit = not inside and best == tested.x[index]
+        if not (at_fit or (inside and accepted[index])):
+            continue
+        missing = abs(tested.difference[index]) if at_fit else tested.allowed[index] - abs(tested.difference[index])
+        far = np.clip(1.3 * missing / max(abs(slope), 1e-3), 4 * _NEAR, _LONGEST)
+        x = _open(tested.x[index] + side * far, tested.x[index], side, failed, ends)
+        if x is not None:
+            return x
+    return None
+
+
+def _open(x: float, edge: float, side: int, failed: list[float], ends: tuple[float, float]) -> float | None:
+    """Return a value beyond an edge that may be solved: short of those that could not be; None where none is left."""
+    beyond = [one for one in failed if (one - edge) * side > 0]
+    limit = min(beyond, key=lambda one: abs(one - edge)) if beyond else None
+    if limit is not None and (x - limit) * side >= 0:
+        x = _nearer(edge, limit)
+    x = float(np.clip(x, *ends))
+    return x if (x - edge) * side > _NEAR else None
+
+
+def _nearer(known: float, failed: float) -> float:
+    return 0.5 * (known + failed)
+
+
+def _best(tested: _Test, emulator: Emulator, measured: Measured) -> tuple[float, bool]:
+    """Return where the means agree, and whether they do so among the values covered, else the nearest.
+
+    Where they agree at several values it is that with the nearest distribution.
+    """
+    cross = np.flatnonzero(np.diff(np.sign(tested.difference)) != 0)
+    if not cross.size:
+        k = int(np.argmin(np.abs(tested.difference)))
+        return float(tested.x[k]), 0 < k < tested.x.size - 1
+    a, b = tested.difference[cross], tested.difference[cross + 1]
+    x = tested.x[cross] + (tested.x[cross + 1] - tested.x[cross]) * a / (a - b)
+    return float(x[np.argmin(_distances(emulator.at(x), measured))]), True
+
+
+def _distances(ln_force: np.ndarray, measured: Measured) -> np.ndarray:
     """Return the rms difference between predicted and measured logarithms of quantiles, at each value."""
-    return np.sqrt(np.mean((ln_force - target[..., None, :]) ** 2, axis=-1))
+    off = ln_quantiles(np.exp(ln_force)) - ln_quantiles(np.exp(measured.ln_force))
+    return np.sqrt(np.mean(off**2, axis=-1))
 
 
-def _best(curves: Curves, target: np.ndarray) -> np.ndarray:
-    """Return the logarithm of the best value, by a spline through the squared distances, within the values tried."""
-    from scipy.interpolate import CubicSpline
-
-    fine = np.linspace(curves.ln_value[0], curves.ln_value[-1], 401)
-    squares = CubicSpline(curves.ln_value, _distances(curves.ln_force, target) ** 2, axis=-1)(fine)
-    return fine[np.argmin(squares, axis=-1)]
-
-
-def _fit_to_measured(curves: Curves) -> Callable[..., np.ndarray]:
-    """Return the fit as a function of measured forces, for their bootstrap."""
-    return lambda values, axis=-1: np.exp(_best(curves, ln_quantiles(values, axis)))
-
-
-def _fit_of_predicted(curves: Curves, target: np.ndarray, own: np.ndarray) -> Callable[..., np.ndarray]:
-    """Return the fit as a function of the forces predicted there, for their bootstrap: to first order one shift."""
-    return lambda values, axis=-1: np.exp(_best(curves, target - (ln_quantiles(values, axis) - own)))
-
-
-def _both(value: float, first: tuple, second: tuple, curves: Curves) -> tuple[float, float]:
-    """Return the interval for two independent errors, added in squares on the logarithms; NaN beyond values tried."""
-    low, high = (
-        float(np.exp(np.log(value) + sign * np.hypot(np.log(a / value), np.log(b / value))))
-        for sign, a, b in zip((-1, 1), first, second)
+def _fitted(emulator: Emulator, measured: Measured, places: float, confidence: float, failed: list[float]) -> Fitted:
+    tested = _tested(emulator, measured, places, confidence)
+    best, inside = _best(tested, emulator, measured)
+    accepted = np.abs(tested.difference) <= tested.allowed
+    stretches = int((np.diff(np.r_[False, accepted]) & accepted).sum())
+    low, high = (np.exp(tested.x[accepted][k]) if accepted.any() else np.exp(best) for k in (0, -1))
+    low = np.nan if accepted[0] or not inside else low
+    high = np.nan if accepted[-1] or not inside else high
+    there = np.exp(emulator.at(best))
+    target, own = ln_quantiles(np.exp(measured.ln_force)), ln_quantiles(there)
+    near = np.clip(best + np.array([-0.05, 0.05]), emulator.ln_value[0], emulator.ln_value[-1])
+    growth = float(np.diff(emulator.at(near).mean(axis=-1))[0] / np.diff(near)[0])
+    return Fitted(
+        value=float(np.exp(best)) if inside else np.nan,
+        low=float(low),
+        high=float(high),
+        stretches=stretches,
+        exponent=growth,
+        spread_ratio=float(target.std() / own.std()) if own.std() > 1e-12 else np.nan,
+        mean=float(np.log(there).mean()),
+        values=np.exp(emulator.ln_value),
+        distance=_distances(emulator.ln_force, measured),
+        left_out=tuple(np.exp(sorted(failed))),
     )
-    ends = np.exp(curves.ln_value[[1, -2]])
-    return (low if low > ends[0] else np.nan), (high if high < ends[1] else np.nan)

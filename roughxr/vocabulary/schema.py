@@ -194,6 +194,9 @@ VARIABLES: dict[str, Variable] = {
     "meniscus_error": Variable(
         "1", "part of the pull that thin menisci leave out", "their edge's; the law is too high"
     ),
+    "cell_error": Variable(
+        "1", "relative error of the pull-off force by the cells", "how much less the exact touch pulls"
+    ),
     "pull_beyond_contact": Variable("1", "part of the pull from beyond contact", "gaps over twice the length"),
     "formula": Variable("1", "formula for a sphere on a rough surface"),
     "formula_ratio": Variable("1", "pull-off by formula / by the sum over the scan"),
