@@ -23,6 +23,7 @@ mean and middle, a²∇²g/24, the area of a disk of n pixels in radius is off b
 S, z, g, h, d   nm: z the height of the indenter's lowest point, h those of the surface;  a nm²;  t GPa;  F nN
 """
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -179,13 +180,17 @@ def outside(gaps, law, radius, parabola, rectangle):
     return found
 
 
+#: Gauss's nodes and weights, found once: half of the time of a place went into finding them again.
+_gauss = functools.cache(np.polynomial.legendre.leggauss)
+
+
 def _nodes(edges, gap, pieces=8, each=12):
     """Return Gauss's nodes and weights along S, even in the logarithm of gap + S between the edges.
 
     The nodes are denser at the ends of each interval, as x²(3 − 2x), where the part of a circle inside a rectangle has
     square-root singularities.
     """
-    x, w = np.polynomial.legendre.leggauss(each)
+    x, w = _gauss(each)
     ends = np.log(gap + edges)
     u = (np.arange(pieces)[:, None] + 0.5 * (1 + x)).ravel() / pieces
     weight = np.tile(0.5 * w, pieces) / pieces * 6 * u * (1 - u)
