@@ -1,5 +1,6 @@
 """The report: one page that tells all, opens without a network, and looks whole in a browser, narrow and wide."""
 
+import html
 import html.parser
 import json
 import re
@@ -297,7 +298,7 @@ def test_the_command_says_how_adhesion_was_asked_for(run):
 
 
 def test_the_model_that_suits_is_named_and_formulas_stand_beside_it(run, written):
-    text = written.read_text(encoding="utf-8")
+    text = html.unescape(written.read_text(encoding="utf-8"))
     assert run["statistics/regime"].attrs["recommendation"].split("(")[0] in text
     assert "Rabinovich, two scales" in text
     table = report.formula_table(run)
