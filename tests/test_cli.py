@@ -318,20 +318,22 @@ def test_what_nobody_can_guess_is_asked_for(options, says, tmp_path, capsys):
     assert [path.name for path in tmp_path.iterdir()] == ["scan.nc"]
 
 
+EMPTY = {
+    "one place": ["--subregions", "1", "1"],
+    "nothing touches": ["--subregions", "2", "1", "--delta", "1e-6"],
+    "far too deep": ["--subregions", "2", "1", "--delta", "1e4"],
+    "no adhesion": ["--subregions", "2", "1", "--work-of-adhesion", "0"],
+}
+
+
 @pytest.mark.parametrize(
-    "options",
-    [
-        pytest.param(["--subregions", "1", "1"], marks=pytest.mark.soak),
-        ["--subregions", "2", "1", "--delta", "1e-6"],
-        pytest.param(["--subregions", "2", "1", "--delta", "1e4"], marks=pytest.mark.soak),
-        ["--subregions", "2", "1", "--work-of-adhesion", "0"],
-    ],
-    ids=["one place", "nothing touches", "far too deep", "no adhesion"],
+    ("options", "output"),
+    [pytest.param(EMPTY["no adhesion"], "run.nc", id="no adhesion, run.nc alone")]
+    + [pytest.param(options, "", id=name, marks=pytest.mark.soak) for name, options in EMPTY.items()],
 )
-@pytest.mark.parametrize("output", ["run.nc", pytest.param("", marks=pytest.mark.soak, id="and pictures")])
 def test_a_run_that_finds_nothing_ends_well_and_is_reported_as_what_it_is(options, output, tmp_path, monkeypatch):
     monkeypatch.setattr(embedded_figures, "_DPI", 50)  # whether they are drawn, and not how well
-    if not output or "--delta" in options:
+    if "--delta" in options:
         monkeypatch.setattr(analysis, "_below_the_scan", lambda *_: {})  # as in the other cases
     scan(rough(64, rms=1.0, seed=3), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
     pair = ["--sphere-radius", "500", "--materials", "glass", *QUICK, "--budget", "1"]
