@@ -65,7 +65,7 @@ html_title = f"roughxr {version}"
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options = {"show_prev_next": False, "navigation_with_keys": False, "header_links_before_dropdown": 6}
-_ALONE = "start how-to words concepts physics gallery paper-values speed peers changelog"
+_ALONE = "start how-to words concepts physics gallery paper-values speed other-programs changelog"
 html_sidebars = {f"site/{page}": [] for page in _ALONE.split()}  # pages with no other below them
 html_math_renderer = "mathml"
 

@@ -32,10 +32,11 @@ _SOFT = 0.25
 #: What the two edges differ by, times this, is added to what the steeper one gives: a constant, and a part over the
 #: radius, in cells, of the smallest contact at pull-off. With it smooth spheres meet JKR's pull-off, on the mean of
 #: sixteen places on the pixels, within 0.6 % from 2.5 to 40 cells in radius (``tests/benchmarks/without_range.py``).
-#: Where this takes off more than a part of the steeper edge's pull-off, more than from any sphere, both edges are apart
-#: by more than their width explains (a summit that only one of them holds): then that part, or the constant alone.
-_MOST_OFF = 0.15
 _SHARPER = {"griffith": (1.15, 6.4), "dugdale": (0.5, 0.0)}
+
+#: Where `_SHARPER` takes off more than this part of the steeper edge's pull-off, more than from any sphere, both edges
+#: are apart by more than their width explains (a summit that only one holds): then this part, or the constant alone.
+_MOST_OFF = 0.15
 
 #: The refinements that refine="auto" may choose.
 REFINEMENTS = (1, 2, 4, 8, 16)
@@ -346,10 +347,8 @@ def gain(found: Cycles, k: int) -> float:
     """Return how much of what two edges differ by is added to the steeper one's; 0 where that is taken as it is."""
     if apart(found, k) > 0.0:
         return 0.0
-    told, wide = _events(found.paths[k]), _events(found.wider[k])
-    pull = told.get("pull_off_force", np.nan)
-    off = abs(wide.get("pull_off_force", np.nan) / max(pull, 1e-300) - 1.0)
-    return gain_at(found.law, told.get("pull_off_resolution", np.nan), off)
+    radius = _events(found.paths[k]).get("pull_off_resolution", np.nan)
+    return gain_at(found.law, radius, abs(_difference(found, k)))
 
 
 def gain_at(law: str, radius: float, off: float) -> float:
@@ -368,11 +367,16 @@ def apart(found: Cycles, k: int) -> float:
     """Return the error of the steeper edge's pull-off where it is taken as it is; 0 where both are extrapolated."""
     if not found.wider:
         return 0.0
-    pull, wide = (_events(one[k]).get("pull_off_force", np.nan) for one in (found.paths, found.wider))
-    change = (pull - wide) / max(pull, 1e-300)
+    change = _difference(found, k)
     if change > 0 and found.law == "griffith":
         return _AT_A_RIM * change
     return abs(change) if abs(change) > _APART else 0.0
+
+
+def _difference(found: Cycles, k: int) -> float:
+    """Return by what part of itself the steeper edge's pull-off exceeds the wider one's."""
+    pull, wide = (_events(one[k]).get("pull_off_force", np.nan) for one in (found.paths, found.wider))
+    return (pull - wide) / max(pull, 1e-300)
 
 
 def events(found: Cycles, k: int) -> dict[str, float]:
