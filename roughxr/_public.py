@@ -19,6 +19,7 @@ from .contact.rigid_bodies import rigid
 from .detachment import critical_load, resting, resuspension, to_dem
 from .files import archive
 from .jobs.lazy import compute
+from .jobs.progress import progress
 from .jobs.run import checkpointed
 from .measured import (
     compare,
@@ -111,6 +112,7 @@ __all__ = [
     "pooled",
     "power_spectrum",
     "predict_others",
+    "progress",
     "pull_off",
     "pull_off_map",
     "reconstruct",

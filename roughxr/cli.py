@@ -8,11 +8,12 @@ import re
 import sys
 import warnings
 from collections.abc import Sequence
-from contextlib import redirect_stdout
+from contextlib import nullcontext, redirect_stdout
 from typing import TextIO
 
 from ._version import __version__
 from .bodies.substances import MATERIALS
+from .jobs.progress import progress
 from .vocabulary.numbers import number
 from .vocabulary.schema import did_you_mean
 from .vocabulary.text import printable
@@ -47,7 +48,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with warnings.catch_warnings(), redirect_stdout(_Printable(sys.stdout)):
             said: set[str] = set()
             warnings.showwarning = lambda message, *_, **__: _warn(message, said)
-            options.command(options)
+            with nullcontext() if getattr(options, "quiet", True) else progress():
+                options.command(options)
     except (KeyboardInterrupt, SystemError) as error:
         from .jobs.executor import is_interrupt
 
@@ -523,7 +525,7 @@ def _add_quiet(command) -> None:
 def _paper(options) -> None:
     from .reproduction import paper
 
-    _tell_answer(paper(options.output, budget=options.budget, progress=not options.quiet), options.output)
+    _tell_answer(paper(options.output, budget=options.budget), options.output)
 
 
 def _run(options) -> None:
@@ -532,14 +534,11 @@ def _run(options) -> None:
     if len(options.scan) == 1:
         _tell_answer(_run_one(options, options.scan[0], options.output), options.output)
         return
-    from .jobs.progress import teller
     from .runs import several
 
     output = Path(options.output)
     scans = several.folders(options.scan, output)
-    found = several.run_each(
-        scans, lambda scan, folder: _run_one(options, str(scan), folder), teller(not options.quiet)
-    )
+    found = several.run_each(scans, lambda scan, folder: _run_one(options, str(scan), folder))
     answer = several.together(*found, output)
     print(f"written to {output}: index.html, places.csv, and a folder for each scan")
     for name, reason in found[1].items():
@@ -564,7 +563,6 @@ def _run_one(options, file: str, output):
             refine=options.refine,
             levelling=options.level,
             budget=options.budget,
-            progress=not options.quiet,
         )
 
 
@@ -639,7 +637,7 @@ def _explore(options) -> None:
 
     from .presentation.report import write_explorer
 
-    page = write_explorer(options.run, options.output, loops=options.loops, progress=not options.quiet)
+    page = write_explorer(options.run, options.output, loops=options.loops)
     print(f"written to {page}")
     if options.open:
         webbrowser.open(page.resolve().as_uri())

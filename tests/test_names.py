@@ -47,6 +47,11 @@ def test_no_verb_has_more_than_eight_options():
     assert {name: count for name, count in counted.items() if count > MORE.get(name, 8)} == {}
 
 
+def test_progress_is_asked_for_in_one_place():
+    asked = [name for name, function in public().items() if "progress" in inspect.signature(function).parameters]
+    assert asked == []
+
+
 @pytest.mark.parametrize(
     ("call", "option"),
     [

@@ -2,7 +2,6 @@
 
 import io
 import re
-import sys
 import time
 
 import dask
@@ -14,7 +13,7 @@ from roughxr.contact.elastic import direct
 from roughxr.jobs import lazy as parallel
 from roughxr.jobs import run as loop
 from roughxr.jobs.checkpoint import Checkpoint
-from roughxr.jobs.progress import Progress, Stages, teller
+from roughxr.jobs.progress import Progress, Stages, progress, say
 
 from .surfaces import glass_pair, rough, scan
 
@@ -47,10 +46,11 @@ def test_views_travel_as_parts_of_one_array(scheduler, order):
 
 @pytest.mark.parametrize("scheduler", SCHEDULERS)
 def test_progress_counts_subregions(surface, scheduler, capsys):
-    with dask.config.set(scheduler=scheduler):
-        shown = direct(surface, delta=[1.0], subregions=(5, 3), progress=True)
+    with dask.config.set(scheduler=scheduler), progress():
+        shown = direct(surface, delta=[1.0], subregions=(5, 3))
     assert "15/15 subregions" in capsys.readouterr().err
     xr.testing.assert_identical(shown, direct(surface, delta=[1.0], subregions=(5, 3)))
+    assert not capsys.readouterr().err  # told within the block only
 
 
 def test_the_most_expensive_windows_come_first(surface):
@@ -84,12 +84,13 @@ def test_a_bar_on_a_terminal_and_lines_elsewhere(monkeypatch):
     shown, lines = Terminal(), io.StringIO()
     for stream in (shown, lines):
         now[0] = 0.0
-        progress = Progress(100, done=40, stream=stream)
+        with progress(stream):
+            bar = Progress(100, done=40)
         for _ in range(30):
             now[0] += 0.5
-            progress.add()
-        progress.add(2, failed=True)
-        progress.close()
+            bar.add()
+        bar.add(2, failed=True)
+        bar.close()
     assert shown.getvalue().count("\r") > 20
     assert shown.getvalue().endswith("70/100 subregions, 2 /s, 14 s left, 2 failed\x1b[K\n")
     assert lines.getvalue().splitlines() == [
@@ -104,18 +105,18 @@ def test_a_run_is_told_on_one_line_with_the_time_left_over_all_its_stages(monkey
     now = [0.0]
     monkeypatch.setattr("roughxr.jobs.progress.time.monotonic", lambda: now[0])
     words = {"mesh": "how fine a mesh", "adhesive": "simulation with adhesion"}
-    with Stages({"mesh": 30, "adhesive": 300, "pages": 60}, words, stream) as say:
-        say("mesh")
-        say.expect(adhesive=600, none=1e9)
-        say("adhesive", " at 64 places")
-        bar = Progress(64, stream=sys.stderr)  # another's bar speaks through the run's line
+    with progress(stream), Stages({"mesh": 30, "adhesive": 300, "pages": 60}, words) as stage:
+        stage("mesh")
+        stage.expect(adhesive=600, none=1e9)
+        stage("adhesive", " at 64 places")
+        bar = Progress(64)  # another's bar speaks through the run's line
         for _ in range(32):
             now[0] += 12.0
             bar.add()
         bar.close()
-        teller(True)("the last loop")
+        say("the last loop")
         now[0] += 12.0
-        say("pages")
+        stage("pages")
     told = [line for line in re.split(r"[\r\n]", stream.getvalue().replace("\x1b[K", "")) if line]
     assert told[0] == "stage 1 of 3, about 6 min left: how fine a mesh"
     assert "stage 2 of 3, about 11 min left: simulation with adhesion at 64 places" in told
@@ -128,8 +129,8 @@ def test_a_run_is_told_on_one_line_with_the_time_left_over_all_its_stages(monkey
 def test_a_run_with_nothing_new_to_tell_does_not_fall_silent(monkeypatch):
     monkeypatch.setattr("roughxr.jobs.progress._SILENT_AS_LINES", 0.05)
     stream = io.StringIO()
-    with Stages({"one": 10}, {}, stream) as say:
-        say("one")
+    with progress(stream), Stages({"one": 10}, {}) as stage:
+        stage("one")
         time.sleep(0.5)
     count = stream.getvalue().count("stage 1 of 1")
     assert count > 2
@@ -177,7 +178,7 @@ def test_records_are_computed_by_a_run(tmp_path, monkeypatch, in_memory):
     array = np.random.default_rng(0).standard_normal((8, 4))
     kept = Checkpoint(tmp_path / "run.nc")
     for _ in range(2):
-        with parallel.computed_by(loop._WithCheckpoints(kept, progress=False)):
+        with parallel.computed_by(loop._WithCheckpoints(kept)):
             found = records_of(array)
         assert bool(dask.is_dask_collection(found)) == (in_memory == 0)
         with dask.config.set(scheduler="synchronous"):
@@ -209,12 +210,12 @@ def test_time_left_is_that_of_what_came_after_compiling(monkeypatch):
     """A hundred items of a second each behind a minute of compilation: the estimate is within a tenth, or none."""
     now = [0.0]
     monkeypatch.setattr("roughxr.jobs.progress.time.monotonic", lambda: now[0])
-    progress = Progress(100)
+    bar = Progress(100)
     now[0] = 60.0
-    progress.add(2)
-    assert "unknown time left" in progress.text()
+    bar.add(2)
+    assert "unknown time left" in bar.text()
     for _ in range(97):
         now[0] += 1.0
-        progress.add()
-        left = 100 - progress.done
-        assert f"{left // 60} min {left % 60} s left" in progress.text() or f" {left} s left" in progress.text()
+        bar.add()
+        left = 100 - bar.done
+        assert f"{left // 60} min {left % 60} s left" in bar.text() or f" {left} s left" in bar.text()

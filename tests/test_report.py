@@ -39,7 +39,7 @@ class Told(Stages):
     """Stages that keep what they were told."""
 
     def __init__(self, expected):
-        super().__init__(expected, {}, None)
+        super().__init__(expected, {})
         self.begun = []
 
     def __call__(self, name, more=""):

@@ -19,6 +19,7 @@ from roughxr.contact import elastic
 from roughxr.files import archive, disk
 from roughxr.jobs import checkpoint, executor, schedulers
 from roughxr.jobs.fingerprint import key_of
+from roughxr.jobs.progress import progress
 from roughxr.jobs.work import Work
 
 from . import a_run
@@ -348,7 +349,7 @@ def test_a_failed_tile_is_named_by_its_subregions(tmp_path):
             RuntimeError, match="10 of 20 subregions failed, the first, subregions 10 to 19: ZeroDivisionError: a fault"
         ),
     ):
-        _WithCheckpoints(kept, progress=False).array(work)
+        _WithCheckpoints(kept).array(work)
     assert any("subregions 10 to 19 failed" in line for line in kept.log().message.values)
     kept.close(remove=True)
 
@@ -366,7 +367,8 @@ def test_what_is_taken_from_an_earlier_call_is_told(tmp_path, undisturbed, monke
         patch.setattr(archive, "save", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
             a_run.run(path)
-    a_run.run(path, progress=True)
+    with progress():
+        a_run.run(path)
     assert capsys.readouterr().err.count("30 subregions, all kept\n") == 3
     same(path, undisturbed[0])
 

@@ -17,6 +17,7 @@ from roughxr.asperity.maps import pull_off_map
 from roughxr.contact.elastic import direct
 from roughxr.files import archive
 from roughxr.jobs import lazy as parallel
+from roughxr.jobs.progress import progress
 from roughxr.jobs.schedulers import NO_DASHBOARD, on
 
 from .surfaces import glass_pair, rough, scan
@@ -121,7 +122,8 @@ def test_an_active_client_is_used_and_counts_subregions(surface, lazy, capsys):
     )
     with cluster, distributed.Client(cluster):
         ds = surface.chunk() if lazy else surface
-        found = direct(ds, progress=True, **OPTIONS)
+        with progress():
+            found = direct(ds, **OPTIONS)
         found = parallel.compute(found) if lazy else found
     xr.testing.assert_identical(found.drop_attrs(), expected.drop_attrs())
     assert "196/196 subregions" in capsys.readouterr().err

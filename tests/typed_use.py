@@ -52,7 +52,7 @@ def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
         "varied": roughxr.vary(scan, roughxr.direct, sphere_radius=[500, 1000], delta=[1.0]),
     }
     found["estimate"] = roughxr.pull_off(found["direct"], method="ciavarella", smoothing=1.0)
-    return {name: roughxr.compute(ds, progress=False) for name, ds in found.items()}
+    return {name: roughxr.compute(ds) for name, ds in found.items()}
 
 
 def statistics(solutions: dict[str, xr.Dataset]) -> xr.Dataset:
@@ -141,7 +141,8 @@ def shown(ds: xr.Dataset) -> pd.DataFrame:
 def runs(scan: xr.Dataset, path: Path) -> dict[str, xr.Dataset]:
     """Run, keep, and write for others."""
     groups: dict[str, xr.Dataset] = roughxr.run(scan, path, subregions=(4, 4), budget=2)
-    groups |= roughxr.paper(str(path), progress=True)
+    with roughxr.progress():
+        groups |= roughxr.paper(str(path))
     groups |= roughxr.checkpointed(lambda: {"solutions/direct": roughxr.direct(scan, delta=[1.0])}, path, scan=scan)
     written: Path = roughxr.to_table(groups["asperities"], path)
     pages: tuple[Path, Path] = roughxr.report.write_report(path), roughxr.report.write_explorer(path, loops=2)

@@ -41,7 +41,6 @@ def pull_off_map(
     law: str | None = None,
     formulation: str = "energy",
     datum: str = "highest_peak",
-    progress: bool = False,
 ) -> xr.Dataset:
     """Return the largest pull of the superposed asperities at each contact centre, whatever the displacement.
 
@@ -62,8 +61,6 @@ def pull_off_map(
         With law="jkr": how adhesion acts on an ellipse, see `superpose`.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, see `superpose`.
-    progress : bool
-        Show progress on standard error.
 
     Returns
     -------
@@ -115,7 +112,7 @@ def pull_off_map(
         out.attrs |= expectation(catalogue, options.law)
     arguments = {"subregions": subregions, **named, "datum": datum}
     out = schema.record(schema.label(out), "pull_off_map", ds, **arguments)
-    out = parallel.finish(out, lazy=lazy, progress=progress)
+    out = parallel.finish(out, lazy=lazy)
     if not lazy:
         warn_above_smooth(out["pull_off_force"].values, catalogue, law)
     return out

@@ -68,7 +68,6 @@ def rolling(
     subregions: Any = None,
     law: str | None = None,
     formulation: str = DEFAULT,
-    progress: bool = False,
 ) -> xr.Dataset:
     """Return the largest moment that contact, adhesion and load resist as the sphere begins to roll, by direction.
 
@@ -96,8 +95,6 @@ def rolling(
     law : {"jkr", "maugis", "menisci", "hertz"}, optional
     formulation : str
         As in `superpose`; not for a solution.
-    progress : bool
-        Show a bar while computing.
 
     Returns
     -------
@@ -157,7 +154,7 @@ def rolling(
     options = options_of(ds, law, formulation, "highest_peak")
     if law not in ADHESIVE and not push > 0:
         raise ValueError(f"load: expected a positive load (nN) where nothing adheres, found {push:g}; or law='jkr'")
-    out = _of_asperities(ds, kind, options, angles, push, subregions, progress)
+    out = _of_asperities(ds, kind, options, angles, push, subregions)
     named = law_of(law, formulation, options)
     arguments = {"directions": angles, "load": push, "subregions": subregions, **named}
     return _finished(out.assign_attrs(named), ds, "superpose", arguments)
@@ -188,7 +185,7 @@ def _finished(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: dict[str,
     return schema.record(schema.label(out), "rolling", ds, **arguments)
 
 
-def _of_asperities(ds, kind, options: Options, angles, load, subregions, progress) -> xr.Dataset:
+def _of_asperities(ds, kind, options: Options, angles, load, subregions) -> xr.Dataset:
     """Roll the sphere off the asperities at each contact centre."""
     positions = regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)
@@ -197,10 +194,10 @@ def _of_asperities(ds, kind, options: Options, angles, load, subregions, progres
     prepared = dask.delayed(_prepared)(catalogue, options) if later_on else _prepared(catalogue, options)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     layout = Layout({"direction": angles}, _STATES, _EVENTS | _OF_ASPERITIES)
-    when = {"name": "rolling", "lazy": lazy, "progress": progress}
+    when = {"name": "rolling", "lazy": lazy}
     records = parallel.spread(_roll, centres, layout.dtype, prepared, options, layout, load, **when)
     out = labelled(records, layout, ds, positions)
-    return parallel.finish(out.assign_attrs(datum="highest_peak"), lazy=lazy, progress=progress)
+    return parallel.finish(out.assign_attrs(datum="highest_peak"), lazy=lazy)
 
 
 def _prepared(ds: xr.Dataset, options: Options) -> tuple:

@@ -63,7 +63,6 @@ def superpose(
     datum: str = "highest_peak",
     yielding: bool = True,
     preload: Any = None,
-    progress: bool = False,
 ) -> xr.Dataset:
     """Sum the contacts of all asperities with a sphere at each contact centre.
 
@@ -101,8 +100,6 @@ def superpose(
         Whether asperities yield at the assigned hardness; False: all stay elastic.
     preload : number or quantity, optional
         For asperities that yield: the force, nN, at which the sphere turns back, by default at the last displacement.
-    progress : bool
-        Show a bar while computing.
 
     Returns
     -------
@@ -177,7 +174,7 @@ def superpose(
     if hardness.yields:
         branches = {"branch": list(BRANCHES), "delta": deltas}
         layout = Layout(branches, _STATES, layout.events | {"preload_delta": float})
-    when = {"name": "superpose", "lazy": lazy, "progress": progress}
+    when = {"name": "superpose", "lazy": lazy}
     records = parallel.spread(_superpose, centres, layout.dtype, prepared, options, layout, **when)
     out = labelled(records, layout, ds, positions)
     out["excluded_asperities"] = out["excluded_asperities"].variable[0]
@@ -189,7 +186,7 @@ def superpose(
     if "hardness" in ds.coords:
         arguments |= {"yielding": hardness.yields, "preload": hardness.preload if hardness.by_preload else None}
     out = schema.record(out, "superpose", ds, delta=deltas, **arguments)
-    out = parallel.finish(out, lazy=lazy, progress=progress)
+    out = parallel.finish(out, lazy=lazy)
     if law in ADHESIVE and not lazy and not hardness.yields:
         warn_above_smooth(out["pull_off_force"].values, catalogue, law)
     return out

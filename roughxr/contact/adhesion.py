@@ -112,7 +112,6 @@ def adhesive(
     yielding: bool = True,
     cycles: int = 1,
     fields: bool = False,
-    progress: bool = False,
 ) -> xr.Dataset:
     """Follow the adhesive contact of the assigned indenter with the scan through approach and retraction.
 
@@ -156,8 +155,6 @@ def adhesive(
     fields : bool
         Keep pressure, displacement and gap on the window around each centre, on the cells of the solve, on both
         branches, at the displacements of ``delta``; NaN beyond the scan's edge. ``refine`` must then be a whole number.
-    progress : bool
-        Show a bar while computing.
 
     Returns
     -------
@@ -259,14 +256,13 @@ def adhesive(
         positions=positions,
         reach=_reach(ds, problem, adhesion),
         fields=fields,
-        progress=progress,
     )
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
     arguments = {"preload": preload, "delta": None if by_preload else problem.steps, "subregions": subregions}
     arguments |= {"datum": datum, "fields": fields, "refine": refine, "accuracy": accuracy}
     arguments |= _recorded(ds, adhesion, yields)
     out = schema.record(out, "adhesive", ds, law=adhesion.law, **arguments)
-    return _finished(out, ds, adhesion, progress)
+    return _finished(out, ds, adhesion)
 
 
 def _adhesion_of(law, *, preloads, refine, accuracy, step, cycles) -> Adhesion:
@@ -290,10 +286,10 @@ def _recorded(ds: xr.Dataset, adhesion: Adhesion, yields: bool) -> dict[str, Any
     return used | ({"cycles": adhesion.cycles} if adhesion.cycles > 1 else {})
 
 
-def _finished(out: xr.Dataset, ds: xr.Dataset, adhesion: Adhesion, progress: bool) -> xr.Dataset:
+def _finished(out: xr.Dataset, ds: xr.Dataset, adhesion: Adhesion) -> xr.Dataset:
     """Return the result, computed where the scan is in memory, with its warnings and the scan's shortest wavelength."""
     lazy = parallel.is_lazy(ds)
-    out = parallel.finish(out, lazy=lazy, progress=progress)
+    out = parallel.finish(out, lazy=lazy)
     if not lazy:
         _warn(out, adhesion)
     return schema.label(out.assign_coords(shortest_wavelength=_shortest_wavelength(ds)))

@@ -58,7 +58,6 @@ def direct(
     datum: str = "highest_peak",
     yielding: bool = True,
     fields: bool = False,
-    progress: bool = False,
 ) -> xr.Dataset:
     """Solve the adhesionless contact of the assigned indenter with the scan, at each contact centre.
 
@@ -82,8 +81,6 @@ def direct(
     fields : bool
         Keep pressure, displacement and gap on the window around each centre, and the residual height where the body
         yields; NaN beyond the scan's edge.
-    progress : bool
-        Show a bar while computing (input in memory only; a lazy result is computed by `compute`).
 
     Returns
     -------
@@ -152,14 +149,13 @@ def direct(
         reach=problem.indenter.reach(deepest(ds, problem)),
         fields=fields,
         cost=_overlapping,
-        progress=progress,
     )
     out.attrs = {"datum": datum, "method": "direct"}
     arguments = {"subregions": subregions, "datum": datum, "fields": fields}
     arguments |= {"yielding": problem.yielding} if "hardness" in ds.coords else {}
     steps = {"delta": None, "load": None, **axes}
     out = schema.record(out, "direct", ds, **steps, **arguments)
-    out = parallel.finish(out, lazy=parallel.is_lazy(ds), progress=progress)
+    out = parallel.finish(out, lazy=parallel.is_lazy(ds))
     if not parallel.is_lazy(ds):
         warn_unconverged(out, "converged tells which, residual how far they are off")
         _warn_of_untouched(out)

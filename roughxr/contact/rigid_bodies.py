@@ -46,7 +46,6 @@ def rigid(
     profile: str = "sphere",
     rate: str = "slow",
     fields: bool = False,
-    progress: bool = False,
 ) -> xr.Dataset:
     """Sum the attraction between the assigned indenter and the scan across the gap, both too stiff to deform.
 
@@ -83,8 +82,6 @@ def rigid(
         it has where the bodies are closest. The largest pull is the same, forces after it and the work are not.
     fields : bool
         Keep pressure and gap on the window around each centre.
-    progress : bool
-        Show progress on standard error.
 
     Returns
     -------
@@ -148,9 +145,9 @@ def rigid(
     problem = read_problem(ds, positions, delta=given, datum=datum, profile=profile, refine=refine)
     if pixels:
         _refuse_on_pixels(options, problem, fields)
-        out = every_pixel(ds, problem, options, kept=delta is not None, progress=progress)
+        out = every_pixel(ds, problem, options, kept=delta is not None)
     else:
-        out = at_places(ds, positions, problem, options, fields=fields, progress=progress)
+        out = at_places(ds, positions, problem, options, fields=fields)
     named = {"law": law, "limit": limit, "refine": refine}
     length = {"closest_approach" if law == "hamaker" else "adhesion_range": options.law.length}
     out.attrs = {"datum": datum, "method": "rigid", **named, **length}
@@ -159,7 +156,7 @@ def rigid(
     arguments |= {"retardation": retardation, "datum": datum, **named}
     arguments |= {"rate": rate} if options.menisci is not None else {}
     out = schema.record(schema.label(out), "rigid", ds, **arguments)
-    out = parallel.finish(out, lazy=parallel.is_lazy(ds), progress=progress)
+    out = parallel.finish(out, lazy=parallel.is_lazy(ds))
     if not parallel.is_lazy(ds):
         _warn(out, options)
         if not pixels:

@@ -31,7 +31,7 @@ class _Prepared(NamedTuple):
     fields: np.ndarray  # (terms, nx, ny)
 
 
-def every_pixel(ds, problem, options, *, kept, progress) -> xr.Dataset:
+def every_pixel(ds, problem, options, *, kept) -> xr.Dataset:
     """Return the pull-off at every pixel, and the forces there at given displacements."""
     ds, lazy = schema.complete(ds), parallel.is_lazy(ds)
     shape, half = ds["height"].shape, int(np.ceil(reach_of(ds, problem) / problem.pixel)) + 1
@@ -42,7 +42,7 @@ def every_pixel(ds, problem, options, *, kept, progress) -> xr.Dataset:
     starts = [(start,) for start in range(0, shape[0], rows)]
     kind = np.dtype((cell, (rows, shape[1])))
     shared = shape, problem._replace(steps=steps), options, prepared
-    records = parallel.spread(_some_rows, starts, kind, *shared, each=rows * shape[1], lazy=lazy, progress=progress)
+    records = parallel.spread(_some_rows, starts, kind, *shared, each=rows * shape[1], lazy=lazy)
     records = records.reshape((-1, shape[1]))[: shape[0]]
     names = [name for name in cell.names if name != "force" or kept]
     dims = {"force": ("x", "y", "delta")}

@@ -42,7 +42,7 @@ _EVENTS = {
 _OF_LIQUID = {"meniscus_error": float, "work_of_separation": float}
 
 
-def at_places(ds, positions, problem, options, *, fields, progress) -> xr.Dataset:
+def at_places(ds, positions, problem, options, *, fields) -> xr.Dataset:
     """Return the curves and events at given places."""
     ds, lazy = schema.complete(ds), parallel.is_lazy(ds)
     found, shape = places(ds, positions, reach_of(ds, problem))
@@ -52,7 +52,7 @@ def at_places(ds, positions, problem, options, *, fields, progress) -> xr.Datase
     mean = ds["height"].data.mean()
     arguments = [(*place, mean) for place in found]
     shared = problem, layout, options
-    records = parallel.spread(_place, arguments, layout.dtype, *shared, lazy=lazy, progress=progress)
+    records = parallel.spread(_place, arguments, layout.dtype, *shared, lazy=lazy)
     out = labelled(records, layout, ds, positions)
     return out.assign_coords(window_axes([place.window for place in found], problem, layout)) if fields else out
 

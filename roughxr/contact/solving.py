@@ -29,7 +29,6 @@ def solve(
     reach: float,
     fields: bool = False,
     cost: Any = None,
-    progress: bool = False,
 ) -> xr.Dataset:
     """Solve a problem at every contact centre and label what comes back.
 
@@ -54,7 +53,6 @@ def solve(
         Keep fields on the windows.
     cost : callable, optional
         ``cost(surface, problem)`` returns the cost of a centre, in any unit.
-    progress : bool
 
     Returns
     -------
@@ -76,7 +74,6 @@ def solve(
         name=name,
         cost=partial(_costs, found, problem, cost) if cost else None,
         lazy=lazy,
-        progress=progress,
     )
     out = labelled(records, layout, ds, positions)
     return out.assign_coords(window_axes([place.window for place in found], problem, layout)) if fields else out

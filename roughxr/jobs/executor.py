@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from queue import SimpleQueue
-from typing import Any, NamedTuple, TextIO
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -47,9 +47,7 @@ class LostError(RuntimeError):
     """An item whose workers died every time it was tried."""
 
 
-def each_finished(
-    work: Work, items: Sequence[int], receive: Callable[[range, Any], None], *, stream: TextIO | None = None
-) -> Progress:
+def each_finished(work: Work, items: Sequence[int], receive: Callable[[range, Any], None]) -> Progress:
     """Compute items on the active scheduler, the most expensive first, and hand over each batch as it finishes.
 
     Items lost with their worker are computed again elsewhere. At Ctrl-C threads finish the batches that they have
@@ -63,16 +61,14 @@ def each_finished(
     receive : callable
         Called in this process as ``receive(batch, result)``, with a range of items and the array of their results, or
         with one item and its `Failure`. Nothing else keeps the result.
-    stream : file, optional
-        Where to report progress. The other items of the work count as done before.
 
     Returns
     -------
     Progress
-        The state of progress at the end.
+        The state at the end; other items of the work count as done before.
     """
     total, left = (work.each * n for n in (len(work.arguments), len(items)))
-    progress = Progress(total, done=total - left, label=work.name, stream=stream)
+    progress = Progress(total, done=total - left, label=work.name)
 
     def handed_over(batch: range, result: Any) -> None:
         receive(batch, result)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -18,7 +17,7 @@ from dask.delayed import Delayed
 
 from ..vocabulary.verbs import verb
 from .executor import Failure, each_finished
-from .progress import Progress
+from .progress import Progress, is_told
 from .schedulers import active_client
 from .work import Work, in_memory, run_batch, stacked, without_views
 
@@ -66,7 +65,6 @@ def spread(
     each: int = 1,
     name: str = "solve",
     lazy: bool = True,
-    progress: bool = False,
 ) -> Any:
     """Return the stacked results of ``task(*arguments[k], *shared)``, all of one type.
 
@@ -91,8 +89,6 @@ def spread(
     lazy : bool
         Leave the results to be computed later. Otherwise they are computed now, so that labels and slices need no tasks
         of their own, which would double the time of small solves.
-    progress : bool
-        Show progress while computing now.
 
     Returns
     -------
@@ -105,10 +101,10 @@ def spread(
     work = Work(task, arguments, dtype, shared, cost, each, name)
     if (executor := _EXECUTOR.get()) is not None:
         return executor.array(work)
-    return _lazy(work) if lazy else _now(in_memory(work), progress)
+    return _lazy(work) if lazy else _now(in_memory(work))
 
 
-def _now(work: Work, progress: bool) -> np.ndarray:
+def _now(work: Work) -> np.ndarray:
     results = np.empty(len(work.arguments), work.dtype)
 
     def receive(batch: range, result: Any) -> None:
@@ -116,7 +112,7 @@ def _now(work: Work, progress: bool) -> np.ndarray:
             raise result.error
         results[batch.start : batch.stop] = result
 
-    each_finished(work, range(len(work.arguments)), receive, stream=sys.stderr if progress else None)
+    each_finished(work, range(len(work.arguments)), receive)
     return results
 
 
@@ -138,24 +134,20 @@ def _batch(work: Work, items: range, shared: list) -> Delayed:
     return batch
 
 
-def finish(ds: xr.Dataset, *, lazy: bool, progress: bool = False) -> xr.Dataset:
+def finish(ds: xr.Dataset, *, lazy: bool) -> xr.Dataset:
     """Return ``ds`` as it is where its input was lazy, computed where it was not."""
     if (executor := _EXECUTOR.get()) is not None:
         return executor.finish(ds)
-    return ds if lazy else compute(ds, progress=progress)
+    return ds if lazy else compute(ds)
 
 
 @verb
-def compute(ds: xr.Dataset, *, progress: bool = True) -> xr.Dataset:
-    """Compute a lazy Dataset, with progress by finished subregions on the active scheduler.
+def compute(ds: xr.Dataset) -> xr.Dataset:
+    """Compute a lazy Dataset, within `progress` with progress by finished subregions on any of dask's schedulers.
 
     Parameters
     ----------
     ds : Dataset
-    progress : bool
-        Report on standard error how many subregions are finished, how fast, and the time left: as a bar on a terminal,
-        as a line from time to time elsewhere. The same on all of dask's schedulers: synchronous, threads, processes and
-        ``dask.distributed``.
 
     Returns
     -------
@@ -168,13 +160,13 @@ def compute(ds: xr.Dataset, *, progress: bool = True) -> xr.Dataset:
     >>> scan = synthetic.self_affine((16, 16), 10, rms=1, hurst=0.8, rolloff=80, seed=1)
     >>> scan = assign_pair(scan, sphere_radius=500, contact_modulus=40)
     >>> later = direct(scan.chunk(x=8), delta=[1.0, 2.0])
-    >>> bool(later.chunks), bool(compute(later, progress=False).chunks)
+    >>> bool(later.chunks), bool(compute(later).chunks)
     (True, False)
     """
     counts = _subregions_of(ds)
-    if not progress or not counts:
+    if not counts or not is_told():
         return ds.compute()
-    bar = Progress(sum(counts.values()), stream=sys.stderr)
+    bar = Progress(sum(counts.values()))
     try:
         if (client := active_client()) is None:
             with dask.callbacks.Callback(posttask=lambda key, *_: bar.add(counts.get(key, 0))):

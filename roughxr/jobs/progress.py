@@ -1,6 +1,7 @@
 """Progress of a computation, counted in finished subregions: a bar on a terminal, plain lines elsewhere.
 
-Within the stages of a run a bar is part of the one line that tells the stage and the time left over all of them.
+It is told within ``with progress():``. Within the stages of a run a bar is part of the one line that tells the stage
+and the time left over all of them.
 """
 
 from __future__ import annotations
@@ -10,7 +11,9 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import TextIO
 
 #: Seconds between two reports: on a terminal, and as plain lines.
@@ -24,6 +27,49 @@ _BAR = 24
 #: Seconds after the first finished item before a rate is reported: items that finish with the first one say nothing.
 _SETTLED = 1.0
 
+#: Where progress is told, if anywhere, and the stages of a run that tell it in their own line.
+_STREAM: ContextVar[TextIO | None] = ContextVar("progress", default=None)
+_STAGES: ContextVar[Stages | None] = ContextVar("stages", default=None)
+
+
+@contextmanager
+def progress(stream: TextIO | None = None) -> Iterator[None]:
+    """Tell, within a ``with`` block, what is computed: how much is finished, how fast, and the time left.
+
+    It is told as a bar on a terminal, as a line from time to time elsewhere.
+
+    Parameters
+    ----------
+    stream : file, optional
+        Where to tell; by default standard error.
+
+    Examples
+    --------
+    >>> import roughxr, sys
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, contact_modulus=39.4)
+    >>> with roughxr.progress(sys.stdout):
+    ...     elastic = roughxr.direct(scan, delta=[10.0], subregions=(2, 2))
+    direct: 4/4 subregions, ... /s, 0 s left, 0 failed
+    """
+    token = _STREAM.set(sys.stderr if stream is None else stream)
+    try:
+        yield
+    finally:
+        _STREAM.reset(token)
+
+
+def is_told() -> bool:
+    """Return whether progress is told."""
+    return _STREAM.get() is not None
+
+
+def say(words: str) -> None:
+    """Tell a line, or a detail of a run's stage; nothing where no progress is told."""
+    if stages := _STAGES.get():
+        stages.detail(words)
+    elif stream := _STREAM.get():
+        print(words, file=stream, flush=True)
+
 
 class Progress:
     """Count of finished items with rate, time left and failures.
@@ -33,22 +79,21 @@ class Progress:
 
     Examples
     --------
-    >>> import sys
-    >>> progress = Progress(4, what="tiles", label="direct", stream=sys.stdout)
-    >>> progress.add(4)
-    >>> progress.close()
+    >>> with progress(sys.stdout):
+    ...     bar = Progress(4, what="tiles", label="direct")
+    >>> bar.add(4)
+    >>> bar.close()
     direct: 4/4 tiles, ... /s, 0 s left, 0 failed
     """
 
-    def __init__(
-        self, total: int, *, done: int = 0, what: str = "subregions", label: str = "", stream: TextIO | None = None
-    ):
+    def __init__(self, total: int, *, done: int = 0, what: str = "subregions", label: str = ""):
         self.total, self.done, self.what, self.label, self.failed = total, done, what, label and f"{label}: ", 0
-        self._stages = _told_by[-1] if _told_by and stream is not None else None
+        self._stages = _STAGES.get()
         if self._stages:
-            stream, self._stages.bar = None, self
-        self._kept, self._stream, self._start, self._said = done, stream, time.monotonic(), 0.0
-        self._terminal = stream is not None and stream.isatty()
+            self._stages.bar = self
+        self._stream = None if self._stages else _STREAM.get()
+        self._terminal = self._stream is not None and self._stream.isatty()
+        self._kept, self._start, self._said = done, time.monotonic(), 0.0
         self._marks: deque[tuple[float, int]] = deque()  # time, and number of items finished by then
         self._first = (0.0, 0)
 
@@ -124,10 +169,6 @@ def _duration(seconds: float) -> str:
     return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
-#: Stages that are being told, the innermost last: bars and tellers within speak through it.
-_told_by: list[Stages] = []
-
-
 class Stages:
     """The stages of a run, told on one line: which of how many, how far it has come, and how long the run takes still.
 
@@ -137,37 +178,36 @@ class Stages:
         The stages in order, and about how long each takes, s; as more is known, `expect` replaces it.
     words : mapping of str to str
         The stages in words.
-    stream : file, optional
-        Where to tell; None: nothing is told.
 
     Examples
     --------
-    >>> with Stages({"peaks": 20, "loads": 100}, {"peaks": "asperities", "loads": "contact"}, sys.stdout) as say:
-    ...     say("peaks")
-    ...     say.expect(loads=40)
-    ...     say("loads", " at 64 places")
-    stage 1 of 2, about 2 min left: asperities
+    >>> with progress(sys.stdout), Stages({"peaks": 20, "loads": 100}, {"loads": "contact"}) as stage:
+    ...     stage("peaks")
+    ...     stage.expect(loads=40)
+    ...     stage("loads", " at 64 places")
+    stage 1 of 2, about 2 min left: peaks
     stage 2 of 2, less than a minute left: contact at 64 places
     """
 
-    def __init__(self, expected: Mapping[str, float], words: Mapping[str, str], stream: TextIO | None):
+    def __init__(self, expected: Mapping[str, float], words: Mapping[str, str]):
         self.bar: Progress | None = None
-        self._expected, self._names, self._stream = dict(expected), words, stream
-        self._terminal = stream is not None and stream.isatty()
+        self._stream: TextIO | None = None
+        self._expected, self._names, self._terminal = dict(expected), words, False
         self._name, self._words, self._detail, self._begun, self._said = "", "", "", time.monotonic(), 0.0
         self._lock, self._ended = threading.Lock(), threading.Event()
 
     def __enter__(self) -> Stages:
+        self._stream = _STREAM.get()
+        self._token = _STAGES.set(None if self._stream is None else self)
         if self._stream is not None:
-            _told_by.append(self)
+            self._terminal = self._stream.isatty()
             threading.Thread(target=self._keep_telling, daemon=True).start()
         return self
 
     def __exit__(self, *_) -> None:
         self._ended.set()
-        if self in _told_by:
-            _told_by.remove(self)
-            self.clear()
+        _STAGES.reset(self._token)
+        self.clear()
 
     def clear(self) -> None:
         """Take the line off a terminal, before something else is printed."""
@@ -237,11 +277,6 @@ class Stages:
                 self._tell()
 
 
-def in_stages() -> bool:
-    """Return whether the stages of a run are being told."""
-    return bool(_told_by)
-
-
 def about(seconds: float) -> str:
     """Return a time that is roughly known in words.
 
@@ -253,15 +288,3 @@ def about(seconds: float) -> str:
     if seconds < 60:
         return "less than a minute"
     return f"about {round(seconds / 60)} min" if seconds < 5400 else f"about {seconds / 3600:.2g} h"
-
-
-def teller(progress: bool) -> Callable[[str], None]:
-    """Return a function that writes a line to standard error, tells a detail of a run's stage, or does nothing.
-
-    Examples
-    --------
-    >>> teller(False)("nothing")
-    """
-    if not progress:
-        return lambda what: None
-    return _told_by[-1].detail if _told_by else lambda what: print(what, file=sys.stderr, flush=True)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,7 @@ from . import lazy as parallel
 from .checkpoint import Checkpoint
 from .executor import Failure, each_finished
 from .fingerprint import identity, key_of, refuse_other
-from .progress import in_stages, teller
+from .progress import say
 from .schedulers import on
 from .work import Work, in_memory, stacked
 
@@ -44,7 +43,6 @@ def checkpointed(
     scan: xr.Dataset,
     arguments: Mapping[str, Any] | None = None,
     title: str = "",
-    progress: bool = False,
     scheduler: str | None = None,
 ) -> dict[str, xr.Dataset]:
     """Compute the groups of an archive so that a crash costs only the batches in flight.
@@ -68,8 +66,6 @@ def checkpointed(
         Further arguments that the groups depend on, by name: the same output is refused for other arguments.
     title : str
         Kept as an attribute of the archive.
-    progress : bool
-        Report on standard error how many subregions are finished, how fast, and the time left.
     scheduler : str, optional
         "threads", "processes", "synchronous", or the address of a ``dask scheduler`` such as
         "tcp://node1:8786". By default the active ``distributed.Client``, else what dask is configured for.
@@ -110,15 +106,15 @@ def checkpointed(
         if output.exists():
             refuse_other(_identity_of(output), asked, output)
         else:
-            _compute(compute, checkpoint, output, asked, title, progress, scheduler)
+            _compute(compute, checkpoint, output, asked, title, scheduler)
         finished = True
     finally:
         checkpoint.close(remove=finished or not checkpoint.identity())
     return archive.load(output)
 
 
-def _compute(compute, checkpoint, output, asked, title, progress, scheduler) -> None:
-    with on(scheduler), parallel.computed_by(_WithCheckpoints(checkpoint, progress)):
+def _compute(compute, checkpoint, output, asked, title, scheduler) -> None:
+    with on(scheduler), parallel.computed_by(_WithCheckpoints(checkpoint)):
         _begin(checkpoint, output, asked)
         groups = dict(compute())
     checkpoint.say("all computed")
@@ -154,8 +150,8 @@ def _begin(checkpoint: Checkpoint, output: Path, asked: dict[str, Any]) -> None:
 class _WithCheckpoints:
     """Computes the tasks of a run's solves except those whose results are kept, and keeps each batch as it finishes."""
 
-    def __init__(self, checkpoint: Checkpoint, progress: bool):
-        self.checkpoint, self.stream = checkpoint, sys.stderr if progress else None
+    def __init__(self, checkpoint: Checkpoint):
+        self.checkpoint = checkpoint
 
     def array(self, work: Work) -> Any:
         """Return the results, in memory or, if they are large, lazily from the checkpoint."""
@@ -165,8 +161,8 @@ class _WithCheckpoints:
         missing = [k for k in range(len(work.arguments)) if k not in kept]
         if missing:
             self._compute(work, stage, missing)
-        elif not in_stages():  # whose line goes on to what is not kept
-            teller(self.stream is not None)(f"{work.name}: {work.each * len(work.arguments)} subregions, all kept")
+        else:
+            say(f"{work.name}: {work.each * len(work.arguments)} subregions, all kept")
         batches = self.checkpoint.kept(stage)
         if len(work.arguments) * work.dtype.itemsize <= _IN_MEMORY:
             return np.concatenate([self.checkpoint.get(stage, batch.start, work.dtype) for batch in batches])
@@ -184,7 +180,7 @@ class _WithCheckpoints:
                 self.checkpoint.put(stage, batch[0], result)
 
         self.checkpoint.say(f"{work.name}: {total - work.each * len(missing)} of {total} subregions kept")
-        progress = each_finished(work, missing, receive, stream=self.stream)
+        progress = each_finished(work, missing, receive)
         self.checkpoint.say(f"{work.name}: {progress.text()}, {progress.seconds():.3g} s")
         if failures:
             raise RuntimeError(

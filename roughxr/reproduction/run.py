@@ -26,7 +26,7 @@ PLAN = Plan(
 )
 
 
-def paper(output: str | Path, *, budget: int = 4, progress: bool = False) -> dict[str, xr.Dataset]:
+def paper(output: str | Path, *, budget: int = 4) -> dict[str, xr.Dataset]:
     """Repeat the paper on the glass twin: archive, figures 2–16 and the table of all methods.
 
     Parameters
@@ -36,8 +36,6 @@ def paper(output: str | Path, *, budget: int = 4, progress: bool = False) -> dic
         ``figure-16.png``, ``table.txt``, ``table-scan.csv`` and ``table-contact.csv``.
     budget : int
         As for `run`.
-    progress : bool
-        Show on standard error what is being computed.
 
     Returns
     -------
@@ -62,7 +60,7 @@ def paper(output: str | Path, *, budget: int = 4, progress: bool = False) -> dic
     folder = Path(output)
     path = folder / "paper.nc"
     wanted = PLAN._replace(budget=whole_number(budget, "budget", least=0))
-    with told(scan, wanted, path, progress) as say:
-        groups = kept(scan, wanted, path, say, progress=progress)
+    with told(scan, wanted, path) as say:
+        groups = kept(scan, wanted, path, say)
         show(groups, (scan_table(groups), contact_table(groups)), folder, say, paper_figures, [TWIN])
     return groups

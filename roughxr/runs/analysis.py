@@ -13,7 +13,6 @@ A run is a dictionary of Datasets, the groups of its archive:
 
 from __future__ import annotations
 
-import sys
 import warnings
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
@@ -38,7 +37,8 @@ from ..contact.rigid_bodies import rigid
 from ..detachment import critical_load, is_rests, leaving, resting
 from ..files import archive
 from ..files.disk import whole
-from ..jobs.progress import Stages, about
+from ..jobs.progress import Stages, about, is_told
+from ..jobs.progress import say as tell
 from ..jobs.records import loading
 from ..jobs.run import checkpointed
 from ..presentation import figures, report
@@ -113,7 +113,7 @@ _WORDS = {
 _PLACE = 1.0
 
 #: Stages of which nothing is told.
-_UNTOLD = Stages({}, {}, None)
+_UNTOLD = Stages({}, {})
 
 #: What helps where bodies are too soft for the scan, or their contacts too large.
 _HELPS = (
@@ -135,7 +135,6 @@ def run(
     refine: int | str = "auto",
     levelling: str = "plane",
     budget: int = 4,
-    progress: bool = False,
 ) -> dict[str, xr.Dataset]:
     """Analyse a scan, and write archive, figures and tables; called again after an interruption, it resumes.
 
@@ -165,8 +164,6 @@ def run(
         What is subtracted from the scan first.
     budget : int
         Number of places at which each change of the error budget is simulated; 0: no budget.
-    progress : bool
-        Show on standard error what is being computed.
 
     Returns
     -------
@@ -207,17 +204,17 @@ def run(
             raise ValueError(f"particle: {subregions.attrs['missing']}; without it the run takes it for a probe")
     wanted, output = plan(scan, subregions=subregions, delta=delta, **adhesion), Path(output)
     path = output if output.suffix == ".nc" else output / "run.nc"
-    with told(scan, wanted, path, progress) as say:
-        groups = kept(scan, wanted, path, say, progress=progress)
+    with told(scan, wanted, path) as say:
+        groups = kept(scan, wanted, path, say)
         tables = report.scan_table(groups), report.contact_table(groups)
         show(groups, tables, None if path == output else output, say)
     return groups
 
 
-def told(scan: xr.Dataset, plan: Plan, path: Path, progress: bool) -> Stages:
+def told(scan: xr.Dataset, plan: Plan, path: Path) -> Stages:
     """Return the stages of a run; where its archive is not there yet say what it will do, and about how long."""
     expected = _expected(scan, plan)
-    if progress and not path.exists():
+    if is_told() and not path.exists():
         count = _count(scan, plan)
         words = ", ".join(_WORDS[name] for name in expected)
         time = about(sum(expected.values()))
@@ -227,19 +224,18 @@ def told(scan: xr.Dataset, plan: Plan, path: Path, progress: bool) -> Stages:
             "Quicker: fewer subregions, or budget 0. What is finished is kept if it is interrupted.",
             100,
         )
-        print(lines, file=sys.stderr, flush=True)
-    return Stages(expected, _WORDS, sys.stderr if progress else None)
+        tell(lines)
+    return Stages(expected, _WORDS)
 
 
-def kept(scan: xr.Dataset, plan: Plan, path: Path, say: Stages, *, progress: bool = False):
+def kept(scan: xr.Dataset, plan: Plan, path: Path, say: Stages):
     """Return the groups of a run, read from its archive as far as they are there, else computed and kept."""
     return checkpointed(
-        lambda: analyse(scan, plan, say, progress=progress),
+        lambda: analyse(scan, plan, say),
         path,
         scan=scan,
         arguments=plan._asdict(),
         title=scan.attrs.get("title", ""),
-        progress=progress,
     )
 
 
@@ -255,7 +251,7 @@ def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None, **adh
     return Plan(subregions, deltas, sweep, float(deltas[-1]), patch="auto", vertex="fitted", **adhesion)
 
 
-def analyse(scan: xr.Dataset, plan: Plan, say: Stages = _UNTOLD, *, progress: bool = False) -> dict[str, xr.Dataset]:
+def analyse(scan: xr.Dataset, plan: Plan, say: Stages = _UNTOLD) -> dict[str, xr.Dataset]:
     """Compute all groups of a run."""
     say("asperities")
     catalogue = asperities(scan, patch=plan.patch, vertex=plan.vertex)
@@ -270,10 +266,10 @@ def analyse(scan: xr.Dataset, plan: Plan, say: Stages = _UNTOLD, *, progress: bo
         "reconstruction": reconstruct(scan, catalogue),
         "statistics/roughness": roughness(scan, spectra=True),
     }
-    options = {"subregions": plan.subregions, "progress": progress}
+    options = {"subregions": plan.subregions}
     if float(scan.coords.get("work_of_adhesion", 0.0)) > 0 or schema.is_wet(scan):
         groups |= _with_adhesion(scan, plan, options, say)
-        groups |= _below_the_scan(scan, plan, progress, say)
+        groups |= _below_the_scan(scan, plan, say)
         groups |= _rigid_bodies(scan, options, say)
     if schema.is_wet(scan):
         say("humidity")
@@ -302,7 +298,7 @@ def analyse(scan: xr.Dataset, plan: Plan, say: Stages = _UNTOLD, *, progress: bo
         say("rolling")
         groups |= _coming_off(suited, options, groups)
     if plan.budget and "solutions/adhesive" in groups:
-        groups |= _error_budget(scan, plan, groups["solutions/adhesive"], say, progress)
+        groups |= _error_budget(scan, plan, groups["solutions/adhesive"], say)
     return groups
 
 
@@ -338,7 +334,7 @@ def _of_budget(plan: Plan, place: float) -> dict[str, float]:
     return {"budget": 20 * plan.budget * place, "waves": 5.0 + 3 * plan.budget * place}
 
 
-def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, say: Stages, progress: bool):
+def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, say: Stages):
     """Return the sensitivity of the simulated pull-off, at a few of its places, and its error budget."""
     preload = float(np.min(plan.preload))
     how = {"preload": preload, "law": solved.attrs["law"], "step": plan.step, "places": plan.budget}
@@ -346,7 +342,7 @@ def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, say: Stages,
     say("budget", f", {plan.budget} places again under each change")
     places = {"subregions": regions.sample(regions.centres(scan, solved), plan.budget)}
     given = {name: how[name] for name in ("preload", "law", "refine", "step")}
-    changes = sensitivity(scan, method="adhesive", progress=progress, **given, **places)
+    changes = sensitivity(scan, method="adhesive", **given, **places)
     say("waves")
     scales = cut_off_waves(scan, places=plan.budget, subregions=solved, preload=preload)
     budget = error_budget(scan, solved=solved, changes=changes, scales=scales, seeds=0, **how)
@@ -354,7 +350,7 @@ def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, say: Stages,
     return found if scales is None else found | {"statistics/shorter_waves": scales}
 
 
-def _below_the_scan(scan: xr.Dataset, plan: Plan, progress: bool, say: Stages) -> dict[str, xr.Dataset]:
+def _below_the_scan(scan: xr.Dataset, plan: Plan, say: Stages) -> dict[str, xr.Dataset]:
     """Return the pull-off with the roughness continued below the scan, at some of the places; or why there is none."""
     if not plan.continued:
         return {}
@@ -366,7 +362,7 @@ def _below_the_scan(scan: xr.Dataset, plan: Plan, progress: bool, say: Stages) -
     some = regions.sample(regions.centres(scan, plan.subregions), plan.continued)
     say("continued", f", at {some.sizes['subregion']} places")
     try:
-        found = continued(scan, subregions=some, preload=float(np.min(plan.preload)), progress=progress)
+        found = continued(scan, subregions=some, preload=float(np.min(plan.preload)))
     except ValueError as error:
         return {"statistics/continued": not_continued(scan, str(error))}
     places = ["pull_off_force"]

@@ -13,7 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from ..files.disk import whole
-from ..jobs.progress import about
+from ..jobs.progress import about, say
 from ..presentation import report
 from ..presentation.exports import to_table
 from ..statistics import bootstrap, pooled
@@ -33,7 +33,7 @@ def folders(scans: Iterable[str | Path], output: Path) -> dict[Path, Path]:
     return found
 
 
-def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Any], say: Callable[[str], None]):
+def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Any]):
     """Return the places of each scan that could be analysed, and why the others could not.
 
     Called again after an interruption it goes on from there, as every run does.

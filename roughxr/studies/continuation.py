@@ -67,7 +67,6 @@ def continued(
     shortest: Any = None,
     spectrum: xr.Dataset | None = None,
     accuracy: float = 0.1,
-    progress: bool = False,
 ) -> xr.Dataset:
     """Return the simulated pull-off with the roughness continued below what the scan shows, and its 95 % interval.
 
@@ -87,8 +86,6 @@ def continued(
         Result of `self_affine_fit`, by default of the waves that the scan shows truly.
     accuracy : float
         Waves no longer matter where an octave more changes the mean pull-off by less than this part.
-    progress : bool
-        Show on standard error what is being computed.
 
     Returns
     -------
@@ -131,10 +128,10 @@ def continued(
     kept = smooth(bodies, shortest=model.shown)
     surface = Surface(kept, problem, centres)
     question = Question(problem, adhesion, Below(model, model.shown, model.shown))
-    pilot = _pilot(surface, question, end, accuracy, progress)
+    pilot = _pilot(surface, question, end, accuracy)
     question = question._replace(below=question.below._replace(shortest=pilot.waves[-1]))
-    forces = surface.solve(question, range(centres.sizes["subregion"]), count, pilot.guesses[-1], progress)[..., 0]
-    entries = _entries(surface, question, pilot, hardness, progress) | _scatter(forces, centres)
+    forces = surface.solve(question, range(centres.sizes["subregion"]), count, pilot.guesses[-1])[..., 0]
+    entries = _entries(surface, question, pilot, hardness) | _scatter(forces, centres)
     return _result(ds, forces, entries, pilot, model, centres, hardness, (preload, subregions, count, end))
 
 
@@ -198,11 +195,11 @@ class Surface:
             for window, x, y in at
         ]
 
-    def solve(self, question: Question, places, seeds: int, guess=None, progress: bool = False) -> np.ndarray:
+    def solve(self, question: Question, places, seeds: int, guess=None) -> np.ndarray:
         """Return the pull-off and the depth (place, seed, 2), both of which may be guessed."""
         guess = guess or (self.depth, 0.0)
         tasks = [(*self.patches[place], seed, *guess) for place in places for seed in range(seeds)]
-        found = parallel.spread(pull_off_below, tasks, (2,), *question, name="continued", lazy=False, progress=progress)
+        found = parallel.spread(pull_off_below, tasks, (2,), *question, name="continued", lazy=False)
         return np.asarray(found).reshape(len(places), seeds, 2)
 
 
@@ -224,7 +221,7 @@ class _Pilot(NamedTuple):
     change: float  # of the mean by the last octave
 
 
-def _pilot(surface: Surface, question: Question, end, accuracy: float, progress: bool) -> _Pilot:
+def _pilot(surface: Surface, question: Question, end, accuracy: float) -> _Pilot:
     """Add half an octave after the other until the mean pull-off settles."""
     count = len(surface.patches)
     places = np.unique(np.linspace(0, count - 1, min(count, _PILOT)).round().astype(int))
@@ -234,7 +231,7 @@ def _pilot(surface: Surface, question: Question, end, accuracy: float, progress:
     smallest = _FLOOR if end is None else min(end, below.longest)
     while True:
         asked = question._replace(below=below._replace(shortest=waves[-1]))
-        found = surface.solve(asked, places, seeds, guesses[-1], progress)
+        found = surface.solve(asked, places, seeds, guesses[-1])
         means.append(float(np.nanmean(found[..., 0])))
         guesses.append(next_guess(found, guesses[-1]))
         if end is None:
@@ -254,7 +251,7 @@ def _settled(means: list[float], accuracy: float) -> bool:
     return bool(np.ptp(last) < accuracy)
 
 
-def _entries(surface, question: Question, pilot: _Pilot, hardness: str, progress: bool) -> dict[str, float]:
+def _entries(surface, question: Question, pilot: _Pilot, hardness: str) -> dict[str, float]:
     """Return the standard deviations of ln(mean) by the assumptions, each from a few places on the same waves.
 
     What depends on the law and the bodies is asked an octave before the last wave, where a place takes a fifth of the
@@ -279,7 +276,7 @@ def _entries(surface, question: Question, pilot: _Pilot, hardness: str, progress
     seeds, out = max(1, -(-_PILOT // pilot.places.size)), {}
     for name, questions in asked.items():
         at = -1 if name == "spectrum" else before
-        solved = [surface.solve(one, pilot.places, seeds, pilot.guesses[at], progress)[..., 0] for one in questions]
+        solved = [surface.solve(one, pilot.places, seeds, pilot.guesses[at])[..., 0] for one in questions]
         changes = [abs(np.log(np.nanmean(one) / pilot.means[at])) for one in solved]
         out[name] = float(np.sqrt(np.mean(np.square(changes))))
     out["shorter waves"] = 0.5 * pilot.change

@@ -83,7 +83,6 @@ def error_budget(
     settings: Mapping[str, Sequence] | None = None,
     seeds: int = 2,
     tip_radius: Any = 10.0,
-    progress: bool = False,
 ) -> xr.Dataset:
     """Return the uncertainty of the mean simulated pull-off: one entry for each source.
 
@@ -111,8 +110,6 @@ def error_budget(
     tip_radius : number or quantity
         Of the tip that took the scan, nm, for the share of asperities that are sharper. The effect of the tip on the
         pull-off is computed with the settings.
-    progress : bool
-        Show on standard error what is being computed.
 
     Returns
     -------
@@ -153,7 +150,7 @@ def error_budget(
     how = {"subregions": centres, "preload": preload, "law": law, "refine": refine, "step": step}
     if changes is None:
         some = {"subregions": regions.sample(centres, whole_number(places, "places", least=1))}
-        changes = sensitivity(ds, method="adhesive", settings=settings, progress=progress, **how | some)
+        changes = sensitivity(ds, method="adhesive", settings=settings, **how | some)
     if "pull_off_change" not in changes:
         raise ValueError("changes: expected what sensitivity(method='adhesive') returns, found no pull_off_change")
     if scales is None and whole_number(seeds, "seeds", least=0):

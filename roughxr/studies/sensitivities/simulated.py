@@ -6,7 +6,7 @@ is a case of its own. A law with a range can only be solved on small cells: a ca
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ import xarray as xr
 
 from ...contact.adhesion import MOST_REFINED, adhesive
 from ...contact.cycle import EDGED, largest_cell
+from ...jobs.progress import say
 from ...vocabulary import schema
 from ..short_waves import quietly
 from .changes import Case
@@ -68,7 +69,7 @@ class _Solver:
         return n
 
 
-def simulated(ds: xr.Dataset, cases: Sequence[Case], way: Simulation, say: Callable[[str], None]) -> xr.Dataset:
+def simulated(ds: xr.Dataset, cases: Sequence[Case], way: Simulation) -> xr.Dataset:
     """Return the results of each case along ``case``, and its pull-offs along (case, subregion)."""
     say(f"sensitivity of the simulation at {way.places.sizes['subregion']} places, {len(cases) - 1} changes")
     solver = _Solver(ds, way)

@@ -12,7 +12,6 @@ import xarray as xr
 
 from ...bodies.liquid import work_of
 from ...bodies.materials import range_of
-from ...jobs.progress import teller
 from ...scans import regions
 from ...vocabulary import schema
 from ...vocabulary.units import magnitude, positive
@@ -35,7 +34,6 @@ def sensitivity(
     law: str | None = None,
     refine: int | str | None = None,
     step: Any = None,
-    progress: bool = False,
 ) -> xr.Dataset:
     """Return how the pull-off force changes with each assumption.
 
@@ -60,8 +58,6 @@ def sensitivity(
     preload, law, refine, step
         For "adhesive", see there: by default 0 nN, "auto", "auto" (the coarsest mesh on which the law can be solved)
         and 0.4 nm.
-    progress : bool
-        Show on standard error which case is being computed.
 
     Returns
     -------
@@ -108,7 +104,7 @@ def sensitivity(
         way = Simulation(centres, load, law or "auto", longest, refine or "auto")
         usual = SIMULATED | (OF_YIELD if "hardness" in ds.coords else {}) | wet
         tried = cases(_with_range(ds), usual if settings is None else settings)
-        out = simulated(tried[0].ds, tried, way, teller(progress))
+        out = simulated(tried[0].ds, tried, way)
         arguments = {name: getattr(way, name) for name in ("preload", "law", "refine", "step")}
     out = out.assign_coords(factor=("case", [case.factor for case in tried])).assign_attrs(method=method)
     arguments |= {"method": method, "settings": settings}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -43,7 +42,7 @@ class Frames(NamedTuple):
     box: tuple[float, float, float, float]  # least and greatest x, y of the map, nm from the contact centre
 
 
-def contact_maps(at: Placed, *, loops: int, progress: bool) -> list[dict[str, Any]]:
+def contact_maps(at: Placed, *, loops: int) -> list[dict[str, Any]]:
     """Return the contact maps that the page shows, by the simulation with adhesion and by that without.
 
     Parameters
@@ -51,7 +50,6 @@ def contact_maps(at: Placed, *, loops: int, progress: bool) -> list[dict[str, An
     at : Placed
     loops : int
         Number of places at which the cycle with adhesion is followed again, where the run holds only its events.
-    progress : bool
 
     Returns
     -------
@@ -64,7 +62,7 @@ def contact_maps(at: Placed, *, loops: int, progress: bool) -> list[dict[str, An
         ds = at.held(f"solutions/{name}")
         if ds is None or not _known(at.run["scan"], ds):
             continue
-        made = {key: make(at, one, loops, progress) for key, one in cases(ds)}
+        made = {key: make(at, one, loops) for key, one in cases(ds)}
         if any(frames is not None for row in made.values() for frames in row):
             found.append({"name": name, "label": words, "over": over(ds), **_sheets(made)})
     return found
@@ -75,7 +73,7 @@ def _known(scan: xr.Dataset, ds: xr.Dataset) -> bool:
     return "pressure" in ds or "contact_modulus" in scan.coords or "contact_modulus" in ds.coords
 
 
-def _without(at: Placed, one: xr.Dataset, loops: int, progress: bool) -> list[Frames | None]:
+def _without(at: Placed, one: xr.Dataset, loops: int) -> list[Frames | None]:
     """Return the maps of the direct simulation at all places, at the displacements that the run holds."""
     if "pressure" in one:
         return _kept(at, one)
@@ -89,10 +87,10 @@ def _without(at: Placed, one: xr.Dataset, loops: int, progress: bool) -> list[Fr
     def solved(k: int) -> Frames | None:
         return _frames(direct(scan, subregions=at.places.isel(subregion=[k]), **how).isel(subregion=0), offset[k])
 
-    return _each(solved, range(at.count), at.count, "places without adhesion", progress)
+    return _each(solved, range(at.count), at.count, "places without adhesion")
 
 
-def _with_adhesion(at: Placed, one: xr.Dataset, loops: int, progress: bool) -> list[Frames | None]:
+def _with_adhesion(at: Placed, one: xr.Dataset, loops: int) -> list[Frames | None]:
     """Return the maps along the loops of some places, followed with the run's own options."""
     if "pressure" in one:
         return _kept(at, one)
@@ -112,7 +110,7 @@ def _with_adhesion(at: Placed, one: xr.Dataset, loops: int, progress: bool) -> l
         return _frames(loop.isel(subregion=0), offset[k]) if bool(loop["complete"][0]) else None
 
     some = regions.sample(at.places.assign_coords(order=("subregion", np.arange(len(none)))), loops)
-    return _each(followed, some["order"].values.tolist(), at.count, "loops with adhesion", progress)
+    return _each(followed, some["order"].values.tolist(), at.count, "loops with adhesion")
 
 
 def _along(place: xr.Dataset) -> np.ndarray | None:
@@ -124,9 +122,9 @@ def _along(place: xr.Dataset) -> np.ndarray | None:
     return np.unique(np.append(steps, np.clip(ends[2], *ends[:2])))
 
 
-def _each(solve: Callable, which: Sequence[int], count: int, what: str, progress: bool) -> list[Frames | None]:
+def _each(solve: Callable, which: Sequence[int], count: int, what: str) -> list[Frames | None]:
     """Return the results of ``solve`` for some places, computed in parallel; None for the others."""
-    bar = Progress(len(which), what=what, stream=sys.stderr if progress else None)
+    bar = Progress(len(which), what=what)
 
     def told(k: int) -> Frames | None:
         found = solve(k)

@@ -28,9 +28,7 @@ from .contact_maps import contact_maps
 _MOST_PIXELS = 1200
 
 
-def write_explorer(
-    path: str | os.PathLike, output: str | os.PathLike | None = None, *, loops: int = 16, progress: bool = False
-) -> Path:
+def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = None, *, loops: int = 16) -> Path:
     """Write a run's archive as one self-contained, interactive HTML page.
 
     Clicking a place of the scan shows its contact map, its force over displacement and its position among all
@@ -46,8 +44,6 @@ def write_explorer(
     loops : int
         Of the simulation with adhesion a run keeps the events, not the states between them. At this many places, spread
         evenly, it is followed again, for a second or more each, to show loop and contact maps; 0: at none.
-    progress : bool
-        Show on standard error what is being computed.
 
     Returns
     -------
@@ -77,7 +73,7 @@ def write_explorer(
     path = archive.of_run(Path(path))
     run = {name: ds for name, ds in archive.load(path).items() if ds.variables}
     try:
-        text = explorer_page(run, archive_name=path.name, loops=loops, progress=progress)
+        text = explorer_page(run, archive_name=path.name, loops=loops)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
     output = path.with_name("explore.html") if output is None else Path(output)
@@ -87,9 +83,7 @@ def write_explorer(
 
 
 @verb
-def explorer_page(
-    run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc", loops: int = 16, progress: bool = False
-) -> str:
+def explorer_page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc", loops: int = 16) -> str:
     """Return the page as text.
 
     Parameters
@@ -98,7 +92,7 @@ def explorer_page(
         The groups of a run.
     archive_name : str
         The file that they come from, as the page names it.
-    loops, progress
+    loops : int
         As for `write_explorer`.
 
     Returns
@@ -117,7 +111,7 @@ def explorer_page(
         ...
     ValueError: expected the archive of a run, with its scan, found groups: none; make one with roughxr run
     """
-    told = _page_data(run, whole_number(loops, "loops", least=0), progress)
+    told = _page_data(run, whole_number(loops, "loops", least=0))
     return filled(
         "roughxr.presentation.report.explorer",
         title=_title(run["scan"]),
@@ -137,7 +131,7 @@ def _title(scan: xr.Dataset) -> str:
     return str(scan.attrs.get("title") or scan.attrs.get("source_file") or "A run of roughxr")
 
 
-def _page_data(run: Mapping[str, xr.Dataset], loops: int, progress: bool) -> dict[str, Any]:
+def _page_data(run: Mapping[str, xr.Dataset], loops: int) -> dict[str, Any]:
     """Return all the data that the page's script shows."""
     if "scan" not in run:
         raise ValueError(
@@ -155,7 +149,7 @@ def _page_data(run: Mapping[str, xr.Dataset], loops: int, progress: bool) -> dic
         "pulls": places.pull_offs(at),
         "facts": places.facts(at),
         "doubts": places.doubts(at),
-        "maps": contact_maps(at, loops=loops, progress=progress),
+        "maps": contact_maps(at, loops=loops),
     }
 
 
