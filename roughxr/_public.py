@@ -8,12 +8,14 @@ from .asperity.maps import pull_off_map
 from .asperity.moments import rolling
 from .asperity.reconstruction import reconstruct
 from .asperity.superposition import superpose
+from .bodies.liquid import HumidAir
 from .bodies.materials import assign_pair, contact_modulus, gilman_surface_energy, hamaker_constant
 from .bodies.probes import fit_sphere, placements
 from .contact import reference
 from .contact.adhesion import adhesive
 from .contact.elastic import direct
 from .contact.estimates import tabor
+from .contact.mesh import Mesh
 from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
 from .detachment import critical_load, resting, resuspension, to_dem
@@ -65,6 +67,8 @@ from .vocabulary import schema
 
 __all__ = [
     "ContactAccessor",
+    "HumidAir",
+    "Mesh",
     "__version__",
     "add_fine_roughness",
     "adhesive",

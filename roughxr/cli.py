@@ -332,6 +332,7 @@ def _add_pair(command) -> None:
     group.add_argument(
         "--hamaker-constant", metavar="A", help="of the pair, such as '65 zJ', in place of --work-of-adhesion"
     )
+    group.add_argument("--retardation", metavar="L", help="of van der Waals forces, a wavelength, nm; default: none")
     group.add_argument("--humidity", metavar="RH", help="relative humidity, such as '60 %%' or 0.6; default: dry")
     group.add_argument(
         "--contact-angle", nargs="+", metavar="DEG", help="of water on both bodies or on each; default: 0"
@@ -363,7 +364,7 @@ def _add_adhesion(command) -> None:
         help="how the attraction falls with the gap; default: auto, exponential where its range matters, else griffith",
     )
     group.add_argument(
-        "--refine",
+        "--mesh",
         default="auto",
         type=lambda text: text if text == "auto" else int(text),
         metavar="N",
@@ -451,9 +452,8 @@ def _add_measurement(command, name: str = "file", *, help: str = _MEASURED) -> N
     group.add_argument(
         "--baseline",
         type=float,
-        default=0.3,
         metavar="PART",
-        help="of a curve's travel, the farthest, in which nothing but the instrument acts; default: %(default)s",
+        help="of a curve's travel, the farthest, in which nothing but the instrument acts; default: 0.3",
     )
 
 
@@ -560,7 +560,7 @@ def _run_one(options, file: str, output):
             delta=options.delta,
             preload=options.preload,
             law=options.law,
-            refine=options.refine,
+            mesh=options.mesh,
             levelling=options.level,
             budget=options.budget,
         )
@@ -586,6 +586,7 @@ def _paired(scan, options):
     """Return the scan with the bodies that the options name; ask for what has no default."""
     from . import scans
     from .bodies import materials
+    from .bodies.liquid import HumidAir
 
     pair = {
         "sphere_radius": options.sphere_radius,
@@ -599,14 +600,21 @@ def _paired(scan, options):
         "adhesion_range": options.adhesion_range,
         "hamaker_constant": options.hamaker_constant,
         "hardness": options.hardness,
-        **{name: getattr(options, name) for name in ("humidity", "contact_angle", "temperature", "liquid", "film")},
+        "retardation": options.retardation,
     }
     if not (options.materials or options.young_modulus or options.contact_modulus):
         raise ValueError(
             "expected the bodies' elastic constants, found none: give --materials A/B (one or two of "
             f"{', '.join(MATERIALS)}), or --young-modulus and --poisson-ratio, or --contact-modulus"
         )
-    scan = materials.assign_pair(scan, **{name: _numbers(value) for name, value in pair.items() if value is not None})
+    pair = {name: _numbers(value) for name, value in pair.items() if value is not None}
+    wet = {name: getattr(options, name) for name in ("humidity", "contact_angle", "temperature", "liquid", "film")}
+    wet = {name: _numbers(value) for name, value in wet.items() if value is not None}
+    if "humidity" in wet:
+        pair["humidity"] = HumidAir(**wet)
+    elif wet:
+        raise ValueError(f"--humidity: expected one beside {', '.join(wet)}, found none: a dry pair has no liquid")
+    scan = materials.assign_pair(scan, **pair)
     if "work_of_adhesion" not in scan.coords:
         raise ValueError(
             "expected how strongly the bodies adhere, found nothing: give --work-of-adhesion (or --surface-energy) in "
@@ -862,8 +870,14 @@ def _shift(found) -> str:
 
 def _measurement(options):
     """Return the measured pull-offs in a file, read with the given options."""
-    from .measured import open_pull_off
+    from .measured import curves_pull_off, open_curves, open_pull_off
 
+    known = {"sensitivity": options.sensitivity}
+    known |= {"spring_constant": options.spring_constant and _number(options.spring_constant)}
+    if options.baseline is not None:
+        if len(options.file) > 1:
+            raise ValueError(f"--baseline: expected one file of curves, found {len(options.file)}")
+        return curves_pull_off(open_curves(options.file[0], **known), baseline=options.baseline)
     return open_pull_off(
         options.file,
         channel=int(options.channel) if (options.channel or "").isdecimal() else options.channel,
@@ -871,10 +885,8 @@ def _measurement(options):
         size=None if options.size is None else tuple(map(_number, options.size)),
         units=options.units,
         place_units=options.place_units,
-        sensitivity=options.sensitivity,
-        spring_constant=options.spring_constant and _number(options.spring_constant),
         pulls=options.pulls,
-        baseline=options.baseline,
+        **known,
     )
 
 

@@ -33,9 +33,7 @@ VERBS = {
     "scale_dependence": lambda ds: (
         ds.contact.scale_dependence(shortest=[60.0], seeds=1, law="exponential", **PLACES).pull_off_force
     ),
-    "adhesive": lambda ds: (
-        ds.contact.adhesive(law="exponential", refine=1, step=0.5, subregions=([120.0], [120.0])).pull_off_force
-    ),
+    "adhesive": lambda ds: ds.contact.adhesive(law="exponential", mesh=1, subregions=([120.0], [120.0])).pull_off_force,
 }
 
 

@@ -12,12 +12,11 @@ from roughxr.asperity.catalogue import asperities
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.elastic import LIMITS, direct
 from roughxr.contact.estimates import elastic_pull_off, tabor
-from roughxr.contact.problem import read_problem
 from roughxr.kernels.asperity import jkr, maugis
 from tests import surfaces
 
 #: The limit without range on the pixels as they are.
-by_cells = partial(adhesive, law="griffith", refine=1)
+by_cells = partial(adhesive, law="griffith", mesh=1)
 
 PIXEL = 9.77
 RADIUS, W = 3000.0, 2 * 0.6747
@@ -53,9 +52,8 @@ def cycle(request):
     ds, delta = flat(n=65), np.arange(-2.0, 5.01, 0.25)
     centre = at(CENTRES[request.param], PIXEL)
     errors = ERRORS[CENTRES[request.param]]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("roughxr.contact.adhesion.read_problem", partial(read_problem, profile="parabola"))
-        return ds, by_cells(ds, delta=delta, subregions=centre, refine=2), errors
+    with surfaces.paraboloids():
+        return ds, by_cells(ds, delta=delta, subregions=centre, mesh=2), errors
 
 
 def test_sphere_pulls_off_as_jkr(cycle):
@@ -142,7 +140,7 @@ def pulls_of_ellipse(ratio, n=101):
         x, y = ((np.arange(n) - (n - 1) / 2 + part) * PIXEL for part in offset)
         ds = surfaces.glass_pair(surfaces.scan(-(A * x[:, None] ** 2 + B * y[None, :] ** 2), PIXEL), 1e9)
         solution = by_cells(
-            ds.isel(x=slice(10, -10), y=slice(10, -10)), delta=[0.25], subregions=([0.0], [0.0]), refine=2
+            ds.isel(x=slice(10, -10), y=slice(10, -10)), delta=[0.25], subregions=([0.0], [0.0]), mesh=2
         )
         pulls.append(float(solution.pull_off_force[0]))
     return np.array(pulls)
@@ -169,7 +167,7 @@ def test_dugdale_pulls_off_as_maugis(parameter, refine):
         delta=[-1, 0.3],
         subregions=at((0.31, 0.17), PIXEL),
         law="dugdale",
-        refine=refine,
+        mesh=refine,
     )
     expected = np.pi * W * RADIUS * maugis.pull_off(parameter)
     assert float(solution.pull_off_force[0]) == pytest.approx(expected, rel=0.02)
@@ -181,7 +179,7 @@ STRENGTH = 0.8
 
 def test_exponential_law_lies_between_the_limits():
     ds = flat(3 * PIXEL, 31).assign_coords(adhesion_range=W / STRENGTH)
-    solution = by_cells(ds, delta=[-1, 0.3], law="exponential", step=0.5)
+    solution = by_cells(ds, delta=[-1, 0.3], law="exponential", mesh=roughxr.Mesh(1, step=0.5))
     pull = float(solution.pull_off_force[0]) / (np.pi * W * RADIUS)
     assert 1.5 < pull < 2.0
 
@@ -193,7 +191,7 @@ def test_energy_is_kept_but_in_jumps():
         delta=delta,
         law="exponential",
         datum="first_contact",
-        step=0.125,
+        mesh=roughxr.Mesh(1, step=0.125),
         fields=True,
     )
     back = solution.isel(subregion=0).sel(branch="retraction").sortby("delta", ascending=False)
@@ -214,7 +212,7 @@ def test_without_adhesion_it_is_the_elastic_contact(law, monkeypatch):
     ds = surfaces.glass_pair(surfaces.scan(surfaces.rough(64, rms=2.0), PIXEL))
     ds["work_of_adhesion"] = 0.0
     delta = [3.0, 6.0, 9.0]
-    adhering = by_cells(ds, delta=delta, step=1.0, **law).force
+    adhering = by_cells(ds, delta=delta, mesh=roughxr.Mesh(1, step=1.0), **law).force
     monkeypatch.setattr("roughxr.contact.elastic.LIMITS", LIMITS._replace(tolerance=1e-9))
     elastic = direct(ds, delta=delta).force
     for branch in ("loading", "retraction"):
@@ -250,7 +248,8 @@ def test_rough_contact_keeps_its_order_of_events(ground):
 
 
 def test_shorter_steps_change_little(ground):
-    pulls = [quiet(ground, delta=[6.0], subregions=(2, 2), step=step).pull_off_force for step in (0.25, 0.125)]
+    meshes = roughxr.Mesh(1), roughxr.Mesh(1, step=0.125)
+    pulls = [quiet(ground, delta=[6.0], subregions=(2, 2), mesh=mesh).pull_off_force for mesh in meshes]
     assert float(abs(pulls[1] / pulls[0] - 1).max()) < 0.01
 
 
@@ -258,7 +257,7 @@ def test_shorter_steps_change_little(ground):
 def test_shorter_steps_change_no_place():
     scan = surfaces.glass_pair(roughxr.open_sample("glass"))
     options = {"delta": [4.0], "subregions": (4, 4), "datum": "first_contact"}
-    longer, shorter = (quiet(scan, **options, step=step).pull_off_force for step in (0.25, 0.125))
+    longer, shorter = (quiet(scan, **options, mesh=roughxr.Mesh(1, step=step)).pull_off_force for step in (0.25, 0.125))
     change = abs(shorter / longer - 1)
     assert float(change.max()) < 0.01 and float(change.mean()) < 0.002
 
@@ -278,7 +277,8 @@ def test_the_step_does_not_decide_the_pull_off(material):
     """
     glass = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, adhesion_range=0.3, **material)
     places = ([833.0, 2500.0], [833.0, 4167.0])
-    pulls = [glass.contact.adhesive(subregions=places, refine=2, step=step).pull_off_force for step in (0.4, 0.1)]
+    meshes = roughxr.Mesh(2, step=0.4), roughxr.Mesh(2, step=0.1)
+    pulls = [glass.contact.adhesive(subregions=places, mesh=mesh).pull_off_force for mesh in meshes]
     np.testing.assert_allclose(*pulls, rtol=0.03)
 
 
@@ -292,7 +292,7 @@ def test_without_range_a_preload_between_two_steps_is_met(step):
         sphere_radius=1500, contact_modulus=40, work_of_adhesion=0.2
     )
     middle = ([float(flat.x[32])], [float(flat.y[32])])
-    cycle = flat.contact.adhesive(subregions=middle, law="griffith", refine=4, step=step)
+    cycle = flat.contact.adhesive(subregions=middle, law="griffith", mesh=roughxr.Mesh(4, step=step))
     radius = (6 * np.pi * 0.2 * 1500**2 / (4 / 3 * 40)) ** (1 / 3)  # of the contact without load, 6πwR² = K a³
     assert bool(cycle.complete[0])
     assert float(cycle.preload_delta[0]) == pytest.approx(radius**2 / (3 * 1500), rel=0.03)
@@ -324,7 +324,7 @@ def test_a_rough_scan_moved_turned_or_larger_is_the_same():
 def test_fields_hold_the_contact(refine):
     """Forces beside fields are their sums, by the steeper edge: 6 % (4 % on half pixels) from the extrapolated ones."""
     ds, centres = bump(n=31), ([0.0, 9.0], [0.0, 4.0])
-    options = {"delta": [0.0, 0.5], "subregions": centres, "refine": refine, "step": 0.5}
+    options = {"delta": [0.0, 0.5], "subregions": centres, "mesh": roughxr.Mesh(refine, step=0.5)}
     cycle = quiet(ds, **options, fields=True)
     bare = quiet(ds, **options)
     off = (abs(cycle.force - bare.force) / bare.pull_off_force).max(("branch", "delta"))
@@ -348,8 +348,8 @@ def test_fields_of_a_lazy_scan_need_its_heights(ground):
 
 
 def test_lazy_scans_give_the_same(ground):
-    eager = quiet(ground, delta=[2.0, 5.0], subregions=(2, 1), step=0.5)
-    lazy = quiet(ground.chunk(x=30, y=50), delta=[2.0, 5.0], subregions=(2, 1), step=0.5)
+    eager = quiet(ground, delta=[2.0, 5.0], subregions=(2, 1), mesh=roughxr.Mesh(1, step=0.5))
+    lazy = quiet(ground.chunk(x=30, y=50), delta=[2.0, 5.0], subregions=(2, 1), mesh=roughxr.Mesh(1, step=0.5))
     assert lazy.force.chunks is not None
     xr.testing.assert_allclose(lazy.compute().drop_attrs(), eager.drop_attrs())
 
@@ -362,7 +362,7 @@ def test_refining_finds_the_sphere_again():
     pull = 1.5 * np.pi * W * radius
     error = {}
     for refine in (1, 8):
-        solution = quiet(ds, delta=[-1.0, 0.1], refine=refine, datum="first_contact")
+        solution = quiet(ds, delta=[-1.0, 0.1], mesh=refine, datum="first_contact")
         error[refine] = abs(float(solution.pull_off_force[0]) / pull - 1)
     assert solution.attrs["refinement_method"] == "bicubic spline"
     assert error[8] < 0.02
@@ -371,14 +371,14 @@ def test_refining_finds_the_sphere_again():
 
 def test_poor_resolution_is_said():
     ds = surfaces.glass_pair(surfaces.scan(surfaces.rough(64, rms=3.0, smooth=1.0), PIXEL))
-    with pytest.warns(UserWarning, match="refine"):
-        by_cells(ds, delta=[5.0], step=1.0)
+    with pytest.warns(UserWarning, match="mesh"):
+        by_cells(ds, delta=[5.0], mesh=roughxr.Mesh(1, step=1.0))
 
 
 def test_too_many_cells_are_said(ground, monkeypatch):
     monkeypatch.setattr("roughxr.contact.cycle.MOST_CELLS", 50)
     with pytest.warns(UserWarning, match="more than .* cells"):
-        solution = by_cells(ground, delta=[8.0], step=1.0)
+        solution = by_cells(ground, delta=[8.0], mesh=roughxr.Mesh(1, step=1.0))
     assert not bool(solution.complete[0])
     assert np.isnan(solution.pull_off_force[0])
     assert np.isnan(solution.force.sel(branch="retraction")).all()
@@ -394,16 +394,21 @@ def test_out_of_reach_nothing_happens(ground):
     "options, message",
     [
         ({"law": "jkr"}, "griffith"),
-        ({"law": "dugdale"}, "cells of at most .* refine="),
-        ({"refine": 0}, "refine"),
-        ({"refine": 1.5}, "refine"),
-        ({"step": -1.0}, "step"),
+        ({"law": "dugdale"}, "cells of at most .* mesh="),
+        ({"mesh": 0}, "mesh"),
+        ({"mesh": 1.5}, "mesh"),
         ({"datum": "lowest"}, "datum"),
     ],
 )
 def test_what_is_refused(ground, options, message):
     with pytest.raises(ValueError, match=message):
         by_cells(ground, delta=[1.0], **options)
+
+
+@pytest.mark.parametrize("given", [{"step": -1.0}, {"accuracy": 2.0}, {"refine": "fine"}])
+def test_a_mesh_is_refused_where_it_is_made(given):
+    with pytest.raises(ValueError, match=r"step|accuracy|mesh"):
+        roughxr.Mesh(**given)
 
 
 def test_work_of_adhesion_is_needed(ground):

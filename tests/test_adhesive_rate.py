@@ -18,7 +18,7 @@ def pull_off_error(cells, places):
     ds = glass_pair(scan(np.zeros((size, size)), pixel), RADIUS)
     delta = 0.1 * radius**2 / RADIUS
     at = {"delta": [delta], "subregions": tuple(pixel * places.T)}
-    cycle = roughxr.adhesive(ds, law="griffith", refine=1, **at)
+    cycle = roughxr.adhesive(ds, law="griffith", mesh=1, **at)
     assert cycle.complete.all() and not cycle.truncated.any()
     return cycle.pull_off_force.values / (1.5 * np.pi * W * RADIUS) - 1
 

@@ -14,6 +14,7 @@ import xarray as xr
 
 from roughxr import cli, scans
 from roughxr.cli import main
+from roughxr.contact.mesh import Mesh
 from roughxr.presentation import figures
 from roughxr.presentation.report import embedded_figures
 from roughxr.reproduction import printed
@@ -23,7 +24,7 @@ from roughxr.runs import analysis
 from .surfaces import rough, scan
 
 #: Adhesion as it is solved fastest, for what is no question of adhesion.
-QUICK = ["--law", "griffith", "--refine", "1"]
+QUICK = ["--law", "griffith", "--mesh", "1"]
 
 
 def of_the_paper(test):
@@ -39,7 +40,7 @@ def paper_run(tmp_path_factory):
     """
     folder = tmp_path_factory.mktemp("paper")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reproduction, "PLAN", reproduction.PLAN._replace(law="griffith", refine=1))
+        patch.setattr(reproduction, "PLAN", reproduction.PLAN._replace(law="griffith", mesh=Mesh(1, step=0.4)))
         assert main(["paper", "-o", str(folder), "-q", "--budget", "0"]) == 0
     return folder
 
@@ -362,7 +363,7 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     for seed in (3, 4):
         scan(rough(48, seed=seed), pixel=10.0).to_netcdf(f"wafer-{seed}.nc")
     (tmp_path / "torn.nc").write_bytes(b"no scan at all")
-    options = {"sphere-radius": "0.3 um", "materials": "glass/silicon", "law": "griffith", "refine": 1, "budget": 0}
+    options = {"sphere-radius": "0.3 um", "materials": "glass/silicon", "law": "griffith", "mesh": 1, "budget": 0}
     lines = [f"{name} = {value!r}".replace("'", '"') for name, value in options.items()]
     (tmp_path / "wafer.toml").write_text("\n".join([*lines, "subregions = [2, 1]"]), encoding="utf-8")
     files = ["wafer-3.nc", "wafer-4.nc", "torn.nc"]

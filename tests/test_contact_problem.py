@@ -58,7 +58,7 @@ def test_a_map_of_a_sphere_presses_as_the_sphere_does():
 def test_refinements_are_whole_numbers(wrong):
     flat_scan = assign_pair(flat(), sphere_radius=1000.0, **PAIR)
     with pytest.raises(ValueError, match="refine: expected a whole number from 1 to 16"):
-        adhesive(flat_scan, delta=[2.0], refine=wrong)
+        adhesive(flat_scan, delta=[2.0], mesh=wrong)
 
 
 def test_refined_cells_lie_within_their_pixels_and_keep_linear_heights():

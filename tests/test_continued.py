@@ -32,12 +32,12 @@ def test_a_surface_without_added_waves_is_that_of_the_simulation(surface):
     tasks = Surface(surface, problem, centres).patches
     end = Below(model, 20.0, 20.0)
     mine = [pull_off_below(*task, 0, float(problem.steps[-1]), 0.0, problem, adhesion, end)[0] for task in tasks]
-    whole = roughxr.adhesive(surface, subregions=centres, law="exponential", refine=2)
+    whole = roughxr.adhesive(surface, subregions=centres, law="exponential", mesh=2)
     np.testing.assert_allclose(mine, whole.pull_off_force, rtol=0.03)
 
 
 def test_the_estimate_lies_below_the_scan_and_inside_its_interval(surface, found):
-    shown = roughxr.adhesive(surface, subregions=(2, 2), law="exponential", refine=2).pull_off_force
+    shown = roughxr.adhesive(surface, subregions=(2, 2), law="exponential", mesh=2).pull_off_force
     assert float(found.pull_off_lower) < float(found.pull_off_mean) < float(shown.mean())
     assert float(found.pull_off_mean) == pytest.approx(float(found.pull_off_force.mean()))
     log_width = np.log(float(found.pull_off_upper / found.pull_off_lower)) / (2 * 1.96)
@@ -83,14 +83,14 @@ def test_what_cannot_be_continued_says_so(surface):
     with pytest.raises(ValueError, match="expected a spectrum to continue"):
         roughxr.continued(flat)
     said = not_continued(surface, "noise to the pixel")
-    solved = roughxr.pull_off(roughxr.adhesive(surface, subregions=(2, 1), accuracy=None))
+    solved = roughxr.pull_off(roughxr.adhesive(surface, subregions=(2, 1), mesh=roughxr.Mesh(accuracy=None)))
     words = report.headline({"statistics/adhesive": solved, "statistics/continued": said})
     assert "cannot be continued (noise to the pixel)" in words and "upper bound" in words
     assert np.isnan(said.pull_off_mean) and not bool(said.converged)
 
 
 def test_the_first_words_are_both_answers(surface, found):
-    solved = roughxr.pull_off(roughxr.adhesive(surface, subregions=(2, 2), accuracy=None))
+    solved = roughxr.pull_off(roughxr.adhesive(surface, subregions=(2, 2), mesh=roughxr.Mesh(accuracy=None)))
     words = report.headline({"statistics/adhesive": solved, "statistics/continued": found})
     assert words.startswith("As the surface would be, the pull-off force is")
     for part in ("95 % interval", "The scan shows waves down to", "Hurst exponent", "As the scan shows the surface"):

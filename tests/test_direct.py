@@ -1,6 +1,5 @@
 """Direct simulation with labels: units, windows, edges, schedulers, laziness, and errors at the door."""
 
-import functools
 import warnings
 
 import dask
@@ -15,7 +14,7 @@ from roughxr.contact import elastic
 from roughxr.contact.elastic import direct
 from roughxr.kernels.halfspace import displacement_control as kalker
 
-from .surfaces import glass_pair, rough, scan
+from .surfaces import glass_pair, paraboloids, rough, scan
 
 E = 39.407
 
@@ -36,12 +35,12 @@ def test_smooth_sphere_is_hertz():
     assert found.converged.all() and not found.truncated.any()
 
 
-def test_the_exact_sphere_is_softer_than_its_paraboloid(monkeypatch):
+def test_the_exact_sphere_is_softer_than_its_paraboloid():
     """By some 5e-4 at 15 nm, as the sphere's height exceeds the paraboloid's by a part r²/4R²."""
     flat = glass_pair(scan(np.zeros((81, 81))))
     sphere = direct(flat, delta=[15]).force.item()
-    monkeypatch.setattr(elastic, "read_problem", functools.partial(elastic.read_problem, profile="parabola"))
-    parabola = direct(flat, delta=[15]).force.item()
+    with paraboloids():
+        parabola = direct(flat, delta=[15]).force.item()
     assert 1 - sphere / parabola == pytest.approx(5e-4, abs=1e-4)
 
 

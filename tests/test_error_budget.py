@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 import roughxr
 from roughxr.files import archive
 from roughxr.presentation import figures, report
-from roughxr.studies.sensitivities import SIMULATED, cut_off_waves, error_budget, sensitivity
+from roughxr.studies.sensitivities import SIMULATED, budget_of, cut_off_waves, error_budget, sensitivity
 
-QUICK = {"law": "exponential", "refine": 1, "step": 0.8}
+QUICK = {"law": "exponential", "mesh": roughxr.Mesh(1, step=0.8)}
 
 
 def pair(heights, radius, work, pixel=10.0):
@@ -40,7 +40,7 @@ def scales(rough):
 
 @pytest.fixture(scope="module")
 def budget(rough, changes, scales):
-    return error_budget(rough, changes=changes, scales=scales)
+    return budget_of(rough, changes, scales)
 
 
 def change(found, factor, setting):
@@ -55,7 +55,7 @@ def test_a_smooth_sphere_depends_on_work_and_radius_in_proportion_and_not_on_the
     """
     flat = pair(np.zeros((48, 48)), radius=1500.0, work=0.2)
     tried = {name: [0.9, 1.1] for name in ("surface energy", "sphere radius", "modulus")}
-    found = sensitivity(flat, method="adhesive", settings=tried, law="griffith", refine=4, step=0.25)
+    found = sensitivity(flat, method="adhesive", settings=tried, law="griffith", mesh=roughxr.Mesh(4, step=0.25))
     slopes = {name: (change(found, name, "× 1.1") - change(found, name, "× 0.9")) / 0.2 for name in tried}
     assert slopes["surface energy"] == pytest.approx(1, abs=0.04)
     assert slopes["sphere radius"] == pytest.approx(1, abs=0.04)
@@ -92,12 +92,12 @@ def test_sampling_follows_the_interval_of_all_places(rough, changes):
     values = np.random.default_rng(1).normal(10, 2, 36)
     grid = roughxr.regions.centres(rough, (6, 6))
     solved = xr.Dataset({"pull_off_force": ("subregion", values)}, coords=grid.coords)
-    found = error_budget(rough, solved=solved, changes=changes, seeds=0)
+    found = budget_of(rough, changes, None, pulls=solved.pull_off_force)
     sampling = float(found.relative_error.sel(entry="sampling"))
     ends = roughxr.bootstrap(solved, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
     assert sampling == pytest.approx(float(ends.high - ends.low) / 4 / values.mean(), rel=1e-12)
     assert float(found.pull_off_mean) == pytest.approx(values.mean())
-    one = error_budget(rough, solved=solved.isel(subregion=[0]), changes=changes, seeds=0)
+    one = budget_of(rough, changes, None, pulls=solved.pull_off_force.isel(subregion=[0]))
     assert "it takes two places" in one.how.sel(entry="sampling").item()
 
 
@@ -109,7 +109,7 @@ def test_shorter_waves_come_from_their_seeds(rough, scales):
     kept = scales.pull_off_force.sel(shortest_kept=shown, method="nearest").values
     assert added[0] != added[1] and np.unique(kept).size == 1
     at = roughxr.regions.centres(rough, (2, 2)).isel(subregion=[0])
-    base = roughxr.adhesive(roughxr.smooth(rough, shortest=shown), subregions=at, law="exponential", refine=4)
+    base = roughxr.adhesive(roughxr.smooth(rough, shortest=shown), subregions=at, law="exponential", mesh=4)
     assert kept.ravel()[0] == pytest.approx(float(base.pull_off_force[0]), rel=0.01)
 
 
@@ -131,8 +131,6 @@ def test_bad_input_is_refused_in_words(rough, changes):
         sensitivity(rough, method="adhesive", settings={"fit window": [3]})
     with pytest.raises(ValueError, match="'mesh'"):
         sensitivity(rough, settings={"mesh": [2]})
-    with pytest.raises(ValueError, match=r"sensitivity\(method='adhesive'\)"):
-        error_budget(rough, changes=changes.drop_vars("pull_off_change"), seeds=0)
     with pytest.raises(ValueError, match="work_of_adhesion > 0"):
         error_budget(rough.assign_coords(work_of_adhesion=0.0))
 
@@ -162,7 +160,7 @@ def test_saved_figures_hold_their_words_whole(budget, changes, scales):
 
 
 def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, budget, scales):
-    solved = roughxr.adhesive(rough, subregions=(2, 1), accuracy=None, **QUICK)
+    solved = roughxr.adhesive(rough, subregions=(2, 1), **QUICK)
     run = {"scan": rough, "solutions/adhesive": solved, "statistics/adhesive": roughxr.pull_off(solved)}
     run |= {"statistics/error_budget": budget, "statistics/shorter_waves": scales}
     words = report.headline(run)

@@ -15,7 +15,7 @@ from roughxr.presentation import report
 from roughxr.presentation.report import repeat
 from roughxr.vocabulary import schema
 
-from .surfaces import rough, scan
+from .surfaces import paraboloids, rough, scan
 
 GAMMA, LEAST = 0.072, 0.524253
 FLAT = {3000.0: (10.0, 161), 100.0: (0.5, 281)}
@@ -23,9 +23,9 @@ FLAT = {3000.0: (10.0, 161), 100.0: (0.5, 281)}
 
 def wet(ds, humidity=0.5, radius=3000.0, **options):
     """Return the scan with water alone between the bodies, or what else is given."""
-    return ds.contact.assign_pair(
-        **({"sphere_radius": radius, "contact_modulus": 40.0, "humidity": humidity} | options)
-    )
+    told = {name: options.pop(name) for name in ("contact_angle", "temperature", "liquid", "film") if name in options}
+    air = roughxr.HumidAir(humidity, **told)
+    return ds.contact.assign_pair(**({"sphere_radius": radius, "contact_modulus": 40.0, "humidity": air} | options))
 
 
 def flat(radius):
@@ -65,7 +65,6 @@ def test_a_kelvin_radius_stands_for_the_humidity_that_has_it():
         ({"liquid": "oil"}, "'water', 'ethanol'"),
         ({"liquid": 3}, "molar volume"),
         ({"temperature": 25}, "25 degC"),
-        ({"medium": "water"}, "nothing condenses"),
         ({"work_of_adhesion": (0.1, 0.05, 0.01)}, "a pair"),
     ],
 )
@@ -115,7 +114,8 @@ def test_a_sphere_on_a_plane_is_pulled_by_the_law_of_thin_menisci(radius, humidi
     cosines = np.cos(np.radians(np.broadcast_to(angles, 2))).sum()
     kelvin = LEAST / abs(np.log(humidity))
     pair = wet(flat(radius), humidity, radius, contact_angle=angles)
-    found = pair.contact.rigid(delta=[-0.3, 0.0], law="exponential", profile="parabola")
+    with paraboloids():
+        found = pair.contact.rigid(delta=[-0.3, 0.0], law="exponential")
     expected = 2 * np.pi * radius * GAMMA * (cosines - np.array([0.3, 0.0]) / kelvin)
     np.testing.assert_allclose(-found.force.values[0], expected, rtol=2e-3)
     assert float(found.pull_off_force[0]) == pytest.approx(expected[1], rel=2e-3)
@@ -160,7 +160,8 @@ def test_exact_menisci_and_the_error_stated_of_thin_ones(radius, angle, distance
         exact = reference.meniscus_sphere([distance], radius=radius, kelvin_radius=kelvin, contact_angle=angle)
         assert -float(exact.force[0]) == pytest.approx(force, rel=1e-5)
         pair = wet(flat(float(radius)), humidity, float(radius), contact_angle=angle)
-        found = pair.contact.rigid(delta=[-1.0], law="exponential", profile="parabola")
+        with paraboloids():
+            found = pair.contact.rigid(delta=[-1.0], law="exponential")
         if distance == 0:
             off = 1 - force / -float(exact.thin_force[0])
             assert float(found.meniscus_error[0]) == pytest.approx(off, rel=0.06)
@@ -177,10 +178,8 @@ def test_drawn_off_fast_a_bridge_keeps_its_volume():
     height = 2 * float(pair.kelvin_radius)
     rise = height * np.array([3.0, 1.0, 0.3, 0.0])
     start = 4 * np.pi * 100 * GAMMA
-    found = {
-        rate: pair.contact.rigid(delta=-rise, law="exponential", rate=rate, profile="parabola")
-        for rate in ("slow", "fast")
-    }
+    with paraboloids():
+        found = {rate: pair.contact.rigid(delta=-rise, law="exponential", rate=rate) for rate in ("slow", "fast")}
     np.testing.assert_allclose(-found["fast"].force[0], start * (1 - rise / np.hypot(rise, height)), rtol=1e-3)
     assert float(found["fast"].pull_off_force[0]) == float(found["slow"].pull_off_force[0])
     works = [float(found[rate].work_of_separation[0]) / (start * height / 2) for rate in found]
@@ -273,7 +272,8 @@ def test_one_asperity_is_pulled_across_the_gap_and_in_contact():
     np.testing.assert_allclose(found.force.values[0], expected, rtol=1e-4, atol=1e-9)
     assert found.attrs["law"] == "menisci" and float(found.pull_off_force[0]) == pytest.approx(pull, rel=1e-4)
     assert found.contacts.values[0].tolist() == [0, 1, 1, 1, 1, 1] and float(found.contact_area[0, 2]) == 0
-    summed = pair.contact.rigid(delta=[-1.2, -0.3, 0.0], law="exponential", refine=2, profile="parabola")
+    with paraboloids():
+        summed = pair.contact.rigid(delta=[-1.2, -0.3, 0.0], law="exponential", refine=2)
     np.testing.assert_allclose(-summed.force.values[0], gapped[1:4], rtol=5e-3)
 
 
@@ -332,7 +332,7 @@ def test_a_wet_sphere_rolls_off_slides_or_lifts(humid):
     left = moments[1].contact.resuspension(friction_velocity=[0.01, 1e3])
     assert left.remaining.values[:, 0].tolist() == [1.0, 0.0]
     solved = summit(humidity=0.5, n=33, pixel=4.0, contact_modulus=4.0).contact.adhesive(
-        delta=[-0.4, 0.0, 0.4, 0.8], fields=True, accuracy=None, refine=4
+        delta=[-0.4, 0.0, 0.4, 0.8], fields=True, mesh=roughxr.Mesh(4, accuracy=None)
     )
     rolled = solved.contact.rolling(directions=4)
     state = solved.sel(branch="retraction").isel(subregion=0)
@@ -350,7 +350,7 @@ def test_sensitivity_and_budget_know_humidity_and_contact_angles(humid):
     assert wetter == pytest.approx(float(at.pull_off_force.mean()), rel=0.02)
     budget = humid.contact.error_budget(places=1, seeds=0, settings=changed)
     rises = [humid.assign_coords(liquid.at_humidity(humid, one)) for one in (0.5, 0.6)]
-    options = {"subregions": regions.sample(regions.centres(humid), 1), "accuracy": None}
+    options = {"subregions": regions.sample(regions.centres(humid), 1), "mesh": roughxr.Mesh(accuracy=None)}
     low, high = (float(one.contact.adhesive(**options).pull_off_force[0]) for one in rises)
     assert float(budget.relative_error.sel(entry="humidity")) >= (high / low - 1) * 0.98
     thin = humid.contact.rigid(delta=[0.0]).meniscus_error
@@ -410,7 +410,7 @@ def test_a_report_says_and_draws_how_hard_it_sticks_at_this_humidity(humid):
 def test_a_run_takes_a_humid_pair_through_all_its_parts(tmp_path, capsys):
     ground = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
     pair = wet(ground, 0.7, 500.0, work_of_adhesion=(0.06, 0.004))
-    options = {"subregions": (2, 1), "delta": [1.0, 2.0], "refine": 2, "budget": 0}
+    options = {"subregions": (2, 1), "delta": [1.0, 2.0], "mesh": 2, "budget": 0}
     groups = roughxr.run(pair, tmp_path / "run.nc", **options)
     explored = report.write_explorer(tmp_path / "run.nc").read_text(encoding="utf-8")
     assert "How hard does it stick at 70 % relative humidity?" in explored and "Pull-off over humidity" in explored
@@ -428,7 +428,7 @@ def test_a_run_takes_a_humid_pair_through_all_its_parts(tmp_path, capsys):
 def test_a_run_leaves_out_asperities_whose_menisci_merge_and_says_so(tmp_path):
     ground = scan(rough(32, rms=0.3), pixel=10.0)
     with pytest.warns(UserWarning, match="menisci of neighbours merge all over"):
-        groups = roughxr.run(wet(ground, 0.9, 500.0), tmp_path / "run.nc", subregions=(1, 1), refine=1, budget=0)
+        groups = roughxr.run(wet(ground, 0.9, 500.0), tmp_path / "run.nc", subregions=(1, 1), mesh=1, budget=0)
     assert not {"solutions/menisci", "solutions/rolling", "statistics/detachment"} & set(groups)
     assert {"solutions/adhesive", "statistics/humidity"} <= set(groups)
 
@@ -461,7 +461,7 @@ def test_the_simulation_gives_the_anchors_of_stiff_bodies_and_maugis_of_others(h
     """Dugdale's law is the liquid's: on stiff bodies 4πRγ, on glass the pull-off of Maugis's λ."""
     given = {"sphere_radius": 3000.0, "humidity": humidity}
     stiff = scan(np.zeros((101, 101)), 5.0).contact.assign_pair(contact_modulus=1e4, **given)
-    found = stiff.contact.adhesive(refine=1, accuracy=None)
+    found = stiff.contact.adhesive(mesh=roughxr.Mesh(1, accuracy=None))
     assert float(found.pull_off_force[0]) == pytest.approx(4 * np.pi * 3000 * GAMMA, rel=0.01)
     if humidity == 0.9:
         return
@@ -472,15 +472,16 @@ def test_the_simulation_gives_the_anchors_of_stiff_bodies_and_maugis_of_others(h
     expected = reference.maugis_pull_off(
         radius=3000, contact_modulus=39.4, work_of_adhesion=work, adhesion_range=length
     )
-    found = glass.contact.adhesive(refine=1, accuracy=None)
+    found = glass.contact.adhesive(mesh=roughxr.Mesh(1, accuracy=None))
     assert float(found.pull_off_force[0]) == pytest.approx(expected, rel=0.01)
 
 
 def test_the_simulation_sums_the_works_of_liquid_and_solids():
     """The solids' part under the liquid and, beyond its edge, their whole: as between rigid bodies."""
     pair = wet(scan(np.zeros((101, 101)), 5.0), 0.3, contact_modulus=1e4, work_of_adhesion=(0.06, 0.02))
-    rigid = pair.contact.rigid(delta=[0.0], law="exponential", profile="parabola", refine=2)
-    found = pair.contact.adhesive(refine=2, accuracy=None)
+    with paraboloids():
+        rigid = pair.contact.rigid(delta=[0.0], law="exponential", refine=2)
+    found = pair.contact.adhesive(mesh=roughxr.Mesh(2, accuracy=None))
     assert float(found.pull_off_force[0]) == pytest.approx(float(rigid.pull_off_force[0]), rel=0.01)
     assert float(rigid.pull_off_force[0]) > 1.08 * 4 * np.pi * 3000 * GAMMA
     with pytest.raises(ValueError, match="humid pair"):

@@ -17,7 +17,7 @@ def results():
     surface = glass_pair(scan(rough(48)))
     sweep = surface.contact.superpose(delta=np.linspace(-6, 6, 41), **PLACES)
     pull = sweep.contact.pull_off()
-    cycle = surface.contact.adhesive(delta=[1.0], step=1.0, law="griffith", refine=1, fields=True)
+    cycle = surface.contact.adhesive(delta=[1.0], mesh=roughxr.Mesh(1, step=1.0), law="griffith", fields=True)
     held = surface.contact.rolling(directions=4, **PLACES)
     return {
         "rolling": held,
@@ -51,9 +51,9 @@ def results():
         "tabor": surface.contact.asperities().contact.tabor(),
         "sensitivity": surface.contact.sensitivity(subregions=(2, 2), settings={"modulus": [2.0]}),
         "sensitivity of the simulation": surface.contact.sensitivity(
-            method="adhesive", refine=1, settings={"modulus": [2.0]}
+            method="adhesive", mesh=1, settings={"modulus": [2.0]}
         ),
-        "error_budget": surface.contact.error_budget(places=1, refine=1, seeds=1, settings={"modulus": [2.0]}),
+        "error_budget": surface.contact.error_budget(places=1, mesh=1, seeds=1, settings={"modulus": [2.0]}),
         "compare": roughxr.compare(pull, pull.assign(pull_off_force=2 * pull.pull_off_force), resamples=20),
         "curves_pull_off": roughxr.curves_pull_off(
             xr.Dataset(

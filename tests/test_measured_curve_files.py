@@ -59,7 +59,7 @@ def test_only_so_many_curves_are_in_memory_at_a_time(volume, monkeypatch):
 
 
 def test_kept_curves_are_forces_over_the_distance_from_contact(volume):
-    found = roughxr.open_pull_off(volume[0], curves=True)
+    found = roughxr.curves_pull_off(roughxr.open_curves(volume[0]), curves=True)
     assert found.force.dims == ("subregion", "branch", "piezo_distance")
     fine = np.linspace(150.0, -800.0, 100_000)
     zero = fine[np.flatnonzero(made.sphere(fine) > 0)[-1]]

@@ -12,7 +12,7 @@ from roughxr.statistics.sampling import Samples
 from .surfaces import glass_pair, rough, scan
 
 TRUE = 0.3
-QUICK = {"refine": 1, "step": 0.5, "law": "exponential"}
+QUICK = {"mesh": roughxr.Mesh(1, step=0.5), "law": "exponential"}
 
 
 def surface(seed, work=0.1, rms=1.5):
@@ -145,7 +145,7 @@ def test_a_value_that_cannot_be_solved_is_left_out_and_told():
 def test_places_without_a_pull_off_are_not_left_out(monkeypatch):
     monkeypatch.setattr("roughxr.contact.cycle.MOST_CELLS", 10)
     ds = glass_pair(scan(rough(96, smooth=2.0, seed=3)), sphere_radius=500.0).assign_coords(work_of_adhesion=0.3)
-    options = {"law": "exponential", "refine": 1, "subregions": (2, 1)}
+    options = {"law": "exponential", "mesh": 1, "subregions": (2, 1)}
     forces = xr.Dataset({"pull_off_force": ("subregion", [200.0, 300.0])})
     with pytest.warns(UserWarning, match="cells"), pytest.raises(ValueError, match="a pull-off at every place"):
         roughxr.fit_pair(ds, forces, **options)

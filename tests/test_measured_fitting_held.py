@@ -81,7 +81,7 @@ def test_several_ranges_that_predict_alike_are_said():
 def test_the_simulation_fits_the_hardness_that_it_predicts_with():
     ds = glass_pair(scan(rough(48, rms=1.0, smooth=3.0, seed=1)), sphere_radius=500.0)
     ds = ds.assign_coords(work_of_adhesion=0.04, adhesion_range=2.0, hardness=1.2)
-    options = {"law": "exponential", "refine": 1, "subregions": (2, 1), "preload": 500.0}
+    options = {"law": "exponential", "mesh": 1, "subregions": (2, 1), "preload": 500.0}
     exact = ds.assign_coords(hardness=0.7).contact.adhesive(**options)
     fit = ds.contact.fit_pair(exact, quantity="hardness", **options)
     assert float(fit.fitted_hardness) == pytest.approx(0.7, rel=0.05)

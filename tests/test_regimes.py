@@ -87,7 +87,7 @@ def test_rabinovich_is_right_on_the_surface_that_he_draws(radius, rms, wavelengt
 
 def by_each_model(ground, place, refine):
     """Return the recommended model, and the pull-off by rigid bodies and by superposition over the simulation."""
-    simulated = ground.contact.adhesive(subregions=place, refine=refine, step=0.2).pull_off_force
+    simulated = ground.contact.adhesive(subregions=place, mesh=roughxr.Mesh(refine, step=0.2)).pull_off_force
     stiff = ground.contact.rigid(law="exponential", subregions=place, refine=refine, delta=[0.0]).pull_off_force
     summed = roughxr.pull_off_map(ground, subregions=place).pull_off_force
     recommended = ground.contact.regime(subregions=place).recommended.item()

@@ -56,7 +56,7 @@ def run():
     bump = 14 * np.exp(-((surface.x - 160) ** 2 + (surface.y - 480) ** 2) / (2 * 25**2))
     surface = surface.assign(height=(surface.height + bump).assign_attrs(surface.height.attrs))
     scan = roughxr.assign_pair(surface, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.5)
-    plan = analysis.plan(scan, subregions=(3, 3), delta=[4, 8, 12, 16], refine=1, budget=1)
+    plan = analysis.plan(scan, subregions=(3, 3), delta=[4, 8, 12, 16], mesh=roughxr.Mesh(1, step=0.4), budget=1)
     told = Told(analysis._expected(scan, plan))
     STAGES[:] = told, list(analysis._expected(scan, plan))
     return analysis.analyse(scan, plan, told)
@@ -290,8 +290,8 @@ def test_the_command_names_the_bodies_as_they_were_given(run, pair, words):
 def test_the_command_says_how_adhesion_was_asked_for(run):
     from roughxr import cli
 
-    given = {"law": "lennard_jones", "preload": 5.0, "refine": 4}
-    solved = schema.record(xr.Dataset(), "adhesive", **given)
+    given = {"law": "lennard_jones", "preload": 5.0, "mesh": 4}
+    solved = schema.record(xr.Dataset(), "adhesive", **given | {"mesh": roughxr.Mesh(4)})
     scan = run["scan"].assign_attrs(source_file="a.gsf")
     options = cli._parser().parse_args(shlex.split(report.command({"scan": scan, "solutions/adhesive": solved}))[1:])
     assert {name: getattr(options, name) for name in given} == given

@@ -1,7 +1,5 @@
 """Rolling off: the moment that asperities hold, against closed forms of one, two and many of them."""
 
-import functools
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,7 +10,7 @@ import roughxr
 from roughxr.asperity import moments
 from roughxr.kernels.asperity import jkr
 
-from .surfaces import glass_pair, rough, scan
+from .surfaces import glass_pair, paraboloids, rough, scan
 
 #: A flat sphere over asperities of this radius: its own curvature changes theirs by 1e-7.
 SPHERE, RADIUS = 1e9, 100.0
@@ -38,8 +36,7 @@ def ground(x, y, *, height=0.0, w=0.1, modulus=39.4):
 
 def at_origin(catalogue, **options):
     """Roll Hertz's paraboloid, for which the closed forms hold."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(moments, "options_of", functools.partial(moments.options_of, profile="parabola"))
+    with paraboloids():
         return roughxr.rolling(catalogue, subregions=([0.0], [0.0]), **options).isel(subregion=0)
 
 
@@ -144,7 +141,7 @@ def test_states_of_the_simulation_hold_a_jkr_spheres_moment(pixel, cells, error)
     """The front of the contact lies within a cell of where it is found; states stand half a nanometre apart."""
     surface = glass_pair(scan(np.zeros((cells, cells)), pixel=pixel))
     deltas = [-6.0, -2.0, -1.0, -0.5, 0.0, 1.0]  # at the first it has come off
-    states = surface.contact.adhesive(delta=deltas, step=1.0, law="griffith", refine=1, fields=True)
+    states = surface.contact.adhesive(delta=deltas, mesh=roughxr.Mesh(1, step=1.0), law="griffith", fields=True)
     held = states.contact.rolling(directions=8).isel(subregion=0)
     pair = {name: float(surface[name]) for name in roughxr.schema.PAIR}
     pull, a = reference_sphere(**pair)

@@ -1,6 +1,7 @@
 """The mesh that a run takes: fine enough by itself where pixels are wider than contacts."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,8 +23,8 @@ def test_a_run_refines_until_the_pull_off_settles(cutoff, refined):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         groups = analysis._with_adhesion(scan, plan, {"subregions": plan.subregions}, analysis._UNTOLD)
-        coarse = scan.contact.adhesive(subregions=plan.subregions, accuracy=None, step=plan.step)
-        finest = scan.contact.adhesive(subregions=plan.subregions, refine=16 if refined else 4, step=0.5 * plan.step)
+        rough, fine = replace(plan.mesh, accuracy=None), roughxr.Mesh(16 if refined else 4, step=0.5 * plan.mesh.step)
+        coarse, finest = (scan.contact.adhesive(subregions=plan.subregions, mesh=mesh) for mesh in (rough, fine))
     solved, finer = groups["solutions/adhesive"], groups["solutions/finer"]
     assert (solved.refinement > coarse.refinement).all() == refined
     assert (finer.refinement == 2 * solved.refinement).all()
@@ -55,5 +56,5 @@ def test_a_run_ends_where_its_first_places_have_no_pull_off(tmp_path, monkeypatc
                 ValueError, match=r"none \(4 not followed to their end, 4 in contact at.*what helps: a larger"
             ),
         ):
-            roughxr.run(soft, tmp_path / f"{refine}.nc", delta=[1.0], refine=refine, budget=0)
+            roughxr.run(soft, tmp_path / f"{refine}.nc", delta=[1.0], mesh=refine, budget=0)
     assert solved == [4, 4]

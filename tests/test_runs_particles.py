@@ -14,7 +14,7 @@ from roughxr.files import archive
 from .surfaces import rough, scan
 
 PAIR = ["--sphere-radius", "1 um", "--contact-modulus", "40", "--work-of-adhesion", "0.05"]
-QUICK = ["--law", "griffith", "--refine", "1", "--budget", "0", "--delta", "1", "2", "--quiet"]
+QUICK = ["--law", "griffith", "--mesh", "1", "--budget", "0", "--delta", "1", "2", "--quiet"]
 
 
 @pytest.fixture(scope="module")

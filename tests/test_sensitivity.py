@@ -34,7 +34,7 @@ def test_the_base_window_is_the_base(scan):
     assert float(found.pull_off_mean[1]) == float(found.pull_off_mean[0]) != float(found.pull_off_mean[2])
 
 
-@pytest.mark.parametrize("option", [{"law": "no such law"}, {"preload": "7 parrots"}, {"refine": 2}, {"step": 0.1}])
+@pytest.mark.parametrize("option", [{"law": "no such law"}, {"preload": "7 parrots"}, {"mesh": 2}])
 def test_what_superposition_does_not_use_is_refused(scan, option):
     (name,) = option
     refused = f"{name}: expected (none with method='superpose', which does not use it|.*nN)"

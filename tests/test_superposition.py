@@ -1,13 +1,10 @@
 """Superposition against single asperities, the published formulas by hand, and itself under dask."""
 
-import functools
-
 import dask
 import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.asperity import superposition
 from roughxr.asperity.asperity_sum import FORMULATIONS
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.maps import pull_off_map
@@ -17,7 +14,7 @@ from roughxr.contact.elastic import direct
 from roughxr.contact.reference import hertz
 from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals
 
-from .surfaces import glass_pair, rough, scan
+from .surfaces import glass_pair, paraboloids, rough, scan
 from .test_direct import refuse
 
 E, W, R = contact_modulus(75, 0.22), 2 * 0.6747, 3000.0
@@ -29,10 +26,9 @@ def surface():
 
 
 @pytest.fixture
-def under_a_paraboloid(monkeypatch):
-    """Put Hertz's paraboloid in the place of the sphere."""
-    made = functools.partial(superposition.options_of, profile="parabola")
-    monkeypatch.setattr(superposition, "options_of", made)
+def under_a_paraboloid():
+    with paraboloids():
+        yield
 
 
 def one_asperity(curvature_x, curvature_y, height=10.0, at=(0.0, 0.0)):

@@ -168,7 +168,6 @@ OPTIONS = [
     ("direct", "scan", "delta", [1.0, 4.0], {"subregions": PLACES}),
     ("direct", "scan", "load", [50.0, 300.0], {"subregions": PLACES}),
     ("adhesive", "scan", "preload", 40.0, {"subregions": ([0.0], [0.0]), **QUICK}),
-    ("adhesive", "scan", "step", 2.0, {"subregions": ([0.0], [0.0]), **QUICK | {"step": None}}),
     ("rolling", "scan", "directions", [0.0, 1.0, 2.0], {"subregions": PLACES}),
     ("rolling", "scan", "load", 20.0, {"subregions": PLACES, "directions": 3}),
     ("asperities", "scan", "patch", 60.0, {}),

@@ -7,6 +7,7 @@ from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.superposition import superpose
 from roughxr.bodies.materials import assign_pair
 from roughxr.contact.adhesion import adhesive
+from roughxr.contact.mesh import Mesh
 from roughxr.kernels.halfspace import displacement_control as kalker
 
 from .surfaces import glass_pair, rough, scan, sphere_gap
@@ -42,7 +43,7 @@ def test_a_stiff_sphere_is_pulled_by_the_sum_of_the_attraction():
     reach, work, radius, pixel = 3.0, 0.02, 200.0, 10.0
     pair = {"sphere_radius": radius, "contact_modulus": 1000.0, "work_of_adhesion": work, "adhesion_range": reach}
     flat = assign_pair(scan(np.zeros((11, 11)), pixel), **pair)
-    found = adhesive(flat, delta=[0.1], law="exponential", refine=1, step=0.1, accuracy=None)
+    found = adhesive(flat, delta=[0.1], law="exponential", mesh=Mesh(1, accuracy=None, step=0.1))
     gap = radius - np.sqrt(radius**2 - 2 * radius * sphere_gap(11, pixel, radius))
     assert bool(found.converged.all())
     assert found.pull_off_force.item() == pytest.approx(

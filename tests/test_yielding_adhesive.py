@@ -9,6 +9,7 @@ from roughxr.bodies.materials import assign_pair
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.cycle import _AT_A_RIM, gain_at, largest_cell
 from roughxr.contact.elastic import direct
+from roughxr.contact.mesh import Mesh
 from roughxr.contact.reference import flattened_pull_off, punch_pull_off
 from roughxr.kernels.adhesion import smooth_laws
 from roughxr.kernels.adhesion.smooth_path import AREA, FORCE, follow_smooth
@@ -36,7 +37,9 @@ LAWS = ("exponential", "griffith")
 
 @pytest.fixture(scope="module", params=LAWS)
 def cycle(heights, request):
-    return adhesive(pair(heights, hardness=2.0), delta=[4, 6, 8.0], refine=1, step=0.1, fields=True, law=request.param)
+    return adhesive(
+        pair(heights, hardness=2.0), delta=[4, 6, 8.0], mesh=Mesh(1, step=0.1), fields=True, law=request.param
+    )
 
 
 def test_fields_meet_the_conditions(cycle):
@@ -70,8 +73,7 @@ def test_weak_adhesion_loads_as_the_direct_simulation(heights, law):
     weak = adhesive(
         pair(heights, hardness=2.0, work_of_adhesion=1e-4),
         delta=[4, 6, 8.0],
-        refine=1,
-        step=0.5,
+        mesh=Mesh(1, step=0.5),
         fields=True,
         law=law,
     )
@@ -84,7 +86,7 @@ def test_weak_adhesion_loads_as_the_direct_simulation(heights, law):
 @pytest.mark.parametrize("law", LAWS)
 def test_a_hardness_that_is_never_reached_changes_nothing(heights, law):
     elastic, hard = (
-        adhesive(pair(heights, hardness=hardness), delta=[2, 4.0], refine=1, law=law) for hardness in (None, 500.0)
+        adhesive(pair(heights, hardness=hardness), delta=[2, 4.0], mesh=1, law=law) for hardness in (None, 500.0)
     )
     np.testing.assert_array_equal(hard.force, elastic.force)
     assert (hard.plastic_work == 0).all() and (hard.yielded_area == 0).all()
@@ -92,10 +94,10 @@ def test_a_hardness_that_is_never_reached_changes_nothing(heights, law):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_flattened_asperities_stick_harder_the_harder_they_were_pressed(heights, law):
-    loads = [0, 100.0, 1000.0, 5000.0]
+    loads, bodies = [0, 100.0, 1000.0, 5000.0], pair(heights, hardness=2.0)
     elastic, hard = (
-        adhesive(pair(heights, hardness=2.0), preload=loads, refine=1, step=0.1, yielding=yielding, law=law)
-        for yielding in (False, True)
+        adhesive(body, preload=loads, mesh=Mesh(1, step=0.1), law=law)
+        for body in (bodies.rename(hardness="hardness_estimate"), bodies)
     )
     assert (elastic.pull_off_force.max() < 16.0).all() and elastic.yielded_fraction.dims == ("subregion", "preload")
     assert elastic.yielded_fraction[0, 0] == 0 and elastic.yielded_fraction[0, -1] > 0.9
@@ -106,7 +108,7 @@ def test_flattened_asperities_stick_harder_the_harder_they_were_pressed(heights,
 @pytest.mark.parametrize("law", LAWS)
 def test_shakedown(heights, law):
     """The second cycle finds the shape that bears its preload: it yields no more and pulls off alike."""
-    found = adhesive(pair(heights, hardness=2.0), preload=[100.0, 5000.0], refine=1, step=0.05, cycles=2, law=law)
+    found = adhesive(pair(heights, hardness=2.0), preload=[100.0, 5000.0], mesh=Mesh(1, step=0.05), cycles=2, law=law)
     assert found.pull_off_force.dims == ("subregion", "cycle", "preload")
     work = found.plastic_work[0]
     assert (work.sel(cycle=1) > 20).all()

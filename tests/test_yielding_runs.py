@@ -15,6 +15,7 @@ from roughxr.presentation import figures, report
 from roughxr.presentation.report import embedded_figures
 from roughxr.presentation.report.embedded_figures import Picture
 from roughxr.runs import analysis
+from roughxr.studies.sensitivities import budget_of
 
 from .surfaces import rough, scan
 
@@ -30,7 +31,7 @@ def groups(tmp_path_factory):
         surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05, hardness="3 GPa"
     )
     path = tmp_path_factory.mktemp("run") / "run.nc"
-    options = {"subregions": (2, 2), "delta": [4, 8, 12], "preload": 3000.0, "refine": 1, "budget": 0}
+    options = {"subregions": (2, 2), "delta": [4, 8, 12], "preload": 3000.0, "mesh": 1, "budget": 0}
     with dask.config.set(scheduler="synchronous"), pytest.MonkeyPatch.context() as patch:
         patch.setattr(analysis, "_below_the_scan", lambda *_: {})  # nothing here asks for it
         analysis.run(pair, path, **options)
@@ -128,13 +129,13 @@ def test_figures_of_what_yields(groups):
 
 def test_hardness_is_a_factor_of_the_tornado():
     pair = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05, hardness=3.0)
-    options = {"method": "adhesive", "preload": 3000.0, "refine": 1, "step": 0.8}
+    options = {"method": "adhesive", "preload": 3000.0, "mesh": roughxr.Mesh(1, step=0.8)}
     settings = {"hardness": [0.5, 2.0]}
     found = roughxr.sensitivity(pair, settings=settings, **options)
     assert found.factor.values.tolist() == ["base", "hardness", "hardness"]
     softer, harder = found.pull_off_change.values[1:]
     assert softer > 0.1 and harder < -0.1  # what is softer flattens more, and sticks harder
-    budget = roughxr.error_budget(pair, changes=found, seeds=0)
+    budget = budget_of(pair, found, None)
     assert float(budget.relative_error.sel(entry="hardness")) == pytest.approx(max(softer, -harder))
     bare = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05)
     missing = roughxr.sensitivity(bare, settings=settings, **options)

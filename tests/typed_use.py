@@ -46,8 +46,8 @@ def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
         "load": roughxr.direct(scan, load=np.array([100.0]), subregions=(2, 2)),
         "superposed": roughxr.superpose(catalogue, delta=np.arange(3.0), law="maugis"),
         "map": roughxr.pull_off_map(catalogue, subregions=places, formulation="energy"),
-        "adhesive": roughxr.adhesive(scan, preload=[0.0, 100.0], refine="auto", accuracy=0.02),
-        "cycle": roughxr.adhesive(scan, delta=[1.0], law="dugdale", refine=2, step=0.5),
+        "adhesive": roughxr.adhesive(scan, preload=[0.0, 100.0], mesh=roughxr.Mesh("auto", accuracy=0.02)),
+        "cycle": roughxr.adhesive(scan, delta=[1.0], law="dugdale", mesh=roughxr.Mesh(2, step=0.5)),
         "tabor": roughxr.tabor(scan),
         "varied": roughxr.vary(scan, roughxr.direct, sphere_radius=[500, 1000], delta=[1.0]),
     }
@@ -78,8 +78,8 @@ def measured(scan: xr.Dataset, path: Path) -> xr.Dataset:
     curves: xr.Dataset = roughxr.open_curves(path, piezo_units="nm", sensitivity="50 nm/V", spring_constant=0.2)
     forces: list[xr.Dataset] = [
         roughxr.open_pull_off(path, channel="adhesion", units="V", sensitivity="12 nN/V", pulls="positive"),
-        roughxr.open_pull_off([path, path], baseline=0.4, curves=True),
-        roughxr.curves_pull_off(curves, spring_constant="0.2 N/m", curves=True),
+        roughxr.open_pull_off([path, path]),
+        roughxr.curves_pull_off(curves, spring_constant="0.2 N/m", baseline=0.4, curves=True),
     ]
     fitted: xr.Dataset = roughxr.fit_pair(scan, forces[0], method="superposed", subregions=(4, 4), law="jkr")
     others: list[xr.Dataset] = [

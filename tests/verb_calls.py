@@ -20,7 +20,7 @@ PLACES = ([-31.0, 17.0, 52.0, -8.0], [12.0, -44.0, 33.0, 61.0])
 PAIR = {"sphere_radius": 800.0, "contact_modulus": 30.0, "work_of_adhesion": 0.2, "adhesion_range": 0.5}
 
 #: Options of the adhesive simulation that take a second or less.
-QUICK = {"law": "griffith", "refine": 1, "accuracy": None, "step": 1.0}
+QUICK = {"law": "griffith", "mesh": roughxr.Mesh(1, step=1.0)}
 FLOW = {"friction_velocity": [1.0, 5.0]}
 
 

@@ -56,7 +56,7 @@ def law_for(ds: xr.Dataset, law: str | None) -> str:
     return law or ("menisci" if schema.is_wet(ds) else "jkr")
 
 
-def options_of(ds, law, formulation, datum, profile="sphere") -> Options:
+def options_of(ds, law, formulation, datum) -> Options:
     """Return the options of a sum over asperities; raise where they do not go together."""
     _check(law, formulation)
     schema.one_of(datum, schema.DATUMS, "datum")
@@ -67,7 +67,7 @@ def options_of(ds, law, formulation, datum, profile="sphere") -> Options:
         law=formulation if law == "jkr" else law,
         adhesion_range=_range(ds, law),
         composite=formulation != "published",
-        profile=PROFILES[profile],
+        profile=PROFILES["sphere"],
         first_contact=datum == "first_contact",
         radius=radius,
         contact_modulus=modulus,

@@ -282,7 +282,7 @@ def _of_states(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dataset:
     if "pressure" not in ds or "branch" not in ds["pressure"].dims or "pull_off_force" not in ds:
         raise ValueError(
             "expected a scan, a catalogue, or a solution by adhesive with pressures on the way out, found none; "
-            "solve with ds.contact.adhesive(delta=[…], fields=True, refine=…)"
+            "solve with ds.contact.adhesive(delta=[…], fields=True, mesh=…)"
         )
     layout = Layout({"direction": angles}, _STATES, _EVENTS)
     out = ds.sel(branch="retraction", drop=True)

@@ -61,7 +61,6 @@ def superpose(
     law: str | None = None,
     formulation: str = DEFAULT,
     datum: str = "highest_peak",
-    yielding: bool = True,
     preload: Any = None,
 ) -> xr.Dataset:
     """Sum the contacts of all asperities with a sphere at each contact centre.
@@ -96,8 +95,6 @@ def superpose(
     datum : {"highest_peak", "first_contact"}
         Where delta = 0: the sphere's lowest point level with the highest point of the whole scan, or this
         subregion's first touch of a vertex.
-    yielding : bool
-        Whether asperities yield at the assigned hardness; False: all stay elastic.
     preload : number or quantity, optional
         For asperities that yield: the force, nN, at which the sphere turns back, by default at the last displacement.
 
@@ -165,7 +162,7 @@ def superpose(
         raise ValueError(
             "delta: expected displacements in nm, since the heights are not loaded; or load them (ds.load())"
         )
-    hardness = _hardness(ds, yielding, preload)
+    hardness = _hardness(ds, preload)
     catalogue = later(ds, **fit_of(options.law)) if later_on else catalogue_of(ds, options)
     prepared = (dask.delayed(_prepared) if later_on else _prepared)(catalogue, options, hardness)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
@@ -183,8 +180,7 @@ def superpose(
     if law in ADHESIVE and not later_on and not hardness.yields:
         out.attrs |= expectation(catalogue, options.law)
     arguments = {"subregions": subregions, **named, "datum": datum}
-    if "hardness" in ds.coords:
-        arguments |= {"yielding": hardness.yields, "preload": hardness.preload if hardness.by_preload else None}
+    arguments |= {"preload": hardness.preload if hardness.by_preload else None}
     out = schema.record(out, "superpose", ds, delta=deltas, **arguments)
     out = parallel.finish(out, lazy=lazy)
     if law in ADHESIVE and not lazy and not hardness.yields:
@@ -192,9 +188,9 @@ def superpose(
     return out
 
 
-def _hardness(ds: xr.Dataset, yielding: bool, preload: Any) -> flattening.Hardness:
+def _hardness(ds: xr.Dataset, preload: Any) -> flattening.Hardness:
     """Return at which pressure asperities yield and where the sphere turns back; raise where options conflict."""
-    if not yielding or "hardness" not in ds.coords:
+    if "hardness" not in ds.coords:
         if preload is not None:
             raise ValueError(
                 "preload: expected for asperities that yield (assign_pair with a hardness), found elastic ones"

@@ -17,6 +17,7 @@ Sci. 80 (1981) 528); below some 1 nm, a few molecules, it is an extrapolation.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import xarray as xr
@@ -176,22 +177,42 @@ def kelvin_radius(humidity: Any, *, liquid: Any = "water", temperature: Any = _R
     return _radius(_pressure(humidity), tension, volume, kelvin)
 
 
-def condensed(
-    ds: xr.Dataset,
-    pair: dict[str, float],
-    *,
-    humidity: Any,
-    contact_angle: Any,
-    temperature: Any,
-    liquid: Any,
-    film: Any,
-    bodies: tuple | None,
-) -> dict[str, float]:
+@dataclass(frozen=True)
+class HumidAir:
+    """Air whose vapour condenses between bodies, for ``assign_pair(humidity=…)`` where a number does not say enough.
+
+    Attributes
+    ----------
+    humidity : number or str
+        Relative humidity, as 0.6 or "60 %", or Kelvin's radius, as "0.8 nm".
+    contact_angle : number, quantity or pair
+        θ on both bodies or on each, degrees up to 90.
+    temperature : number or quantity
+        K, or as "25 degC".
+    liquid : {"water", "ethanol"} or pair
+        What condenses; or its surface tension, J/m², and molar volume, cm³/mol.
+    film : number or quantity, optional
+        Thickness, nm, of an adsorbed film on each body, which widens the gap that fills; by default none.
+
+    Examples
+    --------
+    >>> HumidAir("60 %", contact_angle=30).liquid
+    'water'
+    """
+
+    humidity: Any
+    contact_angle: Any = 0.0
+    temperature: Any = _ROOM
+    liquid: Any = "water"
+    film: Any = None
+
+
+def condensed(ds: xr.Dataset, pair: dict[str, float], air: HumidAir, *, bodies: tuple | None) -> dict[str, float]:
     """Return what a pair carries of condensed liquid, see `assign_pair`.
 
     ``pair`` holds its other coordinates, ``bodies`` the named materials whose own constants set it.
     """
-    kelvin = _kelvin(temperature)
+    humidity, liquid, kelvin = air.humidity, air.liquid, _kelvin(air.temperature)
     tension, volume = _liquid(liquid, kelvin)
     unit = tension * volume / (_GAS * kelvin)  # J cm³/(m² J) = 1e-6 m = 1e3 nm
     if _is_length(humidity):
@@ -202,10 +223,10 @@ def condensed(
     else:
         pressure = _pressure(humidity)
         radius = _radius(pressure, tension, volume, kelvin)
-    wetting = angles(contact_angle)
+    wetting = angles(air.contact_angle)
     found = {"humidity": pressure, "kelvin_radius": radius, "surface_tension": tension}
     found |= {"contact_angle_1": wetting[0], "contact_angle_2": wetting[1]}
-    thickness = _film(film)
+    thickness = _film(air.film)
     if thickness:
         found["liquid_film"] = thickness
     medium = MEDIA.get(liquid.strip().lower()) if isinstance(liquid, str) else None

@@ -155,13 +155,9 @@ def assign_pair(
     work_of_adhesion: Any = None,
     adhesion_range: Any = None,
     hamaker_constant: Any = None,
-    medium: str = "vacuum",
+    retardation: Any = None,
     hardness: Any = None,
     humidity: Any = None,
-    contact_angle: Any = 0.0,
-    temperature: Any = 298.15,
-    liquid: Any = "water",
-    film: Any = None,
 ) -> xr.Dataset:
     """Return the scan or catalogue with the pair of bodies on it.
 
@@ -193,25 +189,20 @@ def assign_pair(
     hamaker_constant : number or quantity, optional
         A of the bodies across what lies between them, nN nm (1e-18 J) or text such as "6.5e-20 J"; see
         `hamaker_constant`. Together with a work of adhesion it sets the closest approach, z₀ = √(A/(12πw)); without one
-        w = A/(12π z₀²) with z₀ = 0.165 nm. Named materials have their own, unless a work of adhesion is given.
-    medium : {"vacuum", "air", "water", "ethanol", "hexadecane"}
-        What lies between named materials.
+        w = A/(12π z₀²) with z₀ = 0.165 nm. Named materials have their own across air, unless a work of adhesion is
+        given; across another medium give ``hamaker_constant("silica", medium="water")``.
+    retardation : number or quantity, optional
+        Wavelength, nm, of retarded van der Waals forces (`rigid` by Hamaker's law), about 100 nm; by default they are
+        not retarded, which overestimates the contribution of gaps of more than some 10 nm.
     hardness : number or quantity, optional
         H of the softer body, GPa: the largest pressure that it bears, beyond which it yields; see `direct`. Without it
         the bodies stay elastic, and for named materials results report how much of them lies above the hardness
         estimated for these (`substances`).
-    humidity : number or str, optional
+    humidity : number, str or HumidAir, optional
         Relative humidity, as 0.6 or "60 %": water condenses in gaps below r_K (cos θ₁ + cos θ₂) and pulls with γ/r_K
         (see `liquid`), beside the solids' own attraction, which is weaker under it. Or Kelvin's radius r_K, as
-        "0.8 nm". Without it the pair is dry.
-    contact_angle : number, quantity or pair
-        θ on both bodies or on each, degrees up to 90.
-    temperature : number or quantity
-        K, or as "25 degC".
-    liquid : {"water", "ethanol"} or pair
-        What condenses; or its surface tension, J/m², and molar volume, cm³/mol.
-    film : number or quantity, optional
-        Thickness, nm, of an adsorbed film on each body, which widens the gap that fills; by default none.
+        "0.8 nm"; or `HumidAir`, which also states contact angles, temperature, liquid and film, where they are not
+        those of water at 25 °C that wets both bodies. Without it the pair is dry.
 
     Returns
     -------
@@ -251,7 +242,7 @@ def assign_pair(
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
     bodies = None if materials is None else substances.pair_of(materials)
     work_of_adhesion, under_liquid = _dry_and_wet(work_of_adhesion, humidity)
-    attraction = _attraction(bodies, medium, _work_of_adhesion(surface_energy, work_of_adhesion), hamaker_constant)
+    attraction = _attraction(bodies, _work_of_adhesion(surface_energy, work_of_adhesion), hamaker_constant)
     if bodies is not None:
         young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
     values = {"contact_modulus": _contact_modulus(contact_modulus, young_modulus, poisson_ratio)}
@@ -262,18 +253,18 @@ def assign_pair(
     if adhesion_range is not None:
         length = positive(adhesion_range, "nm", "adhesion_range")
         values["adhesion_range"] = _plausible(length, "adhesion_range", adhesion_range)
+    if retardation is not None:
+        values["retardation"] = positive(retardation, "nm", "retardation")
     if hardness is not None:
         values["hardness"] = _hardness(hardness, adhesion, values.get("adhesion_range"))
     elif bodies is not None:
         values["hardness_estimate"] = substances.softer_hardness(*bodies)
     if humidity is not None:
-        if medium not in ("vacuum", "air"):
-            raise ValueError(f"medium: expected air beside a humidity, found {medium!r}, in which nothing condenses")
         values = {"work_of_adhesion": 0.0} | values | under_liquid
         own = bodies if "hamaker_constant" in attraction and hamaker_constant is None else None
-        wet = {"contact_angle": contact_angle, "temperature": temperature, "liquid": liquid, "film": film}
-        values |= liquids.condensed(ds, values, humidity=humidity, bodies=own, **wet)
-        given |= wet
+        air = humidity if isinstance(humidity, liquids.HumidAir) else liquids.HumidAir(humidity)
+        values |= liquids.condensed(ds, values, air, bodies=own)
+        given |= {name: value for name, value in vars(air).items() if name != "humidity"}
     out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
     out = out.assign_coords(values)
     if indenter is not None:
@@ -339,28 +330,18 @@ def _own_constant(given: Any, known: dict[str, Any]) -> float:
     return value
 
 
-def _attraction(bodies: tuple | None, medium: str, adhesion: float | None, given: Any) -> dict[str, float]:
+def _attraction(bodies: tuple | None, adhesion: float | None, given: Any) -> dict[str, float]:
     """Return work of adhesion and Hamaker constant, as far as they are given or follow from named materials."""
     constant = None if given is None else positive(given, "nN nm", "hamaker_constant")
     if constant is not None:
         _plausible(constant, "hamaker_constant", given)
-    schema.one_of(medium, substances.MEDIA, "medium")
     if bodies is not None and adhesion is None and constant is None:
-        constant = _attracting(substances.hamaker_of(*bodies, medium), medium)
+        constant = substances.combined(*(body.hamaker for body in bodies))
     if constant is not None:
         adhesion = substances.work_of(constant) if adhesion is None else adhesion
         _check_cut_off(constant, adhesion)
     found = {"work_of_adhesion": adhesion, "hamaker_constant": constant}
     return {name: value for name, value in found.items() if value is not None}
-
-
-def _attracting(constant: float, medium: str) -> float:
-    """Return a Hamaker constant; raise where the bodies repel each other."""
-    if constant <= 0:
-        raise ValueError(
-            f"medium: expected one across which the bodies attract, found A = {constant:.3g} nN nm in {medium}"
-        )
-    return constant
 
 
 def _check_cut_off(constant: float, work: float) -> None:
@@ -416,6 +397,13 @@ def range_of(ds: xr.Dataset, law: str = "") -> float:
     if law == "lennard_jones" and "hamaker_constant" in ds.coords and float(ds["work_of_adhesion"]) > 0:
         return math.sqrt(0.75) * closest_approach(ds)
     return DEFAULT_RANGE
+
+
+def elastic(ds: xr.Dataset) -> xr.Dataset:
+    """Return a pair that does not yield: results still tell what share of them lies above its hardness."""
+    if "hardness" not in ds.coords:
+        return ds
+    return schema.label(ds.assign_coords(hardness_estimate=float(ds["hardness"])).drop_vars("hardness"))
 
 
 def closest_approach(ds: xr.Dataset) -> float:

@@ -149,11 +149,6 @@ def softer_hardness(first: Material, second: Material) -> float:
     return min(first.hardness, second.hardness)
 
 
-def hamaker_of(first: Material, second: Material, medium: str = "vacuum") -> float:
-    """Return the Hamaker constant (nN nm) of two bodies across a medium."""
-    return combined(first.hamaker, second.hamaker, MEDIA[medium])
-
-
 def combined(first: float, second: float, medium: float = 0.0) -> float:
     """Return Hamaker's A₁₃₂ = (√A₁ − √A₃)(√A₂ − √A₃): √(A₁A₂) across vacuum, negative where they repel.
 

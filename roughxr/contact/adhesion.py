@@ -21,7 +21,7 @@ from ..kernels.adhesion.smooth_laws import TAIL
 from ..scans import regions
 from ..scans.wavelength import later, shortest_wavelength
 from ..vocabulary import schema
-from ..vocabulary.units import fraction, positive, whole_number
+from ..vocabulary.units import whole_number
 from ..vocabulary.verbs import verb, warn
 from .cycle import (
     LEAST_RADIUS,
@@ -40,14 +40,12 @@ from .cycle import (
 )
 from .elastic import ABOVE_HARDNESS, YIELDED
 from .estimates import law_of_range, median_tabor
+from .mesh import MOST_REFINED, Mesh, mesh_of
 from .problem import NOT_LOADED, Place, Problem, deepest, need_heights, read_problem
 from .solving import fields_of, put_fields, solve
 
 #: Laws of adhesion; "auto" chooses between the first two.
 LAWS_OF_ADHESION = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
-
-#: Cells along a side of a pixel at most.
-MOST_REFINED = 16
 
 _STATES = {
     "force": float,
@@ -105,11 +103,8 @@ def adhesive(
     delta: Any = None,
     subregions: Any = None,
     law: str = "auto",
-    refine: int | str = "auto",
-    accuracy: float | None = 0.05,
-    step: Any = 0.25,
+    mesh: Mesh | int | str = "auto",
     datum: str | None = None,
-    yielding: bool = True,
     cycles: int = 1,
     fields: bool = False,
 ) -> xr.Dataset:
@@ -136,25 +131,17 @@ def adhesive(
         parameter over the asperities is below 5, so that the range matters, or where the body yields, else "griffith".
         Of a humid pair the solids pull by "exponential", and condensed liquid beside them up to its height; what they
         pull beyond that, over dry gaps, is put beneath it.
-    refine : "auto" or int
-        Each pixel is divided into refine × refine cells, heights interpolated by bicubic splines. "auto": at each place
-        the mesh is refined until the estimated error of the pull-off there is below ``accuracy``.
-    accuracy : float or None
-        Relative error of the pull-off at which "auto" stops. None: take the coarsest mesh on which the law can be
-        solved, without an estimate of its error, in a fifth of the time or less.
-    step : number or quantity
-        Longest step of the displacement, nm. Retraction takes shorter ones where a branch of solutions ends, and where
-        a larger pull may lie between two states. Halving the step changes the pull-off of hardly any place.
+    mesh : "auto", int or Mesh
+        "auto": at each place cells and steps are halved until the estimated error of the pull-off is below 0.05. Or the
+        cells along a side of a pixel, as ``mesh=4``, or a `Mesh`, which also states the accuracy and the steps.
     datum : {"highest_peak", "first_contact"}, optional
         Where delta = 0, as in `direct`; by default the highest peak with ``delta``, first contact with a preload.
-    yielding : bool
-        Whether the softer body yields where the pressure reaches the assigned hardness; False: it stays elastic.
     cycles : int
         How often each place is pressed on and drawn off, with a preload, each time on the shape that the cycle before
         has left; along ``cycle`` where there are several.
     fields : bool
         Keep pressure, displacement and gap on the window around each centre, on the cells of the solve, on both
-        branches, at the displacements of ``delta``; NaN beyond the scan's edge. ``refine`` must then be a whole number.
+        branches, at the displacements of ``delta``; NaN beyond the scan's edge. One mesh for all places is then needed.
 
     Returns
     -------
@@ -163,7 +150,7 @@ def adhesive(
         ``pull_off_force``, ``pull_off_delta``, ``detachment_delta``, ``work_of_separation``, ``hysteresis``,
         ``pull_off_resolution``, ``truncated`` (contact or liquid at the edge of the scan or of the indenter's map) and
         ``complete``; also ``refinement`` and ``pull_off_error``, the estimated relative error of the pull-off, with its
-        parts ``mesh_error`` and ``step_error`` for refine="auto". On one mesh it is known for "griffith" and "dugdale"
+        parts ``mesh_error`` and ``step_error`` for mesh="auto". On one mesh it is known for "griffith" and "dugdale"
         only: what the extrapolation adds, and 0.35 over the contact's radius in cells. These events are NaN where
         nothing is touched, the cycle could not be completed or the preload was not reached. With a preload also
         ``preload_delta``, the displacement at which the indenter turned back, and ``contact_area`` there.
@@ -221,7 +208,7 @@ def adhesive(
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(
     ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
-    >>> cycle = adhesive(scan, delta=[5, 10, 15], subregions=([312.5], [937.5]), step=0.5, law="griffith", refine=1)
+    >>> cycle = adhesive(scan, delta=[5, 10, 15], subregions=([312.5], [937.5]), mesh=1, law="griffith")
     >>> dict(cycle.force.sizes), bool(cycle.pull_off_force[0] > 0)
     ({'subregion': 1, 'branch': 2, 'delta': 3}, True)
     """
@@ -231,18 +218,14 @@ def adhesive(
     by_preload = delta is None
     datum = datum or ("first_contact" if by_preload else "highest_peak")
     positions = regions.centres(ds, subregions)
-    yields = yielding and "hardness" in ds.coords
     adhesion = _adhesion_of(
-        _law(ds, law, yields),
+        _law(ds, law),
         preloads=_preloads(preload) if by_preload else np.zeros(0),
-        refine=refine,
-        accuracy=accuracy,
-        step=step,
+        mesh=mesh_of(mesh, Mesh()),
         cycles=cycles,
     )
     delta = [_settling_depth(ds, adhesion)] if by_preload else delta
-    options = {"datum": datum, "refine": max(adhesion.refine, 1), "yielding": yielding}
-    problem = read_problem(ds, positions, delta=delta, **options)
+    problem = read_problem(ds, positions, delta=delta, datum=datum, refine=max(adhesion.refine, 1))
     _need_resolved_law(adhesion, problem)
     if fields:
         _need_one_mesh(ds, problem, adhesion, by_preload)
@@ -259,31 +242,25 @@ def adhesive(
     )
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
     arguments = {"preload": preload, "delta": None if by_preload else problem.steps, "subregions": subregions}
-    arguments |= {"datum": datum, "fields": fields, "refine": refine, "accuracy": accuracy}
-    arguments |= _recorded(ds, adhesion, yields)
+    arguments |= {"datum": datum, "fields": fields, "mesh": mesh_of(mesh, Mesh())}
+    arguments |= {"cycles": adhesion.cycles} if adhesion.cycles > 1 else {}
     out = schema.record(out, "adhesive", ds, law=adhesion.law, **arguments)
     return _finished(out, ds, adhesion)
 
 
-def _adhesion_of(law, *, preloads, refine, accuracy, step, cycles) -> Adhesion:
+def _adhesion_of(law, *, preloads, mesh: Mesh, cycles) -> Adhesion:
     """Return how the bodies adhere and how they are followed; raise where an option is out of its range."""
     found = Adhesion(
         preloads=preloads,
-        refine=0 if refine == "auto" else whole_number(refine, "refine", least=1, most=MOST_REFINED),
-        accuracy=np.nan if accuracy is None else fraction(accuracy, "accuracy"),
-        step=positive(step, "nm", "step"),
+        refine=0 if mesh.refine == "auto" else mesh.refine,
+        accuracy=np.nan if mesh.accuracy is None else mesh.accuracy,
+        step=mesh.step,
         cycles=whole_number(cycles, "cycles", least=1),
         **law,
     )
     if found.cycles > 1 and not preloads.size:
         raise ValueError(f"cycles: expected several with a preload, found {cycles} with displacements")
     return found
-
-
-def _recorded(ds: xr.Dataset, adhesion: Adhesion, yields: bool) -> dict[str, Any]:
-    """Return the arguments for the history that are recorded as they were used, defaults included."""
-    used = {"step": adhesion.step} | {"yielding": yields} if "hardness" in ds.coords else {}
-    return used | ({"cycles": adhesion.cycles} if adhesion.cycles > 1 else {})
 
 
 def _finished(out: xr.Dataset, ds: xr.Dataset, adhesion: Adhesion) -> xr.Dataset:
@@ -308,19 +285,20 @@ def settling(ds: xr.Dataset, *, preload: Any = 0.0, step: float = 0.25) -> tuple
 
     The one displacement of the problem is the depth (nm beyond first contact) down to which the preload is looked for.
     """
-    law = _law(ds, "exponential", "hardness" in ds.coords)
-    adhesion = _adhesion_of(law, preloads=_preloads(preload), refine=1, accuracy=None, step=step, cycles=1)
+    law = _law(ds, "exponential")
+    adhesion = _adhesion_of(law, preloads=_preloads(preload), mesh=Mesh(1, None, step), cycles=1)
     depth = [_settling_depth(ds, adhesion)]
     return read_problem(ds, regions.centres(ds), delta=depth, datum="first_contact"), adhesion
 
 
-def _law(ds: xr.Dataset, law: str, yields: bool) -> dict[str, Any]:
+def _law(ds: xr.Dataset, law: str) -> dict[str, Any]:
     """Return the law and its length; raise where law and yielding do not go together."""
     schema.one_of(law, LAWS_OF_ADHESION, "law")
+    yields = "hardness" in ds.coords
     (work,) = schema.pair(ds, "work_of_adhesion", wet=True)
     length = range_of(ds, law)
     if (menisci := menisci_of(ds)) is not None:
-        return _law_with_liquid(ds, law, menisci, length, yields)
+        return _law_with_liquid(ds, law, menisci, length)
     if law == "auto":
         law = law_of_range(_tabor(ds, length), yields=yields) if work > 0 else "griffith"
     if yields:
@@ -328,14 +306,14 @@ def _law(ds: xr.Dataset, law: str, yields: bool) -> dict[str, Any]:
     return {"law": law, "length": np.nan if law == "griffith" else length, "work": work}
 
 
-def _law_with_liquid(ds, law: str, menisci: Menisci, length: float, yields: bool) -> dict[str, Any]:
+def _law_with_liquid(ds, law: str, menisci: Menisci, length: float) -> dict[str, Any]:
     """Return the sum of the liquid's law and the solids', whose work beyond the liquid's edge is put beneath it."""
     if law not in ("auto", "exponential"):
         raise ValueError(f"law: expected 'exponential' for the solids of a humid pair, found {law!r}")
     (work,) = schema.pair(ds, "work_of_adhesion", wet=True)
     beyond = np.exp(-menisci.height / length)
     work *= menisci.share + (1 - menisci.share) * beyond
-    if yields:
+    if "hardness" in ds.coords:
         _need_hardness_above(float(ds["hardness"]), work + menisci.pull * length, length, "exponential")
     return {"law": "exponential", "length": length, "work": work, "liquid": menisci}
 
@@ -400,14 +378,14 @@ def _need_resolved_law(adhesion: Adhesion, problem: Problem) -> None:
         raise ValueError(
             f"law={adhesion.law!r}: expected cells of at most {cell:.3g} nm (they must resist more than the traction "
             f"changes), found {problem.pixel / (adhesion.refine or MOST_REFINED):.3g} nm; take "
-            f"refine={int(np.ceil(problem.pixel / cell))}, or law='exponential'"
+            f"mesh={int(np.ceil(problem.pixel / cell))}, or law='exponential'"
         )
 
 
 def _need_one_mesh(ds: xr.Dataset, problem: Problem, adhesion: Adhesion, by_preload: bool) -> None:
     """Raise where fields are asked for without displacements, or on meshes that differ between places."""
     if by_preload or not adhesion.refine:
-        raise ValueError("fields: expected displacements (delta) and one refine for all places, such as refine=4")
+        raise ValueError("fields: expected displacements (delta) and one mesh for all places, such as mesh=4")
     need_heights(ds, problem)
 
 
@@ -536,8 +514,8 @@ def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
         few = int((resolution < LEAST_RADIUS).sum())
         warn(
             f"{few} of {size} subregions have contacts of less than {LEAST_RADIUS:g} "
-            f"pixels in radius at pull-off (smallest {np.nanmin(resolution):.2g}): compare with a larger refine, or "
-            "take refine='auto'"
+            f"pixels in radius at pull-off (smallest {np.nanmin(resolution):.2g}): compare with a finer mesh, or "
+            "take mesh='auto'"
         )
     missed = int((out["pull_off_error"].values > adhesion.accuracy).sum())
     if missed and not adhesion.refine:
@@ -549,12 +527,12 @@ def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
     if unknown and not adhesion.refine and np.isfinite(adhesion.accuracy):
         warn(
             f"{unknown} of {size} subregions state no error (pull_off_error is NaN): the other mesh or the longer step "
-            "gave no pull-off to compare with; compare with another refine or a smaller step"
+            "gave no pull-off to compare with; compare with another mesh or a smaller step"
         )
     if "preload_delta" in out and (rough := int((out["complete"] & ~out["converged"].astype(bool)).sum())):
         warn(
             f"{rough} of {size} cycles hold states that have not converged (converged is False); events that rest on "
-            "them are NaN: compare with a smaller step or a larger refine"
+            "them are NaN: compare with a smaller step or a finer mesh"
         )
     lost = int((~out["complete"].values).sum())
     if lost:

@@ -56,7 +56,6 @@ def direct(
     load: Any = None,
     subregions: Any = None,
     datum: str = "highest_peak",
-    yielding: bool = True,
     fields: bool = False,
 ) -> xr.Dataset:
     """Solve the adhesionless contact of the assigned indenter with the scan, at each contact centre.
@@ -75,9 +74,6 @@ def direct(
     datum : {"highest_peak", "first_contact"}
         Where delta = 0: the indenter's lowest point level with the highest point of the whole scan (the
         paper's), or this subregion's first touch.
-    yielding : bool
-        Whether the softer body yields where the pressure reaches the assigned hardness. False: it stays elastic, and
-        the result says what share of force and area is above the hardness.
     fields : bool
         Keep pressure, displacement and gap on the window around each centre, and the residual height where the body
         yields; NaN beyond the scan's edge.
@@ -134,7 +130,7 @@ def direct(
     """
     ds = schema.validate(ds, "scan")
     positions = regions.centres(ds, subregions)
-    problem = read_problem(ds, positions, delta=delta, load=load, datum=datum, yielding=yielding)
+    problem = read_problem(ds, positions, delta=delta, load=load, datum=datum)
     if fields:
         need_heights(ds, problem)
     axes = {"load" if problem.by_load else "delta": problem.steps}
@@ -152,7 +148,6 @@ def direct(
     )
     out.attrs = {"datum": datum, "method": "direct"}
     arguments = {"subregions": subregions, "datum": datum, "fields": fields}
-    arguments |= {"yielding": problem.yielding} if "hardness" in ds.coords else {}
     steps = {"delta": None, "load": None, **axes}
     out = schema.record(out, "direct", ds, **steps, **arguments)
     out = parallel.finish(out, lazy=parallel.is_lazy(ds))

@@ -13,7 +13,7 @@ import xarray as xr
 
 from ..bodies.materials import indenter_map
 from ..jobs.lazy import is_lazy
-from ..kernels.halfspace.separation import PROFILES, map_separation, sphere_separation
+from ..kernels.halfspace.separation import PARABOLA, PROFILES, map_separation, sphere_separation
 from ..scans import regions
 from ..vocabulary import schema
 
@@ -34,6 +34,11 @@ class Indenter(NamedTuple):
         if self.map is None:
             return sphere_separation(height, datum, x, y, self.radius, self.profile)
         return map_separation(height, datum, x, y, *self.map)
+
+    @property
+    def parabola(self) -> bool:
+        """Whether it is Hertz's paraboloid, as tests take it for its closed forms."""
+        return self.profile == PARABOLA
 
     def reach(self, depth: float) -> float:
         """Return the half-width, nm, within which the indenter lies less than ``depth`` above its lowest point."""
@@ -70,15 +75,13 @@ def read_problem(
     delta: Any = None,
     load: Any = None,
     datum: str,
-    profile: str = "sphere",
     refine: int = 1,
-    yielding: bool = True,
 ) -> Problem:
     """Return the problem posed by a scan, its pair and the options; raise where they do not define one."""
     if delta is not None and load is not None:
         raise ValueError("expected either delta or load, found both")
     if delta is None and load is None:
-        delta = default_deltas(ds, positions, indenter_of(ds, profile), datum)
+        delta = default_deltas(ds, positions, indenter_of(ds), datum)
     by_load = delta is None
     steps = schema.ascending(load, "nN", "load") if by_load else schema.ascending(delta, "nm", "delta")
     if by_load and steps[0] <= 0:
@@ -93,9 +96,9 @@ def read_problem(
         pixel=schema.square_pixel(ds),
         refine=refine,
         contact_modulus=modulus,
-        indenter=indenter_of(ds, profile),
+        indenter=indenter_of(ds),
         hardness=hardness,
-        yielding=assigned and yielding,
+        yielding=assigned,
     )
 
 
@@ -105,12 +108,11 @@ def hardness_of(ds: xr.Dataset) -> tuple[float, bool]:
     return (float(ds[names[0]]) if names else np.inf), "hardness" in ds.coords
 
 
-def indenter_of(ds: xr.Dataset, profile: str = "sphere") -> Indenter:
+def indenter_of(ds: xr.Dataset) -> Indenter:
     """Return the indenter that is assigned to a scan."""
-    schema.one_of(profile, PROFILES, "profile")
     found = indenter_map(ds)
     radius = np.nan if found else schema.pair(ds, "sphere_radius")[0]
-    return Indenter(radius, PROFILES[profile], found)
+    return Indenter(radius, PROFILES["sphere"], found)
 
 
 def default_deltas(ds: xr.Dataset, positions: xr.Dataset, indenter: Indenter, datum: str) -> np.ndarray:

@@ -254,7 +254,7 @@ def _of_liquid(ds: xr.Dataset, law: str, given: dict[str, float]) -> tuple[dict[
     (radius,), menisci, work = schema.pair(ds, "sphere_radius"), liquid.menisci_of(ds), liquid.work_of(ds)
     summit = 1 / (1 / radius + 1 / given["asperity_radius"])
     open_gap = max(1 - _ABOVE_PLANE * given["rms"] / menisci.height, 0.0)
-    over_heights = potentials.gaussian_mean(options_of(ds, law, None, "cut_off", "sphere").law, given["rms"])
+    over_heights = potentials.gaussian_mean(options_of(ds, law, "cut_off").law, given["rms"])
     pulled = {
         "smooth": (radius, work),
         "summit": (summit, work),

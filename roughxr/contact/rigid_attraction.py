@@ -13,7 +13,6 @@ from ..jobs.lazy import is_lazy
 from ..kernels.adhesion import potentials
 from ..kernels.adhesion import rigid as kernels
 from ..vocabulary import schema
-from ..vocabulary.units import positive
 from .problem import Problem
 
 #: How fast bodies part against the evaporation of liquid between them.
@@ -41,18 +40,14 @@ class Options(NamedTuple):
     limit: str
     hardness: float  # GPa, NaN unless limit="hardness"
     area: float  # nm², of a pixel
-    parabola: bool  # whether the indenter is Hertz's paraboloid
     menisci: Menisci | None = None  # the liquid between the bodies, if there is any
     fast: bool = False  # whether its bridges keep their volume as the bodies part
 
 
-def options_of(ds, law, retardation, limit, profile, rate="slow") -> Options:
+def options_of(ds, law, limit, rate="slow") -> Options:
     """Return the options of `rigid`; raise where they do not go together."""
     schema.one_of(law, RIGID_LAWS, "law")
     schema.one_of(limit, LIMITS, "limit")
-    wavelength = np.inf if retardation is None else positive(retardation, "nm", "retardation")
-    if law != "hamaker" and np.isfinite(wavelength):
-        raise ValueError(f"retardation: expected for law='hamaker' alone, found it for {law!r}")
     if limit != "cut_off" and law == "lennard_jones":
         raise ValueError(f"limit: expected 'cut_off' for law='lennard_jones', which pushes by itself, found {limit!r}")
     if schema.one_of(rate, RATES, "rate") == "fast" and (limit != "cut_off" or not schema.is_wet(ds)):
@@ -60,6 +55,7 @@ def options_of(ds, law, retardation, limit, profile, rate="slow") -> Options:
     (w,), menisci = schema.pair(ds, "work_of_adhesion", wet=True), menisci_of(ds)
     if not w > 0 and menisci is None:
         raise ValueError(f"work_of_adhesion: expected a positive one, found {w:g} J/m2; nothing attracts")
+    wavelength = float(ds["retardation"]) if law == "hamaker" and "retardation" in ds.coords else np.inf
     found = potentials.potential(law, w, length_of(ds, law) if w > 0 else DEFAULT_RANGE, wavelength)
     if menisci is not None:
         found = potentials.with_liquid(found, menisci.height, menisci.pull, menisci.share)
@@ -68,7 +64,6 @@ def options_of(ds, law, retardation, limit, profile, rate="slow") -> Options:
         limit=limit,
         hardness=_hardness(ds, found) if limit == "hardness" else np.nan,
         area=schema.square_pixel(ds) ** 2,
-        parabola=profile == "parabola",
         menisci=menisci,
         fast=rate == "fast",
     )

@@ -39,11 +39,9 @@ def rigid(
     delta: Any = None,
     subregions: Any = None,
     law: str = "hamaker",
-    retardation: Any = None,
     limit: str = "cut_off",
     refine: int = 1,
     datum: str = "highest_peak",
-    profile: str = "sphere",
     rate: str = "slow",
     fields: bool = False,
 ) -> xr.Dataset:
@@ -60,11 +58,9 @@ def rigid(
         Contact centres, see `regions.centres`.
     law : {"hamaker", "lennard_jones", "exponential", "dugdale"}
         Traction across a gap, see `reference.rigid_sphere`; all laws have the same work of adhesion. "hamaker" ends at
-        the closest approach z₀ = √(A/(12πw)), 0.165 nm where no Hamaker constant is assigned; the others have the
+        the closest approach z₀ = √(A/(12πw)), 0.165 nm where no Hamaker constant is assigned, and is retarded where a
+        wavelength of retardation is; the others have the
         pair's range of adhesion, see `assign_pair`.
-    retardation : number or quantity, optional
-        Wavelength, nm, of retarded van der Waals forces (law="hamaker"), about 100 nm; by default they are not
-        retarded, which overestimates the contribution of gaps of more than some 10 nm.
     limit : {"cut_off", "hardness", "elastic"}
         What keeps the bodies apart. "cut_off": the closest approach of the nearest cell (for law="lennard_jones" its
         own repulsion). "hardness": summits are flattened until they bear the pull at the assigned hardness, which must
@@ -75,8 +71,6 @@ def rigid(
         Sum over refine × refine cells in each pixel, heights interpolated by bicubic splines; not for every pixel.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, as in `direct`.
-    profile : {"sphere", "parabola"}
-        The exact sphere or Hertz's paraboloid.
     rate : {"slow", "fast"}
         Of drawing off a humid pair: "slow", at constant humidity; "fast", each bridge of liquid keeps the volume that
         it has where the bodies are closest. The largest pull is the same, forces after it and the work are not.
@@ -138,11 +132,11 @@ def rigid(
     if pixels:
         schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
     refine = whole_number(refine, "refine", least=1, most=64)
-    options = options_of(ds, law, retardation, limit, profile, rate)
+    options = options_of(ds, law, limit, rate)
     options = options._replace(area=options.area / refine**2)
     positions = regions.centres(ds, None if pixels else subregions)
     given = [0.0] if pixels and delta is None else _default_deltas(ds) if delta is None else delta
-    problem = read_problem(ds, positions, delta=given, datum=datum, profile=profile, refine=refine)
+    problem = read_problem(ds, positions, delta=given, datum=datum, refine=refine)
     if pixels:
         _refuse_on_pixels(options, problem, fields)
         out = every_pixel(ds, problem, options, kept=delta is not None)
@@ -152,8 +146,8 @@ def rigid(
     length = {"closest_approach" if law == "hamaker" else "adhesion_range": options.law.length}
     out.attrs = {"datum": datum, "method": "rigid", **named, **length}
     out.attrs["missing"] = "NaN where the bodies cannot come so near"
-    arguments = {"delta": problem.steps, "subregions": subregions, "profile": profile, "fields": fields}
-    arguments |= {"retardation": retardation, "datum": datum, **named}
+    arguments = {"delta": problem.steps, "subregions": subregions, "fields": fields}
+    arguments |= {"datum": datum, **named}
     arguments |= {"rate": rate} if options.menisci is not None else {}
     out = schema.record(schema.label(out), "rigid", ds, **arguments)
     out = parallel.finish(out, lazy=parallel.is_lazy(ds))

@@ -130,7 +130,7 @@ def _from_beyond_scan(start, shape, z, pull, problem, options, prepared) -> np.n
     off = problem.pixel * np.minimum(off[0][:, None], off[1])
     distances = problem.pixel * np.geomspace(0.5, prepared.rise.shape[0], 24)
     gap = np.array([np.median(z) - prepared.mean])
-    law, sphere = options.law, (problem.indenter.radius, options.parabola)
+    law, sphere = options.law, (problem.indenter.radius, problem.indenter.parabola)
     beyond = [kernels.outside(gap, law, *sphere, (side, *[np.inf] * 3))[0] for side in distances]
     return np.interp(off, distances, beyond) > BEYOND_EDGE * pull
 
@@ -159,5 +159,5 @@ def _around(gaps: np.ndarray, problem: Problem, options: Options, size: int) -> 
         return np.zeros(gaps.shape)
     side = (0.5 * size * problem.pixel,) * 4
     table = np.linspace(known.min() - 1e-6, known.max() + 1e-6, 40)
-    pulls = kernels.outside(table, options.law, problem.indenter.radius, options.parabola, side)
+    pulls = kernels.outside(table, options.law, problem.indenter.radius, problem.indenter.parabola, side)
     return np.where(np.isfinite(gaps), CubicSpline(table, pulls)(np.nan_to_num(gaps, nan=table[0])), np.nan)

@@ -78,7 +78,7 @@ class _Setting(NamedTuple):
         indenter, o = self.problem.indenter, self.options
         if indenter.map is not None:
             return np.zeros(deltas.size)
-        return kernels.outside(self.ground - deltas, o.law, indenter.radius, o.parabola, self.rectangle)
+        return kernels.outside(self.ground - deltas, o.law, indenter.radius, indenter.parabola, self.rectangle)
 
     def touch(self) -> float:
         """Return the displacement (nm below the datum) of first touch."""

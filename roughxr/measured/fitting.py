@@ -127,7 +127,7 @@ def fit_pair(
     interval, and interpolated between by monotone curves of logarithms; a value that cannot be solved is left out. The
     fit is where predicted and measured forces have the same mean logarithm. Its interval is the likelihood's, with
     Student's t: it holds the scatter of the places on both sides, of each as many as are independent, ``force_error``
-    and the mean ``pull_off_error`` of the simulation. This is stated for refine="auto" only, and on one mesh for laws
+    and the mean ``pull_off_error`` of the simulation. This is stated for mesh="auto" only, and on one mesh for laws
     with an edge.
 
     Superposed forces are divided by 0.7, their median ratio to the simulation, and the interval holds that this ratio

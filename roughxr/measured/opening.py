@@ -14,7 +14,6 @@ from ..scans import files
 from ..scans.channel import Channel, UnreadableScan, along, listing, named
 from ..statistics.sampling import of_a_map
 from ..vocabulary import schema
-from ..vocabulary.units import fraction
 from .curve_files import calibration, curve_kind, curves_of, opened
 from .force_curves import curves_pull_off
 from .forces import Calibration, converts, forces, magnitudes
@@ -37,8 +36,6 @@ def open_pull_off(
     sensitivity: Any = None,
     spring_constant: Any = None,
     pulls: str | None = None,
-    baseline: float = 0.3,
-    curves: bool = False,
 ) -> xr.Dataset:
     """Open measured pull-off forces: a table, an adhesion image of an AFM file, or force-distance curves.
 
@@ -46,8 +43,9 @@ def open_pull_off(
     ----------
     path : str, path or sequence of them
         A table (CSV and the like, .xlsx) with names above its columns, such as ``x [um], y [um], force [nN]``; any AFM
-        file that `open_scan` reads and that holds an image of adhesion; or a file of curves, see `open_curves`. The
-        content decides, not the extension. Several files, such as one for each curve, are read alike and concatenated.
+        file that `open_scan` reads and that holds an image of adhesion; or a file of curves, see `open_curves`, of
+        which `curves_pull_off` also takes other baselines and keeps the curves. The content decides, not the extension.
+        Several files, such as one for each curve, are read alike and concatenated.
     channel : str or int, optional
         Name of the column, or name or number of the image; needed where there is more than one candidate.
     direction : {"trace", "retrace"}, optional
@@ -64,8 +62,6 @@ def open_pull_off(
         For deflections, and with a sensitivity in nm/V: N/m.
     pulls : {"positive", "negative"}, optional
         The sign of a pull in the file; needed where there are values of both signs.
-    baseline, curves : float, bool
-        For force-distance curves, see `curves_pull_off`.
 
     Returns
     -------
@@ -98,11 +94,9 @@ def open_pull_off(
     """
     given = Calibration(units, sensitivity, spring_constant, pulls)
     image = _Image(channel, direction, size)
-    asked = _Curves(fraction(baseline, "baseline"), curves)
     paths = [path] if isinstance(path, (str, os.PathLike)) else list(path)
-    ds = together(paths, [_of_file(files.regular_file(one), image, place_units, given, asked) for one in paths])
+    ds = together(paths, [_of_file(files.regular_file(one), image, place_units, given) for one in paths])
     said = {**image._asdict(), **given._asdict(), "place_units": place_units}
-    said |= asked._asdict() if ds.attrs["measured"] == "force-distance curves" else {}
     return schema.record(schema.label(ds), "open_pull_off", file=ds.attrs["source_file"], **said)
 
 
@@ -114,14 +108,7 @@ class _Image(NamedTuple):
     size: Any
 
 
-class _Curves(NamedTuple):
-    """Options for curves."""
-
-    baseline: float
-    curves: bool
-
-
-def _of_file(path: Path, image: _Image, place_units: str | None, given: Calibration, asked: _Curves) -> xr.Dataset:
+def _of_file(path: Path, image: _Image, place_units: str | None, given: Calibration) -> xr.Dataset:
     """Return the pull-off forces of one file."""
     if is_spreadsheet(path):
         return _told(path, _of_table(path, image.channel, place_units, given))
@@ -130,7 +117,7 @@ def _of_file(path: Path, image: _Image, place_units: str | None, given: Calibrat
     if family == "netcdf" and kind is None:
         raise UnreadableScan(path, "expected a table or an AFM file, found NetCDF; open it with xarray.open_dataset")
     if kind is not None:
-        ds = _of_curves(path, kind, given, asked)
+        ds = _of_curves(path, kind, given)
     elif family == "text" and image.size is None and not _is_matrix(path):
         ds = _of_table(path, image.channel, place_units, given)
     else:
@@ -148,14 +135,12 @@ def _told(path: Path, ds: xr.Dataset) -> xr.Dataset:
     return ds.assign_attrs(missing="NaN where nothing was measured", **told)
 
 
-def _of_curves(path: Path, kind: str, given: Calibration, asked: _Curves) -> xr.Dataset:
+def _of_curves(path: Path, kind: str, given: Calibration) -> xr.Dataset:
     """Return the pull-off forces of a file's curves, which are read in parts to save memory."""
     file = opened(path, kind, given)
-    at_once = len(file.curves) if asked.curves else _AT_ONCE
     parts = []
-    for first in range(0, len(file.curves), at_once):
-        recorded = curves_of(file, first, first + at_once)
-        parts.append(curves_pull_off(schema.label(recorded), **asked._asdict()))
+    for first in range(0, len(file.curves), _AT_ONCE):
+        parts.append(curves_pull_off(schema.label(curves_of(file, first, first + _AT_ONCE))))
     ds = xr.concat(parts, "subregion", coords="minimal", compat="override", join="override", combine_attrs="override")
     ds.attrs.pop("history")  # of one part
     return ds.assign_attrs(source_format=file.format, **calibration(file))

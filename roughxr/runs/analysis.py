@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from textwrap import fill
@@ -29,8 +30,10 @@ from ..asperity.moments import rolling
 from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
 from ..bodies import liquid
-from ..contact.adhesion import MOST_REFINED, adhesive
+from ..bodies.materials import elastic
+from ..contact.adhesion import adhesive
 from ..contact.elastic import direct
+from ..contact.mesh import MOST_REFINED, Mesh, mesh_of
 from ..contact.problem import default_deltas, indenter_of
 from ..contact.regimes import formulas, regime
 from ..contact.rigid_bodies import rigid
@@ -47,7 +50,7 @@ from ..scans import level, regions, roughness
 from ..statistics import pull_off
 from ..studies.continuation import continued, not_continued
 from ..studies.parameter_grid import vary
-from ..studies.sensitivities import cut_off_waves, error_budget, sensitivity
+from ..studies.sensitivities import budget_of, cut_off_waves, sensitivity
 from ..vocabulary import schema
 from ..vocabulary.units import magnitude, whole_number
 from ..vocabulary.verbs import verb, warn
@@ -68,11 +71,12 @@ HUMIDITIES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 #: Dimensions of places and seeds.
 _ALONG = ("subregion", "seed")
 
-#: A mesh is fine enough where the median change of the pull-off on a finer one is smaller than this, over some places.
-_SETTLED = 0.05
-
 #: Why a run continues nothing in humid air: a place takes minutes there, since so many cells are wetted.
 _SLOW_IN_HUMID_AIR = "in humid air that takes minutes a place: ask for it at a few places (continued)"
+
+
+#: The mesh of a run's simulation with adhesion.
+_MESH = Mesh(step=0.4)
 
 
 class Plan(NamedTuple):
@@ -86,8 +90,7 @@ class Plan(NamedTuple):
     vertex: str
     preload: float = 0.0  # nN, of the adhesive simulation; 0: the sphere settles under its own adhesion
     law: str = "auto"
-    refine: int | str = "auto"
-    step: float = 0.4  # nm
+    mesh: Mesh = _MESH
     checked: int = 4  # places also solved on a mesh twice as fine with half the steps
     continued: int = 16  # places at which the roughness is continued below the scan; 0: none
     budget: int = 4  # places solved again under each change of the error budget; 0: no budget
@@ -118,7 +121,7 @@ _UNTOLD = Stages({}, {})
 #: What helps where bodies are too soft for the scan, or their contacts too large.
 _HELPS = (
     "what helps: a larger scan, a smaller sphere or preload, a larger modulus or less work of adhesion; fewer cells "
-    "(resample, or refine=1); or superpose and direct, without this simulation"
+    "(resample, or mesh=1); or superpose and direct, without this simulation"
 )
 
 
@@ -132,7 +135,7 @@ def run(
     delta: Any = None,
     preload: Any = 0.0,
     law: str = "auto",
-    refine: int | str = "auto",
+    mesh: Mesh | int | str = "auto",
     levelling: str = "plane",
     budget: int = 4,
 ) -> dict[str, xr.Dataset]:
@@ -156,10 +159,11 @@ def run(
         pressed as deep as it lies below the highest peak.
     preload : number or quantity
         How hard the sphere is pressed on before it is drawn off, nN; 0: it settles under its own adhesion.
-    law, refine
-        Options of the simulation with adhesion, see `adhesive`. By default the mesh is refined until the pull-off of
-        four places changes by less than 5 % in the median, or to sixteen cells per pixel. These places are also solved
-        on a mesh twice as fine with half the steps, to estimate the error of both.
+    law, mesh
+        Options of the simulation with adhesion, see `adhesive`; steps of 0.4 nm unless a `Mesh` states others. "auto":
+        the mesh is refined until the pull-off of four places changes by less than its accuracy in the median, or to
+        sixteen cells per pixel. These places are also solved on a mesh twice as fine with half the steps, to estimate
+        the error of both.
     levelling : {"plane", "quadratic", "none"}
         What is subtracted from the scan first.
     budget : int
@@ -196,7 +200,7 @@ def run(
     ({'subregion': 2, 'delta': 2}, True)
     """
     scan = scan if levelling == "none" else level(scan, method=levelling)
-    adhesion = {"preload": magnitude(preload, "nN", "preload"), "law": law, "refine": refine}
+    adhesion = {"preload": magnitude(preload, "nN", "preload"), "law": law, "mesh": mesh_of(mesh, _MESH)}
     adhesion["budget"] = whole_number(budget, "budget", least=0)
     if particle:
         subregions = resting(scan, landings=subregions, on=asperities(scan))
@@ -278,8 +282,8 @@ def analyse(scan: xr.Dataset, plan: Plan, say: Stages = _UNTOLD) -> dict[str, xr
     groups |= _pressed(scan, plan, options)
     groups["solutions/contact"] = _one_contact(scan, plan, groups["solutions/direct"])
     groups["solutions/smooth"] = loading(direct(_flat(scan), delta=plan.direct_deltas))
-    elastic = options | {"yielding": False}  # to show the effect of yield beside it
-    groups["solutions/hertz"] = superpose(catalogue, delta=plan.sweep, law="hertz", **elastic)
+    # without yield, to show its effect beside it
+    groups["solutions/hertz"] = superpose(elastic(catalogue), delta=plan.sweep, law="hertz", **options)
     suited = catalogue if plan.patch == "auto" else asperities(scan)
     say("superposition")
     ways = OF_LIQUID if schema.is_wet(scan) else COMPARED
@@ -291,7 +295,7 @@ def analyse(scan: xr.Dataset, plan: Plan, say: Stages = _UNTOLD) -> dict[str, xr
         ways = {}
     for name, way in ways.items():
         summed = scan if name == "published" else suited  # the paper's own asperities for its own formulas
-        groups[f"solutions/{name}"] = superpose(summed, delta=_wide(plan, scan), **way, **elastic)
+        groups[f"solutions/{name}"] = superpose(elastic(summed), delta=_wide(plan, scan), **way, **options)
     for name in ways:
         groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
     if ways and "solutions/adhesive" in groups and "sphere_radius" in scan.coords:
@@ -308,7 +312,7 @@ def _expected(scan: xr.Dataset, plan: Plan) -> dict[str, float]:
     adheres = float(scan.coords.get("work_of_adhesion", 0.0)) > 0 or wet
     found = {"asperities": 5.0}
     if adheres:
-        found |= {"mesh": 20.0} if plan.refine == "auto" else {}
+        found |= {"mesh": 20.0} if plan.mesh.refine == "auto" else {}
         found |= {"adhesive": _PLACE * places}
         some, hard = min(plan.continued, places), {"hardness", "hardness_estimate"} & set(scan.coords)
         found |= {"continued": 30.0 + 6.0 * some} if some and hard and not wet else {}
@@ -337,15 +341,15 @@ def _of_budget(plan: Plan, place: float) -> dict[str, float]:
 def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, say: Stages):
     """Return the sensitivity of the simulated pull-off, at a few of its places, and its error budget."""
     preload = float(np.min(plan.preload))
-    how = {"preload": preload, "law": solved.attrs["law"], "step": plan.step, "places": plan.budget}
-    how |= {"refine": solved.attrs["refine"], "subregions": solved}
+    mesh = replace(plan.mesh, refine=solved.attrs["refine"], accuracy=None)
     say("budget", f", {plan.budget} places again under each change")
-    places = {"subregions": regions.sample(regions.centres(scan, solved), plan.budget)}
-    given = {name: how[name] for name in ("preload", "law", "refine", "step")}
-    changes = sensitivity(scan, method="adhesive", **given, **places)
+    places = regions.sample(regions.centres(scan, solved), plan.budget)
+    how = {"preload": preload, "law": solved.attrs["law"], "mesh": mesh}
+    changes = sensitivity(scan, method="adhesive", subregions=places, **how)
     say("waves")
     scales = cut_off_waves(scan, places=plan.budget, subregions=solved, preload=preload)
-    budget = error_budget(scan, solved=solved, changes=changes, scales=scales, seeds=0, **how)
+    budget = budget_of(scan, changes, scales, pulls=solved["pull_off_force"])
+    budget = schema.record(budget, "error_budget", scan, places=plan.budget, **how)
     found = {"statistics/error_budget": budget, "statistics/sensitivity": changes}
     return found if scales is None else found | {"statistics/shorter_waves": scales}
 
@@ -410,17 +414,17 @@ def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: S
     """Return the simulation with adhesion at all places, and at some on a mesh twice as fine with half the steps."""
     _warn_of_soft(scan)
     how = {"preload": plan.preload, "law": plan.law}
-    refine, finer = plan.refine, None
+    mesh, finer = replace(plan.mesh, accuracy=None), None
     with warnings.catch_warnings():
         # the choice of the mesh and the report's page deal with small contacts
         warnings.filterwarnings("ignore", "[^:]*contacts of less than")
         some = options | how | {"subregions": regions.sample(regions.centres(scan, plan.subregions), plan.checked)}
-        if plan.refine == "auto":
-            refine, finer = _fine_enough_mesh(scan, plan, some, say)
+        if plan.mesh.refine == "auto":
+            mesh, finer = _fine_enough_mesh(scan, plan, some, say)
         say("adhesive", f" at {_count(scan, plan)} places")
-        if plan.refine != "auto" and some["subregions"].sizes["subregion"] < _count(scan, plan):
-            _expect_pulls(adhesive(scan, refine=refine, accuracy=None, step=plan.step, **some))
-        solved = adhesive(scan, refine=refine, accuracy=None, step=plan.step, **how, **options)
+        if plan.mesh.refine != "auto" and some["subregions"].sizes["subregion"] < _count(scan, plan):
+            _expect_pulls(adhesive(scan, mesh=mesh, **some))
+        solved = adhesive(scan, mesh=mesh, **how, **options)
         say.expect(**_of_budget(plan, say.passed() / _count(scan, plan)))
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
     return groups if finer is None else groups | {"solutions/finer": finer}
@@ -458,26 +462,27 @@ def _warn_of_soft(scan: xr.Dataset) -> None:
         )
 
 
-def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Stages) -> tuple[int | str, Any]:
-    """Return the refinement at which the pull-off of most places has settled, and results on a mesh twice as fine.
+def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Stages) -> tuple[Mesh, Any]:
+    """Return the mesh on which the pull-off of most places has settled, and results on a mesh twice as fine.
 
     On pixels wider than the contacts, the coarsest mesh on which the law can be solved may be off by a factor.
     """
     count, before = options["subregions"].sizes["subregion"], 0.0
     say("mesh", f", the simulation with adhesion at {count} places")
-    refine, coarse = "auto", adhesive(scan, refine="auto", accuracy=None, step=plan.step, **options)
+    mesh = replace(plan.mesh, accuracy=None)
+    coarse = adhesive(scan, mesh=mesh, **options)
     _expect_pulls(coarse)
     n = int(coarse["refinement"].max())
     while 2 * n <= MOST_REFINED:
         took, before = say.passed() - before, say.passed()
         say.expect(mesh=before + 8 * took, adhesive=_count(scan, plan) * took / count, **_of_budget(plan, took / count))
         say.detail(f"{2 * n} cells to a pixel")
-        finer = adhesive(scan, refine=2 * n, step=0.5 * plan.step, **options)
+        finer = adhesive(scan, mesh=Mesh(2 * n, step=0.5 * mesh.step), **options)
         change = abs(coarse["pull_off_force"] / finer["pull_off_force"] - 1).median()
-        if not change > _SETTLED or 4 * n > MOST_REFINED:
-            return refine, finer
-        refine, coarse, n = 2 * n, finer, 2 * n
-    return refine, None
+        if not change > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:
+            return mesh, finer
+        mesh, coarse, n = replace(mesh, refine=2 * n), finer, 2 * n
+    return mesh, None
 
 
 def _rigid_bodies(scan: xr.Dataset, options: dict[str, Any], say: Stages) -> dict[str, xr.Dataset]:

@@ -29,7 +29,7 @@ _OF_ASPERITIES = ("superpose", "pull_off_map", "rolling")
 _SCALING = (*_OF_ASPERITIES, "direct", "adhesive", "rigid")
 
 #: What contact without adhesion does not read.
-_OF_ADHESION = ("work_of_adhesion", "hamaker_constant", "adhesion_range")
+_OF_ADHESION = ("work_of_adhesion", "hamaker_constant", "retardation", "adhesion_range")
 
 
 @verb

@@ -48,8 +48,8 @@ def scale_dependence(
     seeds: int = 4,
     subregions: Any = (2, 2),
     method: str = "rigid",
-    law: str = "hamaker",
-    preload: float = 0.0,
+    law: str | None = None,
+    preload: Any = None,
     hurst: float | None = None,
 ) -> xr.Dataset:
     """Return the pull-off as a function of the shortest wavelength that the surface has.
@@ -67,10 +67,10 @@ def scale_dependence(
         Contact centres.
     method : {"rigid", "adhesive"}
         Between rigid bodies, or by the simulation with adhesion as `continued` does it.
-    law : str
-        Of `rigid`.
-    preload : float
-        Of the simulation, nN.
+    law : str, optional
+        Of `rigid`, by default "hamaker".
+    preload : number or quantity, optional
+        Of the simulation, nN; by default 0.
     hurst : float, optional
         Hurst exponent of the added roughness; by default that of the scan.
 
@@ -106,18 +106,20 @@ def scale_dependence(
     spectrum = self_affine_fit(ds, hurst=hurst)
     centres = regions.centres(ds, subregions)
     if method == "rigid":
+        schema.refuse_unused("method='rigid'", preload=preload)
+        law = law or "hamaker"
         way = _Rigid(spectrum, count, {"delta": [0.0], "law": law})
         forces = np.stack([_on_surfaces(ds, centres, wave, way) for wave in waves], axis=1)
     else:
-        law = "exponential"
+        schema.refuse_unused("method='adhesive'", law=law)
+        law, preload = "exponential", 0.0 if preload is None else preload
         forces = _simulated(with_hardness(ds)[0], centres, waves, count, preload, known_spectrum(spectrum))
     out = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), forces)})
     pair = {name: ds[name] for name in schema.TRAVELLING if name in ds.coords}
     out = out.assign_coords({**centres.coords, "shortest_kept": waves, "seed": np.arange(count), **pair})
     out.attrs = {"method": method, "law": law} | {str(name): float(spectrum[name]) for name in spectrum.data_vars}
     arguments = {"shortest": waves, "seeds": count, "subregions": subregions, "method": method, "law": law}
-    arguments |= {} if method == "rigid" else {"preload": preload}
-    return schema.record(schema.label(out), "scale_dependence", ds, **arguments, hurst=hurst)
+    return schema.record(schema.label(out), "scale_dependence", ds, **arguments, preload=preload, hurst=hurst)
 
 
 def _simulated(ds, centres, waves, seeds, preload, model) -> np.ndarray:

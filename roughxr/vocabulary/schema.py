@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, is_dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -68,6 +69,7 @@ VARIABLES: dict[str, Variable] = {
         "GPa", "estimated hardness", "of named materials; only reported, nothing yields at it"
     ),
     "hamaker_constant": Variable("nN nm", "Hamaker constant A", "across what lies between; 1 nN nm = 1e-18 J"),
+    "retardation": Variable("nm", "wavelength of retardation", "of van der Waals forces across gaps beyond some 10 nm"),
     "humidity": Variable("1", "relative humidity", "relative vapour pressure of the liquid that condenses"),
     "kelvin_radius": Variable("nm", "Kelvin radius", "of the condensed liquid's surface"),
     "surface_tension": Variable("J m-2", "surface tension of the liquid"),
@@ -430,7 +432,7 @@ PAIR = ("sphere_radius", "contact_modulus", "work_of_adhesion")
 
 #: The same, with what may be assigned beside it.
 TRAVELLING = (
-    *(*PAIR, "adhesion_range", "hamaker_constant", "hardness", "hardness_estimate"),
+    *(*PAIR, "adhesion_range", "hamaker_constant", "retardation", "hardness", "hardness_estimate"),
     *("humidity", "kelvin_radius", "surface_tension", "contact_angle_1", "contact_angle_2"),
     *("liquid_film", "share_under_liquid"),
 )
@@ -920,6 +922,8 @@ def as_json(value: Any, long: Callable[[np.ndarray], Any] = _ends) -> Any:
     """Return ``value`` as something JSON can hold; arrays of more than 64 values as ``long`` shortens them."""
     if isinstance(value, xr.Dataset):
         value = {name: value[name].values for name in value.variables}
+    if is_dataclass(value):
+        value = asdict(value)
     if isinstance(value, Mapping):
         return {str(key): as_json(item, long) for key, item in value.items()}
     if isinstance(value, (str, bool, int, float)) or value is None:

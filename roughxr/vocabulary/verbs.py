@@ -41,7 +41,6 @@ OPTIONS = {name: known.units for name, known in VARIABLES.items() if known.units
     "plane_spacing": "nm",
     "radius": "nm",
     "reach": "nm",
-    "retardation": "nm",
     "shear_strength": "GPa",
     "shift": "nm",
     "shortest": "nm",

@@ -20,7 +20,7 @@ import roughxr
 from roughxr.contact.adhesion import adhesive
 
 #: The limit without range on the pixels as they are.
-by_cells = partial(adhesive, law="griffith", refine=1)
+by_cells = partial(adhesive, law="griffith", mesh=1)
 
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.6747}
 
@@ -30,10 +30,10 @@ def main(refines):
     warnings.simplefilter("ignore", UserWarning)
     scan = roughxr.open_sample("glass").contact.assign_pair(**PAIR)
     delta = np.arange(-2, 17.01, 0.25)
-    by_cells(scan, delta=delta[:3], step=0.25)  # compile
+    by_cells(scan, delta=delta[:3], mesh=roughxr.Mesh(1, step=0.25))  # compile
     for refine in refines:
         start = time.perf_counter()
-        cycle = by_cells(scan, delta=delta, subregions=(8, 8), refine=refine, step=0.25)
+        cycle = by_cells(scan, delta=delta, subregions=(8, 8), mesh=refine)
         seconds = time.perf_counter() - start
         pull = cycle.pull_off_force
         print(
@@ -43,7 +43,7 @@ def main(refines):
     halvings(scan)
     profile = cProfile.Profile()
     with dask.config.set(scheduler="synchronous"):
-        profile.runcall(adhesive, scan, delta=delta, subregions=(8, 8), step=0.25)
+        profile.runcall(adhesive, scan, delta=delta, subregions=(8, 8), mesh=roughxr.Mesh(1, step=0.25))
     pstats.Stats(profile).sort_stats("tottime").print_stats(6)
 
 
@@ -57,10 +57,10 @@ def pressed():
     scan = roughxr.open_sample("glass").contact.assign_pair(**PAIR, adhesion_range=0.3)
     options = {"delta": [4.0], "datum": "first_contact"}
     for law in ("exponential", "griffith"):
-        adhesive(scan, subregions=(1, 1), law=law, refine=1, **options)  # compile
+        adhesive(scan, subregions=(1, 1), law=law, mesh=1, **options)  # compile
     for law, refine in PRESSED:
         wall, processor = time.perf_counter(), time.process_time()
-        cycle = adhesive(scan, subregions=(8, 8), law=law, refine=refine, **options)
+        cycle = adhesive(scan, subregions=(8, 8), law=law, mesh=refine, **options)
         wall, processor = time.perf_counter() - wall, time.process_time() - processor
         pull, ends = cycle.pull_off_force, int(cycle.complete.sum())
         print(
@@ -75,7 +75,7 @@ def halvings(scan, steps=(0.5, 0.25, 0.125, 0.0625, 0.01)):
     before = None
     for step in steps:
         began = time.process_time()
-        cycle = by_cells(scan, delta=[4.0], subregions=(8, 8), datum="first_contact", step=step)
+        cycle = by_cells(scan, delta=[4.0], subregions=(8, 8), datum="first_contact", mesh=roughxr.Mesh(1, step=step))
         seconds, force = time.process_time() - began, cycle.pull_off_force.values
         line = f"step {step:5g} nm: {seconds:4.1f} s of processor time, mean {force.mean():.1f} nN"
         if before is not None:

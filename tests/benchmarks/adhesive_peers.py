@@ -37,9 +37,7 @@ def window(place):
         sphere_radius=3000, contact_modulus=MODULUS, work_of_adhesion=WORK
     )
     here = roughxr.regions.centres(scan, (8, 8)).isel(subregion=[place])
-    asked = problem.read_problem(
-        scan, here, delta=[DEPTH], datum="first_contact", profile="sphere", refine=REFINE, yielding=False
-    )
+    asked = problem.read_problem(scan, here, delta=[DEPTH], datum="first_contact", refine=REFINE)
     (where,), _ = problem.places(scan, here, 1000.0)
     separation = problem.surface_at(where, asked).separation
     first = [min(max(k - SIDE // 2, 0), n - SIDE) for k, n in zip(_lowest(separation), separation.shape)]

@@ -18,9 +18,10 @@ import warnings
 import numpy as np
 import xarray as xr
 
+from roughxr.contact.mesh import Mesh
 from roughxr.scans.synthetic import self_affine
 
-QUICK = {"refine": 1, "step": 0.5, "law": "exponential"}
+QUICK = {"mesh": Mesh(1, step=0.5), "law": "exponential"}
 WORKS, RMS, MEASURED, NOISE, CALIBRATION = (0.05, 0.2), (1.0, 1.5), 12, 0.05, 0.1
 
 

@@ -282,11 +282,11 @@ def print_rooms():
         return tiles(*arguments)
 
     catalogue.join_tiles = counted
-    adhesive = passed(lambda: roughxr.adhesive(scan, subregions=(2, 1), refine=1, step=1.0))
+    adhesive = passed(lambda: roughxr.adhesive(scan, subregions=(2, 1), mesh=roughxr.Mesh(1, step=1.0)))
     print(f"adhesive: a scan passes {len(adhesive)} functions")
     searched[0] = 0
     with tempfile.TemporaryDirectory() as folder:
-        run = passed(lambda: roughxr.run(scan, Path(folder) / "run.nc", subregions=(2, 1), refine=1, budget=1))
+        run = passed(lambda: roughxr.run(scan, Path(folder) / "run.nc", subregions=(2, 1), mesh=1, budget=1))
     asked = sum(count for name, count in run.items() if name == "catalogue.asperities")
     print(f"run: a scan passes {len(run)} functions; asperities asked for {asked} times, searched {searched[0]} times")
 

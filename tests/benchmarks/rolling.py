@@ -92,7 +92,7 @@ def accuracy():
     """Print the errors of the largest moment."""
     pull = 1.5 * np.pi * 0.1 * 100.0
     contact = (9 * np.pi * 0.1 * 100.0**2 / (8 * 39.4)) ** (1 / 3)
-    centre = {"subregions": ([0.0], [0.0]), "profile": "parabola"}
+    centre = {"subregions": ([0.0], [0.0])}
     one = asperities_at(np.zeros(1), np.zeros(1)).contact.rolling(directions=8, **centre)
     print(f"one asperity: off by {float(abs(one.resisting_moment / (ONE * pull * contact) - 1).max()):.1e}")
     for count in (12, 60, 240):
@@ -107,7 +107,7 @@ def from_pressures(scan):
     places = ([1562.5, 2812.5, 3437.5, 937.5], [1562.5, 2187.5, 3437.5, 2187.5])
     pair = scan.contact.assign_pair(sphere_radius=3000, contact_modulus=39.4, work_of_adhesion=0.5)
     deltas = np.arange(-3.0, 3.5, 0.25)
-    how = {"law": "exponential", "refine": 2, "step": 0.25, "accuracy": None, "datum": "first_contact"}
+    how = {"law": "exponential", "mesh": 2, "datum": "first_contact"}
     states = pair.contact.adhesive(delta=deltas, fields=True, subregions=places, **how)
     own = states.contact.rolling()
     superposed = pair.contact.rolling(subregions=places)

@@ -1,6 +1,6 @@
 """Does the error that the adhesive simulation states of its pull-off cover the true one?
 
-Places of the glass twin, and of a rough surface on which nothing was tuned, are solved with ``refine="auto"`` and
+Places of the glass twin, and of a rough surface on which nothing was tuned, are solved with ``mesh="auto"`` and
 ``accuracy``; true is what a mesh of eight cells to a pixel says in half the steps. Printed are the share of places
 whose stated error covers the difference and how large both are. A quarter of an hour on two cores.
 
@@ -28,8 +28,8 @@ def surfaces():
 def covered(scan, places, accuracy):
     """Return the stated and the true errors of the places whose cycles are complete."""
     some = regions.sample(regions.centres(scan, (8, 8)), places)
-    told = scan.contact.adhesive(subregions=some, accuracy=accuracy)
-    true = scan.contact.adhesive(subregions=some, refine=8, step=0.125).pull_off_force
+    told = scan.contact.adhesive(subregions=some, mesh=roughxr.Mesh(accuracy=accuracy))
+    true = scan.contact.adhesive(subregions=some, mesh=roughxr.Mesh(8, step=0.125)).pull_off_force
     error = abs(told.pull_off_force / true - 1).values
     known = np.isfinite(error) & np.isfinite(told.pull_off_error.values)
     return told.pull_off_error.values[known], error[known], told.refinement.values

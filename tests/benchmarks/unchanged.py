@@ -164,22 +164,22 @@ def pull_off_maps():
 
 def adhesive(ds, **options):
     """Return a cycle in the limit without range on the scan's own pixels, unless the options say otherwise."""
-    return roughxr.adhesive(ds, **{"law": "griffith", "refine": 1} | options)
+    return roughxr.adhesive(ds, **{"law": "griffith", "mesh": 1} | options)
 
 
 def adhesion():
     """Yield adhesive cycles, small ones."""
     ds = glass()
-    options = {"delta": [1.0, 4.0], "datum": "first_contact", "step": 0.5}
+    options = {"delta": [1.0, 4.0], "datum": "first_contact", "mesh": roughxr.Mesh(1, step=0.5)}
     yield "griffith", adhesive(ds, subregions=(3, 3), **options)
-    yield "from the datum", adhesive(ds, subregions=(2, 2), delta=[4.0, 12.0], step=0.5)
+    yield "from the datum", adhesive(ds, subregions=(2, 2), delta=[4.0, 12.0], mesh=roughxr.Mesh(1, step=0.5))
     rough = made((64, 64))
     yield "fields", adhesive(rough, subregions=([190.0], [180.0]), fields=True, **options)
-    yield "refined", adhesive(rough, subregions=([190.0], [180.0]), refine=2, **options)
-    yield "flat", adhesive(flat(9.77, 65), delta=[0.0, 2.0], step=0.5)
+    yield "refined", adhesive(rough, subregions=([190.0], [180.0]), **options | {"mesh": roughxr.Mesh(2, step=0.5)})
+    yield "flat", adhesive(flat(9.77, 65), delta=[0.0, 2.0], mesh=roughxr.Mesh(1, step=0.5))
     for law, reach in (("dugdale", 0.5), ("exponential", 0.75)):
         weak = roughxr.assign_pair(made((48, 48)), sphere_radius=300, contact_modulus=20.0, work_of_adhesion=0.3)
-        small = {"delta": [0.5, 1.5], "datum": "first_contact", "step": 0.25, "law": law}
+        small = {"delta": [0.5, 1.5], "datum": "first_contact", "law": law}
         weak = weak.assign_coords(adhesion_range=reach)
         yield law, adhesive(weak, subregions=([140.0], [150.0]), **small)
         yield f"{law} fields", adhesive(weak, subregions=([100.0], [100.0]), fields=True, **small)
@@ -225,7 +225,7 @@ def varied():
     adhering = pairs | {"work_of_adhesion": [0.0, 0.5, 1.0]}
     yield "superpose", roughxr.vary(catalogue, roughxr.superpose, **adhering, delta=[0.0, 2.0], subregions=(3, 3))
     yield "pull_off_map", roughxr.vary(catalogue, roughxr.pull_off_map, **adhering, subregions=(5, 5))
-    small = {"delta": [1.0], "step": 0.5, "subregions": ([190.0], [180.0]), "datum": "first_contact"}
+    small = {"delta": [1.0], "mesh": roughxr.Mesh(step=0.5), "subregions": ([190.0], [180.0]), "datum": "first_contact"}
     yield "adhesive", roughxr.vary(ds, roughxr.adhesive, work_of_adhesion=[0.2, 0.5], contact_modulus=[30.0], **small)
 
 

@@ -63,7 +63,7 @@ def row(name, ds, places, exact=None, finer=None, **options):
     found = ds.contact.adhesive(subregions=places, law="griffith", **options)
     spent = time.process_time() - begin
     if exact is None:
-        exact = ds.contact.adhesive(subregions=places, law="griffith", refine=finer).pull_off_force.values
+        exact = ds.contact.adhesive(subregions=places, law="griffith", mesh=finer).pull_off_force.values
     ratio, stated = found.pull_off_force.values / exact, found.pull_off_error.values
     held = np.mean(np.abs(1 / ratio - 1) <= stated)
     figures = f"{np.round(ratio, 4)}, stated {np.round(stated, 3)}, covered {held:.0%}"
@@ -75,7 +75,7 @@ def spheres(cells):
     off, held = [], []
     for place in MORE:
         ds, exact = bump(cells, place)
-        found = ds.contact.adhesive(subregions=([0.0], [0.0]), law="griffith", refine=1)
+        found = ds.contact.adhesive(subregions=([0.0], [0.0]), law="griffith", mesh=1)
         off.append(float(found.pull_off_force[0]) / exact - 1)
         held.append(abs(1 / (1 + off[-1]) - 1) <= float(found.pull_off_error[0]))
     mean, square, largest = np.mean(off), np.sqrt(np.mean(np.square(off))), np.abs(off).max()
@@ -88,9 +88,9 @@ def spheres(cells):
 
 def rough(name, ds, places):
     """Print how far rough places are off on single meshes, from one of eight cells to a pixel."""
-    finest = ds.contact.adhesive(subregions=places, law="griffith", refine=8).pull_off_force.values
+    finest = ds.contact.adhesive(subregions=places, law="griffith", mesh=8).pull_off_force.values
     for refine in (1, 2, 4):
-        row(f"{name}, refine={refine}", ds, places, finest, refine=refine)
+        row(f"{name}, refine={refine}", ds, places, finest, mesh=refine)
 
 
 def main():
@@ -103,11 +103,11 @@ def main():
     row("sphere, 5 cells, default settings", ds, middle, exact)
     for ratio in (5.0, 10.0):
         ds, exact = bump(10.0, PLACES[2], ratio)
-        row(f"ellipse {ratio:g}", ds, middle, exact, refine=2)
+        row(f"ellipse {ratio:g}", ds, middle, exact, mesh=2)
     for modulus, work in ((2e-3, 0.05), (0.5, 0.05), (3.0, 0.1)):
         ds, exact = bump(10.0, PLACES[2], radius=10000.0, modulus=modulus, work=work)
-        row(f"sphere, E* {modulus:g} GPa", ds, middle, exact, refine=1)
-    row("four bumps", four_bumps(), middle, finer=4, preload=500.0, refine=2)
+        row(f"sphere, E* {modulus:g} GPa", ds, middle, exact, mesh=1)
+    row("four bumps", four_bumps(), middle, finer=4, preload=500.0, mesh=2)
     made = roughxr.synthetic.self_affine((256, 256), 10.0, rms=3, hurst=0.8, rolloff=500, cutoff=50, seed=11)
     for name, scan, work in (("glass twin", roughxr.open_sample("glass"), 1.35), ("self-affine", made, 0.5)):
         ds = scan.contact.assign_pair(sphere_radius=3000, contact_modulus=39.4, work_of_adhesion=work)
@@ -117,7 +117,7 @@ def main():
         ds = made.contact.assign_pair(sphere_radius=2000, contact_modulus=30, work_of_adhesion=work)
         rough(f"Hurst {hurst:g}", ds, roughxr.regions.sample(roughxr.regions.centres(ds, (8, 8)), 12))
     ds, exact = bump(100.0, PLACES[2])
-    row("sphere, 100 cells", ds, middle, exact, refine=1)
+    row("sphere, 100 cells", ds, middle, exact, mesh=1)
 
 
 if __name__ == "__main__":

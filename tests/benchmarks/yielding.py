@@ -119,7 +119,7 @@ def superposed_rows():
     scan = roughxr.open_sample("glass")
     pair = {"sphere_radius": 1000.0, "contact_modulus": MODULUS, "work_of_adhesion": 0.06}
     how = {"subregions": (3, 3)}
-    solve = {"refine": 2, "step": 0.1, "law": "exponential", "accuracy": None}
+    solve = {"mesh": roughxr.Mesh(2, step=0.1), "law": "exponential"}
     for hardness in (None, 6.0, 1.5):
         bodies = roughxr.assign_pair(scan, hardness=hardness, **pair)
         for preload in (1000.0, 5000.0):

@@ -75,7 +75,7 @@ def _pair(scan: xr.Dataset, given: dict[str, Any]) -> list[str]:
             parts += [f"--{name.replace('_', '-')}", *_listed(given[name])]
     else:
         parts += ["--contact-modulus", repr(modulus)]
-    for name in ("adhesion_range", "hamaker_constant", "hardness"):
+    for name in ("adhesion_range", "hamaker_constant", "retardation", "hardness"):
         if name in scan.coords:
             parts += [f"--{name.replace('_', '-')}", repr(float(scan[name]))]
     if schema.is_wet(scan):
@@ -103,7 +103,8 @@ def _adhesion(given: dict[str, Any]) -> list[str]:
     parts = ["--law", given["law"]] if "law" in given else []
     if given.get("preload"):
         parts += ["--preload", *_listed(given["preload"])]
-    return parts + (["--refine", str(given["refine"])] if isinstance(given.get("refine"), int) else [])
+    refine = given.get("mesh", {}).get("refine")
+    return parts + (["--mesh", str(refine)] if isinstance(refine, int) else [])
 
 
 def _places(direct: dict[str, Any]) -> list[str]:

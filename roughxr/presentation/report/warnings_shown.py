@@ -69,11 +69,7 @@ def _coarse(run: Run) -> str:
         return ""
     change = float(np.abs(mesh_change(run)).median())
     words = f"On a mesh twice as fine in half the steps the pull-off differs by {percent(change)} in the median"
-    return (
-        f"{words}: the main numbers are no better than that; take a larger refine (--refine)."
-        if change > _COARSE
-        else ""
-    )
+    return f"{words}: the main numbers are no better than that; take a finer mesh (--mesh)." if change > _COARSE else ""
 
 
 @verb

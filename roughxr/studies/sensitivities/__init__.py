@@ -7,8 +7,8 @@ verb           `sensitivity`, by either method
 budget         `error_budget`: the known uncertainties of the simulated pull-off
 """
 
-from .budget import cut_off_waves, error_budget
+from .budget import budget_of, cut_off_waves, error_budget
 from .changes import SETTINGS, SIMULATED
 from .verb import sensitivity
 
-__all__ = ["SETTINGS", "SIMULATED", "cut_off_waves", "error_budget", "sensitivity"]
+__all__ = ["SETTINGS", "SIMULATED", "budget_of", "cut_off_waves", "error_budget", "sensitivity"]

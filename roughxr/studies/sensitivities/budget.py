@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 
 from ...asperity.catalogue import asperities
+from ...contact.mesh import COARSE, Mesh, mesh_of
 from ...contact.rigid_bodies import rigid
 from ...scans import regions, self_affine_fit
 from ...scans.tip import tip_flags
@@ -71,15 +72,11 @@ class _Entry(NamedTuple):
 def error_budget(
     ds: xr.Dataset,
     *,
-    solved: xr.Dataset | None = None,
-    changes: xr.Dataset | None = None,
-    scales: xr.Dataset | None = None,
     subregions: Any = None,
     places: int = 4,
     preload: Any = 0.0,
     law: str = "auto",
-    refine: int | str = "auto",
-    step: Any = 0.4,
+    mesh: Mesh | int | str | None = None,
     settings: Mapping[str, Sequence] | None = None,
     seeds: int = 2,
     tip_radius: Any = 10.0,
@@ -90,17 +87,11 @@ def error_budget(
     ----------
     ds : Dataset
         A scan in memory with an adhesive pair.
-    solved : Dataset, optional
-        The result of `adhesive` at all places, for the entry of sampling; by default the sample is used.
-    changes : Dataset, optional
-        The result of `sensitivity` with method="adhesive", by default computed here.
-    scales : Dataset, optional
-        The result of `cut_off_waves`, by default computed here.
     subregions : (int, int), (array, array) or Dataset, optional
-        Contact centres, by default those of ``solved``.
+        Contact centres, see `regions.centres`.
     places : int
         Number of centres, spread evenly, at which each change is solved again.
-    preload, law, refine, step
+    preload, law, mesh
         Options of `adhesive`, as for `sensitivity`.
     settings : mapping of str to sequence, optional
         The uncertainty of each factor, see `sensitivity`: a factor that is left out is not computed, and one that is
@@ -124,7 +115,7 @@ def error_budget(
     Raises
     ------
     ValueError
-        If no pair with adhesion is assigned, or ``changes`` or ``scales`` are results of something else.
+        If no pair with adhesion is assigned.
 
     Notes
     -----
@@ -140,22 +131,26 @@ def error_budget(
     >>> import roughxr
     >>> scan = roughxr.synthetic.self_affine((48, 48), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
     >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1)
-    >>> options = {"settings": {"surface energy": [0.9, 1.1]}, "places": 1, "seeds": 0, "law": "griffith", "step": 1}
+    >>> options = {"settings": {"surface energy": [0.9, 1.1]}, "places": 1, "seeds": 0, "law": "griffith"}
     >>> budget = error_budget(scan, **options)
     >>> bool(budget.relative_error.sel(entry="work of adhesion") > 0.05), budget.how.sel(entry="mesh").item()
     (True, 'not computed: left out of the settings')
     """
     ds = schema.validate(ds, "scan")
-    centres = regions.centres(ds, solved if subregions is None and solved is not None else subregions)
-    how = {"subregions": centres, "preload": preload, "law": law, "refine": refine, "step": step}
-    if changes is None:
-        some = {"subregions": regions.sample(centres, whole_number(places, "places", least=1))}
-        changes = sensitivity(ds, method="adhesive", settings=settings, **how | some)
-    if "pull_off_change" not in changes:
-        raise ValueError("changes: expected what sensitivity(method='adhesive') returns, found no pull_off_change")
-    if scales is None and whole_number(seeds, "seeds", least=0):
-        scales = cut_off_waves(ds, seeds=seeds, places=places, subregions=centres, preload=preload)
-    pulls = (changes.isel(case=0) if solved is None else solved)["pull_off_force"]
+    some = regions.sample(regions.centres(ds, subregions), whole_number(places, "places", least=1))
+    how = {"preload": preload, "law": law, "mesh": mesh_of(mesh, COARSE)}
+    changes = sensitivity(ds, method="adhesive", subregions=some, settings=settings, **how)
+    scales = None
+    if whole_number(seeds, "seeds", least=0):
+        scales = cut_off_waves(ds, seeds=seeds, places=places, subregions=some, preload=preload)
+    out = budget_of(ds, changes, scales, tip_radius=tip_radius)
+    how |= {"subregions": subregions, "places": places, "settings": settings, "seeds": seeds}
+    return schema.record(out, "error_budget", ds, **how)
+
+
+def budget_of(ds: xr.Dataset, changes: xr.Dataset, scales: Any, *, pulls: Any = None, tip_radius: Any = 10.0):
+    """Return the budget of what `sensitivity` and `cut_off_waves` found, with all places' pull-offs if given."""
+    pulls = changes["pull_off_force"].isel(case=0) if pulls is None else pulls
     pulls = pulls.isel(preload=0) if "preload" in pulls.dims else pulls
     entries = {SAMPLING: _sampling(pulls)}
     entries |= {entry: _of_changes(changes, *told) for entry, told in CHANGED.items()}
@@ -168,11 +163,9 @@ def error_budget(
     out = _budget(entries).assign(_known(ds, changes, pulls, positive(tip_radius, "nm", "tip_radius")))
     out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
     shown = float(out["shortest_wavelength"])
-    out.attrs = {"law": changes.attrs.get("law", law), "places": changes.sizes["subregion"]}
+    out.attrs = {"law": changes.attrs["law"], "places": changes.sizes["subregion"]}
     out.attrs |= {"condition": _condition(shown), "resolved": _resolved(float(out["contact_radius_pixels"]))}
-    arguments = {name: how[name] for name in ("preload", "law", "refine", "step")}
-    arguments |= {"places": places, "settings": settings, "seeds": seeds}
-    return schema.record(schema.label(out), "error_budget", ds, subregions=subregions, **arguments)
+    return schema.label(out)
 
 
 def cut_off_waves(
@@ -249,8 +242,6 @@ def _of_short_waves(scales: xr.Dataset | None) -> _Entry:
     """Return the change when the scan's spectrum is continued by one octave."""
     if scales is None:
         return _Entry(np.nan, "not computed: left out, no sphere, or a scan without a spectrum to continue")
-    if "shortest_kept" not in scales.dims:
-        raise ValueError("scales: expected what cut_off_waves returns, found no dimension 'shortest_kept'")
     means = mean_over_waves(scales)
     shown = scales.attrs["shortest_wavelength"]
     least = means.isel(shortest_kept=0)

@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...contact.adhesion import MOST_REFINED, adhesive
+from ...contact.adhesion import adhesive
 from ...contact.cycle import EDGED, largest_cell
+from ...contact.mesh import MOST_REFINED, Mesh
 from ...jobs.progress import say
 from ...vocabulary import schema
 from ..short_waves import quietly
@@ -29,26 +30,26 @@ class Simulation(NamedTuple):
     places: xr.Dataset
     preload: float  # nN
     law: str
-    step: float  # nm
-    refine: int | str  # cells along a side of a pixel, in the base case
+    mesh: Mesh  # of the base case
 
 
 class _Solver:
     """Solves the base case, once on each mesh, and cases that differ from it."""
 
     def __init__(self, ds: xr.Dataset, way: Simulation):
-        found = quietly(adhesive, ds, accuracy=None, refine=way.refine, **_options(way))
+        found = quietly(adhesive, ds, mesh=way.mesh, **_options(way))
         self.ds, self.way, self.refine = ds, way._replace(law=found.attrs["law"]), int(found["refinement"].max())
         self._base = {self.refine: found["pull_off_force"]}
         self.resolution = float(found["pull_off_resolution"].median()) / self.refine
 
-    def pull(self, ds: xr.Dataset, refine: int, **changed: Any) -> xr.DataArray:
-        """Return the pull-off at each place (nN)."""
+    def pull(self, ds: xr.Dataset, refine: int, times: float = 1.0, **changed: Any) -> xr.DataArray:
+        """Return the pull-off at each place (nN), with steps so many times as long."""
         if refine > MOST_REFINED:
             raise ValueError(
                 f"it needs cells {refine} times finer than the pixels, at most {MOST_REFINED} times is done"
             )
-        return quietly(adhesive, ds, refine=refine, **{**_options(self.way), **changed})["pull_off_force"]
+        mesh = Mesh(refine, step=times * self.way.mesh.step)
+        return quietly(adhesive, ds, mesh=mesh, **{**_options(self.way), **changed})["pull_off_force"]
 
     def base(self, refine: int) -> xr.DataArray:
         """Return the base case's pull-off on a mesh."""
@@ -86,7 +87,7 @@ def simulated(ds: xr.Dataset, cases: Sequence[Case], way: Simulation) -> xr.Data
 
 
 def _options(way: Simulation) -> dict[str, Any]:
-    return {"subregions": way.places, "preload": way.preload, "law": way.law, "step": way.step}
+    return {"subregions": way.places, "preload": way.preload, "law": way.law}
 
 
 def _row(case: Case, solver: _Solver) -> xr.Dataset:
@@ -120,7 +121,7 @@ def _solved(case: Case, words: str, ds: xr.Dataset, solver: _Solver) -> tuple[st
     if case.factor == "mesh":
         return words, solver.base(case.value * n), solver.base(n), case.value * n
     if case.factor == "step":
-        return words, solver.pull(ds, n, step=case.value * way.step), solver.base(n), n
+        return words, solver.pull(ds, n, case.value), solver.base(n), n
     if case.factor == "preload":
         more = case.value * float(solver.base(n).mean())
         return f"+ {more:.3g} nN", solver.pull(ds, n, preload=way.preload + more), solver.base(n), n

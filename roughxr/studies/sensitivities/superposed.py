@@ -11,6 +11,7 @@ import xarray as xr
 from ...asperity.catalogue import asperities
 from ...asperity.superposition import superpose
 from ...bodies.liquid import menisci_of, work_of
+from ...bodies.materials import elastic
 from ...scans.tip import tip_flags
 from ...statistics import bootstrap, pull_off
 from ...vocabulary import schema
@@ -45,8 +46,8 @@ def _computed(case: Case, sweep: Sweep, image: xr.Dataset) -> xr.Dataset:
     vertex = case.value if case.factor == "vertex" else "fitted"
     words, scan = case.changed()
     catalogue = asperities(scan, patch=patch, vertex=vertex)
-    options = {"datum": "first_contact", "yielding": False}
-    pull = pull_off(superpose(catalogue, delta=sweep.deltas, subregions=sweep.places, **options))
+    summed = superpose(elastic(catalogue), delta=sweep.deltas, subregions=sweep.places, datum="first_contact")
+    pull = pull_off(summed)
     found = bootstrap(pull, "pull_off_force", statistics=["mean", "std", "q50"]).drop_vars("independent_places")
     ends = found.sel(resampling="block", statistic="mean")
     values = {

@@ -12,9 +12,10 @@ import xarray as xr
 
 from ...bodies.liquid import work_of
 from ...bodies.materials import range_of
+from ...contact.mesh import COARSE, Mesh, mesh_of
 from ...scans import regions
 from ...vocabulary import schema
-from ...vocabulary.units import magnitude, positive
+from ...vocabulary.units import magnitude
 from ...vocabulary.verbs import verb
 from .changes import CHANGES, OF_FITS, OF_LIQUID, OF_SOLVES, OF_YIELD, SETTINGS, SIMULATED, cases
 from .simulated import Simulation, simulated
@@ -32,8 +33,7 @@ def sensitivity(
     settings: Mapping[str, Sequence] | None = None,
     preload: Any = None,
     law: str | None = None,
-    refine: int | str | None = None,
-    step: Any = None,
+    mesh: Mesh | int | str | None = None,
 ) -> xr.Dataset:
     """Return how the pull-off force changes with each assumption.
 
@@ -55,9 +55,9 @@ def sensitivity(
         finer), "step" (factor), "preload" (in mean pull-offs, added), "interpolation" ("waves": heights between the
         pixels by cosine series in place of splines), "range of adhesion" and "hardness" (factors; the last by default
         where one is assigned, and on request of the one estimated for named materials, at which they then yield).
-    preload, law, refine, step
-        For "adhesive", see there: by default 0 nN, "auto", "auto" (the coarsest mesh on which the law can be solved)
-        and 0.4 nm.
+    preload, law, mesh
+        For "adhesive", see there: by default 0 nN, "auto" and ``Mesh(accuracy=None, step=0.4)``, the coarsest mesh on
+        which the law can be solved.
 
     Returns
     -------
@@ -95,17 +95,16 @@ def sensitivity(
             )
     centres = regions.centres(ds, subregions)
     if method == "superpose":
-        schema.refuse_unused("method='superpose'", preload=preload, law=law, refine=refine, step=step)
+        schema.refuse_unused("method='superpose'", preload=preload, law=law, mesh=mesh)
         tried = cases(ds, SETTINGS | wet if settings is None else settings)
         out, arguments = superposed(ds, tried, Sweep(centres, sweep_of(ds))), {}
     else:
         load = magnitude(0.0 if preload is None else preload, "nN", "preload")
-        longest = positive(0.4 if step is None else step, "nm", "step")
-        way = Simulation(centres, load, law or "auto", longest, refine or "auto")
+        way = Simulation(centres, load, law or "auto", mesh_of(mesh, COARSE))
         usual = SIMULATED | (OF_YIELD if "hardness" in ds.coords else {}) | wet
         tried = cases(_with_range(ds), usual if settings is None else settings)
         out = simulated(tried[0].ds, tried, way)
-        arguments = {name: getattr(way, name) for name in ("preload", "law", "refine", "step")}
+        arguments = {name: getattr(way, name) for name in ("preload", "law", "mesh")}
     out = out.assign_coords(factor=("case", [case.factor for case in tried])).assign_attrs(method=method)
     arguments |= {"method": method, "settings": settings}
     return schema.record(schema.label(out), "sensitivity", ds, subregions=subregions, **arguments)

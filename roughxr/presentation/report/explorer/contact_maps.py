@@ -11,6 +11,7 @@ import xarray as xr
 
 from ....contact.adhesion import adhesive
 from ....contact.elastic import direct
+from ....contact.mesh import Mesh
 from ....jobs.progress import Progress
 from ....jobs.records import BRANCHES
 from ....scans import regions
@@ -80,9 +81,8 @@ def _without(at: Placed, one: xr.Dataset, loops: int) -> list[Frames | None]:
     if "delta" not in one.dims:
         return [None] * at.count
     given = asked(one, "direct")
-    how = {name: given[name] for name in ("datum", "yielding") if name in given}
+    how = {"datum": given.get("datum", "highest_peak"), "delta": one["delta"].values, "fields": True}
     scan, offset = with_pair(at.run["scan"], one), at.shift(one)
-    how |= {"delta": one["delta"].values, "fields": True}
 
     def solved(k: int) -> Frames | None:
         return _frames(direct(scan, subregions=at.places.isel(subregion=[k]), **how).isel(subregion=0), offset[k])
@@ -98,15 +98,15 @@ def _with_adhesion(at: Placed, one: xr.Dataset, loops: int) -> list[Frames | Non
     if "preload_delta" not in one or "delta" in one.dims or float(one.coords.get("cycle", 1)) > 1 or loops == 0:
         return none
     scan, offset, given = with_pair(at.run["scan"], one), at.shift(one), asked(one, "adhesive")
-    how = {name: given[name] for name in ("yielding", "step") if name in given}
-    how |= {"law": one.attrs["law"], "datum": one.attrs["datum"], "accuracy": None, "fields": True}
+    how = {"law": one.attrs["law"], "datum": one.attrs["datum"], "fields": True}
+    step = given.get("mesh", {}).get("step", Mesh().step)
 
     def followed(k: int) -> Frames | None:
         place = one.isel(subregion=[k])
         delta = _along(place)
         if delta is None:
             return None
-        loop = adhesive(scan, subregions=place, delta=delta, refine=int(place["refinement"][0]), **how)
+        loop = adhesive(scan, subregions=place, delta=delta, mesh=Mesh(int(place["refinement"][0]), None, step), **how)
         return _frames(loop.isel(subregion=0), offset[k]) if bool(loop["complete"][0]) else None
 
     some = regions.sample(at.places.assign_coords(order=("subregion", np.arange(len(none)))), loops)
