@@ -2,7 +2,7 @@
 
 ``python datasets/calibrate_glass.py`` prints the table for the glass that comes with the library.
 ``python datasets/calibrate_glass.py --search 200`` tries as many random models and prints the best of them;
-from such a search the model in ``roughxr.synthetic`` was rounded and varied by hand, over some sixty seeds.
+from such a search the model in ``roughxr.scans.synthetic`` was rounded and varied by hand, over some sixty seeds.
 
 A figure "fits" within its tolerance or does not; those that the search weighs, through the published formulas, are
 marked with a star: that they fit shows how well they were fitted, and nothing else. Those without were not fitted.

@@ -114,7 +114,7 @@ def _explored(app, error):
         return
     pair = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "work_of_adhesion": 0.1}
     scan = roughxr.assign_pair(roughxr.open_sample("glass"), **pair)
-    places = roughxr.regions.centres(scan, (4, 4))
+    places = roughxr.scans.regions.centres(scan, (4, 4))
     how = {"law": "griffith", "refine": 2, "subregions": places}
     groups = {
         "scan": scan,

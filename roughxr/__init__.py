@@ -30,8 +30,7 @@ if TYPE_CHECKING:
 _SHORT = {
     f"{__name__}.{where.rpartition('.')[2]}": f"{__name__}.{where}"
     for where in (
-        *("contact.reference", "files.archive", "presentation.figures", "presentation.report"),
-        *("scans.regions", "scans.synthetic", "vocabulary.schema"),
+        *("contact.reference", "files.archive", "presentation.figures", "presentation.report", "vocabulary.schema"),
     )
 }
 

@@ -21,14 +21,12 @@ from .bodies import probes
 from .bodies.materials import assign_pair
 from .contact.adhesion import adhesive
 from .contact.elastic import direct
-from .contact.estimates import tabor
 from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
-from .detachment import critical_load, resting, resuspension, to_dem
-from .measured import compare, curves_pull_off, fit_pair
+from .detachment import critical_load, resting, resuspension
+from .measured import compare, fit_pair
 from .presentation import exports, figures
 from .presentation.answer import answer
-from .scans import tip
 from .studies.continuation import continued
 from .studies.parameter_grid import vary
 from .studies.sensitivities import error_budget, sensitivity
@@ -76,19 +74,9 @@ class ContactAccessor:
     assign_pair = _method(assign_pair)
     level = _method(scans.level)
     fill = _method(scans.fill)
-    crop = _method(scans.crop)
-    resample = _method(scans.resample)
-    rotate90 = _method(scans.rotate90)
-    dilate = _method(tip.dilate)
-    erode = _method(tip.erode)
-    smooth = _method(scans.smooth)
     fit_sphere = _method(probes.fit_sphere)
     placements = _method(probes.placements)
-    add_fine_roughness = _method(scans.add_fine_roughness)
     roughness = _method(scans.roughness)
-    power_spectrum = _method(scans.power_spectrum)
-    autocorrelation = _method(scans.autocorrelation)
-    self_affine_fit = _method(scans.self_affine_fit)
 
     # contact
     asperities = _method(asperities)
@@ -114,28 +102,19 @@ class ContactAccessor:
     # statistics
     answer = _method(answer)
     pull_off = _method(statistics.pull_off)
-    tabor = _method(tabor)
-    tip_flags = _method(tip.tip_flags)
     pdf = _method(statistics.pdf)
-    cdf = _method(statistics.cdf)
     fit = _method(statistics.fit)
     summary = _method(statistics.summary)
     bootstrap = _method(statistics.bootstrap)
     pooled = _method(statistics.pooled)
-    reduction = _method(statistics.reduction)
-    debris = _method(statistics.debris)
 
     # measured
     compare = _method(compare)
-    curves_pull_off = _method(curves_pull_off)
     fit_pair = _method(fit_pair)
 
     vary = _method(vary)
     plot = _method(figures.plot)
 
-    # files for others
-    to_file = _method(scans.to_file)
-    to_dem = _method(to_dem)
     to_table = _method(exports.to_table)
 
 
@@ -147,19 +126,17 @@ def _assigned(ds: xr.Dataset) -> list[str]:
 #: Verbs by task, and the kinds of Dataset that they take, see `_kinds`.
 _TASKS: tuple[tuple[str, set[str], str], ...] = (
     ("the bodies", {"scan"}, "assign_pair fit_sphere placements"),
-    ("the scan", {"scan"}, "level fill crop resample rotate90 smooth dilate erode add_fine_roughness"),
-    ("its roughness", {"scan"}, "roughness power_spectrum autocorrelation self_affine_fit asperities"),
-    ("its asperities", {"asperities"}, "reconstruct tip_flags"),
+    ("the scan", {"scan"}, "level fill"),
+    ("its roughness", {"scan"}, "roughness asperities"),
+    ("its asperities", {"asperities"}, "reconstruct"),
     ("how hard it presses and sticks", {"scan"}, "adhesive continued direct rigid resting"),
-    ("the same by single asperities", {"scan", "asperities"}, "superpose pull_off_map rolling tabor"),
+    ("the same by single asperities", {"scan", "asperities"}, "superpose pull_off_map rolling"),
     ("which model, and how sure", {"scan"}, "regime formulas vary sensitivity error_budget scale_dependence"),
-    ("the answer", {"force", "pull_off"}, "answer pull_off reduction debris"),
-    ("over all places", {"samples", "map"}, "summary bootstrap pooled pdf cdf fit"),
-    ("coming off", {"moments"}, "critical_load resuspension to_dem"),
+    ("the answer", {"force", "pull_off"}, "answer pull_off"),
+    ("over all places", {"samples", "map"}, "summary bootstrap pooled pdf fit"),
+    ("coming off", {"moments"}, "critical_load resuspension"),
     ("beside what was measured", {"pull_off"}, "compare fit_pair"),
-    ("force curves", {"curves"}, "curves_pull_off"),
     ("pictures and tables", {"any"}, "plot to_table"),
-    ("files for others", {"scan"}, "to_file"),
 )
 
 
@@ -172,7 +149,6 @@ def _kinds(ds: xr.Dataset) -> set[str]:
         "force": "force" in ds,
         "pull_off": "pull_off_force" in ds,
         "moments": "resisting_moment" in ds,
-        "curves": "sample" in ds.dims,
         "samples": bool({"subregion", "asperity"} & set(ds.dims)),
     }
     return {"any"} | {kind for kind, fits in signs.items() if fits}

@@ -22,15 +22,9 @@ CALLS = {
     "reconstruct": {},
     "superpose": {"delta": [1.0, 5.0], "law": "hertz"},
     "direct": {"delta": [1.0, 5.0]},
-    "power_spectrum": {},
-    "self_affine_fit": {},
-    "smooth": {"shortest": 60},
-    "add_fine_roughness": {"shortest": 15, "seed": 1},
     "rigid": {"delta": [-1.0]},
     "regime": {"subregions": (1, 1)},
     "formulas": {"subregions": (1, 1)},
-    "autocorrelation": {},
-    "rotate90": {},
     "placements": {"sphere_radius": 2000, "count": 2},
 }
 VERBS = [name for name, value in vars(ContactAccessor).items() if inspect.isfunction(value) and name[0] != "_"]
@@ -119,7 +113,7 @@ def test_the_accessor_says_what_it_is_about_and_what_it_can_do(surface):
     shown = repr(surface.contact)
     assert shown.startswith("<roughxr: scan; sphere_radius 3000 nm, contact_modulus 39.4")
     fitting = set(dir(surface.contact))
-    assert {"adhesive", "assign_pair", "to_file"} <= fitting <= set(VERBS)
+    assert {"adhesive", "assign_pair", "level"} <= fitting <= set(VERBS)
     assert not {"answer", "critical_load", "compare"} & fitting
     assert all((f"  .{verb} " in shown) == (verb in fitting) for verb in VERBS)
     assert "<code>.adhesive</code>" in surface.contact._repr_html_()

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import roughxr
-from roughxr import report, synthetic
+from roughxr import report
 from roughxr.contact.adhesion import settling
 from roughxr.contact.below_pixel import Below, pull_off_below
+from roughxr.scans import synthetic
 from roughxr.scans.fine_scales import known_spectrum
 from roughxr.studies.continuation import Surface, not_continued, shown_truly
 
@@ -27,7 +28,7 @@ def found(surface):
 def test_a_surface_without_added_waves_is_that_of_the_simulation(surface):
     """The patches within reach, moved together, against the whole window on cells as large."""
     problem, adhesion = settling(surface)
-    centres = roughxr.regions.centres(surface, (2, 2))
+    centres = roughxr.scans.regions.centres(surface, (2, 2))
     model = known_spectrum(shown_truly(surface))
     tasks = Surface(surface, problem, centres).patches
     end = Below(model, 20.0, 20.0)
@@ -48,7 +49,9 @@ def test_the_estimate_lies_below_the_scan_and_inside_its_interval(surface, found
 
 
 def test_the_mean_is_that_over_particles_where_places_hold_shares_of_them(surface, found):
-    places = roughxr.regions.centres(surface, (2, 2)).assign_coords(landing_share=("subregion", [0.7, 0.1, 0.15, 0.05]))
+    places = roughxr.scans.regions.centres(surface, (2, 2)).assign_coords(
+        landing_share=("subregion", [0.7, 0.1, 0.15, 0.05])
+    )
     rested = roughxr.continued(surface, subregions=places, seeds=2, shortest=8)
     np.testing.assert_allclose(rested.pull_off_force, found.pull_off_force, rtol=1e-6)
     by_particle = np.average(rested.pull_off_force.mean("seed"), weights=[0.7, 0.1, 0.15, 0.05])
@@ -73,7 +76,7 @@ def test_the_error_of_the_hurst_exponent_holds_the_truth():
     off = []
     for seed in range(8):
         made = synthetic.self_affine((192, 192), 5, rms=1, hurst=0.6, rolloff=150, seed=seed)
-        fitted = roughxr.self_affine_fit(made, shown=20)
+        fitted = roughxr.scans.self_affine_fit(made, shown=20)
         off.append((float(fitted.hurst_exponent) - 0.6) / float(fitted.hurst_error))
     assert np.sum(np.abs(off) < 2) >= 7
 

@@ -168,7 +168,7 @@ def test_critical_values_are_samples_as_all_else():
     found = held(np.exp(rng.normal(8, 1, (60, 1)))).contact.critical_load()
     name = "critical_friction_velocity"
     assert found.contact.pdf(name, method="kde").units == "s m-1"
-    assert float(found.contact.cdf(name)[-1]) == 1.0
+    assert float(roughxr.statistics.cdf(found, name)[-1]) == 1.0
     assert found.contact.fit(name).sizes["law"] > 1
     interval = found.contact.bootstrap(name, statistics=["mean"])
     assert (interval.low < interval.estimate).all()
@@ -441,12 +441,12 @@ def test_each_place_has_its_row(tmp_path):
 def test_levers_stand_beside_the_forces_of_their_places_in_the_table_for_resuspension_codes():
     surface = glass_pair(scan(rough(48, seed=1)))
     ground = surface.contact.rolling(directions=6, subregions=(3, 3))
-    table = pd.read_csv(io.StringIO(ground.contact.to_dem(code="rock_n_roll")), comment="#")
+    table = pd.read_csv(io.StringIO(roughxr.detachment.to_dem(ground, code="rock_n_roll")), comment="#")
     order = np.argsort(ground.pull_off_force.values)
     expected = ground.lever.min("direction").values[order] / float(surface.sphere_radius)
     np.testing.assert_allclose(table["lever_over_radius"], expected, rtol=1e-6)
     np.testing.assert_allclose(table["force_nN"], ground.pull_off_force.values[order], rtol=1e-6)
-    bare = surface.contact.pull_off_map(subregions=(3, 3)).contact.to_dem(code="rock_n_roll")
+    bare = roughxr.detachment.to_dem(surface.contact.pull_off_map(subregions=(3, 3)), code="rock_n_roll")
     assert "lever_over_radius" not in pd.read_csv(io.StringIO(bare), comment="#")
 
 

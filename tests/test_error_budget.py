@@ -23,7 +23,7 @@ def pair(heights, radius, work, pixel=10.0):
 
 @pytest.fixture(scope="module")
 def rough():
-    surface = roughxr.synthetic.self_affine((96, 96), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
+    surface = roughxr.scans.synthetic.self_affine((96, 96), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
     return roughxr.assign_pair(surface, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.2)
 
 
@@ -90,7 +90,7 @@ def test_entries_are_the_tornados_longest_bars(budget, changes):
 
 def test_sampling_follows_the_interval_of_all_places(rough, changes):
     values = np.random.default_rng(1).normal(10, 2, 36)
-    grid = roughxr.regions.centres(rough, (6, 6))
+    grid = roughxr.scans.regions.centres(rough, (6, 6))
     solved = xr.Dataset({"pull_off_force": ("subregion", values)}, coords=grid.coords)
     found = budget_of(rough, changes, None, pulls=solved.pull_off_force)
     sampling = float(found.relative_error.sel(entry="sampling"))
@@ -108,8 +108,8 @@ def test_shorter_waves_come_from_their_seeds(rough, scales):
     added = scales.pull_off_force.isel(subregion=0, shortest_kept=0).values
     kept = scales.pull_off_force.sel(shortest_kept=shown, method="nearest").values
     assert added[0] != added[1] and np.unique(kept).size == 1
-    at = roughxr.regions.centres(rough, (2, 2)).isel(subregion=[0])
-    base = roughxr.adhesive(roughxr.smooth(rough, shortest=shown), subregions=at, law="exponential", mesh=4)
+    at = roughxr.scans.regions.centres(rough, (2, 2)).isel(subregion=[0])
+    base = roughxr.adhesive(roughxr.scans.smooth(rough, shortest=shown), subregions=at, law="exponential", mesh=4)
     assert kept.ravel()[0] == pytest.approx(float(base.pull_off_force[0]), rel=0.01)
 
 

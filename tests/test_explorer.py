@@ -27,7 +27,7 @@ def run():
     """Return the groups of a run at four places, its adhesion for two works and two preloads, without a range."""
     pressed = roughxr.assign_pair(scan(rough(64, seed=3), pixel=10.0), sphere_radius=300, contact_modulus=40)
     pressed = pressed.assign_coords(work_of_adhesion=0.2)
-    places = roughxr.regions.centres(pressed, (2, 2))
+    places = roughxr.scans.regions.centres(pressed, (2, 2))
     how = {"preload": PRELOADS, "law": "griffith", "mesh": roughxr.Mesh(1, step=0.5), "subregions": places}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of contacts of a pixel: their maps are looked at, not their numbers

@@ -50,7 +50,7 @@ def test_csv_comes_back_as_it_was(pull, tmp_path):
 
 
 def test_a_catalogue_and_a_sweep_are_tables_too(tmp_path):
-    scan = roughxr.synthetic.self_affine((48, 48), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    scan = roughxr.scans.synthetic.self_affine((48, 48), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
     catalogue = roughxr.asperities(scan)
     table = pd.read_csv(to_table(catalogue, tmp_path / "asperities.csv"))
     np.testing.assert_allclose(table["curvature_max [nm-1]"], catalogue.curvature_max)
@@ -70,11 +70,11 @@ def test_a_map_is_a_table_and_a_picture_for_gwyddion(tmp_path):
     pull = xr.Dataset({"pull_off_force": (("x", "y"), values, {"units": "nN"})}, axes)
     table = pd.read_csv(to_table(pull, tmp_path / "pull.csv")).set_index(["x [nm]", "y [nm]"])
     assert table.loc[(15.0, 35.0), "pull_off_force [nN]"] == 7.0
-    rows, header = gsffile.read_gsf(pull.contact.to_file(tmp_path / "pull.gsf", name="pull_off_force"))
+    rows, header = gsffile.read_gsf(roughxr.scans.to_file(pull, tmp_path / "pull.gsf", name="pull_off_force"))
     np.testing.assert_allclose(rows, 1e-9 * values.T[::-1], rtol=1e-6)
     assert header["ZUnits"] == "N" and header["XReal"] == 3e-8
     with pytest.raises(ValueError, match=r"pull_off_force.*found 'gap'"):
-        pull.contact.to_file(tmp_path / "pull.gsf", name="gap")
+        roughxr.scans.to_file(pull, tmp_path / "pull.gsf", name="gap")
 
 
 def test_parquet_keeps_units(pull, tmp_path):

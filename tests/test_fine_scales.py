@@ -22,18 +22,18 @@ def shown():
 
 @pytest.fixture(scope="module")
 def finer(shown):
-    return roughxr.add_fine_roughness(shown, shortest=10, seed=1, hurst=0.5)
+    return roughxr.scans.add_fine_roughness(shown, shortest=10, seed=1, hurst=0.5)
 
 
 def density(ds):
-    return roughxr.power_spectrum(ds)
+    return roughxr.scans.power_spectrum(ds)
 
 
 @pytest.mark.parametrize(("hurst", "rolloff", "seed"), [(0.2, 100, 1), (0.5, 200, 2), (0.8, 300, 3), (0.8, 2000, 4)])
 @pytest.mark.parametrize("cutoff", [24, None])
 def test_the_hurst_exponent_is_found_again(hurst, rolloff, seed, cutoff):
     surface = self_affine((512, 512), PIXEL, rms=1.8, hurst=hurst, rolloff=rolloff, cutoff=cutoff, seed=seed)
-    found = roughxr.self_affine_fit(surface)
+    found = roughxr.scans.self_affine_fit(surface)
     assert float(found.hurst_exponent) == pytest.approx(hurst, abs=0.1)
     assert found.rolloff_wavelength.units == "nm"
 
@@ -41,8 +41,8 @@ def test_the_hurst_exponent_is_found_again(hurst, rolloff, seed, cutoff):
 def test_added_waves_go_on_where_the_scan_ends_with_the_power_that_the_surface_has():
     """The truth is a surface on fine pixels; the scan sees it smoothed, every fourth pixel."""
     truth = self_affine((768, 768), 2.5, rms=2, hurst=0.6, rolloff=200, cutoff=10, seed=5)
-    coarse = truth.contact.smooth(shortest=30).isel(x=slice(1, None, 4), y=slice(1, None, 4))
-    again = coarse.contact.add_fine_roughness(shortest=10, seed=2, refine=4, hurst=0.6)
+    coarse = roughxr.scans.smooth(truth, shortest=30).isel(x=slice(1, None, 4), y=slice(1, None, 4))
+    again = roughxr.scans.add_fine_roughness(coarse, shortest=10, seed=2, refine=4, hurst=0.6)
     wanted, found = density(truth), density(again)
     for low, high in ((10, 14), (14, 20), (20, 29)):
         inside = (2 * np.pi / wanted.wavevector[1:] > low) & (2 * np.pi / wanted.wavevector[1:] < high)
@@ -52,7 +52,9 @@ def test_added_waves_go_on_where_the_scan_ends_with_the_power_that_the_surface_h
 
 def test_long_waves_stay_as_they_were(shown, finer):
     n = finer.sizes["x"] // shown.sizes["x"]
-    before = roughxr.add_fine_roughness(shown, shortest=30, seed=1, refine=n)  # nothing to add: interpolated alone
+    before = roughxr.scans.add_fine_roughness(
+        shown, shortest=30, seed=1, refine=n
+    )  # nothing to add: interpolated alone
     assert before.attrs["fine_rms"] == 0
     added = (finer.height - before.height).values  # not periodic over the map: windowed, a mode spreads over four
     window = blackmanharris(added.shape[0])
@@ -66,18 +68,20 @@ def test_long_waves_stay_as_they_were(shown, finer):
 
 def test_waves_are_nested_and_the_same_on_any_mesh_and_window(shown):
     """The same waves stay and finer ones are added; a part of the scan, or other cells, show the same surface."""
-    spectrum = shown.contact.self_affine_fit()
+    spectrum = roughxr.scans.self_affine_fit(shown)
     make = {"seed": 3, "spectrum": spectrum}
-    coarse = shown.contact.add_fine_roughness(shortest=14, refine=3, **make).height
-    fine = shown.contact.add_fine_roughness(shortest=14, refine=9, **make).height  # every third cell's centre is shared
-    bare = [shown.contact.add_fine_roughness(shortest=40, refine=n, **make).height for n in (3, 9)]
+    coarse = roughxr.scans.add_fine_roughness(shown, shortest=14, refine=3, **make).height
+    fine = roughxr.scans.add_fine_roughness(
+        shown, shortest=14, refine=9, **make
+    ).height  # every third cell's centre is shared
+    bare = [roughxr.scans.add_fine_roughness(shown, shortest=40, refine=n, **make).height for n in (3, 9)]
     same = (fine - bare[1]).values[1::3, 1::3] - (coarse - bare[0]).values
     assert np.abs(same).max() < 1e-9
-    part = shown.isel(x=slice(40, 80), y=slice(30, 90)).contact.add_fine_roughness(shortest=14, refine=3, **make)
+    part = roughxr.scans.add_fine_roughness(shown.isel(x=slice(40, 80), y=slice(30, 90)), shortest=14, refine=3, **make)
     inner = coarse.sel(x=part.x, y=part.y, method="nearest")
     off = (part.height - inner).values[24:-24, 24:-24]  # near its edges the part's splines differ
     assert np.abs(off).max() < 1e-4
-    shorter = shown.contact.add_fine_roughness(shortest=9, refine=9, **make).height
+    shorter = roughxr.scans.add_fine_roughness(shown, shortest=9, refine=9, **make).height
     added = (shorter - fine).values
     window = blackmanharris(added.shape[0])
     rows = np.abs(np.fft.rfft2(added * np.multiply.outer(window, window))) ** 2
@@ -87,7 +91,7 @@ def test_waves_are_nested_and_the_same_on_any_mesh_and_window(shown):
 
 def test_rms_is_that_of_the_continued_spectrum(shown, finer):
     """The variance between two wavelengths is the integral of C(q) q dq/2π over them."""
-    model = shown.contact.self_affine_fit(hurst=0.5)
+    model = roughxr.scans.self_affine_fit(shown, hurst=0.5)
     q = np.linspace(2 * np.pi / finer.attrs["fine_longest"], 2 * np.pi / 10, 20001)
     psd = float(model.psd_plateau) * (1 + (float(model.rolloff_wavelength) * q / (2 * np.pi)) ** 2) ** -1.5
     expected = np.sqrt(np.trapezoid(psd * q / (2 * np.pi), q))
@@ -95,7 +99,7 @@ def test_rms_is_that_of_the_continued_spectrum(shown, finer):
 
 
 def test_a_seed_is_one_surface_and_every_surface_keeps_the_pair(shown, finer):
-    again, other = (roughxr.add_fine_roughness(shown, shortest=10, seed=s, hurst=0.5) for s in (1, 2))
+    again, other = (roughxr.scans.add_fine_roughness(shown, shortest=10, seed=s, hurst=0.5) for s in (1, 2))
     xr.testing.assert_identical(again, finer)
     assert np.abs(other.height - finer.height).max() > 0.1
     assert float(finer.sphere_radius) == 3000
@@ -105,24 +109,24 @@ def test_a_seed_is_one_surface_and_every_surface_keeps_the_pair(shown, finer):
 
 def test_a_lazy_scan_gives_the_same_later(shown, finer):
     lazy = shown.chunk(x=50, y=64)
-    found = lazy.contact.add_fine_roughness(shortest=10, seed=1, hurst=0.5)
+    found = roughxr.scans.add_fine_roughness(lazy, shortest=10, seed=1, hurst=0.5)
     assert isinstance(found.height.data, da.Array)
     np.testing.assert_array_equal(found.height.values, finer.height.values)
-    smoothed = lazy.contact.smooth(shortest=60)
+    smoothed = roughxr.scans.smooth(lazy, shortest=60)
     assert isinstance(smoothed.height.data, da.Array)
-    np.testing.assert_array_equal(smoothed.height.values, shown.contact.smooth(shortest=60).height.values)
-    fits = lazy.contact.self_affine_fit(), shown.contact.self_affine_fit()
+    np.testing.assert_array_equal(smoothed.height.values, roughxr.scans.smooth(shown, shortest=60).height.values)
+    fits = roughxr.scans.self_affine_fit(lazy), roughxr.scans.self_affine_fit(shown)
     assert fits[0].equals(fits[1])
 
 
 def test_smoothing_is_a_projection_that_keeps_what_is_long(shown):
-    once = shown.contact.smooth(shortest=80)
-    np.testing.assert_allclose(once.contact.smooth(shortest=80).height, once.height, atol=1e-11)
+    once = roughxr.scans.smooth(shown, shortest=80)
+    np.testing.assert_allclose(roughxr.scans.smooth(once, shortest=80).height, once.height, atol=1e-11)
     np.testing.assert_allclose(once.height.mean(), shown.height.mean(), atol=1e-12)
-    np.testing.assert_allclose(shown.contact.smooth(shortest=PIXEL).height, shown.height, atol=1e-11)
+    np.testing.assert_allclose(roughxr.scans.smooth(shown, shortest=PIXEL).height, shown.height, atol=1e-11)
     n = 64
     wave = np.cos(np.pi * 8 * (np.arange(n) + 0.5) / n)[:, None] * np.ones(n)  # 16 pixels long
-    kept, gone = (scan(wave, 10.0).contact.smooth(shortest=s).height.values for s in (159, 161))
+    kept, gone = (roughxr.scans.smooth(scan(wave, 10.0), shortest=s).height.values for s in (159, 161))
     np.testing.assert_allclose(kept, wave, atol=1e-12)
     np.testing.assert_allclose(gone, 0, atol=1e-12)
 
@@ -139,31 +143,33 @@ def test_smoothing_is_a_projection_that_keeps_what_is_long(shown):
 )
 def test_what_is_wrong_is_said(shown, options, words):
     with pytest.raises(ValueError, match=words):
-        shown.contact.add_fine_roughness(**{"seed": 1, **options})
+        roughxr.scans.add_fine_roughness(shown, **{"seed": 1, **options})
 
 
 def test_nothing_to_continue_is_said():
     with pytest.raises(ValueError, match="flat"):
-        scan(np.zeros((32, 32))).contact.add_fine_roughness(shortest=10, seed=1)
+        roughxr.scans.add_fine_roughness(scan(np.zeros((32, 32))), shortest=10, seed=1)
     with pytest.raises(ValueError, match="twice the scan"):
-        scan(np.zeros((32, 32))).contact.smooth(shortest="1 um")
+        roughxr.scans.smooth(scan(np.zeros((32, 32))), shortest="1 um")
     holes = np.random.default_rng(1).standard_normal((32, 32))
     holes[3, 3] = np.nan
     with pytest.raises(ValueError, match="missing pixels"):
-        scan(holes).contact.add_fine_roughness(shortest=10, seed=1)
+        roughxr.scans.add_fine_roughness(scan(holes), shortest=10, seed=1)
     with pytest.raises(ValueError, match="missing pixels"):
-        scan(holes).contact.smooth(shortest=100)
+        roughxr.scans.smooth(scan(holes), shortest=100)
 
 
 def test_the_spectrum_of_a_larger_scan_can_be_given(shown):
     part = shown.isel(x=slice(40), y=slice(40))
-    whole = shown.contact.self_affine_fit()
-    fine = part.contact.add_fine_roughness(shortest=10, seed=1, spectrum=whole)
+    whole = roughxr.scans.self_affine_fit(shown)
+    fine = roughxr.scans.add_fine_roughness(part, shortest=10, seed=1, spectrum=whole)
     assert fine.attrs["fine_hurst"] == float(whole.hurst_exponent)
     with pytest.raises(ValueError, match="spectrum: expected alone"):
-        part.contact.add_fine_roughness(shortest=10, seed=1, spectrum=whole, hurst=0.5)
+        roughxr.scans.add_fine_roughness(part, shortest=10, seed=1, spectrum=whole, hurst=0.5)
 
 
 def test_debris_does_not_spoil_the_spectrum():
     """The twin's background has H = 0.4; six particles stand on it."""
-    assert float(roughxr.open_sample("glass").contact.self_affine_fit().hurst_exponent) == pytest.approx(0.4, abs=0.06)
+    assert float(roughxr.scans.self_affine_fit(roughxr.open_sample("glass")).hurst_exponent) == pytest.approx(
+        0.4, abs=0.06
+    )

@@ -6,13 +6,14 @@ from scipy.integrate import quad
 from scipy.special import ndtr, ndtri
 
 import roughxr
-from roughxr import cli, reference, regions
+from roughxr import cli, reference
 from roughxr.bodies import liquid
 from roughxr.kernels.adhesion import potentials
 from roughxr.kernels.adhesion import rigid as kernels
 from roughxr.kernels.asperity import maugis
 from roughxr.presentation import report
 from roughxr.presentation.report import repeat
+from roughxr.scans import regions
 from roughxr.vocabulary import schema
 
 from .surfaces import paraboloids, rough, scan
@@ -77,8 +78,8 @@ def test_what_cannot_be_is_refused_in_a_sentence(given, words):
 def test_under_water_named_solids_attract_as_their_hamaker_constants_say():
     ds = scan(np.zeros((9, 9)))
     pair = ds.contact.assign_pair(sphere_radius=3000, materials="glass/alumina", humidity=0.6)
-    across = roughxr.hamaker_constant("glass", "alumina", medium="water")
-    share = across / roughxr.hamaker_constant("glass", "alumina")
+    across = roughxr.reference.hamaker_constant("glass", "alumina", medium="water")
+    share = across / roughxr.reference.hamaker_constant("glass", "alumina")
     assert float(pair.share_under_liquid) == pytest.approx(share)
     stated = wet(ds, work_of_adhesion=(0.1, 0.03))
     assert (float(stated.work_of_adhesion), float(stated.share_under_liquid)) == pytest.approx((0.1, 0.3))
@@ -292,7 +293,7 @@ def test_asperities_that_bend_are_maugiss_of_the_liquids_law(modulus):
     parameter = menisci.pull * (9 * both / (2 * np.pi * menisci.work * modulus**2)) ** (1 / 3)
     found = float(pair.contact.pull_off_map(subregions=(1, 1), law="maugis").pull_off_force[0])
     assert found == pytest.approx(maugis.pull_off(parameter) * np.pi * menisci.work * both, rel=2e-3)
-    mu = float(pair.contact.asperities().contact.tabor().tabor_parameter.max())
+    mu = float(roughxr.reference.tabor(pair.contact.asperities()).tabor_parameter.max())
     assert mu == pytest.approx(parameter / 1.157, rel=1e-3)
     if modulus < 1:
         soft = float(pair.contact.pull_off_map(subregions=(1, 1), law="jkr").pull_off_force[0])
@@ -302,7 +303,9 @@ def test_asperities_that_bend_are_maugiss_of_the_liquids_law(modulus):
 @pytest.mark.parametrize(("hurst", "rolloff", "rms"), [(0.8, 300.0, 2.0), (0.4, 100.0, 0.8), (0.6, 170.0, 1.3)])
 @pytest.mark.parametrize("humidity", [0.3, 0.6])
 def test_superposed_menisci_come_as_near_to_every_pixel_as_they_say(hurst, rolloff, rms, humidity):
-    ground = roughxr.synthetic.self_affine((128, 128), 8, rms=rms, hurst=hurst, rolloff=rolloff, cutoff=30, seed=5)
+    ground = roughxr.scans.synthetic.self_affine(
+        (128, 128), 8, rms=rms, hurst=hurst, rolloff=rolloff, cutoff=30, seed=5
+    )
     pair = wet(ground, humidity)
     found = pair.contact.pull_off_map(subregions=(3, 3))
     whole = pair.contact.rigid(subregions=(3, 3), delta=[0.0], refine=4, law="exponential")
@@ -389,7 +392,7 @@ def test_the_regime_says_whether_bodies_bend_under_the_water(humidity, expected)
 
 def test_the_waves_that_a_scan_shows_matter_less_in_humid_air():
     """Dry, the shortest waves decide; menisci higher than they are do not see them."""
-    scan_ = roughxr.synthetic.self_affine((64, 64), 10, rms=1.5, hurst=0.8, rolloff=200, cutoff=40, seed=3)
+    scan_ = roughxr.scans.synthetic.self_affine((64, 64), 10, rms=1.5, hurst=0.8, rolloff=200, cutoff=40, seed=3)
     changes = []
     for humidity in (None, 0.9):
         pair = scan_.contact.assign_pair(sphere_radius=500, materials="glass", humidity=humidity)
@@ -408,7 +411,7 @@ def test_a_report_says_and_draws_how_hard_it_sticks_at_this_humidity(humid):
 
 
 def test_a_run_takes_a_humid_pair_through_all_its_parts(tmp_path, capsys):
-    ground = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
+    ground = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
     pair = wet(ground, 0.7, 500.0, work_of_adhesion=(0.06, 0.004))
     options = {"subregions": (2, 1), "delta": [1.0, 2.0], "mesh": 2, "budget": 0}
     groups = roughxr.run(pair, tmp_path / "run.nc", **options)
@@ -490,7 +493,7 @@ def test_the_simulation_sums_the_works_of_liquid_and_solids():
 
 def test_the_smooth_sphere_to_compare_with_is_wet_too():
     pair = wet(flat(3000.0), 0.9, materials="glass", contact_modulus=None)
-    found = pair.contact.rigid(law="exponential", delta=[0.0]).contact.reduction()
+    found = roughxr.statistics.reduction(pair.contact.rigid(law="exponential", delta=[0.0]))
     assert float(found.pull_off_ratio[0]) == pytest.approx(1.0, rel=5e-3)
 
 
@@ -519,7 +522,7 @@ def test_formulas_of_liquid_stand_beside_the_sum_over_the_scan():
 
 def test_waves_below_the_pixel_matter_until_menisci_hide_them():
     """As between rigid bodies, and less the higher menisci are; where those are higher than waves, none are added."""
-    ground = roughxr.synthetic.self_affine((48, 48), 10, rms=1.5, hurst=0.7, rolloff=200, cutoff=40, seed=3)
+    ground = roughxr.scans.synthetic.self_affine((48, 48), 10, rms=1.5, hurst=0.7, rolloff=200, cutoff=40, seed=3)
     left = {}
     for humidity in (0.6, 0.9):
         pair, how = wet(ground, humidity, 300.0), {"shortest": [15, 40], "seeds": 1, "subregions": (1, 1)}

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 import roughxr
 
-from .verb_calls import QUICK, saved, surface
+from .verb_calls import QUICK, named, saved, surface
 
 #: Verbs and their options. What is compared lies along places, or is one number for the whole scan.
 VERBS = {
@@ -190,7 +190,7 @@ def computed(verb, now):
         options["subregions"] = now.places
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        found = now.through(lambda: getattr(roughxr, verb.split(",")[0].split(" ")[0])(now.scan, **options))
+        found = now.through(lambda: named(verb.split(",")[0].split(" ")[0])(now.scan, **options))
         found = found.compute()
     if "directions" in options:
         found = found.isel(direction=np.argsort(np.argsort(turned)))

@@ -39,7 +39,7 @@ def test_one_search_serves_every_verb_that_asks(monkeypatch):
     surface = glass_pair(scan(rough(48, seed=77)))
     surface.contact.pull_off_map(subregions=(2, 2))
     surface.assign_coords(work_of_adhesion=0.1).contact.superpose(delta=[1.0])
-    surface.contact.tabor(), surface.contact.rolling(directions=2), surface.contact.asperities()
+    roughxr.reference.tabor(surface), surface.contact.rolling(directions=2), surface.contact.asperities()
     assert len(searched) == 1
     surface.contact.asperities(vertex="pixel")
     surface.assign(height=surface.height + 1.0).contact.asperities()

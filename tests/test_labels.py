@@ -33,29 +33,29 @@ def results():
         "direct by load": surface.contact.direct(load=[50.0]),
         "adhesive": cycle,
         "pull_off of a cycle": cycle.contact.pull_off(),
-        "pull_off": pull.contact.reduction(),
+        "pull_off": roughxr.statistics.reduction(pull),
         "pull_off_map": surface.contact.pull_off_map(**PLACES),
         "rigid": surface.contact.rigid(**PLACES, fields=True, delta=[-1.0]),
         "rigid of every pixel": surface.contact.rigid(subregions="every pixel"),
         "regime": surface.assign_coords(hardness=6.0).contact.regime(subregions=(1, 1)),
         "formulas": surface.contact.formulas(subregions=(1, 1)),
         "scale_dependence": surface.contact.scale_dependence(shortest=[40, 80], seeds=1, subregions=(1, 1)),
-        "self_affine_fit": surface.contact.self_affine_fit(),
+        "self_affine_fit": roughxr.scans.self_affine_fit(surface),
         "jkr_sphere": roughxr.reference.jkr_sphere([1.0], radius=9, contact_modulus=9, work_of_adhesion=1),
         "roughness": surface.contact.roughness(),
         "fit": pull.contact.fit("pull_off_force", simulations=0),
         "bootstrap": pull.contact.bootstrap("pull_off_force", resamples=99),
         "summary": pull.contact.summary(),
         "pdf": pull.contact.pdf("pull_off_force").to_dataset(),
-        "debris": roughxr.debris(surface.contact.asperities()).to_dataset(),
-        "tabor": surface.contact.asperities().contact.tabor(),
+        "debris": roughxr.statistics.debris(surface.contact.asperities()).to_dataset(),
+        "tabor": roughxr.reference.tabor(surface.contact.asperities()),
         "sensitivity": surface.contact.sensitivity(subregions=(2, 2), settings={"modulus": [2.0]}),
         "sensitivity of the simulation": surface.contact.sensitivity(
             method="adhesive", mesh=1, settings={"modulus": [2.0]}
         ),
         "error_budget": surface.contact.error_budget(places=1, mesh=1, seeds=1, settings={"modulus": [2.0]}),
         "compare": roughxr.compare(pull, pull.assign(pull_off_force=2 * pull.pull_off_force), resamples=20),
-        "curves_pull_off": roughxr.curves_pull_off(
+        "curves_pull_off": roughxr.measured.curves_pull_off(
             xr.Dataset(
                 {
                     name: ("sample", np.linspace(5, -5, 99), {"units": u})
@@ -64,7 +64,7 @@ def results():
             )
         ),
         "fit_pair": surface.contact.fit_pair(pull, method="superposed", subregions=(2, 2)),
-        "force_ratio": roughxr.force_ratio(sweep, surface.contact.direct(delta=[1.0, 2.0, 3.0], **PLACES)),
+        "force_ratio": roughxr.statistics.force_ratio(sweep, surface.contact.direct(delta=[1.0, 2.0, 3.0], **PLACES)),
     }
 
 

@@ -31,7 +31,7 @@ def volume(tmp_path_factory):
 
 def test_a_force_volume_is_what_was_written(volume):
     path, cycles = volume
-    curves = roughxr.open_curves(path)
+    curves = roughxr.measured.open_curves(path)
     assert dict(curves.force.sizes) == {"subregion": 9, "branch": 2, "sample": 800}
     for k, both in enumerate(cycles):
         for branch, (piezo, force) in zip(curves.branch.values, both):
@@ -59,7 +59,7 @@ def test_only_so_many_curves_are_in_memory_at_a_time(volume, monkeypatch):
 
 
 def test_kept_curves_are_forces_over_the_distance_from_contact(volume):
-    found = roughxr.curves_pull_off(roughxr.open_curves(volume[0]), curves=True)
+    found = roughxr.measured.curves_pull_off(roughxr.measured.open_curves(volume[0]), curves=True)
     assert found.force.dims == ("subregion", "branch", "piezo_distance")
     fine = np.linspace(150.0, -800.0, 100_000)
     zero = fine[np.flatnonzero(made.sphere(fine) > 0)[-1]]
@@ -91,7 +91,7 @@ WRITERS = {
 def test_every_format_tells_the_same_whatever_its_name(tmp_path, name):
     both = made.cycle(np.random.default_rng(0))
     write, given = WRITERS[name]
-    expected = roughxr.curves_pull_off(
+    expected = roughxr.measured.curves_pull_off(
         xr.Dataset({n: ("sample", v, {"units": u}) for n, v, u in zip(("piezo", "force"), both[1], ("nm", "nN"))}),
         spring_constant=made.STIFFNESS,
     )
@@ -186,7 +186,7 @@ def test_foreign_files_are_refused(tmp_path):
     (tmp_path / "empty.tab").write_text("# afmformats 0.18\n#\n# BEGIN METADATA\n# {}\n# END METADATA\n")
     (tmp_path / "head.csv").write_text("Force-Distance Curve\nFile Format:\t3\n")
     for name in ("archive.zip", "other.h5", "empty.tab", "head.csv"):
-        for read in (roughxr.open_pull_off, roughxr.open_curves):
+        for read in (roughxr.open_pull_off, roughxr.measured.open_curves):
             with pytest.raises(UnreadableScan, match=name):
                 read(tmp_path / name)
 
@@ -201,7 +201,7 @@ def test_curves_opened_as_a_scan_are_told_for_what_they_are(tmp_path, volume, ca
             roughxr.open_scan(tmp_path / name)
         assert main(["info", str(tmp_path / name)]) == 1 and "roughxr measured" in capsys.readouterr().err
     (tmp_path / "nano.spm").write_bytes(b"\\*Force file list\r\n\\Version: 0x09400103\r\n" + bytes(1000))
-    for read in (roughxr.open_scan, roughxr.open_pull_off, roughxr.open_curves):
+    for read in (roughxr.open_scan, roughxr.open_pull_off, roughxr.measured.open_curves):
         with pytest.raises(UnreadableScan, match=r"Bruker's force curves .* not read: export"):
             read(tmp_path / "nano.spm")
 
@@ -232,17 +232,17 @@ def test_without_afmformats_the_extra_is_named(volume, monkeypatch):
 
 
 def test_a_detector_that_ends_before_the_pull_is_no_measurement(volume):
-    curves = roughxr.open_curves(volume[0])
+    curves = roughxr.measured.open_curves(volume[0])
     force = curves.force.where(curves.force > curves.force.min("sample") + 20, curves.force.min("sample") + 20)
-    found = roughxr.curves_pull_off(curves.assign(force=force.assign_attrs(units="nN")))
+    found = roughxr.measured.curves_pull_off(curves.assign(force=force.assign_attrs(units="nN")))
     assert set(found.reason.values) == {"the detector's range ends before the largest pull"}
     assert found.pull_off_force.isnull().all() and found.contact_point.notnull().all()
 
 
 def test_a_slope_that_no_spring_has_is_said(volume):
-    curves = roughxr.open_curves(volume[0])
+    curves = roughxr.measured.open_curves(volume[0])
     with pytest.warns(roughxr.measured.ImplausibleCurves, match="times the spring constant: the sensitivity"):
-        roughxr.curves_pull_off(curves.assign_attrs(spring_constant=0.5))
+        roughxr.measured.curves_pull_off(curves.assign_attrs(spring_constant=0.5))
 
 
 FOREIGN = os.environ.get("ROUGHXR_CURVES", "")
@@ -255,7 +255,7 @@ def test_every_file_that_afmformats_is_tested_with_opens():
     assert paths
     for path in paths:
         given = next((one for key, one in asked.items() if key in path.name), CURRENT if "ntmdt" in path.name else {})
-        curves = roughxr.open_curves(path, **given)
+        curves = roughxr.measured.open_curves(path, **given)
         assert np.isfinite(curves.force.sel(branch="retraction")).any("sample").all(), path.name
 
 

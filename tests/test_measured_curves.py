@@ -31,7 +31,7 @@ def test_the_synthetic_curve_passes_through_jkrs_pull_off():
 
 @pytest.mark.parametrize("noise", [0.3, 1.0, 4.0])
 def test_pull_offs_lie_within_their_stated_error(noise):
-    found = roughxr.curves_pull_off(curves(noise=noise), spring_constant=STIFFNESS)
+    found = roughxr.measured.curves_pull_off(curves(noise=noise), spring_constant=STIFFNESS)
     off = (found.pull_off_force - PULL) / found.pull_off_uncertainty
     assert float((np.abs(off) < 2).mean()) > 0.85
     bias = abs(float(found.pull_off_force.mean()) / PULL - 1)
@@ -42,7 +42,7 @@ def test_pull_offs_lie_within_their_stated_error(noise):
 
 
 def test_distance_and_work_are_the_spheres():
-    found = roughxr.curves_pull_off(curves(1, noise=1e-3), spring_constant=STIFFNESS)
+    found = roughxr.measured.curves_pull_off(curves(1, noise=1e-3), spring_constant=STIFFNESS)
     piezo, force = retraction(200_000)
     at, zero = int(np.argmin(force)), int(np.flatnonzero(force > 0)[-1])
     travel = piezo[zero] - piezo[at] + force[at] / STIFFNESS
@@ -54,17 +54,17 @@ def test_deflections_need_their_spring_constant():
     ds = curves(2)
     bent = ds.drop_vars("force").assign(deflection=(ds.force / 2.0).assign_attrs(units="nm"))
     with pytest.raises(ValueError, match="spring_constant: expected it in N/m"):
-        bent.contact.curves_pull_off()
-    found = bent.contact.curves_pull_off(spring_constant="2 N/m")
-    np.testing.assert_allclose(found.pull_off_force, ds.contact.curves_pull_off().pull_off_force)
+        roughxr.measured.curves_pull_off(bent)
+    found = roughxr.measured.curves_pull_off(bent, spring_constant="2 N/m")
+    np.testing.assert_allclose(found.pull_off_force, roughxr.measured.curves_pull_off(ds).pull_off_force)
 
 
 def test_a_baseline_that_is_not_straight_is_told_from_one_that_is_uncertain():
     ds = curves(20, noise=20.0)
     weak = ds.assign(force=ds.force - 0.3 * ds.force.where(ds.force < -1e9, 0.0))
-    assert "" in set(weak.contact.curves_pull_off(spring_constant=STIFFNESS).reason.values)
+    assert "" in set(roughxr.measured.curves_pull_off(weak, spring_constant=STIFFNESS).reason.values)
     bent = ds.force + 0.002 * np.maximum(ds.piezo + 500.0, 0.0) ** 2
-    found = ds.assign(force=bent.transpose(*ds.force.dims).assign_attrs(units="nN")).contact.curves_pull_off()
+    found = roughxr.measured.curves_pull_off(ds.assign(force=bent.transpose(*ds.force.dims).assign_attrs(units="nN")))
     assert set(found.reason.values) <= {
         "the baseline is not straight: it pushes more than the surface pulls",
         "no pull stands out of the noise",
@@ -75,7 +75,7 @@ def test_a_baseline_that_is_not_straight_is_told_from_one_that_is_uncertain():
 def test_a_force_that_falls_towards_the_surface_is_no_contact():
     ds = curves(3)
     pushed = ds.force.where(ds.piezo < 20, 200.0 - ds.piezo)
-    found = ds.assign(force=pushed.transpose(*ds.force.dims).assign_attrs(units="nN")).contact.curves_pull_off()
+    found = roughxr.measured.curves_pull_off(ds.assign(force=pushed.transpose(*ds.force.dims).assign_attrs(units="nN")))
     assert set(found.reason.values) == {"the force does not rise towards the surface where it is pressed"}
 
 
@@ -86,10 +86,10 @@ def test_what_cannot_be_used_says_why():
     force[2] = np.nan
     force[3] = force[3][::-1]
     force[4] = np.where(ds.piezo < -700, force[4] - 4 * PULL, force[4])
-    found = ds.assign(force=(ds.force.dims, force, ds.force.attrs)).contact.curves_pull_off(baseline=0.1)
+    found = roughxr.measured.curves_pull_off(ds.assign(force=(ds.force.dims, force, ds.force.attrs)), baseline=0.1)
     assert list(found.reason.values[:3]) == ["", "no pull stands out of the noise", "fewer than 50 samples"]
     assert found.pull_off_force.isnull().values.tolist()[:3] == [False, True, True]
-    turned = ds.isel(sample=slice(None, None, -1)).contact.curves_pull_off()
+    turned = roughxr.measured.curves_pull_off(ds.isel(sample=slice(None, None, -1)))
     assert set(turned.reason.values) == {"the piezo does not retract from the first sample to the last"}
     assert found.measured == "force-distance curves" and roughxr.schema.kind_of(found) == "pull_off"
 
@@ -104,7 +104,7 @@ def test_what_cannot_be_used_says_why():
 )
 def test_curves_that_lack_something_are_refused(changed, message):
     with pytest.raises(ValueError, match=message):
-        roughxr.curves_pull_off(curves(2, **changed))
+        roughxr.measured.curves_pull_off(curves(2, **changed))
 
 
 def table(ds):
@@ -118,9 +118,9 @@ def table(ds):
 def test_curves_in_a_table_are_those_in_memory(tmp_path):
     ds = curves(3)
     (tmp_path / "curves.csv").write_text(table(ds))
-    opened = roughxr.open_curves(tmp_path / "curves.csv")
-    found = opened.contact.curves_pull_off(spring_constant=STIFFNESS)
-    expected = ds.contact.curves_pull_off(spring_constant=STIFFNESS)
+    opened = roughxr.measured.open_curves(tmp_path / "curves.csv")
+    found = roughxr.measured.curves_pull_off(opened, spring_constant=STIFFNESS)
+    expected = roughxr.measured.curves_pull_off(ds, spring_constant=STIFFNESS)
     for name in ("pull_off_force", "pull_off_uncertainty", "pull_off_distance"):
         np.testing.assert_allclose(found[name], expected[name], rtol=1e-9)
     np.testing.assert_allclose(found.subregion_x, [0, 500, 1000])
@@ -147,4 +147,4 @@ def test_curves_in_a_table_are_those_in_memory(tmp_path):
 def test_tables_of_curves_that_lack_something_are_refused(tmp_path, text, options, message):
     (tmp_path / "curves.csv").write_text(text)
     with pytest.raises(roughxr.scans.UnreadableScan, match=message):
-        roughxr.open_curves(tmp_path / "curves.csv", **options)
+        roughxr.measured.open_curves(tmp_path / "curves.csv", **options)

@@ -29,7 +29,7 @@ def verdicts():
         scale = 1.3 if seed % 2 else 0.8
         surfaces = {"own": surface(seed), "other": surface(50 + seed, scale=scale)}
         surfaces["foreign"] = surface(90 + seed, work=5 * TRUE)
-        found.append(roughxr.predict_others(surfaces, fit_on="own", resamples=99, **QUICK))
+        found.append(roughxr.measured.predict_others(surfaces, fit_on="own", resamples=99, **QUICK))
     return found
 
 
@@ -59,7 +59,7 @@ def test_the_interval_holds_what_the_fits_own_ends_predict(verdicts):
 def test_superposed_asperities_say_less_of_other_surfaces(verdicts):
     """Their ratio to the simulation differs from surface to surface: the interval is wider by that."""
     both = {"own": surface(0), "other": surface(50, scale=0.8)}
-    found = roughxr.predict_others(both, fit_on="own", method="superposed", resamples=99)
+    found = roughxr.measured.predict_others(both, fit_on="own", method="superposed", resamples=99)
     wide, narrow = (
         one.sel(surface="other", statistic="mean").predicted_high / one.sel(surface="other", statistic="mean").predicted
         for one in (found, verdicts[0])
@@ -70,9 +70,11 @@ def test_superposed_asperities_say_less_of_other_surfaces(verdicts):
 def test_what_predicts_nothing_is_refused():
     own = surface(0)
     with pytest.raises(ValueError, match="expected another beside 'own'"):
-        roughxr.predict_others({"own": own}, fit_on="own")
+        roughxr.measured.predict_others({"own": own}, fit_on="own")
     with pytest.raises(ValueError, match="fit_on: expected one of 'own', 'other'"):
-        roughxr.predict_others({"own": own, "other": own}, fit_on="third")
+        roughxr.measured.predict_others({"own": own, "other": own}, fit_on="third")
     wild = xr.Dataset({"pull_off_force": ("subregion", np.exp([-15.0, -10.0, 5.0, 10.0, 20.0, 25.0]))})
     with pytest.raises(ValueError, match="whose forces tell the work of adhesion, found 'own'"):
-        roughxr.predict_others({"own": (own[0], wild), "other": own}, fit_on="own", method="superposed", resamples=99)
+        roughxr.measured.predict_others(
+            {"own": (own[0], wild), "other": own}, fit_on="own", method="superposed", resamples=99
+        )

@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 import roughxr
+from roughxr.accessor import ContactAccessor
 
 MODULES = sorted(module.name for module in pkgutil.walk_packages(roughxr.__path__, "roughxr."))
 
@@ -21,7 +22,7 @@ def test_no_function_hides_a_module(name):
 
 def public():
     """Return the public functions by name: those at the top, and those of the rooms shown beside them."""
-    shown = ("detachment", "reference", "report", "archive")
+    shown = ("detachment", "reference", "report", "archive", "scans", "statistics", "measured")
     rooms = {"": roughxr} | {f"{name}.": getattr(roughxr, name) for name in shown}
     names = [(prefix, name, room) for prefix, room in rooms.items() for name in getattr(room, "__all__", vars(room))]
     found = {f"{prefix}{name}": getattr(room, name) for prefix, name, room in names if not name.startswith("_")}
@@ -40,6 +41,12 @@ def test_no_verb_has_more_than_eight_options():
     assert {name: count for name, count in counted.items() if count > MORE.get(name, 8)} == {}
 
 
+def test_names_and_verbs_do_not_grow_in_number():
+    """What a first analysis uses lies at the top; the rest in rooms."""
+    assert len(roughxr.__all__) <= 55
+    assert sum(name[0] != "_" for name in vars(ContactAccessor)) <= 35
+
+
 def test_progress_is_asked_for_in_one_place():
     asked = [name for name, function in public().items() if "progress" in inspect.signature(function).parameters]
     assert asked == []
@@ -49,8 +56,11 @@ def test_progress_is_asked_for_in_one_place():
     ("call", "option"),
     [
         (lambda pull, **given: pull.contact.pull_off(**given), {"smoothing": 3.0}),
-        (lambda pull, **given: pull.contact.to_dem(code="4c", **given), {"classes": 3}),
-        (lambda pull, **given: pull.contact.to_dem(code="yade", classes=1, **given), {"poisson_ratio": 0.2}),
+        (lambda pull, **given: roughxr.detachment.to_dem(pull, code="4c", **given), {"classes": 3}),
+        (
+            lambda pull, **given: roughxr.detachment.to_dem(pull, code="yade", classes=1, **given),
+            {"poisson_ratio": 0.2},
+        ),
     ],
 )
 def test_an_option_that_a_mode_does_not_use_is_refused(call, option):

@@ -137,7 +137,7 @@ def test_scans_of_several_sizes_are_one_spectrum():
         whole = self_affine((512, 512), 5, rms=2.0, hurst=0.8, rolloff=400, cutoff=45, seed=seed)
         coarse = whole.isel(x=slice(None, None, 4), y=slice(None, None, 4))
         scans += [one.contact.level() for one in (coarse, whole.isel(x=slice(64, 192), y=slice(256, 384)))]
-    found = roughxr.combined_spectrum(scans)
+    found = roughxr.scans.combined_spectrum(scans)
     assert int(found.psd_scans[0]) == 4 and found.psd_scans.max() == 8 and int(found.psd_scans[-1]) == 4
     off = found.psd / law_of(found.wavevector) - 1
     shown = (found.wavevector < 2 * np.pi / 60).values  # above the cut-off, and what the window smears of it
@@ -147,15 +147,15 @@ def test_scans_of_several_sizes_are_one_spectrum():
 
 
 def test_one_scan_is_its_own_spectrum_and_what_it_cannot_tell_is_left_out(scans):
-    found, rings = roughxr.combined_spectrum(scans[:1], window=None), roughxr.power_spectrum(scans[0])
+    found, rings = roughxr.scans.combined_spectrum(scans[:1], window=None), roughxr.scans.power_spectrum(scans[0])
     kept = rings.where((rings.wavevector > 2 * np.pi / 320) & (rings.wavevector <= 2 * np.pi / 40), drop=True)
     assert float((found.psd * found.psd_modes).sum()) == pytest.approx(float((kept.psd * kept.psd_modes).sum()))
-    blunt = roughxr.combined_spectrum(scans, shortest="100 nm")
+    blunt = roughxr.scans.combined_spectrum(scans, shortest="100 nm")
     assert float(blunt.wavevector.max()) < 2 * np.pi / 100
     with pytest.raises(ValueError, match="found none down to 10000 nm"):
-        roughxr.combined_spectrum(scans, shortest=1e4)
+        roughxr.scans.combined_spectrum(scans, shortest=1e4)
     with pytest.raises(ValueError, match="scans: expected at least one"):
-        roughxr.combined_spectrum([])
+        roughxr.scans.combined_spectrum([])
 
 
 def test_a_function_with_bound_options_is_called_by_its_name():

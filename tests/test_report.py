@@ -52,7 +52,7 @@ STAGES = []
 
 @pytest.fixture(scope="module")
 def run():
-    surface = roughxr.synthetic.self_affine((96, 96), 10, rms=1, hurst=0.8, rolloff=150, seed=4)
+    surface = roughxr.scans.synthetic.self_affine((96, 96), 10, rms=1, hurst=0.8, rolloff=150, seed=4)
     bump = 14 * np.exp(-((surface.x - 160) ** 2 + (surface.y - 480) ** 2) / (2 * 25**2))
     surface = surface.assign(height=(surface.height + bump).assign_attrs(surface.height.attrs))
     scan = roughxr.assign_pair(surface, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.5)
@@ -198,7 +198,7 @@ def test_a_clean_run_has_no_cautions(run):
 
 @pytest.mark.parametrize(("cutoff", "told"), [(20, True), (120, False)])
 def test_asperities_as_small_as_the_pixels_are_told_of(cutoff, told):
-    surface = roughxr.synthetic.self_affine((384, 384), 10, rms=1, hurst=0.4, rolloff=200, cutoff=cutoff, seed=3)
+    surface = roughxr.scans.synthetic.self_affine((384, 384), 10, rms=1, hurst=0.4, rolloff=200, cutoff=cutoff, seed=3)
     found = report.cautions({"asperities": roughxr.asperities(surface)})
     assert any("prefer those of the pixels" in sentence for sentence in found) is told
 

@@ -122,7 +122,7 @@ def test_where_nothing_holds_a_sphere_there_is_no_rest_and_it_is_said(name):
         found = resting(glass_pair(scan(height[name], 5.0)))
     assert found.sizes["subregion"] == 0 and found.attrs["share_off_scan"] == 1.0
     with pytest.raises(ValueError, match="found none"):
-        roughxr.regions.centres(found, found)
+        roughxr.scans.regions.centres(found, found)
 
 
 def test_places_converge_with_the_pixel():
@@ -270,7 +270,7 @@ def test_shares_weigh_means_quantiles_intervals_and_fractions():
     copies = np.repeat(force, np.round(share * 200_000).astype(int))
     assert found.estimate.values[1:] == pytest.approx([copies.std(), np.median(copies)], rel=0.05)
     assert (found.low <= found.estimate).all() and (found.estimate <= found.high).all()
-    assert float(roughxr.cdf(held, "pull_off_force").sel(pull_off_force=force[0])) == pytest.approx(
+    assert float(roughxr.statistics.cdf(held, "pull_off_force").sel(pull_off_force=force[0])) == pytest.approx(
         share[force <= force[0]].sum()
     )
     left = roughxr.resuspension(held, friction_velocity=[0.3, 1.0])

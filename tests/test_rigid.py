@@ -160,7 +160,7 @@ def test_force_falls_with_the_distance_and_ends_where_bodies_touch(rough):
 def test_a_moved_scan_pulls_alike_and_a_turned_one_too(rough):
     moved = rough.assign(height=rough.height + 7.0)
     moved["height"].attrs = rough.height.attrs
-    turned = rough.contact.rotate90(turns=2)
+    turned = roughxr.scans.rotate90(rough, turns=2)
     pulls = [ds.contact.rigid(delta=[-1.0]).pull_off_force.values for ds in (rough, moved, turned)]
     np.testing.assert_allclose(pulls[1], pulls[0], rtol=1e-9)
     np.testing.assert_allclose(pulls[2], pulls[0], rtol=1e-9)
@@ -244,7 +244,7 @@ def test_hamaker_constant_and_work_of_adhesion_go_together():
     assert -same[0] == pytest.approx(closed, rel=1e-4)
     with pytest.warns(roughxr.bodies.materials.ImplausiblePair, match="closest approach of 0.0"):
         pair(ground, hamaker_constant=0.065, work_of_adhesion=1.35)
-    across = roughxr.hamaker_constant("glass", medium="water")
+    across = roughxr.reference.hamaker_constant("glass", medium="water")
     water = ground.contact.assign_pair(sphere_radius=RADIUS, materials="glass", hamaker_constant=across)
     assert float(water.work_of_adhesion) == pytest.approx(reference.work_from_hamaker(hamaker_constant=across))
 

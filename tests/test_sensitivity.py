@@ -9,7 +9,7 @@ from roughxr.studies.sensitivities import SETTINGS, sensitivity
 
 @pytest.fixture(scope="module")
 def scan():
-    surface = roughxr.synthetic.self_affine((96, 96), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
+    surface = roughxr.scans.synthetic.self_affine((96, 96), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
     return roughxr.assign_pair(surface, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.2)
 
 
@@ -53,7 +53,7 @@ def test_one_smooth_summit_follows_jkr_in_energy_and_not_in_modulus():
     x = (np.arange(41) - 20) * 5.0
     height = -(x[:, None] ** 2 + x**2) / (2 * 300.0)
     axes = {"x": x, "y": x}
-    surface = roughxr.schema.label(roughxr.synthetic.xr.Dataset({"height": (("x", "y"), height)}, coords=axes))
+    surface = roughxr.schema.label(roughxr.scans.synthetic.xr.Dataset({"height": (("x", "y"), height)}, coords=axes))
     pair = roughxr.assign_pair(surface, sphere_radius=600, contact_modulus=40, work_of_adhesion=0.1)
     tried = {"surface energy": [2.0], "modulus": [2.0]}
     found = sensitivity(pair, subregions=(np.array([-1.0, 1.0]), np.array([0.0, 0.0])), settings=tried)

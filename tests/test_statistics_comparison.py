@@ -64,7 +64,7 @@ def test_the_published_twelve_nanometres_do_not_hold_on_the_twin():
     scan = roughxr.open_sample("glass")
     scan = roughxr.assign_pair(scan, sphere_radius=3000, young_modulus=75, poisson_ratio=0.22)
     catalogue = roughxr.asperities(scan, patch="paper", vertex="pixel")
-    centres = roughxr.regions.centres(scan, (8, 8))
+    centres = roughxr.scans.regions.centres(scan, (8, 8))
     places = centres.isel(subregion=np.flatnonzero(~roughxr.statistics.debris(catalogue, centres)))
     direct = roughxr.direct(scan, delta=[10.0, 12.0], subregions=places)
     superposed = roughxr.superpose(catalogue, delta=np.arange(8, 14, 0.1), subregions=places, law="hertz")

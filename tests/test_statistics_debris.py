@@ -19,7 +19,7 @@ def tiles(heights):
 
 def test_the_six_particles_of_the_twin_are_found_and_nothing_else():
     scan = roughxr.open_sample("glass")
-    centres = roughxr.regions.centres(scan, (8, 8))
+    centres = roughxr.scans.regions.centres(scan, (8, 8))
     flags = debris(roughxr.asperities(scan), centres)
     nearest = {
         int(np.hypot(centres.subregion_x - x, centres.subregion_y - y).argmin("subregion"))

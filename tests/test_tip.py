@@ -63,7 +63,7 @@ def test_erosion_gives_back_what_the_tip_touched():
 
 
 def test_a_blunter_tip_sees_less():
-    scan = roughxr.synthetic.self_affine((64, 64), 2, rms=1, hurst=0.8, rolloff=40, seed=3)
+    scan = roughxr.scans.synthetic.self_affine((64, 64), 2, rms=1, hurst=0.8, rolloff=40, seed=3)
     images = [dilate(scan, tip_radius=radius).height for radius in (2, 10, 50)]
     assert (images[0] >= scan.height - 1e-12).all()
     assert (images[1] >= images[0] - 1e-12).all() and (images[2] >= images[1] - 1e-12).all()

@@ -15,7 +15,7 @@ from roughxr.accessor import ContactAccessor
 from roughxr.vocabulary import schema, units, verbs
 
 from .surfaces import glass_pair, rough, scan
-from .verb_calls import CALLS, NOT_CALLED, PLACES, QUICK, WRITES, assert_same, call, made, public_verbs, words_of
+from .verb_calls import CALLS, NOT_CALLED, PLACES, QUICK, WRITES, assert_same, call, made, named, public_verbs, words_of
 
 #: Other units of the table's, three for each.
 OTHERS = {
@@ -211,7 +211,7 @@ def test_every_option_with_a_unit_takes_quantities(verb, of, name, value, others
     if name in ("x", "shift") and kind == "text":
         given = tuple(given)
     others = {key: made().get(one, one) if isinstance(one, str) else one for key, one in others.items()}
-    function = functools.partial(getattr(roughxr, verb), made()[of], **{k: v for k, v in others.items() if k != name})
+    function = functools.partial(named(verb), made()[of], **{k: v for k, v in others.items() if k != name})
     plain = f"{value} nm" if name in ("patch", "method") else value
     expected = function(**{name: plain})
     # a bin's edge, written in other units, may be beside a sample by rounding: all else follows its numbers
@@ -270,12 +270,12 @@ def test_weights_go_by_label():
     turned = weights.isel(subregion=rng.permutation(weights.size))
     for function in (
         lambda w: roughxr.pdf(pulls, "pull_off_force", bins=4, weights=w),
-        lambda w: roughxr.cdf(pulls, "pull_off_force", weights=w),
+        lambda w: roughxr.statistics.cdf(pulls, "pull_off_force", weights=w),
         lambda w: roughxr.summary(pulls, weights=w),
     ):
         xr.testing.assert_allclose(function(turned), function(weights))
     some = weights.isel(subregion=slice(1, None))
-    for refused in (roughxr.pdf, roughxr.cdf):
+    for refused in (roughxr.pdf, roughxr.statistics.cdf):
         with pytest.raises(ValueError, match=r"weights: expected .*found 1 missing"):
             refused(
                 pulls, "pull_off_force", weights=xr.concat([some, some[:1].assign_coords(subregion=[999])], "subregion")

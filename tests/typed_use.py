@@ -15,31 +15,33 @@ import roughxr
 def scans(path: Path) -> xr.Dataset:
     """Read, mend and describe a scan."""
     scan: xr.Dataset = roughxr.open_scan(path, channel=0, size=("10 um", "10 um"), height_units="nm")
-    scan = roughxr.fill(roughxr.crop(scan, x=(0, 500), y=("0 nm", "1 um")), method="nearest")
-    scan = roughxr.level(roughxr.rotate90(roughxr.resample(scan, size="8 nm"), turns=2), method="polynomial", order=3)
-    scan = roughxr.erode(roughxr.dilate(scan, tip_radius=10), tip_radius="10 nm")
-    scan = roughxr.add_fine_roughness(roughxr.smooth(scan, shortest="20 nm"), shortest=5, seed=1, hurst=0.8)
-    described: tuple[xr.Dataset, xr.Dataset, xr.Dataset, xr.Dataset] = (
-        roughxr.self_affine_fit(scan, shown="30 nm"),
-        roughxr.roughness(scan, spectra=False),
-        roughxr.power_spectrum(scan, window="hann"),
-        roughxr.autocorrelation(scan),
+    scan = roughxr.fill(roughxr.scans.crop(scan, x=(0, 500), y=("0 nm", "1 um")), method="nearest")
+    scan = roughxr.level(
+        roughxr.scans.rotate90(roughxr.scans.resample(scan, size="8 nm"), turns=2), method="polynomial", order=3
     )
-    written: Path = roughxr.to_file(scan, path, name="height")
+    scan = roughxr.scans.erode(roughxr.scans.dilate(scan, tip_radius=10), tip_radius="10 nm")
+    scan = roughxr.scans.add_fine_roughness(roughxr.scans.smooth(scan, shortest="20 nm"), shortest=5, seed=1, hurst=0.8)
+    described: tuple[xr.Dataset, xr.Dataset, xr.Dataset, xr.Dataset] = (
+        roughxr.scans.self_affine_fit(scan, shown="30 nm"),
+        roughxr.roughness(scan, spectra=False),
+        roughxr.scans.power_spectrum(scan, window="hann"),
+        roughxr.scans.autocorrelation(scan),
+    )
+    written: Path = roughxr.scans.to_file(scan, path, name="height")
     return scan if written and described else roughxr.open_sample("glass")
 
 
 def pair(scan: xr.Dataset) -> xr.Dataset:
     """Assign a pair of bodies."""
-    energy: float = roughxr.gilman_surface_energy(75, poisson_ratio=0.22)
-    modulus: float = roughxr.contact_modulus((75, 210), (0.22, 0.3))
+    energy: float = roughxr.reference.gilman_surface_energy(75, poisson_ratio=0.22)
+    modulus: float = roughxr.reference.contact_modulus((75, 210), (0.22, 0.3))
     return roughxr.assign_pair(scan, sphere_radius="3 um", contact_modulus=modulus, work_of_adhesion=2 * energy)
 
 
 def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
     """Solve by every method."""
-    catalogue: xr.Dataset = roughxr.tip_flags(roughxr.asperities(scan, patch=5, vertex="pixel"), tip_radius=10)
-    places: xr.Dataset = roughxr.regions.centres(scan, (8, 8))
+    catalogue: xr.Dataset = roughxr.scans.tip_flags(roughxr.asperities(scan, patch=5, vertex="pixel"), tip_radius=10)
+    places: xr.Dataset = roughxr.scans.regions.centres(scan, (8, 8))
     found: dict[str, xr.Dataset] = {
         "reconstruction": roughxr.reconstruct(scan, catalogue, reach=50),
         "direct": roughxr.direct(scan, delta=[1.0, 2.0], subregions=places, fields=True),
@@ -48,7 +50,7 @@ def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
         "map": roughxr.pull_off_map(catalogue, subregions=places, formulation="energy"),
         "adhesive": roughxr.adhesive(scan, preload=[0.0, 100.0], mesh=roughxr.Mesh("auto", accuracy=0.02)),
         "cycle": roughxr.adhesive(scan, delta=[1.0], law="dugdale", mesh=roughxr.Mesh(2, step=0.5)),
-        "tabor": roughxr.tabor(scan),
+        "tabor": roughxr.reference.tabor(scan),
         "varied": roughxr.vary(scan, roughxr.direct, sphere_radius=[500, 1000], delta=[1.0]),
     }
     found["estimate"] = roughxr.pull_off(found["direct"], method="ciavarella", smoothing=1.0)
@@ -57,16 +59,16 @@ def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
 
 def statistics(solutions: dict[str, xr.Dataset]) -> xr.Dataset:
     """Say what the samples say."""
-    pull: xr.Dataset = roughxr.reduction(roughxr.pull_off(solutions["superposed"], method="sweep"))
+    pull: xr.Dataset = roughxr.statistics.reduction(roughxr.pull_off(solutions["superposed"], method="sweep"))
     densities: tuple[xr.DataArray, xr.DataArray, xr.DataArray] = (
         roughxr.pdf(pull, "pull_off_force", method="kde"),
-        roughxr.cdf(pull, "pull_off_force"),
-        roughxr.debris(solutions["reconstruction"], threshold=6.0),
+        roughxr.statistics.cdf(pull, "pull_off_force"),
+        roughxr.statistics.debris(solutions["reconstruction"], threshold=6.0),
     )
     tables: list[xr.Dataset] = [
         roughxr.fit(pull, "pull_off_force", laws=["weibull"]),
         roughxr.bootstrap(pull, "pull_off_force", statistics=("mean",), seed=1),
-        roughxr.force_ratio(solutions["superposed"], solutions["direct"]),
+        roughxr.statistics.force_ratio(solutions["superposed"], solutions["direct"]),
         roughxr.sensitivity(solutions["reconstruction"], settings={"modulus": [2.0]}),
         roughxr.error_budget(solutions["reconstruction"], places=2, seeds=0),
     ]
@@ -75,18 +77,20 @@ def statistics(solutions: dict[str, xr.Dataset]) -> xr.Dataset:
 
 def measured(scan: xr.Dataset, path: Path) -> xr.Dataset:
     """Set what an instrument measured beside what the scan predicts."""
-    curves: xr.Dataset = roughxr.open_curves(path, piezo_units="nm", sensitivity="50 nm/V", spring_constant=0.2)
+    curves: xr.Dataset = roughxr.measured.open_curves(
+        path, piezo_units="nm", sensitivity="50 nm/V", spring_constant=0.2
+    )
     forces: list[xr.Dataset] = [
         roughxr.open_pull_off(path, channel="adhesion", units="V", sensitivity="12 nN/V", pulls="positive"),
         roughxr.open_pull_off([path, path]),
-        roughxr.curves_pull_off(curves, spring_constant="0.2 N/m", baseline=0.4, curves=True),
+        roughxr.measured.curves_pull_off(curves, spring_constant="0.2 N/m", baseline=0.4, curves=True),
     ]
     fitted: xr.Dataset = roughxr.fit_pair(scan, forces[0], method="superposed", subregions=(4, 4), law="jkr")
     others: list[xr.Dataset] = [
         roughxr.fit_pair(scan, forces[0], quantity="adhesion_range", method="rigid", subregions=(2, 2)),
         roughxr.fit_pair(scan, forces[0], quantity="hardness", subregions=(2, 2), preload=10.0),
     ]
-    others.append(roughxr.predict_others({"a": (scan, forces[0]), "b": (scan, forces[1])}, fit_on="a"))
+    others.append(roughxr.measured.predict_others({"a": (scan, forces[0]), "b": (scan, forces[1])}, fit_on="a"))
     if fitted and others:
         return roughxr.compare(roughxr.pull_off_map(scan), forces[1], shift=("5 nm", 0.0))
     return forces[0]
@@ -101,7 +105,7 @@ def both_rough(scan: xr.Dataset, probe: xr.Dataset) -> xr.Dataset:
 
 def several(scans: list[xr.Dataset]) -> xr.Dataset:
     """Take scans of one surface together."""
-    spectrum: xr.Dataset = roughxr.combined_spectrum(scans, window=None, shortest="20 nm", per_decade=5)
+    spectrum: xr.Dataset = roughxr.scans.combined_spectrum(scans, window=None, shortest="20 nm", per_decade=5)
     pulls: xr.Dataset = roughxr.over_scans(scans, roughxr.pull_off_map, subregions=(8, 8))
     pooled: xr.Dataset = roughxr.pooled(pulls, "pull_off_force", over="scan", statistics=["mean"], resamples=99)
     return pooled if spectrum else pulls
@@ -109,7 +113,7 @@ def several(scans: list[xr.Dataset]) -> xr.Dataset:
 
 def stiff(scan: xr.Dataset) -> xr.Dataset:
     """Take bodies too stiff to bend, and what finer scales would do."""
-    constant: float = roughxr.hamaker_constant("glass")
+    constant: float = roughxr.reference.hamaker_constant("glass")
     tables: list[xr.Dataset] = [
         roughxr.formulas(scan),
         roughxr.regime(scan),
@@ -126,7 +130,7 @@ def lifted(scan: xr.Dataset) -> xr.Dataset:
     holds = roughxr.detachment.with_pull_off(holds, roughxr.pull_off_map(scan, subregions=rests))
     critical: xr.Dataset = roughxr.critical_load(holds)
     numbers: xr.Dataset = roughxr.detachment.parameters(holds, catalogue=roughxr.asperities(scan))
-    lines: str = roughxr.to_dem(holds, code="lammps", classes=3)
+    lines: str = roughxr.detachment.to_dem(holds, code="lammps", classes=3)
     roughxr.figures.mode_map(critical, ax=None).set_title("what goes first")
     return roughxr.resuspension(holds, friction_velocity=[0.1, 1.0]) if critical and numbers and lines else holds
 
@@ -142,7 +146,7 @@ def runs(scan: xr.Dataset, path: Path) -> dict[str, xr.Dataset]:
     """Run, keep, and write for others."""
     groups: dict[str, xr.Dataset] = roughxr.run(scan, path, subregions=(4, 4), budget=2)
     with roughxr.progress():
-        groups |= roughxr.paper(str(path))
+        groups |= roughxr.reproduction.paper(str(path))
     groups |= roughxr.checkpointed(lambda: {"solutions/direct": roughxr.direct(scan, delta=[1.0])}, path, scan=scan)
     written: Path = roughxr.to_table(groups["asperities"], path)
     pages: tuple[Path, Path] = roughxr.report.write_report(path), roughxr.report.write_explorer(path, loops=2)

@@ -2,6 +2,7 @@
 
 import functools
 import inspect
+import re
 import tempfile
 import warnings
 from pathlib import Path
@@ -11,7 +12,8 @@ import pandas as pd
 import xarray as xr
 
 import roughxr
-from roughxr import archive, detachment, regions
+from roughxr import archive, detachment, measured, reference, scans, statistics
+from roughxr.scans import regions
 
 from .surfaces import rough, scan
 
@@ -165,15 +167,27 @@ NOT_CALLED = {
     "run": "all of them",
     "scale_dependence": "`adhesive` on several surfaces",
     "sensitivity": "`superpose` with several options",
-    "to_dem": "text for other programs, of `parameters`",
+    "detachment.to_dem": "text for other programs, of `parameters`",
 }
 WRITES = {"to_file": ".gsf", "to_table": ".csv"}
+
+
+def documented():
+    """Return the names of rooms' functions that have a page, without those of `detachment`."""
+    pages = Path(__file__).parent.parent / "notebooks" / "site" / "api.rst"
+    return re.findall(r"^   (?:scans|statistics|measured|reference)\.(\w+)$", pages.read_text(encoding="utf-8"), re.M)
+
+
+def named(name):
+    """Return the public function of a name, at the top or in the room where it lies."""
+    rooms = (roughxr, scans, statistics, measured, reference, detachment)
+    return next(getattr(room, name) for room in rooms if hasattr(room, name))
 
 
 def public_verbs():
     """Return all public functions that take a Dataset, by name."""
     modules = {"": roughxr, "detachment.": detachment, "regions.": regions, "archive.": archive}
-    found = {}
+    found = {name: named(name) for name in documented()}
     for prefix, module in modules.items():
         names = getattr(module, "__all__", ["save"])
         for name in names:
@@ -181,7 +195,10 @@ def public_verbs():
             if inspect.isfunction(value) and "Dataset" in str(inspect.signature(value).parameters):
                 found[prefix + name] = value
     return {
-        name: value for name, value in found.items() if name.split(".")[-1] not in roughxr.__all__ or "." not in name
+        name: value
+        for name, value in found.items()
+        if "Dataset" in str(inspect.signature(value).parameters)
+        and (name.split(".")[-1] not in roughxr.__all__ or "." not in name)
     }
 
 
@@ -196,7 +213,7 @@ def call(verb, kinds, options, datasets):
         return datasets.get(word, word) if isinstance(word, str) else word
 
     module, _, name = verb.rpartition(".")
-    function = getattr({"detachment": detachment, "regions": regions}.get(module, roughxr), name)
+    function = getattr({"detachment": detachment, "regions": regions}[module], name) if module else named(name)
     if verb in WRITES:
         function = written(function, WRITES[verb])
     with warnings.catch_warnings():

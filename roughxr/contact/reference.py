@@ -13,10 +13,38 @@ import numpy as np
 import xarray as xr
 
 from ..bodies import liquid
+from ..bodies.materials import contact_modulus, gilman_surface_energy, hamaker_constant
 from ..kernels.adhesion import potentials
 from ..kernels.asperity import ellipse, elliptic_jkr, jkr, maugis
 from ..vocabulary import schema
 from ..vocabulary.units import positive
+from .estimates import tabor
+
+__all__ = [
+    "contact_modulus",
+    "dmt_pull_off",
+    "flattened_pull_off",
+    "gaussian_work",
+    "gilman_surface_energy",
+    "hamaker_constant",
+    "hamaker_sphere",
+    "hertz",
+    "jkr_curve",
+    "jkr_pull_off",
+    "jkr_sphere",
+    "maugis_pull_off",
+    "maugis_sphere",
+    "meniscus_sphere",
+    "punch_pull_off",
+    "rabinovich",
+    "rigid_sphere",
+    "rumpf",
+    "rumpf_rms",
+    "tabor",
+    "tabor_parameter",
+    "work_from_hamaker",
+    "yield_load",
+]
 
 #: Formulations of an adhesive ellipse.
 FORMULATIONS = ("energy", "self_similar", "johnson_greenwood")

@@ -22,6 +22,8 @@ from ..vocabulary.verbs import verb
 from . import checksums, netcdf_reader, reader_process
 from .disk import as_characters, groups, opened, raw, uninterrupted, unless_interrupted, whole
 
+__all__ = ["load", "of_run", "save", "verify"]
+
 #: Zlib's level 1: half the size of fields in a tenth of the time of level 9.
 _COMPRESSED = {"zlib": True, "complevel": 1}
 

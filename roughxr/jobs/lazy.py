@@ -156,7 +156,8 @@ def compute(ds: xr.Dataset) -> xr.Dataset:
 
     Examples
     --------
-    >>> from roughxr import assign_pair, direct, synthetic
+    >>> from roughxr import assign_pair, direct
+    >>> from roughxr.scans import synthetic
     >>> scan = synthetic.self_affine((16, 16), 10, rms=1, hurst=0.8, rolloff=80, seed=1)
     >>> scan = assign_pair(scan, sphere_radius=500, contact_modulus=40)
     >>> later = direct(scan.chunk(x=8), delta=[1.0, 2.0])

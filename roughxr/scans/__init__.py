@@ -1,5 +1,6 @@
 """Scans: opened from any AFM file, levelled, measured, edited and written again."""
 
+from . import regions, synthetic
 from .backend import RoughxrBackend, open_scan
 from .channel import UnreadableScan
 from .combined_spectra import combined_spectrum
@@ -13,6 +14,7 @@ from .plausibility import ImplausibleScan, doubts
 from .roughness_parameters import roughness
 from .samples import open_sample
 from .spectra import autocorrelation, power_spectrum
+from .tip import dilate, erode, tip_flags
 
 __all__ = [
     "ImplausibleScan",
@@ -23,18 +25,23 @@ __all__ = [
     "combined_spectrum",
     "crop",
     "describe",
+    "dilate",
     "doubts",
+    "erode",
     "fill",
     "formats",
     "level",
     "open_sample",
     "open_scan",
     "power_spectrum",
+    "regions",
     "resample",
     "rotate90",
     "roughness",
     "self_affine_fit",
     "smooth",
+    "synthetic",
+    "tip_flags",
     "to_file",
     "to_gsf",
     "to_netcdf",

@@ -16,7 +16,7 @@ TEXTS = {"afmformats": b"# afmformats", "workshop": b"Force-Distance Curve", "ch
 
 _ZIP = b"PK\x03\x04"
 
-_READ_BY = "read by `roughxr measured`, in Python by roughxr.open_pull_off and roughxr.open_curves"
+_READ_BY = "read by `roughxr measured`, in Python by roughxr.open_pull_off and roughxr.measured.open_curves"
 
 _NOT_READ = (
     "not read: export the curves as text in NanoScope Analysis, or give the pull-offs as a table or as PeakForce's "

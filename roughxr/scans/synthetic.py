@@ -6,7 +6,7 @@ The glass is a twin of the scan that Cheng, Dunn & Brach (Contact between a smoo
 anisotropic rough surface) worked on and never published. It is no measurement. ``datasets/calibrate_glass.py``
 fitted its constants, and prints how near it comes to each printed figure.
 
-``python -m roughxr.synthetic`` writes it to ``datasets/glass.nc``.
+``python -m roughxr.scans.synthetic`` writes it to ``datasets/glass.nc``.
 """
 
 from __future__ import annotations
@@ -299,7 +299,7 @@ def _decimals(quantum: float) -> int:
 
 def _scan(height: np.ndarray, pixel: float, title: str, made: dict[str, Any]) -> xr.Dataset:
     axes = {axis: (axis, (np.arange(n) + 0.5) * pixel) for axis, n in zip("xy", height.shape)}
-    attrs = {"title": title, "synthetic": "yes", "source": "roughxr.synthetic"}
+    attrs = {"title": title, "synthetic": "yes", "source": "roughxr.scans.synthetic"}
     attrs |= {name: list(v) if isinstance(v, tuple) else v for name, v in made.items() if v is not None}
     return schema.label(xr.Dataset({"height": (("x", "y"), height)}, coords=axes, attrs=attrs))
 
@@ -324,7 +324,9 @@ def _hurst(hurst: Any) -> float:
 
 def main(arguments: list[str] | None = None) -> None:
     """Write the synthetic glass to the file named on the command line."""
-    parser = argparse.ArgumentParser(prog="python -m roughxr.synthetic", description="Write the synthetic glass scan.")
+    parser = argparse.ArgumentParser(
+        prog="python -m roughxr.scans.synthetic", description="Write the synthetic glass scan."
+    )
     parser.add_argument("-o", "--output", default="datasets/glass.nc", help="NetCDF file to write (%(default)s)")
     print(write_glass(parser.parse_args(arguments).output))
 

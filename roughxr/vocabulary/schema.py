@@ -698,7 +698,7 @@ def square_pixel(ds: xr.Dataset) -> float:
     """Return the pixel size of a scan in nm; raise where its pixels are not square."""
     dx, dy = pixel(ds)
     if abs(dx - dy) > 1e-6 * dx:
-        raise ValueError(f"expected square pixels, found {dx:g} x {dy:g} nm; resample first (ds.contact.resample())")
+        raise ValueError(f"expected square pixels, found {dx:g} x {dy:g} nm; resample first (roughxr.scans.resample)")
     return dx
 
 
@@ -767,7 +767,7 @@ def none_missing(missing: int, size: int) -> None:
         raise ValueError(
             f"height: expected finite heights, found {missing} missing pixels of {size}; "
             "fill them first (ds.contact.fill(), in a shell --fill linear) or crop them away "
-            "(ds.contact.crop(x=…, y=…))"
+            "(roughxr.scans.crop(ds, x=…, y=…))"
         )
 
 

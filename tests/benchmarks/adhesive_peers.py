@@ -36,7 +36,7 @@ def window(place):
     scan = roughxr.open_sample("glass").contact.assign_pair(
         sphere_radius=3000, contact_modulus=MODULUS, work_of_adhesion=WORK
     )
-    here = roughxr.regions.centres(scan, (8, 8)).isel(subregion=[place])
+    here = roughxr.scans.regions.centres(scan, (8, 8)).isel(subregion=[place])
     asked = problem.read_problem(scan, here, delta=[DEPTH], datum="first_contact", refine=REFINE)
     (where,), _ = problem.places(scan, here, 1000.0)
     separation = problem.surface_at(where, asked).separation

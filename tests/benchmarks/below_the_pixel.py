@@ -66,7 +66,7 @@ def _stretched(waves, n):
 
 def picture(truth, told):
     """Return the truth as a microscope draws it."""
-    drawn = truth.contact.dilate(tip_radius=told["tip"])
+    drawn = roughxr.scans.dilate(truth, tip_radius=told["tip"])
     n = int(told["pixel"] / CELL)
     if told["averaged"]:
         coarse = drawn.coarsen(x=n, y=n).mean()
@@ -82,7 +82,7 @@ def solved(told, grid):
     seen = picture(truth, told)
     pair = {"sphere_radius": RADIUS, **PAIRS[told["pair"]]}
     truth, seen = truth.contact.assign_pair(**pair), seen.contact.assign_pair(**pair)
-    places = roughxr.regions.centres(seen, (grid, grid))
+    places = roughxr.scans.regions.centres(seen, (grid, grid))
     simulated = {"subregions": places, "seeds": 1, "method": "adhesive"}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -22,7 +22,7 @@ def retractions(rng, count, noise, n=1000):
     piezo = np.linspace(150.0, -800.0, n) + step * rng.uniform(size=(count, 1))  # it is torn off between samples
     force = np.stack([made.recorded(rng, one, noise) for one in piezo])
     ds = xr.Dataset({"piezo": (("subregion", "sample"), piezo), "force": (("subregion", "sample"), force)})
-    return roughxr.curves_pull_off(roughxr.schema.label(ds), spring_constant=made.STIFFNESS)
+    return roughxr.measured.curves_pull_off(roughxr.schema.label(ds), spring_constant=made.STIFFNESS)
 
 
 def held(ds):

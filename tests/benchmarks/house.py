@@ -273,7 +273,7 @@ def print_rooms():
     from roughxr.asperity import catalogue
 
     warnings.simplefilter("ignore")
-    ground = roughxr.synthetic.self_affine((64, 64), 4.0, rms=0.5, hurst=0.8, rolloff=100, cutoff=30, seed=1)
+    ground = roughxr.scans.synthetic.self_affine((64, 64), 4.0, rms=0.5, hurst=0.8, rolloff=100, cutoff=30, seed=1)
     scan = roughxr.assign_pair(ground, sphere_radius=200, contact_modulus=40, work_of_adhesion=0.05)
     searched, tiles = [0], catalogue.join_tiles
 

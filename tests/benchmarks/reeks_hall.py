@@ -67,7 +67,7 @@ def grounds(pixels):
     for rms in ROUGHNESS:
         size = SIDE / pixels
         how = {"hurst": 0.8, "rolloff": WAVES, "cutoff": 4 * size, "seed": 1}
-        yield rms, roughxr.synthetic.self_affine((pixels, pixels), size, rms=rms, **how)
+        yield rms, roughxr.scans.synthetic.self_affine((pixels, pixels), size, rms=rms, **how)
 
 
 def computed(scan, radius, speeds):

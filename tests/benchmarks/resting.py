@@ -55,7 +55,7 @@ def told(words, ds, critical, held):
 
 def compare(name, scan):
     """Print places, contacts and critical velocities, landed and at rest, on one scan."""
-    area = np.prod([high - low for low, high in zip(*[iter(roughxr.regions.extent(scan))] * 2)]) / 1e6
+    area = np.prod([high - low for low, high in zip(*[iter(roughxr.scans.regions.extent(scan))] * 2)]) / 1e6
     places = roughxr.resting(scan)
     inner = places.isel(subregion=~places["truncated"].values)
     share = places["landing_share"].values
@@ -75,7 +75,7 @@ def compare(name, scan):
         stopped.append(float(held["landing_share"][held["at_bottom"]].sum()))
     told_flows = ", ".join(f"{share:.2f} at {speed:g}" for share, speed in zip(stopped, FLOWS))
     print(f"  settle='adhesion': share that gets to the bottom, in a flow while it settles, m/s: {told_flows}")
-    for words, where in (("landed", roughxr.regions.centres(scan, GRID)), ("at rest", at_rest)):
+    for words, where in (("landed", roughxr.scans.regions.centres(scan, GRID)), ("at rest", at_rest)):
         held = roughxr.rolling(catalogue, directions=24, subregions=where)
         critical = roughxr.critical_load(held)["critical_friction_velocity"].values
         told(words, held, critical, held)
@@ -92,7 +92,7 @@ def compare(name, scan):
 
 def large(pixels, form, path):
     """Print time and memory of a large scan kept in a file: kernels are compiled before, on a small one."""
-    small = roughxr.synthetic.self_affine((64, 64), 10.0, rms=2.0, hurst=0.8, rolloff=300.0, cutoff=40.0, seed=1)
+    small = roughxr.scans.synthetic.self_affine((64, 64), 10.0, rms=2.0, hurst=0.8, rolloff=300.0, cutoff=40.0, seed=1)
     roughxr.resting(roughxr.assign_pair(small, **BODIES))
     scan = xr.open_dataset(path, chunks={"x": 512, "y": 512} if form == "lazy" else None)
     scan = roughxr.assign_pair(scan if form == "lazy" else scan.load(), **BODIES)
@@ -112,7 +112,7 @@ def large_each(pixels):
     how = {"rms": 2.0, "hurst": 0.8, "rolloff": 1000.0, "cutoff": 40.0, "seed": 1}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scan.nc"
-        roughxr.scans.to_netcdf(roughxr.synthetic.self_affine((pixels, pixels), 10.0, **how), path)
+        roughxr.scans.to_netcdf(roughxr.scans.synthetic.self_affine((pixels, pixels), 10.0, **how), path)
         for form in ("in memory", "lazy"):
             subprocess.run([sys.executable, __file__, "--large", str(pixels), "--form", form, str(path)], check=True)
 

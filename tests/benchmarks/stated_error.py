@@ -21,7 +21,7 @@ def surfaces():
     pair = {"sphere_radius": 3000, "adhesion_range": 0.3}
     glass = roughxr.open_sample("glass")
     yield "glass twin", glass.contact.assign_pair(**pair, contact_modulus=39.4, work_of_adhesion=1.35)
-    made = roughxr.synthetic.self_affine((256, 256), 10.0, rms=3, hurst=0.8, rolloff=500, cutoff=50, seed=11)
+    made = roughxr.scans.synthetic.self_affine((256, 256), 10.0, rms=3, hurst=0.8, rolloff=500, cutoff=50, seed=11)
     yield "self-affine", made.contact.assign_pair(**pair, contact_modulus=39.4, work_of_adhesion=0.5)
 
 

@@ -127,7 +127,7 @@ def parts(catalogue, deltas, options):
     """Return the processor time of what a sweep consists of, s."""
     named = {"law": "jkr", "formulation": "energy"} | options
     options = options_of(catalogue, named["law"], named["formulation"], "highest_peak")
-    positions = roughxr.regions.centres(catalogue, (8, 8))
+    positions = roughxr.scans.regions.centres(catalogue, (8, 8))
     places = list(zip(positions.subregion_x.values, positions.subregion_y.values))
     field, patch, _ = catalogue_field(catalogue, options)
 

@@ -93,7 +93,7 @@ def beforehand(scan, subregions=(2, 2)):
     sweep = superpose(catalogue, delta=np.unique(at), subregions=subregions)
     each = [sweep.isel(subregion=k).sel(delta=delta) for k, delta in enumerate(at)]
     contacts = sum(int(one.contacts) for one in each)
-    area = np.prod([end - begin for begin, end in zip(*[iter(roughxr.regions.extent(scan))] * 2)])
+    area = np.prod([end - begin for begin, end in zip(*[iter(roughxr.scans.regions.extent(scan))] * 2)])
     return {
         "pixels to a wave": float(catalogue.shortest_wavelength / catalogue.pixel),
         "patch / wave": float(2 * catalogue.patch_radius / catalogue.shortest_wavelength),

@@ -60,7 +60,7 @@ def corner(size=96):
 def made(shape=(96, 80), **changes):
     """Return a self-affine surface with a smaller sphere on it."""
     options = {"rms": 1.5, "hurst": 0.8, "rolloff": 200.0, "cutoff": 25.0, "seed": 3} | changes
-    return roughxr.assign_pair(roughxr.synthetic.self_affine(shape, 6.0, **options), sphere_radius=800, **GLASS)
+    return roughxr.assign_pair(roughxr.scans.synthetic.self_affine(shape, 6.0, **options), sphere_radius=800, **GLASS)
 
 
 def flat(pixel, size):
@@ -78,22 +78,22 @@ def scans():
     ds = corner()
     yield "sample", glass()
     yield "roughness", roughxr.roughness(ds)
-    yield "power_spectrum", roughxr.power_spectrum(ds)
-    yield "power_spectrum hann", roughxr.power_spectrum(ds, window="hann")
-    yield "autocorrelation", roughxr.autocorrelation(ds)
+    yield "power_spectrum", roughxr.scans.power_spectrum(ds)
+    yield "power_spectrum hann", roughxr.scans.power_spectrum(ds, window="hann")
+    yield "autocorrelation", roughxr.scans.autocorrelation(ds)
     for method in ("plane", "quadratic", "median", "median_difference"):
         yield f"level {method}", roughxr.level(ds, method=method)
     yield "level cubic", roughxr.level(ds, method="polynomial", order=3)
-    yield "resample", roughxr.resample(ds, size=8.0)
-    yield "rotate90", roughxr.rotate90(ds)
-    yield "crop", roughxr.crop(ds, x=(100.0, 500.0), y=(200.0, 600.0))
+    yield "resample", roughxr.scans.resample(ds, size=8.0)
+    yield "rotate90", roughxr.scans.rotate90(ds)
+    yield "crop", roughxr.scans.crop(ds, x=(100.0, 500.0), y=(200.0, 600.0))
     yield "fill", roughxr.fill(ds.where(ds.height < ds.height.quantile(0.97, method="nearest").item()))
-    yield "dilate", roughxr.dilate(ds, tip_radius=20.0)
-    yield "erode", roughxr.erode(ds, tip_radius=20.0)
+    yield "dilate", roughxr.scans.dilate(ds, tip_radius=20.0)
+    yield "erode", roughxr.scans.erode(ds, tip_radius=20.0)
     yield "self_affine", made()
-    yield "glass", roughxr.synthetic.glass()
-    yield "gilman", xr.Dataset({"w": roughxr.gilman_surface_energy(75.0, poisson_ratio=0.22)})
-    yield "modulus", xr.Dataset({"E": roughxr.contact_modulus((75, 210), (0.22, 0.3))})
+    yield "glass", roughxr.scans.synthetic.glass()
+    yield "gilman", xr.Dataset({"w": roughxr.reference.gilman_surface_energy(75.0, poisson_ratio=0.22)})
+    yield "modulus", xr.Dataset({"E": roughxr.reference.contact_modulus((75, 210), (0.22, 0.3))})
 
 
 def catalogues():
@@ -108,9 +108,12 @@ def catalogues():
         yield words, catalogue
         yield f"reconstruct {words}", roughxr.reconstruct(glass(), catalogue)
     yield "reconstruct reach", roughxr.reconstruct(glass(), catalogue, reach=60.0)
-    yield "tip_flags", roughxr.tip_flags(catalogue, tip_radius=20.0)
-    yield "debris", roughxr.debris(catalogue).to_dataset(name="debris")
-    yield "debris of tiles", roughxr.debris(catalogue, roughxr.regions.centres(glass(), (8, 8))).to_dataset(name="d")
+    yield "tip_flags", roughxr.scans.tip_flags(catalogue, tip_radius=20.0)
+    yield "debris", roughxr.statistics.debris(catalogue).to_dataset(name="debris")
+    yield (
+        "debris of tiles",
+        roughxr.statistics.debris(catalogue, roughxr.scans.regions.centres(glass(), (8, 8))).to_dataset(name="d"),
+    )
 
 
 def direct():
@@ -191,8 +194,8 @@ def estimates():
     elastic = roughxr.direct(ds, delta=np.arange(0.0, 8.1, 0.25), subregions=(4, 4), datum="first_contact")
     yield "elastic_pull_off", roughxr.pull_off(elastic, method="ciavarella")
     yield "elastic_pull_off smoothing", roughxr.pull_off(elastic, method="ciavarella", smoothing=1.0)
-    yield "tabor", roughxr.tabor(ds)
-    yield "tabor distance", roughxr.tabor(made().assign_coords(adhesion_range=0.5))
+    yield "tabor", roughxr.reference.tabor(ds)
+    yield "tabor distance", roughxr.reference.tabor(made().assign_coords(adhesion_range=0.5))
 
 
 def statistics():
@@ -201,18 +204,21 @@ def statistics():
     sweep = roughxr.superpose(catalogue, delta=np.arange(-5, 25, 0.25), subregions=(8, 8))
     pull = roughxr.pull_off(sweep)
     yield "pull_off", pull
-    yield "reduction", roughxr.reduction(pull)
+    yield "reduction", roughxr.statistics.reduction(pull)
     yield "summary", roughxr.summary(pull)
     yield "summary weights", roughxr.summary(pull, weights=xr.DataArray(np.arange(1.0, 65), dims="subregion"))
     yield "bootstrap", roughxr.bootstrap(pull, "pull_off_force")
     yield "bootstrap asperities", roughxr.bootstrap(catalogue, "axis_ratio", resamples=99)
     yield "fit", roughxr.fit(pull, "pull_off_force")
-    yield "cdf", roughxr.cdf(pull, "pull_off_force").to_dataset(name="cdf")
+    yield "cdf", roughxr.statistics.cdf(pull, "pull_off_force").to_dataset(name="cdf")
     for words, ds, name in (("pull_off", pull, "pull_off_force"), ("ratio", catalogue, "axis_ratio")):
         for method in ("histogram", "kde"):
             yield f"pdf {words} {method}", roughxr.pdf(ds, name, method=method).to_dataset(name="pdf")
     hertz = roughxr.superpose(catalogue, delta=np.arange(0, 16, 0.5), subregions=(8, 8), law="hertz")
-    yield "force_ratio", roughxr.force_ratio(hertz, roughxr.direct(glass(), delta=[5.0, 10.0, 15.0], subregions=(8, 8)))
+    yield (
+        "force_ratio",
+        roughxr.statistics.force_ratio(hertz, roughxr.direct(glass(), delta=[5.0, 10.0, 15.0], subregions=(8, 8))),
+    )
     settings = {"fit window": (3, 7), "pixel": (2,), "height step": (0.5,), "tip radius": (10.0,), "modulus": (2.0,)}
     yield "sensitivity", roughxr.sensitivity(made(), subregions=(3, 3), settings=settings)
 
@@ -245,7 +251,7 @@ def paper():
 
     with tempfile.TemporaryDirectory() as folder:
         with contextlib.redirect_stdout(io.StringIO()) as printed:
-            groups = roughxr.paper(folder)
+            groups = roughxr.reproduction.paper(folder)
         yield from groups.items()
         yield "printed", printed.getvalue()
         for path in sorted(Path(folder).glob("table*")):

@@ -108,14 +108,21 @@ def main():
         ds, exact = bump(10.0, PLACES[2], radius=10000.0, modulus=modulus, work=work)
         row(f"sphere, E* {modulus:g} GPa", ds, middle, exact, mesh=1)
     row("four bumps", four_bumps(), middle, finer=4, preload=500.0, mesh=2)
-    made = roughxr.synthetic.self_affine((256, 256), 10.0, rms=3, hurst=0.8, rolloff=500, cutoff=50, seed=11)
+    made = roughxr.scans.synthetic.self_affine((256, 256), 10.0, rms=3, hurst=0.8, rolloff=500, cutoff=50, seed=11)
     for name, scan, work in (("glass twin", roughxr.open_sample("glass"), 1.35), ("self-affine", made, 0.5)):
         ds = scan.contact.assign_pair(sphere_radius=3000, contact_modulus=39.4, work_of_adhesion=work)
-        row(f"8 places of {name}", ds, roughxr.regions.sample(roughxr.regions.centres(ds, (8, 8)), 8), finer=8)
+        row(
+            f"8 places of {name}",
+            ds,
+            roughxr.scans.regions.sample(roughxr.scans.regions.centres(ds, (8, 8)), 8),
+            finer=8,
+        )
     for hurst, rms, seed, work in OTHERS:
-        made = roughxr.synthetic.self_affine((256, 256), 10.0, rms=rms, hurst=hurst, rolloff=500, cutoff=50, seed=seed)
+        made = roughxr.scans.synthetic.self_affine(
+            (256, 256), 10.0, rms=rms, hurst=hurst, rolloff=500, cutoff=50, seed=seed
+        )
         ds = made.contact.assign_pair(sphere_radius=2000, contact_modulus=30, work_of_adhesion=work)
-        rough(f"Hurst {hurst:g}", ds, roughxr.regions.sample(roughxr.regions.centres(ds, (8, 8)), 12))
+        rough(f"Hurst {hurst:g}", ds, roughxr.scans.regions.sample(roughxr.scans.regions.centres(ds, (8, 8)), 12))
     ds, exact = bump(100.0, PLACES[2])
     row("sphere, 100 cells", ds, middle, exact, mesh=1)
 

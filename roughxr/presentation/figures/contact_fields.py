@@ -55,7 +55,7 @@ def field_map(
     --------
     >>> import roughxr
     >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
     >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
     >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
     >>> field_map(ds, "gap", ax=Figure().subplots()).get_xlabel()
@@ -113,7 +113,7 @@ def topography_map(
     --------
     >>> import roughxr
     >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
     >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
     >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
     >>> topography_map(ds, scan, ax=Figure().subplots()).get_xlabel()
@@ -162,7 +162,7 @@ def pressure_on_topography(
     --------
     >>> import roughxr
     >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
     >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
     >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
     >>> len(pressure_on_topography(ds, scan, ax=Figure().subplots()).images)  # heights, and the pressure over them
@@ -211,7 +211,7 @@ def contact_section(
     --------
     >>> import roughxr
     >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
     >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
     >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
     >>> ax = contact_section(ds, scan, ax=Figure().subplots())
@@ -268,7 +268,7 @@ def contact_maps(
     --------
     >>> import roughxr
     >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
     >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
     >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
     >>> contact_maps(ds, scan, ax=Figure().subplots(2, 2).ravel()).size

@@ -36,7 +36,7 @@ def overview(run: Mapping[str, xr.Dataset]):
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
     >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
     >>> direct = roughxr.direct(scan, delta=[2.0], fields=True)
     >>> pull = xr.Dataset({"pull_off_force": ("subregion", [1.0, 2.0, 4.0], {"units": "nN"})})

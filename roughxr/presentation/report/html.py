@@ -72,7 +72,7 @@ def write_report(
     --------
     >>> import tempfile, roughxr
     >>> folder = Path(tempfile.mkdtemp())
-    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
     >>> run = {"scan": scan, "asperities": roughxr.asperities(scan)}
     >>> write_report(roughxr.archive.save(run, folder / "run.nc"), folder / "report.html").name
     'report.html'

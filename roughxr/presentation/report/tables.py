@@ -188,7 +188,7 @@ def scan_table(run: Run) -> pd.DataFrame:
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.synthetic.self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
+    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
     >>> peaks = roughxr.asperities(scan)
     >>> run = {"scan": scan, "asperities": peaks, "reconstruction": roughxr.reconstruct(scan, peaks)}
     >>> float(scan_table(run).loc["size along x [µm]", "scan"])

@@ -129,7 +129,7 @@ def error_budget(
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.synthetic.self_affine((48, 48), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
+    >>> scan = roughxr.scans.synthetic.self_affine((48, 48), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
     >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1)
     >>> options = {"settings": {"surface energy": [0.9, 1.1]}, "places": 1, "seeds": 0, "law": "griffith"}
     >>> budget = error_budget(scan, **options)

@@ -77,7 +77,7 @@ def sensitivity(
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.synthetic.self_affine((64, 64), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.scans.synthetic.self_affine((64, 64), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
     >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.2)
     >>> found = sensitivity(scan, subregions=(3, 3), settings={"surface energy": [2.0]})
     >>> found.setting.values.tolist(), bool(found.pull_off_mean[1] > found.pull_off_mean[0])

@@ -64,7 +64,7 @@ def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = N
     --------
     >>> import tempfile, roughxr
     >>> folder = Path(tempfile.mkdtemp())
-    >>> scan = roughxr.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
     >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
     >>> run = {"scan": scan, "solutions/direct": roughxr.direct(scan, delta=[2, 4], subregions=(2, 2))}
     >>> write_explorer(roughxr.archive.save(run, folder / "run.nc")).name
