@@ -42,7 +42,7 @@ def every_pixel(ds, problem, options, *, kept) -> xr.Dataset:
     starts = [(start,) for start in range(0, shape[0], rows)]
     kind = np.dtype((cell, (rows, shape[1])))
     shared = shape, problem._replace(steps=steps), options, prepared
-    records = parallel.spread(_some_rows, starts, kind, *shared, each=rows * shape[1], lazy=lazy)
+    records = parallel.spread(_some_rows, starts, kind, *shared, each=rows * shape[1], name="rigid", lazy=lazy)
     records = records.reshape((-1, shape[1]))[: shape[0]]
     names = [name for name in cell.names if name != "force" or kept]
     dims = {"force": ("x", "y", "delta")}

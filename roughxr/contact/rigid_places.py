@@ -52,7 +52,7 @@ def at_places(ds, positions, problem, options, *, fields) -> xr.Dataset:
     mean = ds["height"].data.mean()
     arguments = [(*place, mean) for place in found]
     shared = problem, layout, options
-    records = parallel.spread(_place, arguments, layout.dtype, *shared, lazy=lazy)
+    records = parallel.spread(_place, arguments, layout.dtype, *shared, name="rigid", lazy=lazy)
     out = labelled(records, layout, ds, positions)
     return out.assign_coords(window_axes([place.window for place in found], problem, layout)) if fields else out
 
