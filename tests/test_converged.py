@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import direct, force_ratio, pull_off, rigid, rolling
+from roughxr import direct, pull_off, rigid, rolling
 from roughxr.contact import elastic, rigid_places
 from roughxr.contact.estimates import elastic_pull_off
+from roughxr.statistics import force_ratio
 
 from .surfaces import glass_pair, rough, scan
 
