@@ -69,6 +69,7 @@ _EVENTS = {
     "pull_off_error": float,
     "mesh_error": float,
     "step_error": float,
+    "interpolation_error": float,
     "refinement": int,
     "truncated": bool,
     "complete": bool,
@@ -133,7 +134,8 @@ def adhesive(
         pull beyond that, over dry gaps, is put beneath it.
     mesh : "auto", int or Mesh
         "auto": at each place cells and steps are halved until the estimated error of the pull-off is below 0.05. Or the
-        cells along a side of a pixel, as ``mesh=4``, or a `Mesh`, which also states the accuracy and the steps.
+        cells along a side of a pixel, as ``mesh=4``, or a `Mesh`, which also states the accuracy and the steps. Heights
+        between the pixels are those of the surface without waves shorter than two pixels.
     datum : {"highest_peak", "first_contact"}, optional
         Where delta = 0, as in `direct`; by default the highest peak with ``delta``, first contact with a preload.
     cycles : int
@@ -150,8 +152,9 @@ def adhesive(
         ``pull_off_force``, ``pull_off_delta``, ``detachment_delta``, ``work_of_separation``, ``hysteresis``,
         ``pull_off_resolution``, ``truncated`` (contact or liquid at the edge of the scan or of the indenter's map) and
         ``complete``; also ``refinement`` and ``pull_off_error``, the estimated relative error of the pull-off, with its
-        parts ``mesh_error`` and ``step_error`` for mesh="auto". On one mesh it is known for "griffith" and "dugdale"
-        only: what the extrapolation adds, and 0.35 over the contact's radius in cells. These events are NaN where
+        parts ``mesh_error``, ``step_error`` and ``interpolation_error`` (what other heights between the pixels change:
+        splines) for mesh="auto". On one mesh it is known for "griffith" and "dugdale" only, without the last two:
+        what the extrapolation adds, and 0.7 over the contact's radius in cells. These events are NaN where
         nothing is touched, the cycle could not be completed or the preload was not reached. With a preload also
         ``preload_delta``, the displacement at which the indenter turned back, and ``contact_area`` there.
 
@@ -494,7 +497,7 @@ def _described(adhesion: Adhesion) -> dict[str, Any]:
     if not adhesion.refine and np.isfinite(adhesion.accuracy):
         mesh |= {"accuracy": adhesion.accuracy}
     if adhesion.refine != 1:
-        mesh |= {"refinement_method": "bicubic spline"}
+        mesh |= {"refinement_method": "band-limited"}
     length = {} if np.isnan(adhesion.length) else {"adhesion_length_nm": adhesion.length}
     length |= {"cut_off_nm": TAIL * adhesion.length} if adhesion.law == "lennard_jones" else {}
     missing = "NaN where nothing was touched, the preload was not reached or the cycle not completed"

@@ -52,6 +52,10 @@ _SOFTENING, _FIRST_CELL = 1.0, 5.0
 #: (``tests/benchmarks/without_range.py``).
 LEAST_RADIUS = 2.0
 
+#: Over the square of the radius, in cells, of the smallest contact at pull-off: the least error that two meshes state,
+#: about what they are off by on spheres of that radius, on which they may agree by chance.
+_SMALL = 0.5
+
 #: Largest number of cells within the range of adhesion, and of linear systems per state.
 MOST_CELLS, _ROUNDS = 10**6, 1000
 
@@ -164,7 +168,8 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
 
     The change from one mesh to the next is taken as the error of the finer one: an upper bound where the meshes
     converge at first order or better. The error of the step is the change between the step and twice the step on the
-    coarsest mesh; where it is large, finer meshes take half the step.
+    coarsest mesh; where it is large, finer meshes take half the step. The error of what lies between the pixels is the
+    change from a band-limited surface to splines on the first mesh that divides them.
     """
     meshes = [n for n in REFINEMENTS if n >= _first_refinement(problem, adhesion)][:_MESHES]
     before = _cycles(place, problem, adhesion, meshes[0])
@@ -173,23 +178,27 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     of_step = _change(_cycles(place, problem, adhesion._replace(step=2 * adhesion.step), meshes[0]), before)
     if (of_step > 0.5 * adhesion.accuracy).any():  # longer steps pass over states that shorter ones find
         adhesion = adhesion._replace(step=0.5 * adhesion.step)
-    found, n, of_mesh = before, meshes[0], np.full_like(of_step, np.nan)
+    found, n, of_mesh, between = before, meshes[0], np.full_like(of_step, np.nan), None
     for finer in meshes[1:]:
         if _overlapping(before.surface, problem, adhesion) * (finer / n) ** 2 > MOST_CELLS:
             break
         found = _cycles(place, problem, adhesion, finer)
-        of_mesh, n = np.fmax(_change(before, found), _apart(found)), finer
-        if (of_mesh < adhesion.accuracy)[np.isfinite(of_mesh)].all() and _resolved(found):
+        of_mesh, n = np.fmax(np.fmax(_change(before, found), _apart(found)), _unseen(found)), finer
+        if between is None:
+            between = _change(_cycles(place, problem._replace(splined=True), adhesion, finer), found)
+        if (of_mesh < adhesion.accuracy)[np.isfinite(of_mesh)].all():
             break
         before = found
-    errors = {"mesh_error": of_mesh, "step_error": of_step, "pull_off_error": np.hypot(of_mesh, of_step)}
+    between = 0.0 * of_mesh if between is None else between
+    errors = {"mesh_error": of_mesh, "step_error": of_step, "interpolation_error": between}
+    errors["pull_off_error"] = np.sqrt(of_mesh**2 + of_step**2 + between**2)
     return found, {"refinement": n, **errors}
 
 
-def _resolved(found: Cycles) -> bool:
-    """Return whether contacts at pull-off are large enough for two meshes not to agree by chance."""
-    told = [events(found, k).get("pull_off_resolution", np.nan) for k in range(len(found.paths))]
-    return not (np.array(told) < LEAST_RADIUS).any()
+def _unseen(found: Cycles) -> np.ndarray:
+    """Return the error of small contacts at pull-off, on which two meshes may agree by chance."""
+    radii = [events(found, k).get("pull_off_resolution", np.nan) for k in range(len(found.paths))]
+    return _SMALL / np.array(radii) ** 2
 
 
 def _error_of_one_mesh(found: Cycles) -> np.ndarray:

@@ -14,6 +14,7 @@ import xarray as xr
 from ..bodies.materials import indenter_map
 from ..jobs.lazy import is_lazy
 from ..kernels.halfspace.separation import PARABOLA, PROFILES, map_separation, sphere_separation
+from ..kernels.topography.interpolation import band_limited, splined
 from ..scans import regions
 from ..vocabulary import schema
 
@@ -61,6 +62,7 @@ class Problem(NamedTuple):
     indenter: Indenter
     hardness: float = np.inf  # GPa, inf where it is not known
     yielding: bool = False  # whether the body yields at the hardness; else the result only tells what lies above it
+    splined: bool = False  # whether heights between the pixels are those of splines, not of a band-limited surface
 
     @property
     def dx(self) -> float:
@@ -204,7 +206,8 @@ class Surface(NamedTuple):
 def surface_at(place: Place, problem: Problem) -> Surface:
     """Return the surface at one place."""
     height, datum = np.ascontiguousarray(place.height, dtype=float), float(place.datum)
-    n, fine = problem.refine, refined(height, problem.refine)
+    between = splined if problem.splined else band_limited
+    n, fine = problem.refine, between(height, problem.refine)
     x, y = (
         first + problem.dx * (n * missing + 0.5 * (1 - n) + np.arange(size))
         for first, missing, size in zip(place.window.origin, place.window.missing, fine.shape)
@@ -213,18 +216,6 @@ def surface_at(place: Place, problem: Problem) -> Surface:
     zero = float(separation.min()) if problem.first_contact and separation.size else 0.0
     unknown_from = min(_lowest_at_ends(separation, place.ends), _lowest_at_rim(separation, problem.indenter))
     return Surface(separation, zero, unknown_from, tuple(n * k for k in place.window.missing))
-
-
-def refined(height: np.ndarray, n: int) -> np.ndarray:
-    """Return the heights on n × n cells for each pixel, interpolated by splines through the pixel centres."""
-    if n == 1:
-        return height
-    from scipy.interpolate import RectBivariateSpline
-
-    coarse = [np.arange(size) for size in height.shape]
-    fine = [(np.arange(size * n) + 0.5) / n - 0.5 for size in height.shape]
-    order = [min(3, size - 1) for size in height.shape]
-    return np.ascontiguousarray(RectBivariateSpline(*coarse, height, kx=order[0], ky=order[1])(*fine))
 
 
 def _lowest_at_ends(separation: np.ndarray, ends: tuple[bool, bool, bool, bool]) -> float:

@@ -68,7 +68,8 @@ def rigid(
         deform elastically under the pull, solved as in `direct`, while the attraction acts across the gaps that are
         left (as in the theory of Derjaguin, Muller & Toporov).
     refine : int
-        Sum over refine × refine cells in each pixel, heights interpolated by bicubic splines; not for every pixel.
+        Sum over refine × refine cells in each pixel, heights interpolated without waves shorter than two pixels; not
+        for every pixel.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, as in `direct`.
     rate : {"slow", "fast"}

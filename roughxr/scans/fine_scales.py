@@ -15,6 +15,7 @@ import dask.array as da
 import numpy as np
 import xarray as xr
 
+from ..kernels.topography.interpolation import band_limited
 from ..kernels.topography.random_surface import HURST, fit_k_correlation, k_correlation, nested_waves
 from ..vocabulary.schema import label, pixel, record, square_pixel, validate
 from ..vocabulary.units import magnitude, positive, whole_number
@@ -174,7 +175,7 @@ def add_fine_roughness(
     Returns
     -------
     Dataset
-        The scan, interpolated by bicubic splines through its pixel centres, and on it a Gaussian random surface.
+        The scan, interpolated without waves shorter than two pixels, and on it a Gaussian random surface.
         Its attributes hold what was added: ``fine_shortest``, ``fine_longest`` (nm), ``fine_hurst``,
         ``fine_rms`` (nm), ``fine_seed``, except for a lazy scan, which becomes one task that holds the whole
         map.
@@ -262,22 +263,10 @@ def _finer(height, shown, *, axes, side, n, shortest, seed, hurst, model) -> tup
         model = model_of(spectra, (side, side), hurst, shown)
     if not np.isfinite(model.plateau):
         raise ValueError("height: expected a spectrum to continue, found none in a flat or nearly flat scan")
-    fine = _interpolated(height, n)
+    fine = band_limited(height, n)
     added = nested_waves(*axes, model.at, model.shown, shortest, seed)
     made = {"shortest": shortest, "longest": model.shown, "hurst": model.hurst, "rms": float(added.std()), "seed": seed}
     return fine + added, {f"fine_{name}": value for name, value in made.items()}
-
-
-def _interpolated(height: np.ndarray, n: int) -> np.ndarray:
-    """Return bicubic splines through the pixel centres, at the centres of n × n cells in place of each pixel."""
-    from scipy.interpolate import RectBivariateSpline
-
-    if n == 1:
-        return np.array(height, dtype=float)
-    coarse = [np.arange(size) for size in height.shape]
-    order = [min(3, size - 1) for size in height.shape]
-    between = RectBivariateSpline(*coarse, height, kx=order[0], ky=order[1])
-    return between(*((np.arange(size * n) + 0.5) / n - 0.5 for size in height.shape))
 
 
 @verb

@@ -184,6 +184,7 @@ VARIABLES: dict[str, Variable] = {
     "pull_off_error": Variable("1", "estimated relative error of the pull-off force", "of mesh and step together"),
     "mesh_error": Variable("1", "change of the pull-off force from the mesh before"),
     "step_error": Variable("1", "change of the pull-off force by steps twice as long"),
+    "interpolation_error": Variable("1", "change of the pull-off force by splines between the pixels"),
     "complete": Variable("1", "the cycle could be followed to its end"),
     "snap_in_force": Variable("nN", "snap-in force", "positive magnitude of the pull right after first contact"),
     "snap_in_delta": Variable("nm", "displacement of first contact", "counted from the datum"),
