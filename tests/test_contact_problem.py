@@ -61,13 +61,6 @@ def test_refinements_are_whole_numbers(wrong):
         adhesive(flat_scan, delta=[2.0], mesh=wrong)
 
 
-def test_refined_cells_lie_within_their_pixels_and_keep_linear_heights():
-    pixels = np.add.outer(np.arange(6.0), 2 * np.arange(7.0))
-    fine = down.refined(pixels, 3)
-    assert fine.shape == (18, 21)
-    np.testing.assert_allclose(fine.reshape(6, 3, 7, 3).mean((1, 3))[1:-1, 1:-1], pixels[1:-1, 1:-1], atol=1e-12)
-
-
 def test_a_blank_record_says_nothing():
     layout = up.Layout({"delta": [1.0, 2.0]}, {"force": float, "converged": bool}, {"complete": bool}, window=(3, 4))
     record = layout.blank()
