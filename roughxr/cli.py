@@ -703,8 +703,8 @@ def _convert(options) -> None:
     endings = (".nc",) if options.surfacetopography else (".nc", ".gsf")
     suffix = one_of(Path(options.output).suffix, endings, "output")
     scan = _opened(options.file, options)
-    nc = scans.to_surfacetopography if options.surfacetopography else scans.to_netcdf
-    (scans.to_gsf if suffix == ".gsf" else nc)(scan, options.output)
+    own = suffix == ".nc" and not options.surfacetopography
+    (scans.to_netcdf if own else scans.to_file)(scan, options.output)
     print(f"written to {options.output}")
 
 

@@ -41,7 +41,7 @@ def scan_of(rows: np.ndarray, size: tuple[float, float]) -> xr.Dataset:
 
 
 def write_gsf(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
-    return scans.to_gsf(scan_of(rows, size), folder / "scan.gsf")
+    return scans.to_file(scan_of(rows, size), folder / "scan.gsf")
 
 
 def write_gwy(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
@@ -78,7 +78,7 @@ def write_native(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> P
 
 
 def write_surfacetopography(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
-    return scans.to_surfacetopography(scan_of(rows, size), folder / "surfacetopography.nc")
+    return scans.to_file(scan_of(rows, size), folder / "surfacetopography.nc")
 
 
 def write_cf(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:

@@ -18,7 +18,7 @@ from roughxr.files import archive
 from roughxr.files.disk import leftovers, uninterrupted, whole
 from roughxr.presentation import figures
 from roughxr.presentation.exports import to_table
-from roughxr.scans import to_gsf, to_netcdf, to_surfacetopography, to_tiff
+from roughxr.scans import to_file, to_netcdf
 
 from .surfaces import rough, scan
 
@@ -71,9 +71,9 @@ def noise():
 WRITERS = {
     "archive.nc": lambda path: archive.save({"a/b": noise(), "c": noise().chunk(x=100)}, path, streamed=True),
     "scan.nc": lambda path: to_netcdf(scan(rough(128)), path),
-    "surfacetopography.nc": lambda path: to_surfacetopography(scan(rough(128)), path),
-    "scan.gsf": lambda path: to_gsf(scan(rough(256)), path),
-    "scan.tif": lambda path: to_tiff(scan(rough(256)), path),
+    "surfacetopography.nc": lambda path: to_file(scan(rough(128)), path),
+    "scan.gsf": lambda path: to_file(scan(rough(256)), path),
+    "scan.tif": lambda path: to_file(scan(rough(256)), path),
     "table.csv": lambda path: to_table(noise().rename(x="row", y="column"), path),
     "table.parquet": lambda path: to_table(noise().rename(x="row", y="column"), path),
     "figure.png": lambda path: figures.save(picture(), path, dpi=300),

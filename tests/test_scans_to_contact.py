@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from roughxr import direct
-from roughxr.scans import fill, open_scan, resample, to_gsf
+from roughxr.scans import fill, open_scan, resample, to_file
 
 from .surfaces import glass_pair, rough, scan
 
@@ -16,7 +16,7 @@ def bumpy(tmp_path):
     def opened(height, ratio=1.0):
         ds = scan(height, 8.0)
         ds = ds.assign_coords(y=("y", ds["y"].values * ratio, {"units": "nm"}))
-        return glass_pair(open_scan(to_gsf(ds, tmp_path / "scan.gsf")))
+        return glass_pair(open_scan(to_file(ds, tmp_path / "scan.gsf")))
 
     return opened
 

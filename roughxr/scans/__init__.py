@@ -6,7 +6,7 @@ from .channel import UnreadableScan
 from .combined_spectra import combined_spectrum
 from .description import describe
 from .editing import crop, fill, resample, rotate90
-from .export import to_file, to_gsf, to_netcdf, to_surfacetopography, to_tiff
+from .export import to_file, to_netcdf
 from .files import formats
 from .fine_scales import add_fine_roughness, self_affine_fit, smooth
 from .levelling import level
@@ -43,8 +43,5 @@ __all__ = [
     "synthetic",
     "tip_flags",
     "to_file",
-    "to_gsf",
     "to_netcdf",
-    "to_surfacetopography",
-    "to_tiff",
 ]

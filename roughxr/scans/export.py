@@ -65,36 +65,8 @@ def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     return Path(path)
 
 
-@verb
-def to_surfacetopography(ds: xr.Dataset, path: str | os.PathLike) -> Path:
-    """Write a scan as the NetCDF-3 file that SurfaceTopography and contact.engineering open.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A scan.
-    path : str or path
-
-    Returns
-    -------
-    Path
-
-    Notes
-    -----
-    Variable ``heights`` as (x, y), y counted downwards from the top of the picture; ``length`` of x and y; one
-    ``unit`` for all; missing pixels NaN. This is not a CF file, and Gwyddion does not open it.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from roughxr.scans.synthetic import self_affine
-    >>> scan = self_affine((8, 4), 10, rms=1, hurst=0.8, rolloff=40, seed=1)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     written = xr.load_dataset(to_surfacetopography(scan, folder + "/scan.nc"), engine="scipy")
-    >>> written.heights.shape, float(written.x.attrs["length"]), written.x.attrs["unit"]
-    ((8, 4), 80.0, 'nm')
-    """
-    scan = validate(ds, "scan")
+def _surfacetopography(scan: xr.Dataset, path: str | os.PathLike) -> None:
+    """Write ``heights`` along (x, y), y counted downwards from the picture's top, with ``length`` of x and y."""
     height = scan["height"].isel(y=slice(None, None, -1)).variable
     coords: dict[str, Any] = {}
     for axis, step in zip("xy", pixel(scan)):
@@ -105,117 +77,32 @@ def to_surfacetopography(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     encoding = {name: {"_FillValue": None} for name in ("x", "y", "heights")}
     with whole(path) as temporary:
         out.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT", encoding=encoding)
-    return Path(path)
 
 
-@verb
-def to_gsf(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") -> Path:
-    """Write a scan, or another map along x and y, as a Gwyddion Simple Field, which Gwyddion and many others open.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A scan, or a Dataset with maps such as those of `pull_off_map`.
-    path : str or path
-        With the extension ``.gsf``.
-    name : str
-        The variable.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    ValueError
-        If ``name`` is no map along x and y, or the path does not end in ``.gsf``.
-    ImportError
-        If the package ``gsffile`` is not installed.
-
-    Notes
-    -----
-    The format holds 32-bit numbers: heights keep seven digits. Missing pixels stay NaN. Values are written in SI
-    units: m, N, Pa, J/m².
-
-    Examples
-    --------
-    >>> import tempfile, numpy as np, xarray as xr
-    >>> axes = {axis: (axis, np.arange(4.0) * 20, {"units": "nm"}) for axis in "xy"}
-    >>> pull = xr.Dataset({"pull_off_force": (("x", "y"), np.ones((4, 4)), {"units": "nN"})}, axes)
-    >>> to_gsf(pull, tempfile.mkdtemp() + "/pull.gsf", name="pull_off_force").name
-    'pull.gsf'
-    """
-    scan = validate(ds, "scan") if name == "height" else _map(ds, name)
-    units = str(scan[name].attrs.get("units", "1"))
+def _gsf(ds: xr.Dataset, path: str | os.PathLike, name: str) -> None:
+    """Write a map in SI units and 32-bit numbers, all that the format knows."""
+    units = str(ds[name].attrs.get("units", "1"))
     times, si = _SI.get(units, (1.0, units))
-    if Path(path).suffix != ".gsf":
-        raise ValueError(f"path: expected a name ending in .gsf, found {Path(path).name!r}")
-    rows = scan[name].transpose("y", "x").values[::-1]
-    dx, dy = pixel(scan)
-    title = str(scan.attrs.get("channel", "Topography") if name == "height" else name).replace("=", " ")
+    rows = ds[name].transpose("y", "x").values[::-1]
+    dx, dy = pixel(ds)
+    title = str(ds.attrs.get("channel", "Topography") if name == "height" else name).replace("=", " ")
     header = {
-        "XReal": float(f"{dx * scan.sizes['x'] * 1e-9:.14g}"),  # not 1.2000000000000002e-07
-        "YReal": float(f"{dy * scan.sizes['y'] * 1e-9:.14g}"),
+        "XReal": float(f"{dx * ds.sizes['x'] * 1e-9:.14g}"),  # not 1.2000000000000002e-07
+        "YReal": float(f"{dy * ds.sizes['y'] * 1e-9:.14g}"),
         "XYUnits": "m",
         "ZUnits": si,
         "Title": title,
     }
     with whole(path) as temporary:
         optional("gsffile").write_gsf(temporary, (rows * times).astype(np.float32), header)
-    return Path(path)
 
 
-@verb
-def to_tiff(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") -> Path:
-    """Write a scan, or another map along x and y, as a GeoTIFF, with its place and pixel size, for GIS programs.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A scan, or a Dataset with maps such as those of `pull_off_map`.
-    path : str or path
-        With the extension ``.tif`` or ``.tiff``.
-    name : str
-        The variable.
-
-    Returns
-    -------
-    Path
-
-    Notes
-    -----
-    64-bit numbers in the variable's own units, the picture's top row first, missing pixels NaN. The tags of GeoTIFF
-    tell the pixel's size and the upper left corner, in nm without a system of reference; the resolution in pixels per
-    cm and the description, JSON, tell units and history. Needs tifffile, which comes with the extra ``roughxr[afm]``.
-
-    Raises
-    ------
-    ValueError
-        If there is no map of this name, or the path has another extension.
-    ImportError
-        If tifffile is not installed.
-
-    References
-    ----------
-    OGC 19-008r4, GeoTIFF 1.1, tags 33550 (ModelPixelScale) and 33922 (ModelTiepoint); GDAL's tag 42113 for NaN.
-
-    Examples
-    --------
-    >>> import tempfile, numpy as np, tifffile, xarray as xr
-    >>> axes = {axis: (axis, np.arange(4.0) * 20 + 10, {"units": "nm"}) for axis in "xy"}
-    >>> pull = xr.Dataset({"pull_off_force": (("x", "y"), np.ones((4, 4)), {"units": "nN"})}, axes)
-    >>> path = to_tiff(pull, tempfile.mkdtemp() + "/pull.tif", name="pull_off_force")
-    >>> page = tifffile.TiffFile(path).pages[0]
-    >>> page.tags[33550].value, page.tags[33922].value
-    ((20.0, 20.0, 0.0), (0.0, 0.0, 0.0, 0.0, 80.0, 0.0))
-    """
-    scan = validate(ds, "scan") if name == "height" else _map(ds, name)
-    if Path(path).suffix not in (".tif", ".tiff"):
-        raise ValueError(f"path: expected a name ending in .tif or .tiff, found {Path(path).name!r}")
-    dx, dy = pixel(scan)
-    left, top = float(scan["x"].min()) - dx / 2, float(scan["y"].max()) + dy / 2
-    words = {key: str(value) for key, value in scan[name].attrs.items()}
-    about = {"variable": name, **words, "lateral units": "nm", "history": str(scan.attrs.get("history", ""))}
+def _tiff(ds: xr.Dataset, path: str | os.PathLike, name: str) -> None:
+    """Write a map in 64-bit numbers: GeoTIFF's tags ModelPixelScale and ModelTiepoint, and GDAL's for NaN."""
+    dx, dy = pixel(ds)
+    left, top = float(ds["x"].min()) - dx / 2, float(ds["y"].max()) + dy / 2
+    words = {key: str(value) for key, value in ds[name].attrs.items()}
+    about = {"variable": name, **words, "lateral units": "nm", "history": str(ds.attrs.get("history", ""))}
     tags = [
         (33550, "d", 3, (dx, dy, 0.0), True),
         (33922, "d", 6, (0.0, 0.0, 0.0, left, top, 0.0), True),
@@ -224,7 +111,7 @@ def to_tiff(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") ->
     with whole(path) as temporary:
         optional("tifffile").imwrite(
             temporary,
-            np.ascontiguousarray(scan[name].transpose("y", "x").values[::-1], dtype=float),
+            np.ascontiguousarray(ds[name].transpose("y", "x").values[::-1], dtype=float),
             photometric="minisblack",
             description=json.dumps(about),
             resolution=(1e7 / dx, 1e7 / dy),
@@ -232,11 +119,10 @@ def to_tiff(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") ->
             extratags=tags,
             metadata=None,
         )
-    return Path(path)
 
 
 #: Writers by the ending of a file.
-_WRITERS = {".gsf": to_gsf, ".tif": to_tiff, ".tiff": to_tiff}
+_WRITERS = {".gsf": _gsf, ".tif": _tiff, ".tiff": _tiff}
 
 
 @verb
@@ -248,8 +134,8 @@ def to_file(ds: xr.Dataset, path: str | os.PathLike, *, name: str | None = None)
     ds : Dataset
         A scan, or a Dataset with maps such as those of `pull_off_map`.
     path : str or path
-        Ending in ``.gsf``, a Gwyddion Simple Field; ``.tif``, a GeoTIFF with place and pixel size for GIS programs; or
-        ``.nc``, the NetCDF-3 file of a scan that SurfaceTopography and contact.engineering open.
+        Ending in ``.gsf``, a Gwyddion Simple Field; ``.tif`` or ``.tiff``, a GeoTIFF with place and pixel size for GIS
+        programs; or ``.nc``, the NetCDF-3 file of a scan that SurfaceTopography and contact.engineering open.
     name : str, optional
         The variable, for ``.gsf`` and ``.tif``; by default the height.
 
@@ -264,6 +150,17 @@ def to_file(ds: xr.Dataset, path: str | os.PathLike, *, name: str | None = None)
     ImportError
         If a package that the format needs is not installed.
 
+    Notes
+    -----
+    Missing pixels stay NaN; the picture's top row comes first. ``.gsf`` holds 32-bit numbers (seven digits) in SI
+    units: m, N, Pa, J/m². ``.tif`` holds 64-bit numbers in the variable's own units, its tags the pixel's size and the upper
+    left corner in nm without a system of reference, and as its description, JSON, units and history. ``.nc`` is no CF
+    file, and Gwyddion does not open it.
+
+    References
+    ----------
+    OGC 19-008r4, GeoTIFF 1.1, tags 33550 (ModelPixelScale) and 33922 (ModelTiepoint); GDAL's tag 42113 for NaN.
+
     Examples
     --------
     >>> import tempfile
@@ -275,5 +172,8 @@ def to_file(ds: xr.Dataset, path: str | os.PathLike, *, name: str | None = None)
     ending = schema.one_of(Path(path).suffix.lower(), (*_WRITERS, ".nc"), "path's ending")
     if ending == ".nc":
         schema.refuse_unused("a path ending in '.nc'", name=name)
-        return to_surfacetopography(ds, path)
-    return _WRITERS[ending](ds, path, name=name or "height")
+        _surfacetopography(validate(ds, "scan"), path)
+    else:
+        name = name or "height"
+        _WRITERS[ending](validate(ds, "scan") if name == "height" else _map(ds, name), path, name)
+    return Path(path)
