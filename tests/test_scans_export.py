@@ -37,7 +37,7 @@ def test_gsffile_opens_its_file_with_the_same_numbers(holed, tmp_path):
     np.testing.assert_allclose(rows * 1e9, holed["height"].values.T[::-1], rtol=1e-6)
     assert (header["XReal"], header["YReal"]) == pytest.approx((120e-9, 144e-9))
     assert (header["XYUnits"], header["ZUnits"]) == ("m", "m")
-    with pytest.raises(ValueError, match=r"path's ending: expected '\.gsf'"):
+    with pytest.raises(ValueError, match=r"path's ending: expected one of '\.gsf'"):
         to_file(holed, tmp_path / "scan.txt")
 
 
