@@ -13,8 +13,6 @@ from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals, her
 from roughxr.kernels.asperity.laws import (
     ASPERITY_LAWS,
     Events,
-    asperities_contact,
-    asperities_events,
     asperities_scales,
     asperity_contact,
     asperity_events,
@@ -23,6 +21,8 @@ from roughxr.kernels.asperity.laws import (
     law,
     pick,
 )
+
+from .asperity_loops import asperities_contact, asperities_events
 
 E_STAR, W = 39.407, 1.349  # GPa, J/m²
 ADHESIVE = ASPERITY_LAWS[1:]

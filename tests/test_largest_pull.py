@@ -5,9 +5,11 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from roughxr.kernels.asperity import largest_pull as walk
-from roughxr.kernels.asperity.laws import asperities_contact, asperities_scales, law
+from roughxr.kernels.asperity.laws import asperities_scales, law
 from roughxr.kernels.asperity.superposition import Field
 from roughxr.kernels.halfspace.separation import profile_height
+
+from .asperity_loops import asperities_contact
 
 RADIUS, SPHERE, RANGE = 500.0, 0, 1.5
 LAWS = ("self_similar", "energy")

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from roughxr.kernels.topography.paraboloid import fit_paraboloids, principal
-from roughxr.kernels.topography.peaks import find_peaks
+from roughxr.kernels.topography.peaks import search
 
 CENTRE = 8  # pixel about which the test surfaces are drawn
 SIDE = 2 * CENTRE + 1
@@ -100,7 +100,7 @@ def test_orientation_of_pure_cases():
 @settings(deadline=None, max_examples=20)
 def test_invariance(seed, vertex):
     z = random_surface(seed)
-    ix, iy, _ = find_peaks(z)
+    ix, iy, _ = search(z).peaks
     dx, dy = 2.0, 3.0
     fit = fit_paraboloids(z, ix, iy, dx, dy, vertex=vertex)
 
@@ -125,7 +125,7 @@ def test_invariance(seed, vertex):
 @settings(deadline=None, max_examples=20)
 def test_free_fit_is_never_worse_and_stays_near_its_pixel(seed):
     z = random_surface(seed)
-    ix, iy, _ = find_peaks(z)
+    ix, iy, _ = search(z).peaks
     free, fixed = (fit_paraboloids(z, ix, iy, 2, 3, vertex=vertex) for vertex in ("fitted", "pixel"))
     assert (free.fit_rms <= fixed.fit_rms * (1 + 1e-12)).all()
     assert (np.abs(free.vertex_x) <= 2).all() and (np.abs(free.vertex_y) <= 3).all()

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from roughxr.kernels.topography.peaks import find_peaks
+from roughxr.kernels.topography.peaks import search
 from roughxr.kernels.topography.tile_stitching import Frame, join_tiles, search_tile
 
 from .surfaces import rough
@@ -29,7 +29,7 @@ def tiles(z, frame, *sizes):
 def assert_joined(z, frame, *sizes):
     """Compare with the scan in one piece, and that with the search that knows no tiles; return what is found."""
     whole = join_tiles([[search_tile(z, (0, 0), frame)]], frame)
-    for column, direct in zip(whole.peaks, find_peaks(z)):
+    for column, direct in zip(whole.peaks, search(z).peaks):
         np.testing.assert_array_equal(column, direct)
     found = join_tiles(tiles(z, frame, *sizes), frame)
     assert (found.missing, found.highest) == (whole.missing, whole.highest)

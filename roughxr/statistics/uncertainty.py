@@ -22,7 +22,7 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.verbs import verb, warn
 from .places import block_side, blocks, independent_places
-from .sampling import Samples, counted_equally, other_dimensions, samples
+from .sampling import Samples, other_dimensions, samples
 
 #: Largest number of samples that are resampled: neighbours on a map are correlated, and more only take longer.
 _MOST = 20_000
@@ -232,23 +232,6 @@ def _quantile(values: np.ndarray, share: Any, axis: int = -1, weights: np.ndarra
     if values.ndim == 1:
         return np.interp(share, middle, ranked)
     return np.array([np.interp(share, *row) for row in zip(middle, ranked)])
-
-
-def interval_of(
-    found: Samples, function: Callable[..., Any], *, confidence: float, resamples: int, seed: int
-) -> tuple[float, float]:
-    """Return the ends of a block-bootstrap interval of any statistic.
-
-    Examples
-    --------
-    >>> found = Samples(np.random.default_rng(1).normal(15.0, 2.0, 400), None, None, 0)
-    >>> low, high = interval_of(found, np.median, confidence=0.95, resamples=399, seed=0)
-    >>> bool(14.5 < low < 15 < high < 15.5)
-    True
-    """
-    few = counted_equally(_fewer(found, seed), "intervals")
-    low, high = _intervals(few, _resampling(few, None), {"own": function}, confidence, resamples, seed)[:, 0]
-    return float(low), float(high)
 
 
 def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float = 0.95, resamples: int = 399):

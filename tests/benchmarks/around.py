@@ -15,7 +15,7 @@ import numpy as np
 import roughxr
 from roughxr.kernels.topography.envelope import asperity_rows, upper_envelope
 from roughxr.kernels.topography.paraboloid import fit_paraboloids
-from roughxr.kernels.topography.peaks import find_peaks
+from roughxr.kernels.topography.peaks import search
 from roughxr.scans.synthetic import self_affine
 
 PIXEL = 10.0
@@ -43,9 +43,9 @@ def catalogue(repeat):
     scan = surface(4096)
     z = scan.height.values
     once = median_seconds(z.max, repeat)
-    peaks = find_peaks(z)
+    peaks = search(z).peaks
     parts = {
-        "find_peaks": lambda: find_peaks(z),
+        "peaks": lambda: search(z).peaks,
         "fit_paraboloids": lambda: fit_paraboloids(z, peaks.ix, peaks.iy, PIXEL, PIXEL),
         "asperities (labelled)": lambda: roughxr.asperities(scan),
     }

@@ -154,8 +154,3 @@ def search(z):
         for j in range(is_open.shape[1]):
             is_open[i, j] = seen[i, j] == _OPEN
     return Search(Peaks(kept[0], kept[1], kept[2]), kept[3], kept[4], is_open)
-
-
-def find_peaks(z):
-    """Return the :class:`Peaks` of the heights ``z[ix, iy]``; a surface of one height has none."""
-    return search(z).peaks
