@@ -12,6 +12,7 @@ from .bodies.materials import assign_pair
 from .bodies.probes import fit_sphere, placements
 from .contact import reference
 from .contact.adhesion import adhesive
+from .contact.certificate import certificate
 from .contact.elastic import direct
 from .contact.mesh import Mesh
 from .contact.regimes import formulas, regime
@@ -46,6 +47,7 @@ __all__ = [
     "asperities",
     "assign_pair",
     "bootstrap",
+    "certificate",
     "checkpointed",
     "compare",
     "compute",

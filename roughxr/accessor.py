@@ -20,6 +20,7 @@ from .asperity.superposition import superpose
 from .bodies import probes
 from .bodies.materials import assign_pair
 from .contact.adhesion import adhesive
+from .contact.certificate import certificate
 from .contact.elastic import direct
 from .contact.regimes import formulas, regime
 from .contact.rigid_bodies import rigid
@@ -101,6 +102,7 @@ class ContactAccessor:
 
     # statistics
     answer = _method(answer)
+    certificate = _method(certificate)
     pull_off = _method(statistics.pull_off)
     pdf = _method(statistics.pdf)
     fit = _method(statistics.fit)
@@ -132,7 +134,7 @@ _TASKS: tuple[tuple[str, set[str], str], ...] = (
     ("how hard it presses and sticks", {"scan"}, "adhesive continued direct rigid resting"),
     ("the same by single asperities", {"scan", "asperities"}, "superpose pull_off_map rolling"),
     ("which model, and how sure", {"scan"}, "regime formulas vary sensitivity error_budget scale_dependence"),
-    ("the answer", {"force", "pull_off"}, "answer pull_off"),
+    ("the answer", {"force", "pull_off"}, "answer pull_off certificate"),
     ("over all places", {"samples", "map"}, "summary bootstrap pooled pdf fit"),
     ("coming off", {"moments"}, "critical_load resuspension"),
     ("beside what was measured", {"pull_off"}, "compare fit_pair"),

@@ -174,7 +174,8 @@ def test_cautions_say_what_is_wrong(run):
     pull["pull_off_delta"][5] = np.nan
     spoiled["statistics/energy"] = pull
     found = "\n".join(report.cautions(spoiled))
-    assert re.search(r"^1 of \d+ direct solves did not converge", found, re.MULTILINE)
+    assert re.search(r"Not to be trusted everywhere \(direct\): unconverged: 0.0\d+ of at most 0, NOT KEPT\.", found)
+    assert report.contact_table(spoiled).loc["conditions of the contact not kept, of its certificate", "direct"] == 2
     assert re.search(r"Of 9 places, \d reach the scan's edge at the largest displacement \(direct", found)
     assert "sweep was too short (energy): 1;" in found
     assert re.search(r"nothing pulls \(energy\), .*: 1\.", found)

@@ -55,6 +55,7 @@ _STATES = {
     "contact_patches": float,
     "resolution": float,
     "iterations": int,
+    "residual": float,
     "converged": bool,
 }
 _EVENTS = {
@@ -74,7 +75,7 @@ _EVENTS = {
     "truncated": bool,
     "complete": bool,
 }
-_AT_PRELOAD = {"preload_delta": float, "contact_area": float, "converged": bool}
+_AT_PRELOAD = {"preload_delta": float, "contact_area": float, "residual": float, "converged": bool}
 
 #: Which column of the path each variable along (branch, delta) comes from.
 _COLUMNS = {
@@ -85,6 +86,7 @@ _COLUMNS = {
     "contact_patches": path.CONTACTS,
     "resolution": path.RESOLUTION,
     "iterations": path.ITERATIONS,
+    "residual": path.RESIDUAL,
     "converged": path.OK,
 }
 
@@ -432,6 +434,7 @@ def _solve(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -
             turn = sharper(*turns, gain(found, k)) if found.wider else turns[0]
             told |= {"preload_delta": turn[path.DELTA], "contact_area": max(turn[path.AREA], 0.0)}
             told |= {"converged": bool(followed.states[:, path.OK].all())}
+            told |= {"residual": followed.states[:, path.RESIDUAL].max()}
             hard = yield_told(followed, found.problem)
             told |= {name: values[followed.turn - 1] for name, values in hard.items()}
         for name, value in told.items():
@@ -501,7 +504,8 @@ def _described(adhesion: Adhesion) -> dict[str, Any]:
     length = {} if np.isnan(adhesion.length) else {"adhesion_length_nm": adhesion.length}
     length |= {"cut_off_nm": TAIL * adhesion.length} if adhesion.law == "lennard_jones" else {}
     missing = "NaN where nothing was touched, the preload was not reached or the cycle not completed"
-    return {"law": adhesion.law, **length, **mesh, "missing": missing}
+    limit = {"tolerance": path.ON_THE_WAY if adhesion.preloads.size else path.TOLERANCE}
+    return {"law": adhesion.law, **length, **mesh, **limit, "missing": missing}
 
 
 def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
@@ -532,9 +536,11 @@ def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
             f"{unknown} of {size} subregions state no error (pull_off_error is NaN): the other mesh or the longer step "
             "gave no pull-off to compare with; compare with another mesh or a smaller step"
         )
-    if "preload_delta" in out and (rough := int((out["complete"] & ~out["converged"].astype(bool)).sum())):
+    rough = out["residual"].notnull() & ~out["converged"].astype(bool)
+    if rough.any():
+        what = "cycles hold states that" if "preload_delta" in out else "states"
         warn(
-            f"{rough} of {size} cycles hold states that have not converged (converged is False); events that rest on "
+            f"{int(rough.sum())} of {rough.size} {what} have not converged (converged is False); events that rest on "
             "them are NaN: compare with a smaller step or a finer mesh"
         )
     lost = int((~out["complete"].values).sum())

@@ -146,7 +146,7 @@ def direct(
         fields=fields,
         cost=_overlapping,
     )
-    out.attrs = {"datum": datum, "method": "direct"}
+    out.attrs = {"datum": datum, "method": "direct", "tolerance": LIMITS.tolerance}
     arguments = {"subregions": subregions, "datum": datum, "fields": fields}
     steps = {"delta": None, "load": None, **axes}
     out = schema.record(out, "direct", ds, **steps, **arguments)

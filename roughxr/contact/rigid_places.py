@@ -222,8 +222,8 @@ def _elastic(here: _Setting) -> tuple[float, tuple[float, float]]:
             break
     rigid_pull = float(here.pulls(np.array([start - kernels.floor(law)]))[0])
     best = int(np.argmax(pulls))
+    if not all(solved):  # the largest may be one of these
+        return start - kernels.floor(law), (np.nan, np.nan)
     if pulls[best] <= rigid_pull:
         return start - kernels.floor(law), (rigid_pull, start - kernels.floor(law))
-    if not solved[best]:
-        return start - kernels.floor(law), (np.nan, np.nan)
     return start - kernels.floor(law), (pulls[best], float(deltas[best]))

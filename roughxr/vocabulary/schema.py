@@ -156,7 +156,9 @@ VARIABLES: dict[str, Variable] = {
     "gap": Variable("nm", "gap", "between the deformed surfaces, zero in contact"),
     "converged": Variable("1", "the solve met its tolerance"),
     "iterations": Variable("1", "iterations of the solve"),
-    "residual": Variable("1", "largest violation of the contact conditions", "over the deepest overlap"),
+    "residual": Variable(
+        "1", "largest violation of the contact conditions", "over the deepest overlap, or the largest pull of adhesion"
+    ),
     "truncated": Variable("1", "contact or overlap reaches the scan's edge"),
     "contacts": Variable("1", "asperities in contact"),
     "contact_patches": Variable("1", "patches of contact", "connected cells that are more closed than open"),
@@ -192,6 +194,12 @@ VARIABLES: dict[str, Variable] = {
     "work_of_separation": Variable("nN nm", "work of separation", "done against the pull on retraction"),
     "hysteresis": Variable("nN nm", "energy lost in one cycle of approach and retraction"),
     "tabor_parameter": Variable("1", "Tabor's parameter", "large: short range (JKR), small: long range (DMT)"),
+    # certificate
+    "check": Variable("1", "condition of the contact"),
+    "found": Variable("1", "largest that was found"),
+    "limit": Variable("1", "largest that is allowed"),
+    "kept": Variable("1", "the limit is kept"),
+    "words": Variable("1", "in words"),
     # rigid bodies
     "touch_delta": Variable("nm", "displacement of first touch", "counted from the datum"),
     "meniscus_error": Variable(

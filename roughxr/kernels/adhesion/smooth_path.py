@@ -38,7 +38,7 @@ from .smooth_prediction import ahead
 CONVERGED, NOT_FINITE, CELL_LIMIT = range(3)
 
 #: Columns of a state.
-DELTA, FORCE, AREA, ENERGY, DISSIPATED, CONTACTS, RESOLUTION, ITERATIONS, OK, ASKED = range(10)
+DELTA, FORCE, AREA, ENERGY, DISSIPATED, CONTACTS, RESOLUTION, ITERATIONS, OK, ASKED, RESIDUAL = range(11)
 
 #: Retraction ends where nothing touches and the pull is below this part of the largest.
 _LOST = 1e-3
@@ -74,9 +74,9 @@ _ALIKE = 16
 #: Boxes reach so many cells beyond what was within range or pulled: few states then need a larger box.
 _BESIDE = 3
 
-#: Residual, over the largest traction, of states in between, if it is larger than the tolerance. States at prescribed
-#: displacements and at the largest pull meet the tolerance. It saves a quarter of the work; pull-offs change by 0.2 %.
-_ON_THE_WAY = 1e-3
+#: Residual, over the largest traction, that a state must meet, and one in between, which is neither at a prescribed
+#: displacement nor at the largest pull. It saves a quarter of the work; pull-offs change by 0.2 %.
+TOLERANCE, ON_THE_WAY = 1e-5, 1e-3
 
 #: Displacements closer than this part of a step count as equal.
 _SAME = 1e-9
@@ -127,6 +127,7 @@ class Known(NamedTuple):
     state: State
     rounds: int
     fine: bool
+    residual: float  # over the largest traction
     left: np.ndarray  # (nx, ny) of the window: residual height
     near: np.ndarray | None = None  # (nx, ny) of the window: where a law without range has touched, and may pull
     opens: bool = False  # it may pull where it was not yet allowed to
@@ -140,7 +141,7 @@ def follow_smooth(
     law,
     *,
     preloads=(),
-    tolerance=1e-5,
+    tolerance=TOLERANCE,
     max_rounds=200,
     max_cells=10**7,
     fields=False,
@@ -194,7 +195,7 @@ def follow_smooth(
     goals = preloads if preloads.size else [np.inf]
     if np.count_nonzero(separation < deltas[-1] + law.range) > max_cells:
         no_fields = np.zeros((0, *separation.shape))
-        return [Path(np.zeros((0, 10)), 0, CELL_LIMIT, no_fields, np.zeros((0, 4)), no_fields) for _ in goals]
+        return [Path(np.zeros((0, 11)), 0, CELL_LIMIT, no_fields, np.zeros((0, 4)), no_fields) for _ in goals]
     solver = _Solver(separation, coefficients, law, tolerance, max_rounds, cap, limit, from_contact)
     left = np.zeros(separation.shape) if left is None else left
     loading = _Branch(solver, step, deltas, fields, left, yields=cap < np.inf)
@@ -208,10 +209,10 @@ def _path(loading, fine, fields):
     pressures = (
         np.array(loading.pressures + back.pressures) if fields else np.zeros((0, *loading.solver.separation.shape))
     )
-    rows = np.array(loading.rows + back.rows).reshape(-1, 14)
+    rows = np.array(loading.rows + back.rows).reshape(-1, 15)
     left = np.array(loading.left if fields and loading.left else [loading.last.left])
     status = CONVERGED if fine else NOT_FINITE
-    return Path(rows[:, :10], len(loading.rows), status, pressures, rows[:, 10:], left)
+    return Path(rows[:, :11], len(loading.rows), status, pressures, rows[:, 11:], left)
 
 
 class _Solver:
@@ -230,7 +231,7 @@ class _Solver:
         separation = self.separation[rows, columns] - left[rows, columns]
         state = State(np.zeros(separation.shape), separation - delta, np.zeros(separation.shape, bool))
         near = np.zeros(self.separation.shape, np.int8) if self.around else None
-        return Known(delta, 0.0, 0.0, rows, columns, state, 0, True, left, near)
+        return Known(delta, 0.0, 0.0, rows, columns, state, 0, True, 0.0, left, near)
 
     def press(self, delta, before, last, *, well=True):
         """Return the state at a displacement on loading: the surface gives way until it bears the pressure."""
@@ -241,6 +242,8 @@ class _Solver:
             dented = found._replace(left=self._dented(found))
             rounds, found = found.rounds, self.seek(delta, None, dented, well=well)
             found = found._replace(rounds=found.rounds + rounds)
+        else:
+            found = found._replace(fine=found.fine and not found.state.pressure.max() > (1.0 + _OVER) * self.cap)
         return found
 
     def _dented(self, found):
@@ -269,7 +272,7 @@ class _Solver:
         """Return the state at a displacement, extrapolated from two others, on the surface left by the last one.
 
         With ``near`` it is given up, and not ``fine``, where there is no state close to the extrapolation. Unless
-        ``well`` it is a state in between, which need not be solved closer than ``_ON_THE_WAY``.
+        ``well`` it is a state in between, which need not be solved closer than ``ON_THE_WAY``.
         """
         for margin in itertools.count(_BESIDE, _ALIKE):
             rows, columns = self._box(delta, last, margin)
@@ -309,7 +312,7 @@ class _Solver:
         if self.around:
             separation[last.near[rows, columns] == 0] = np.inf
         for part in (self._part(trial), (slice(0, shape[0]), slice(0, shape[1]))):
-            body = self._body(separation, part, self.tolerance if well else max(self.tolerance, _ON_THE_WAY))
+            body = self._body(separation, part, self.tolerance if well else max(self.tolerance, ON_THE_WAY))
             state = State(*(values.copy() for values in trial))
             out = settle(body, delta, start, state, near)
             if out.residual < np.inf:
@@ -320,7 +323,8 @@ class _Solver:
         if self.around:
             sinks = body.exact.box[:, : shape[1]] if out.fine else surface_displacement(state.pressure, 1.0, 1.0)
             around = self._where_it_pulls(rows, columns, delta, sinks, state, last)
-        return Known(delta, force, held, rows, columns, state, out.rounds, out.fine, left, *around)
+        fine = out.fine and bool(np.isfinite(force))  # comparisons with NaN hide it from the residual
+        return Known(delta, force, held, rows, columns, state, out.rounds, fine, out.residual, left, *around)
 
     def contacts(self, state):
         """Return the number of contacts, and how well the mesh resolves them."""
@@ -565,11 +569,11 @@ class _Branch:
             self.left.append(found.left)
 
     def _row(self, found, asked):
-        row = np.zeros(14)
+        row = np.zeros(15)
         row[DELTA], row[FORCE], row[ENERGY], row[DISSIPATED] = found.delta, found.force, found.energy, self.dissipated
         row[AREA], row[ITERATIONS], row[OK], row[ASKED] = found.state.touching.sum(), found.rounds, found.fine, asked
         row[CONTACTS], row[RESOLUTION] = self.solver.contacts(found.state)
-        row[10:] = self.solver.yielded(found)
+        row[RESIDUAL], row[11:] = found.residual, self.solver.yielded(found)
         return row
 
     def _mend(self, place):

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..jit import kernel
-from .active_set import CONVERGED
+from .active_set import CONVERGED, ITERATION_LIMIT
 from .products import coefficients_for, no_transfers
 from .warm_start import COARSE_ITERATIONS, COARSE_TOLERANCE, coarser, extrapolated, half_deep, refined
 from .working_set import WarmStart, depth_in, overlapping, put, solve_in_box
@@ -224,6 +224,8 @@ def describe(row, pressure, displacement, depth, outcome, largest, cap, limit):
                 dent += max(depth[i, j] - displacement[i, j], 0.0)
     row[FORCE], row[AREA], row[HARD_FORCE], row[HARD_AREA], row[DENT] = total, touching, hard_force, hard, dent
     row[STATUS], row[ITERATIONS], row[RESIDUAL] = outcome.status, outcome.iterations, outcome.violation / largest
+    if not np.isfinite(total):  # comparisons with NaN hide it from the conditions
+        row[STATUS], row[RESIDUAL] = ITERATION_LIMIT, np.nan
 
 
 @kernel

@@ -133,9 +133,10 @@ def _solve(separation, load, guess, tolerance, max_iterations, cap, coefficients
         put(displacement, state.displacement, 0, box)
         shallow = reached - touch < 0.5 * (delta - touch)  # then the goal, a part of the guessed depth, was too loose
         if outcome.status != CONVERGED or (reached <= reach and not shallow):
-            break
+            return state
         guess = _onward(separation, reached, state, cap)
-    return state
+    stagnant = Outcome(ITERATION_LIMIT, products, state.outcome.violation, state.outcome.shift)
+    return _State(state.delta, state.pressure, state.displacement, stagnant)
 
 
 @kernel

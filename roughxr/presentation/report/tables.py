@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from ...contact.certificate import SOLVED, checked
 from ...scans.regions import extent
 from ...statistics import force_ratio, smooth_pull_off
 from ...statistics.sampling import SHARE, by_share
@@ -59,7 +60,7 @@ def contact_table(
     columns = {}
     for method in METHODS:
         for name, one in _by_preload(run, method) if f"solutions/{method}" in run else ():
-            columns[name] = _column(one, method, deltas, *unit)
+            columns[name] = _column(one, method, deltas, *unit) | _kept(one[f"solutions/{method}"], method)
     return pd.DataFrame(columns).rename_axis("quantity")
 
 
@@ -87,6 +88,13 @@ def _column(run: Run, method: str, deltas: Sequence[float], unit: str, size: flo
         "contacts beyond their patch at pull-off [%]": _share_at_pull_off(run, method, "contacts_beyond_patch"),
         "contacts overlapping at pull-off [%]": _share_at_pull_off(run, method, "contacts_overlapping"),
     }
+
+
+def _kept(solution: xr.Dataset, method: str) -> dict[str, float]:
+    """Return how many conditions of its contact a solution misses."""
+    if method not in SOLVED or "converged" not in solution:
+        return {}
+    return {"conditions of the contact not kept, of its certificate": float((~checked(solution)["kept"]).sum())}
 
 
 def _mesh_rows(run: Run) -> dict[str, float]:

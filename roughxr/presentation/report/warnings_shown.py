@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import xarray as xr
 
+from ...contact.certificate import SOLVED, checked
 from ...scans import doubts
 from ...statistics import smooth_pull_off
 from ...vocabulary import schema
@@ -49,7 +50,7 @@ def cautions(run: Run) -> list[str]:
         *_doubts(run),
         _debris(run),
         *_few(run),
-        _unconverged(run),
+        *_unkept(run),
         _coarse(run),
         *_yielding(run),
         *_truncated(run),
@@ -147,9 +148,11 @@ def _debris(run: Run) -> str:
     return f"{places} by rule ({flags.attrs['comment']}, {limit}); the main numbers are given with and without them."
 
 
-def _unconverged(run: Run) -> str:
-    bad, total = _count(run, "converged", lambda flags: ~flags.astype(bool))
-    return f"{bad} of {total} direct solves did not converge; their forces are not to be trusted." if bad else ""
+def _unkept(run: Run) -> list[str]:
+    """Return which solutions miss a condition of their contact; of mesh and edge other cautions tell."""
+    told = {way: checked(ds) for way, ds in _groups(run, "solutions") if way in SOLVED and "converged" in ds}
+    lost = {way: one.words.values[~(one.kept | one.check.isin(["mesh", "truncated"]))] for way, one in told.items()}
+    return [f"Not to be trusted everywhere ({way}): {'; '.join(words)}." for way, words in lost.items() if words.size]
 
 
 def _yielding(run: Run) -> list[str]:
@@ -263,8 +266,3 @@ def _unresolved(run: Run) -> str:
     if share < 0.05:
         return ""
     return f"In {percent(share)} of the elastic contacts fewer than ten pixels touch: the pixels do not resolve them."
-
-
-def _count(run: Run, name: str, bad) -> tuple[int, int]:
-    flags = [ds[name] for _, ds in _groups(run, "solutions") if name in ds]
-    return sum(int(bad(one).sum()) for one in flags), sum(one.size for one in flags)

@@ -1,0 +1,187 @@
+"""The certificate tells by how much a solution misses its conditions, and no stagnation is called solved."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import roughxr
+from roughxr.contact import elastic
+from roughxr.kernels.adhesion import smooth_path
+from roughxr.kernels.halfspace import displacement_control
+
+from .surfaces import rough, scan, sphere_gap
+
+PIXEL, MODULUS, WORK, RANGE = 4.0, 40.0, 0.1, 0.3
+
+
+@pytest.fixture(scope="module")
+def surface():
+    pair = {"sphere_radius": 800.0, "contact_modulus": MODULUS, "work_of_adhesion": WORK, "adhesion_range": RANGE}
+    return roughxr.assign_pair(scan(rough(64, rms=0.6, seed=2), pixel=PIXEL), **pair)
+
+
+def rows(solution):
+    """Return the certificate by check, as `found` over `limit`, and what is not kept."""
+    found = roughxr.certificate(solution)
+    return found.found.to_series(), set(found.check.values[~found.kept.values])
+
+
+def displacement(pressure):
+    """Return Love's displacement by a plain sum over all pairs of cells: none of the library's own operators."""
+    x = np.arange(pressure.shape[0]) * PIXEL
+    out, half = np.zeros_like(pressure), PIXEL / 2
+
+    def corner(a, b):
+        return a * np.arcsinh(b / np.abs(a)) + b * np.arcsinh(a / np.abs(b))
+
+    for i, j in np.argwhere(pressure != 0):
+        a, b = (x - x[i])[:, None], (x - x[j])[None, :]
+        whole = corner(a + half, b + half) - corner(a + half, b - half)
+        whole += corner(a - half, b - half) - corner(a - half, b + half)
+        out += pressure[i, j] * whole / (np.pi * MODULUS)
+    return out
+
+
+def separation(ds, solution):
+    """Return the separation of the undeformed bodies, nm below the highest point, on the window of the first place."""
+    x, y = np.meshgrid(solution.x, solution.y, indexing="ij")
+    heights = ds.height.sel(
+        x=solution.x + float(solution.subregion_x[0]), y=solution.y + float(solution.subregion_y[0]), method="nearest"
+    )
+    return float(ds.height.max()) - heights.values + 800.0 - np.sqrt(800.0**2 - x**2 - y**2)
+
+
+def test_an_elastic_solution_is_as_good_as_direct_summation_says(surface):
+    solution = roughxr.direct(surface, delta=[1.5], subregions=([0.0], [0.0]), fields=True)
+    found, lost = rows(solution)
+    here = solution.isel(subregion=0, delta=0)
+    gap = separation(surface, solution) - 1.5 + displacement(here.pressure.values)
+    deepest = (1.5 - separation(surface, solution)).max()
+    assert max(0.0, -gap.min()) / deepest == pytest.approx(found["penetration"], abs=1e-10) and not lost
+    product = (here.pressure * np.abs(gap)).sum() * PIXEL**2 / (here.force * deepest)
+    assert float(product) == pytest.approx(found["complementarity"], abs=1e-10)
+    assert found["penetration"] <= found["residual"] * (1 + 1e-6) and found["complementarity"] <= 1e-6
+
+
+def test_an_adhesive_solution_is_in_equilibrium_by_direct_summation(surface):
+    options = {"delta": [0.5, 2.0], "subregions": ([0.0], [0.0]), "law": "exponential", "refine": 1, "fields": True}
+    solution = roughxr.adhesive(surface, **options)
+    found, lost = rows(solution)
+    assert lost == {"mesh"}  # one mesh states no error
+    for branch in ("loading", "retraction"):
+        state = solution.isel(subregion=0).sel(branch=branch, delta=2.0)
+        pressure = state.pressure.values
+        gap = separation(surface, solution) - 2.0 + displacement(pressure)
+        pull = WORK / RANGE * np.exp(-np.maximum(gap, 0.0) / RANGE)
+        touching = pressure + pull > 0.5 * gap * MODULUS / PIXEL
+        largest = max(WORK / RANGE, 0.1 * pressure.max())
+        near = gap < 8 * RANGE  # the law is cut further out
+        missed = max(np.abs(gap[touching]).max() * MODULUS / PIXEL, np.abs(pressure + pull)[~touching & near].max())
+        assert missed / largest <= 1.001e-5 and touching.any()
+        assert missed / largest == pytest.approx(float(state.residual), rel=0.05, abs=1e-9)
+        assert -gap.min() * MODULUS / PIXEL / np.abs(pressure).max() <= found["penetration"] + 1e-10
+
+
+def test_every_condition_that_is_broken_is_named(surface):
+    surface = surface.assign_coords(hardness=1.0)
+    solution = roughxr.direct(surface, delta=[1.5, 2.5], subregions=([0.0], [0.0]), fields=True)
+    assert rows(solution)[1] == set() and float(solution.plastic_work.max()) > 0
+    broken = {
+        "penetration": {"gap": solution.gap - 1e-4},
+        "complementarity": {"gap": np.abs(solution.gap) + 1e-4},
+        "force_balance": {"force": solution.force * (1 + 1e-8)},
+        "hardness": {"pressure": solution.pressure * (1 + 1e-8), "force": solution.force * (1 + 1e-8)},
+        "truncated": {"truncated": solution.truncated | True},
+        "unconverged": {"converged": solution.converged & False},
+        "residual": {"residual": solution.residual + 1e-5},
+    }
+    for name, change in broken.items():
+        found, lost = rows(solution.assign(change))
+        assert name in lost and found.isnull().sum() == 0
+    for name in ("gap", "pressure", "force", "residual"):  # what is not known is not kept
+        assert rows(solution.assign({name: solution[name] * np.nan}))[1]
+
+
+def test_a_load_is_carried_and_places_that_touch_nothing_break_nothing(surface):
+    pressed = roughxr.direct(surface, load=[5.0, 50.0])
+    assert rows(pressed)[1] == set() and "load" in rows(pressed)[0]
+    assert "load" in rows(pressed.assign(force=pressed.force * 1.001))[1]
+    untouched = roughxr.direct(surface, delta=[0.0, 1.0], datum="first_contact", fields=True)
+    assert float(untouched.force[0, 0]) == 0 and rows(untouched)[1] == set()
+
+
+def test_without_fields_and_without_deformation(surface):
+    rigid = roughxr.rigid(surface, subregions=(2, 1), law="exponential")
+    assert {"unconverged", "truncated", "mesh"} == set(rows(rigid)[0].index)
+    settled = roughxr.adhesive(surface, law="exponential", accuracy=None)
+    found, lost = rows(settled)
+    assert lost == {"mesh"} and 0 < found["residual"] <= 1e-3
+    with pytest.raises(ValueError, match="expected a solution of direct, adhesive, rigid"):
+        roughxr.certificate(roughxr.superpose(surface, delta=[1.0]))
+
+
+@pytest.mark.parametrize("cut", [{"max_iterations": 3}, {"tolerance": 0.0}])
+def test_an_elastic_solve_that_stagnates_is_flagged_and_told_of(surface, monkeypatch, cut):
+    monkeypatch.setattr(elastic, "LIMITS", elastic.LIMITS._replace(**cut))
+    for asked in ({"delta": [1.5]}, {"load": [50.0]}):
+        with pytest.warns(UserWarning, match="direct: 1 of 1 solves have not converged"):
+            solution = roughxr.direct(surface, subregions=([0.0], [0.0]), **asked)
+        assert not solution.converged.any() and {"unconverged"} <= rows(solution)[1]
+
+
+def test_numbers_that_are_none_do_not_pass_for_a_solution():
+    """Every comparison with NaN is False: no violation would be found."""
+    gap = sphere_gap(32, PIXEL)
+    begin = displacement_control.WarmStart(np.full(gap.shape, np.nan), gap < 1, gap < 1, 0, 0)
+    lost = displacement_control.solve(gap, 1.0, PIXEL, MODULUS, start=begin)
+    assert not lost.converged and np.isnan(lost.residual)
+    solver = smooth_path._Solver(
+        gap, displacement_control.coefficients_for(gap.shape), *_law_and_limits(), np.inf, np.inf, False
+    )
+    nothing = solver.nothing(1.0, np.zeros(gap.shape))
+    spoiled = nothing._replace(state=nothing.state._replace(pressure=nothing.state.pressure * np.nan))
+    assert solver.seek(1.0, None, nothing).fine and not solver.seek(1.0, None, spoiled).fine
+
+
+def _law_and_limits():
+    from roughxr.kernels.adhesion.smooth_laws import law_of
+
+    return law_of(exponential=(WORK * PIXEL / MODULUS, RANGE)), 1e-5, 200
+
+
+@pytest.mark.parametrize("cut", [{"max_rounds": 1}, {"tolerance": 0.0, "max_rounds": 20}])
+@pytest.mark.parametrize("asked", [{"delta": [2.0, 2.5]}, {"preload": 0.0}])
+def test_an_adhesive_solve_that_stagnates_is_flagged_and_told_of(surface, monkeypatch, cut, asked):
+    follow = smooth_path.follow_smooth
+    monkeypatch.setattr(smooth_path, "follow_smooth", lambda *a, **k: follow(*a, **k | cut))
+    monkeypatch.setattr(smooth_path, "ON_THE_WAY", 0.0)
+    with pytest.warns(UserWarning, match=r"have not converged \(converged is False\)"):
+        cycle = roughxr.adhesive(surface, law="exponential", refine=1, subregions=([0.0], [0.0]), **asked)
+    assert not cycle.converged.any() and np.isnan(cycle.pull_off_force).all()
+    assert {"unconverged"} <= rows(cycle)[1]
+
+
+def test_a_surface_that_does_not_give_way_enough_has_not_converged(surface, monkeypatch):
+    hard = surface.assign_coords(hardness=1.0)
+    good = roughxr.adhesive(hard, law="exponential", accuracy=None, preload=50.0)
+    assert good.converged.all() and float(good.yielded_area.max()) > 0
+    monkeypatch.setattr(smooth_path, "_DENTS", 0)
+    with pytest.warns(UserWarning, match="have not converged"):
+        stiff = roughxr.adhesive(hard, law="exponential", accuracy=None, preload=50.0)
+    assert not stiff.converged.any() and "unconverged" in rows(stiff)[1]
+
+
+def test_missing_heights_are_refused(surface):
+    holes = surface.assign(height=surface.height.where(surface.x > 0))
+    for solve in (roughxr.direct, roughxr.adhesive, roughxr.rigid):
+        with pytest.raises(ValueError, match="missing pixels"):
+            solve(holes)
+
+
+def test_the_certificate_is_a_table(surface, tmp_path):
+    import pandas as pd
+
+    found = roughxr.certificate(roughxr.direct(surface, delta=[1.5]))
+    assert isinstance(found, xr.Dataset) and found.verdict.startswith("all ")
+    table = pd.read_csv(found.contact.to_table(tmp_path / "certificate.csv"))
+    assert table.check.tolist() == found.check.values.tolist() and table.kept.all()
