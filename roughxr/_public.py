@@ -29,7 +29,7 @@ from .presentation.exports import to_table
 from .presentation.figures import plot
 from .runs.analysis import run
 from .scans import fill, level, open_sample, open_scan, roughness
-from .statistics import bootstrap, fit, pdf, pooled, pull_off, summary
+from .statistics import bootstrap, fit, pdf, pull_off, summary
 from .studies.continuation import continued
 from .studies.parameter_grid import vary
 from .studies.sensitivities import error_budget, sensitivity
@@ -71,7 +71,6 @@ __all__ = [
     "pdf",
     "placements",
     "plot",
-    "pooled",
     "progress",
     "pull_off",
     "pull_off_map",

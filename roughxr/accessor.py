@@ -108,7 +108,6 @@ class ContactAccessor:
     fit = _method(statistics.fit)
     summary = _method(statistics.summary)
     bootstrap = _method(statistics.bootstrap)
-    pooled = _method(statistics.pooled)
 
     # measured
     compare = _method(compare)
@@ -135,7 +134,7 @@ _TASKS: tuple[tuple[str, set[str], str], ...] = (
     ("the same by single asperities", {"scan", "asperities"}, "superpose pull_off_map rolling"),
     ("which model, and how sure", {"scan"}, "regime formulas vary sensitivity error_budget scale_dependence"),
     ("the answer", {"force", "pull_off"}, "answer pull_off certificate"),
-    ("over all places", {"samples", "map"}, "summary bootstrap pooled pdf fit"),
+    ("over all places", {"samples", "map"}, "summary bootstrap pdf fit"),
     ("coming off", {"moments"}, "critical_load resuspension"),
     ("beside what was measured", {"pull_off"}, "compare fit_pair"),
     ("pictures and tables", {"any"}, "plot to_table"),

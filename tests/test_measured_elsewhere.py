@@ -78,3 +78,56 @@ def test_what_predicts_nothing_is_refused():
         roughxr.measured.predict_others(
             {"own": (own[0], wild), "other": own}, fit_on="own", method="superposed", resamples=99
         )
+
+
+def continuation(scan, factor, spread):
+    """Return what `continued` would say: a mean of so many times that of the picture, known to so large a factor."""
+    mean = factor * float(scan.contact.adhesive(**QUICK).pull_off_force.mean())
+    ends = {"pull_off_mean": mean, "pull_off_lower": mean / spread, "pull_off_upper": mean * spread}
+    return xr.Dataset(ends, {"work_of_adhesion": scan.work_of_adhesion})
+
+
+def test_the_verdict_counts_what_the_scans_do_not_show():
+    """On the other surface unseen waves take two thirds off the forces: without them it would look foreign."""
+    (own, pulls), (other, its_own) = surface(0), surface(50)
+    both = {"own": (own, pulls), "other": (other, its_own.assign(pull_off_force=its_own.pull_off_force / 3))}
+    options = {"fit_on": "own", "resamples": 99, **QUICK}
+    told = {"own": continuation(own, 1.0, 1.02), "other": continuation(other, 1 / 3, 1.02)}
+    unsure = told | {"other": continuation(other, 1.0, 4.0)}
+    bare, counted, wide = (
+        roughxr.measured.predict_others(both, below=below, **options) for below in (None, told, unsure)
+    )
+    inside = [bool(one.inside.sel(surface="other", statistic="mean")) for one in (bare, counted, wide)]
+    assert inside == [False, True, True]
+    assert "do not show is left out" in bare.verdict and "do not show is counted" in counted.verdict
+    at = {"surface": "other", "statistic": "mean"}
+    np.testing.assert_allclose(counted.predicted.sel(at), bare.predicted.sel(at) / 3, rtol=0.01)
+    assert float((wide.predicted_high / wide.predicted).sel(at)) > 4
+    with pytest.raises(ValueError, match="below: expected every surface, found none for other"):
+        roughxr.measured.predict_others(both, below={"own": told["own"]}, **options)
+
+
+def test_a_fit_with_what_the_scan_does_not_show():
+    """Forces that unseen waves halve need more adhesion than the picture tells; the interval grows by their error."""
+    own, pulls = surface(0)
+    told = continuation(own, 0.5, 3.0)
+    bare, more = (own.contact.fit_pair(pulls, below=below, **QUICK) for below in (None, told))
+    halved = own.contact.fit_pair(pulls.assign(pull_off_force=2 * pulls.pull_off_force), **QUICK)
+    np.testing.assert_allclose(more.fitted_work_of_adhesion, halved.fitted_work_of_adhesion, rtol=0.01)
+    unsure, sure = (np.log(float(one.fitted_work_high / one.fitted_work_of_adhesion)) for one in (more, halved))
+    exponent = float(more.force_exponent)
+    assert unsure * exponent == pytest.approx(np.hypot(sure * exponent, np.log(3.0)), rel=0.15)
+    assert "left out" in bare.not_identifiable and "counted" in more.not_identifiable
+    for wrong in (told.assign_coords(work_of_adhesion=0.2), told * np.nan, xr.Dataset()):
+        with pytest.raises(ValueError, match="below: expected what `continued` finds"):
+            own.contact.fit_pair(pulls, below=wrong, **QUICK)
+
+
+def test_what_continued_finds_is_taken_as_it_is():
+    scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
+    options = {"subregions": (2, 2), "law": "exponential", "refine": 1}
+    pulls = scan.contact.adhesive(**options)
+    below = scan.contact.continued(subregions=(2, 2), seeds=1, shortest=10)
+    found, bare = (scan.contact.fit_pair(pulls, below=one, **options) for one in (below, None))
+    assert float(found.fitted_work_of_adhesion) > float(bare.fitted_work_of_adhesion)
+    assert float(found.fitted_work_low) < float(found.fitted_work_of_adhesion)

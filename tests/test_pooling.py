@@ -21,7 +21,7 @@ def test_the_interval_holds_the_surfaces_mean_at_its_nominal_rate():
     held, naive = [], []
     for _ in range(80):
         ds = several(rng)
-        found = ds.contact.pooled("pull_off_force", statistics=["mean"], resamples=99).squeeze()
+        found = roughxr.statistics.pooled(ds, "pull_off_force", statistics=["mean"], resamples=99).squeeze()
         held.append(bool(found.pooled_low < 20 < found.pooled_high))
         every = ds.pull_off_force.values.ravel()
         naive.append(abs(every.mean() - 20) < 1.96 * every.std() / np.sqrt(every.size))
@@ -31,8 +31,10 @@ def test_the_interval_holds_the_surfaces_mean_at_its_nominal_rate():
 def test_what_is_left_between_scans_is_found_and_nothing_where_there_is_nothing():
     rng = np.random.default_rng(1)
     options = {"statistics": ["mean"], "resamples": 99}
-    apart = [roughxr.pooled(several(rng, scans=8), "pull_off_force", **options) for _ in range(30)]
-    alike = [roughxr.pooled(several(rng, scans=8, between=0.0), "pull_off_force", **options) for _ in range(30)]
+    apart = [roughxr.statistics.pooled(several(rng, scans=8), "pull_off_force", **options) for _ in range(30)]
+    alike = [
+        roughxr.statistics.pooled(several(rng, scans=8, between=0.0), "pull_off_force", **options) for _ in range(30)
+    ]
     assert np.sqrt(np.mean([float(one.between_std[0]) ** 2 for one in apart])) == pytest.approx(1.0, rel=0.2)
     assert np.median([float(one.between_std[0]) for one in alike]) < 0.1
     assert np.mean([float(one.between_p_value[0]) < 0.05 for one in apart]) > 0.9
@@ -73,7 +75,7 @@ def test_several_scans_are_what_each_is(scans):
         np.testing.assert_array_equal(found.pull_off_force.sel(scan=name), alone.pull_off_force)
         np.testing.assert_array_equal(found.subregion_x.sel(scan=name), alone.subregion_x)
     assert found.sphere_radius.ndim == 0
-    pooled = found.contact.pooled("pull_off_force", resamples=99)
+    pooled = roughxr.statistics.pooled(found, "pull_off_force", resamples=99)
     assert pooled.estimate.dims == ("scan", "statistic") and pooled.pooled.units == "nN"
     mean = pooled.sel(statistic="mean")
     assert float(mean.estimate.min()) <= float(mean.pooled) <= float(mean.estimate.max())
@@ -84,28 +86,30 @@ def test_scans_of_fewer_places_are_pooled_by_those_they_have(scans):
     grids = iter(((4, 4), (4, 4), (3, 3)))
     found = roughxr.over_scans(scans, lambda ds: ds.contact.pull_off_map(subregions=next(grids)))
     assert int(found.pull_off_force.isnull().sum()) == 7
-    pooled = found.contact.pooled("pull_off_force", statistics=["mean"], resamples=99)
+    pooled = roughxr.statistics.pooled(found, "pull_off_force", statistics=["mean"], resamples=99)
     np.testing.assert_allclose(pooled.estimate[:, 0], [float(part.pull_off_force.mean()) for part in parts])
 
 
 def test_roughness_is_pooled_over_scans_and_pull_off_over_placements(scans):
     table = roughxr.over_scans(scans, roughxr.roughness, spectra=False)
-    found = table.contact.pooled("s_q").squeeze()
+    found = roughxr.statistics.pooled(table, "s_q").squeeze()
     values = table.s_q.values
     assert float(found.pooled) == pytest.approx(values.mean())
     assert float(found.between_std) == pytest.approx(values.std(ddof=1)) and np.isnan(found.between_p_value)
     placed = several(np.random.default_rng(0)).rename(scan="placement")
-    assert placed.contact.pooled("pull_off_force", over="placement", resamples=99).pooled_over == "placement"
+    assert (
+        roughxr.statistics.pooled(placed, "pull_off_force", over="placement", resamples=99).pooled_over == "placement"
+    )
 
 
 def test_what_cannot_be_pooled_is_refused(scans):
     ds = several(np.random.default_rng(0))
     with pytest.raises(ValueError, match="expected at least two, found 1"):
-        ds.isel(scan=[0]).contact.pooled("pull_off_force")
+        roughxr.statistics.pooled(ds.isel(scan=[0]), "pull_off_force")
     with pytest.raises(ValueError, match="expected it along 'scan', found"):
-        ds.rename(scan="other").contact.pooled("pull_off_force")
+        roughxr.statistics.pooled(ds.rename(scan="other"), "pull_off_force")
     with pytest.raises(ValueError, match="expected it along 'scan', found variables pull_off_force"):
-        ds.contact.pooled("force")
+        roughxr.statistics.pooled(ds, "force")
     with pytest.raises(ValueError, match="scans: expected at least one"):
         roughxr.over_scans([], roughxr.roughness)
     with pytest.raises(ValueError, match="delta: expected displacements"):
@@ -119,7 +123,7 @@ def test_catalogues_of_unlike_sizes_lie_side_by_side(scans, tmp_path):
         own = found.isel(scan=k).height.dropna("asperity")
         np.testing.assert_array_equal(own, roughxr.asperities(one).height)
     found.to_netcdf(tmp_path / "both.nc")
-    assert found.contact.pooled("curvature_max", statistics=["q50"], resamples=99).pooled.units == "nm-1"
+    assert roughxr.statistics.pooled(found, "curvature_max", statistics=["q50"], resamples=99).pooled.units == "nm-1"
 
 
 def law_of(q, rms=2.0, hurst=0.8, rolloff=400.0, cutoff=45.0, side=2560.0):

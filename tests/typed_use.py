@@ -107,7 +107,9 @@ def several(scans: list[xr.Dataset]) -> xr.Dataset:
     """Take scans of one surface together."""
     spectrum: xr.Dataset = roughxr.scans.combined_spectrum(scans, window=None, shortest="20 nm", per_decade=5)
     pulls: xr.Dataset = roughxr.over_scans(scans, roughxr.pull_off_map, subregions=(8, 8))
-    pooled: xr.Dataset = roughxr.pooled(pulls, "pull_off_force", over="scan", statistics=["mean"], resamples=99)
+    pooled: xr.Dataset = roughxr.statistics.pooled(
+        pulls, "pull_off_force", over="scan", statistics=["mean"], resamples=99
+    )
     return pooled if spectrum else pulls
 
 

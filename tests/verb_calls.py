@@ -95,6 +95,7 @@ CALLS = {
     "assign_pair": [on("scan", sphere_radius=900, contact_modulus=3, work_of_adhesion=0.05)],
     "autocorrelation": [on("scan")],
     "bootstrap": [on("pulls", "pull_off_force", resamples=19, confidence=0.9)],
+    "certificate": [on("pressed"), on("fields")],
     "cdf": [on("pulls", "pull_off_force"), on("catalogue", "height")],
     "combined_spectrum": [on(["scan"])],
     "compare": [on("pulls", "measured", resamples=19, confidence=0.9)],

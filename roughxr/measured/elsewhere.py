@@ -17,7 +17,7 @@ from ..vocabulary import schema
 from ..vocabulary.units import fraction
 from ..vocabulary.verbs import verb
 from .comparison import compare
-from .fitting import PLACES, fit_pair, method_error, predicted
+from .fitting import COUNTED, PLACES, SHOWN, fit_pair, method_error, predicted, unseen
 
 _ENDS = ("", "_low", "_high")
 
@@ -33,6 +33,7 @@ def predict_others(
     confidence: float = 0.95,
     resamples: int = 399,
     seed: int = 0,
+    below: Mapping[str, xr.Dataset] | None = None,
     **options: Any,
 ) -> xr.Dataset:
     """Fit the work of adhesion on one surface, predict the others, and tell whether their measured forces agree.
@@ -51,6 +52,8 @@ def predict_others(
         As for `fit_pair`.
     resamples, seed : int, int
         Of the bootstraps of the statistics.
+    below : mapping of str to Dataset, optional
+        For each surface the result of `continued`, see `fit_pair`: the verdict then counts what the scans do not show.
 
     Returns
     -------
@@ -90,20 +93,25 @@ def predict_others(
     schema.one_of(fit_on, tuple(surfaces), "fit_on")
     if len(surfaces) < 2:
         raise ValueError(f"surfaces: expected another beside {fit_on!r}, found none")
+    if below is not None and (lacking := set(surfaces) - set(below)):
+        raise ValueError(f"below: expected every surface, found none for {', '.join(sorted(lacking))}")
     chance = {"confidence": confidence, "resamples": resamples, "seed": seed}
     schema.one_of(method, ("adhesive", "superposed"), "method")
     given = {"subregions": PLACES[method] if subregions is None else subregions, **options}
-    fit = fit_pair(*surfaces[fit_on], method=method, confidence=confidence, **given)
+    under = below or dict.fromkeys(surfaces)
+    fit = fit_pair(*surfaces[fit_on], method=method, confidence=confidence, below=under[fit_on], **given)
     works = _works(fit, fit_on)
     law = {"law": fit.attrs["law"]} if method == "adhesive" else {}
-    parts = [_compared(*both, works, method, given | law, statistics, chance) for both in surfaces.values()]
+    parts = [
+        _compared(*both, works, method, given | law, statistics, chance, under[name]) for name, both in surfaces.items()
+    ]
     out = xr.concat(parts, xr.DataArray(list(surfaces), dims="surface", name="surface"))
     out["was_fitted"] = ("surface", [name == fit_on for name in surfaces])
     out = schema.label(out.merge(fit.drop_attrs(deep=False), compat="override"))
     for name in ("predicted", "predicted_low", "predicted_high", "measured"):
         out[name].attrs["units"] = "nN"
     out.attrs = {key: fit.attrs[key] for key in ("method", "confidence", "not_identifiable")}
-    out.attrs |= {"fit_on": fit_on, "verdict": _verdict(out, fit_on)}
+    out.attrs |= {"fit_on": fit_on, "verdict": f"{_verdict(out, fit_on)}; {COUNTED if below else SHOWN}"}
     return schema.record(out, "predict_others", surfaces[fit_on][0], fit_on=fit_on, method=method, **chance, **options)
 
 
@@ -118,10 +126,13 @@ def _works(fit: xr.Dataset, fit_on: str) -> list[float]:
     return works
 
 
-def _compared(ds, measured, works, method, given, statistics, chance) -> xr.Dataset:
+def _compared(ds, measured, works, method, given, statistics, chance, below) -> xr.Dataset:
     """Return the statistics of one surface, predicted with their interval and measured."""
+    factor, error = unseen(predicted(ds, method, given), below) if below is not None else (1.0, 0.0)
     found = [predicted(ds.assign_coords(work_of_adhesion=work), method, given) for work in works]
-    common = NormalDist().inv_cdf(0.5 + chance["confidence"] / 2) * np.nan_to_num(method_error(found[0], method))
+    found = [one.assign(pull_off_force=factor * one["pull_off_force"]) for one in found]
+    common = np.hypot(np.nan_to_num(method_error(found[0], method)), error)
+    common *= NormalDist().inv_cdf(0.5 + chance["confidence"] / 2)
     sides = [compare(one, measured, statistics=statistics, shift=None, **chance) for one in found]
     own = sides[0]
     with np.errstate(divide="ignore", invalid="ignore"):

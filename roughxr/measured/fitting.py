@@ -15,6 +15,7 @@ from ..asperity.maps import pull_off_map
 from ..bodies.materials import range_of
 from ..contact.adhesion import adhesive
 from ..contact.rigid_bodies import rigid
+from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.units import fraction
 from ..vocabulary.verbs import verb
@@ -23,6 +24,10 @@ from .matching import CHANGE, Fitted, Predicted, matching, positive_forces, pred
 #: Methods that predict pull-offs, and at how many places where none are given.
 VERBS = {"adhesive": adhesive, "superposed": pull_off_map, "rigid": rigid}
 PLACES = {"adhesive": (4, 4), "superposed": (8, 8), "rigid": (8, 8)}
+
+#: Whether the roughness that the scan does not show is part of a fit or verdict.
+SHOWN = "roughness that the scans do not show is left out (below=)"
+COUNTED = "roughness that the scans do not show is counted"
 
 #: A number is not determined by forces that depend on it with a smaller exponent than this.
 _LEAST_EXPONENT = 0.05
@@ -75,6 +80,7 @@ def fit_pair(
     subregions: Any = None,
     confidence: float = 0.95,
     force_error: float = 0.0,
+    below: xr.Dataset | None = None,
     **options: Any,
 ) -> xr.Dataset:
     """Fit one number of the pair, with which a scan's predicted pull-offs agree with the measured ones.
@@ -99,6 +105,10 @@ def fit_pair(
         Of the interval, between 0 and 1.
     force_error : float
         Relative standard error that all measured forces share, such as that of a spring constant: 0.1 for 10 %.
+    below : Dataset, optional
+        Result of `continued` at the same places, with the assigned numbers. It scales the predicted forces, so that at
+        the assigned value their mean is that with the roughness that the scan does not show, and its interval joins the
+        fit's. Without it the fit is that of the picture.
     **options
         Passed to the method, such as the ``preload`` of the measurement.
 
@@ -133,9 +143,10 @@ def fit_pair(
     Superposed forces are divided by 0.7, their median ratio to the simulation, and the interval holds that this ratio
     lies between 0.3 and 1.4 on nine surfaces of ten.
 
-    Waves missing in the scan are absorbed by the fit: see `error_budget` and `scale_dependence`. Measured and predicted
-    places are taken as independent; where both lie on one scan they share its peaks, and the interval is wider than
-    necessary. A smooth sphere pulls with 2πwR whatever the range (Derjaguin), so that only roughness reveals it.
+    Waves missing in the scan are absorbed by the fit unless ``below`` is given, the error of its mesh unless the
+    simulation states it (refine="auto"). Measured and predicted places are taken as independent; where both lie on one
+    scan they share its peaks, and the interval is wider than necessary. A smooth sphere pulls with 2πwR whatever the
+    range (Derjaguin), so that only roughness reveals it.
 
     Examples
     --------
@@ -157,7 +168,7 @@ def fit_pair(
     law = {"law": "exponential"} if quantity == "adhesion_range" else {}
     options = {"subregions": PLACES[method] if subregions is None else subregions, **law, **options}
     start = _start(ds, quantity)
-    predict = _Prediction(ds, quantity, method, options)
+    predict = _Prediction(ds, quantity, method, options, below)
     given = {"confidence": confidence, "error": force_error}
     fit = matching(forces, predict, start, proportional=fitted.proportional, reach=fitted.reach, **given)
     out = _labelled(fit, quantity, fitted)
@@ -167,7 +178,7 @@ def fit_pair(
     out.attrs = {"method": method, **law, "confidence": confidence, "force_error": force_error}
     out.attrs |= {"measured_from": str(measured.attrs.get("source_file", ""))}
     out.attrs |= {"missing": f"NaN where the {fitted.words} lies beyond those solved, or forces do not tell it"}
-    out.attrs["not_identifiable"] = _words(quantity, fitted, fit, out, ds)
+    out.attrs["not_identifiable"] = f"{_words(quantity, fitted, fit, out, ds)}; {SHOWN if below is None else COUNTED}"
     given = {"confidence": confidence, "force_error": force_error}
     return schema.record(schema.label(out), "fit_pair", ds, quantity=quantity, method=method, **given, **options)
 
@@ -188,11 +199,26 @@ def method_error(found: xr.Dataset, method: str) -> float:
     return float(np.nanmean(stated)) if np.isfinite(stated).any() else np.nan
 
 
+def unseen(found: xr.Dataset, below: xr.Dataset | None) -> tuple[float, float]:
+    """Return by what the roughness below the scan multiplies predicted forces, and the relative error of that."""
+    if below is None:
+        return 1.0, 0.0
+    mean, upper = (float(below[name]) if name in below else np.nan for name in ("pull_off_mean", "pull_off_upper"))
+    here, there = (float(ds.get("work_of_adhesion", np.nan)) for ds in (found, below))
+    if not (np.isfinite([mean, upper]).all() and np.isclose(here, there)):
+        raise ValueError(
+            f"below: expected what `continued` finds at a work of adhesion of {here:.3g} J/m², found a mean "
+            f"of {mean:.3g} nN at {there:.3g} J/m²"
+        )
+    return mean / float(by_share(found["pull_off_force"]).mean()), float(np.log(upper / mean)) / 1.96
+
+
 class _Prediction:
     """The forces as a function of the fitted number; a law that is chosen is chosen once, at the first value."""
 
-    def __init__(self, ds: xr.Dataset, quantity: str, method: str, options: dict[str, Any]):
+    def __init__(self, ds: xr.Dataset, quantity: str, method: str, options: dict[str, Any], below: Any = None):
         self.ds, self.quantity, self.method, self.held = ds, quantity, method, dict(options)
+        self.below, self.unseen = below, None
 
     def __call__(self, value: float, traded: float = 1.0) -> Predicted:
         fitted = QUANTITIES[self.quantity]
@@ -201,7 +227,10 @@ class _Prediction:
         found = predicted(self.ds.assign_coords(changed), self.method, self.held)
         if self.method == "adhesive":
             self.held["law"] = found.attrs["law"]
-        return Predicted(predicted_forces(found, words), method_error(found, self.method))
+        self.unseen = self.unseen or unseen(found, self.below)
+        found = found.assign(pull_off_force=self.unseen[0] * found["pull_off_force"])
+        error = np.hypot(np.nan_to_num(method_error(found, self.method)), self.unseen[1])
+        return Predicted(predicted_forces(found, words), error)
 
 
 def _start(ds: xr.Dataset, quantity: str) -> float:

@@ -2,16 +2,16 @@
 
     python tests/benchmarks/fitted_work.py FILE [hidden]
 
-Four kinds of self-affine surface, five of each, of 128 × 128 pixels of 4 nm under a sphere of 1 µm with E* = 40 GPa
-and the exponential law of 0.3 nm. On each, with w = 0.05 and 0.2 J/m², pull-offs are simulated at 40 random places; a
-set is 12 of them, with 5 % noise of each and a calibration common to all that is off by 10 % in standard deviation,
-which the fit is told. Five sets of each make 200. The scan is every second pixel along both axes; on it, divided into
-cells as small as the surface's, the fit predicts at 4 × 4 places. What it asks of the simulation is interpolated
-between seven works of adhesion, so that the sets of a surface share their solves. Each set is fitted on the scan of its
-own surface, and on that of another surface of its kind, as if the scan was taken elsewhere.
+Four kinds of self-affine surface, five of each, of 64 × 64 pixels of 8 nm under a sphere of 1 µm with E* = 40 GPa and
+the exponential law of 0.3 nm. On each, with w = 0.05 and 0.2 J/m², pull-offs are simulated at 20 random places; a set
+is 12 of them, with 5 % noise of each and a calibration common to all that is off by 10 % in standard deviation, which
+the fit is told. Five sets of each make 200. The scan is every second pixel along both axes; on it, divided into cells
+as small as the surface's, the fit predicts at 4 × 4 places. What it asks of the simulation is interpolated between five
+works of adhesion, so that the sets of a surface share their solves. Each set is fitted on the scan of its own surface,
+and on that of another surface of its kind, as if the scan was taken elsewhere.
 
-The surfaces have no waves shorter than 40 nm, which the scan shows; "hidden" continues them down to 8 nm, two pixels of
-the surface and one of the scan. Results are appended to FILE, and what it holds is not computed again: about ten
+The surfaces have no waves shorter than 64 nm, which the scan shows; "hidden" continues them down to 16 nm, two pixels
+of the surface and one of the scan. Results are appended to FILE, and what it holds is not computed again: about five
 minutes of processor time for each of both.
 """
 
@@ -31,9 +31,9 @@ QUICK = {"refine": 1, "step": 0.5, "law": "exponential"}
 PAIR = {"sphere_radius": 1000, "contact_modulus": 40, "work_of_adhesion": 0.1, "adhesion_range": 0.3}
 
 #: rms (nm), Hurst exponent and roll-off wavelength (nm) of each kind.
-KINDS = {"low": (1.0, 0.8, 120), "high": (1.5, 0.8, 120), "flat": (1.0, 0.6, 200), "long": (1.5, 0.9, 200)}
-WORKS, TABLE = (0.05, 0.2), np.geomspace(0.01, 1.0, 7)
-SURFACES, SETS, PLACES, MEASURED, NOISE, CALIBRATION = 5, 5, 40, 12, 0.05, 0.1
+KINDS = {"low": (1.0, 0.8, 160), "high": (1.5, 0.8, 160), "flat": (1.0, 0.6, 240), "long": (1.5, 0.9, 240)}
+WORKS, TABLE = (0.05, 0.2), np.geomspace(0.0125, 0.8, 5)
+SURFACES, SETS, PLACES, MEASURED, NOISE, CALIBRATION = 5, 5, 20, 12, 0.05, 0.1
 
 
 class Surface:
@@ -41,7 +41,7 @@ class Surface:
 
     def __init__(self, kind: str, seed: int, shortest: float):
         rms, hurst, rolloff = KINDS[kind]
-        fine = self_affine((128, 128), 4.0, rms=rms, hurst=hurst, rolloff=rolloff, cutoff=shortest, seed=seed)
+        fine = self_affine((64, 64), 8.0, rms=rms, hurst=hurst, rolloff=rolloff, cutoff=shortest, seed=seed)
         fine = fine.contact.assign_pair(**PAIR)
         self.rng = np.random.default_rng(seed)
         places = tuple(self.rng.uniform(-190, 190, (2, PLACES)) + [[float(fine[axis].mean())] for axis in "xy"])
@@ -119,4 +119,4 @@ def told(name: str, rows: list[dict], shortest: float, scan: str) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), 8.0 if sys.argv[2:] == ["hidden"] else 40.0)
+    main(Path(sys.argv[1]), 16.0 if sys.argv[2:] == ["hidden"] else 64.0)
