@@ -8,9 +8,10 @@ from scipy.optimize import minimize
 from roughxr.kernels.adhesion import smooth_laws as laws
 from roughxr.kernels.adhesion import smooth_path
 from roughxr.kernels.adhesion.smooth_path import AREA, ASKED, DELTA, DISSIPATED, ENERGY, FORCE, OK, follow_smooth
-from roughxr.kernels.halfspace import displacement_control as kalker
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.kernels.halfspace.products import coefficients_for, surface_displacement
+
+from . import half_space as kalker
 
 RADIUS = 2000.0  # cells
 W, LENGTH = 0.03, 0.4

@@ -7,8 +7,8 @@ import xarray as xr
 import roughxr
 from roughxr.contact import elastic
 from roughxr.kernels.adhesion import smooth_path
-from roughxr.kernels.halfspace import displacement_control
 
+from . import half_space
 from .surfaces import rough, scan, sphere_gap
 
 PIXEL, MODULUS, WORK, RANGE = 4.0, 40.0, 0.1, 0.3
@@ -64,7 +64,7 @@ def test_an_elastic_solution_is_as_good_as_direct_summation_says(surface):
 
 
 def test_an_adhesive_solution_is_in_equilibrium_by_direct_summation(surface):
-    options = {"delta": [0.5, 2.0], "subregions": ([0.0], [0.0]), "law": "exponential", "refine": 1, "fields": True}
+    options = {"delta": [0.5, 2.0], "subregions": ([0.0], [0.0]), "law": "exponential", "mesh": 1, "fields": True}
     solution = roughxr.adhesive(surface, **options)
     found, lost = rows(solution)
     assert lost == {"mesh"}  # one mesh states no error
@@ -113,7 +113,7 @@ def test_a_load_is_carried_and_places_that_touch_nothing_break_nothing(surface):
 def test_without_fields_and_without_deformation(surface):
     rigid = roughxr.rigid(surface, subregions=(2, 1), law="exponential")
     assert {"unconverged", "truncated", "mesh"} == set(rows(rigid)[0].index)
-    settled = roughxr.adhesive(surface, law="exponential", accuracy=None)
+    settled = roughxr.adhesive(surface, law="exponential", mesh=roughxr.Mesh(accuracy=None))
     found, lost = rows(settled)
     assert lost == {"mesh"} and 0 < found["residual"] <= 1e-3
     with pytest.raises(ValueError, match="expected a solution of direct, adhesive, rigid"):
@@ -132,12 +132,10 @@ def test_an_elastic_solve_that_stagnates_is_flagged_and_told_of(surface, monkeyp
 def test_numbers_that_are_none_do_not_pass_for_a_solution():
     """Every comparison with NaN is False: no violation would be found."""
     gap = sphere_gap(32, PIXEL)
-    begin = displacement_control.WarmStart(np.full(gap.shape, np.nan), gap < 1, gap < 1, 0, 0)
-    lost = displacement_control.solve(gap, 1.0, PIXEL, MODULUS, start=begin)
+    begin = half_space.WarmStart(np.full(gap.shape, np.nan), gap < 1, gap < 1, 0, 0)
+    lost = half_space.solve(gap, 1.0, PIXEL, MODULUS, start=begin)
     assert not lost.converged and np.isnan(lost.residual)
-    solver = smooth_path._Solver(
-        gap, displacement_control.coefficients_for(gap.shape), *_law_and_limits(), np.inf, np.inf, False
-    )
+    solver = smooth_path._Solver(gap, half_space.coefficients_for(gap.shape), *_law_and_limits(), np.inf, np.inf, False)
     nothing = solver.nothing(1.0, np.zeros(gap.shape))
     spoiled = nothing._replace(state=nothing.state._replace(pressure=nothing.state.pressure * np.nan))
     assert solver.seek(1.0, None, nothing).fine and not solver.seek(1.0, None, spoiled).fine
@@ -156,18 +154,18 @@ def test_an_adhesive_solve_that_stagnates_is_flagged_and_told_of(surface, monkey
     monkeypatch.setattr(smooth_path, "follow_smooth", lambda *a, **k: follow(*a, **k | cut))
     monkeypatch.setattr(smooth_path, "ON_THE_WAY", 0.0)
     with pytest.warns(UserWarning, match=r"have not converged \(converged is False\)"):
-        cycle = roughxr.adhesive(surface, law="exponential", refine=1, subregions=([0.0], [0.0]), **asked)
+        cycle = roughxr.adhesive(surface, law="exponential", mesh=1, subregions=([0.0], [0.0]), **asked)
     assert not cycle.converged.any() and np.isnan(cycle.pull_off_force).all()
     assert {"unconverged"} <= rows(cycle)[1]
 
 
 def test_a_surface_that_does_not_give_way_enough_has_not_converged(surface, monkeypatch):
     hard = surface.assign_coords(hardness=1.0)
-    good = roughxr.adhesive(hard, law="exponential", accuracy=None, preload=50.0)
+    good = roughxr.adhesive(hard, law="exponential", mesh=roughxr.Mesh(accuracy=None), preload=50.0)
     assert good.converged.all() and float(good.yielded_area.max()) > 0
     monkeypatch.setattr(smooth_path, "_DENTS", 0)
     with pytest.warns(UserWarning, match="have not converged"):
-        stiff = roughxr.adhesive(hard, law="exponential", accuracy=None, preload=50.0)
+        stiff = roughxr.adhesive(hard, law="exponential", mesh=roughxr.Mesh(accuracy=None), preload=50.0)
     assert not stiff.converged.any() and "unconverged" in rows(stiff)[1]
 
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from roughxr.bodies.materials import assign_pair
 from roughxr.contact import elastic
 from roughxr.contact.elastic import direct
-from roughxr.kernels.halfspace import displacement_control as kalker
 
+from . import half_space as kalker
 from .surfaces import glass_pair, paraboloids, rough, scan
 
 E = 39.407

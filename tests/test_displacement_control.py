@@ -5,11 +5,11 @@ import pytest
 from scipy.optimize import nnls
 
 from roughxr.kernels.halfspace import active_set, load_control
-from roughxr.kernels.halfspace import displacement_control as kalker
-from roughxr.kernels.halfspace.load_control import loaded
 from roughxr.kernels.halfspace.products import coefficients_for, no_transfers, operator, surface_displacement
 from roughxr.kernels.jit import kernel
 
+from . import half_space as kalker
+from .half_space import loaded
 from .surfaces import rough, sphere_gap
 from .test_halfspace import printed_coefficients
 

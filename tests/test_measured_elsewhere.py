@@ -125,7 +125,7 @@ def test_a_fit_with_what_the_scan_does_not_show():
 
 def test_what_continued_finds_is_taken_as_it_is():
     scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
-    options = {"subregions": (2, 2), "law": "exponential", "refine": 1}
+    options = {"subregions": (2, 2), "law": "exponential", "mesh": 1}
     pulls = scan.contact.adhesive(**options)
     below = scan.contact.continued(subregions=(2, 2), seeds=1, shortest=10)
     found, bare = (scan.contact.fit_pair(pulls, below=one, **options) for one in (below, None))

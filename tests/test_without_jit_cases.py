@@ -8,8 +8,8 @@ from roughxr.asperity.superposition import superpose
 from roughxr.bodies.materials import assign_pair
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.mesh import Mesh
-from roughxr.kernels.halfspace import displacement_control as kalker
 
+from . import half_space as kalker
 from .surfaces import glass_pair, rough, scan, sphere_gap
 
 

@@ -8,10 +8,10 @@ from scipy.optimize import lsq_linear
 
 from roughxr.bodies.materials import assign_pair
 from roughxr.contact.elastic import direct
-from roughxr.kernels.halfspace import displacement_control as kalker
-from roughxr.kernels.halfspace.load_control import loaded
 from roughxr.kernels.halfspace.yielding import residual_heights
 
+from . import half_space as kalker
+from .half_space import loaded
 from .surfaces import rough, scan, sphere_gap
 from .test_halfspace import printed_coefficients
 

@@ -162,8 +162,8 @@ def adhesive(
 
         With ``delta``, along (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected
         patches of cells), ``energy``, ``dissipated``, ``resolution`` (radius, in pixels of the solve, of the smallest
-        contact that bears a tenth of the tension), ``iterations``, ``converged``; fields along (subregion, branch,
-        delta, x, y) with x, y from the contact centre.
+        contact that bears a tenth of the tension), ``iterations``, ``residual``, ``converged``; fields along
+        (subregion, branch, delta, x, y) with x, y from the contact centre.
 
         The coordinate ``shortest_wavelength`` (nm) is that of the shortest waves that the scan still shows: shorter
         ones would lower the adhesion (`scale_dependence`).

@@ -144,7 +144,7 @@ def fit_pair(
     lies between 0.3 and 1.4 on nine surfaces of ten.
 
     Waves missing in the scan are absorbed by the fit unless ``below`` is given, the error of its mesh unless the
-    simulation states it (refine="auto"). Measured and predicted places are taken as independent; where both lie on one
+    simulation states it (mesh="auto"). Measured and predicted places are taken as independent; where both lie on one
     scan they share its peaks, and the interval is wider than necessary. A smooth sphere pulls with 2πwR whatever the
     range (Derjaguin), so that only roughness reveals it.
 

@@ -16,9 +16,11 @@ import os
 import platform
 import sys
 import time
+from pathlib import Path
 
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ[variable] = "1"
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import dask
 import numpy as np
@@ -26,10 +28,10 @@ import scipy.fft
 
 import roughxr
 from roughxr.jobs import lazy as parallel
-from roughxr.kernels.halfspace import displacement_control as kalker
-from roughxr.kernels.halfspace.load_control import loaded
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.scans.synthetic import self_affine
+from tests import half_space as kalker
+from tests.half_space import loaded
 
 DX, RADIUS, MODULUS = 9.77, 3000.0, 39.4
 DELTAS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.5, 15.0, 17.5, 20.0)

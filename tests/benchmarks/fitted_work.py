@@ -24,10 +24,11 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
+import roughxr
 from roughxr.measured import fitting
 from roughxr.scans.synthetic import self_affine
 
-QUICK = {"refine": 1, "step": 0.5, "law": "exponential"}
+QUICK = {"law": "exponential", "mesh": roughxr.Mesh(1, step=0.5)}
 PAIR = {"sphere_radius": 1000, "contact_modulus": 40, "work_of_adhesion": 0.1, "adhesion_range": 0.3}
 
 #: rms (nm), Hurst exponent and roll-off wavelength (nm) of each kind.
@@ -47,7 +48,7 @@ class Surface:
         places = tuple(self.rng.uniform(-190, 190, (2, PLACES)) + [[float(fine[axis].mean())] for axis in "xy"])
         self.forces = {work: simulated(fine, work, places)["pull_off_force"].values for work in WORKS}
         self.scan = fine.isel(x=slice(0, None, 2), y=slice(0, None, 2))
-        solved = [simulated(self.scan, work, (4, 4), refine=2) for work in TABLE]
+        solved = [simulated(self.scan, work, (4, 4), mesh=roughxr.Mesh(2, step=0.5)) for work in TABLE]
         self.like = solved[0]
         self.ln_force = PchipInterpolator(np.log(TABLE), np.log([one["pull_off_force"].values for one in solved]))
 

@@ -12,10 +12,13 @@ a flat punch by law and mesh over those in closed form. 6. The same of an asperi
 import argparse
 import os
 import statistics
+import sys
 import time
+from pathlib import Path
 
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ[variable] = "1"
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import dask
 import numpy as np
@@ -24,11 +27,11 @@ import roughxr
 from roughxr.contact import reference
 from roughxr.kernels.adhesion import smooth_laws
 from roughxr.kernels.adhesion.smooth_path import FORCE, follow_smooth
-from roughxr.kernels.halfspace import displacement_control as kalker
 from roughxr.kernels.halfspace.load_control import loaded_arrays
 from roughxr.kernels.halfspace.products import coefficients_for
 from roughxr.kernels.halfspace.yielding import residual_heights
 from roughxr.scans.synthetic import self_affine
+from tests import half_space as kalker
 
 DX, RADIUS, MODULUS = 9.77, 3000.0, 39.4
 DELTAS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.5, 15.0, 17.5, 20.0)

@@ -21,7 +21,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..jit import kernel
-from .active_set import CONVERGED, ITERATION_LIMIT
+from .active_set import CONVERGED as CONVERGED
+from .active_set import ITERATION_LIMIT
 from .products import coefficients_for, no_transfers
 from .warm_start import COARSE_ITERATIONS, COARSE_TOLERANCE, coarser, extrapolated, half_deep, refined
 from .working_set import WarmStart, depth_in, overlapping, put, solve_in_box
@@ -48,61 +49,6 @@ class Hardness(NamedTuple):
 ELASTIC = Hardness()
 
 
-class Solution(NamedTuple):
-    """One contact on a window of dx × dx cells, and the outcome of its solve."""
-
-    pressure: np.ndarray  #: GPa, >= 0 and at most the hardness
-    displacement: np.ndarray  #: nm, on the overlap's bounding box; NaN elsewhere
-    force: float  #: nN
-    area: float  #: nm²
-    status: int
-    iterations: int  #: products A p
-    residual: float  #: largest |g| in contact or of the wrong sign outside, over the deepest overlap
-    hard_force: float  #: nN, of cells at the hardness or above
-    hard_area: float  #: nm²
-    dent: float  #: nm³, volume by which they gave way
-
-    @property
-    def converged(self):
-        """Whether the tolerance was met."""
-        return self.status == CONVERGED
-
-
-def solve(separation, delta, dx, contact_modulus, *, tolerance=1e-6, start=None, max_iterations=5000, hardness=ELASTIC):
-    """Solve the contact at one displacement.
-
-    Parameters
-    ----------
-    separation : (nx, ny) array
-        Undeformed separation S, nm; NaN or inf where there is nothing to touch.
-    delta : float
-        Displacement, nm.
-    dx : float
-        Side of the cells, nm.
-    contact_modulus : float
-        E*, GPa.
-    tolerance : float
-        Relative error of the force: the gap left in contact, and the penetration outside, stay below half of it times
-        the deepest overlap (force grows about like depth^1.5, or as depth at first touch).
-    start : WarmStart, optional
-        A guess of the contact, its pressure in GPa.
-    max_iterations : int
-        Largest number of products A p.
-    hardness : Hardness
-
-    Returns
-    -------
-    Solution
-    """
-    limits = {"tolerance": tolerance, "max_iterations": max_iterations, "hardness": hardness}
-    return sweep(separation, [delta], dx, contact_modulus, start=start, **limits)[0]
-
-
-def sweep(separation, deltas, dx, contact_modulus, **limits):
-    """Return the contact at each of ascending displacements, each started from those before; see `solve`."""
-    return solutions(*sweep_arrays(separation, deltas, dx, contact_modulus, keep=len(deltas), **limits))
-
-
 def sweep_arrays(
     separation,
     deltas,
@@ -115,7 +61,14 @@ def sweep_arrays(
     hardness=ELASTIC,
     keep=0,
 ):
-    """Return the results of `sweep` as arrays: (delta, 8) of ``FORCE`` … ``DENT``, and the last ``keep`` fields."""
+    """Solve the contact at each of ascending displacements, nm, each started from those before.
+
+    The separation is in nm, NaN or inf where there is nothing to touch; the gap left in contact, and the penetration
+    outside, stay below half of ``tolerance`` times the deepest overlap, the force's relative error (it grows about like
+    depth^1.5, or as depth at first touch). ``start`` is a guess of the first contact, its pressure in GPa, and
+    ``max_iterations`` the largest number of products A p. Returns (delta, 8) of ``FORCE`` … ``DENT``, and pressures
+    (GPa) and displacements (nm, on the overlap's bounding box, NaN elsewhere) of the last ``keep``.
+    """
     separation, guided = np.ascontiguousarray(separation, dtype=float), start is not None
     start = start._replace(pressure=start.pressure * (dx / contact_modulus)) if guided else _no_start()
     coefficients, deltas = coefficients_for(separation.shape), np.asarray(deltas, dtype=float)
@@ -141,14 +94,6 @@ def in_units(found, pressures, displacements, dx, contact_modulus, hardness):
     if hardness.yielding:
         np.minimum(pressures, hardness.pressure, out=pressures)  # corrects rounding
     return found, pressures, displacements
-
-
-def solutions(found, pressures, displacements):
-    """Return the `Solution` of each row."""
-    return [
-        Solution(p, u, force, area, int(status), int(iterations), *others)
-        for p, u, (force, area, status, iterations, *others) in zip(pressures, displacements, found.tolist())
-    ]
 
 
 def _no_start():

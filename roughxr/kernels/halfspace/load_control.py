@@ -17,7 +17,7 @@ import numpy as np
 
 from ..jit import kernel
 from .active_set import CONVERGED, ITERATION_LIMIT, Outcome
-from .displacement_control import ELASTIC, FORCE, HARD_FORCE, STATUS, describe, in_units, records, solutions
+from .displacement_control import ELASTIC, FORCE, HARD_FORCE, STATUS, describe, in_units, records
 from .products import coefficients_for, no_transfers
 from .warm_start import COARSE_ITERATIONS, COARSE_TOLERANCE, extrapolated, half_deep, halved, refined
 from .working_set import Overlap, WarmStart, depth_in, overlapping, put, solve_in_box
@@ -35,20 +35,14 @@ _SMALLEST_HALVED = 24
 _MOST_CHOICES = 30
 
 
-def loaded(separation, loads, dx, contact_modulus, **limits):
-    """Return (delta, `Solution`) for each of ascending loads (nN > 0), each started from the one before.
-
-    Options are those of `displacement_control.sweep`. Where there is nothing to press on, delta is NaN and the solution
-    has not converged.
-    """
-    deltas, *arrays = loaded_arrays(separation, loads, dx, contact_modulus, keep=len(loads), **limits)
-    return list(zip(deltas.tolist(), solutions(*arrays)))
-
-
 def loaded_arrays(
     separation, loads, dx, contact_modulus, *, tolerance=1e-6, max_iterations=5000, hardness=ELASTIC, keep=0
 ):
-    """Return the results of `loaded` as arrays: displacements (load,), then as `displacement_control.sweep_arrays`."""
+    """Solve the contact at each of ascending loads (nN > 0), each started from the one before.
+
+    Returns displacements (load,), then as `displacement_control.sweep_arrays`, whose options these are. Where there is
+    nothing to press on, the displacement is NaN and the solution has not converged.
+    """
     separation = np.ascontiguousarray(separation, dtype=float)
     scaled = np.asarray(loads, dtype=float) / (contact_modulus * dx)
     deltas, arrays = np.full(scaled.size, np.nan), records(scaled.size, separation.shape, keep)
