@@ -51,10 +51,10 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, young_modulus=75, poisson_ratio=0.2)
-    >>> certificate(scan.contact.direct(load=[1000.0])).verdict
+    >>> certificate(scan.contact.direct(load=[1000.0])).verdict  # doctest: +ELLIPSIS
     unconverged: 0 of at most 0, kept
-    residual: 9e-08 of at most 1e-06, kept
-    load: 2.2e-16 of at most 1e-06, kept
+    residual: ... of at most 1e-06, kept
+    load: ... of at most 1e-06, kept
     truncated: 0 of at most 0, kept
     'all 4 checks are kept'
     """

@@ -145,8 +145,14 @@ def fit_pair(
 
     Waves missing in the scan are absorbed by the fit unless ``below`` is given, the error of its mesh unless the
     simulation states it (mesh="auto"). Measured and predicted places are taken as independent; where both lie on one
-    scan they share its peaks, and the interval is wider than necessary. A smooth sphere pulls with 2πwR whatever the
-    range (Derjaguin), so that only roughness reveals it.
+    scan they share its peaks. A smooth sphere pulls with 2πwR whatever the range (Derjaguin), so that only roughness
+    reveals it.
+
+    Of 200 synthetic sets on 20 surfaces of four kinds, twice as finely resolved as the scans, with no shorter waves and
+    on cells of equal size, intervals of 95 % held the work of adhesion in 90 ± 5 % (the error by surfaces), and the
+    mean of ln(fit/truth) was −0.05 ± 0.04; in 82 % where a scan holds two roll-off wavelengths. On the scan of another
+    surface of the kind they held it in 91 ± 5 %. With waves down to a pixel of the scan the mean was −0.07 ± 0.09 and,
+    of the rougher kind, −0.26 ± 0.06 (``tests/benchmarks/fitted_work.py``, without and with "hidden").
 
     Examples
     --------
