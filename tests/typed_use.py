@@ -105,7 +105,8 @@ def both_rough(scan: xr.Dataset, probe: xr.Dataset) -> xr.Dataset:
 
 def several(scans: list[xr.Dataset]) -> xr.Dataset:
     """Take scans of one surface together."""
-    spectrum: xr.Dataset = roughxr.scans.combined_spectrum(scans, window=None, shortest="20 nm", per_decade=5)
+    film: list[xr.Dataset] = roughxr.scans.open_container("film.zip")
+    spectrum: xr.Dataset = roughxr.scans.combined_spectrum(scans + film, window=None, shortest="20 nm", per_decade=5)
     pulls: xr.Dataset = roughxr.over_scans(scans, roughxr.pull_off_map, subregions=(8, 8))
     pooled: xr.Dataset = roughxr.statistics.pooled(
         pulls, "pull_off_force", over="scan", statistics=["mean"], resamples=99

@@ -4,6 +4,7 @@ from . import regions, synthetic
 from .backend import RoughxrBackend, open_scan
 from .channel import UnreadableScan
 from .combined_spectra import combined_spectrum
+from .container import open_container
 from .description import describe
 from .editing import crop, fill, resample, rotate90
 from .export import to_file, to_netcdf
@@ -31,6 +32,7 @@ __all__ = [
     "fill",
     "formats",
     "level",
+    "open_container",
     "open_sample",
     "open_scan",
     "power_spectrum",

@@ -1,4 +1,9 @@
-"""One power spectrum from scans of several sizes of one surface, each used where size and pixels allow."""
+"""One power spectrum from maps and lines of several sizes of one surface, each used where size and pixels allow.
+
+A line has the spectrum C¹(q) = (1/π) ∫ C(√(q² + k²)) dk of the isotropic surface that it is cut from. The ratio of the
+two is that of the K-correlation model: C/C¹ = 2√π Γ(1 + H)/Γ(½ + H)/√(q² + (2π/ℓ₀)²), with ℓ₀ and H of a fit to the
+line's own spectrum, which falls as the model does, but for half a power: [1 + (ℓ₀q/2π)²]^−(½ + H).
+"""
 
 from __future__ import annotations
 
@@ -8,13 +13,17 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..kernels.topography.random_surface import HURST, fit_k_correlation
 from ..vocabulary.schema import label, pixel, record, validate
 from ..vocabulary.units import positive, whole_number
 from ..vocabulary.verbs import verb
-from .spectra import power_spectrum
+from .spectra import power_spectrum, window_of
 
 #: A scan is used for waves shorter than this part of its side, and longer than this many pixels.
 _LONGEST, _PIXELS = 0.5, 4.0
+
+#: Fewest wavevectors of a line to which the model can be fitted.
+_FITTED = 4
 
 
 @verb
@@ -26,12 +35,13 @@ def combined_spectrum(
     Parameters
     ----------
     scans : sequence of Dataset
-        Levelled, of one surface; of any sizes and pixels.
+        Levelled, of one surface; of any sizes and pixels. Lines are ``height`` along ``x`` alone, at any steps, and are
+        taken to be cut from a surface that is the same in all directions.
     window : str, optional
         See `power_spectrum`; without one the scans' edges look like steps.
     shortest : number or quantity, optional
-        Shortest wavelength, nm, for which the scans are used, for example that below which the tip rounds the image;
-        at least four pixels of each scan.
+        Shortest wavelength, nm, for which the scans are used, or one for each: for example that below which the tip
+        rounds the image; at least four pixels of each scan, or steps of a line in the mean.
     per_decade : int
         Bins of wavevectors.
 
@@ -45,7 +55,7 @@ def combined_spectrum(
     Raises
     ------
     ValueError
-        If there is no scan, or none reaches a usable wavelength.
+        If there is no scan, or none reaches a usable wavelength, or heights of a line are missing.
 
     Examples
     --------
@@ -58,11 +68,11 @@ def combined_spectrum(
     if len(scans) == 0:
         raise ValueError("scans: expected at least one, found none")
     whole_number(per_decade, "per_decade", least=1)
-    least = 0.0 if shortest is None else positive(shortest, "nm", "shortest")
-    parts = [_usable(validate(one, "scan"), window, least) for one in scans]
+    least = _least(shortest, len(scans))
+    parts = [(_usable if "y" in one.dims else _of_line)(one, window, wave) for one, wave in zip(scans, least)]
     bins = [np.floor(per_decade * np.log10(q)).astype(int) for q, _, _ in parts]
     if not sum(one.size for one in bins):
-        raise ValueError(f"shortest: expected waves that a scan reaches, found none down to {least:g} nm")
+        raise ValueError(f"shortest: expected waves that a scan reaches, found none down to {min(least):g} nm")
     known = np.unique(np.concatenate(bins))
     sums = np.array([_binned(np.searchsorted(known, at), *part, known.size) for at, part in zip(bins, parts)])
     modes, power, wave = np.moveaxis(sums, 1, 0)
@@ -81,14 +91,48 @@ def combined_spectrum(
     return record(label(out), "combined_spectrum", scans[0], scans=len(scans), **given)
 
 
+def _least(shortest: Any, count: int) -> list[float]:
+    """Return the shortest wavelength (nm) for which each scan may be used."""
+    given = list(shortest) if isinstance(shortest, (list, tuple, np.ndarray)) else [shortest] * count
+    if len(given) != count:
+        raise ValueError(f"shortest: expected one wavelength, or one for each of {count} scans, found {len(given)}")
+    return [0.0 if wave is None else positive(wave, "nm", "shortest") for wave in given]
+
+
 def _usable(scan: xr.Dataset, window: str | None, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the wavevectors for which a scan is used, their spectrum and their numbers of modes."""
+    scan = validate(scan, "scan")
     found = power_spectrum(scan, window=window)
     side = min(scan.sizes[axis] * step for axis, step in zip("xy", pixel(scan)))
-    shortest = max(_PIXELS * max(pixel(scan)), least)
     q, psd, modes = (found[name].values.astype(float) for name in ("wavevector", "psd", "psd_modes"))
-    inside = (q > 2 * np.pi / (_LONGEST * side)) & (q <= 2 * np.pi / shortest) & np.isfinite(psd)
+    inside = _inside(q, side, max(pixel(scan)), least) & np.isfinite(psd)
     return q[inside], psd[inside], modes[inside]
+
+
+def _inside(q: np.ndarray, side: float, step: float, least: float) -> np.ndarray:
+    """Return which wavevectors lie where the size and the steps of a scan allow."""
+    return (q > 2 * np.pi / (_LONGEST * side)) & (q <= 2 * np.pi / max(_PIXELS * step, least))
+
+
+def _of_line(line: xr.Dataset, window: str | None, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the wavevectors for which a line is used, the spectrum of its surface and their numbers of modes."""
+    from scipy.interpolate import make_interp_spline
+    from scipy.special import gamma
+
+    x, heights = validate(line, "line")["x"].values, line["height"].values
+    if not (np.isfinite(heights).all() and x.size >= 4 and (np.diff(x) > 0).all()):
+        raise ValueError("height: expected four heights of a line or more, none missing, along x that ascends")
+    even, step = np.linspace(x[0], x[-1], x.size, retstep=True)
+    weights = 1.0 if window is None else window_of(window, (x.size,))
+    psd = step / x.size * np.abs(np.fft.rfft(weights * make_interp_spline(x, heights)(even))) ** 2
+    q = 2 * np.pi * np.fft.rfftfreq(x.size, step)
+    inside = _inside(q, x.size * step, step, least)
+    inside &= inside.sum() >= _FITTED
+    q, psd = q[inside], psd[inside]
+    (_, rolloff, half), _ = fit_k_correlation(q, psd, least=HURST[0] - 0.5)
+    hurst = half + 0.5
+    surface = 2 * np.sqrt(np.pi) * gamma(1 + hurst) / gamma(0.5 + hurst) / np.hypot(q, 2 * np.pi / rolloff) * psd
+    return q, surface, np.full(q.size, 2.0)
 
 
 def _binned(at: np.ndarray, q: np.ndarray, psd: np.ndarray, modes: np.ndarray, count: int) -> list[np.ndarray]:

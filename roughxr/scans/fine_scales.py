@@ -48,13 +48,15 @@ class Spectrum(NamedTuple):
         0.0  # so uncertain that the error of ln C grows by twice this for each factor e of shorter waves
     )
     tilt: float = 0.0  # ln C(q) is changed by so many of these errors
+    measured: tuple[np.ndarray, np.ndarray] | None = None  # ln q and ln C, used as far as they go
 
     def at(self, q):
         """Return C(q), nm⁴."""
-        found = k_correlation(q, self.plateau, self.rolloff, self.hurst)
-        if not self.tilt:
-            return found
-        shorter = np.maximum(np.log(np.asarray(q) * self.shown / (2 * np.pi)), 0.0)
+        found, known = k_correlation(q, self.plateau, self.rolloff, self.hurst), np.log(2 * np.pi / self.shown)
+        if self.measured is not None:
+            known = self.measured[0][-1]
+            found = np.where(np.log(q) <= known, np.exp(np.interp(np.log(q), *self.measured)), found)
+        shorter = np.maximum(np.log(q) - known, 0.0)
         return found * np.exp(self.tilt * (self.error + 2 * self.hurst_error * shorter))
 
 
@@ -118,7 +120,11 @@ def model_of(spectra: list, steps: tuple[float, float], hurst: float | None, sho
     known = [one for one in spectra if one is not None]
     if not known or not np.isfinite(shown):
         return Spectrum(np.nan, np.nan, np.nan, shown, np.nan, np.nan)
-    q, psd = _rings(np.mean(known, axis=0), steps)
+    return _fitted(*_rings(np.mean(known, axis=0), steps), shown, hurst)
+
+
+def _fitted(q: np.ndarray, psd: np.ndarray, shown: float, hurst: float | None) -> Spectrum:
+    """Return the model of a spectrum (nm⁻¹, nm⁴), and its errors, from the waves next to the shortest that is shown."""
     waves = 2 * np.pi / q
     inside = (waves >= shown) & (waves <= _BAND * shown)
     model, spread = fit_k_correlation(q[inside], psd[inside], hurst)
@@ -170,7 +176,7 @@ def add_fine_roughness(
         See `self_affine_fit`: by default found from the scan.
     spectrum : Dataset, optional
         Result of `self_affine_fit`, in place of the last two: for example of the larger scan that this one is a part
-        of.
+        of. Or a measured one, `combined_spectrum`, used as far as it goes and continued by the model of its last waves.
 
     Returns
     -------
@@ -218,7 +224,7 @@ def add_fine_roughness(
         "seed": seed,
         "hurst": _hurst(hurst),
     }
-    options["model"] = _known(spectrum, hurst, shown)
+    options["model"] = _known(spectrum, hurst, shown, scan)
     height, made = _finer_later(scan, _shown(shown, scan), options)
     out = scan.drop_dims(["x", "y"]).assign(height=(("x", "y"), height)).assign_coords(axes)
     arguments = {"shortest": shortest, "seed": seed, "refine": n, "hurst": hurst, "shown": shown}
@@ -240,18 +246,28 @@ def _finer_later(scan: xr.Dataset, shown: float | None, options: dict) -> tuple[
     return da.from_delayed(later[0], shape, float, name=False), {}
 
 
-def _known(spectrum: xr.Dataset | None, hurst: Any, shown: Any) -> Spectrum | None:
-    """Return the model of a fitted spectrum, or None where it is to be found."""
+def _known(spectrum: xr.Dataset | None, hurst: Any, shown: Any, scan: xr.Dataset) -> Spectrum | None:
+    """Return the model of a fitted or measured spectrum, or None where it is to be found."""
     if spectrum is None:
         return None
-    if hurst is not None or shown is not None:
+    measured = "psd" in spectrum
+    if hurst is not None or (shown is not None and not measured):
         raise ValueError("spectrum: expected alone, found hurst or shown beside it")
-    return known_spectrum(spectrum)
+    if not measured:
+        return known_spectrum(spectrum)
+    own = self_affine_fit(scan)["shortest_wavelength"] if shown is None else _shown(shown, scan)
+    return known_spectrum(spectrum, float(own))
 
 
-def known_spectrum(found: xr.Dataset) -> Spectrum:
-    """Return the model that `self_affine_fit` has found."""
-    return Spectrum(*(float(found[name]) for name in _NAMES))
+def known_spectrum(found: xr.Dataset, shown: float = np.nan) -> Spectrum:
+    """Return the model that `self_affine_fit` has found; or a measured spectrum, continued by the model of its last
+    waves, below the shortest wave (nm) that a scan shows.
+    """
+    if "psd" not in found:
+        return Spectrum(*(float(found[name]) for name in _NAMES))
+    q, psd = (found[name].values for name in ("wavevector", "psd"))
+    model = _fitted(q, psd, 2 * np.pi / q[-1] * (1 - 1e-9), None)
+    return model._replace(shown=shown, measured=(np.log(q), np.log(psd)))
 
 
 def _finer(height, shown, *, axes, side, n, shortest, seed, hurst, model) -> tuple[np.ndarray, dict[str, float]]:

@@ -80,7 +80,7 @@ def is_netcdf(head: bytes) -> bool:
 
 def open_netcdf(path: Path, *, channel: str | int | None = None) -> xr.Dataset:
     """Return the scan in a NetCDF file, unread: heights (x, y) in nm."""
-    ds = _opened(path)
+    ds = unread(path)
     try:
         name = _variable_name(ds, channel, path)
         image = _surface_topography(ds, path) if _is_surface_topography(ds, name) else _cf(ds, name, path)
@@ -90,7 +90,7 @@ def open_netcdf(path: Path, *, channel: str | int | None = None) -> xr.Dataset:
         raise
 
 
-def _opened(path: Path) -> xr.Dataset:
+def unread(path: Path) -> xr.Dataset:
     """Return a file's Dataset, unread; of an archive with groups, the group ``scan``.
 
     NetCDF 3 goes through scipy: the C library silently fills what is cut off a file with zeros.
@@ -120,7 +120,7 @@ def refuse_harmful(path: Path) -> None:
 
 def variable_names(path: Path) -> list[str]:
     """Return the names of the variables that a scan can be read from."""
-    with _opened(path) as ds:
+    with unread(path) as ds:
         return _lengths(_maps(ds))
 
 

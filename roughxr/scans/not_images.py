@@ -47,6 +47,8 @@ def refuse_curves(path: Path) -> None:
     kind = curves_in(path)
     if kind == "nanoscope":
         refuse_nanoscope(path)
+    if {"meta.yml", "index.json"} & set(zip_names(path)):
+        raise UnreadableScan(path, "found a container of several topographies, read by roughxr.open_container")
     if kind:
         raise UnreadableScan(path, f"expected an image of heights, found force-distance curves ({kind}), {_READ_BY}")
 
@@ -71,11 +73,16 @@ def is_wave_of_columns(head: bytes) -> bool:
     return samples > columns > 1 and layers == 0
 
 
-def _is_jpk(path: Path) -> bool:
-    """Return whether an archive holds JPK's segments of curves."""
+def zip_names(path: Path) -> list[str]:
+    """Return the names that a zip file lists, none of any other file."""
     try:
         with zipfile.ZipFile(path) as archive:
-            names = archive.namelist()
+            return archive.namelist()
     except (zipfile.BadZipFile, OSError):
-        return False
+        return []
+
+
+def _is_jpk(path: Path) -> bool:
+    """Return whether an archive holds JPK's segments of curves."""
+    names = zip_names(path)
     return "header.properties" in names and any("segments/" in name for name in names)

@@ -12,6 +12,8 @@ pixels that have a partner, in nm², hence acf(0) = mean h².
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import xarray as xr
 
@@ -55,7 +57,7 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     frequencies = [2 * np.pi * np.fft.fftfreq(n, step) for n, step in zip(shape, steps)]
     radius = np.hypot(frequencies[0][:, None], frequencies[1])
     width = 2 * np.pi / min(n * step for n, step in zip(shape, steps))
-    weights = 1.0 if window is None else _window(window, shape)
+    weights = 1.0 if window is None else window_of(window, shape)
     psd = _averaged(scan["height"], _spectrum, "wavevector", radius, width, scale=weights, steps=steps)
     return label(_with_centres("psd", psd, "wavevector", radius, width).assign_attrs(scan.attrs))
 
@@ -127,11 +129,11 @@ def _with_centres(name: str, averages: xr.DataArray, dim: str, radius: np.ndarra
     return out.assign({f"{name}_modes": (dim, members)}) if name == "psd" else out
 
 
-def _window(name: str, shape: tuple[int, int]) -> np.ndarray:
+def window_of(name: str, shape: tuple[int, ...]) -> np.ndarray:
     """Return a separable window of mean square one."""
     from scipy.signal import get_window
 
-    window = np.multiply.outer(*(get_window(name, n) for n in shape))
+    window = functools.reduce(np.multiply.outer, (get_window(name, n) for n in shape))
     return window / np.sqrt(np.mean(window**2))
 
 

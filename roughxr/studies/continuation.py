@@ -83,7 +83,8 @@ def continued(
     shortest : number or quantity, optional
         Shortest wave of the surface, nm, where it is known; by default the waves end where they no longer matter.
     spectrum : Dataset, optional
-        Result of `self_affine_fit`, by default of the waves that the scan shows truly.
+        Result of `self_affine_fit`, by default of the waves that the scan shows truly; or a measured one,
+        `combined_spectrum`, used as far as it goes.
     accuracy : float
         Waves no longer matter where an octave more changes the mean pull-off by less than this part.
 
@@ -118,8 +119,11 @@ def continued(
     ds = in_memory(ds)
     count, accuracy = whole_number(seeds, "seeds", least=1), fraction(accuracy, "accuracy")
     end = None if shortest is None else positive(shortest, "nm", "shortest")
-    spectrum = shown_truly(ds) if spectrum is None else spectrum
-    model = known_spectrum(spectrum)
+    if spectrum is None or "psd" in spectrum:
+        shown = shown_truly(ds)
+        model = known_spectrum(shown if spectrum is None else spectrum, float(shown["shortest_wavelength"]))
+    else:
+        model = known_spectrum(spectrum)
     if not np.isfinite(model.plateau):
         raise ValueError("height: expected a spectrum to continue, found none in a flat or nearly flat scan")
     bodies, hardness = with_hardness(ds)
@@ -322,10 +326,11 @@ def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness: str, g
     )
     out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
     known = f"The scan shows waves down to {model.shown:.3g} nm truly."
-    assumed = (
-        f"Below, its spectrum is assumed to go on (Hurst exponent {model.hurst:.2g} ± {model.hurst_error:.2g}) down to "
-        f"{pilot.waves[-1]:.2g} nm{_why(pilot, end)}; {hardness}."
-    )
+    if model.measured is not None:
+        last = 2 * np.pi * float(np.exp(-model.measured[0][-1]))
+        known += f" Other measurements of the surface tell its spectrum down to {last:.3g} nm."
+    goes_on = f"its spectrum is assumed to go on (Hurst exponent {model.hurst:.2g} ± {model.hurst_error:.2g}) "
+    assumed = f"Below, {goes_on}down to {pilot.waves[-1]:.2g} nm{_why(pilot, end)}; {hardness}."
     out.attrs = {"known": known, "assumed": assumed, "longest_added": model.shown}
     arguments = {"preload": preload, "subregions": subregions, "seeds": seeds, "shortest": end}
     return schema.record(schema.label(out), "continued", ds, **arguments)

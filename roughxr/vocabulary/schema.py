@@ -434,6 +434,7 @@ KINDS: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "solution": {"force": ("subregion", "delta")},
     "pull_off": {"pull_off_force": ("subregion",)},
+    "line": {"height": ("x",)},
 }
 
 #: Scalar coordinates of a scan once a pair is assigned; they travel into every result and archive.
@@ -591,7 +592,7 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
     Parameters
     ----------
     ds : Dataset
-    kind : {"scan", "asperities", "solution", "pull_off"}
+    kind : {"scan", "asperities", "solution", "pull_off", "line"}
 
     Returns
     -------

@@ -48,11 +48,12 @@ def k_correlation(q, plateau, rolloff, hurst):
     return plateau * (1.0 + (rolloff * q / (2.0 * np.pi)) ** 2) ** -(1.0 + hurst)
 
 
-def fit_k_correlation(q, psd, hurst=None):
+def fit_k_correlation(q, psd, hurst=None, least=HURST[0]):
     """Return the (C₀, ℓ₀, H) that fit the logarithm of a spectrum at wavevectors q best, with equal weight per octave,
     and the covariance of ln C at wavevectors q₁, 8q₁ with q₁ the largest: how uncertain its continuation is.
 
-    ``hurst`` fixes H. Wavevectors without power are left out; NaN where fewer than four have any.
+    ``hurst`` fixes H, which is ``least`` or more. Wavevectors without power are left out; NaN where fewer than four
+    have any.
     """
     from scipy.optimize import least_squares
 
@@ -67,13 +68,13 @@ def fit_k_correlation(q, psd, hurst=None):
         return weight * (unknown[0] + np.log(k_correlation(q, 1.0, np.exp(unknown[1]), H)) - wanted)
 
     longest, shortest = 2.0 * np.pi / q[0], 2.0 * np.pi / q[-1]
-    low = [-np.inf, np.log(shortest), HURST[0] - 1e-9]
+    low = [-np.inf, np.log(shortest), least - 1e-9]
     high = [np.inf, np.log(100.0 * longest), HURST[1]]
     start = [wanted[0], np.log(np.sqrt(longest * shortest)), 0.5]
     count = 3 if hurst is None else 2
     solved = least_squares(off, start[:count], bounds=(low[:count], high[:count]))
     found = solved.x
-    model = np.array([np.exp(found[0]), np.exp(found[1]), hurst if hurst is not None else max(found[2], 0.0)])
+    model = np.array([np.exp(found[0]), np.exp(found[1]), hurst if hurst is not None else max(found[2], least)])
     return model, _uncertainty(solved.jac, solved.fun, found, q[-1] * np.array([1.0, 8.0]), hurst)
 
 

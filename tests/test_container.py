@@ -1,0 +1,187 @@
+"""Containers of contact.engineering: maps and lines in one call, whatever their metadata try."""
+
+import io
+import json
+import os
+import zipfile
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import roughxr
+from roughxr.scans import UnreadableScan, synthetic
+
+META = """
+surfaces:
+- name: film
+  category: exp
+  topographies:
+  - name: profile
+    datafile: {original: profile.asc}
+    size: !!python/tuple
+    - 2.0
+    unit: um
+    height_scale: 2.0
+    detrend_mode: height
+  - name: map
+    datafile: {original: map.txt}
+    data_source: 0
+    size: !!python/tuple [0.4, 0.2]
+    unit: um
+    height_scale: 0.5
+    detrend_mode: center
+"""
+
+X = np.array([0.0, 0.3, 0.5, 1.1, 2.0])
+ROWS = np.array([[0.04, 0.05, 0.06, 0.09], [0.00, 0.01, 0.03, 0.04]])  # um, from the top
+
+
+def container(path, meta, name="meta.yml", **files):
+    texts = {"profile.asc": "\n".join(f"{x} {0.01 * x**2}" for x in X), "map.txt": io.StringIO()}
+    np.savetxt(texts["map.txt"], ROWS)
+    texts["map.txt"] = texts["map.txt"].getvalue()
+    with zipfile.ZipFile(path, "w") as archive:
+        for member, content in {name: meta, **texts, **files}.items():
+            archive.writestr(member, content)
+    return path
+
+
+def test_maps_and_lines_come_in_nm_as_the_container_says(tmp_path):
+    line, scan = roughxr.open_container(container(tmp_path / "film.zip", META))
+    heights = 20 * X**2
+    expected = heights - np.polyval(np.polyfit(X, heights, 1), X)
+    np.testing.assert_allclose(line.height, expected, atol=1e-9)
+    np.testing.assert_allclose(line.x, 1000 * X)
+    assert line.attrs["title"] == "profile" and line.attrs["surface"] == "film" and line.height.units == "nm"
+    np.testing.assert_allclose(scan.height, 500 * (ROWS - ROWS.mean())[::-1].T, atol=1e-9)
+    np.testing.assert_allclose(scan.y, [50, 150])
+    assert roughxr.schema.history(scan)[-1]["operation"] == "open_container"
+
+
+def test_what_the_software_of_the_containers_writes_is_read(tmp_path):
+    topography = pytest.importorskip("SurfaceTopography", reason="needs the extra afm")
+    from SurfaceTopography.Container.IO.CE import write_containers
+    from SurfaceTopography.Container.SurfaceContainer import InMemorySurfaceContainer
+
+    heights = np.random.default_rng(1).normal(size=(6, 4))
+    parts = [
+        topography.Topography(heights, (60.0, 40.0), unit="nm"),
+        topography.UniformLineScan(heights[0], 8.0, unit="µm"),
+        topography.NonuniformLineScan(X, 0.01 * X**2, unit="µm"),
+    ]
+    write_containers([InMemorySurfaceContainer(parts)], str(tmp_path / "made.zip"))
+    scan, even, uneven = roughxr.open_container(tmp_path / "made.zip")
+    np.testing.assert_allclose(scan.height, heights[:, ::-1])  # y is counted from the top there
+    np.testing.assert_allclose(even.height, 1000 * heights[0])
+    np.testing.assert_allclose(np.diff(even.x), 2000)
+    np.testing.assert_allclose([uneven.x, uneven.height], [1000 * X, 10 * X**2])
+
+
+def test_tags_of_objects_make_nothing(tmp_path):
+    made = tmp_path / "made"
+    for tag in ("!!python/object/apply:os.mkdir", "!!python/object/new:os.mkdir", "!!python/name:os.mkdir", "!any"):
+        hostile = META + f"creator: {tag} ['{made}']\nother: !!python/object:os.stat_result {{a: {tag} b}}\n"
+        assert len(roughxr.open_container(container(tmp_path / "hostile.zip", hostile))) == 2
+    assert not made.exists()
+
+
+def test_nothing_is_written_under_a_name_that_the_container_gives(tmp_path):
+    outside = tmp_path / "outside.asc"
+    for name in ("../" * 20 + str(outside)[1:], str(outside), "..", ".hidden/.."):
+        meta = META.replace("profile.asc", json.dumps(name))
+        profile = {name: "0 1\n1 2\n2 1\n"}
+        line, _ = roughxr.open_container(container(tmp_path / "film.zip", meta, **profile))
+        assert line.sizes["x"] == 3 and os.listdir(tmp_path) == ["film.zip"]
+
+
+@pytest.mark.parametrize(
+    ("meta", "name", "reason"),
+    [
+        ("surfaces: [", "meta.yml", "damaged"),
+        ("[1, 2]", "meta.yml", "damaged"),
+        ("{}", "index.json", "surfaces"),
+        (META.replace("profile.asc", "other.asc"), "meta.yml", "other.asc"),
+        (META.replace("unit: um", "unit: V"), "meta.yml", "'V'"),
+        (META.replace("mode: center", "mode: sphere"), "meta.yml", "sphere"),
+        (META, "about.yml", "without meta.yml"),
+        ("a: " + "[" * 100_000, "meta.yml", "damaged"),
+        (" " * (2**24 + 1), "meta.yml", "at most 16 MiB"),
+    ],
+)
+def test_what_cannot_be_read_is_refused_with_the_containers_name(tmp_path, meta, name, reason):
+    with pytest.raises(UnreadableScan, match=f"film.zip.*{reason}"):
+        roughxr.open_container(container(tmp_path / "film.zip", meta, name))
+
+
+def test_a_container_is_no_scan_and_a_text_no_container(tmp_path):
+    with pytest.raises(UnreadableScan, match=r"roughxr\.open_container"):
+        roughxr.open_scan(container(tmp_path / "film.zip", META))
+    (tmp_path / "plain.txt").write_text("1 2\n3 4\n")
+    with pytest.raises(UnreadableScan, match="found no zip file"):
+        roughxr.open_container(tmp_path / "plain.txt")
+
+
+@pytest.mark.filterwarnings("ignore::roughxr.scans.ImplausibleScan")
+def test_the_published_film_has_one_spectrum(shared_scans):
+    """Its AFM map and its TEM profile agree where both reach: heights are not scaled twice."""
+    parts = roughxr.open_container(shared_scans / "uncd_container_ccby.zip")
+    assert [one.sizes["x"] for one in parts] == [76, 512, 3001]
+    tem, afm = (roughxr.combined_spectrum([one], per_decade=3) for one in parts[:2])
+    both = np.geomspace(2 * np.pi / 45, 2 * np.pi / 25, 9)
+    tem, afm = (np.exp(np.interp(np.log(both), np.log(one.wavevector), np.log(one.psd))) for one in (tem, afm))
+    assert 0.2 < float(np.exp(np.mean(np.log(tem / afm)))) < 5
+    together = roughxr.combined_spectrum(parts, shortest=[None, "25 nm", "2.5 um"])
+    assert 2 * np.pi / float(together.wavevector.max()) < 15 and 2 * np.pi / float(together.wavevector.min()) > 5e4
+
+
+def lines_of(surface, every):
+    """Return lines along y, each at steps of its own."""
+    kept = np.random.default_rng(2).integers(0, 2, (surface.sizes["x"], surface.sizes["y"] // 2))
+    for k in range(0, surface.sizes["x"], every):
+        at = np.arange(0, surface.sizes["y"], 2) + kept[k]
+        yield xr.Dataset({"height": ("x", surface.height.values[k, at])}, {"x": surface.y.values[at]})
+
+
+@pytest.mark.parametrize("hurst", [0.3, 0.5, 0.9])
+def test_lines_have_the_spectrum_of_the_surface_that_they_are_cut_from(hurst):
+    make = {"rms": 2.0, "hurst": hurst, "rolloff": 200.0, "cutoff": 10.0}
+    surfaces = [synthetic.self_affine((512, 512), 2.5, seed=seed, **make) for seed in range(4)]
+    found = roughxr.combined_spectrum([line for one in surfaces for line in lines_of(one, 16)], per_decade=5)
+    known = roughxr.combined_spectrum(surfaces, per_decade=5)
+    assert float(found.wavevector.max()) > 2 * np.pi / 25  # four steps of 5 nm in the mean
+    wanted = np.exp(np.interp(np.log(found.wavevector), np.log(known.wavevector), np.log(known.psd)))
+    off = np.log(found.psd / wanted)
+    assert abs(float(off[1:].mean())) < 0.1 and float(abs(off[1:]).max()) < 0.3
+
+
+def test_what_is_no_line_is_refused():
+    line = xr.Dataset({"height": ("x", np.arange(32.0))}, {"x": np.arange(32.0)})
+    for wrong in (line.isel(x=slice(None, None, -1)), line.where(line.x > 3), line.isel(x=slice(3))):
+        with pytest.raises(ValueError, match="four heights of a line or more"):
+            roughxr.combined_spectrum([wrong])
+    with pytest.raises(ValueError, match="one for each of 2 scans, found 3"):
+        roughxr.combined_spectrum([line, line], shortest=[10, 20, 30])
+
+
+def test_a_measured_spectrum_is_used_as_far_as_it_goes():
+    """Waves that the scan does not show come with the power that a finer scan of the surface has."""
+    make = {"hurst": 0.8, "rolloff": 300.0}
+    coarse = synthetic.self_affine((64, 64), 20.0, rms=2.0, cutoff=100.0, seed=1, **make)
+    fine = synthetic.self_affine((512, 512), 2.5, rms=0.5, hurst=0.1, rolloff=300.0, cutoff=5.0, seed=2)
+    measured = roughxr.combined_spectrum([fine])
+    finer = roughxr.add_fine_roughness(coarse, shortest=12, seed=3, refine=8, shown=100, spectrum=measured)
+    band = roughxr.power_spectrum(finer - roughxr.add_fine_roughness(coarse, shortest=100, seed=0, refine=8, shown=100))
+    inside = (band.wavevector > 2 * np.pi / 80) & (band.wavevector < 2 * np.pi / 14)
+    wanted = np.interp(band.wavevector[inside], measured.wavevector, measured.psd)
+    power = band.psd_modes[inside]
+    assert float((band.psd[inside] * power).sum() / (wanted * power).sum()) == pytest.approx(1, abs=0.1)
+    pair = roughxr.assign_pair(coarse, sphere_radius=500, materials="glass")
+    how = {"subregions": (2, 1), "seeds": 1, "shortest": 20}
+    own, told = roughxr.continued(pair, **how), roughxr.continued(pair, spectrum=measured, **how)
+    q = np.linspace(2 * np.pi / float(told.longest_added), 2 * np.pi / 20, 2000)
+    power = np.exp(np.interp(np.log(q), np.log(measured.wavevector), np.log(measured.psd)))
+    assert float(told.added_rms) == pytest.approx(np.sqrt(np.trapezoid(q * power, q) / (2 * np.pi)), rel=0.02)
+    assert float(own.added_rms) > 2 * float(told.added_rms)
+    assert float(told.longest_added) == pytest.approx(float(own.longest_added))
+    assert "Other measurements" in told.attrs["known"] and "Other measurements" not in own.attrs["known"]
