@@ -48,7 +48,7 @@ def container(path, meta, name="meta.yml", **files):
 
 
 def test_maps_and_lines_come_in_nm_as_the_container_says(tmp_path):
-    line, scan = roughxr.open_container(container(tmp_path / "film.zip", META))
+    line, scan = roughxr.scans.open_container(container(tmp_path / "film.zip", META))
     heights = 20 * X**2
     expected = heights - np.polyval(np.polyfit(X, heights, 1), X)
     np.testing.assert_allclose(line.height, expected, atol=1e-9)
@@ -71,7 +71,7 @@ def test_what_the_software_of_the_containers_writes_is_read(tmp_path):
         topography.NonuniformLineScan(X, 0.01 * X**2, unit="µm"),
     ]
     write_containers([InMemorySurfaceContainer(parts)], str(tmp_path / "made.zip"))
-    scan, even, uneven = roughxr.open_container(tmp_path / "made.zip")
+    scan, even, uneven = roughxr.scans.open_container(tmp_path / "made.zip")
     np.testing.assert_allclose(scan.height, heights[:, ::-1])  # y is counted from the top there
     np.testing.assert_allclose(even.height, 1000 * heights[0])
     np.testing.assert_allclose(np.diff(even.x), 2000)
@@ -82,7 +82,7 @@ def test_tags_of_objects_make_nothing(tmp_path):
     made = tmp_path / "made"
     for tag in ("!!python/object/apply:os.mkdir", "!!python/object/new:os.mkdir", "!!python/name:os.mkdir", "!any"):
         hostile = META + f"creator: {tag} ['{made}']\nother: !!python/object:os.stat_result {{a: {tag} b}}\n"
-        assert len(roughxr.open_container(container(tmp_path / "hostile.zip", hostile))) == 2
+        assert len(roughxr.scans.open_container(container(tmp_path / "hostile.zip", hostile))) == 2
     assert not made.exists()
 
 
@@ -91,7 +91,7 @@ def test_nothing_is_written_under_a_name_that_the_container_gives(tmp_path):
     for name in ("../" * 20 + str(outside)[1:], str(outside), "..", ".hidden/.."):
         meta = META.replace("profile.asc", json.dumps(name))
         profile = {name: "0 1\n1 2\n2 1\n"}
-        line, _ = roughxr.open_container(container(tmp_path / "film.zip", meta, **profile))
+        line, _ = roughxr.scans.open_container(container(tmp_path / "film.zip", meta, **profile))
         assert line.sizes["x"] == 3 and os.listdir(tmp_path) == ["film.zip"]
 
 
@@ -111,27 +111,27 @@ def test_nothing_is_written_under_a_name_that_the_container_gives(tmp_path):
 )
 def test_what_cannot_be_read_is_refused_with_the_containers_name(tmp_path, meta, name, reason):
     with pytest.raises(UnreadableScan, match=f"film.zip.*{reason}"):
-        roughxr.open_container(container(tmp_path / "film.zip", meta, name))
+        roughxr.scans.open_container(container(tmp_path / "film.zip", meta, name))
 
 
 def test_a_container_is_no_scan_and_a_text_no_container(tmp_path):
-    with pytest.raises(UnreadableScan, match=r"roughxr\.open_container"):
+    with pytest.raises(UnreadableScan, match=r"roughxr\.scans\.open_container"):
         roughxr.open_scan(container(tmp_path / "film.zip", META))
     (tmp_path / "plain.txt").write_text("1 2\n3 4\n")
     with pytest.raises(UnreadableScan, match="found no zip file"):
-        roughxr.open_container(tmp_path / "plain.txt")
+        roughxr.scans.open_container(tmp_path / "plain.txt")
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.scans.ImplausibleScan")
 def test_the_published_film_has_one_spectrum(shared_scans):
     """Its AFM map and its TEM profile agree where both reach: heights are not scaled twice."""
-    parts = roughxr.open_container(shared_scans / "uncd_container_ccby.zip")
+    parts = roughxr.scans.open_container(shared_scans / "uncd_container_ccby.zip")
     assert [one.sizes["x"] for one in parts] == [76, 512, 3001]
-    tem, afm = (roughxr.combined_spectrum([one], per_decade=3) for one in parts[:2])
+    tem, afm = (roughxr.scans.combined_spectrum([one], per_decade=3) for one in parts[:2])
     both = np.geomspace(2 * np.pi / 45, 2 * np.pi / 25, 9)
     tem, afm = (np.exp(np.interp(np.log(both), np.log(one.wavevector), np.log(one.psd))) for one in (tem, afm))
     assert 0.2 < float(np.exp(np.mean(np.log(tem / afm)))) < 5
-    together = roughxr.combined_spectrum(parts, shortest=[None, "25 nm", "2.5 um"])
+    together = roughxr.scans.combined_spectrum(parts, shortest=[None, "25 nm", "2.5 um"])
     assert 2 * np.pi / float(together.wavevector.max()) < 15 and 2 * np.pi / float(together.wavevector.min()) > 5e4
 
 
@@ -147,8 +147,8 @@ def lines_of(surface, every):
 def test_lines_have_the_spectrum_of_the_surface_that_they_are_cut_from(hurst):
     make = {"rms": 2.0, "hurst": hurst, "rolloff": 200.0, "cutoff": 10.0}
     surfaces = [synthetic.self_affine((512, 512), 2.5, seed=seed, **make) for seed in range(4)]
-    found = roughxr.combined_spectrum([line for one in surfaces for line in lines_of(one, 16)], per_decade=5)
-    known = roughxr.combined_spectrum(surfaces, per_decade=5)
+    found = roughxr.scans.combined_spectrum([line for one in surfaces for line in lines_of(one, 16)], per_decade=5)
+    known = roughxr.scans.combined_spectrum(surfaces, per_decade=5)
     assert float(found.wavevector.max()) > 2 * np.pi / 25  # four steps of 5 nm in the mean
     wanted = np.exp(np.interp(np.log(found.wavevector), np.log(known.wavevector), np.log(known.psd)))
     off = np.log(found.psd / wanted)
@@ -159,9 +159,9 @@ def test_what_is_no_line_is_refused():
     line = xr.Dataset({"height": ("x", np.arange(32.0))}, {"x": np.arange(32.0)})
     for wrong in (line.isel(x=slice(None, None, -1)), line.where(line.x > 3), line.isel(x=slice(3))):
         with pytest.raises(ValueError, match="four heights of a line or more"):
-            roughxr.combined_spectrum([wrong])
+            roughxr.scans.combined_spectrum([wrong])
     with pytest.raises(ValueError, match="one for each of 2 scans, found 3"):
-        roughxr.combined_spectrum([line, line], shortest=[10, 20, 30])
+        roughxr.scans.combined_spectrum([line, line], shortest=[10, 20, 30])
 
 
 def test_a_measured_spectrum_is_used_as_far_as_it_goes():
@@ -169,9 +169,11 @@ def test_a_measured_spectrum_is_used_as_far_as_it_goes():
     make = {"hurst": 0.8, "rolloff": 300.0}
     coarse = synthetic.self_affine((64, 64), 20.0, rms=2.0, cutoff=100.0, seed=1, **make)
     fine = synthetic.self_affine((512, 512), 2.5, rms=0.5, hurst=0.1, rolloff=300.0, cutoff=5.0, seed=2)
-    measured = roughxr.combined_spectrum([fine])
-    finer = roughxr.add_fine_roughness(coarse, shortest=12, seed=3, refine=8, shown=100, spectrum=measured)
-    band = roughxr.power_spectrum(finer - roughxr.add_fine_roughness(coarse, shortest=100, seed=0, refine=8, shown=100))
+    measured = roughxr.scans.combined_spectrum([fine])
+    finer = roughxr.scans.add_fine_roughness(coarse, shortest=12, seed=3, refine=8, shown=100, spectrum=measured)
+    band = roughxr.scans.power_spectrum(
+        finer - roughxr.scans.add_fine_roughness(coarse, shortest=100, seed=0, refine=8, shown=100)
+    )
     inside = (band.wavevector > 2 * np.pi / 80) & (band.wavevector < 2 * np.pi / 14)
     wanted = np.interp(band.wavevector[inside], measured.wavevector, measured.psd)
     power = band.psd_modes[inside]

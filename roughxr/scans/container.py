@@ -26,9 +26,10 @@ from .channel import UnreadableScan
 from .files import file_hash, guarded, list_channels, read_scan, regular_file
 from .levelling import level
 from .netcdf import is_netcdf, unread
+from .not_images import METADATA
 
-#: Names of the metadata, the first that is there; the largest of them and of any other file, bytes.
-METADATA, _MOST_TOLD, _MOST = ("index.json", "meta.yml"), 2**24, 2**30
+#: The largest metadata and the largest other file, bytes.
+_MOST_TOLD, _MOST = 2**24, 2**30
 
 #: Polynomials that are subtracted: their order along a line, and the method for a map.
 _DETRENDED = {"center": (0, None), "height": (1, "plane"), "curvature": (2, "quadratic")}

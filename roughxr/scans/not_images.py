@@ -1,4 +1,4 @@
-"""Files of force curves, told by their content, so that who opens one as a scan hears what it is and what reads it."""
+"""Files of force curves and of several scans, told by their content: who opens one as a scan hears what reads it."""
 
 from __future__ import annotations
 
@@ -15,6 +15,9 @@ NANOSCOPE = b"\\*Force file list"
 TEXTS = {"afmformats": b"# afmformats", "workshop": b"Force-Distance Curve", "chiaro": b"Device:\tChiaro"}
 
 _ZIP = b"PK\x03\x04"
+
+#: Names of the metadata of a container of contact.engineering, the first that is there.
+METADATA = ("index.json", "meta.yml")
 
 _READ_BY = "read by `roughxr measured`, in Python by roughxr.open_pull_off and roughxr.measured.open_curves"
 
@@ -38,7 +41,7 @@ def curves_in(path: Path) -> str:
 
 
 def refuse_curves(path: Path) -> None:
-    """Raise for a file of force curves, with what reads it.
+    """Raise for a file of force curves, or a container of scans, with what reads it.
 
     Raises
     ------
@@ -47,8 +50,8 @@ def refuse_curves(path: Path) -> None:
     kind = curves_in(path)
     if kind == "nanoscope":
         refuse_nanoscope(path)
-    if {"meta.yml", "index.json"} & set(zip_names(path)):
-        raise UnreadableScan(path, "found a container of several topographies, read by roughxr.open_container")
+    if set(METADATA) & set(_zip_names(path)):
+        raise UnreadableScan(path, "found a container of several topographies, read by roughxr.scans.open_container")
     if kind:
         raise UnreadableScan(path, f"expected an image of heights, found force-distance curves ({kind}), {_READ_BY}")
 
@@ -73,7 +76,7 @@ def is_wave_of_columns(head: bytes) -> bool:
     return samples > columns > 1 and layers == 0
 
 
-def zip_names(path: Path) -> list[str]:
+def _zip_names(path: Path) -> list[str]:
     """Return the names that a zip file lists, none of any other file."""
     try:
         with zipfile.ZipFile(path) as archive:
@@ -84,5 +87,5 @@ def zip_names(path: Path) -> list[str]:
 
 def _is_jpk(path: Path) -> bool:
     """Return whether an archive holds JPK's segments of curves."""
-    names = zip_names(path)
+    names = _zip_names(path)
     return "header.properties" in names and any("segments/" in name for name in names)

@@ -118,9 +118,9 @@ def film_of(path):
     """Return the spectrum of a film from its container."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", roughxr.scans.ImplausibleScan)
-        profile, image, stylus = roughxr.open_container(path)
+        profile, image, stylus = roughxr.scans.open_container(path)
     parts = [profile, roughxr.scans.level(image, method="quadratic"), stylus]
-    return roughxr.combined_spectrum(parts, shortest=["10 nm", "25 nm", "2.5 um"], per_decade=6)
+    return roughxr.scans.combined_spectrum(parts, shortest=["10 nm", "25 nm", "2.5 um"], per_decade=6)
 
 
 def film_spectrum():
@@ -149,7 +149,9 @@ def divided(seed, cells, rms, own, radius, surface, bodies):
     forces = []
     for height in rms:
         made = (
-            roughxr.synthetic.self_affine((cells, cells), rms=np.hypot(height, own), seed=10 * seed + k, **surface)
+            roughxr.scans.synthetic.self_affine(
+                (cells, cells), rms=np.hypot(height, own), seed=10 * seed + k, **surface
+            )
             for k in range(3)
         )
         pairs = (roughxr.assign_pair(one, sphere_radius=radius, **bodies) for one in made)
@@ -180,7 +182,7 @@ def silicon(seed, cells, *, humidity, angle, smooth, etched, tip, hurst, rolloff
     face = np.where(away < 1000, np.radians(slope) * at[:, None], -1e4)
     surface = {"pixel": cell, "hurst": hurst, "rolloff": rolloff, "cutoff": 4 * cell, "seed": seed}
     for rms in (smooth, etched):
-        ground = roughxr.synthetic.self_affine((cells | 1, cells | 1), rms=np.hypot(rms, tip), **surface)
+        ground = roughxr.scans.synthetic.self_affine((cells | 1, cells | 1), rms=np.hypot(rms, tip), **surface)
         flat = xr.DataArray(face, {"x": at, "y": at}, ("x", "y"))
         air = roughxr.HumidAir(humidity, contact_angle=np.radians(angle))
         pair = roughxr.assign_pair(ground, indenter=flat, materials="silicon", humidity=air)
@@ -193,7 +195,7 @@ def steel(seed, cells, *, rms, hurst, rolloff, fine):
     cell = reeks_hall.SIDE / (cells * fine)
     surface = {"hurst": hurst, "rolloff": rolloff, "cutoff": 4 * cell, "seed": seed}
     shape = (round(cells * fine),) * 2
-    ground = roughxr.synthetic.self_affine(shape, cell, rms=rms, **surface)
+    ground = roughxr.scans.synthetic.self_affine(shape, cell, rms=rms, **surface)
     found = []
     for radius in (5000.0, 10_000.0):
         catalogue = roughxr.asperities(roughxr.assign_pair(ground, sphere_radius=radius, **reeks_hall.BODIES))
