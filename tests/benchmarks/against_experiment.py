@@ -5,7 +5,7 @@
 Each experiment is predicted as many times as there are draws, every time with other values of the inputs that its
 publication, as far as it could be read, does not state; the prediction is the range of 95 % of them. Only abstracts
 could be read, but of Reeks & Hall, whose runs were read off their figures. The priors were set down before the first
-comparison.
+comparison, but for the film's, of which three single surfaces had been seen, and none was changed after it.
 
 1. Thimons, Gujrati, Sanner, Pastewka & Jacobs, Exp. Mech. (2021), doi 10.1007/s11340-021-00733-6: ruby spheres of
    0.5 mm diameter on four diamond films, effective works of adhesion from 0.08 to 7.15 mJ/m². Their work of adhesion
