@@ -122,6 +122,7 @@ def stiff(scan: xr.Dataset) -> xr.Dataset:
         roughxr.regime(scan),
         roughxr.scale_dependence(scan, shortest=[20.0]),
         roughxr.answer(roughxr.continued(scan, subregions=(2, 1), seeds=1)),
+        roughxr.certificate(roughxr.direct(scan, delta=[5.0])),
     ]
     return roughxr.rigid(scan, subregions=(2, 2)) if constant and tables else scan
 

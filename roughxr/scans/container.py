@@ -130,9 +130,8 @@ def _topography(archive: zipfile.ZipFile, one: dict[str, Any], path: Path) -> xr
     if archive.getinfo(name).file_size > _MOST:
         raise UnreadableScan(path, f"{name}: expected at most {_MOST >> 20} MiB, found more")
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / re.sub(r"[^\w.-]", "_", f"{path.name}, {name}")[-80:].lstrip(
-            "."
-        )  # never a path of its own
+        own = re.sub(r"[^\w.-]", "_", f"{path.name}, {name}")[-80:]  # never a path of its own
+        file = Path(folder) / own.lstrip(".")
         with archive.open(name) as packed, file.open("wb") as member:
             shutil.copyfileobj(packed, member)
         try:
