@@ -18,7 +18,7 @@ import xarray as xr
 from roughxr.contact import elastic
 from roughxr.files import archive, disk
 from roughxr.jobs import checkpoint, executor, schedulers
-from roughxr.jobs.fingerprint import key_of
+from roughxr.jobs.fingerprint import keys_of
 from roughxr.jobs.progress import progress
 from roughxr.jobs.work import Work
 
@@ -398,7 +398,7 @@ def test_a_solve_is_known_by_all_that_it_depends_on():
     array = np.arange(12.0).reshape(3, 4)
 
     def key(shift=0.0, flag=True, rows=slice(0, 3), shared=array, shape=(2,)):
-        return key_of(
+        return keys_of(
             Work(_note, [(1.0, flag, rows), (2.0 + shift, None, "text")], np.dtype((float, shape)), (shared, [array]))
         )
 

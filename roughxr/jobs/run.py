@@ -20,7 +20,7 @@ from ..vocabulary.verbs import verb
 from . import lazy as parallel
 from .checkpoint import Checkpoint
 from .executor import Failure, each_finished
-from .fingerprint import identity, key_of, refuse_other
+from .fingerprint import identity, keys_of, refuse_other
 from .progress import say
 from .schedulers import on
 from .work import Work, in_memory, stacked
@@ -152,20 +152,26 @@ class _WithCheckpoints:
 
     def __init__(self, checkpoint: Checkpoint):
         self.checkpoint = checkpoint
+        self.known: dict[bytes, np.ndarray] = {}  # results by item: a place that two solves share is solved once
 
     def array(self, work: Work) -> Any:
         """Return the results, in memory or, if they are large, lazily from the checkpoint."""
         work = in_memory(work)
-        stage = key_of(work)
+        stage, items = keys_of(work)
         kept = {k for batch in self.checkpoint.kept(stage) for k in batch}
-        missing = [k for k in range(len(work.arguments)) if k not in kept]
+        for k in (k for k, item in enumerate(items) if k not in kept and item in self.known):
+            self.checkpoint.put(stage, k, self.known[items[k]][np.newaxis])
+            kept.add(k)
+        missing = [k for k in range(len(items)) if k not in kept]
         if missing:
             self._compute(work, stage, missing)
         else:
             say(f"{work.name}: {work.each * len(work.arguments)} subregions, all kept")
         batches = self.checkpoint.kept(stage)
         if len(work.arguments) * work.dtype.itemsize <= _IN_MEMORY:
-            return np.concatenate([self.checkpoint.get(stage, batch.start, work.dtype) for batch in batches])
+            results = np.concatenate([self.checkpoint.get(stage, batch.start, work.dtype) for batch in batches])
+            self.known |= zip(items, results)
+            return results
         read = dask.delayed(self.checkpoint.get, pure=False)
         return stacked([(read(stage, batch.start, work.dtype), len(batch)) for batch in batches], work.dtype)
 

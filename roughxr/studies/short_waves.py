@@ -129,9 +129,10 @@ def _simulated(ds, centres, waves, seeds, preload, model) -> np.ndarray:
     for wave in waves[::-1]:
         longest = max(wave, model.shown)
         surface = Surface(smooth(ds, shortest=longest), problem, centres)
-        found = surface.solve(Question(problem, adhesion, Below(model, longest, wave)), places, seeds, guess)
+        count = seeds if wave < longest else 1  # without added waves all seeds are the same surface
+        found = surface.solve(Question(problem, adhesion, Below(model, longest, wave)), places, count, guess)
         guess = next_guess(found, guess)
-        out.append(found[..., 0])
+        out.append(np.broadcast_to(found[..., 0], (len(places), seeds)))
     return np.stack(out[::-1], axis=1)
 
 
