@@ -126,6 +126,28 @@ def test_a_run_is_told_on_one_line_with_the_time_left_over_all_its_stages(monkey
     assert stream.getvalue().count("\n") == (0 if stream.isatty() else len(told))  # one line on a terminal
 
 
+@pytest.mark.parametrize("terminal", [True, False])
+def test_an_answer_narrows_in_the_runs_line_and_is_left_by_a_run_that_is_interrupted(terminal, capsys):
+    stream = Terminal() if terminal else io.StringIO()
+    with pytest.raises(KeyboardInterrupt), progress(stream), Stages({"one": 10, "two": 10}, {}) as stage:
+        stage("one")
+        stage.found("pull-off 2 µN by 4 places", "2 µN (1 … 9)")
+        stage("two")
+        stage.found("pull-off 3 µN by 64 places", "3 µN (2 … 4)")
+        raise KeyboardInterrupt
+    assert capsys.readouterr().out == "so far: pull-off 3 µN by 64 places\n"
+    told = stream.getvalue()
+    assert told.count("\n") == (0 if terminal else 6)  # one line on a terminal
+    at = "2 µN (1 … 9) | stage 2" if terminal else "pull-off 2 µN by 4 places\nstage 1"
+    assert at in told and told.index("2 µN") < told.index("3 µN")
+
+
+def test_a_run_that_ends_well_leaves_its_answer_to_what_it_prints(capsys):
+    with Stages({"one": 10}, {}) as stage:
+        stage.found("pull-off 2 µN", "2 µN")
+    assert capsys.readouterr().out == ""
+
+
 def test_a_run_with_nothing_new_to_tell_does_not_fall_silent(monkeypatch):
     monkeypatch.setattr("roughxr.jobs.progress._SILENT_AS_LINES", 0.05)
     stream = io.StringIO()

@@ -15,12 +15,14 @@ import psutil
 import pytest
 import xarray as xr
 
+from roughxr import checkpointed, direct
 from roughxr.contact import elastic
 from roughxr.files import archive, disk
 from roughxr.jobs import checkpoint, executor, schedulers
 from roughxr.jobs.fingerprint import keys_of
 from roughxr.jobs.progress import progress
 from roughxr.jobs.work import Work
+from roughxr.scans import regions
 
 from . import a_run
 
@@ -317,6 +319,24 @@ def test_a_run_holds_what_the_functions_return(undisturbed):
         xr.testing.assert_identical(groups[name], ds)
 
 
+def test_a_place_that_two_solves_share_is_solved_once(tmp_path):
+    """Of twelve places four were solved before, of the same four under another pair none."""
+    ds = a_run.surface()
+    places, stiffer = regions.centres(ds, (4, 3)), ds.assign_coords(contact_modulus=2 * ds["contact_modulus"])
+
+    def compute():
+        few = direct(ds, delta=[4.0, 6.0], subregions=regions.sample(places, 4))
+        every = direct(ds, delta=[4.0, 6.0], subregions=places)
+        other = direct(stiffer, delta=[4.0, 6.0], subregions=regions.sample(places, 4))
+        return {"solutions/few": few, "solutions/every": every, "solutions/other": other}
+
+    groups = checkpointed(compute, tmp_path / "run.nc", scan=ds)
+    said = [line for line in groups["log"].message.values.tolist() if line.endswith("kept")]
+    assert said == [f"direct: {kept} subregions kept" for kept in ("0 of 4", "4 of 12", "0 of 4")]
+    alone = direct(ds, delta=[4.0, 6.0], subregions=places)
+    assert groups["solutions/every"].force.values.tobytes() == alone.force.values.tobytes()
+
+
 def test_failed_subregions_are_named_and_the_others_kept(tmp_path, monkeypatch):
     path, good = tmp_path / "run.nc", elastic._sweep
 
@@ -400,7 +420,7 @@ def test_a_solve_is_known_by_all_that_it_depends_on():
     def key(shift=0.0, flag=True, rows=slice(0, 3), shared=array, shape=(2,)):
         return keys_of(
             Work(_note, [(1.0, flag, rows), (2.0 + shift, None, "text")], np.dtype((float, shape)), (shared, [array]))
-        )
+        )[0]
 
     others = [{"shift": 1e-15}, {"flag": False}, {"rows": slice(0, 2)}, {"shape": (3,)}]
     others += [{"shared": array + np.eye(3, 4) * 1e-15}, {"shared": array.T}, {"shared": array.astype("f4")}]

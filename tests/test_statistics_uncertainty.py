@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.statistics import bootstrap, density_intervals, pull_off, reduction
+from roughxr.statistics import bootstrap, density_intervals, mean_of_few, pull_off, reduction
 from roughxr.statistics.places import blocks, correlogram, independent_places
 
 from .fields import field, on_grid
@@ -268,3 +268,21 @@ def test_intervals_of_a_large_map_are_those_of_a_part_and_say_so():
     assert 25 < float(found.independent_places) < 400
     half = np.exp(patches).std() / np.sqrt(100)  # what 100 independent ones leave open
     assert 2 * half < float((found.high - found.low).item()) < 8 * half
+
+
+@pytest.mark.parametrize(
+    ("draw", "mean"),
+    [
+        (lambda rng, n: rng.lognormal(0.0, 1.0, n), np.exp(0.5)),
+        (lambda rng, n: rng.lognormal(0.0, 0.4, n), np.exp(0.08)),
+        (lambda rng, n: rng.exponential(1.0, n), 1.0),
+        (lambda rng, n: rng.gamma(0.5, 2.0, n), 1.0),
+        (lambda rng, n: rng.normal(1.0, 0.2, n), 1.0),
+    ],
+)
+@pytest.mark.parametrize("count", [4, 16])
+def test_the_mean_of_a_few_is_covered_though_they_show_no_tail(draw, mean, count):
+    rng = np.random.default_rng(1)
+    ends = [mean_of_few(draw(rng, count)) for _ in range(1000)]
+    assert np.mean([low <= mean <= high for low, high in ends]) > 0.9
+    assert np.median([high / low for low, high in ends]) > 1.2

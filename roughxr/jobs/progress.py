@@ -194,6 +194,7 @@ class Stages:
         self._stream: TextIO | None = None
         self._expected, self._names, self._terminal = dict(expected), words, False
         self._name, self._words, self._detail, self._begun, self._said = "", "", "", time.monotonic(), 0.0
+        self._found, self._short = "", ""
         self._lock, self._ended = threading.Lock(), threading.Event()
 
     def __enter__(self) -> Stages:
@@ -204,10 +205,12 @@ class Stages:
             threading.Thread(target=self._keep_telling, daemon=True).start()
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_) -> None:
         self._ended.set()
         _STAGES.reset(self._token)
         self.clear()
+        if kind and self._found:
+            print(f"so far: {self._found}", flush=True)
 
     def clear(self) -> None:
         """Take the line off a terminal, before something else is printed."""
@@ -230,6 +233,17 @@ class Stages:
         """Tell what the stage is at."""
         self._detail = words
         self.refresh()
+
+    def found(self, words: str, short: str) -> None:
+        """Tell the answer as far as it is known, on a terminal in short at the head of the line.
+
+        A run that ends before its end prints it as its answer.
+        """
+        self._found, self._short = words, short
+        if self._stream is not None and not self._terminal:
+            with self._lock:
+                self._stream.write(f"{words}\n")
+        self._tell()
 
     def passed(self) -> float:
         """Return the time since the stage began, s."""
@@ -263,7 +277,7 @@ class Stages:
         with self._lock:
             self._said, line = time.monotonic(), self.text()
             if self._terminal:
-                width = shutil.get_terminal_size().columns - 1
+                width, line = shutil.get_terminal_size().columns - 1, f"{self._short and self._short + ' | '}{line}"
                 self._stream.write(f"\r{line[:width]}\x1b[K")
             else:
                 self._stream.write(f"{line}\n")

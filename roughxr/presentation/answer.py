@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ..statistics import bootstrap, pull_off, smooth_pull_off
+from ..statistics import bootstrap, mean_of_few, pull_off, smooth_pull_off
 from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.numbers import interval, number, percent, quantity
 from ..vocabulary.verbs import verb
+
+#: Fewer places than this are no sample to draw resamples from.
+_FEW = 30
 
 
 @verb
@@ -41,29 +44,44 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     >>> float(found.low) < float(found.pull_off_force) < float(found.high)
     True
     """
+    found, words = answered(ds)
+    print(words)
+    return found
+
+
+def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> tuple[xr.Dataset, str]:
+    """Return what `answer` does, and its words; the error by mesh and step may be given where ``ds`` holds none."""
     pull = ds if "pull_off_force" in ds else pull_off(ds)
     pull = pull.isel(preload=0) if "preload" in pull.dims else pull
     force = pull["pull_off_force"].load()
     known = int(force.notnull().sum())
     if not known:
         raise ValueError(f"pull_off_force: expected at least one place that pulls, found none of {force.size}")
-    ends = bootstrap(pull[["pull_off_force"]], "pull_off_force", statistics=["mean"]) if known > 1 else None
-    low, high = (np.nan if ends is None else float(ends[end].sel(resampling="block").item()) for end in ("low", "high"))
+    low, high = _interval(pull[["pull_off_force"]], known)
     error = float(np.abs(pull["pull_off_error"]).median()) if "pull_off_error" in pull else np.nan
     found = {
         "pull_off_force": float(by_share(force).mean()),
         "low": low,
         "high": high,
         "places": known,
-        "mesh_error": error,
+        "mesh_error": error if mesh_error is None else mesh_error,
     }
-    print(_in_words(found, force.size, pull))
     out = xr.Dataset(found, coords={name: pull[name] for name in schema.TRAVELLING if name in pull.coords})
     for name in ("low", "high"):
         out[name].attrs = {"units": "nN", "long_name": f"{name} end of the mean pull-off's interval"}
     out["places"].attrs = {"units": "1", "long_name": "number of places that pull"}
     out["mesh_error"].attrs = {"units": "1", "long_name": "relative error by mesh and step, median"}
-    return schema.record(schema.label(out), "answer", pull)
+    return schema.record(schema.label(out), "answer", pull), _in_words(found, force.size, pull)
+
+
+def _interval(pull: xr.Dataset, known: int) -> tuple[float, float]:
+    """Return the ends of the 95 % interval of the mean: of few places, which show no tail, by `mean_of_few`."""
+    if known < 2:
+        return np.nan, np.nan
+    if known < _FEW:
+        return mean_of_few(pull["pull_off_force"].values)
+    ends = bootstrap(pull, "pull_off_force", statistics=["mean"]).sel(resampling="block")
+    return float(ends["low"].item()), float(ends["high"].item())
 
 
 def _in_words(found: dict[str, float], places: int, pull: xr.Dataset) -> str:

@@ -45,13 +45,16 @@ from ..jobs.progress import say as tell
 from ..jobs.records import loading
 from ..jobs.run import checkpointed
 from ..presentation import figures, report
+from ..presentation.answer import answered
 from ..presentation.exports import to_table
 from ..scans import level, regions, roughness
 from ..statistics import pull_off
 from ..studies.continuation import continued, not_continued
 from ..studies.parameter_grid import vary
 from ..studies.sensitivities import budget_of, cut_off_waves, sensitivity
+from ..studies.short_waves import quietly
 from ..vocabulary import schema
+from ..vocabulary.numbers import interval, quantity
 from ..vocabulary.units import magnitude, whole_number
 from ..vocabulary.verbs import verb, warn
 
@@ -70,6 +73,9 @@ HUMIDITIES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 
 #: Dimensions of places and seeds.
 _ALONG = ("subregion", "seed")
+
+#: The answer is told again each time that this many times as many places are solved.
+_MORE = 4
 
 #: Why a run continues nothing in humid air: a place takes minutes there, since so many cells are wetted.
 _SLOW_IN_HUMID_AIR = "in humid air that takes minutes a place: ask for it at a few places (continued)"
@@ -414,20 +420,43 @@ def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: S
     """Return the simulation with adhesion at all places, and at some on a mesh twice as fine with half the steps."""
     _warn_of_soft(scan)
     how = {"preload": plan.preload, "law": plan.law}
-    mesh, finer = replace(plan.mesh, accuracy=None), None
+    mesh, finer, error = replace(plan.mesh, accuracy=None), None, None
     with warnings.catch_warnings():
         # the choice of the mesh and the report's page deal with small contacts
         warnings.filterwarnings("ignore", "[^:]*contacts of less than")
         some = options | how | {"subregions": regions.sample(regions.centres(scan, plan.subregions), plan.checked)}
         if plan.mesh.refine == "auto":
-            mesh, finer = _fine_enough_mesh(scan, plan, some, say)
+            mesh, finer, error = _fine_enough_mesh(scan, plan, some, say)
         say("adhesive", f" at {_count(scan, plan)} places")
         if plan.mesh.refine != "auto" and some["subregions"].sizes["subregion"] < _count(scan, plan):
-            _expect_pulls(adhesive(scan, mesh=mesh, **some))
-        solved = adhesive(scan, mesh=mesh, **how, **options)
+            _expect_pulls(first := adhesive(scan, mesh=mesh, **some))
+            _tell_so_far(first, say)
+        solved = _in_shares(scan, plan, options | how | {"mesh": mesh}, say, error)
         say.expect(**_of_budget(plan, say.passed() / _count(scan, plan)))
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
     return groups if finer is None else groups | {"solutions/finer": finer}
+
+
+def _in_shares(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Stages, mesh_error: float | None):
+    """Return the simulation with adhesion at all places; the answer is told as their number grows."""
+    count = _MORE * plan.checked
+    while count < _count(scan, plan):  # of these, what was solved already is not solved again
+        some = {"subregions": regions.sample(regions.centres(scan, plan.subregions), count)}
+        _tell_so_far(quietly(adhesive, scan, **options | some), say, mesh_error)
+        count *= _MORE
+    solved = adhesive(scan, **options)
+    _tell_so_far(solved, say, mesh_error)
+    return solved
+
+
+def _tell_so_far(solved: xr.Dataset, say: Stages, mesh_error: float | None = None) -> None:
+    """Tell the answer by the places that are solved, the first time as an estimate of which the mesh is not checked."""
+    if not bool(solved["pull_off_force"].notnull().any()):
+        return
+    found, words = answered(solved, mesh_error=mesh_error)
+    ends = interval(float(found["low"]), float(found["high"]), "nN")
+    first = "" if np.isfinite(found["mesh_error"]) else "first estimate, its mesh not checked yet: "
+    say.found(f"{first}pull-off {words}", f"{quantity(float(found['pull_off_force']))} ({ends})")
 
 
 def _expect_pulls(first: xr.Dataset) -> None:
@@ -462,8 +491,8 @@ def _warn_of_soft(scan: xr.Dataset) -> None:
         )
 
 
-def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Stages) -> tuple[Mesh, Any]:
-    """Return the mesh on which the pull-off of most places has settled, and results on a mesh twice as fine.
+def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Stages) -> tuple[Mesh, Any, Any]:
+    """Return the mesh on which the pull-off of most places has settled, results on a finer one, and the change there.
 
     On pixels wider than the contacts, the coarsest mesh on which the law can be solved may be off by a factor.
     """
@@ -472,17 +501,19 @@ def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say
     mesh = replace(plan.mesh, accuracy=None)
     coarse = adhesive(scan, mesh=mesh, **options)
     _expect_pulls(coarse)
+    _tell_so_far(coarse, say)
     n = int(coarse["refinement"].max())
     while 2 * n <= MOST_REFINED:
         took, before = say.passed() - before, say.passed()
         say.expect(mesh=before + 8 * took, adhesive=_count(scan, plan) * took / count, **_of_budget(plan, took / count))
         say.detail(f"{2 * n} cells to a pixel")
         finer = adhesive(scan, mesh=Mesh(2 * n, step=0.5 * mesh.step), **options)
-        change = abs(coarse["pull_off_force"] / finer["pull_off_force"] - 1).median()
+        change = float(abs(coarse["pull_off_force"] / finer["pull_off_force"] - 1).median())
+        _tell_so_far(finer, say, change)
         if not change > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:
-            return mesh, finer
+            return mesh, finer, change
         mesh, coarse, n = replace(mesh, refine=2 * n), finer, 2 * n
-    return mesh, None
+    return mesh, None, None
 
 
 def _rigid_bodies(scan: xr.Dataset, options: dict[str, Any], say: Stages) -> dict[str, xr.Dataset]:

@@ -30,6 +30,9 @@ _MOST = 20_000
 #: Number of values held at once while resampling: 40 MB.
 _AT_ONCE = 5_000_000
 
+#: Smaller samples than this part of the mean count as that much, so that they have a logarithm.
+_NEXT_TO_NOTHING = 0.01
+
 
 class Resampling(NamedTuple):
     """How samples are drawn again."""
@@ -145,6 +148,34 @@ def _fewer(found: Samples, seed: int) -> Samples:
     chosen = np.sort(np.random.default_rng(seed).choice(found.values.size, _MOST, replace=False))
     parts = (None if part is None else part[chosen] for part in found[:3])
     return Samples(*parts, found.missing)
+
+
+def mean_of_few(values: np.ndarray, *, confidence: float = 0.95) -> tuple[float, float]:
+    """Return the interval of the mean of a few independent positive samples, taken as log-normal.
+
+    Of four samples of an exponential or log-normal law the resampled interval holds the mean in three of four trials,
+    this one in more than nine of ten (``tests/test_statistics_uncertainty.py``): it knows of a tail that none shows.
+
+    References
+    ----------
+    Cox's method with Student's t: Zhou & Gao, Statistics in Medicine 16 (1997) 783; Olsson, J. Stat. Educ. 13 (2005).
+
+    Examples
+    --------
+    >>> low, high = mean_of_few(np.array([290.0, 1373.0, 2014.0, 2787.0]))
+    >>> low < 400, high > 10_000
+    (True, True)
+    """
+    from scipy.stats import t
+
+    known = values[np.isfinite(values)]
+    count, mean = known.size, float(known.mean())
+    logs = np.log(np.maximum(known, _NEXT_TO_NOTHING * mean))
+    variance = float(logs.var(ddof=1))
+    error = np.sqrt(variance / count + variance**2 / (2 * (count - 1)))
+    half = float(t.ppf(0.5 + confidence / 2, count - 1)) * error
+    middle = logs.mean() + variance / 2
+    return min(float(np.exp(middle - half)), mean), max(float(np.exp(middle + half)), mean)
 
 
 def bootstrap_sweep(ds: xr.Dataset, name: str = "force", *, along: str = "delta", **options: Any) -> xr.Dataset:
