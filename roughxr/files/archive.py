@@ -20,7 +20,7 @@ import xarray as xr
 from .._version import __version__
 from ..vocabulary.verbs import verb
 from . import checksums, netcdf_reader, reader_process
-from .disk import as_characters, groups, opened, raw, uninterrupted, unless_interrupted, whole
+from .disk import as_characters, each_group, opened, raw, uninterrupted, unless_interrupted, whole
 
 __all__ = ["load", "of_run", "save", "verify"]
 
@@ -144,7 +144,7 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     path = Path(path)
     kept = verify(path)
     with _in_words(path):
-        return {group: _without_fields(path, group, kept.get(f"/{group}", {})) for group in groups(path)}
+        return {name: _without_fields(path, name, ds, kept.get(f"/{name}", {})) for name, ds in each_group(path)}
 
 
 def verify(path: Path) -> dict[str, dict[str, Any]]:
@@ -175,12 +175,11 @@ def _in_words(path: Path) -> Iterator[None]:
         ) from error
 
 
-def _without_fields(path: Path, group: str, kept: Mapping[str, Any]) -> xr.Dataset:
+def _without_fields(path: Path, group: str, ds: xr.Dataset, kept: Mapping[str, Any]) -> xr.Dataset:
     """Return a group in memory, except for its fields."""
-    with opened(path, group=group) as ds:
-        fields = [name for name, array in ds.data_vars.items() if checksums.is_field(array.dims, array.dtype)]
-        lazy = {name: _Stored(path, group, ds[name], kept.get(name)).later() for name in fields}
-        return ds.drop_vars(fields).load().assign({name: ds[name].variable.copy(data=lazy[name]) for name in fields})
+    fields = [name for name, array in ds.data_vars.items() if checksums.is_field(array.dims, array.dtype)]
+    lazy = {name: _Stored(path, group, ds[name], kept.get(name)).later() for name in fields}
+    return ds.drop_vars(fields).load().assign({name: ds[name].variable.copy(data=lazy[name]) for name in fields})
 
 
 class _Stored:

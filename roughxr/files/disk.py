@@ -17,7 +17,7 @@ from typing import Any
 import netCDF4
 import numpy as np
 import xarray as xr
-from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
+from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK, NetCDF4DataStore
 
 #: Beginning of netCDF4's RuntimeErrors; it reports a full disk in no clearer way.
 _NETCDF = "NetCDF: "
@@ -157,7 +157,14 @@ def opened(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]:
 def groups(path: str | os.PathLike) -> list[str]:
     """Return the names of the groups of a NetCDF file, without those that only hold others."""
     with raw(path) as file:
-        return [group.path.strip("/") for group in _below(file) if group.variables or not group.groups]
+        return [group.path.strip("/") for group in _with_content(file)]
+
+
+def each_group(path: str | os.PathLike) -> Iterator[tuple[str, xr.Dataset]]:
+    """Yield the name and the Dataset of each of these groups, to be read before the next, from one opened file."""
+    with raw(path) as file:
+        for group in _with_content(file):
+            yield group.path.strip("/"), xr.open_dataset(NetCDF4DataStore(group, lock=False), engine="store")
 
 
 @contextmanager
@@ -165,6 +172,10 @@ def raw(path: str | os.PathLike, mode: str = "r") -> Iterator[netCDF4.Dataset]:
     """Open a NetCDF file as `opened` does, but without xarray."""
     with uninterrupted(), NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path, mode) as file:
         yield file
+
+
+def _with_content(file: netCDF4.Dataset) -> list[netCDF4.Dataset]:
+    return [group for group in _below(file) if group.variables or not group.groups]
 
 
 def _below(group: netCDF4.Dataset) -> Iterator[netCDF4.Dataset]:
