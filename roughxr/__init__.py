@@ -19,8 +19,6 @@ from importlib.abc import Loader, MetaPathFinder
 from importlib.util import find_spec, spec_from_loader
 from typing import TYPE_CHECKING, Any
 
-import xarray as xr
-
 from ._version import __version__ as __version__
 
 if TYPE_CHECKING:
@@ -69,6 +67,25 @@ class _Later:
         return getattr(self._accessor(), name)
 
 
+def _register(xarray: Any) -> None:
+    xarray.register_dataset_accessor("contact")(_Later("ContactAccessor"))
+    xarray.register_dataarray_accessor("contact")(_Later("ContactArrayAccessor"))
+
+
+class _AfterXarray(MetaPathFinder):
+    """Registers the accessors once xarray is imported, by whomever: the command line's help has no need of it."""
+
+    def find_spec(self, fullname, path=None, target=None):
+        if fullname != "xarray":
+            return None
+        sys.meta_path.remove(self)
+        spec = find_spec(fullname)
+        if spec is not None:
+            execute = spec.loader.exec_module
+            spec.loader.exec_module = lambda module: (execute(module), _register(module))
+        return spec
+
+
 def __getattr__(name: str) -> Any:
     if name.startswith("__") and name != "__all__":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -88,5 +105,6 @@ def __dir__() -> list[str]:
 
 if not any(isinstance(finder, _ByShortName) for finder in sys.meta_path):
     sys.meta_path.append(_ByShortName())
-xr.register_dataset_accessor("contact")(_Later("ContactAccessor"))
-xr.register_dataarray_accessor("contact")(_Later("ContactArrayAccessor"))
+    sys.meta_path.insert(0, _AfterXarray())
+if "xarray" in sys.modules:
+    _register(sys.modules["xarray"])

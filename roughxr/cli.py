@@ -15,8 +15,7 @@ from ._version import __version__
 from .bodies.substances import MATERIALS
 from .jobs.progress import progress
 from .vocabulary.numbers import number
-from .vocabulary.schema import did_you_mean
-from .vocabulary.text import printable
+from .vocabulary.text import did_you_mean, printable
 
 #: Laws of attraction, the same as in `adhesive`, repeated here so that help needs no import of the solver.
 LAWS = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")

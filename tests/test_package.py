@@ -1,6 +1,8 @@
 """What is released: the source archive holds what its tests read, the wheel what runs and nothing else."""
 
 import importlib.metadata
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -46,3 +48,9 @@ def test_the_version_stands_in_one_place():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert "version" in project["dynamic"] and "version" not in project
     assert importlib.metadata.version("roughxr") == roughxr.__version__
+
+
+@pytest.mark.parametrize("first", ["import roughxr, roughxr.cli; assert 'xarray' not in sys.modules", "import xarray"])
+def test_help_needs_no_xarray_and_the_accessors_come_with_it_whichever_is_imported_first(first):
+    then = "import roughxr, xarray; assert xarray.Dataset.contact and xarray.DataArray.contact"
+    subprocess.run([sys.executable, "-c", f"import sys; {first}; {then}"], check=True)

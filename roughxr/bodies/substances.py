@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ..vocabulary.schema import did_you_mean
+from ..vocabulary.text import did_you_mean
 
 #: Cut-off of van der Waals forces at contact, nm.
 CUT_OFF = 0.165

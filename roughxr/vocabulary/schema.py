@@ -17,6 +17,7 @@ import numpy as np
 import xarray as xr
 
 from .._version import __version__
+from .text import did_you_mean
 from .units import in_units, magnitude
 
 #: Public names; the others are for roughxr's own functions.
@@ -821,20 +822,6 @@ def one_of(value: Any, allowed: Iterable[str], name: str) -> str:
             f"{name}: expected one of {', '.join(map(repr, allowed))}, found {value!r}{did_you_mean(value, allowed)}"
         )
     return value
-
-
-def did_you_mean(value: Any, allowed: Iterable[Any]) -> str:
-    """Return a question that names the nearest of some words, nothing where none is near.
-
-    Examples
-    --------
-    >>> did_you_mean("adhesiv", ("adhesive", "direct")), did_you_mean(3, ("direct",))
-    ("; did you mean 'adhesive'?", '')
-    """
-    from difflib import get_close_matches
-
-    near = get_close_matches(str(value).lower(), [str(one) for one in allowed], n=1)
-    return f"; did you mean {near[0]!r}?" if near else ""
 
 
 def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, **arguments: Any) -> xr.Dataset:

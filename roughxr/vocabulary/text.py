@@ -1,6 +1,10 @@
-"""Text of others' files, as it may be shown."""
+"""Words that others wrote: as they may be shown, and what they may have meant."""
+
+from __future__ import annotations
 
 import unicodedata
+from collections.abc import Iterable
+from typing import Any
 
 #: Categories of characters that move the cursor, colour or hide what is printed, or turn its direction.
 _UNSEEN = {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}
@@ -21,3 +25,17 @@ def printable(text: str, *, keep: str = "") -> str:
 
 def _written(character: str) -> str:
     return character.encode("unicode_escape").decode("ascii")
+
+
+def did_you_mean(value: Any, allowed: Iterable[Any]) -> str:
+    """Return a question that names the nearest of some words, nothing where none is near.
+
+    Examples
+    --------
+    >>> did_you_mean("adhesiv", ("adhesive", "direct")), did_you_mean(3, ("direct",))
+    ("; did you mean 'adhesive'?", '')
+    """
+    from difflib import get_close_matches
+
+    near = get_close_matches(str(value).lower(), [str(one) for one in allowed], n=1)
+    return f"; did you mean {near[0]!r}?" if near else ""
