@@ -1,5 +1,7 @@
 """The mesh that a run takes: fine enough by itself where pixels are wider than contacts."""
 
+import io
+import re
 import warnings
 from dataclasses import replace
 
@@ -8,6 +10,7 @@ import pytest
 import xarray as xr
 
 import roughxr
+from roughxr.jobs.progress import Stages
 from roughxr.runs import analysis
 from roughxr.scans.synthetic import self_affine
 
@@ -33,6 +36,29 @@ def test_a_run_refines_until_the_pull_off_settles(cutoff, refined):
     assert change < 0.1
     assert (first > 0.5) == refined
     assert np.isfinite(solved.pull_off_force).all()
+
+
+def test_a_run_tells_its_answer_from_the_first_places_on_and_solves_none_twice(tmp_path):
+    scan = self_affine((64, 64), 20.0, rms=8, hurst=0.9, rolloff=800, cutoff=600, seed=3)
+    scan = scan.contact.assign_pair(sphere_radius=4000, contact_modulus=40, work_of_adhesion=0.1)
+    plan, stream = analysis.plan(scan, subregions=(5, 4)), io.StringIO()
+    options = {"subregions": plan.subregions}
+    with warnings.catch_warnings(), roughxr.progress(stream), Stages({"mesh": 1, "adhesive": 1}, {}) as stage:
+        warnings.simplefilter("ignore", UserWarning)
+        groups = roughxr.checkpointed(
+            lambda: analysis._with_adhesion(scan, plan, options, stage), tmp_path / "run.nc", scan=scan
+        )
+        alone = scan.contact.adhesive(accuracy=None, step=plan.step, **options)
+    told = [line for line in stream.getvalue().splitlines() if "pull-off" in line]
+    assert [re.search(r"by (\d+) places", line)[1] for line in told] == ["4", "4", "16", "20"]
+    assert told[0].startswith("first estimate, its mesh not checked yet: ") and "mesh and step" in told[1]
+    mean = float(groups["solutions/adhesive"].pull_off_force.mean())
+    for line in told:  # each interval holds what is found in the end
+        low, high, unit = re.search(r"interval ([\d.]+) … ([\d.]+) (.)N", line).groups()
+        assert float(low) <= mean / {"n": 1, "µ": 1e3, "m": 1e6}[unit] <= float(high)
+    kept = [line for line in groups["log"].message.values.tolist() if line.endswith("kept")]
+    assert kept == [f"adhesive: {some} subregions kept" for some in ("0 of 4", "0 of 4", "4 of 16", "16 of 20")]
+    np.testing.assert_array_equal(groups["solutions/adhesive"].pull_off_force, alone.pull_off_force)
 
 
 def test_a_run_ends_where_its_first_places_have_no_pull_off(tmp_path, monkeypatch):

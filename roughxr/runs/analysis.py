@@ -586,6 +586,7 @@ def show(
     with whole(folder / "table.txt") as temporary:
         temporary.write_text(printed, encoding="utf-8")
     say("pages")
+    groups["solutions/contact"].load()  # else each of its figures reads the fields from the file again
     figures.save(figures.overview(groups), folder / "overview.png", dpi=150)
     for name, figure in drawn(groups):
         figures.save(figure, folder / f"{name}.png")
