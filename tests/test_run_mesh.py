@@ -48,7 +48,7 @@ def test_a_run_tells_its_answer_from_the_first_places_on_and_solves_none_twice(t
         groups = roughxr.checkpointed(
             lambda: analysis._with_adhesion(scan, plan, options, stage), tmp_path / "run.nc", scan=scan
         )
-        alone = scan.contact.adhesive(accuracy=None, step=plan.step, **options)
+        alone = scan.contact.adhesive(mesh=replace(plan.mesh, accuracy=None), **options)
     told = [line for line in stream.getvalue().splitlines() if "pull-off" in line]
     assert [re.search(r"by (\d+) places", line)[1] for line in told] == ["4", "4", "16", "20"]
     assert told[0].startswith("first estimate, its mesh not checked yet: ") and "mesh and step" in told[1]

@@ -57,10 +57,6 @@ class _Solver:
             self._base[refine, times] = self.pull(self.ds, refine, times)
         return self._base[refine, times]
 
-    def times_on(self, refine: int) -> float:
-        """Return how many times as long the steps are with which the base case is known on a mesh."""
-        return next((times for known, times in self._base if known == refine), 1.0)
-
     def refinement_for(self, ds: xr.Dataset) -> int:
         """Return the refinement, that of the base case or finer, on which the law can be solved for a pair."""
         if self.way.law in EDGED:
@@ -135,8 +131,5 @@ def _solved(case: Case, words: str, ds: xr.Dataset, solver: _Solver) -> tuple[st
         times = schema.square_pixel(solver.ds) / schema.square_pixel(ds)  # pixels joined to one, along a side
         cells = int(min(max(round(n / times), 1), MOST_REFINED))
         return words, solver.pull(ds, cells), solver.base(round(cells * times)), cells
-    if case.factor == "base":
-        return words, solver.base(n), solver.base(n), n
     n = solver.refinement_for(ds)
-    times = solver.times_on(n)
-    return words, solver.pull(ds, n, times), solver.base(n, times), n
+    return words, solver.base(n) if case.factor == "base" else solver.pull(ds, n), solver.base(n), n
