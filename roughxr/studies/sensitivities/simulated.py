@@ -39,7 +39,7 @@ class _Solver:
     def __init__(self, ds: xr.Dataset, way: Simulation):
         found = quietly(adhesive, ds, mesh=way.mesh, **_options(way))
         self.ds, self.way, self.refine = ds, way._replace(law=found.attrs["law"]), int(found["refinement"].max())
-        self._base = {(self.refine, 1.0): found["pull_off_force"]}
+        self._base = {self.refine: found["pull_off_force"]}
         self.resolution = float(found["pull_off_resolution"].median()) / self.refine
 
     def pull(self, ds: xr.Dataset, refine: int, times: float = 1.0, **changed: Any) -> xr.DataArray:
@@ -51,11 +51,11 @@ class _Solver:
         mesh = Mesh(refine, step=times * self.way.mesh.step)
         return quietly(adhesive, ds, mesh=mesh, **{**_options(self.way), **changed})["pull_off_force"]
 
-    def base(self, refine: int, times: float = 1.0) -> xr.DataArray:
-        """Return the base case's pull-off on a mesh, with steps so many times as long; each is solved once."""
-        if (refine, times) not in self._base:
-            self._base[refine, times] = self.pull(self.ds, refine, times)
-        return self._base[refine, times]
+    def base(self, refine: int) -> xr.DataArray:
+        """Return the base case's pull-off on a mesh."""
+        if refine not in self._base:
+            self._base[refine] = self.pull(self.ds, refine)
+        return self._base[refine]
 
     def refinement_for(self, ds: xr.Dataset) -> int:
         """Return the refinement, that of the base case or finer, on which the law can be solved for a pair."""
@@ -118,10 +118,10 @@ def _row(case: Case, solver: _Solver) -> xr.Dataset:
 def _solved(case: Case, words: str, ds: xr.Dataset, solver: _Solver) -> tuple[str, xr.DataArray, xr.DataArray, int]:
     """Return a case in words, its pull-offs, those of the base case on cells of the same size, and the refinement."""
     n, way = solver.refine, solver.way
-    if case.factor == "mesh":  # with half the step on both, as the checked places of a run and the case of the step
-        return words, solver.base(case.value * n, 0.5), solver.base(n, 0.5), case.value * n
+    if case.factor == "mesh":
+        return words, solver.base(case.value * n), solver.base(n), case.value * n
     if case.factor == "step":
-        return words, solver.base(n, case.value), solver.base(n), n
+        return words, solver.pull(ds, n, case.value), solver.base(n), n
     if case.factor == "preload":
         more = case.value * float(solver.base(n).mean())
         return f"+ {more:.3g} nN", solver.pull(ds, n, preload=way.preload + more), solver.base(n), n
