@@ -69,7 +69,7 @@ def noise():
 
 
 WRITERS = {
-    "archive.nc": lambda path: archive.save({"a/b": noise(), "c": noise().chunk(x=100)}, path, streamed=True),
+    "archive.nc": lambda path: archive.save({"a/b": noise(), "c": noise().chunk(x=100)}, path),
     "scan.nc": lambda path: to_netcdf(scan(rough(128)), path),
     "surfacetopography.nc": lambda path: to_file(scan(rough(128)), path),
     "scan.gsf": lambda path: to_file(scan(rough(256)), path),
@@ -177,10 +177,10 @@ def test_a_long_write_is_broken_off_between_two_pieces(tmp_path):
     lazy = da.zeros((1000, 4), chunks=(1, 4)).map_blocks(piece, meta=np.zeros((0, 0)))
     groups = {"scan": xr.Dataset({"a": (("subregion", "x"), lazy)})}
     with pytest.raises(KeyboardInterrupt), dask.config.set(scheduler="synchronous"):
-        archive.save(groups, tmp_path / "a.nc", streamed=True)
+        archive.save(groups, tmp_path / "a.nc")
     assert len(read) < 10
     assert list(tmp_path.iterdir()) == []
-    archive.save(groups, tmp_path / "a.nc", streamed=True)
+    archive.save(groups, tmp_path / "a.nc")
     assert archive.load(tmp_path / "a.nc")["scan"].a.shape == (1000, 4)
 
 

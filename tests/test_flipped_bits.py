@@ -64,7 +64,7 @@ def groups():
 def test_no_bit_of_an_archive_changes_unnoticed(groups, tmp_path, monkeypatch, packed, tries):
     if not packed:
         monkeypatch.setattr(archive, "_COMPRESSED", {})
-    path, rng = archive.save(groups, tmp_path / "run.nc", streamed=True), np.random.default_rng(tries)
+    path, rng = archive.save(groups, tmp_path / "run.nc"), np.random.default_rng(tries)
     whole, content = loaded(path), path.read_bytes()
     found = Counter()
     for _ in range(tries):

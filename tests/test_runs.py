@@ -89,7 +89,7 @@ def same(path, other):
 def contents(path):
     """Return all groups of an archive, as they are stored, and its root, but for the log."""
     found = {}
-    for name in ["/", *disk.groups(path)]:
+    for name in ["/", *dict(disk.each_group(path))]:
         with disk.opened(path, group=name, mask_and_scale=False, decode_times=False) as ds:
             found[name] = ds.load()
     found.pop("log")

@@ -38,22 +38,20 @@ def save(
     *,
     title: str = "",
     attrs: Mapping[str, Any] | None = None,
-    streamed: bool = False,
 ) -> Path:
     """Write Datasets as groups of one NetCDF-4 file.
 
     Parameters
     ----------
     groups : mapping of str to Dataset
-        Group names, such as "scan" or "solutions/direct", and their Datasets. Lazy ones are computed.
+        Group names, such as "scan" or "solutions/direct", and their Datasets. Lazy variables are computed and written
+        chunk by chunk, never held whole.
     path : path
         The file. It appears under this name only once it is complete.
     title : str, optional
         Stored as an attribute of the root.
     attrs : mapping, optional
         Further attributes of the root.
-    streamed : bool
-        Write lazy variables chunk by chunk, without ever holding one whole.
 
     Returns
     -------
@@ -78,7 +76,7 @@ def save(
     root = xr.Dataset(attrs={"Conventions": "CF-1.11", "title": title, "source": f"roughxr {__version__}"})
     root.attrs |= dict(attrs or {})
     stored = {name: _storable(ds, name) for name, ds in groups.items()}
-    later = {name: [key for key in ds.data_vars if streamed and ds[key].chunks] for name, ds in stored.items()}
+    later = {name: [key for key in ds.data_vars if ds[key].chunks] for name, ds in stored.items()}
     tree = xr.DataTree.from_dict(
         {"/": root, **{name: ds.drop_vars(later[name]).compute() for name, ds in stored.items()}}
     )

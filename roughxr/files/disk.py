@@ -144,8 +144,6 @@ def opened(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]:
     >>> path = Path(tempfile.mkdtemp()) / "a.nc"
     >>> with whole(path) as temporary:
     ...     _ = xr.Dataset({"a": ("x", [1, 2])}).to_netcdf(temporary, group="b/c")
-    >>> groups(path)
-    ['b/c']
     >>> with opened(path, group="b/c") as ds:
     ...     ds["a"].values.tolist()
     [1, 2]
@@ -154,17 +152,15 @@ def opened(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]:
         yield ds
 
 
-def groups(path: str | os.PathLike) -> list[str]:
-    """Return the names of the groups of a NetCDF file, without those that only hold others."""
-    with raw(path) as file:
-        return [group.path.strip("/") for group in _with_content(file)]
-
-
 def each_group(path: str | os.PathLike) -> Iterator[tuple[str, xr.Dataset]]:
-    """Yield the name and the Dataset of each of these groups, to be read before the next, from one opened file."""
+    """Yield name and Dataset of the groups of a NetCDF file, but of those that only hold others; it is opened once.
+
+    Each is to be read before the next.
+    """
     with raw(path) as file:
-        for group in _with_content(file):
-            yield group.path.strip("/"), xr.open_dataset(NetCDF4DataStore(group, lock=False), engine="store")
+        for group in _below(file):
+            if group.variables or not group.groups:
+                yield group.path.strip("/"), xr.open_dataset(NetCDF4DataStore(group, lock=False), engine="store")
 
 
 @contextmanager
@@ -172,10 +168,6 @@ def raw(path: str | os.PathLike, mode: str = "r") -> Iterator[netCDF4.Dataset]:
     """Open a NetCDF file as `opened` does, but without xarray."""
     with uninterrupted(), NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path, mode) as file:
         yield file
-
-
-def _with_content(file: netCDF4.Dataset) -> list[netCDF4.Dataset]:
-    return [group for group in _below(file) if group.variables or not group.groups]
 
 
 def _below(group: netCDF4.Dataset) -> Iterator[netCDF4.Dataset]:

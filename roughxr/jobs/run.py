@@ -121,7 +121,7 @@ def _compute(compute, checkpoint, output, asked, title, scheduler) -> None:
     groups["log"] = checkpoint.log()
     attrs = {_IDENTITY: json.dumps(asked)}
     with dask.config.set(scheduler="synchronous"):
-        archive.save(groups, output, title=title, attrs=attrs, streamed=True)
+        archive.save(groups, output, title=title, attrs=attrs)
 
 
 def _identity_of(output: Path) -> dict[str, Any]:

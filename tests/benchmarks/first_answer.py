@@ -4,8 +4,8 @@
 
 Each call runs in a process of its own whose NUMBA_CACHE_DIR is empty. Printed are seconds of processor time: of the
 call itself, of the same call again, and how many functions were compiled. For ``paper``, which is the whole command,
-they are those of the process, and once more with the kernels kept from the first time, each with the wall time, how
-long it took to the first estimate on the screen, and the peak memory; ``place`` is the same at one place in place of 64
+they are those of the process, and once more with the kernels kept from the first time, each with the wall time, what
+it took to the first estimate on the screen, and the peak memory; ``place`` is the same at one place in place of 64
 and without the error budget, which compiles the same kernels and takes a minute; ``help`` is ``roughxr --help``. On a
 busy machine processor time rises too, by half and more: compare runs side by side.
 """
@@ -16,6 +16,8 @@ import sys
 import tempfile
 import time
 from typing import NamedTuple
+
+import psutil
 
 CALLS = {
     "direct": "scan.contact.direct(delta=[5, 10, 15], subregions=([312.5], [937.5]))",
@@ -47,7 +49,7 @@ def one(name):
 
 
 class Took(NamedTuple):
-    """What a command took: processor time and wall time, until its first estimate was told (s), and memory (MiB)."""
+    """What a command took: processor and wall time, processor time until its first estimate (s), and memory (MiB)."""
 
     processor: float
     wall: float
@@ -55,7 +57,7 @@ class Took(NamedTuple):
     memory: float
 
     def __str__(self):
-        told = f", first estimate after {self.first:.1f} s" if self.first else ""
+        told = f", first estimate after {self.first:.1f} s of processor time" if self.first else ""
         return f"{self.processor:6.2f} s ({self.wall:.1f} s wall{told}, {self.memory:.0f} MiB)"
 
 
@@ -66,7 +68,8 @@ def command(arguments, cache, *, quiet=False):
     streams = {"stdout": subprocess.DEVNULL if quiet else None, "stderr": subprocess.PIPE if quiet else None}
     process = subprocess.Popen([sys.executable, *arguments], env=environment, text=True, **streams)
     for line in process.stderr or ():
-        first = first or ("pull-off" in line and time.monotonic() - begun)
+        if "pull-off" in line and not first:
+            first = sum(psutil.Process(process.pid).cpu_times()[:2])
     _, status, used = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if status:
