@@ -51,11 +51,11 @@ def change(found, factor, setting):
 def test_a_smooth_sphere_depends_on_work_and_radius_in_proportion_and_not_on_the_modulus():
     """JKR's pull-off is 3/2 π w R: the tornado's slopes are 1, 1 and 0.
 
-    On contacts of twelve cells in radius each pull-off is off by up to 0.3 %: of slopes over 20 %, 0.03.
+    On contacts of 25 to 29 cells in radius each pull-off is off by up to 0.3 %: of slopes over 20 %, 0.03.
     """
     flat = pair(np.zeros((48, 48)), radius=1500.0, work=0.2)
     tried = {name: [0.9, 1.1] for name in ("surface energy", "sphere radius", "modulus")}
-    found = sensitivity(flat, method="adhesive", settings=tried, law="griffith", mesh=roughxr.Mesh(4, step=0.25))
+    found = sensitivity(flat, method="adhesive", settings=tried, law="griffith", mesh=roughxr.Mesh(8, step=0.25))
     slopes = {name: (change(found, name, "× 1.1") - change(found, name, "× 0.9")) / 0.2 for name in tried}
     assert slopes["surface energy"] == pytest.approx(1, abs=0.04)
     assert slopes["sphere radius"] == pytest.approx(1, abs=0.04)
