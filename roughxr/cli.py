@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import errno
+import os
 import re
 import sys
 import warnings
@@ -14,7 +15,7 @@ from typing import TextIO
 from ._version import __version__
 from .bodies.substances import MATERIALS
 from .jobs.progress import progress
-from .vocabulary.numbers import number
+from .vocabulary.numbers import number, percent
 from .vocabulary.text import did_you_mean, printable
 
 #: Laws of attraction, the same as in `adhesive`, repeated here so that help needs no import of the solver.
@@ -49,6 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.showwarning = lambda message, *_, **__: _warn(message, said)
             with nullcontext() if getattr(options, "quiet", True) else progress():
                 options.command(options)
+            sys.stdout.flush()
     except (KeyboardInterrupt, SystemError) as error:
         from .jobs.executor import is_interrupt
 
@@ -57,6 +59,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         kept = "; what was finished is kept, the same command goes on from there"
         print(f"roughxr: interrupted{kept if options.command in (_paper, _run) else ''}", file=sys.stderr)
         return 130
+    except BrokenPipeError:  # the reader, such as head, has had enough; nothing is left to write at the end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except _REFUSALS as error:
         _warn(_in_words(error))
         return 1
@@ -113,7 +118,9 @@ def _with_config(words: list[str]) -> list[str]:
     try:
         found = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{path}: expected TOML, such as roughxr config writes, found: {error}") from error
+        raise ValueError(f'{path}: expected TOML, text in quotes, such as humidity = "50 %", found: {error}') from error
+    if unknown := [name for name in found if name.replace("_", "-") not in (known := _option_names(_parser_of_run()))]:
+        raise ValueError(f"{path}: expected options of run, found {unknown[0]!r}{_meant(unknown[0], sorted(known))}")
     given = []
     for name, value in found.items():
         values = [str(one) for one in (value if isinstance(value, list) else [value])]
@@ -140,17 +147,20 @@ def _config(options) -> None:
 
     if Path(options.output).exists():
         raise ValueError(f"{options.output}: expected a new file, found one: it may hold your options; name another")
-    commands = next(one for one in _parser()._actions if isinstance(one, argparse._SubParsersAction))
     lines = ['# Options of roughxr run: take the # away before those that you set; text with its units, as "3 um".']
-    for action in commands.choices["run"]._actions:
+    for action in _parser_of_run()._actions:
         name = max(action.option_strings, key=len, default="").removeprefix("--")
         if name in ("", "help", "config", "output", "quiet"):
             continue
-        words = (action.help or "").replace("%(default)s", str(action.default))
+        words = (action.help or "") % {"default": action.default}
         lines += ["", *textwrap.wrap(words, 100, initial_indent="# ", subsequent_indent="# ")]
         lines += [f"# {name} = {_toml(action.default)}"]
     Path(options.output).write_text("\n".join(lines) + "\n", encoding="utf-8")
     print(f"written to {options.output}")
+
+
+def _parser_of_run() -> argparse.ArgumentParser:
+    return next(one for one in _parser()._actions if isinstance(one, argparse._SubParsersAction)).choices["run"]
 
 
 def _toml(value) -> str:
@@ -169,7 +179,15 @@ def _toml(value) -> str:
 class _Parser(argparse.ArgumentParser):
     """A parser that asks back what an option that it does not know was meant to be."""
 
+    def parse_known_args(self, args=None, namespace=None):
+        self.given = args
+        return super().parse_known_args(args, namespace)
+
     def error(self, message: str):
+        options = _option_names(self)
+        unknown = [word for word in self.given or () if word.startswith("--") and word.split("=")[0][2:] not in options]
+        if "required" in message and unknown:  # what is required may be misspelt
+            message = f"unrecognized arguments: {' '.join(unknown)}"
         if chosen := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
             message += did_you_mean(chosen[1], re.findall(r"[\w-]+", chosen[2]))
         asked = [word.split("=")[0] for word in message.split() if word.startswith("--")]
@@ -467,10 +485,9 @@ def _add_detach(commands) -> None:
     slides.add_argument("--shear-strength", metavar="TAU", help="of the contact, GPa, or text such as '5 MPa'")
     command.add_argument(
         "--method",
-        default="adhesive",
         choices=("continued", "adhesive", "energy"),
         help="whose pull-off forces: of the simulation with the roughness continued below the scan (a row for each "
-        "place of each surface), as the scan shows it, or superposed asperities; default: %(default)s",
+        "place of each surface), as the scan shows it, or superposed asperities; default: the first that the run has",
     )
     command.add_argument("-o", "--output", metavar="TABLE", help="one row for each place, OUT.csv or OUT.parquet")
     command.add_argument(
@@ -479,8 +496,10 @@ def _add_detach(commands) -> None:
     command.add_argument(
         "--dem",
         nargs=2,
+        action="append",
+        default=[],
         metavar=("CODE", "FILE"),
-        help=f"the lines that a code takes: {', '.join(PARTICLE_CODES)} (the distribution of adhesion and lever)",
+        help=f"the lines that a code takes: {', '.join(PARTICLE_CODES)} (the distribution itself); may be repeated",
     )
     command.add_argument(
         "--picture",
@@ -530,19 +549,27 @@ def _paper(options) -> None:
 def _run(options) -> None:
     from pathlib import Path
 
+    if Path(options.output).is_file() and Path(options.output).suffix != ".nc":
+        raise ValueError(f"{options.output}: expected a folder or a file ending in .nc for -o, found another file")
     if len(options.scan) == 1:
         _tell_answer(_run_one(options, options.scan[0], options.output), options.output)
         return
+    from . import scans as readers
     from .runs import several
 
     output = Path(options.output)
+    for file in options.scan:  # before minutes are spent on those before it
+        try:
+            readers.describe(file)
+        except _REFUSALS as error:
+            _warn(f"{file}: will be left out: {_in_words(error)}")
     scans = several.folders(options.scan, output)
     found = several.run_each(scans, lambda scan, folder: _run_one(options, str(scan), folder))
     answer = several.together(*found, output)
     print(f"written to {output}: index.html, places.csv, and a folder for each scan")
     for name, reason in found[1].items():
         _warn(f"{name}: left out: {reason}")
-    print(answer)
+    print(f"{answer} {len(found[1])} of {len(options.scan)} files were left out." if found[1] else answer)
 
 
 def _run_one(options, file: str, output):
@@ -761,21 +788,28 @@ def _detach(options) -> None:
     from .detachment.for_codes import by_place
     from .files import archive
     from .presentation import exports, report
+    from .presentation.report.coming_off import leading
     from .vocabulary.schema import one_of
 
     for path in filter(None, (options.output, options.parameters)):  # before anything is computed
         one_of(Path(path).suffix, exports.FORMATS, f"{path}'s ending")
     if options.picture:
         one_of(Path(options.picture).suffix, _PICTURES, f"{options.picture}'s ending")
-    if options.dem:
-        one_of(options.dem[0], PARTICLE_CODES, "--dem")
+    for code, _ in options.dem:
+        one_of(code, PARTICLE_CODES, "--dem")
     groups = archive.load(archive.of_run(Path(options.run)))
     if not set(report.COMING_OFF) <= set(groups):
         raise ValueError(
             f"{options.run}: expected a run that holds resisting moments, found none; runs without adhesion, of an "
             "indenter's map, in air so humid that menisci merge, or of an older roughxr hold none: run it again"
         )
+    options.method = options.method or leading(groups)
     held = report.moments_of(groups, options.method)
+    if options.fluid == "water" and held.attrs.get("law") == "menisci":
+        raise ValueError(
+            f"--fluid water: expected a run without menisci, found one in air of {percent(held['humidity'])} relative "
+            "humidity: under water there are none; run without --humidity, with --work-of-adhesion under water"
+        )
     density = options.particle_density and _number(options.particle_density)
     body = {"load": options.load, "particle_density": density, "flow": options.fluid}
     slides = {
@@ -783,7 +817,7 @@ def _detach(options) -> None:
         "shear_strength": options.shear_strength and _number(options.shear_strength),
     }
     critical = detachment.critical_load(held, **body, **slides)
-    _tell_critical(critical, options)
+    _tell_critical(critical, held, options)
     if "statistics/rests" in groups:
         _tell_rests(groups, body, slides)
     if options.output:
@@ -792,22 +826,23 @@ def _detach(options) -> None:
     if options.parameters:
         numbers = detachment.parameters(held, catalogue=groups["asperities"])
         print(f"written to {exports.to_table(numbers, options.parameters)}")
-    if options.dem:
-        code, path = options.dem
+    for code, path in options.dem:
         Path(path).write_text(detachment.to_dem(held, code=code), encoding="utf-8")
         print(f"written to {path}")
     if options.picture:
-        _draw_coming_off(critical, held, options.picture)
+        _draw_coming_off(critical, held, options)
 
 
-def _tell_critical(critical, options) -> None:
+def _tell_critical(critical, held, options) -> None:
     """Print the critical strength of a load, and how the sphere comes off."""
     import numpy as np
 
     name, rests = next(iter(critical.data_vars)), "landing_share" in critical.coords
     values = critical[name].where(np.isfinite(critical[name]))
     words = f"{critical[name].attrs['long_name']}, {critical[name].attrs['units']}"
-    print(f"{options.load} in {options.fluid}, pull-off forces of {options.method!r}; {words}:")
+    method = "menisci" if options.method == "energy" and held.attrs.get("law") == "menisci" else options.method
+    work = f"work of adhesion {number(held['work_of_adhesion'], 'J/m²')} as in the run"
+    print(f"{options.load} in {options.fluid}, pull-off forces of {method!r}, {work}; {words}:")
     if bool(values.notnull().any()):
         least, middle, most = (number(_quantile(values, part)) for part in (0.05, 0.5, 0.95))
         of = "particles where they came to rest" if rests else "places"
@@ -815,7 +850,8 @@ def _tell_critical(critical, options) -> None:
     counts = ((mode, int((critical["mode"] == mode).sum())) for mode in np.unique(critical["mode"].values.astype(str)))
     print("what goes first: " + ", ".join(f"{mode} at {count}" for mode, count in counts))
     inside = int(critical["in_range"].sum())
-    print(f"within the formulas' range: {inside} of {critical.sizes['subregion']} places")
+    of = "cases (places × surfaces)" if options.method == "continued" else "places"
+    print(f"within the formulas' range: {inside} of {critical.sizes['subregion']} {of}")
 
 
 def _quantile(values, part: float) -> float:
@@ -840,7 +876,7 @@ def _tell_rests(groups, body, slides) -> None:
     print(f"the median by superposed asperities: {medians} {told[0][1].attrs['units']}")
 
 
-def _draw_coming_off(critical, held, path: str) -> None:
+def _draw_coming_off(critical, held, options) -> None:
     """Draw what goes first, or how much it takes where all go alike, beside the rose of resisting moments."""
     import numpy as np
     from matplotlib.figure import Figure
@@ -852,8 +888,9 @@ def _draw_coming_off(critical, held, path: str) -> None:
     alike = np.unique(critical["mode"].values).size == 1 and bool(critical[strength].notnull().any())
     figures.subregion_map(critical, strength, ax=left) if alike else figures.mode_map(critical, ax=left)
     figures.moment_rose(held, ax=figure.add_subplot(1, 2, 2, projection="polar"))
-    figures.save(figure, path, dpi=150)
-    print(f"drawn in {path}")
+    figure.suptitle(f"{options.load} in {options.fluid}, pull-off forces of {options.method!r}")
+    figures.save(figure, options.picture, dpi=150)
+    print(f"drawn in {options.picture}")
 
 
 def _pulls(ds) -> bool:

@@ -280,13 +280,11 @@ def _radius(pressure: float, tension: float, volume: float, kelvin: float) -> fl
 
 def _pressure(given: Any) -> float:
     """Return a relative vapour pressure; raise where it is none, or nothing would hold the liquid back."""
-    name = "humidity"
-    number = 0.01 * magnitude(given.strip()[:-1], "1", name) if _is_percent(given) else magnitude(given, "1", name)
-    if not isinstance(number, float) or not 0 < number < 1:
-        raise ValueError(
-            f"humidity: expected relative humidity between 0 and 1, as 0.6 or '60 %', or Kelvin's radius as '1 nm', "
-            f"found {given!r}"
-        )
+    name, text = "humidity", str(given).strip().removesuffix("%") if _is_percent(given) else given
+    number = magnitude(text, "1", name) * (0.01 if _is_percent(given) else 1.0)
+    if "%" in str(text) or not isinstance(number, float) or not 0 < number < 1:
+        meant = f": {number:g} % is {0.01 * number:g}" if isinstance(number, float) and 1 < number < 100 else ""
+        raise ValueError(f"humidity: expected relative humidity, as 0.6 or '60 %', found {given!r}{meant}")
     if number >= _SATURATED:
         raise ValueError(
             f"humidity: expected less than {_SATURATED}, found {given!r}: near saturation water fills whatever there "

@@ -1,6 +1,6 @@
 """`parameters`: adhesion and moments reduced to the parameters that other codes need.
 
-    Rock'n'Roll    a log-normal law of the pull-off over 3/2 π w R, and a lever over the radius (Reeks & Hall 2001)
+    Rock'n'Roll    log-normal pull-off over the smooth sphere's, and a lever over the radius (Reeks & Hall 2001)
     LAMMPS         pair_style granular, normal jkr: E_eff and γ, pull-off 3πγR; rolling sds: μ_roll, whose largest
                    moment is μ_roll R (N + 2 · 3πγR) (its manual, "pair_style granular")
     code_saturne   deposition with resuspension: denasp, rayasp, espasg, rayasg of cs_lagr_reentrained_model_t, of
@@ -41,7 +41,7 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
     -------
     Dataset
         Scalars; `to_table` lists them, and writes them as CSV. For the log-normal law, fitted by maximum
-        likelihood: ``adhesion_mean`` and ``adhesion_spread`` (geometric, of the pull-off over 3/2 π w R) and
+        likelihood: ``adhesion_mean`` and ``adhesion_spread`` (geometric, of the pull-off over the smooth sphere's) and
         ``adhesion_law_distance`` (Kolmogorov's, between the law and the places). ``work_of_adhesion_median``, the work
         of adhesion at which a smooth JKR sphere has the same pull-off force, with ``_low`` and ``_high``, 5 and 95 % of
         the places, and ``surface_energy_median``, half of it, LAMMPS' γ. From `rolling`, over all places and
@@ -105,7 +105,7 @@ def by_place(ds: xr.Dataset) -> xr.Dataset:
     -------
     Dataset
         Along subregion: ``pull_off_force`` (nN), ``pull_off_ratio`` (over the smooth sphere's), ``contact_area``,
-        ``lever`` (nm, mean over directions), ``moment_mean``, ``moment_least`` and ``moment_largest`` (nN nm).
+        ``lever`` (nm) and ``moment_over_directions``, both means, ``moment_least`` and ``moment_largest`` (nN nm).
         `to_table` writes it as CSV, one row for each place.
 
     Raises
@@ -119,7 +119,7 @@ def by_place(ds: xr.Dataset) -> xr.Dataset:
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(
     ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
     >>> found = by_place(roughxr.rolling(scan, directions=8, subregions=(2, 2)))
-    >>> found.moment_mean.dims, found.moment_mean.units, bool((found.moment_least < found.moment_largest).all())
+    >>> found.moment_least.dims, found.moment_least.units, bool((found.moment_least < found.moment_largest).all())
     (('subregion',), 'nN nm', True)
     """
     expect_moments(ds)
@@ -127,7 +127,7 @@ def by_place(ds: xr.Dataset) -> xr.Dataset:
     moment = ds["resisting_moment"]
     found = {
         "lever": ds["lever"].mean("direction"),
-        "moment_mean": moment.mean("direction"),
+        "moment_over_directions": moment.mean("direction"),
         "moment_least": moment.min("direction"),
         "moment_largest": moment.max("direction"),
     }

@@ -57,12 +57,12 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
         A pull-off with its pair, or a result of `rolling`, which also gives the coefficient of rolling friction.
     code : {"lammps", "4c", "liggghts", "mercurydpm", "yade", "rock_n_roll"}
         The last gives a table (CSV) in place of a fitted log-normal law: ``force_nN`` (ascending), ``cdf`` (share of
-        the places that detach at or below it), ``force_over_smooth`` (over 3/2 π w R of the same sphere on a smooth
+        the places that detach at or below it), ``force_over_smooth`` (over that of the same sphere on a smooth
         flat), and from `rolling` ``lever_over_radius`` in the weakest direction, to use in place of 1/100. Places where
         nothing pulls are left out; a comment gives their number.
     classes : int
         Particle types of equal share among which the places are divided, by their pull-off, for codes that hold one
-        adhesion for each type (not "4c", "rock_n_roll"); by default 5. 1: all particles alike, with the mean pull-off.
+        adhesion for each type (not "4c", "rock_n_roll"); by default up to 5. 1: all alike, with the mean pull-off.
     poisson_ratio : float
         Of both bodies, for "lammps", which asks for Young's modulus, E = 2(1 − ν²)E*; by default 0.3.
 
@@ -104,7 +104,9 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
     ds = reduction(ds)
     if code == TABLE:
         return _distribution(ds)
-    count = 1 if code not in _BY_CLASS else _CLASSES if classes is None else whole_number(classes, "classes", least=1)
+    pulling = int(ds["pull_off_force"].notnull().sum())
+    count = min(_CLASSES, pulling) if classes is None else whole_number(classes, "classes", least=1)
+    count = count if code in _BY_CLASS else 1
     ratio = _POISSON_RATIO if poisson_ratio is None else fraction(poisson_ratio, "poisson_ratio")
     adhesion = _adhesion_of(ds, count, ratio)
     comment, write = CODES[code]
@@ -134,7 +136,8 @@ def _head(ds: xr.Dataset, adhesion: _Adhesion) -> list[str]:
     return [
         f"adhesion of a sphere of {adhesion.radius:.4g} m on a rough wall, from {ds['pull_off_force'].size} places",
         f"pull-off force: mean {adhesion.mean:.5g} N, standard deviation {adhesion.std:.3g} N between places; over the",
-        f"smooth sphere's (3/2 pi w R) log-normal, geometric mean {mean:.4g} and spread {spread:.4g}",
+        f"smooth sphere's {smooth_pull_off(ds) * _NEWTON:.5g} N log-normal, geometric mean {mean:.4g}",
+        f"and spread {spread:.4g}",
     ]
 
 

@@ -125,7 +125,8 @@ def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:
         if (values < 0).any() and (values > 0).any():
             below = int((values < 0).sum())
             raise ValueError(
-                f"expected pull-off forces of one sign, found {below} below zero and {int((values > 0).sum())} above; "
+                f"expected pull-off forces of one sign, found {below} below zero and {int((values > 0).sum())} above: "
+                "a force-distance curve? give its baseline (--baseline 0.3), else "
                 "state which sign a pull has, pulls='positive' or 'negative': what is left on the other side is noise"
             )
         pulls = "negative" if (values < 0).any() else "positive"

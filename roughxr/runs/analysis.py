@@ -78,7 +78,7 @@ _ALONG = ("subregion", "seed")
 _MORE = 4
 
 #: Why a run continues nothing in humid air: a place takes minutes there, since so many cells are wetted.
-_SLOW_IN_HUMID_AIR = "in humid air that takes minutes a place: ask for it at a few places (continued)"
+_SLOW_IN_HUMID_AIR = "in humid air a place takes minutes; in Python: scan.contact.continued(subregions=(2, 2))"
 
 
 #: The mesh of a run's simulation with adhesion.
@@ -124,10 +124,13 @@ _PLACE = 1.0
 #: Stages of which nothing is told.
 _UNTOLD = Stages({}, {})
 
+#: Times the scan's side from which on no rough surface keeps a smooth sphere's contact within the scan.
+_HOPELESS = 3.0
+
 #: What helps where bodies are too soft for the scan, or their contacts too large.
 _HELPS = (
     "what helps: a larger scan, a smaller sphere or preload, a larger modulus or less work of adhesion; fewer cells "
-    "(resample, or mesh=1); or superpose and direct, without this simulation"
+    "(--mesh 1); or in Python superpose and direct, without this simulation"
 )
 
 
@@ -484,11 +487,12 @@ def _warn_of_soft(scan: xr.Dataset) -> None:
     work = liquid.work_of(scan)
     wide = 2 * (4.5 * np.pi * work * radius**2 / modulus) ** (1 / 3)
     x_low, x_high, y_low, y_high = regions.extent(scan)
-    if wide > min(x_high - x_low, y_high - y_low):
-        warn(
-            f"the contact of a smooth sphere, {wide:.3g} nm wide, does not fit on the scan of {x_high - x_low:.3g} x "
-            f"{y_high - y_low:.3g} nm: the simulation may take long, and end without a pull-off; {_HELPS}"
-        )
+    side = min(x_high - x_low, y_high - y_low)
+    if wide > side:
+        told = f"the contact of a smooth sphere, {wide:.3g} nm wide, does not fit on the scan of {side:.3g} nm"
+        if wide > _HOPELESS * side:
+            raise ValueError(f"sphere_radius: {told}; {_HELPS}")
+        warn(f"{told}: the simulation may take long, and end without a pull-off; {_HELPS}")
 
 
 def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Stages) -> tuple[Mesh, Any, Any]:

@@ -41,7 +41,7 @@ def regular_file(path: Any) -> Path:
         raise TypeError(f"expected the path of a file, found {type(path).__name__}") from None
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
-        raise IsADirectoryError(f"{path}: expected the path of a file, found a directory")
+        raise IsADirectoryError(f"{path}: expected a file, found a folder; name those in it, as {path}/*")
     if not stat.S_ISREG(mode):
         raise UnreadableScan(path, "expected an ordinary file, found a pipe or device; save it to a file first")
     with path.open("rb") as file:

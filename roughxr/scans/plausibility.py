@@ -16,6 +16,12 @@ _NOTHING_IN_COMMON = 0.1
 #: With fewer lines than this, a correlation may be chance.
 _FEWEST_LINES = 16
 
+#: A line is a scar that differs from its neighbours so many times more than any line across.
+_STANDS_OFF = 3.0
+
+#: Pixels wider than this, nm, show nothing of contacts of spheres of some micrometres.
+_WIDE = 1000.0
+
 #: Heights ranging over more than this many scan sizes are no scan in any units: the file is damaged.
 ABSURD_RANGE = 1e3
 
@@ -59,6 +65,10 @@ def size_doubts(ds: xr.Dataset) -> list[str]:
                 found.append(f"one pixel is exactly 1 {unit} along {axis}: a size that may never have been set")
     if abs(steps[0] - steps[1]) > 1e-6 * steps[0]:
         found.append(f"pixels are not square: {steps[0]:g} x {steps[1]:g} nm")
+    if min(steps) > _WIDE:
+        found.append(
+            f"pixels of {min(steps):.4g} nm are wider than the contacts of small spheres: they do not show them"
+        )
     return found
 
 
@@ -76,6 +86,8 @@ def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
     coarse, rms = _height_step(height), float(np.nanstd(height))
     if coarse > rms:
         found.append(f"height steps of {coarse:.4g} nm are coarser than the roughness, {rms:.4g} nm rms")
+    if min(height.shape) >= _FEWEST_LINES:
+        found += _scar(height)
     return found + (_garbled(_likeness(height)) if min(height.shape) >= _FEWEST_LINES else [])
 
 
@@ -92,6 +104,21 @@ def _garbled(alike: tuple[float, float]) -> list[str]:
             f"{min(alike):.2g}): their length misread from a damaged header, or each with an offset of its own"
         ]
     return []
+
+
+def _scar(height: np.ndarray) -> list[str]:
+    """Return a doubt where one line stands off its neighbours as none does across: debris is as rough both ways."""
+    worst = []
+    for lines in (height, height.T):
+        off = np.sqrt(np.nanmean((lines[1:-1] - 0.5 * (lines[:-2] + lines[2:])) ** 2, axis=1))
+        worst.append((float(np.nanmax(off) / max(np.nanmedian(off), 1e-12)), int(np.nanargmax(off)) + 1))
+    (ratio, line), across = max(worst), min(worst)[0]
+    if ratio < _STANDS_OFF * across:
+        return []
+    axis = "xy"[worst.index((ratio, line))]
+    return [
+        f"line {line} along {axis} differs from its neighbours {ratio:.2g} times as much as the median line: a scar"
+    ]
 
 
 def _likeness(height: np.ndarray) -> tuple[float, float]:

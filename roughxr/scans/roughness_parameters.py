@@ -39,8 +39,8 @@ def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = False
     Returns
     -------
     Dataset
-        Scalars ``r_a_datum``, ``r_q_datum`` (about height 0) and ``s_a``, ``s_q``, ``s_p``, ``s_v``, ``s_z``
-        in nm, ``s_sk``, ``s_ku``, ``s_dq``, ``s_dr`` of unit 1 (about the reference); ``psd`` over
+        Scalars ``s_a``, ``s_q``, ``s_p``, ``s_v``, ``s_z`` in nm, ``s_sk``, ``s_ku``, ``s_dq``, ``s_dr`` of
+        unit 1 (about the reference), ``r_a_datum`` and ``r_q_datum`` in nm (about height 0); ``psd`` over
         ``wavevector`` and ``acf`` over ``lag``. Size and pixel are coordinates, origin and levelling history
         attributes. Lazy where the scan is.
 
@@ -70,7 +70,7 @@ def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = False
     if reference not in _REFERENCES:
         raise ValueError(f"reference: expected one of {tuple(_REFERENCES)}, found {reference!r}")
     flat = scan.assign(height=_about(scan, reference))
-    out = xr.Dataset({**_datum(scan["height"]), **_height_parameters(flat["height"]), **_slope_parameters(flat)})
+    out = xr.Dataset({**_height_parameters(flat["height"]), **_slope_parameters(flat), **_datum(scan["height"])})
     if spectra:
         out = out.merge(power_spectrum(flat)).merge(autocorrelation(flat))
     out = out.assign_coords(_frame(scan)).assign_attrs(scan.attrs)

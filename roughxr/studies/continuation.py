@@ -144,7 +144,7 @@ def not_continued(ds: xr.Dataset, why: str) -> xr.Dataset:
     names = ("pull_off_mean", "pull_off_lower", "pull_off_upper", "shortest_wavelength")
     out = xr.Dataset({**dict.fromkeys(names, np.nan), "converged": False})
     out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
-    known = f"The roughness below the scan cannot be continued ({why}): there is an upper bound only."
+    known = f"Roughness finer than the pixel is not included: {why}."
     return schema.label(out.assign_attrs(known=known, assumed=""))
 
 
@@ -325,7 +325,8 @@ def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness: str, g
         {"entry": list(entries), "shortest_kept": pilot.waves, "seed": np.arange(forces.shape[1]), **centres.coords},
     )
     out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
-    known = f"The scan shows waves down to {model.shown:.3g} nm truly."
+    pixels = model.shown / max(schema.pixel(ds))
+    known = f"The scan shows waves of {model.shown:.3g} nm ({pixels:.2g} pixels) and longer truly."
     if model.measured is not None:
         last = 2 * np.pi * float(np.exp(-model.measured[0][-1]))
         known += f" Other measurements of the surface tell its spectrum down to {last:.3g} nm."

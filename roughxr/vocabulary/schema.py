@@ -391,12 +391,13 @@ VARIABLES: dict[str, Variable] = {
     "remaining_high": Variable("1", "fraction remaining, upper end of its confidence interval"),
     "remaining_here": Variable("1", "probability that the particle is still there"),
     # what other codes take
-    "moment_mean": Variable("nN nm", "resisting moment, mean", "geometric over all places"),
+    "moment_mean": Variable("nN nm", "resisting moment, geometric mean over places and directions"),
     "moment_spread": Variable("1", "resisting moment, geometric standard deviation"),
+    "moment_over_directions": Variable("nN nm", "resisting moment, mean over directions"),
     "moment_least": Variable("nN nm", "resisting moment, smallest over directions"),
     "moment_largest": Variable("nN nm", "resisting moment, largest over directions"),
-    "adhesion_mean": Variable("1", "pull-off over 3/2 pi w R, geometric mean of a log-normal law"),
-    "adhesion_spread": Variable("1", "pull-off over 3/2 pi w R, geometric standard deviation of that law"),
+    "adhesion_mean": Variable("1", "pull-off over that of the smooth sphere, geometric mean of a log-normal law"),
+    "adhesion_spread": Variable("1", "pull-off over that of the smooth sphere, geometric standard deviation of it"),
     "adhesion_law_distance": Variable("1", "Kolmogorov-Smirnov distance of the places from that law"),
     "work_of_adhesion_median": Variable(
         "J m-2", "work of adhesion of a smooth JKR sphere that pulls off as hard, median"

@@ -112,6 +112,8 @@ def plain(value: Any, units: str, name: str) -> Any:
         return value
     try:
         if isinstance(value, str):
+            if re.match(r"\s*[-+]?\d*,\d", value):
+                raise ValueError(f"expected a decimal point, found a comma in {value!r}")
             if not _NUMBER.match(value):
                 raise ValueError(f"expected a number with its units such as '3 {units}', found {value!r}")
             value = _registry().Quantity(value)

@@ -10,6 +10,7 @@ import xarray as xr
 from ...detachment.balance import MODES, NEITHER, NO_CONTACT, critical_load
 from ...statistics.sampling import shares
 from ...vocabulary import schema
+from ...vocabulary.numbers import number
 from ...vocabulary.verbs import verb
 from .maps import draw_places
 from .rose import polar
@@ -67,12 +68,13 @@ def moment_rose(ds: xr.Dataset, *, ax: Any = None):
     ax.plot(around, np.full(around.size, level), color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)))
     ax.set_rlim(0, 1.1 * max(high.max(), level))
     ax.set_rticks([level] if level else [])
-    ax.set_yticklabels([f"{level:.3g} nN nm"] if level else [])
+    ax.set_yticklabels([])
     ax.tick_params(labelsize=SMALL, pad=0)
     ax.grid(linewidth=0.3)
     ax.spines["polar"].set_linewidth(0.4)
     words = schema.VARIABLES["resisting_moment"].long_name
-    ax.set_xlabel(f"{words}, median and middle half\n({moment.sizes['subregion']} places)")
+    half = f"median and middle half of {moment.sizes['subregion']}; dashed {number(level, 'nN nm')}"
+    ax.set_xlabel(f"{words} from x (0°) towards y,\n{half}")
     return ax
 
 

@@ -26,6 +26,9 @@ from .style import (
     superscripts,
 )
 
+#: With fewer samples than this each is drawn, and no density.
+_FEWEST = 10
+
 #: Largest number of bins: rules for their width fail where most samples are similar and a few are far off.
 _MOST_BINS = 48
 
@@ -44,7 +47,7 @@ def distribution(
     order: int = 0,
     interval: float | None = 0.95,
 ):
-    """Draw the probability density of a variable: histogram, kernel estimate and the samples as ticks.
+    """Draw the probability density of a variable: histogram, kernel estimate and ticks; below ten samples, points.
 
     Parameters
     ----------
@@ -72,7 +75,7 @@ def distribution(
     Examples
     --------
     >>> from matplotlib.figure import Figure
-    >>> ds = xr.Dataset({"force": ("subregion", [1e3, 2e3, 2e3, 3e3], {"units": "nN"})})
+    >>> ds = xr.Dataset({"force": ("subregion", [1e3, 2e3, 3e3] * 4, {"units": "nN"})})
     >>> ax = distribution(ds, "force", ax=Figure().subplots())
     >>> ax.get_xlabel(), ax.get_ylabel()
     ('contact force [µN]', 'probability density [µN⁻¹]')
@@ -81,6 +84,13 @@ def distribution(
     look = stroke(order)
     values = np.asarray(ds[name].values, dtype=float)
     values = values[np.isfinite(values)]
+    if values.size < _FEWEST:
+        ax.plot(values, np.full(values.size, 0.3 + 0.2 * order), color=look["color"], marker="o", ls="", label=label)
+        if interval is not None and values.size > 1:
+            mean_interval(ax, ds, name, look["color"], order=order, confidence=interval)
+        label_axis(ax.xaxis, name)
+        ax.set(ylim=(0, 1), yticks=[], ylabel=f"{values.size} samples")
+        return legend(ax)
     density = statistics.pdf(ds, name, bins=bin_edges(values, bins))
     smooth = kde and np.ptp(values) > 0
     ax.stairs(density.values, density.attrs["bin_edges"], fill=True, color=look["color"], alpha=0.18)

@@ -216,7 +216,7 @@ def force_distribution(run: Groups, *, share: float = 1.0, delta: float | None =
     ]
     carried = 100 * force[flags].sum() / force.sum() if force.sum() else 0.0
     whose = f"debris in {int(flags.sum())} of {flags.size} places carries {carried:.0f} % of it"
-    whose = whose if flags.any() else "no place holds debris"
+    whose = whose if flags.any() else f"{force.size} places, none on debris"
     figure, (ax,) = run.sheet(f"Contact force at δ = {number(at['delta'], 'nm')}: {whose}", aspect=0.66, rows=rows)
     distribution(at, "force", ax=ax, kde=False)
     return figure
@@ -282,12 +282,17 @@ def _parting(ratio: xr.DataArray) -> str:
 def pull_offs(run: Groups, methods: Mapping[str, str], title: str):
     """Draw the pull-off forces of several methods below one another, with a common axis of forces."""
     found = {key: run.pull_off(key) for key in methods}
-    forces = [(f"force, {words}", as_forces(found[key]["pull_off_force"].values)) for key, words in methods.items()]
+    forces = [
+        (f"force, {words}, mean ± std", as_forces(found[key]["pull_off_force"].values))
+        for key, words in methods.items()
+    ]
     deltas = [
-        (f"displacement, {words}", mean_and_spread(found[key]["pull_off_delta"].values, "nm"))
+        (f"displacement, {words}, mean ± std", mean_and_spread(found[key]["pull_off_delta"].values, "nm"))
         for key, words in methods.items()
         if found[key].attrs.get("datum") != "first_contact"  # counted from elsewhere than the others'
     ]
+    if "solutions/continued" in run:
+        forces = [("mean force, best estimate", as_force(float(run["statistics/continued"]["pull_off_mean"]))), *forces]
     options = {"shape": (len(methods), 1), "aspect": 0.4 * len(methods), "rows": forces + deltas, "sharex": True}
     figure, axes = run.sheet(title, **options)
     largest = max(float(one["pull_off_force"].max()) for one in found.values())
@@ -307,7 +312,7 @@ def _one_method(ax, pull: xr.Dataset, words: str, order: int, *, last: bool):
     distribution(pull, "pull_off_force", ax=ax, order=order, kde=False, rug=False, interval=None)
     mean = float(pull["pull_off_force"].mean())
     ax.axvline(mean, **{**stroke(order), "linewidth": 1.0})
-    ax.text(0.98, 0.9, f"{words}\nmean {as_force(mean)}", transform=ax.transAxes, ha="right", va="top", fontsize=SMALL)
+    ax.set_title(f"{words}, mean {as_force(mean)}", fontsize=SMALL, loc="right")
     if not last:
         ax.set_xlabel("")
     if order != 1:

@@ -40,7 +40,7 @@ def headline(run: Run) -> str:
     --------
     >>> pull = xr.Dataset({"pull_off_force": ("subregion", [40.0])})
     >>> print(headline({"statistics/adhesive": pull}))
-    As the scan shows the surface, the pull-off force is 40 nN in the mean of 1 place: an upper bound.
+    From the scan alone: 40 nN in the mean of 1 place, an upper bound.
     """
     if "statistics/adhesive" not in run:
         return ""
@@ -50,15 +50,21 @@ def headline(run: Run) -> str:
     if not count:
         return "No place pulls."
     smooth = smooth_pull_off(pull) if "sphere_radius" in pull.coords else np.nan
-    part = f", {percent(mean / smooth)} of what the sphere holds on a smooth flat" if smooth > 0 else ""
+    part = f" ({percent(mean / smooth)} of what the sphere holds on a smooth flat{_more(mean / smooth)})"
+    air = f" at {percent(pull['humidity'])} relative humidity" if "humidity" in pull.coords else ""
     bound = (
-        f"As the scan shows the surface, the pull-off force is {_force(mean)} in the mean of {count} "
-        f"place{'s' * (count > 1)}{part}: an upper bound."
+        f"From the scan alone{air}: {_force(mean)} in the mean of {count} place{'s' * (count > 1)}"
+        f"{part if smooth > 0 else ''}, an upper bound."
     )
     estimate = _as_it_would_be(run)
     known = "statistics/continued" in run and np.isfinite(float(run["statistics/continued"]["pull_off_mean"]))
     said = [estimate, bound] if known else [bound, estimate]  # a number before why there is no other
     return " ".join(filter(None, [_scan_too_small(run), *said]))
+
+
+def _more(ratio: float) -> str:
+    """Return what to make of more than the smooth sphere of JKR holds, 3/2 π w R; stiff bodies hold 2 π w R."""
+    return ", which soft bodies cannot exceed but stiff ones do, by up to a third" if ratio > 1 else ""
 
 
 def _as_it_would_be(run: Run) -> str:
@@ -71,8 +77,9 @@ def _as_it_would_be(run: Run) -> str:
     mean, lower, upper = (_force(float(found[name])) for name in ("pull_off_mean", "pull_off_lower", "pull_off_upper"))
     settled = "" if bool(found["converged"]) else " Shorter waves would still lower it."
     return (
-        f"As the surface would be, the pull-off force is {mean} in the mean (95 % interval {lower} … {upper}). "
-        f"{found.attrs['known']} {found.attrs['assumed']}{settled}"
+        f"Best estimate, roughness finer than the pixel included: {mean} in the mean (95 % interval {lower} … {upper}, "
+        f"for places, bodies and spectrum, which move the bound below as well). {found.attrs['known']} "
+        f"{found.attrs['assumed']}{settled}"
     )
 
 

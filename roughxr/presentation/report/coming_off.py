@@ -10,7 +10,9 @@ import xarray as xr
 
 from ...detachment import resuspension, with_pull_off
 from ...detachment.balance import MODES
+from ...detachment.loads import AIR_DENSITY
 from ...statistics.sampling import shares
+from ...vocabulary.numbers import quantity
 from ...vocabulary.verbs import verb
 
 Run = Mapping[str, xr.Dataset]
@@ -125,9 +127,9 @@ def _column(held: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
     weakest = moment.min("direction")
     ratio = moment.max("direction") / weakest.where(weakest > 0)
     rows = {
-        "resisting moment, median [nN nm]": float(moment.weighted(share).quantile(0.5)),
-        "lever, median [nm]": float(lever.weighted(share).quantile(0.5)),
-        "lever / sphere's radius, median": float(lever.weighted(share).quantile(0.5) / held["sphere_radius"]),
+        "resisting moment, median of places and directions [nN nm]": float(moment.weighted(share).quantile(0.5)),
+        "lever, median of places and directions [nm]": float(lever.weighted(share).quantile(0.5)),
+        "the same over the sphere's radius": float(lever.weighted(share).quantile(0.5) / held["sphere_radius"]),
         "stiffest / weakest direction, median": float(ratio.weighted(share).quantile(0.5)),
         "critical friction velocity, mean [m/s]": float(speed.mean()),
     }
@@ -167,8 +169,9 @@ def coming_off_words(run: Run) -> list[str]:
     lies = "came to rest" if LEAVING in run else "was put down"
     said = [
         f"Air flows along x over a sphere without weight, at the place where it {lies}; it may roll or lift off, "
-        "but not slide, since no friction was given. The moment that holds it is the pull-off force times a lever: the "
-        "lever is that of the superposed asperities, the force that of the method in the column's head."
+        "but not slide, since no friction was given. The flow is steady, its friction velocity the root of wall shear "
+        f"stress over density: half of the places stand {_stress(critical)}. The moment that holds it is the pull-off "
+        "force times a lever: that of the superposed asperities; the force is that of the method in the column's head."
         + hard
         * " These asperities stay elastic: flattened ones would be wider."
     ]
@@ -189,6 +192,11 @@ def coming_off_words(run: Run) -> list[str]:
             "on until three hold it. These places give way first here."
         )
     return said
+
+
+def _stress(critical: xr.Dataset) -> str:
+    """Return the wall shear stress of the median critical friction velocity in air."""
+    return quantity(AIR_DENSITY * _middle(critical) ** 2, "Pa")
 
 
 def _particles(run: Run) -> str:

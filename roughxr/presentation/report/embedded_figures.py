@@ -222,8 +222,8 @@ _DRAWINGS = {
     _OVER_HUMIDITY: _Drawing(
         ("scan", HUMIDITY),
         _over_humidity,
-        "Mean pull-off between rigid bodies by the law of thin menisci, with its 95 % interval; dashed the humidity of "
-        "the main numbers.",
+        "Mean pull-off between rigid bodies, not that of the simulation, by the law of thin menisci, with its 95 % "
+        "interval; dashed the humidity of the main numbers.",
         optional=True,
     ),
     "Pull-off force": _Drawing(
@@ -263,7 +263,8 @@ _DRAWINGS = {
         COMING_OFF,
         lambda run: figures.fraction_remaining(remaining(run)),
         "Fraction of spheres left after a second in turbulent air by Rock'n'Roll, from the computed moments, with its "
-        "95 % band; dotted where the formulas of drag and torque are stretched.",
+        "95 % band, over the mean friction velocity: bursts of the flow take spheres off well before it reaches the "
+        "critical one of a steady flow; dotted where the formulas of drag and torque are stretched.",
         optional=True,
     ),
     "Landed and at rest": _Drawing(

@@ -41,7 +41,8 @@ def _mean(pull: xr.Dataset) -> str:
     if values.size < 2:
         return words
     found = bootstrap(pull, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
-    return f"{words} (95 % interval {_quantity(float(found['low']))} to {_quantity(float(found['high']))})"
+    ends = f"{_quantity(float(found['low']))} to {_quantity(float(found['high']))}"
+    return f"{words} (by the choice of places alone 95 % interval {ends})"
 
 
 def _quantity(force: float) -> str:

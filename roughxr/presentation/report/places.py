@@ -8,14 +8,19 @@ import numpy as np
 import xarray as xr
 
 from ...vocabulary.verbs import verb
+from .tables import mesh_change
 
-#: Group, variable and name in the table; of a variable with directions the weakest counts.
+#: What is known of some places only, as a group.
+_SOME = "some"
+
+#: Group, variable and name in the table; of a variable with directions the mean over these.
 _COLUMNS = (
     ("statistics/rests", "landing_share", "landing_share"),
     ("statistics/rests", "carriers", "carriers"),
     ("statistics/rests", "barrier", "barrier"),
     ("statistics/adhesive", "pull_off_force", "pull_off_force"),
-    ("solutions/adhesive", "pull_off_error", "pull_off_error"),
+    (_SOME, "pull_off_error", "pull_off_error"),
+    (_SOME, "pull_off_force_continued", "pull_off_force_continued"),
     ("statistics/energy", "pull_off_force", "pull_off_force_superposed"),
     ("statistics/menisci", "pull_off_force", "pull_off_force_superposed"),
     ("statistics/rigid", "pull_off_force", "pull_off_force_rigid"),
@@ -39,8 +44,9 @@ def by_place(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
     -------
     Dataset
         Along ``subregion``, with ``subregion_x``, ``subregion_y`` (nm): ``pull_off_force`` (nN) by the simulation with
-        adhesion at its first preload, with ``pull_off_error`` where it was estimated, ``pull_off_force_superposed`` and
-        ``pull_off_force_rigid``, the least ``lever`` (nm) over the directions, ``critical_friction_velocity`` (m/s) of
+        adhesion at its first preload, its relative ``pull_off_error`` by mesh and step and, with the roughness
+        continued below the scan, ``pull_off_force_continued``, both where computed, ``pull_off_force_superposed`` and
+        ``pull_off_force_rigid``, ``lever`` (nm), mean over the directions, ``critical_friction_velocity`` (m/s) of
         air along x and what ``gives_way_first``. Of particles also ``landing_share``, ``carriers``, ``barrier`` (nm),
         see `resting`; ``leaving_friction_velocity`` (m/s), see `leaving`. `to_table` writes it.
 
@@ -50,13 +56,13 @@ def by_place(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
     >>> list(by_place({"statistics/adhesive": pull, "statistics/energy": 3 * pull}))
     ['pull_off_force', 'pull_off_force_superposed']
     """
-    found = {}
+    run, found = {**run, _SOME: _of_some(run)}, {}
     for group, variable, name in _COLUMNS:
         if group not in run or variable not in run[group]:
             continue
         one = run[group][variable]
         one = one.isel(preload=0, drop=True) if "preload" in one.dims else one
-        one = one.min("direction", keep_attrs=True) if "direction" in one.dims else one
+        one = one.mean("direction", keep_attrs=True) if "direction" in one.dims else one
         if one.dims == ("subregion",):
             one = one.drop_vars([axis for axis in one.coords if axis not in ("subregion", *_PLACE)])
             # the numbers of rests are those of all rests of the scan
@@ -65,3 +71,24 @@ def by_place(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
 
 
 _PLACE = ("subregion_x", "subregion_y")
+
+
+def _of_some(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Return what was computed at some places only, NaN at the others."""
+    places, found = run.get("solutions/adhesive", xr.Dataset()), {}
+    if "pull_off_error" in places and bool(places["pull_off_error"].notnull().any()):
+        found["pull_off_error"] = places["pull_off_error"]
+    elif {"solutions/finer", "statistics/adhesive"} <= set(run):
+        found["pull_off_error"] = _among(places, np.abs(mesh_change(run)))
+    if "solutions/continued" in run:
+        continued = run["solutions/continued"]["pull_off_force"].mean("seed", keep_attrs=True)
+        found["pull_off_force_continued"] = _among(places, continued)
+    return xr.Dataset(found)
+
+
+def _among(places: xr.Dataset, some: xr.DataArray) -> xr.DataArray:
+    """Return the values of some places at all of them."""
+    some = some.isel(preload=0) if "preload" in some.dims else some
+    known = dict(zip(zip(*(some[axis].values for axis in _PLACE)), some.values))
+    values = [known.get(place, np.nan) for place in zip(*(places[axis].values for axis in _PLACE))]
+    return xr.DataArray(values, {axis: places[axis] for axis in _PLACE}, ["subregion"], attrs=some.attrs)

@@ -23,7 +23,7 @@ METHODS = ("adhesive", "rigid", "published", "self_similar", "energy", "menisci"
 
 _MICRO = 1e-3  # µm per nm
 
-_PARTING = "superposed and direct part by 10 %, median place [nm]"
+_PARTING = "depth beyond which superposition is off by over 10 %, median place [nm]"
 
 
 @verb
@@ -239,10 +239,10 @@ _FORMULAS = {
     "rumpf_rms": "Rumpf, by rms height",
     "rabinovich": "Rabinovich, one scale",
     "rabinovich_two_scales": "Rabinovich, two scales",
-    "gaussian_heights": "work left over Gaussian heights",
-    "smooth": "smooth sphere, 4πRγ cos θ and the solids' own",
+    "gaussian_heights": "rigid, over Gaussian heights of the scan's rms",
+    "smooth": "smooth sphere, 4πRγ cos θ plus the dry van der Waals pull",
     "summit": "the same on one hemisphere of the summits' median radius",
-    "plane_below": "Rabinovich 2002, over a plane 1.82 rms below",
+    "plane_below": "Rabinovich 2002, over a plane 1.82 rms below (0: no liquid reaches it)",
 }
 
 
