@@ -142,6 +142,7 @@ def _add_config(commands) -> None:
 
 def _config(options) -> None:
     """Write each option of `run` as a commented line of TOML, with its help."""
+    import json
     import textwrap
     from pathlib import Path
 
@@ -154,26 +155,13 @@ def _config(options) -> None:
             continue
         words = (action.help or "") % {"default": action.default}
         lines += ["", *textwrap.wrap(words, 100, initial_indent="# ", subsequent_indent="# ")]
-        lines += [f"# {name} = {_toml(action.default)}"]
+        lines += [f"# {name} = {json.dumps('' if action.default is None else action.default)}"]
     Path(options.output).write_text("\n".join(lines) + "\n", encoding="utf-8")
     print(f"written to {options.output}")
 
 
 def _parser_of_run() -> argparse.ArgumentParser:
     return next(one for one in _parser()._actions if isinstance(one, argparse._SubParsersAction)).choices["run"]
-
-
-def _toml(value) -> str:
-    """Return a default as TOML; an example text where there is none."""
-    if isinstance(value, (list, tuple)):
-        return f"[{', '.join(map(_toml, value))}]"
-    return (
-        str(value).lower()
-        if isinstance(value, bool)
-        else f'"{value or ""}"'
-        if not isinstance(value, (int, float))
-        else str(value)
-    )
 
 
 class _Parser(argparse.ArgumentParser):

@@ -117,7 +117,7 @@ def test_run_does_the_same_for_any_scan(finished, tmp_path):
     assert not any(name.startswith("figure-") for name in names)
     told = (tmp_path / "out" / "table.txt").read_text(encoding="utf-8")
     assert "Error budget of the mean pull-off" in told
-    assert "As the scan shows the surface, the pull-off force is" in " ".join(told.split())
+    assert "From the scan alone: " in " ".join(told.split())
     assert "force at 4 nm" in (tmp_path / "out" / "table.txt").read_text(encoding="utf-8")
 
 
@@ -371,7 +371,8 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     monkeypatch.setattr(analysis, "_below_the_scan", lambda *_: {})  # what takes long is of each scan alone
     assert main(["run", *files, "--config", "wafer.toml", "-o", "wafer", "-q"]) == 0
     printed = capsys.readouterr()
-    assert "torn.nc: left out" in printed.err
+    assert printed.err.startswith("roughxr: torn.nc: will be left out: ") and "torn.nc: left out" in printed.err
+    assert printed.out.endswith(" 1 of 3 files were left out.\n")
     assert printed.out.splitlines()[-1].startswith("Pull-off force, mean over 2 scans: ")
     table = pd.read_csv("wafer/places.csv")
     assert sorted(table["scan"]) == ["wafer-3.nc"] * 2 + ["wafer-4.nc"] * 2
@@ -389,12 +390,17 @@ def test_the_options_of_a_run_are_written_as_toml_that_is_read(tmp_path, capsys)
     path = tmp_path / "run.toml"
     assert main(["config", "-o", str(path)]) == 0
     text = path.read_text(encoding="utf-8")
+    assert "such as '60 %' or 0.6" in text  # copied from here it is read
     assert "# sphere-radius = " in text and "# subregions = [8, 8]" in text
     assert tomllib.loads(text) == {}
     assert (
         tomllib.loads("\n".join(line.removeprefix("# ") for line in text.splitlines() if " = " in line))["budget"] == 4
     )
     assert main(["config", "-o", str(path)]) == 1 and "expected a new file" in capsys.readouterr().err
+    path.write_text('humidty = "50 %"', encoding="utf-8")
+    assert main(["run", "scan.nc", "--config", str(path)]) == 1
+    told = capsys.readouterr().err
+    assert "run.toml: expected options of run, found 'humidty'" in told and "did you mean '--humidity'?" in told
     path.write_text("budget = [", encoding="utf-8")
     assert main(["run", "scan.nc", "--config", str(path)]) == 1 and "expected TOML" in capsys.readouterr().err
 
@@ -460,3 +466,24 @@ def test_the_formats_that_are_read_are_listed_and_on_the_page(capsys):
     own = [one for one in scans.formats() if "SurfaceTopography (" not in one[2]]  # the others are of its version
     for name, endings, _ in [*own, *cli._MEASURED_FORMATS]:
         assert endings in told and f"| {name} | {endings} |" in page
+
+
+def test_an_unknown_option_is_named_before_what_is_missing(capsys):
+    with pytest.raises(SystemExit):
+        main(["run", "scan.nc", "--sphere-diameter", "1 um"])
+    assert "arguments: --sphere-diameter; did you mean '--sphere-radius'?" in capsys.readouterr().err
+
+
+def test_a_file_is_no_place_for_a_run(tmp_path, capsys):
+    path = tmp_path / "notes.md"
+    path.write_text("kept", encoding="utf-8")
+    assert main(["run", "scan.nc", "--radius", "1 um", "-o", str(path)]) == 1
+    assert "notes.md: expected a folder or a file ending in .nc for -o" in capsys.readouterr().err
+    assert path.read_text(encoding="utf-8") == "kept"
+
+
+def test_a_reader_that_has_had_enough_is_no_error(tmp_path):
+    words = f"import sys; from roughxr.cli import main; sys.exit(main({['info', '--formats']!r}))"
+    with subprocess.Popen([sys.executable, "-c", words], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as told:
+        told.stdout.close()
+        assert told.stderr.read() == b"" and told.wait() == 0

@@ -88,13 +88,13 @@ def test_what_cannot_be_continued_says_so(surface):
     said = not_continued(surface, "noise to the pixel")
     solved = roughxr.pull_off(roughxr.adhesive(surface, subregions=(2, 1), mesh=roughxr.Mesh(accuracy=None)))
     words = report.headline({"statistics/adhesive": solved, "statistics/continued": said})
-    assert "cannot be continued (noise to the pixel)" in words and "upper bound" in words
+    assert "Roughness finer than the pixel is not included: noise to the pixel." in words and "upper bound" in words
     assert np.isnan(said.pull_off_mean) and not bool(said.converged)
 
 
 def test_the_first_words_are_both_answers(surface, found):
     solved = roughxr.pull_off(roughxr.adhesive(surface, subregions=(2, 2), mesh=roughxr.Mesh(accuracy=None)))
     words = report.headline({"statistics/adhesive": solved, "statistics/continued": found})
-    assert words.startswith("As the surface would be, the pull-off force is")
-    for part in ("95 % interval", "The scan shows waves down to", "Hurst exponent", "As the scan shows the surface"):
+    assert words.startswith("Best estimate, roughness finer than the pixel included: ")
+    for part in ("95 % interval", "The scan shows waves of", "Hurst exponent", "From the scan alone"):
         assert part in words

@@ -431,7 +431,7 @@ def test_each_place_has_its_row(tmp_path):
     ground = adhering([200.0, 300.0], [[10.0, 20, 30, 40], [50.0, 50, 50, 50]])
     found = by_place(ground)
     assert found.lever.values.tolist() == [25.0, 50.0] and found.moment_least.values.tolist() == [2000.0, 15000.0]
-    assert found.moment_mean.values.tolist() == [5000.0, 15000.0]
+    assert found.moment_over_directions.values.tolist() == [5000.0, 15000.0]
     assert found.moment_largest.values.tolist() == [8000.0, 15000.0]
     assert len(pd.read_csv(found.contact.to_table(tmp_path / "places.csv"))) == 2
     with pytest.raises(ValueError, match="rolling"):

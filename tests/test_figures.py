@@ -432,3 +432,11 @@ def test_lines_that_are_drawn_are_named(run):
     ratio = figures.asperity_statistics(run["asperities"])[2]
     assert ratio.get_ylabel() == "probability density"  # of a number: no empty brackets
     assert [text.get_text()[:4] for text in ratio.texts] == ["mean"]
+
+
+def test_few_samples_are_drawn_as_points_and_no_density():
+    few = xr.Dataset({"force": ("subregion", [1.0, 2.0, 4.0, 5.0], {"units": "nN"})})
+    ax = figures.distribution(few, "force", interval=None)
+    assert sorted(ax.lines[0].get_xdata()) == [1.0, 2.0, 4.0, 5.0] and ax.get_ylabel() == "4 samples"
+    many = few.isel(subregion=np.arange(12) % 4)
+    assert "density" in figures.distribution(many, "force", interval=None).get_ylabel()

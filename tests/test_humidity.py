@@ -1,7 +1,10 @@
 """Condensed water: against closed forms, exact menisci, an own double sum, and words where it is refused."""
 
+import re
+
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import quad
 from scipy.special import ndtr, ndtri
 
@@ -535,3 +538,23 @@ def test_waves_below_the_pixel_matter_until_menisci_hide_them():
     assert left[0.6] < left[0.9] < 1.02
     flooded = wet(ground, 0.95, 300.0).contact.continued(subregions=(1, 1), seeds=1)
     assert bool(flooded.converged) and flooded.sizes["shortest_kept"] == 1
+
+
+def test_the_humidity_is_read_as_written_and_stands_in_the_first_words(humid):
+    for given, says in (("60 %%", "as 0.6 or '60 %', found '60 %%'"), (50, "found 50: 50 % is 0.5")):
+        with pytest.raises(ValueError, match=re.escape(says)):
+            liquid.kelvin_radius(given)
+    pull = xr.Dataset({"pull_off_force": ("subregion", [365.0])}, {"humidity": 0.5})
+    words = report.headline({"statistics/adhesive": pull})
+    assert words.startswith("From the scan alone at 50 % relative humidity: 365 nN")
+
+
+def test_what_menisci_hold_is_not_taken_under_water(humid, tmp_path, capsys):
+    held = humid.contact.rolling(directions=4, subregions=(2, 1))
+    groups = dict.fromkeys(report.COMING_OFF, held)
+    roughxr.archive.save(groups, tmp_path / "run.nc")
+    assert cli.main(["detach", str(tmp_path / "run.nc"), "--method", "energy", "--fluid", "water"]) == 1
+    assert "expected a run without menisci" in capsys.readouterr().err
+    assert cli.main(["detach", str(tmp_path / "run.nc"), "--method", "energy"]) == 0
+    told = capsys.readouterr().out
+    assert "pull-off forces of 'menisci'" in told

@@ -62,3 +62,5 @@ def test_what_cannot_be_handed_over_is_refused(pulls):
         detachment.to_dem(pulls, code="lamps")
     with pytest.raises(ValueError, match="classes: expected at most as many as places that pull, 6, found 7"):
         detachment.to_dem(pulls, code="lammps", classes=7)
+    few = detachment.to_dem(pulls.isel(subregion=slice(3)), code="lammps")  # no classes asked for: as many as there are
+    assert "group class3 " in few and "group class4 " not in few

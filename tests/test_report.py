@@ -139,8 +139,9 @@ def test_the_command_line_says_how_the_sphere_of_a_run_comes_off(written, run, t
     assert f"median {middle:.3g}" in told and f"slide at {int((critical['mode'] == 'slide').sum())}" in told
     table = pd.read_csv(names["output"])
     np.testing.assert_allclose(table["critical_friction_velocity [m s-1]"], critical.critical_friction_velocity)
-    np.testing.assert_allclose(table["moment_mean [nN nm]"], held.resisting_moment.mean("direction"))
+    np.testing.assert_allclose(table["moment_over_directions [nN nm]"], held.resisting_moment.mean("direction"))
     assert table["mode"].tolist() == critical["mode"].values.tolist()
+    np.testing.assert_allclose(report.by_place(run)["lever"], table["lever [nm]"])  # one name, one number
     numbers = pd.read_csv(names["parameters"], index_col="quantity")["value"]
     ratio = held.pull_off_force / (1.5 * np.pi * 0.5 * 500)
     assert float(numbers["adhesion_mean"]) == pytest.approx(float(np.exp(np.log(ratio).mean())))
@@ -328,7 +329,7 @@ def test_a_run_tells_the_stages_that_it_announced(run):
 
 def test_the_answer_stands_before_what_is_missing(run):
     words = report.headline(run)
-    assert words.index("As the scan shows the surface") < words.index("cannot be continued")
+    assert words.index("From the scan alone") < words.index("finer than the pixel is not included")
 
 
 def test_each_preload_has_its_own_column(run):
@@ -430,3 +431,34 @@ def test_page_prints(written, tmp_path):
     browse(written, f"--print-to-pdf={sheet}")
     pages = len(re.findall(rb"/Type\s*/Page\b", sheet.read_bytes()))
     assert 2 <= pages <= 10
+
+
+def test_the_best_estimate_and_the_error_of_the_mesh_stand_at_their_places():
+    places = {"subregion_x": ("subregion", [1.0, 1.0, 2.0]), "subregion_y": ("subregion", [1.0, 2.0, 1.0])}
+    whole = xr.Dataset({"pull_off_force": ("subregion", [40.0, 50.0, 60.0])}, places)
+    some = whole.isel(subregion=[2, 0])
+    run = {
+        "solutions/adhesive": whole.assign(pull_off_error=("subregion", np.full(3, np.nan))),
+        "statistics/adhesive": whole,
+        "solutions/finer": some.assign(pull_off_force=("subregion", [50.0, 32.0])),
+        "solutions/continued": xr.Dataset(
+            {"pull_off_force": (("subregion", "seed"), [[9.0, 11], [1, 3]])}, some.coords
+        ),
+        "statistics/continued": xr.Dataset({"pull_off_mean": 6.0, "pull_off_lower": 4.0, "pull_off_upper": 9.0}),
+    }
+    table = report.by_place(run)
+    np.testing.assert_allclose(table["pull_off_error"], [0.25, np.nan, 0.2])
+    np.testing.assert_allclose(table["pull_off_force_continued"], [2.0, np.nan, 10.0])
+    best = report.interval_table(run).loc["pull-off force, mean, best estimate [nN]"].iloc[0]
+    assert best[["estimate", "low", "high"]].tolist() == [6.0, 4.0, 9.0]
+    assert "pull_off_error" not in report.by_place({name: run[name] for name in list(run)[:2]})
+
+
+def test_more_than_a_soft_smooth_sphere_holds_is_told():
+    pair = {"sphere_radius": 100 / np.pi, "work_of_adhesion": 1.0}  # JKR: 150 nN
+    said = [
+        report.headline({"statistics/adhesive": xr.Dataset({"pull_off_force": ("subregion", [force])}, pair)})
+        for force in (149.0, 180.0)
+    ]
+    assert "120 % of what" in said[1] and "which soft bodies cannot exceed but stiff ones do" in said[1]
+    assert "soft bodies" not in said[0]

@@ -73,14 +73,16 @@ def test_a_run_ends_where_its_first_places_have_no_pull_off(tmp_path, monkeypatc
 
     monkeypatch.setattr(analysis, "adhesive", never)
     soft = roughxr.assign_pair(
-        surfaces.scan(surfaces.rough(32, seed=3)), sphere_radius=800, contact_modulus=1e-3, work_of_adhesion=0.2
+        surfaces.scan(surfaces.rough(32, seed=3)), sphere_radius=800, contact_modulus=2e-2, work_of_adhesion=0.2
     )
     for refine in ("auto", 2):
         with (
-            pytest.warns(UserWarning, match=r"smooth sphere, 2.44e\+03 nm wide, does not fit on the scan.*what helps"),
+            pytest.warns(UserWarning, match=r"smooth sphere, 898 nm wide, does not fit on the scan.*what helps"),
             pytest.raises(
                 ValueError, match=r"none \(4 not followed to their end, 4 in contact at.*what helps: a larger"
             ),
         ):
             roughxr.run(soft, tmp_path / f"{refine}.nc", delta=[1.0], mesh=refine, budget=0)
     assert solved == [4, 4]
+    with pytest.raises(ValueError, match=r"contact of a smooth sphere, 2.44e\+03 nm wide, does not fit on the scan"):
+        roughxr.run(soft.assign_coords(contact_modulus=1e-3), tmp_path / "run.nc", delta=[1.0], budget=0)

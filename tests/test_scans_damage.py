@@ -296,3 +296,21 @@ def test_the_reading_process_goes_with_its_caller(tmp_path):
     while Path(f"/proc/{pid}").exists() and "Z" not in Path(f"/proc/{pid}/stat").read_text().split():
         assert time.monotonic() < until
         time.sleep(0.05)
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_a_scar_along_one_line_is_doubted_and_a_particle_is_not(axis):
+    height = scan(rough(64, seed=2)).transpose("x", "y")
+    assert not any("a scar" in doubt for doubt in doubts(height))
+    line = {axis: 20}
+    scarred = height.copy(deep=True)
+    scarred["height"][line] += 20 * float(height.height.std())
+    assert any(f"line 20 along {axis}" in doubt and "a scar" in doubt for doubt in doubts(scarred))
+    dusty = height.copy(deep=True)
+    dusty["height"][{"x": 20, "y": 30}] += 50 * float(height.height.std())
+    assert not any("a scar" in doubt for doubt in doubts(dusty))
+
+
+def test_pixels_wider_than_any_contact_are_doubted():
+    wide = scan(rough(32, seed=2), pixel=3500.0)
+    assert any("pixels of 3500 nm are wider than the contacts" in doubt for doubt in doubts(wide))

@@ -280,3 +280,8 @@ def test_weights_go_by_label():
             refused(
                 pulls, "pull_off_force", weights=xr.concat([some, some[:1].assign_coords(subregion=[999])], "subregion")
             )
+
+
+def test_a_decimal_comma_is_refused_by_its_name():
+    with pytest.raises(ValueError, match="sphere_radius: expected a decimal point, found a comma in '0,5 um'"):
+        units.magnitude("0,5 um", "nm", "sphere_radius")

@@ -11,7 +11,7 @@ import xarray as xr
 from ...scans.regions import extent
 from ...statistics import smooth_pull_off
 from ...statistics.sampling import by_share
-from ...vocabulary.numbers import percent, prefixed
+from ...vocabulary.numbers import percent, quantity
 from ...vocabulary.verbs import verb
 
 Run = Mapping[str, xr.Dataset]
@@ -50,21 +50,17 @@ def headline(run: Run) -> str:
     if not count:
         return "No place pulls."
     smooth = smooth_pull_off(pull) if "sphere_radius" in pull.coords else np.nan
-    part = f" ({percent(mean / smooth)} of what the sphere holds on a smooth flat{_more(mean / smooth)})"
+    more = ", which soft bodies cannot exceed but stiff ones do, by up to a third" * bool(mean > smooth)
+    part = f" ({percent(mean / smooth)} of what the sphere holds on a smooth flat{more})"
     air = f" at {percent(pull['humidity'])} relative humidity" if "humidity" in pull.coords else ""
     bound = (
-        f"From the scan alone{air}: {_force(mean)} in the mean of {count} place{'s' * (count > 1)}"
+        f"From the scan alone{air}: {quantity(mean)} in the mean of {count} place{'s' * (count > 1)}"
         f"{part if smooth > 0 else ''}, an upper bound."
     )
     estimate = _as_it_would_be(run)
     known = "statistics/continued" in run and np.isfinite(float(run["statistics/continued"]["pull_off_mean"]))
     said = [estimate, bound] if known else [bound, estimate]  # a number before why there is no other
     return " ".join(filter(None, [_scan_too_small(run), *said]))
-
-
-def _more(ratio: float) -> str:
-    """Return what to make of more than the smooth sphere of JKR holds, 3/2 π w R; stiff bodies hold 2 π w R."""
-    return ", which soft bodies cannot exceed but stiff ones do, by up to a third" if ratio > 1 else ""
 
 
 def _as_it_would_be(run: Run) -> str:
@@ -74,18 +70,15 @@ def _as_it_would_be(run: Run) -> str:
     found = run["statistics/continued"]
     if not np.isfinite(float(found["pull_off_mean"])):
         return str(found.attrs["known"])
-    mean, lower, upper = (_force(float(found[name])) for name in ("pull_off_mean", "pull_off_lower", "pull_off_upper"))
+    mean, lower, upper = (
+        quantity(float(found[name])) for name in ("pull_off_mean", "pull_off_lower", "pull_off_upper")
+    )
     settled = "" if bool(found["converged"]) else " Shorter waves would still lower it."
     return (
         f"Best estimate, roughness finer than the pixel included: {mean} in the mean (95 % interval {lower} … {upper}, "
         f"for places, bodies and spectrum, which move the bound below as well). {found.attrs['known']} "
         f"{found.attrs['assumed']}{settled}"
     )
-
-
-def _force(force: float) -> str:
-    unit, size = prefixed(force)
-    return f"{force / size:.3g} {unit}"
 
 
 def _scan_too_small(run: Run) -> str:

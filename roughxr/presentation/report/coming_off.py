@@ -167,11 +167,12 @@ def coming_off_words(run: Run) -> list[str]:
         return []
     critical, hard = run[_CRITICAL[leading(run)]], "hardness" in run["solutions/rolling"].coords
     lies = "came to rest" if LEAVING in run else "was put down"
+    stress = quantity(AIR_DENSITY * _middle(critical) ** 2, "Pa")
     said = [
         f"Air flows along x over a sphere without weight, at the place where it {lies}; it may roll or lift off, "
         "but not slide, since no friction was given. The flow is steady, its friction velocity the root of wall shear "
-        f"stress over density: half of the places stand {_stress(critical)}. The moment that holds it is the pull-off "
-        "force times a lever: that of the superposed asperities; the force is that of the method in the column's head."
+        f"stress over density: half of the places stand {stress}. The moment that holds it is the pull-off force times "
+        "a lever: that of the superposed asperities; the force is that of the method in the column's head."
         + hard
         * " These asperities stay elastic: flattened ones would be wider."
     ]
@@ -192,11 +193,6 @@ def coming_off_words(run: Run) -> list[str]:
             "on until three hold it. These places give way first here."
         )
     return said
-
-
-def _stress(critical: xr.Dataset) -> str:
-    """Return the wall shear stress of the median critical friction velocity in air."""
-    return quantity(AIR_DENSITY * _middle(critical) ** 2, "Pa")
 
 
 def _particles(run: Run) -> str:

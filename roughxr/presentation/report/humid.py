@@ -7,9 +7,8 @@ from collections.abc import Mapping
 import xarray as xr
 
 from ...bodies import liquid
-from ...statistics import bootstrap
 from ...vocabulary import schema
-from ...vocabulary.numbers import percent, prefixed
+from ...vocabulary.numbers import percent, quantity
 
 #: The pull between rigid bodies over humidity.
 HUMIDITY = "statistics/humidity"
@@ -24,27 +23,10 @@ def humid_words(run: Mapping[str, xr.Dataset]) -> str:
     own = own.isel(preload=0) if "preload" in own.dims else own
     ends = over["pull_off_force"].isel(humidity=[0, -1]).mean("subregion")
     said = [
-        f"How hard does it stick at {percent(scan['humidity'])} relative humidity? {_mean(own)} in the mean.",
+        f"How hard does it stick at {percent(scan['humidity'])} relative humidity? {quantity(float(own['pull_off_force'].mean()))} in the mean.",
         "Between rigid bodies it would be "
-        + " and ".join(f"{_quantity(float(end))} at {percent(end['humidity'])}" for end in ends)
+        + " and ".join(f"{quantity(float(end))} at {percent(end['humidity'])}" for end in ends)
         + ".",
         f"The law of thin menisci leaves out {percent(over['meniscus_error'].median())} of the pull in the median.",
     ]
     return " ".join([*said, liquid.told(scan)])
-
-
-def _mean(pull: xr.Dataset) -> str:
-    values = pull["pull_off_force"].dropna("subregion")
-    if not values.size:
-        return "Nothing"
-    words = _quantity(float(values.mean()))
-    if values.size < 2:
-        return words
-    found = bootstrap(pull, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
-    ends = f"{_quantity(float(found['low']))} to {_quantity(float(found['high']))}"
-    return f"{words} (by the choice of places alone 95 % interval {ends})"
-
-
-def _quantity(force: float) -> str:
-    unit, size = prefixed(force)
-    return f"{force / size:.3g} {unit}"
