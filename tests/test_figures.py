@@ -32,6 +32,7 @@ PAPER = [f"figure-{number:02d}" for number in range(2, 17)]
 
 #: Labels of numbers without a unit, as documented.
 UNIT_ONE = (
+    "samples",
     "superposed / direct",
     "ratio",
     "ln(B/A)",
@@ -209,7 +210,7 @@ def test_minimal_data():
     for draw in (figures.force_fan, figures.mean_force):
         assert draw(force).get_ylabel() == "contact force [nN]"
     alike = xr.Dataset({"force": ("subregion", [1.0, 1.0])})
-    assert figures.distribution(alike, "force").get_ylabel() == "probability density [nN⁻¹]"
+    assert figures.distribution(alike, "force").get_ylabel() == "2 samples"
     asperity = xr.Dataset(
         {
             "height": ("asperity", [1.0, 2.0]),

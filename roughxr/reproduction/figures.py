@@ -10,7 +10,8 @@ import xarray as xr
 
 from ..presentation.figures import against_hertz, asperity_curve, of_a_run, sweep
 from ..presentation.figures.forces import hertz_error, jkr_sphere
-from ..presentation.figures.of_a_run import Groups, as_force, drawn, number
+from ..presentation.figures.of_a_run import Groups, drawn
+from ..vocabulary.numbers import number, quantity
 from ..vocabulary.verbs import verb
 
 #: Note on which of the printed values a run can confirm.
@@ -134,9 +135,9 @@ def _figure_15(run):
     smooth = -float(jkr_sphere(published, np.linspace(-100, 0, 4001)).min())
     force = published["force"].sel(subregion=where)
     rows = [
-        ("pull-off, as published", as_force(pull["published"])),
-        ("pull-off, least energy", as_force(pull["energy"])),
-        ("pull-off, smooth sphere", as_force(smooth)),
+        ("pull-off, as published", quantity(pull["published"])),
+        ("pull-off, least energy", quantity(pull["energy"])),
+        ("pull-off, smooth sphere", quantity(smooth)),
         ("pulls up to δ, as published", number(float(force["delta"].where(force < 0).max()), "nm")),
         ("exceeds the smooth sphere beyond δ", number(_crossing(force, published), "nm")),
     ]

@@ -85,12 +85,7 @@ def distribution(
     values = np.asarray(ds[name].values, dtype=float)
     values = values[np.isfinite(values)]
     if values.size < _FEWEST:
-        ax.plot(values, np.full(values.size, 0.3 + 0.2 * order), color=look["color"], marker="o", ls="", label=label)
-        if interval is not None and values.size > 1:
-            mean_interval(ax, ds, name, look["color"], order=order, confidence=interval)
-        label_axis(ax.xaxis, name)
-        ax.set(ylim=(0, 1), yticks=[], ylabel=f"{values.size} samples")
-        return legend(ax)
+        return legend(_points(ax, ds, name, values, order=order, label=label, interval=interval))
     density = statistics.pdf(ds, name, bins=bin_edges(values, bins))
     smooth = kde and np.ptp(values) > 0
     ax.stairs(density.values, density.attrs["bin_edges"], fill=True, color=look["color"], alpha=0.18)
@@ -105,6 +100,21 @@ def distribution(
     if interval is not None:
         mean_interval(ax, ds, name, look["color"], order=order, confidence=interval)
     return legend(label_density(ax, name))
+
+
+def _points(
+    ax, ds: xr.Dataset, name: str, values: np.ndarray, *, order: int, label: str | None, interval: float | None
+):
+    """Draw each sample, at a height that means nothing."""
+    if not ax.has_data():
+        ax.set(yticks=[], ylabel=f"{values.size} samples")
+    height = np.full(values.size, 0.3 + 0.2 * order)
+    style = {"color": stroke(order)["color"], "linestyle": "none", "marker": "o", "label": label}
+    ax.plot(values, height, transform=ax.get_xaxis_transform(), **style)
+    if interval is not None and values.size > 1:
+        mean_interval(ax, ds, name, style["color"], order=order, confidence=interval)
+    label_axis(ax.xaxis, name)
+    return ax
 
 
 def mean_interval(ax, ds: xr.Dataset, name: str, color: str, *, order: int = 0, confidence: float = 0.95):
@@ -157,7 +167,7 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Any = None) -> np.ndarray:
     catalogue = schema.validate(catalogue, "asperities")
     made = panels(ax, 2, 2, aspect=0.95)
     distribution(catalogue, "height", ax=made[0], kde=False, interval=None)
-    made[0].set_yscale("log")
+    made[0].set_yscale("log" if catalogue.sizes["asperity"] >= _FEWEST else "linear")
     peaks = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)
     _anisotropy(made[1], peaks)
     _axis_ratio(made[2], peaks)

@@ -13,12 +13,13 @@ import xarray as xr
 
 from ...scans import regions
 from ...statistics import debris
+from ...vocabulary.numbers import number, quantity
 from ...vocabulary.verbs import verb
 from .contact_fields import contact_maps
 from .distributions import asperity_statistics, distribution
 from .forces import force_ratio, mean_force, mean_ratio
 from .maps import contact_grid, scan_map
-from .saving import mean_and_spread, number, sheet
+from .saving import mean_and_spread, sheet
 from .style import GREY, SMALL, display_unit, label_axis, log_ticks, stroke, styled
 
 Run = Mapping[str, xr.Dataset]
@@ -210,9 +211,9 @@ def force_distribution(run: Groups, *, share: float = 1.0, delta: float | None =
     force, flags = at["force"].values, run.debris()
     rows = [
         (f"force over {force.size} places", as_forces(force)),
-        ("largest force", as_force(force.max())),
-        ("mean of places on debris", as_force(_mean(force[flags]))),
-        ("mean of places without debris", as_force(_mean(force[~flags]))),
+        ("largest force", quantity(force.max())),
+        ("mean of places on debris", quantity(_mean(force[flags]))),
+        ("mean of places without debris", quantity(_mean(force[~flags]))),
     ]
     carried = 100 * force[flags].sum() / force.sum() if force.sum() else 0.0
     whose = f"debris in {int(flags.sum())} of {flags.size} places carries {carried:.0f} % of it"
@@ -292,7 +293,7 @@ def pull_offs(run: Groups, methods: Mapping[str, str], title: str):
         if found[key].attrs.get("datum") != "first_contact"  # counted from elsewhere than the others'
     ]
     if "solutions/continued" in run:
-        forces = [("mean force, best estimate", as_force(float(run["statistics/continued"]["pull_off_mean"]))), *forces]
+        forces = [("mean force, best estimate", quantity(float(run["statistics/continued"]["pull_off_mean"]))), *forces]
     options = {"shape": (len(methods), 1), "aspect": 0.4 * len(methods), "rows": forces + deltas, "sharex": True}
     figure, axes = run.sheet(title, **options)
     largest = max(float(one["pull_off_force"].max()) for one in found.values())
@@ -312,7 +313,7 @@ def _one_method(ax, pull: xr.Dataset, words: str, order: int, *, last: bool):
     distribution(pull, "pull_off_force", ax=ax, order=order, kde=False, rug=False, interval=None)
     mean = float(pull["pull_off_force"].mean())
     ax.axvline(mean, **{**stroke(order), "linewidth": 1.0})
-    ax.set_title(f"{words}, mean {as_force(mean)}", fontsize=SMALL, loc="right")
+    ax.set_title(f"{words}, mean {quantity(mean)}", fontsize=SMALL, loc="right")
     if not last:
         ax.set_xlabel("")
     if order != 1:
@@ -338,12 +339,6 @@ def _at(ratio: xr.DataArray, delta: float) -> float:
     """Return the ratio at a displacement that was solved, NaN at any other."""
     near = ratio.sel(delta=delta, method="nearest")
     return float(near) if np.isclose(near["delta"], delta) else np.nan
-
-
-def as_force(value: float) -> str:
-    """Return a force (nN) in a suitable unit."""
-    unit = display_unit("nN", abs(value))
-    return number(value / unit.size, unit.text)
 
 
 def as_forces(values: np.ndarray) -> str:

@@ -49,9 +49,7 @@ def detachment_table(run: Run) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        One row per quantity, units with it; one column for each method of the pull-off force: the simulation with
-        the roughness continued below the scan, where the run has it, the simulation on the surface as scanned, the
-        superposition by least energy, or "menisci" of a humid pair. All use the levers of the superposed asperities.
+        One row per quantity, units with it; one column for each method of the pull-off force, as of `moments_of`.
 
     Examples
     --------

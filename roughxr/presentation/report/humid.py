@@ -21,9 +21,10 @@ def humid_words(run: Mapping[str, xr.Dataset]) -> str:
     scan, over = run["scan"], run[HUMIDITY]
     own = run.get("statistics/adhesive", over.sel(humidity=float(scan["humidity"]), method="nearest"))
     own = own.isel(preload=0) if "preload" in own.dims else own
+    mean = quantity(float(own["pull_off_force"].mean()))
     ends = over["pull_off_force"].isel(humidity=[0, -1]).mean("subregion")
     said = [
-        f"How hard does it stick at {percent(scan['humidity'])} relative humidity? {quantity(float(own['pull_off_force'].mean()))} in the mean.",
+        f"How hard does it stick at {percent(scan['humidity'])} relative humidity? {mean} in the mean.",
         "Between rigid bodies it would be "
         + " and ".join(f"{quantity(float(end))} at {percent(end['humidity'])}" for end in ends)
         + ".",
