@@ -52,6 +52,14 @@ def test_of_equal_errors_it_is_the_analysis_of_variance():
     assert same.high - same.mean == pytest.approx(3.1824463 * 0.25)  # no narrower than the errors ask for
 
 
+def test_forces_of_scans_that_differ_much_have_no_interval_below_zero():
+    found = roughxr.statistics.pooled(xr.Dataset({"pull_off_force": ("scan", [752.0, 990.0])}), "pull_off_force")
+    low, mean, high = (float(found[name][0]) for name in ("pooled_low", "pooled", "pooled_high"))
+    assert 0 < low < 752 and 990 < high and low * high == pytest.approx(mean**2)
+    values = xr.Dataset({"height": ("scan", [-752.0, 990.0])})
+    assert float(roughxr.statistics.pooled(values, "height").pooled_low[0]) < -752
+
+
 def test_a_worse_scan_counts_for_less():
     alike, worse = (
         random_effects(np.array([1.0, 1.1, 2.0]), np.array(e), confidence=0.9) for e in ([1] * 3, [1, 1, 9])
@@ -112,6 +120,11 @@ def test_what_cannot_be_pooled_is_refused(scans):
         roughxr.statistics.pooled(ds, "force")
     with pytest.raises(ValueError, match="scans: expected at least one"):
         roughxr.over_scans([], roughxr.roughness)
+    with pytest.raises(ValueError, match=r"expected Datasets, found 'one.gwy'; take open_scan"):
+        roughxr.over_scans(["one.gwy"], roughxr.roughness)
+    at_speeds = ds.expand_dims(friction_velocity=[1.0, 2.0])
+    with pytest.raises(ValueError, match="found also friction_velocity; select one"):
+        roughxr.statistics.pooled(at_speeds, "pull_off_force")
     with pytest.raises(ValueError, match="delta: expected displacements"):
         roughxr.over_scans(scans[:2], roughxr.direct)
 
@@ -176,3 +189,12 @@ def test_a_function_with_bound_options_is_called_by_its_name():
         found = roughxr.over_scans(scans, solve)
         xr.testing.assert_equal(found, expected)
         assert roughxr.schema.history(found)[-1]["arguments"]["solve"] == name
+
+
+def test_what_it_takes_to_leave_keeps_the_places_of_each_scan(scans):
+    held = roughxr.over_scans(scans, roughxr.rolling, subregions=(2, 2), directions=8)
+    left = held.contact.resuspension(friction_velocity=[0.1, 10.0], particle_density=2200)
+    load = held.contact.critical_load(particle_density=2200)
+    for found in (left, load):
+        np.testing.assert_array_equal(found.subregion_x.transpose("scan", "subregion"), held.subregion_x)
+    assert left.attrs["places"] == 12

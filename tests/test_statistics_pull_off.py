@@ -142,3 +142,38 @@ def test_the_answer_is_the_mean_with_its_interval_in_a_suitable_unit_and_as_data
     assert np.isnan(one.low) and capsys.readouterr().out.startswith("1 nN (1 place)")
     with pytest.raises(ValueError, match="at least one place that pulls"):
         roughxr.answer(pull * np.nan)
+
+
+@pytest.mark.parametrize(("method", "times"), [("rigid", 2.0), ("adhesive", 1.5)])
+def test_a_smooth_flat_holds_all_of_what_a_smooth_flat_holds_and_cells_too_coarse_are_told(method, times, capsys):
+    pair = {"sphere_radius": 500.0, "work_of_adhesion": 0.06}
+    smooth = times * np.pi * 0.06 * 500.0
+    pull = xr.Dataset({"pull_off_force": ("subregion", [smooth])}, pair, {"method": method})
+    assert float(reduction(pull).pull_off_ratio[0]) == pytest.approx(1.0)
+    roughxr.answer(pull)
+    assert "100 % of what a smooth flat holds; as the scan" in capsys.readouterr().out
+    found = roughxr.answer(1.22 * pull.assign(cell_error=("subregion", [0.22 / 1.22])).assign_attrs(method=method))
+    told = capsys.readouterr().out
+    assert "too high by its cells, about 22 %" in told and float(found.mesh_error) == pytest.approx(0.22)
+
+
+def test_the_cells_error_of_rigid_bodies_reaches_the_answer(capsys):
+    """Heights of a plane: 2πwR, were it not for the cells."""
+    axis = np.arange(48) * 8.0
+    flat = xr.Dataset({"height": (("x", "y"), np.zeros((48, 48)), {"units": "nm"})}, {"x": axis, "y": axis})
+    pair = flat.contact.assign_pair(sphere_radius=500, materials="silica/silicon")
+    solved = pair.contact.rigid(subregions=([180.0], [180.0]))
+    found = solved.contact.answer()
+    smooth = 2 * np.pi * 500 * float(pair.work_of_adhesion)
+    assert float(found.pull_off_force) / (1 + float(found.mesh_error)) == pytest.approx(smooth, rel=0.02)
+    assert "could hold: take adhesive, or a finer mesh" in capsys.readouterr().out
+
+
+def test_what_has_several_answers_says_which_ways_there_are():
+    several = xr.Dataset({"pull_off_force": (("scan", "subregion"), np.ones((2, 3)))})
+    with pytest.raises(ValueError, match=r"statistics.pooled.pull, 'pull_off_force'. for all, or isel.scan=0"):
+        roughxr.answer(several)
+    with pytest.raises(ValueError, match="several along humidity; take bootstrap"):
+        roughxr.answer(several.rename(scan="humidity"))
+    with pytest.raises(ValueError, match="run adhesive, rigid or superpose first"):
+        roughxr.answer(xr.Dataset({"height": (("x", "y"), np.ones((2, 2)))}))

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.statistics import bootstrap, density_intervals, mean_of_few, pull_off, reduction
+from roughxr.statistics import bootstrap, density_intervals, pull_off, reduction
 from roughxr.statistics.places import blocks, correlogram, independent_places
+from roughxr.statistics.sampling import Samples
+from roughxr.statistics.uncertainty import _ends_of_few
 
 from .fields import field, on_grid
 
@@ -35,6 +37,20 @@ def test_blocks_cover_the_mean_of_a_law_as_skewed_as_pull_off_forces():
     shares = coverage(8, 1.0, law=lambda z: np.exp(0.6 * z), truth=(np.exp(0.18), 1.0))
     assert (shares.sel(resampling="block") >= 0.90).all()
     assert (shares.sel(resampling="naive") < 0.75).all()
+
+
+@pytest.mark.parametrize("count", [3, 4, 9, 16])
+def test_few_log_normal_places_are_covered_too(count):
+    """Of 400 intervals of 95 % fewer than 364 would hold the truth once in a thousand times."""
+    draws = np.random.default_rng(count).lognormal(0.0, 0.5, (400, count))
+    truth = [np.exp(0.125), np.exp(0.5 * -1.6448536), 1.0, np.exp(0.5 * 1.6448536)]
+    held = []
+    for row in draws:
+        ds = xr.Dataset({"pull_off_force": ("subregion", row)})
+        found = bootstrap(ds, "pull_off_force", statistics=("mean", "q5", "q50", "q95"), resamples=99)
+        ends = found.sel(resampling="block")
+        held.append((ends.low <= truth) & (truth <= ends.high) & (ends.low > 0))
+    assert (xr.concat(held, "repeat").sum("repeat") >= 364).all()
 
 
 def test_spread_is_covered_on_a_wide_field():
@@ -283,6 +299,7 @@ def test_intervals_of_a_large_map_are_those_of_a_part_and_say_so():
 @pytest.mark.parametrize("count", [4, 16])
 def test_the_mean_of_a_few_is_covered_though_they_show_no_tail(draw, mean, count):
     rng = np.random.default_rng(1)
-    ends = [mean_of_few(draw(rng, count)) for _ in range(1000)]
+    each = (Samples(draw(rng, count), None, None, 0) for _ in range(1000))
+    ends = [_ends_of_few("mean", found, found.values.mean(), count, 0.95) for found in each]
     assert np.mean([low <= mean <= high for low, high in ends]) > 0.9
     assert np.median([high / low for low, high in ends]) > 1.2

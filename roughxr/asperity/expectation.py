@@ -59,7 +59,7 @@ def _unknown(catalogue: xr.Dataset, law: str) -> str:
     if law not in ("energy", "self_similar", "johnson_greenwood"):
         return f"it was measured for the corrected formulas, not for {law!r}"
     if "shortest_wavelength" not in catalogue.coords:
-        return "the patch was chosen without regard to the scan's shortest wave; take patch='auto'"
+        return "the patch was chosen without regard to the scan's shortest wave; take asperities(patch='auto')"
     wave, pixel = float(catalogue["shortest_wavelength"]), float(catalogue["pixel"])
     if not wave >= RESOLVED * pixel:
         return f"the shortest wave of the scan spans {wave / pixel:.2g} pixels, which do not resolve its summits"
@@ -97,7 +97,8 @@ def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> Non
     if smooth > 0 and above.any():
         warn(
             f"{int(above.sum())} of {above.size} superposed pull-offs exceed what the sphere holds on a smooth flat "
-            f"(largest {np.nanmax(force) / smooth:.2g} times {factor:g} πwR = {smooth:.4g} nN): {_excess(catalogue)}"
+            f"(by up to {100 * np.nanmax(force) / smooth - 100:.2g} % of {factor:g} πwR = {smooth:.4g} nN): "
+            f"{_excess(catalogue)}"
         )
 
 
@@ -105,7 +106,7 @@ def _excess(catalogue: xr.Dataset) -> str:
     width = 2 * float(catalogue["patch_radius"])
     wave = float(catalogue.coords.get("shortest_wavelength", np.nan))
     if width > WIDEST * wave:
-        return f"a patch of {width:.3g} nm is too wide for waves of {wave:.3g} nm; take patch='auto'"
+        return f"a patch of {width:.3g} nm is too wide for waves of {wave:.3g} nm; take asperities(patch='auto')"
     if np.isnan(wave):
-        return f"a patch of {width:.3g} nm may be too wide for this surface; take patch='auto'"
+        return f"a patch of {width:.3g} nm may be too wide for this surface; take asperities(patch='auto')"
     return "contacts that overlap are each counted as if whole; take `adhesive`"

@@ -192,7 +192,10 @@ def varied_dimension(ds: xr.Dataset) -> str | None:
 def for_each(name: str, ds: xr.Dataset, function: Callable, **options: Any) -> xr.Dataset:
     """Return the results of a function for each entry along a dimension, concatenated along it."""
     parts = [function(ds.isel({name: k}), **options) for k in range(ds.sizes[name])]
-    return xr.concat(parts, name, combine_attrs="drop_conflicts", coords="minimal", compat="override")
+    out = xr.concat(parts, name, combine_attrs="drop_conflicts", coords="different", compat="equals")
+    if name == "scan" and "places" in parts[0].attrs:
+        out.attrs["places"] = sum(part.attrs["places"] for part in parts)
+    return out
 
 
 def body_of(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:

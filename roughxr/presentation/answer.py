@@ -5,14 +5,11 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ..statistics import bootstrap, mean_of_few, pull_off, smooth_pull_off
+from ..statistics import bootstrap, pull_off, smooth_pull_off
 from ..statistics.sampling import by_share
 from ..vocabulary import schema
-from ..vocabulary.numbers import interval, number, percent, quantity
+from ..vocabulary.numbers import number, percent, quantity, sure
 from ..vocabulary.verbs import verb
-
-#: Fewer places than this are no sample to draw resamples from.
-_FEW = 30
 
 
 @verb
@@ -28,9 +25,8 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     -------
     Dataset
         Scalars: ``pull_off_force`` (nN), the mean over the places that pull, ``low`` and ``high`` (nN), the ends of its
-        interval over places (fewer than 30 are taken as log-normal, since they show no tail), ``places``, and
-        ``mesh_error``, the median of the relative errors by mesh and step; NaN where a number cannot be told, such as
-        an interval of one place.
+        interval over places, ``places``, and ``mesh_error``, the median of the relative errors by mesh and step, of
+        `rigid` by its cells; NaN where a number cannot be told, such as an interval of one place.
 
     Raises
     ------
@@ -41,7 +37,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     --------
     >>> pull = xr.Dataset({"pull_off_force": ("subregion", [388.0, 575.0, 817.0])})
     >>> found = answer(schema.label(pull))
-    593 nN (95 % interval 0.23 … 1.61 µN by 3 places); as the scan shows the surface, without what is below its pixels
+    593 nN (95 % interval 230 … 1609 nN) by 3 places; as the scan shows the surface, without what is below its pixels
     """
     found, words = answered(ds)
     print(words)
@@ -50,14 +46,19 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
 
 def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> tuple[xr.Dataset, str]:
     """Return what `answer` does, and its words; the error by mesh and step may be given where ``ds`` holds none."""
+    if "pull_off_force" not in ds and "force" not in ds:
+        raise ValueError("expected a solution, or its pull_off, found neither; run adhesive, rigid or superpose first")
     pull = ds if "pull_off_force" in ds else pull_off(ds)
     pull = pull.isel(preload=0) if "preload" in pull.dims else pull
     force = pull["pull_off_force"].load()
+    _refuse_several(force)
     known = int(force.notnull().sum())
     if not known:
         raise ValueError(f"pull_off_force: expected at least one place that pulls, found none of {force.size}")
-    low, high = _interval(pull[["pull_off_force"]], known)
-    error = float(np.abs(pull["pull_off_error"]).median()) if "pull_off_error" in pull else np.nan
+    ends = bootstrap(pull[["pull_off_force"]], "pull_off_force", statistics=["mean"]) if known > 1 else None
+    low, high = (np.nan if ends is None else float(ends[end].sel(resampling="block").item()) for end in ("low", "high"))
+    own = next((name for name in ("pull_off_error", "cell_error") if name in pull), None)
+    error = float(np.abs(pull[own]).median()) if own else np.nan
     found = {
         "pull_off_force": float(by_share(force).mean()),
         "low": low,
@@ -73,27 +74,33 @@ def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> tuple[xr.Dat
     return schema.record(schema.label(out), "answer", pull), _in_words(found, force.size, pull)
 
 
-def _interval(pull: xr.Dataset, known: int) -> tuple[float, float]:
-    """Return the ends of the 95 % interval of the mean: of few places, which show no tail, by `mean_of_few`."""
-    if known < 2:
-        return np.nan, np.nan
-    if known < _FEW:
-        return mean_of_few(pull["pull_off_force"].values)
-    ends = bootstrap(pull, "pull_off_force", statistics=["mean"]).sel(resampling="block")
-    return float(ends["low"].item()), float(ends["high"].item())
+def _refuse_several(force: xr.DataArray):
+    """Raise where there are several answers, and say how to have them all, or one."""
+    others = [str(dim) for dim in force.dims if dim not in ("subregion", "x", "y")]
+    if "scan" in others:
+        raise ValueError(
+            "expected one scan, found several; take statistics.pooled(pull, 'pull_off_force') for all, or isel(scan=0)"
+        )
+    if others:
+        ways = ", ".join(f"{dim}=0" for dim in others)
+        raise ValueError(
+            f"expected one condition, found several along {', '.join(others)}; take "
+            f"bootstrap(statistics=['mean']) of its pull_off for all, or one by isel({ways})"
+        )
 
 
 def _in_words(found: dict[str, float], places: int, pull: xr.Dataset) -> str:
     """Return the answer as a line."""
     of = f"{found['places']} place{'s' * (found['places'] > 1)}" + f" of {places}" * (found["places"] < places)
-    ends = f"95 % interval {interval(found['low'], found['high'], 'nN')} by {of}"
-    sure = [ends if found["places"] > 1 else of]
+    mean = quantity(found["pull_off_force"]) + f" ({of})"
+    if found["places"] > 1:
+        mean = f"{sure(found['pull_off_force'], found['low'], found['high'])} by {of}"
+    said = [mean]
     if np.isfinite(found["mesh_error"]):
-        sure.append(f"mesh and step {percent(found['mesh_error'])}")
-    said = [f"{quantity(found['pull_off_force'])} ({'; '.join(sure)})"]
-    if {"sphere_radius", "work_of_adhesion"} <= set(pull.coords):
-        smooth = smooth_pull_off(pull)
-        said.append(
-            f"{number(100 * found['pull_off_force'] / smooth, '%')} of what a smooth flat holds" if smooth else ""
-        )
-    return "; ".join([*filter(None, said), "as the scan shows the surface, without what is below its pixels"])
+        cells = "too high by its cells, about" if "cell_error" in pull else "mesh and step"
+        said.append(f"{cells} {percent(found['mesh_error'])}")
+    if {"sphere_radius", "work_of_adhesion"} <= set(pull.coords) and (smooth := smooth_pull_off(pull)):
+        share = found["pull_off_force"] / smooth
+        doubt = ", which only a surface that fits the sphere could hold: take adhesive, or a finer mesh"
+        said.append(f"{number(100 * share, '%')} of what a smooth flat holds" + doubt * bool(share > 1.02))
+    return "; ".join([*said, "as the scan shows the surface, without what is below its pixels"])

@@ -18,7 +18,7 @@ from ..presentation import report
 from ..presentation.exports import to_table
 from ..statistics import bootstrap, pooled
 from ..vocabulary import schema
-from ..vocabulary.numbers import interval, quantity
+from ..vocabulary.numbers import interval, quantity, sure
 
 _FORCE = "pull_off_force"
 
@@ -85,9 +85,9 @@ def _pooled_words(places: Mapping[str, xr.Dataset]) -> str:
         return ""
     padded = [one.assign_coords(subregion=np.arange(one.sizes["subregion"])) for one in enough]
     found = pooled(xr.concat(padded, "scan", join="outer"), _FORCE, statistics=["mean"]).isel(statistic=0)
-    ends = interval(float(found["pooled_low"]), float(found["pooled_high"]), "nN")
+    mean = sure(*(float(found[name]) for name in ("pooled", "pooled_low", "pooled_high")))
     return (
-        f"Pull-off force, mean over {len(enough)} scans: {quantity(float(found['pooled']))} (95 % interval {ends}); "
+        f"Pull-off force, mean over {len(enough)} scans: {mean}; "
         f"from scan to scan {quantity(float(found['between_std']))} beyond the scatter of their places."
     )
 

@@ -20,7 +20,7 @@ from .pooling import pooled
 from .pull_off_events import pull_off, reduction, smooth_pull_off
 from .sampling import SAMPLES
 from .summaries import summary
-from .uncertainty import bootstrap, bootstrap_sweep, density_intervals, mean_of_few
+from .uncertainty import bootstrap, bootstrap_sweep, density_intervals
 
 __all__ = [
     "LAWS",
@@ -33,7 +33,6 @@ __all__ = [
     "fit",
     "force_ratio",
     "law_density",
-    "mean_of_few",
     "pdf",
     "pooled",
     "pull_off",

@@ -34,7 +34,7 @@ AT_MOST_ONE = ("axis_ratio",)
 @verb
 def pdf(
     ds: xr.Dataset,
-    name: str,
+    name: str = "pull_off_force",
     *,
     method: str = "histogram",
     bins: Any = "auto",
@@ -107,7 +107,7 @@ def pdf(
 
 
 @verb
-def cdf(ds: xr.Dataset, name: str, *, weights: Any = None) -> xr.DataArray:
+def cdf(ds: xr.Dataset, name: str = "pull_off_force", *, weights: Any = None) -> xr.DataArray:
     """Return the empirical cumulative probability of a variable over its subregions or asperities.
 
     Parameters

@@ -57,7 +57,7 @@ _RESULTS = ("shape", "location", "scale", "log_likelihood", "aic", "ks_distance"
 @verb
 def fit(
     ds: xr.Dataset,
-    name: str,
+    name: str = "pull_off_force",
     *,
     laws: str | Sequence[str] = tuple(LAWS),
     simulations: int = 199,

@@ -17,7 +17,7 @@ from ..vocabulary import schema
 from ..vocabulary.units import fraction
 from ..vocabulary.verbs import verb
 from .sampling import SAMPLES, of_a_map
-from .uncertainty import bootstrap
+from .uncertainty import bootstrap, ends_about
 
 
 class Pool(NamedTuple):
@@ -74,8 +74,8 @@ def pooled(
     Notes
     -----
     τ² is Paule and Mandel's. The interval is Hartung and Knapp's, with Student's t for one degree of freedom less than
-    there are scans, and never narrower than the scans' own errors require. For two scans it is wide, because two scans
-    say little about others.
+    there are scans, never narrower than the scans' own errors require, and that of the logarithm where no sample is
+    negative. For two scans it is wide, because two scans say little about others.
 
     References
     ----------
@@ -93,6 +93,11 @@ def pooled(
     if name not in ds or over not in ds[name].dims:
         found = tuple(ds[name].dims) if name in ds else f"variables {', '.join(map(str, ds.data_vars))}"
         raise ValueError(f"{name}: expected it along {over!r}, found {found}")
+    others = [dim for dim in ds[name].dims if dim not in (over, *SAMPLES, "x", "y")]
+    if others:
+        raise ValueError(
+            f"{name}: expected it along {over!r} and its samples, found also {', '.join(others)}; select one"
+        )
     if ds.sizes[over] < 2:
         raise ValueError(f"{over}: expected at least two, found {ds.sizes[over]}; `bootstrap` is for one")
     if ds[name].ndim == 1:
@@ -100,7 +105,8 @@ def pooled(
     else:
         options = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "seed": seed}
         estimate, error, labels = _each(ds, name, over, options)
-    pools = [random_effects(*both, confidence=confidence) for both in zip(estimate.T, error.T)]
+    how = {"confidence": confidence, "positive": bool(ds[name].min() >= 0)}
+    pools = [random_effects(*both, **how) for both in zip(estimate.T, error.T)]
     out = xr.Dataset(
         {key: ("statistic", list(values)) for key, values in zip(_NAMES, zip(*pools))}
         | {"estimate": ((over, "statistic"), estimate), "standard_error": ((over, "statistic"), error)},
@@ -118,13 +124,14 @@ _NAMES = ("pooled", "pooled_low", "pooled_high", "between_std", "between_p_value
 
 def _each(ds: xr.Dataset, name: str, over: str, options: dict) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Return the statistics of each scan and their standard errors, (scans, statistics)."""
-    from scipy.stats import norm
+    from scipy.stats import t
 
     parts = [_alone(ds.isel({over: k}), name) for k in range(ds.sizes[over])]
     found = [bootstrap(part, name, **options).sel(resampling="block") for part in parts]
-    width = 2 * norm.ppf(0.5 + options["confidence"] / 2)
     estimate = np.stack([one["estimate"].values for one in found])
-    error = np.stack([(one["high"] - one["low"]).values / width for one in found])
+    worth = [max(float(one["independent_places"]), 2.0) for one in found]
+    widths = 2 * t.ppf(0.5 + options["confidence"] / 2, np.array(worth) - 1)
+    error = np.stack([(one["high"] - one["low"]).values for one in found]) / widths[:, None]
     return estimate, error, list(options["statistics"])
 
 
@@ -135,7 +142,7 @@ def _alone(part: xr.Dataset, name: str) -> xr.Dataset:
     return part if dim is None else part.isel({dim: np.isfinite(part[name].values)})
 
 
-def random_effects(estimate: np.ndarray, error: np.ndarray, *, confidence: float) -> Pool:
+def random_effects(estimate: np.ndarray, error: np.ndarray, *, confidence: float, positive: bool = False) -> Pool:
     """Return the mean of estimates that differ by more than their own errors.
 
     Examples
@@ -156,7 +163,8 @@ def random_effects(estimate: np.ndarray, error: np.ndarray, *, confidence: float
     bare = _weights(error, 0.0)
     spread = (bare * (estimate - (bare * estimate).sum() / bare.sum()) ** 2).sum()
     p_value = np.nan if exact else float(chi2.sf(spread, k - 1))
-    return Pool(mean, float(mean - half), float(mean + half), float(np.sqrt(tau2)), p_value)
+    low, high = map(float, ends_about(mean, half, positive=positive))
+    return Pool(mean, low, high, float(np.sqrt(tau2)), p_value)
 
 
 def _weights(error: np.ndarray, tau2: float) -> np.ndarray:

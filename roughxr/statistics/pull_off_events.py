@@ -10,11 +10,12 @@ import xarray as xr
 from ..bodies.liquid import work_of
 from ..contact.estimates import elastic_pull_off
 from ..jobs.records import converged
+from ..kernels.asperity.laws import RANGED
 from ..vocabulary import schema
 from ..vocabulary.verbs import verb, warn
 
-#: Further variables of a cycle's pull-off.
-_OF_CYCLES = ("pull_off_resolution", "pull_off_error", "refinement")
+#: What a solver says of its pull-off's own error.
+_ERRORS = ("pull_off_resolution", "pull_off_error", "refinement", "cell_error")
 
 
 @verb
@@ -41,8 +42,8 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = None
     Dataset
         ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_delta`` (nm); NaN where nothing pulls.
         ``bracketed`` is False where the largest pull is at an end of the sweep, which then was too short, or for a
-        cycle, where it is at the largest displacement or the cycle is not complete. A cycle's
-        ``pull_off_resolution`` is kept.
+        cycle, where it is at the largest displacement or the cycle is not complete. A solver's
+        own errors, such as ``pull_off_error`` and ``cell_error``, are kept.
 
     Raises
     ------
@@ -145,7 +146,7 @@ def _of_events(ds: xr.Dataset, method: str, found: str) -> xr.Dataset:
         source = "adhesive returns" if method == "cycle" else "superpose returns of a law that adheres"
         raise ValueError(f"method={method!r}: expected what {source}, found variables: {words}; take 'sweep'")
     pulls = ds["pull_off_force"] > 0
-    kept = ["pull_off_force", "pull_off_delta", *(name for name in _OF_CYCLES if name in ds)]
+    kept = ["pull_off_force", "pull_off_delta", *(name for name in _ERRORS if name in ds)]
     bracketed = pulls & ds["complete"] if method == "cycle" else pulls
     if method == "cycle" and "delta" in ds.dims:
         bracketed = bracketed & (ds["pull_off_delta"] < ds["delta"].max())
@@ -153,14 +154,14 @@ def _of_events(ds: xr.Dataset, method: str, found: str) -> xr.Dataset:
 
 
 def smooth_pull_off(ds: xr.Dataset) -> float:
-    """Return the pull-off force (nN) of the same sphere on a smooth flat, 3/2 π w R.
+    """Return the pull-off force (nN) of the same sphere on a smooth flat: 3/2 π w R, or 2 π w R where it is stiff.
 
-    Of a humid pair 2πR times the work of the liquid and of the solids under it, the force between stiff bodies: thick
-    menisci reach further than the bodies bend.
+    The latter for `rigid` and laws with a range, and for a humid pair with the work of the liquid and of the solids
+    under it: thick menisci reach further than the bodies bend.
 
     References
     ----------
-    Johnson, Kendall & Roberts (1971); for a sphere all formulations agree.
+    Johnson, Kendall & Roberts (1971); Bradley (1932) for rigid bodies.
 
     Examples
     --------
@@ -169,7 +170,8 @@ def smooth_pull_off(ds: xr.Dataset) -> float:
     19071
     """
     (radius,) = schema.pair(ds, "sphere_radius")
-    return (2.0 if schema.is_wet(ds) else 1.5) * np.pi * work_of(ds) * radius
+    stiff = schema.is_wet(ds) or ds.attrs.get("method") == "rigid" or ds.attrs.get("law") in RANGED
+    return (2.0 if stiff else 1.5) * np.pi * work_of(ds) * radius
 
 
 @verb

@@ -79,6 +79,19 @@ def quantity(value: float, units: str = "nN", digits: int = 3) -> str:
     return number(value / size, unit, digits)
 
 
+def sure(value: float, low: float, high: float, units: str = "nN") -> str:
+    """Return a value with its 95 % interval, both in the prefix that suits the value.
+
+    Examples
+    --------
+    >>> sure(871.0, 156.0, 4850.0)
+    '871 nN (95 % interval 156 … 4850 nN)'
+    """
+    unit, size = prefixed(value, units)
+    ends = f"{number(low / size)} … {number(high / size, unit)}"
+    return f"{number(value / size, unit)} (95 % interval {ends})"
+
+
 def interval(low: float, high: float, units: str = "", digits: int = 3) -> str:
     """Return the ends of an interval with one unit, the prefix by the upper end.
 
