@@ -163,7 +163,10 @@ def _fitting(ds: xr.Dataset) -> list[tuple[str, list[str]]]:
 
 def _described(ds: xr.Dataset) -> str:
     """Return the kind of a Dataset and its pair."""
-    kind = schema.kind_of(ds) or "Dataset of no kind that roughxr knows"
+    last = schema.history(ds)
+    kind = schema.kind_of(ds) or (
+        f"result of {last[-1]['operation']}" if last else "Dataset of no kind that roughxr knows"
+    )
     pair = [f"{name} {number(ds[name], schema.VARIABLES[name].units)}" for name in _assigned(ds)]
     return f"{kind}; {', '.join(pair) or 'no pair of bodies assigned'}"
 

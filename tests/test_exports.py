@@ -8,8 +8,9 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import roughness
+from roughxr import detachment, roughness
 from roughxr.detachment import to_dem
+from roughxr.files import archive
 from roughxr.presentation.exports import to_table
 from roughxr.vocabulary import schema
 
@@ -110,3 +111,23 @@ def test_scalars_are_a_table_too(tmp_path):
     assert shown.loc["s_q", "units"] == "nm"
     assert set(shown.index) == set(found.data_vars)
     assert pd.read_csv(to_table(found, tmp_path / "a.csv"), index_col="quantity").value.s_q == shown.value.s_q
+
+
+def test_what_is_handed_on_says_what_it_stands_for_and_one_condition_at_a_time(tmp_path):
+    scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
+    load = roughxr.critical_load(held, "wall_shear", particle_density=2500)
+    left = roughxr.resuspension(held, friction_velocity=[1.0], particle_density=2500)
+    for words in (load.attrs["comment"], left.attrs["comment"], detachment.parameters(held).attrs["comment"]):
+        assert "without settling" in words and "as the scan shows it" in words
+    lines = detachment.to_dem(held, code="lammps", classes=1)
+    assert "as the scan shows it" in lines and "misses the" in lines
+    assert "result of critical_load" in repr(load.contact)
+    varied = xr.concat([held, held], "sphere_radius").assign_coords(sphere_radius=[1e3, 2e3])
+    for hand_on in (detachment.parameters, lambda ds: detachment.to_dem(ds, code="lammps")):
+        with pytest.raises(ValueError, match="several along sphere_radius; take each by isel"):
+            hand_on(varied)
+    path = archive.save({"detachment/load": load}, tmp_path / "one.nc")
+    assert "xarray.open_datatree: detachment/load" in xr.open_dataset(path).attrs["comment"]
+    with pytest.raises(ValueError, match="'silica/mica'; of others"):
+        scan.contact.assign_pair(sphere_radius=3000, materials="silica/mica")

@@ -21,6 +21,7 @@ import numpy as np
 import xarray as xr
 
 from ..asperity.moments import least
+from ..statistics.sampling import SHARE
 from ..vocabulary import schema
 from ..vocabulary.units import magnitude, positive
 from ..vocabulary.verbs import verb
@@ -122,6 +123,7 @@ def critical_load(
     values = {kind.critical: strength, "mode": mode, "in_range": push.in_range & np.isfinite(strength)}
     out = xr.Dataset({name: ("subregion", array) for name, array in values.items()}, coords=place)
     out.attrs = {"load": load if isinstance(load, str) else kind.words, "missing": "NaN where nothing gives way"}
+    out.attrs["comment"] = scope_of(ds)
     given = {"load": out.attrs["load"], "direction": direction, "particle_density": particle_density}
     given |= recorded(body)
     given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
@@ -181,6 +183,20 @@ def _same_places(one: xr.Dataset, other: xr.Dataset) -> bool:
     if one.sizes["subregion"] != other.sizes.get("subregion"):
         return False
     return all(np.allclose(one[name], other[name]) for name in ("subregion_x", "subregion_y") if name in one.coords)
+
+
+def scope_of(ds: xr.Dataset) -> str:
+    """Return what a result's particles and places stand for, in words."""
+    where = "of rest" if SHARE in ds.coords else "where particles land, without settling"
+    return f"places {where}; the surface as the scan shows it: finer roughness lowers adhesion"
+
+
+def refuse_varied(ds: xr.Dataset):
+    """Raise where a pull-off has several entries at a place, and say how to take one."""
+    force = ds["pull_off_force"] if "pull_off_force" in ds else xr.DataArray()
+    if others := [str(dim) for dim in force.dims if dim not in ("subregion", "x", "y")]:
+        ways = ", ".join(f"{dim}=0" for dim in others)
+        raise ValueError(f"expected one condition, found several along {', '.join(others)}; take each by isel({ways})")
 
 
 def varied_dimension(ds: xr.Dataset) -> str | None:

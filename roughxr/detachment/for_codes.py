@@ -18,7 +18,7 @@ from ..scans.regions import extent
 from ..statistics import fit, reduction
 from ..vocabulary import schema
 from ..vocabulary.verbs import verb
-from .balance import expect_moments
+from .balance import expect_moments, refuse_varied, scope_of
 
 #: Shares of the places whose quantiles are given, and the endings of their names.
 _QUANTILES = {"low": 0.05, "median": 0.5, "high": 0.95}
@@ -77,6 +77,7 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
     >>> bool(0 < found.adhesion_mean < 1), found.work_of_adhesion_median.units
     (True, 'J m-2')
     """
+    refuse_varied(ds)
     ds = reduction(ds)
     found = _of_pull_offs(ds)
     if "lever" in ds:
@@ -89,7 +90,8 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
         density, radius = _of_asperities(large)
         found |= {"large_asperity_spacing": density**-0.5, "large_asperity_radius": radius}
     pair = {name: ds[name] for name in schema.TRAVELLING if name in ds.coords}
-    return schema.record(schema.label(xr.Dataset(found, coords=pair)), "parameters", ds)
+    out = xr.Dataset(found, coords=pair, attrs={"comment": scope_of(ds)})
+    return schema.record(schema.label(out), "parameters", ds)
 
 
 @verb

@@ -24,6 +24,7 @@ from ..statistics import cdf, fit, reduction, smooth_pull_off
 from ..vocabulary import schema
 from ..vocabulary.units import fraction, whole_number
 from ..vocabulary.verbs import verb
+from .balance import refuse_varied, scope_of
 
 #: From the project's units to those of every code here.
 _NEWTON, _METRE, _PASCAL = 1e-9, 1e-9, 1e9
@@ -39,6 +40,7 @@ class _Adhesion(NamedTuple):
     modulus: float  # Pa, E*
     poisson_ratio: float
     friction: float  # of rolling: lever over twice the radius, NaN where no levers are known
+    misfit: float  # largest distance of that law from the places' distribution function
     log_normal: tuple[float, float]  # geometric mean and spread of the pull-off over the smooth sphere's
 
     @property
@@ -101,6 +103,7 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
         schema.refuse_unused(f"code={code!r}", classes=classes)
     if code != "lammps":
         schema.refuse_unused(f"code={code!r}", poisson_ratio=poisson_ratio)
+    refuse_varied(ds)
     ds = reduction(ds)
     if code == TABLE:
         return _distribution(ds)
@@ -127,6 +130,7 @@ def _adhesion_of(ds: xr.Dataset, classes: int, poisson_ratio: float) -> _Adhesio
         modulus=float(ds["contact_modulus"]) * _PASCAL,
         poisson_ratio=poisson_ratio,
         friction=0.5 * lever,
+        misfit=float(law["ks_distance"]),
         log_normal=(float(law["scale"]), float(np.exp(law["shape"]))),
     )
 
@@ -136,8 +140,10 @@ def _head(ds: xr.Dataset, adhesion: _Adhesion) -> list[str]:
     return [
         f"adhesion of a sphere of {adhesion.radius:.4g} m on a rough wall, from {ds['pull_off_force'].size} places",
         f"pull-off force: mean {adhesion.mean:.5g} N, standard deviation {adhesion.std:.3g} N between places; over the",
-        f"smooth sphere's {smooth_pull_off(ds) * _NEWTON:.5g} N log-normal, geometric mean {mean:.4g}",
-        f"and spread {spread:.4g}",
+        f"smooth sphere's {smooth_pull_off(ds) * _NEWTON:.5g} N log-normal, geometric mean {mean:.4g} and spread",
+        f"{spread:.4g}, which misses the places' own distribution by up to {adhesion.misfit:.2g}: where that is much,",
+        "take more classes",
+        scope_of(ds),
     ]
 
 

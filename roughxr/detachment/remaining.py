@@ -11,7 +11,7 @@ from ..statistics import bootstrap
 from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.verbs import verb
-from .balance import Body, Held, body_of, drive_ratios, for_each, held_of, recorded, varied_dimension
+from .balance import Body, Held, body_of, drive_ratios, for_each, held_of, recorded, scope_of, varied_dimension
 from .kinetics import survival
 from .loads import LOADS, Flow
 
@@ -97,7 +97,7 @@ def resuspension(
     out["in_range"] = ("friction_velocity", LOADS["wall_shear"].push(speed, body).in_range)
     out = _with_band(out, int(held.known.sum()), _CONFIDENCE, _RESAMPLES)
     out.attrs = {"model": model, "confidence": _CONFIDENCE, "places": int(held.known.sum())}
-    out.attrs["missing"] = "NaN where nothing is in contact"
+    out.attrs |= {"missing": "NaN where nothing is in contact", "comment": scope_of(ds)}
     given = {"friction_velocity": speed, "time": seconds, "model": model, "direction": direction}
     given |= {"particle_density": particle_density, **recorded(body)}
     given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}

@@ -74,7 +74,7 @@ def save(
     """
     path = Path(path)
     root = xr.Dataset(attrs={"Conventions": "CF-1.11", "title": title, "source": f"roughxr {__version__}"})
-    root.attrs |= dict(attrs or {})
+    root.attrs |= {"comment": f"in groups, open with xarray.open_datatree: {', '.join(groups)}", **(attrs or {})}
     stored = {name: _storable(ds, name) for name, ds in groups.items()}
     later = {name: [key for key in ds.data_vars if ds[key].chunks] for name, ds in stored.items()}
     tree = xr.DataTree.from_dict(

@@ -17,7 +17,7 @@ from ..vocabulary import schema
 from ..vocabulary.units import fraction
 from ..vocabulary.verbs import verb
 from .sampling import SAMPLES, of_a_map
-from .uncertainty import bootstrap, ends_about
+from .uncertainty import bootstrap
 
 
 class Pool(NamedTuple):
@@ -163,8 +163,9 @@ def random_effects(estimate: np.ndarray, error: np.ndarray, *, confidence: float
     bare = _weights(error, 0.0)
     spread = (bare * (estimate - (bare * estimate).sum() / bare.sum()) ** 2).sum()
     p_value = np.nan if exact else float(chi2.sf(spread, k - 1))
-    low, high = map(float, ends_about(mean, half, positive=positive))
-    return Pool(mean, low, high, float(np.sqrt(tau2)), p_value)
+    ends = np.array([-half, half])
+    low, high = mean * np.exp(ends / mean) if positive and mean > 0 else mean + ends
+    return Pool(mean, float(low), float(high), float(np.sqrt(tau2)), p_value)
 
 
 def _weights(error: np.ndarray, tau2: float) -> np.ndarray:

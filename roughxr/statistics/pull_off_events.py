@@ -150,7 +150,10 @@ def _of_events(ds: xr.Dataset, method: str, found: str) -> xr.Dataset:
     bracketed = pulls & ds["complete"] if method == "cycle" else pulls
     if method == "cycle" and "delta" in ds.dims:
         bracketed = bracketed & (ds["pull_off_delta"] < ds["delta"].max())
-    return ds[kept].where(pulls).assign(bracketed=bracketed)
+    out = ds[kept].where(pulls).assign(bracketed=bracketed)
+    if "pull_off_error" in out:
+        out["pull_off_error"].attrs["missing"] = "NaN where no finer mesh was solved, as with accuracy=None"
+    return out
 
 
 def smooth_pull_off(ds: xr.Dataset) -> float:

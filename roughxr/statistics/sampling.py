@@ -47,7 +47,9 @@ def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     1
     """
     found = known_samples(ds, name, weights=weights)
-    warn_of_missing(name, found.missing, found.values.size + found.missing, ds.attrs.get("missing"))
+    warn_of_missing(
+        name, found.missing, found.values.size + found.missing, ds[name].attrs.get("missing", ds.attrs.get("missing"))
+    )
     return found
 
 

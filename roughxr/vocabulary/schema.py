@@ -66,9 +66,7 @@ VARIABLES: dict[str, Variable] = {
         "nm", "range of adhesion", "w over the largest pull; the length of each law: rho, Dugdale's gap, z0"
     ),
     "hardness": Variable("GPa", "hardness H", "the largest pressure; beyond it the softer body yields"),
-    "hardness_estimate": Variable(
-        "GPa", "estimated hardness", "of named materials; only reported, nothing yields at it"
-    ),
+    "hardness_estimate": Variable("GPa", "estimated hardness", "of named materials; only `continued` yields at it"),
     "hamaker_constant": Variable("nN nm", "Hamaker constant A", "across what lies between; 1 nN nm = 1e-18 J"),
     "retardation": Variable("nm", "wavelength of retardation", "of van der Waals forces across gaps beyond some 10 nm"),
     "humidity": Variable("1", "relative humidity", "relative vapour pressure of the liquid that condenses"),

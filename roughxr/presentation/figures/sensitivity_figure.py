@@ -71,7 +71,8 @@ def _change(ds: xr.Dataset, base: xr.Dataset, name: str) -> xr.DataArray:
 def _own_interval(ax, base: xr.Dataset, name: str):
     if f"{name}_low" in base:
         ends = (100 * (float(base[f"{name}_{end}"]) / float(base[name]) - 1) for end in ("low", "high"))
-        ax.axvspan(*ends, color=GREY, alpha=0.2, linewidth=0)
+        ax.axvspan(*ends, color=GREY, alpha=0.2, linewidth=0, label="95 % interval over places, unchanged")
+        ax.legend(loc="best")
 
 
 def _bars(ax, row: int, change: xr.DataArray):
