@@ -37,7 +37,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     --------
     >>> pull = xr.Dataset({"pull_off_force": ("subregion", [388.0, 575.0, 817.0])})
     >>> found = answer(schema.label(pull))
-    593 nN (95 % interval 230 … 1609 nN) by 3 places; as the scan shows the surface, without what is below its pixels
+    593 nN (95 % interval 230 … 1607 nN) by 3 places; as the scan shows the surface, without what is below its pixels
     """
     found, words = answered(ds)
     print(words)
