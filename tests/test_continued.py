@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import roughxr
-from roughxr import report
+from roughxr import reference, report
 from roughxr.contact.adhesion import settling
 from roughxr.contact.below_pixel import Below, pull_off_below
+from roughxr.kernels.topography.random_surface import k_correlation, rms_of
 from roughxr.scans import synthetic
 from roughxr.scans.fine_scales import known_spectrum
 from roughxr.studies.continuation import Surface, not_continued, shown_truly
@@ -79,6 +80,50 @@ def test_the_error_of_the_hurst_exponent_holds_the_truth():
         fitted = roughxr.scans.self_affine_fit(made, shown=20)
         off.append((float(fitted.hurst_exponent) - 0.6) / float(fitted.hurst_error))
     assert np.sum(np.abs(off) < 2) >= 7
+
+
+@pytest.mark.parametrize("averaged", [False, True])
+def test_the_continued_spectrum_is_that_of_the_surface_that_a_microscope_draws(averaged):
+    """Its power at half the shortest wave shown, against the truth, lies within twice the stated error."""
+    off = []
+    for seed in range(6):
+        hurst = (0.5, 0.7, 0.9)[seed % 3]
+        truth = synthetic.self_affine((480, 480), 2, rms=1.5, hurst=hurst, rolloff=150, cutoff=6, seed=seed)
+        drawn = roughxr.scans.dilate(truth, tip_radius=6)
+        seen = drawn.coarsen(x=4, y=4).mean() if averaged else drawn.isel(x=slice(2, None, 4), y=slice(2, None, 4))
+        model = known_spectrum(shown_truly(seen))
+        q = 2 * np.pi / 16
+        power = 1.5**2 / rms_of(lambda q, H=hurst: k_correlation(q, 1.0, 150, H), 960, 6) ** 2
+        off.append(np.log(model.at(q) / (power * k_correlation(q, 1.0, 150, hurst))))
+        assert abs(off[-1]) < 2 * (model.error + 2 * model.hurst_error * np.log(2))
+    assert abs(np.mean(off)) < 0.3
+
+
+def test_between_rigid_bodies_the_pull_falls_as_the_mean_potential_over_gaussian_heights():
+    """Of Lennard-Jones's law, whose length is long beside the waves, as the added ones raise the standard deviation."""
+    ground = synthetic.self_affine((256, 256), 5, rms=0.9, hurst=0.2, rolloff=25, cutoff=20, seed=2)
+    ground = roughxr.assign_pair(ground, sphere_radius=5000, contact_modulus=4e2, work_of_adhesion=0.06)
+    ground, waves = ground.assign_coords(adhesion_range=3.0), [8, 14, 20]
+    found = roughxr.scale_dependence(
+        ground, shortest=waves, seeds=3, subregions=([640.0], [640.0]), law="lennard_jones"
+    )
+    model = known_spectrum(roughxr.scans.self_affine_fit(ground))
+    sigma = [np.hypot(0.9, rms_of(model.at, model.shown, wave)) for wave in waves]
+    left = [reference.gaussian_work(rms=one, length=3.0) for one in sigma]
+    pull = found.pull_off_force.mean(["subregion", "seed"]).values
+    assert left[0] < 0.7 * left[-1]
+    np.testing.assert_allclose(pull / pull[-1], np.divide(left, left[-1]), rtol=0.08)
+
+
+def test_between_stiff_bodies_it_is_the_rigid_sum_over_the_same_waves():
+    ground = synthetic.self_affine((96, 96), 4, rms=1, hurst=0.7, rolloff=150, cutoff=40, seed=4)
+    pair = {"sphere_radius": 500, "contact_modulus": 4e3, "work_of_adhesion": 0.06, "adhesion_range": 0.4}
+    ground = roughxr.assign_pair(ground, **pair)
+    how = {"shortest": [10, 20, 40], "seeds": 2, "subregions": ([190.0, 150.0], [190.0, 230.0])}
+    bent = roughxr.scale_dependence(ground, method="adhesive", **how).pull_off_force.mean(["subregion", "seed"])
+    rigid = roughxr.scale_dependence(ground, law="exponential", **how).pull_off_force.mean(["subregion", "seed"])
+    assert float(rigid[0]) < 0.5 * float(rigid[-1])
+    np.testing.assert_allclose(bent, rigid, rtol=0.1)
 
 
 def test_what_cannot_be_continued_says_so(surface):

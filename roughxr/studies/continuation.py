@@ -222,7 +222,7 @@ class _Pilot(NamedTuple):
     means: list[float]  # nN
     guesses: list[tuple[float, float] | None]  # depth (nm) and pull-off (nN) at each
     converged: bool
-    change: float  # of the mean by the last octave
+    change: float  # of the mean by the last octave, where shorter waves may follow
 
 
 def _pilot(surface: Surface, question: Question, end, accuracy: float) -> _Pilot:
@@ -243,7 +243,7 @@ def _pilot(surface: Surface, question: Question, end, accuracy: float) -> _Pilot
         if converged or waves[-1] <= smallest * (1 + 1e-9):
             break
         waves.append(max(waves[-1] * _FACTOR, smallest))
-    change = abs(np.log(means[-1] / means[-3])) if len(means) > 2 else 0.0
+    change = abs(np.log(means[-1] / means[-3])) if end is None and len(means) > 2 else 0.0
     return _Pilot(places, waves, means, guesses[1:], converged or end is not None, change)
 
 

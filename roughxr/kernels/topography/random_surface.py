@@ -20,8 +20,8 @@ import numpy as np
 #: The largest and smallest Hurst exponent of a self-affine surface.
 HURST = 0.0, 1.0
 
-#: Rings of a windowed spectrum that are as good as one.
-_SHARED = 2.0
+#: Error of ln C over a factor e of wavelengths, beside that of few waves: no surface follows the model exactly.
+_MODEL_ERROR = 0.05
 
 #: Periods of a band of nested waves, in its longest wave; ratio of the longest to the shortest wave of a band.
 _PERIODS, _BAND = 32, 2.0**0.5
@@ -48,50 +48,43 @@ def k_correlation(q, plateau, rolloff, hurst):
     return plateau * (1.0 + (rolloff * q / (2.0 * np.pi)) ** 2) ** -(1.0 + hurst)
 
 
-def fit_k_correlation(q, psd, hurst=None, least=HURST[0]):
-    """Return the (C₀, ℓ₀, H) that fit the logarithm of a spectrum at wavevectors q best, with equal weight per octave,
-    and the covariance of ln C at wavevectors q₁, 8q₁ with q₁ the largest: how uncertain its continuation is.
+def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, least=HURST[0]):
+    """Return the (C₀, ℓ₀, H) of a spectrum seen at wavevectors q, and the covariance of ln C at q₁ and 8q₁, with q₁ the
+    largest: how uncertain its continuation is.
 
-    ``hurst`` fixes H, which is ``least`` or more. Wavevectors without power are left out; NaN where fewer than four
-    have any.
+    ``modes`` says of how many independent waves each value is the mean, ``hurst`` fixes H, which is ``least`` or more.
+    Heights averaged over a pixel of side a keep exp(−(qa)²/12) of their power, over a part of it exp(−u(qa)²/12): u,
+    from 0 to 1, is found with the rest. Wavevectors without power are left out; NaN where fewer than four have any.
     """
     from scipy.optimize import least_squares
 
     known = (q > 0) & (psd > 0)
     if known.sum() < 4:
         return np.full(3, np.nan), np.full((2, 2), np.nan)
-    q, wanted = q[known], np.log(psd[known])
-    weight = 1.0 / np.sqrt(q / q[0])  # rings have equal width, so that their number in an octave grows with q
+    q, modes = q[known], modes[known]
+    wanted = np.log(psd[known]) + 0.5 / modes  # the mean logarithm of a mean over m waves is 1/2m too low
+    error = np.sqrt(1.0 / modes + _MODEL_ERROR**2 * q / np.gradient(q))
+    longest, shortest = 2.0 * np.pi / q[0], 2.0 * np.pi / q[-1]
+    likely, unsure = np.array([0.0, np.log(longest), least + 0.5]), np.array([1.0, 2.0, 0.5])  # of u, ln ℓ₀ and H
+
+    def model(unknown, q):
+        H = hurst if hurst is not None else unknown[3]
+        return unknown[0] + np.log(k_correlation(q, 1.0, np.exp(unknown[2]), H))
 
     def off(unknown):
-        H = hurst if hurst is not None else unknown[2]
-        return weight * (unknown[0] + np.log(k_correlation(q, 1.0, np.exp(unknown[1]), H)) - wanted)
+        seen = model(unknown, q) - unknown[1] * (q * pixel) ** 2 / 12.0
+        return np.concatenate([(seen - wanted) / error, (unknown[1:] - likely[: count - 1]) / unsure[: count - 1]])
 
-    longest, shortest = 2.0 * np.pi / q[0], 2.0 * np.pi / q[-1]
-    low = [-np.inf, np.log(shortest), least - 1e-9]
-    high = [np.inf, np.log(100.0 * longest), HURST[1]]
-    start = [wanted[0], np.log(np.sqrt(longest * shortest)), 0.5]
-    count = 3 if hurst is None else 2
+    low = [-np.inf, 0.0, np.log(shortest), least - 1e-9]
+    high = [np.inf, 1.0, np.log(100.0 * longest), HURST[1]]
+    start, count = [wanted[0], 0.1, np.log(np.sqrt(longest * shortest)), 0.5], 4 if hurst is None else 3
     solved = least_squares(off, start[:count], bounds=(low[:count], high[:count]))
-    found = solved.x
-    model = np.array([np.exp(found[0]), np.exp(found[1]), hurst if hurst is not None else max(found[2], least)])
-    return model, _uncertainty(solved.jac, solved.fun, found, q[-1] * np.array([1.0, 8.0]), hurst)
-
-
-def _uncertainty(jacobian, off, found, q, hurst):
-    """Return the covariance of ln C at wavevectors q, from the residuals; neighbouring rings share their modes."""
-    inverse = np.linalg.pinv(jacobian.T @ jacobian)
-    covariance = _SHARED * inverse @ (jacobian.T * off**2) @ jacobian @ inverse
-    small = 1e-4
-    moved = [found + small * unit for unit in np.eye(found.size)]
-    at = np.array(
-        [
-            np.log(k_correlation(q, np.exp(p[0]), np.exp(p[1]), p[2] if hurst is None else hurst))
-            for p in (found, *moved)
-        ]
-    )
-    gradient = (at[1:] - at[0]) / small
-    return gradient.T @ covariance @ gradient
+    found, beyond, small = solved.x, q[-1] * np.array([1.0, 8.0]), 1e-4
+    moved = (found + small * unit for unit in np.eye(count))
+    gradient = np.array([model(one, beyond) - model(found, beyond) for one in moved]) / small
+    spread = gradient.T @ np.linalg.inv(solved.jac.T @ solved.jac) @ gradient
+    H = hurst if hurst is not None else max(found[3], least)
+    return np.array([np.exp(found[0]), np.exp(found[2]), H]), spread
 
 
 def nested_waves(x, y, spectrum, longest, shortest, seed):
