@@ -6,7 +6,7 @@ Each case makes a self-affine surface with waves down to 2 or 4 nm, or takes a m
 drawn as a microscope would (a round tip, larger pixels, sampled or averaged, noise of 0.05 nm), and `roughxr.continued`
 is asked for the mean pull-off at six places of the picture. The truth is solved at the same places as fine as it is.
 Where its last octave changes the mean by more than a tenth, its waves end where they still matter, and those that are
-continued are asked to end there too.
+continued are asked to end there too; so they are on a measured map, which ends where its microscope did.
 
 Printed for each case: the truth, the picture as it is, what is said with its 95 % interval, and by how many of the
 stated standard deviations it is off, once of all that the interval holds and once of what a truth at the same places,
@@ -173,7 +173,7 @@ def solved(ds, places, waves):
 def asked(told, known):
     """Return what is said of the truth from the picture."""
     seen, places = looked_at(told)[1:]
-    ends = abs(np.log(known["octave before"] / known["truth"])) < 0.1
+    ends = "map" not in told and abs(np.log(known["octave before"] / known["truth"])) < 0.1
     said = roughxr.continued(seen, subregions=places, seeds=2, shortest=None if ends else told["shortest"])
     entries = dict(zip(said.entry.values.tolist(), said.relative_error.values.tolist()))
     out = {name: float(said[f"pull_off_{name}"]) for name in ("lower", "mean", "upper")}
@@ -252,11 +252,13 @@ def draw(truths, answers, path):
         style = {"color": colour, "fmt": "o", "markersize": 4, "linewidth": 1, "label": f"continued: {name}"}
         axes.errorbar(truth, mean, [mean - low, high - mean], **style)
         axes.plot(truth, picture, "x", color=colour, markersize=4, alpha=0.6)
-    ends = np.array(axes.get_xlim()).clip(0.5)
+    known = [truths[key]["truth"] for key in answers if key in truths]
+    ends = np.array([0.7 * min(known), 1.4 * max(known)])
     axes.plot(ends, ends, color="black", linewidth=0.8)
     axes.plot([], [], "x", color="tab:gray", label="the picture as it is")
     axes.set(xscale="log", yscale="log", xlabel="truth, nN", ylabel="said from the coarse picture, nN")
-    axes.legend(fontsize=8)
+    axes.set(xlim=ends, ylim=ends * [0.1, 4])
+    axes.legend(fontsize=8, loc="lower right")
     figure.savefig(path, dpi=90)
 
 
