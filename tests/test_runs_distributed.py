@@ -124,7 +124,7 @@ def test_an_active_client_is_used_and_counts_subregions(surface, lazy, capsys):
         ds = surface.chunk() if lazy else surface
         with progress():
             found = direct(ds, **OPTIONS)
-        found = parallel.compute(found) if lazy else found
+            found = parallel.compute(found) if lazy else found
     xr.testing.assert_identical(found.drop_attrs(), expected.drop_attrs())
     assert "196/196 subregions" in capsys.readouterr().err
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
 import xarray as xr
 
 from ...vocabulary.numbers import number
@@ -11,7 +12,7 @@ from ...vocabulary.verbs import verb
 from .contact_fields import field_map
 from .distributions import distribution
 from .maps import contact_grid
-from .style import PAGE, TITLE, styled
+from .style import BLACK, PAGE, TITLE, legend, styled
 
 #: The methods that are drawn, and their labels.
 _SHOWN = {"adhesive": "direct simulation with adhesion", "energy": "superposed, least energy"}
@@ -26,7 +27,7 @@ def overview(run: Mapping[str, xr.Dataset]):
     ----------
     run : mapping of str to Dataset
         The groups of a run: "scan", "solutions/direct", "solutions/contact" and "statistics/energy", and
-        "statistics/adhesive" if the run has it.
+        "statistics/adhesive" and "statistics/continued" if the run has them.
 
     Returns
     -------
@@ -53,6 +54,7 @@ def overview(run: Mapping[str, xr.Dataset]):
     field_map(contact, "pressure", ax=pressure)
     shown = {label: run[f"statistics/{name}"] for name, label in _SHOWN.items() if f"statistics/{name}" in run}
     _pull_offs(shown, pull)
+    _best_estimate(run, pull)
     delta = float(contact["delta"][0])
     titles = "The scan and the places", f"How hard it presses, at δ = {number(delta, 'nm')}", "How hard it sticks"
     for ax, title in zip((where, pressure, pull), titles):
@@ -71,3 +73,16 @@ def _pull_offs(found: Mapping[str, xr.Dataset], ax) -> None:
     words = "one place pulls" if max(counts.values()) else "no place pulls"
     ax.text(0.5, 0.5, words, ha="center", va="center", transform=ax.transAxes)
     ax.set_axis_off()
+
+
+def _best_estimate(run: Mapping[str, xr.Dataset], ax) -> None:
+    """Mark the mean with the roughness below the scan, and its interval, where the run continued it."""
+    found = run.get("statistics/continued")
+    if found is None or not np.isfinite(found["pull_off_mean"]):
+        return
+    mean, *ends = (float(found[f"pull_off_{name}"]) for name in ("mean", "lower", "upper"))
+    words = "best estimate of the mean,\nroughness below the scan included"
+    style = {"transform": ax.get_xaxis_transform(), "color": BLACK, "zorder": 5}
+    ax.plot(ends, [0.04, 0.04], linewidth=1.2, **style)
+    ax.plot([mean], [0.04], marker="D", markersize=4, linestyle="none", label=words, **style)
+    legend(ax)
