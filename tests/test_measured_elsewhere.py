@@ -36,7 +36,8 @@ def verdicts():
 def test_the_same_work_of_adhesion_holds_on_other_surfaces(verdicts):
     inside = xr.concat([one.inside.sel(surface="other") for one in verdicts], "trial")
     assert int(inside.sel(statistic="mean").sum()) >= 3 and int(inside.sel(statistic="std").sum()) >= 3
-    assert all(bool(one.inside.sel(surface="own").all()) for one in verdicts)
+    own = xr.concat([one.inside.sel(surface="own") for one in verdicts], "trial")  # fitted is the mean, not the scatter
+    assert bool(own.sel(statistic="mean").all()) and int(own.sel(statistic="std").sum()) >= 3
 
 
 def test_another_work_of_adhesion_is_found_out(verdicts):

@@ -317,7 +317,7 @@ def test_the_content_decides_and_not_the_extension(name, tmp_path):
 def test_what_is_no_readable_file(tmp_path):
     with pytest.raises(FileNotFoundError, match="absent"):
         open_scan(tmp_path / "absent.spm")
-    with pytest.raises(IsADirectoryError, match="found a directory"):
+    with pytest.raises(IsADirectoryError, match="found a folder"):
         open_scan(tmp_path)
     with pytest.raises(TypeError, match="expected the path of a file, found bytes"):
         open_scan(b"GWYP")

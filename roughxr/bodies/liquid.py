@@ -284,7 +284,9 @@ def _pressure(given: Any) -> float:
     number = magnitude(text, "1", name) * (0.01 if _is_percent(given) else 1.0)
     if "%" in str(text) or not isinstance(number, float) or not 0 < number < 1:
         meant = f": {number:g} % is {0.01 * number:g}" if isinstance(number, float) and 1 < number < 100 else ""
-        raise ValueError(f"humidity: expected relative humidity, as 0.6 or '60 %', found {given!r}{meant}")
+        raise ValueError(
+            f"humidity: expected relative humidity between 0 and 1, as 0.6 or '60 %', found {given!r}{meant}"
+        )
     if number >= _SATURATED:
         raise ValueError(
             f"humidity: expected less than {_SATURATED}, found {given!r}: near saturation water fills whatever there "

@@ -83,7 +83,7 @@ def fit_pair(
     below: xr.Dataset | None = None,
     **options: Any,
 ) -> xr.Dataset:
-    """Fit one number of the pair, with which a scan's predicted pull-offs agree with the measured ones.
+    """Find the work of adhesion (or range, hardness, radius) at which prediction and measurement agree.
 
     Parameters
     ----------

@@ -265,8 +265,9 @@ def known_spectrum(found: xr.Dataset, shown: float = np.nan) -> Spectrum:
     """
     if "psd" not in found:
         return Spectrum(*(float(found[name]) for name in _NAMES))
-    q, psd, modes = (found[name].values for name in ("wavevector", "psd", "psd_modes"))
-    model = _fitted(q, psd, modes / _SHARED, 2 * np.pi / q[-1] * (1 - 1e-9))
+    q, psd = (found[name].values for name in ("wavevector", "psd"))
+    modes = found["psd_modes"].values / _SHARED if "psd_modes" in found else np.ones(q.size)
+    model = _fitted(q, psd, modes, 2 * np.pi / q[-1] * (1 - 1e-9))
     return model._replace(shown=shown, measured=(np.log(q), np.log(psd)))
 
 

@@ -73,7 +73,7 @@ def moment_rose(ds: xr.Dataset, *, ax: Any = None):
     ax.grid(linewidth=0.3)
     ax.spines["polar"].set_linewidth(0.4)
     words = schema.VARIABLES["resisting_moment"].long_name
-    half = f"median and middle half of {moment.sizes['subregion']}; dashed {number(level, 'nN nm')}"
+    half = f"median and middle half of {moment.sizes['subregion']} places; dashed {number(level, 'nN nm')}"
     ax.set_xlabel(f"{words} from x (0°) towards y,\n{half}")
     return ax
 

@@ -116,7 +116,7 @@ def mesh_change(run: Run) -> xr.DataArray:
         for x, y in zip(finer["subregion_x"].values, finer["subregion_y"].values)
     ]
     coarse = whole["pull_off_force"].isel(subregion=same).values
-    return coarse / finer["pull_off_force"] - 1
+    return (coarse / finer["pull_off_force"] - 1).assign_attrs(units="1")
 
 
 def _pull_off_rows(run: Run, method: str, unit: str, size: float) -> dict[str, float]:
