@@ -115,7 +115,7 @@ def _explored(app, error):
     pair = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "work_of_adhesion": 0.1}
     scan = roughxr.assign_pair(roughxr.open_sample("glass"), **pair)
     places = roughxr.scans.regions.centres(scan, (4, 4))
-    how = {"law": "griffith", "refine": 2, "subregions": places}
+    how = {"law": "griffith", "mesh": 2, "subregions": places}
     groups = {
         "scan": scan,
         "asperities": roughxr.asperities(scan),
