@@ -37,10 +37,11 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
     Dataset
         Along ``check``: ``found``, the largest over all places and states, its ``limit``, ``kept`` and ``words``; the
         attribute ``verdict`` names what is not kept. "unconverged" and "truncated" are shares of the solves;
-        "residual", "penetration" and "complementarity" (Σ p |g| dA over force times overlap; not with adhesion, where
-        pressure acts across gaps) parts of the deepest overlap, with adhesion of what the largest pressure moves one
-        cell by; "force_balance" that of Σ p dA; "hardness" the pressure beyond it; "load" the force off the prescribed
-        one; "mesh" the stated error of the pull-off. What is not known is NaN, and not kept.
+        "residual", "penetration" and "complementarity" (pressure times gap over force times overlap, summed over the
+        cells; not with adhesion, where pressure acts across gaps) parts of the deepest overlap, with adhesion of what
+        the largest pressure moves one cell by; "force_balance" that of Σ p dA; "hardness" the pressure beyond it;
+        "load" the force off the prescribed one; "mesh" the stated error of the pull-off. What is not known is NaN, and
+        not kept.
 
     Raises
     ------
