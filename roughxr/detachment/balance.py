@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 
 from ..asperity.moments import least
-from ..statistics.sampling import SHARE
+from ..statistics.sampling import SHARE, conditions
 from ..vocabulary import schema
 from ..vocabulary.units import magnitude, positive
 from ..vocabulary.verbs import verb
@@ -194,7 +194,7 @@ def scope_of(ds: xr.Dataset) -> str:
 def refuse_varied(ds: xr.Dataset):
     """Raise where a pull-off has several entries at a place, and say how to take one."""
     force = ds["pull_off_force"] if "pull_off_force" in ds else xr.DataArray()
-    if others := [str(dim) for dim in force.dims if dim not in ("subregion", "x", "y")]:
+    if others := conditions(force):
         ways = ", ".join(f"{dim}=0" for dim in others)
         raise ValueError(f"expected one condition, found several along {', '.join(others)}; take each by isel({ways})")
 

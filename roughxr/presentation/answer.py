@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from ..statistics import bootstrap, pull_off, smooth_pull_off
-from ..statistics.sampling import by_share
+from ..statistics.sampling import by_share, conditions
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent, quantity, sure
 from ..vocabulary.verbs import verb
@@ -76,7 +76,7 @@ def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> tuple[xr.Dat
 
 def _refuse_several(force: xr.DataArray):
     """Raise where there are several answers, and say how to have them all, or one."""
-    others = [str(dim) for dim in force.dims if dim not in ("subregion", "x", "y")]
+    others = conditions(force)
     if "scan" in others:
         raise ValueError(
             "expected one scan, found several; take statistics.pooled(pull, 'pull_off_force') for all, or isel(scan=0)"

@@ -92,6 +92,11 @@ def by_share(array: xr.DataArray) -> Any:
     return array.weighted(array[SHARE]) if SHARE in array.coords else array
 
 
+def conditions(array: xr.DataArray) -> list[str]:
+    """Return the dimensions of values at places along which there are several of each place."""
+    return [str(dim) for dim in array.dims if dim not in ("subregion", "x", "y")]
+
+
 def counted_equally(found: Samples, verb: str) -> Samples:
     """Return samples without weights, with a warning where there were any."""
     if found.weights is not None:
