@@ -1,8 +1,58 @@
-"""One asperity after another, for tests of many."""
+"""One asperity after another, and at what it detaches and comes into contact, for tests."""
+
+from typing import NamedTuple
+
+import numpy as np
 
 from roughxr.kernels.arrays import unset
-from roughxr.kernels.asperity.laws import Contact, asperity_contact, asperity_events, pick
+from roughxr.kernels.asperity import jkr
+from roughxr.kernels.asperity.elliptic_jkr import State
+from roughxr.kernels.asperity.elliptic_table import lookup, mark
+from roughxr.kernels.asperity.laws import JOHNSON_GREENWOOD, MENISCI, Contact, asperity_contact, pick
 from roughxr.kernels.jit import kernel
+
+
+class Events(NamedTuple):
+    """States (P nN, a nm, b nm, δ nm) at which an asperity detaches or comes into contact.
+
+    On a soft spring it detaches at ``largest_tension``, at fixed displacement at ``end_of_branch``, where Cheng, Dunn &
+    Brach also let it jump into contact. Without long-range forces it jumps into contact at ``touch``, δ = 0. NaN where
+    there is no peak, 0 where nothing adheres.
+    """
+
+    largest_tension: State
+    end_of_branch: State
+    touch: State
+
+
+@kernel
+def _state(P, a, b, delta, scales):
+    """A starred state (b* divided by λ) in nN and nm."""
+    return State(scales.P * P, scales.a * a, scales.a * scales.axis_ratio * b, scales.delta * delta)
+
+
+@kernel
+def asperity_events(scales, law):
+    """The ``Events`` of one asperity."""
+    if scales.end == 0.0 or np.isnan(scales.end):
+        nothing = State(scales.end, scales.end, scales.end, scales.end)
+        return Events(nothing, nothing, nothing)
+    if law.code == MENISCI:
+        P, a, b, delta = -1.0, 0.0, 0.0, 0.0
+        P_end, a_end, b_end = 0.0, 0.0, 0.0
+    elif law.code >= JOHNSON_GREENWOOD:
+        P, a = mark(law.marks, scales.row, 1), mark(law.marks, scales.row, 2)
+        b, delta = mark(law.marks, scales.row, 3), mark(law.marks, scales.row, 4)
+        P_end, a_end, b_end = lookup(law.spline, scales.row, 0.0)
+    else:
+        P, a, b, delta = -1.0, 1.0, 1.0, -1.0 / 3.0
+        P_end, a_end, b_end = -5.0 / 9.0, jkr.END_A, jkr.END_A
+    touch = asperity_contact(0.0, scales, law.spline)
+    return Events(
+        _state(P, a, b, delta, scales),
+        _state(P_end, a_end, b_end, scales.end, scales),
+        State(touch.P, touch.a, touch.b, 0.0),
+    )
 
 
 @kernel

@@ -12,17 +12,15 @@ from roughxr.kernels.asperity import elliptic_jkr, elliptic_table, jkr
 from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals, hertz
 from roughxr.kernels.asperity.laws import (
     ASPERITY_LAWS,
-    Events,
     asperities_scales,
     asperity_contact,
-    asperity_events,
     asperity_scales,
     curve,
     law,
     pick,
 )
 
-from .asperity_loops import asperities_contact, asperities_events
+from .asperity_loops import Events, asperities_contact, asperities_events, asperity_events
 
 E_STAR, W = 39.407, 1.349  # GPa, J/m²
 ADHESIVE = ASPERITY_LAWS[1:]

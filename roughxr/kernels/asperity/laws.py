@@ -29,7 +29,6 @@ import numpy as np
 from roughxr.kernels.arrays import unset
 from roughxr.kernels.asperity import elliptic_jkr, elliptic_table, jkr, maugis
 from roughxr.kernels.asperity.ellipse import shape, stiffness
-from roughxr.kernels.asperity.elliptic_jkr import State
 from roughxr.kernels.asperity.elliptic_table import EMPTY, lookup, mark, row_of
 from roughxr.kernels.asperity.force_curves import STIFF, closed_contact
 from roughxr.kernels.jit import kernel
@@ -69,19 +68,6 @@ class Contact(NamedTuple):
     P: float
     a: float
     b: float
-
-
-class Events(NamedTuple):
-    """States (P nN, a nm, b nm, δ nm) at which an asperity detaches or comes into contact.
-
-    On a soft spring it detaches at ``largest_tension``, at fixed displacement at ``end_of_branch``, where Cheng, Dunn &
-    Brach also let it jump into contact. Without long-range forces it jumps into contact at ``touch``, δ = 0. NaN where
-    there is no peak, 0 where nothing adheres.
-    """
-
-    largest_tension: State
-    end_of_branch: State
-    touch: State
 
 
 class Curve(NamedTuple):
@@ -160,36 +146,6 @@ def asperities_scales(A, B, E_star, w, law):
         out[0, i], out[1, i], out[2, i] = one.a, one.P, one.delta
         out[3, i], out[4, i], out[5, i] = one.axis_ratio, one.end, one.row
     return Scales(out[0], out[1], out[2], out[3], out[4], out[5])
-
-
-@kernel
-def _state(P, a, b, delta, scales):
-    """A starred state (b* divided by λ) in nN and nm."""
-    return State(scales.P * P, scales.a * a, scales.a * scales.axis_ratio * b, scales.delta * delta)
-
-
-@kernel
-def asperity_events(scales, law):
-    """The ``Events`` of one asperity."""
-    if scales.end == 0.0 or np.isnan(scales.end):
-        nothing = State(scales.end, scales.end, scales.end, scales.end)
-        return Events(nothing, nothing, nothing)
-    if law.code == MENISCI:
-        P, a, b, delta = -1.0, 0.0, 0.0, 0.0
-        P_end, a_end, b_end = 0.0, 0.0, 0.0
-    elif law.code >= JOHNSON_GREENWOOD:
-        P, a = mark(law.marks, scales.row, 1), mark(law.marks, scales.row, 2)
-        b, delta = mark(law.marks, scales.row, 3), mark(law.marks, scales.row, 4)
-        P_end, a_end, b_end = lookup(law.spline, scales.row, 0.0)
-    else:
-        P, a, b, delta = -1.0, 1.0, 1.0, -1.0 / 3.0
-        P_end, a_end, b_end = -5.0 / 9.0, jkr.END_A, jkr.END_A
-    touch = asperity_contact(0.0, scales, law.spline)
-    return Events(
-        _state(P, a, b, delta, scales),
-        _state(P_end, a_end, b_end, scales.end, scales),
-        State(touch.P, touch.a, touch.b, 0.0),
-    )
 
 
 def curve(name, a, ratio=1.0):
