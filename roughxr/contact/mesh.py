@@ -18,8 +18,8 @@ class Mesh:
     Attributes
     ----------
     refine : "auto" or int
-        Each pixel is divided into refine × refine cells, heights interpolated by bicubic splines. "auto": at each place
-        the mesh is refined until the estimated error of the pull-off there is below ``accuracy``.
+        Each pixel is divided into refine × refine cells, heights interpolated without waves shorter than two pixels.
+        "auto": at each place the mesh is refined until the estimated error of the pull-off there is below ``accuracy``.
     accuracy : float or None
         Relative error of the pull-off at which "auto" stops. None: take the coarsest mesh on which the law can be
         solved, without an estimate of its error, in a fifth of the time or less.
