@@ -284,10 +284,10 @@ def pull_offs(run: Groups, methods: Mapping[str, str], title: str):
     """Draw the pull-off forces of several methods below one another, with a common axis of forces."""
     found = {key: run.pull_off(key) for key in methods}
     forces = [
-        (f"force ± std, {words}", as_forces(found[key]["pull_off_force"].values)) for key, words in methods.items()
+        (f"force, {words} ± std", as_forces(found[key]["pull_off_force"].values)) for key, words in methods.items()
     ]
     deltas = [
-        (f"displacement ± std, {words}", mean_and_spread(found[key]["pull_off_delta"].values, "nm"))
+        (f"displacement, {words} ± std", mean_and_spread(found[key]["pull_off_delta"].values, "nm"))
         for key, words in methods.items()
         if found[key].attrs.get("datum") != "first_contact"  # counted from elsewhere than the others'
     ]
