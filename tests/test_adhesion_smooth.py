@@ -6,7 +6,7 @@ import scipy.fft
 from scipy.optimize import minimize
 
 from roughxr.kernels.adhesion import smooth_laws as laws
-from roughxr.kernels.adhesion import smooth_path
+from roughxr.kernels.adhesion import smooth_states
 from roughxr.kernels.adhesion.smooth_path import AREA, ASKED, DELTA, DISSIPATED, ENERGY, FORCE, OK, follow_smooth
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.kernels.halfspace.products import coefficients_for, surface_displacement
@@ -200,7 +200,7 @@ def test_preloads_share_one_loading_and_are_met(law):
 
 def test_a_preload_that_the_force_jumps_past_is_met_beyond_the_jump(law, monkeypatch):
     """Where two branches overlap, a state that a long step leads to may be out of reach of all shorter ones."""
-    tries, seek = [], smooth_path._Solver.seek
+    tries, seek = [], smooth_states.Solver.seek
 
     def on_the_lower_branch(self, delta, before, last, **options):
         tries.append(delta)
@@ -208,7 +208,7 @@ def test_a_preload_that_the_force_jumps_past_is_met_beyond_the_jump(law, monkeyp
         found = seek(self, delta, before, last, **options)
         return found._replace(force=-0.01) if found.force > 0 > last.force and delta - last.delta < 0.1 else found
 
-    monkeypatch.setattr(smooth_path._Solver, "seek", on_the_lower_branch)
+    monkeypatch.setattr(smooth_states.Solver, "seek", on_the_lower_branch)
     (path,) = follow(rough(7), [2.0], law, preloads=[0.0])
     turn = path.states[path.turn - 2 : path.turn]
     assert turn[0, FORCE] < 0 <= turn[1, FORCE]

@@ -6,7 +6,7 @@ import xarray as xr
 
 import roughxr
 from roughxr.contact import elastic
-from roughxr.kernels.adhesion import smooth_path
+from roughxr.kernels.adhesion import smooth_path, smooth_states
 
 from . import half_space
 from .surfaces import rough, scan, sphere_gap
@@ -135,7 +135,9 @@ def test_numbers_that_are_none_do_not_pass_for_a_solution():
     begin = half_space.WarmStart(np.full(gap.shape, np.nan), gap < 1, gap < 1, 0, 0)
     lost = half_space.solve(gap, 1.0, PIXEL, MODULUS, start=begin)
     assert not lost.converged and np.isnan(lost.residual)
-    solver = smooth_path._Solver(gap, half_space.coefficients_for(gap.shape), *_law_and_limits(), np.inf, np.inf, False)
+    solver = smooth_states.Solver(
+        gap, half_space.coefficients_for(gap.shape), *_law_and_limits(), np.inf, np.inf, False
+    )
     nothing = solver.nothing(1.0, np.zeros(gap.shape))
     spoiled = nothing._replace(state=nothing.state._replace(pressure=nothing.state.pressure * np.nan))
     assert solver.seek(1.0, None, nothing).fine and not solver.seek(1.0, None, spoiled).fine
@@ -152,7 +154,7 @@ def _law_and_limits():
 def test_an_adhesive_solve_that_stagnates_is_flagged_and_told_of(surface, monkeypatch, cut, asked):
     follow = smooth_path.follow_smooth
     monkeypatch.setattr(smooth_path, "follow_smooth", lambda *a, **k: follow(*a, **k | cut))
-    monkeypatch.setattr(smooth_path, "ON_THE_WAY", 0.0)
+    monkeypatch.setattr(smooth_states, "ON_THE_WAY", 0.0)
     with pytest.warns(UserWarning, match=r"have not converged \(converged is False\)"):
         cycle = roughxr.adhesive(surface, law="exponential", mesh=1, subregions=([0.0], [0.0]), **asked)
     assert not cycle.converged.any() and np.isnan(cycle.pull_off_force).all()
@@ -163,7 +165,7 @@ def test_a_surface_that_does_not_give_way_enough_has_not_converged(surface, monk
     hard = surface.assign_coords(hardness=1.0)
     good = roughxr.adhesive(hard, law="exponential", mesh=roughxr.Mesh(accuracy=None), preload=50.0)
     assert good.converged.all() and float(good.yielded_area.max()) > 0
-    monkeypatch.setattr(smooth_path, "_DENTS", 0)
+    monkeypatch.setattr(smooth_states, "_DENTS", 0)
     with pytest.warns(UserWarning, match="have not converged"):
         stiff = roughxr.adhesive(hard, law="exponential", mesh=roughxr.Mesh(accuracy=None), preload=50.0)
     assert not stiff.converged.any() and "unconverged" in rows(stiff)[1]

@@ -18,6 +18,7 @@ from ..jobs import lazy as parallel
 from ..jobs.records import BRANCHES, Layout
 from ..kernels.adhesion import smooth_path as path
 from ..kernels.adhesion.smooth_laws import TAIL
+from ..kernels.adhesion.smooth_states import ON_THE_WAY, TOLERANCE
 from ..scans import regions
 from ..scans.wavelength import later, shortest_wavelength
 from ..vocabulary import schema
@@ -504,7 +505,7 @@ def _described(adhesion: Adhesion) -> dict[str, Any]:
     length = {} if np.isnan(adhesion.length) else {"adhesion_length_nm": adhesion.length}
     length |= {"cut_off_nm": TAIL * adhesion.length} if adhesion.law == "lennard_jones" else {}
     missing = "NaN where nothing was touched, the preload was not reached or the cycle not completed"
-    limit = {"tolerance": path.ON_THE_WAY if adhesion.preloads.size else path.TOLERANCE}
+    limit = {"tolerance": ON_THE_WAY if adhesion.preloads.size else TOLERANCE}
     return {"law": adhesion.law, **length, **mesh, **limit, "missing": missing}
 
 
