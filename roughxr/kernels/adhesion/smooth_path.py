@@ -52,6 +52,13 @@ _MISSED, _LEAST_STEP = 0.005, 1.0 / 64
 #: The same where a smooth curve may have turned: the tangent is an upper bound, and the vertex is solved afterwards.
 _MISSED_IN_A_CURVE = 0.05
 
+#: Steps back over those of loading: longer ones pass from one branch to another that shorter ones do not meet. On the
+#: glass twin at two cells to a pixel, steps of 0.25 nm then miss 0.2 % of the pull-off in the mean, and 1.4 % without it.
+_BACK = 0.5
+
+#: Part of a step by which the stiffness of a branch is measured.
+_PROBE = 1.0 / 16
+
 #: Largest number of states that are added to locate the largest pull.
 _VERTICES = 4
 
@@ -291,17 +298,27 @@ class _Retraction(_Stepper):
         """Go back in whole steps through the displacements ahead, and on until contact is lost."""
         while ahead or not self._is_lost():
             last, (target, asked) = self.last, ahead[0] if ahead else (-np.inf, False)
-            back = last.delta - target if self._is_lost() else min(self.step, last.delta - target)
+            back = last.delta - target if self._is_lost() else min(_BACK * self.step, last.delta - target)
             delta = target if last.delta - back - target < _SAME * self.step else last.delta - back
             found = self.solver.seek(delta, self.before, last, well=asked and delta == target)
             if not np.isfinite(found.force):
                 return False
             self._judge(found)
+            jumped = not self._is_smooth(found)
             self.accept(found, asked and delta == target)
+            if jumped:
+                self._measure_stiffness()
             self._forget()
             if delta == target:
                 ahead = ahead[1:]
         return True
+
+    def _measure_stiffness(self):
+        """Take the stiffness of the present branch, which a jump has led to, from a short step."""
+        last = self.last
+        found = self.solver.seek(last.delta - _PROBE * self.step, None, last, near=True, well=False)
+        if found.fine and self._is_smooth(found):
+            self.stiffness = self.visited[-1].stiffness = (last.force - found.force) / (last.delta - found.delta)
 
     def _judge(self, found):
         """Note what pull may have been passed on the way to a state."""
