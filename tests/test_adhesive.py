@@ -91,7 +91,8 @@ def test_sphere_has_the_contact_area_of_jkr(cycle):
     retraction = solution.sel(branch="retraction")
     expected = np.pi * a**2 * np.array([jkr.stable_semi_axis(d / scale) for d in solution.delta.values]) ** 2
     error = np.abs(retraction.contact_area.values[0] / expected - 1)
-    up_to = solution.delta.values > float(solution.pull_off_delta[0])
+    fine = np.linspace(-3.0, 0.0, 301)
+    up_to = solution.delta.values > fine[np.nanargmin(exact(fine, scale))]  # of so flat a minimum cells move the place
     assert error[up_to].max() < 0.02 and error.max() < 0.05 and np.median(error) < 0.008
 
 
