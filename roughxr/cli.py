@@ -56,7 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
         if not is_interrupt(error):
             raise
-        kept = "; what was finished is kept, the same command goes on from there"
+        kept = "; finished places are kept, and the same command continues from there"
         print(f"roughxr: interrupted{kept if options.command in (_paper, _run) else ''}", file=sys.stderr)
         return 130
     except BrokenPipeError:  # the reader, such as head, has had enough; nothing is left to write at the end
@@ -88,12 +88,12 @@ def _in_words(error: BaseException) -> str:
         return str(error)
     known = {
         errno.ENOENT: "expected a file or a folder, found none of this name",
-        errno.EACCES: "may not be read or written by you: check its permissions",
-        errno.EPERM: "may not be read or written by you: check its permissions",
+        errno.EACCES: "you have no permission to read or write it",
+        errno.EPERM: "you have no permission to read or write it",
         errno.EISDIR: "expected a file, found a folder",
-        errno.ENOTDIR: "expected a folder, found a file where one should be",
+        errno.ENOTDIR: "expected a folder, found a file of this name",
         errno.ENOSPC: "the disk is full: make room and call again; what was finished is kept",
-        errno.EROFS: "lies on a disk that cannot be written: name another place with -o",
+        errno.EROFS: "is on a read-only disk: choose another place with -o",
     }
     return f"{name}: {known.get(error.errno, str(error.strerror).lower())}"
 
@@ -118,9 +118,13 @@ def _with_config(words: list[str]) -> list[str]:
     try:
         found = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except tomllib.TOMLDecodeError as error:
-        raise ValueError(f'{path}: expected TOML, text in quotes, such as humidity = "50 %", found: {error}') from error
+        raise ValueError(
+            f'{path}: expected TOML with text in quotes, such as humidity = "50 %", found an error: {error}'
+        ) from error
     if unknown := [name for name in found if name.replace("_", "-") not in (known := _option_names(_parser_of_run()))]:
-        raise ValueError(f"{path}: expected options of run, found {unknown[0]!r}{_meant(unknown[0], sorted(known))}")
+        raise ValueError(
+            f"{path}: expected options of `roughxr run`, found {unknown[0]!r}{_meant(unknown[0], sorted(known))}"
+        )
     given = []
     for name, value in found.items():
         values = [str(one) for one in (value if isinstance(value, list) else [value])]
@@ -147,8 +151,8 @@ def _config(options) -> None:
     from pathlib import Path
 
     if Path(options.output).exists():
-        raise ValueError(f"{options.output}: expected a new file, found one: it may hold your options; name another")
-    lines = ['# Options of roughxr run: take the # away before those that you set; text with its units, as "3 um".']
+        raise ValueError(f"{options.output}: exists already, and may hold your options; give another name")
+    lines = ['# Options of roughxr run. Remove the # before each option that you set. Text may have units: "3 um".']
     for action in _parser_of_run()._actions:
         name = max(action.option_strings, key=len, default="").removeprefix("--")
         if name in ("", "help", "config", "output", "quiet"):
@@ -252,7 +256,9 @@ _BIBTEX = f"""\
 
 
 def _add_paper(commands) -> None:
-    command = commands.add_parser("paper", help="repeat the paper on the embedded glass twin: archive, figures, tables")
+    command = commands.add_parser(
+        "paper", help="repeat the paper's analysis on the synthetic glass sample: archive, figures, tables"
+    )
     command.add_argument("-o", "--output", default="paper-run", metavar="FOLDER", help="default: %(default)s")
     _add_budget(command)
     _add_quiet(command)
@@ -260,9 +266,11 @@ def _add_paper(commands) -> None:
 
 
 def _add_run(commands) -> None:
-    command = commands.add_parser("run", help="the same analysis for any scan, or for each of several")
+    command = commands.add_parser(
+        "run", help="analyse a scan, or each of several: pull-off, forces, error budget, report"
+    )
     command.add_argument("scan", metavar="SCAN", nargs="+", help="an AFM file, or a NetCDF file of a scan")
-    command.add_argument("--config", metavar="TOML", help="options from a file, as `roughxr config` writes it")
+    command.add_argument("--config", metavar="TOML", help="file of options, as `roughxr config` writes it")
     command.add_argument(
         "-o",
         "--output",
@@ -282,22 +290,28 @@ def _add_run(commands) -> None:
         type=int,
         default=(8, 8),
         metavar="N",
-        help="along x and y, one number for both; default: 8 8",
+        help="number of places along x and y, or one number for both; default: 8 8",
     )
     kind = places.add_mutually_exclusive_group()
-    kind.add_argument("--probe", action="store_true", help="the sphere touches where it is put, the default")
-    kind.add_argument("--particle", action="store_true", help="it lands there, and is solved where it comes to rest")
+    kind.add_argument(
+        "--probe", action="store_true", help="the sphere is fixed in position, as a colloidal probe (default)"
+    )
+    kind.add_argument(
+        "--particle",
+        action="store_true",
+        help="the sphere is free: it lands at each place, rolls to rest, and is analysed there",
+    )
     places.add_argument(
         "--delta",
         nargs="+",
         type=float,
         metavar="D",
-        help="displacements of the direct simulation, nm; default: from the heights",
+        help="displacements of the simulation without adhesion, nm; default: chosen from the heights",
     )
     _add_adhesion(command)
     command.add_argument(
         "--scheduler",
-        metavar="WHERE",
+        metavar="NAME",
         help="threads, processes, synchronous, or the address of a dask scheduler; default: threads",
     )
     _add_budget(command)
@@ -306,50 +320,60 @@ def _add_run(commands) -> None:
 
 
 def _add_pair(command) -> None:
-    group = command.add_argument_group("the pair of bodies (plain numbers in nm, GPa, J/m², or text such as '3 um')")
+    group = command.add_argument_group("the two bodies (plain numbers in nm, GPa, J/m², or text such as '3 um')")
     shape = group.add_mutually_exclusive_group(required=True)
     shape.add_argument("--sphere-radius", "--radius", metavar="R", help="radius of the sphere, nm")
-    shape.add_argument("--indenter", metavar="FILE", help="a scan of the indenter's face, in place of a sphere")
+    shape.add_argument("--indenter", metavar="FILE", help="a scan of the indenter, instead of a sphere")
     group.add_argument(
         "--materials",
         metavar="A/B",
-        help=f"one or two of {', '.join(MATERIALS)}, as in glass/silicon: each with moduli, an estimated hardness and "
-        "its van der Waals adhesion",
+        help=f"one or two of {', '.join(MATERIALS)}, as in glass/silicon: sets moduli, and van der Waals adhesion; "
+        "the report estimates with their hardness what would yield",
     )
-    group.add_argument("--young-modulus", nargs="+", metavar="E", help="of both bodies alike or of each, GPa")
-    group.add_argument("--poisson-ratio", nargs="+", metavar="NU", help="of both bodies alike or of each")
-    group.add_argument("--contact-modulus", metavar="E*", help="in place of moduli and ratios, GPa")
-    group.add_argument("--surface-energy", metavar="GAMMA", help="of two equal bodies, J/m²: half the work of adhesion")
+    group.add_argument(
+        "--young-modulus",
+        nargs="+",
+        metavar="E",
+        help="Young's modulus, one value for both bodies or one for each, GPa",
+    )
+    group.add_argument("--poisson-ratio", nargs="+", metavar="NU", help="one value for both bodies or one for each")
+    group.add_argument("--contact-modulus", metavar="E*", help="instead of moduli and Poisson's ratios, GPa")
+    group.add_argument(
+        "--surface-energy", metavar="GAMMA", help="of two bodies of the same material, J/m²: half the work of adhesion"
+    )
     group.add_argument(
         "--work-of-adhesion",
         nargs="+",
         metavar="W",
-        help="J/m²; default: by --materials, of clean dry bodies by van der Waals forces alone; with --humidity also a "
-        "pair, without and under the liquid",
+        help="J/m²; default: from --materials, for van der Waals forces between clean dry bodies; with --humidity two "
+        "values may be given, dry and under the liquid",
     )
     group.add_argument(
         "--hardness",
         metavar="H",
-        help="of the softer body, GPa: what presses harder yields; default: all stays elastic, and the report tells "
-        "how much lies above the hardness that --materials are estimated to have",
+        help="of the softer body, GPa: the contact pressure cannot exceed it; default: the bodies stay elastic, and "
+        "the "
+        "report tells how much of the contact exceeds the hardness estimated for --materials",
     )
     group.add_argument("--adhesion-range", metavar="RHO", help="how far the attraction reaches, nm; default: 0.3")
     group.add_argument(
-        "--hamaker-constant", metavar="A", help="of the pair, such as '65 zJ', in place of --work-of-adhesion"
+        "--hamaker-constant", metavar="A", help="of the pair, such as '65 zJ', instead of --work-of-adhesion"
     )
-    group.add_argument("--retardation", metavar="L", help="of van der Waals forces, a wavelength, nm; default: none")
+    group.add_argument(
+        "--retardation", metavar="L", help="retardation wavelength of van der Waals forces, nm; default: no retardation"
+    )
     group.add_argument("--humidity", metavar="RH", help="relative humidity, such as '60 %%' or 0.6; default: dry")
     group.add_argument(
-        "--contact-angle", nargs="+", metavar="DEG", help="of water on both bodies or on each; default: 0"
+        "--contact-angle", nargs="+", metavar="DEG", help="of the liquid on both bodies or on each, degrees; default: 0"
     )
-    group.add_argument("--temperature", metavar="T", help="K, or as '25 degC', of the humid air; default: 298.15")
+    group.add_argument("--temperature", metavar="T", help="of the humid air, K or as in '25 degC'; default: 298.15")
     group.add_argument(
         "--liquid",
         nargs="+",
         metavar="NAME",
-        help="water, ethanol, or surface tension (J/m²) and molar volume (cm³/mol)",
+        help="water, ethanol, or two numbers: surface tension (J/m²) and molar volume (cm³/mol); default: water",
     )
-    group.add_argument("--film", metavar="F", help="film of liquid on each body, nm; default: none")
+    group.add_argument("--film", metavar="F", help="thickness of a liquid film on each body, nm; default: none")
 
 
 def _add_adhesion(command) -> None:
@@ -359,8 +383,8 @@ def _add_adhesion(command) -> None:
         default=0.0,
         type=_number,
         metavar="P",
-        help="how hard the sphere is pressed on before it is pulled off, nN, or text such as '50 nN'; default: 0, it "
-        "settles under its own adhesion",
+        help="force that presses the sphere on before it is pulled off, nN, or text such as '50 nN'; default: 0, only "
+        "adhesion pulls the sphere on",
     )
     group.add_argument(
         "--law",
@@ -373,20 +397,22 @@ def _add_adhesion(command) -> None:
         default="auto",
         type=lambda text: text if text == "auto" else int(text),
         metavar="N",
-        help="cells along a pixel; default: auto, as many as the law's range asks",
+        help="number of cells along a pixel; default: auto, from the range of the attraction",
     )
 
 
 def _add_report(commands) -> None:
-    command = commands.add_parser("report", help="one self-contained page about a finished run")
+    command = commands.add_parser("report", help="write the report of a finished run, one HTML file")
     command.add_argument("run", metavar="RUN", help="the archive of a run, such as run.nc, or its folder")
     command.add_argument("-o", "--output", metavar="HTML", help="default: report.html beside the archive")
-    _add_measurement(command, "--measured", help="measured pull-offs to set beside the prediction, as of `compare`")
+    _add_measurement(
+        command, "--measured", help="measured pull-off forces to show with the prediction, as for `compare`"
+    )
     command.set_defaults(command=_report)
 
 
 def _add_explore(commands) -> None:
-    command = commands.add_parser("explore", help="a page to click through a finished run, place by place")
+    command = commands.add_parser("explore", help="write an interactive page of a finished run")
     command.add_argument("run", metavar="RUN", help="the archive of a run, such as run.nc, or its folder")
     command.add_argument("-o", "--output", metavar="HTML", help="default: explore.html beside the archive")
     command.add_argument(
@@ -394,8 +420,9 @@ def _add_explore(commands) -> None:
         type=int,
         default=16,
         metavar="PLACES",
-        help="places at which the simulation with adhesion is followed again for its loop and contact maps, a second "
-        "or more each; default: %(default)s",
+        help="number of places at which the simulation with adhesion is repeated for its force curve and contact maps, "
+        "a "
+        "second or more each; default: %(default)s",
     )
     command.add_argument("--open", action="store_true", help="show the page in the browser")
     _add_quiet(command)
@@ -407,7 +434,7 @@ def _add_info(commands) -> None:
     command.add_argument("file", metavar="FILE", nargs="?")
     command.add_argument("--formats", action="store_true", help="list the formats of scans and of measured pull-offs")
     _add_reading(command)
-    command.add_argument("--picture", metavar="PNG", help="draw the channel, levelled by a plane")
+    command.add_argument("--picture", metavar="PNG", help="draw the heights, levelled by a plane")
     command.set_defaults(command=_info)
 
 
@@ -430,56 +457,65 @@ def _add_measured(commands) -> None:
 
 
 def _add_compare(commands) -> None:
-    command = commands.add_parser("compare", help="set the pull-offs of a run beside measured ones")
+    command = commands.add_parser("compare", help="compare the pull-off forces of a run with measured ones")
     command.add_argument("run", metavar="RUN", help="the archive of a run, such as run.nc, or its folder")
     _add_measurement(command)
     command.add_argument(
-        "--method", default="adhesive", help="whose prediction: adhesive, energy, rigid, …; default: %(default)s"
+        "--method",
+        default="adhesive",
+        help="method of the prediction: adhesive, energy, rigid, …; default: %(default)s",
     )
     command.add_argument("--picture", metavar="PNG", help="draw both distributions, and their quantiles")
     command.set_defaults(command=_compare)
 
 
-_MEASURED = "a table with named columns, an AFM file's adhesion image, or force-distance curves; several become one"
+_MEASURED = (
+    "a table with named columns, an adhesion image of an AFM file, or force-distance curves; several files are pooled"
+)
 
 
 def _add_measurement(command, name: str = "file", *, help: str = _MEASURED) -> None:
     command.add_argument(name, metavar="FILE", nargs="+", help=help)
-    group = command.add_argument_group("what to read of the file, and what it does not state")
+    group = command.add_argument_group("what to read from the file, and what the file does not state")
     group.add_argument("--channel", help="name of the column, name or number of the image")
-    group.add_argument("--direction", choices=("trace", "retrace"), help="of an image; default: the forward one")
+    group.add_argument("--direction", choices=("trace", "retrace"), help="of an image; default: trace (forward)")
     group.add_argument("--size", nargs="+", metavar="L", help="of an image along x and y, nm")
     group.add_argument("--units", help="of what was measured, such as nN or V")
     group.add_argument("--place-units", metavar="UNITS", help="of the columns x and y, such as um")
-    group.add_argument("--sensitivity", metavar="S", help="of values in V, such as '12 nN/V' or '50 nm/V'")
-    group.add_argument("--spring-constant", metavar="K", help="of deflections, N/m")
-    group.add_argument("--pulls", choices=("positive", "negative"), help="which sign a pull has")
+    group.add_argument("--sensitivity", metavar="S", help="for values in V, such as '12 nN/V' or '50 nm/V'")
+    group.add_argument("--spring-constant", metavar="K", help="for deflections, N/m")
+    group.add_argument("--pulls", choices=("positive", "negative"), help="sign of a pulling force in the file")
     group.add_argument(
         "--baseline",
         type=float,
         metavar="PART",
-        help="of a curve's travel, the farthest, in which nothing but the instrument acts; default: 0.3",
+        help="fraction of each curve, farthest from the surface, where no surface force acts; default: 0.3",
     )
 
 
 def _add_detach(commands) -> None:
-    command = commands.add_parser("detach", help="say at what flow, shake or tilt the sphere of a run comes off")
+    command = commands.add_parser("detach", help="tell at what flow, vibration, tilt or rotation the sphere comes off")
     command.add_argument("run", metavar="RUN", help="the archive of a run, such as run.nc, or its folder")
     command.add_argument("--load", default="wall_shear", choices=LOADS, help="default: %(default)s")
-    command.add_argument("--fluid", default="air", choices=FLUIDS, help="at 20 °C; adhesion stays as in the run")
-    command.add_argument("--particle-density", metavar="RHO", help="kg/m³; default: no weight, in a flow")
+    command.add_argument("--fluid", default="air", choices=FLUIDS, help="at 20 °C; the adhesion stays that of the run")
+    command.add_argument(
+        "--particle-density", metavar="RHO", help="kg/m³; default: weight is neglected, in a flow only"
+    )
     slides = command.add_mutually_exclusive_group()
-    slides.add_argument("--friction-coefficient", type=float, metavar="MU", help="default: nothing slides")
+    slides.add_argument("--friction-coefficient", type=float, metavar="MU", help="default: the sphere cannot slide")
     slides.add_argument("--shear-strength", metavar="TAU", help="of the contact, GPa, or text such as '5 MPa'")
     command.add_argument(
         "--method",
         choices=("continued", "adhesive", "energy"),
-        help="whose pull-off forces: of the simulation with the roughness continued below the scan (a row for each "
-        "place of each surface), as the scan shows it, or superposed asperities; default: the first that the run has",
+        help="source of the pull-off forces: the simulation with the roughness continued below the scan (one row for "
+        "each place and surface), the simulation on the scan as it is, or superposed asperities; default: the first of "
+        "these that the run has",
     )
     command.add_argument("-o", "--output", metavar="TABLE", help="one row for each place, OUT.csv or OUT.parquet")
     command.add_argument(
-        "--parameters", metavar="TABLE", help="what Rock'n'Roll, LAMMPS and code_saturne take, OUT.csv or OUT.parquet"
+        "--parameters",
+        metavar="TABLE",
+        help="input parameters for Rock'n'Roll, LAMMPS and code_saturne, OUT.csv or OUT.parquet",
     )
     command.add_argument(
         "--dem",
@@ -487,12 +523,13 @@ def _add_detach(commands) -> None:
         action="append",
         default=[],
         metavar=("CODE", "FILE"),
-        help=f"the lines that a code takes: {', '.join(PARTICLE_CODES)} (the distribution itself); may be repeated",
+        help=f"input lines for a particle code: {', '.join(PARTICLE_CODES)} (the distribution itself); may be repeated",
     )
     command.add_argument(
         "--picture",
         metavar="PNG",
-        help="draw what goes first at each place, or how much it takes where all go alike, and the rose of moments",
+        help="draw how the sphere comes off at each place (roll, slide or lift), or the critical load where all places "
+        "agree, and the resisting moment over direction",
     )
     command.set_defaults(command=_detach)
 
@@ -503,13 +540,19 @@ def _add_cite(commands) -> None:
 
 
 def _add_reading(command) -> None:
-    group = command.add_argument_group("what to read of the file")
+    group = command.add_argument_group("what to read from the file")
     group.add_argument("--channel", help="name or number of the image; default: the first topography")
-    group.add_argument("--direction", choices=("trace", "retrace"), help="default: the forward image of a pair")
-    group.add_argument("--size", nargs="+", metavar="L", help="along x and y, nm, where the file does not state it")
-    group.add_argument("--height-units", metavar="UNITS", help="of a file that does not state them, such as nm")
+    group.add_argument("--direction", choices=("trace", "retrace"), help="default: trace (forward)")
     group.add_argument(
-        "--fill", metavar="HOW", help="missing pixels: linear, nearest, or one height in nm; default: they stay missing"
+        "--size", nargs="+", metavar="L", help="size of the scan along x and y, nm, if the file does not state it"
+    )
+    group.add_argument(
+        "--height-units", metavar="UNITS", help="units of the heights if the file does not state them, such as nm"
+    )
+    group.add_argument(
+        "--fill",
+        metavar="HOW",
+        help="fill missing pixels: linear, nearest, or one height in nm; default: leave them missing",
     )
 
 
@@ -519,13 +562,13 @@ def _add_budget(command) -> None:
         type=int,
         default=4,
         metavar="PLACES",
-        help="places at which the simulation with adhesion is repeated under each change of the error budget; 0: no "
-        "budget; default: %(default)s",
+        help="number of places at which the simulation with adhesion is repeated for the error budget; 0: no budget; "
+        "default: %(default)s",
     )
 
 
 def _add_quiet(command) -> None:
-    command.add_argument("-q", "--quiet", action="store_true", help="no progress on standard error")
+    command.add_argument("-q", "--quiet", action="store_true", help="show no progress")
 
 
 def _paper(options) -> None:
@@ -550,7 +593,7 @@ def _run(options) -> None:
         try:
             readers.describe(file)
         except _REFUSALS as error:
-            _warn(f"{file}: will be left out: {_in_words(error)}")
+            _warn(f"{file}: cannot be read and is left out: {_in_words(error)}")
     scans = several.folders(options.scan, output)
     found = several.run_each(scans, lambda scan, folder: _run_one(options, str(scan), folder))
     answer = several.together(*found, output)
@@ -627,13 +670,12 @@ def _paired(scan, options):
     if "humidity" in wet:
         pair["humidity"] = HumidAir(**wet)
     elif wet:
-        raise ValueError(f"--humidity: expected one beside {', '.join(wet)}, found none: a dry pair has no liquid")
+        raise ValueError(f"--humidity: needed by {', '.join(wet)}, found none; give it, or leave these options out")
     scan = materials.assign_pair(scan, **pair)
     if "work_of_adhesion" not in scan.coords:
         raise ValueError(
-            "expected how strongly the bodies adhere, found nothing: give --work-of-adhesion (or --surface-energy) in "
-            "J/m² as well; dry clean solids have some 0.05 to 0.1 by van der Waals forces alone, water films and bonds "
-            "add"
+            "expected the adhesion of the bodies, found none: give --work-of-adhesion (or --surface-energy) in J/m²; "
+            "clean dry solids have about 0.05 to 0.1 by van der Waals forces alone, and more with water films or bonds"
         )
     return scan
 
@@ -674,7 +716,7 @@ _MEASURED_FORMATS = (
         ".jpk-force, .ibw, .h5, .tab, .csv",
         "roughxr measured (extra curves)",
     ),
-    ("Bruker's force curves (NanoScope)", ".spm, .pfc", "refused with a word"),
+    ("Bruker's force curves (NanoScope)", ".spm, .pfc", "not read; export as text"),
 )
 
 
@@ -788,15 +830,15 @@ def _detach(options) -> None:
     groups = archive.load(archive.of_run(Path(options.run)))
     if not set(report.COMING_OFF) <= set(groups):
         raise ValueError(
-            f"{options.run}: expected a run that holds resisting moments, found none; runs without adhesion, of an "
-            "indenter's map, in air so humid that menisci merge, or of an older roughxr hold none: run it again"
+            f"{options.run}: expected a run with resisting moments, found none; a run has none without adhesion, with "
+            "an indenter instead of a sphere, in very humid air, or if an older roughxr made it (then run it again)"
         )
     options.method = options.method or leading(groups)
     held = report.moments_of(groups, options.method)
     if options.fluid == "water" and held.attrs.get("law") == "menisci":
         raise ValueError(
-            f"--fluid water: expected a run without menisci, found one in air of {percent(held['humidity'])} relative "
-            "humidity: under water there are none; run without --humidity, with --work-of-adhesion under water"
+            f"--fluid water: expected a dry run, found one at {percent(held['humidity'])} relative humidity; "
+            "run again without --humidity, with the --work-of-adhesion under water"
         )
     density = options.particle_density and _number(options.particle_density)
     body = {"load": options.load, "particle_density": density, "flow": options.fluid}
@@ -836,10 +878,10 @@ def _tell_critical(critical, held, options) -> None:
         of = "particles where they came to rest" if rests else "places"
         print(f"  5 % of {of} {least}, median {middle}, 95 % {most}")
     counts = ((mode, int((critical["mode"] == mode).sum())) for mode in np.unique(critical["mode"].values.astype(str)))
-    print("what goes first: " + ", ".join(f"{mode} at {count}" for mode, count in counts))
+    print("how it comes off: " + ", ".join(f"{mode} at {count}" for mode, count in counts))
     inside = int(critical["in_range"].sum())
     of = "cases (places × surfaces)" if options.method == "continued" else "places"
-    print(f"within the formulas' range: {inside} of {critical.sizes['subregion']} {of}")
+    print(f"within the range of the drag formulas: {inside} of {critical.sizes['subregion']} {of}")
 
 
 def _quantile(values, part: float) -> float:

@@ -378,7 +378,7 @@ def test_poor_resolution_is_said():
 
 def test_too_many_cells_are_said(ground, monkeypatch):
     monkeypatch.setattr("roughxr.contact.cycle.MOST_CELLS", 50)
-    with pytest.warns(UserWarning, match="more than .* cells"):
+    with pytest.warns(UserWarning, match="needed more than .* cells"):
         solution = by_cells(ground, delta=[8.0], mesh=roughxr.Mesh(1, step=1.0))
     assert not bool(solution.complete[0])
     assert np.isnan(solution.pull_off_force[0])

@@ -119,7 +119,7 @@ def test_placements_vary_with_the_other_parameters(ensemble):
         pair.contact.vary(roughxr.direct, sphere_radius=[300.0], **options)
     with pytest.raises(ValueError, match="expected a Dataset from `placements`"):
         pair.contact.vary(roughxr.direct, indenter=pair, delta=[2.0])
-    with pytest.raises(ValueError, match="found an indenter's map"):
+    with pytest.raises(ValueError, match="found the height map of an indenter"):
         pair.contact.vary(roughxr.superpose, **options)
 
 
@@ -179,8 +179,8 @@ def test_a_probes_own_face_lands_as_its_sphere_and_its_roughness():
 @pytest.mark.parametrize(
     ("height", "message"),
     [
-        (rough(41, seed=1), "expected a sphere's face"),
-        (np.linspace(0, 1, 41)[:, None] ** 2 * np.ones(41) * 100, "falls off from its apex"),
+        (rough(41, seed=1), "expected part of a sphere, found heights that curve"),
+        (np.linspace(0, 1, 41)[:, None] ** 2 * np.ones(41) * 100, "that do not fall off"),
         (np.full((41, 41), np.nan), "expected at least 10 heights"),
     ],
 )

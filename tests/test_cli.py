@@ -152,7 +152,7 @@ def test_interruption_is_told_and_leaves_nothing(tmp_path, monkeypatch, capsys):
 
     monkeypatch.setattr(analysis, "analyse", interrupted)
     assert main(["paper", "-o", str(tmp_path / "out"), "-q"]) == 130
-    assert "the same command goes on" in capsys.readouterr().err
+    assert "the same command continues" in capsys.readouterr().err
     assert not list(tmp_path.rglob("*.nc")) and not list(tmp_path.rglob("*.part"))
 
 
@@ -211,7 +211,7 @@ def test_doubts_are_said_in_a_line_and_without_code(tmp_path, capsys):
     np.savetxt(tmp_path / "steep.txt", steep.height, header="Width: 200 nm\nHeight: 200 nm\nValue units: nm")
     assert main(["convert", str(tmp_path / "steep.txt"), "-o", str(tmp_path / "steep.gsf")]) == 0
     lines = capsys.readouterr().err.splitlines()
-    assert any("slope above 1" in line for line in lines)
+    assert any("the slope exceeds 1" in line for line in lines)
     assert all(line.startswith("roughxr: steep.txt: ") for line in lines)
 
 
@@ -301,12 +301,12 @@ def test_cite_gives_balanced_entries_of_this_version(capsys):
         ([], "expected the bodies' elastic constants, found none: give --materials A/B"),
         (
             ["--young-modulus", "75", "--poisson-ratio", "0.22"],
-            "expected how strongly the bodies adhere, found nothing",
+            "expected the adhesion of the bodies, found none",
         ),
         (["--materials", "glass/cheese"], "expected one or two of glass"),
         (["--materials", "glass", "--work-of-adhesion", "-1"], "work_of_adhesion: expected one number >= 0"),
         (["--materials", "glass", "--surface-energy", "-1"], "surface_energy: expected one number >= 0"),
-        (["--young-modulus", "75", "--work-of-adhesion", "0.1"], "poisson_ratio: expected one beside young_modulus"),
+        (["--young-modulus", "75", "--work-of-adhesion", "0.1"], "poisson_ratio: expected with young_modulus"),
         (["--young-modulus", "75", "70", "7", "--poisson-ratio", "0.2", "--work-of-adhesion", "0.1"], "a pair"),
     ],
 )
@@ -346,7 +346,7 @@ def test_a_run_that_finds_nothing_ends_well_and_is_reported_as_what_it_is(option
     if "1e-6" in options:
         assert "Nothing touches at any displacement" in page
     if options[-2:] == ["1", "1"]:
-        assert "One place was computed" in page
+        assert "Only one place was computed" in page
 
 
 def test_a_flat_scan_is_told_before_anything_is_solved(tmp_path, capsys):
@@ -396,7 +396,7 @@ def test_the_options_of_a_run_are_written_as_toml_that_is_read(tmp_path, capsys)
     assert (
         tomllib.loads("\n".join(line.removeprefix("# ") for line in text.splitlines() if " = " in line))["budget"] == 4
     )
-    assert main(["config", "-o", str(path)]) == 1 and "expected a new file" in capsys.readouterr().err
+    assert main(["config", "-o", str(path)]) == 1 and "exists already" in capsys.readouterr().err
     path.write_text('humidty = "50 %"', encoding="utf-8")
     assert main(["run", "scan.nc", "--config", str(path)]) == 1
     told = capsys.readouterr().err

@@ -108,7 +108,7 @@ def test_what_speaks_for_some_places_says_so():
     short = superpose(surface, delta=[middle - 2.0, middle - 1.0], subregions=(4, 4))
     with pytest.warns(UserWarning, match="too short for .* of 16 places"):
         by_steps = pull_off(short, method="sweep")
-    with pytest.warns(UserWarning, match=r"statistics of \d+ of 16 samples, the others are missing"):
+    with pytest.warns(UserWarning, match=r"computed from \d+ of 16 samples, the others are missing"):
         pdf(by_steps, "pull_off_force")
-    with pytest.warns(UserWarning, match=r"statistics of \d+ of 16 samples, the others are missing"):
+    with pytest.warns(UserWarning, match=r"computed from \d+ of 16 samples, the others are missing"):
         summary(by_steps)

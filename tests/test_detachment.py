@@ -459,6 +459,6 @@ def test_what_no_body_has_is_refused_with_what_some_have(options):
     pair = {"sphere_radius": 3000.0, "contact_modulus": 39.4, "work_of_adhesion": 1.35}
     held = roughxr.rolling(roughxr.open_sample("glass").assign_coords(pair), directions=8, subregions=(1, 1))
     name = next(iter(options))
-    units = "" if name == "friction_coefficient" else ".*; say its units"
-    with pytest.raises(ValueError, match=rf"{name}: expected what some body has \(.+\), found [\d.]+{units}"):
+    units = "" if name == "friction_coefficient" else ".*; state the units"
+    with pytest.raises(ValueError, match=rf"{name}: expected a physical value \(.+\), found [\d.]+{units}"):
         held.contact.critical_load(**options)

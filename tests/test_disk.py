@@ -58,7 +58,7 @@ def test_it_is_an_ordinary_file(tmp_path):
 def test_where_nothing_can_be_written_is_said(tmp_path):
     (tmp_path / "file").touch()
     with (
-        pytest.raises(OSError, match=r"file/run.nc: could not be written .*may write there"),
+        pytest.raises(OSError, match=r"file/run.nc: could not be written .*permission to write there"),
         whole(tmp_path / "file" / "run.nc"),
     ):
         pass

@@ -165,7 +165,7 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, budget, s
     run |= {"statistics/error_budget": budget, "statistics/shorter_waves": scales}
     words = report.headline(run)
     assert "From the scan alone" in words and "an upper bound" in words
-    assert "cannot see roughness finer than" in words and "of what the sphere holds on a smooth flat" in words
+    assert "does not resolve roughness finer than" in words and "of the pull-off from a smooth flat" in words
     table = report.budget_table(run)
     assert table.index[-1] == "shorter waves*" and "all of these" in table.index
     blurred = budget.assign(contact_radius_pixels=0.7).assign_attrs(resolved="At pull-off … 0.7 pixels …")

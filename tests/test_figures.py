@@ -393,7 +393,7 @@ def test_a_cycle_is_refused_with_what_to_select(run):
     with pytest.raises(ValueError, match=r"also branch; select one first, for example ds.sel\(branch='retraction'\)"):
         figures.force_fan(both)
     events = run["statistics/energy"]
-    with pytest.raises(ValueError, match=r"events of cycles alone; solve with adhesive\(…, delta="):
+    with pytest.raises(ValueError, match=r"found only pull-offs; solve with adhesive\(…, delta="):
         figures.force_fan(events)
 
 

@@ -167,7 +167,7 @@ def test_the_spectrum_of_a_larger_scan_can_be_given(shown):
     whole = roughxr.scans.self_affine_fit(shown)
     fine = roughxr.scans.add_fine_roughness(part, shortest=10, seed=1, spectrum=whole)
     assert fine.attrs["fine_hurst"] == float(whole.hurst_exponent)
-    with pytest.raises(ValueError, match="spectrum: expected alone"):
+    with pytest.raises(ValueError, match="spectrum: cannot be combined"):
         roughxr.scans.add_fine_roughness(part, shortest=10, seed=1, spectrum=whole, hurst=0.5)
 
 

@@ -322,9 +322,9 @@ def test_superposed_menisci_come_as_near_to_every_pixel_as_they_say(hurst, rollo
 def test_menisci_that_merge_all_over_are_not_summed(humid):
     flooded = wet(scan(rough(48, rms=0.3)), 0.95)
     for verb in ("superpose", "pull_off_map", "rolling"):
-        with pytest.raises(ValueError, match=r"humidity: expected menisci that stay apart.*`rigid`"):
+        with pytest.raises(ValueError, match=r"humidity: expected separate menisci.*`rigid`"):
             getattr(flooded.contact, verb)()
-    with pytest.raises(ValueError, match="law: expected 'menisci' for a humid pair"):
+    with pytest.raises(ValueError, match="law='menisci': expected a humid pair"):
         scan(rough(48, rms=1.0)).contact.assign_pair(
             sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1
         ).contact.superpose(law="menisci")
@@ -411,9 +411,9 @@ def test_a_report_says_and_draws_how_hard_it_sticks_at_this_humidity(humid):
     over = humid.contact.vary(roughxr.rigid, humidity=[0.3, 0.5, 0.9], delta=[0.0], subregions=(2, 2))
     text = report.page({"scan": humid, "statistics/humidity": over})
     mean = float(over.pull_off_force.sel(humidity=0.5).mean())
-    assert f"How hard does it stick at 50 % relative humidity? {mean / 1e3:.3g} µN" in text
+    assert f"Mean pull-off at 50 % relative humidity: {mean / 1e3:.3g} µN" in text
     assert "Pull-off over humidity" in text and "Not drawn: pull_off" not in text
-    assert "How hard" not in report.page({"scan": humid.drop_vars(liquid.COORDINATES, errors="ignore")})
+    assert "Mean pull-off at" not in report.page({"scan": humid.drop_vars(liquid.COORDINATES, errors="ignore")})
 
 
 def test_a_run_takes_a_humid_pair_through_all_its_parts(tmp_path, capsys):
@@ -436,7 +436,7 @@ def test_a_run_takes_a_humid_pair_through_all_its_parts(tmp_path, capsys):
 
 def test_a_run_leaves_out_asperities_whose_menisci_merge_and_says_so(tmp_path):
     ground = scan(rough(32, rms=0.3), pixel=10.0)
-    with pytest.warns(UserWarning, match="menisci of neighbours merge all over"):
+    with pytest.warns(UserWarning, match="menisci of neighbouring asperities merge all over"):
         groups = roughxr.run(wet(ground, 0.9, 500.0), tmp_path / "run.nc", subregions=(1, 1), mesh=1, budget=0)
     assert not {"solutions/menisci", "solutions/rolling", "statistics/detachment"} & set(groups)
     assert {"solutions/adhesive", "statistics/humidity"} <= set(groups)
@@ -546,7 +546,7 @@ def test_the_humidity_is_read_as_written_and_stands_in_the_first_words(humid):
             liquid.kelvin_radius(given)
     pull = xr.Dataset({"pull_off_force": ("subregion", [365.0])}, {"humidity": 0.5})
     words = report.headline({"statistics/adhesive": pull})
-    assert words.startswith("From the scan alone at 50 % relative humidity: 365 nN")
+    assert words.startswith("From the scan alone at 50 % relative humidity: a mean pull-off of 365 nN")
 
 
 def test_what_menisci_hold_is_not_taken_under_water(humid, tmp_path, capsys):
@@ -554,7 +554,7 @@ def test_what_menisci_hold_is_not_taken_under_water(humid, tmp_path, capsys):
     groups = dict.fromkeys(report.COMING_OFF, held)
     roughxr.archive.save(groups, tmp_path / "run.nc")
     assert cli.main(["detach", str(tmp_path / "run.nc"), "--method", "energy", "--fluid", "water"]) == 1
-    assert "expected a run without menisci" in capsys.readouterr().err
+    assert "expected a dry run" in capsys.readouterr().err
     assert cli.main(["detach", str(tmp_path / "run.nc"), "--method", "energy"]) == 0
     told = capsys.readouterr().out
     assert "pull-off forces of 'menisci'" in told

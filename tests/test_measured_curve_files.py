@@ -126,7 +126,7 @@ def test_what_a_file_lacks_is_asked_for(tmp_path):
     with pytest.raises(UnreadableScan, match="sensitivity: expected its units"):
         roughxr.open_pull_off(tmp_path / "volts.csv", sensitivity=50, spring_constant=1)
     made.write_nt_mdt(tmp_path / "nova.txt", both)
-    with pytest.raises(UnreadableScan, match="if NT-MDT's force curve, sensitivity= in nm/nA"):
+    with pytest.raises(UnreadableScan, match="for a force curve of NT-MDT give sensitivity= in nm/nA"):
         roughxr.open_pull_off(tmp_path / "nova.txt")
 
 

@@ -94,5 +94,5 @@ def test_what_cannot_be_fitted_is_refused():
         roughxr.fit_pair(surface(0), forces, quantity="adhesion_range", method="superposed")
     with pytest.raises(ValueError, match="expected positive pull-off forces"):
         roughxr.fit_pair(surface(0), -forces, quantity="adhesion_range", method="rigid")
-    with pytest.raises(ValueError, match="hardness: expected an assigned one"):
+    with pytest.raises(ValueError, match="hardness: expected a value to start from"):
         roughxr.fit_pair(surface(0), forces, quantity="hardness")

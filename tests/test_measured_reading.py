@@ -76,7 +76,7 @@ def test_what_is_written_as_a_table_opens_again(tmp_path):
 @pytest.mark.parametrize(
     ("text", "options", "message"),
     [
-        ("adhesion\n1\n2\n", {}, "state them, such as units='nN'"),
+        ("adhesion\n1\n2\n", {}, "give them, such as units='nN'"),
         ("adhesion [nN]\n1\n2\n", {"units": "pN"}, "leave units= out"),
         ("adhesion [kg]\n1\n2\n", {}, "expected those of a force, of a deflection, or V, found 'kg'"),
         ("adhesion [V]\n1\n2\n", {}, "expected forces, found V; state sensitivity="),
@@ -84,7 +84,7 @@ def test_what_is_written_as_a_table_opens_again(tmp_path):
         ("adhesion [V]\n1\n2\n", {"sensitivity": "50"}, "expected its units"),
         ("adhesion [V]\n1\n2\n", {"sensitivity": "50 nm/V"}, "state spring_constant="),
         ("deflection [nm]\n1\n2\n", {}, "state spring_constant="),
-        ("adhesion [nN]\n1\n2\n", {"spring_constant": 0.2}, "expected none beside nN"),
+        ("adhesion [nN]\n1\n2\n", {"spring_constant": 0.2}, "not needed for values in nN"),
         ("adhesion [nN]\n-1\n2\n", {}, "pulls='positive' or 'negative'"),
         ("x,y,adhesion [nN]\n0,0,1\n1,1,2\n", {}, "state place_units="),
         ("x [V],y [V],adhesion [nN]\n0,0,1\n1,1,2\n", {}, "expected units of a length for 'x'"),
@@ -157,7 +157,7 @@ def test_bare_numbers_are_an_image_where_size_and_units_are_stated(tmp_path):
         known = expected.pull_off_force.notnull()
         np.testing.assert_allclose(found.pull_off_force[known], expected.pull_off_force[known], rtol=1e-9)
         np.testing.assert_allclose(found.subregion_y, expected.subregion_y)
-        with pytest.raises(UnreadableScan, match="state them, such as units='nN'"):
+        with pytest.raises(UnreadableScan, match="give them, such as units='nN'"):
             roughxr.open_pull_off(tmp_path / name, size=size_of(rows))
 
 

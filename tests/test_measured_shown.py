@@ -45,7 +45,7 @@ def test_what_a_command_lacks_is_said(run, capsys):
     assert "method: expected one of 'energy', found 'adhesive'" in capsys.readouterr().err
     (run / "bare.csv").write_text("adhesion\n1\n2\n")
     assert main(["measured", str(run / "bare.csv")]) == 1
-    assert "state them, such as units='nN'" in capsys.readouterr().err
+    assert "give them, such as units='nN'" in capsys.readouterr().err
     assert main(["measured", str(run / "bare.csv"), "--units", "V", "--sensitivity", "12 nN/V"]) == 0
     assert "places: not known" in capsys.readouterr().out
 
@@ -76,7 +76,7 @@ def test_the_reports_numbers_are_those_of_the_comparison(run):
     measured = predicted.assign(pull_off_force=2 * predicted.pull_off_force)
     told = beside_measured.compared({"statistics/energy": predicted, "measured/pull_off": measured})
     assert float(roughxr.report.measured_table(told).loc["mean", "ratio"]) == pytest.approx(2.0)
-    assert any("are told apart" in words for words in roughxr.report.measured_words(told))
+    assert any("distributions differ significantly" in words for words in roughxr.report.measured_words(told))
     same = beside_measured.compared({"statistics/energy": predicted, "measured/pull_off": predicted})
-    assert any("are not told apart" in words for words in roughxr.report.measured_words(same))
+    assert any("do not differ significantly" in words for words in roughxr.report.measured_words(same))
     assert roughxr.report.measured_words({"measured/pull_off": measured}) == []

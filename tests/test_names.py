@@ -69,5 +69,5 @@ def test_an_option_that_a_mode_does_not_use_is_refused(call, option):
     pull = pull.assign_coords(contact_modulus=40.0).assign(pull_off_force=("subregion", [3.0, 2.0, 1.0]))
     call(pull.drop_vars("force") if "smoothing" not in option else pull.drop_vars("pull_off_force"))
     (name,) = option
-    with pytest.raises(ValueError, match=f"{name}: expected none"):
+    with pytest.raises(ValueError, match=f"{name}: not used"):
         call(pull, **option)

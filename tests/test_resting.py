@@ -344,7 +344,7 @@ def test_a_place_without_a_pass_stays_and_is_missing():
     for name in ("leaving_friction_velocity", "pass_moment", "rest_moment", "barrier"):
         assert np.isnan(some[name].values[1])
         assert some[name].values[kept] == pytest.approx(every[name].values[kept])
-    with pytest.raises(ValueError, match="at least one with a pass"):
+    with pytest.raises(ValueError, match="at least one place that a particle can leave"):
         roughxr.detachment.leaving(surface, places.assign(pass_x=places.pass_x * np.nan))
 
 
@@ -356,8 +356,8 @@ def test_words_on_a_run_of_particles_tell_rests_from_where_they_landed():
     run = {"solutions/rolling": held, "statistics/adhesive": held, "solutions/rolling_landed": landed}
     run |= {f"statistics/detachment{name}": roughxr.critical_load(held) for name in ("", "_superposed")}
     run |= {"statistics/detachment_landed": roughxr.critical_load(landed)}
-    assert "where it was put down" in roughxr.report.coming_off_words(run)[0]
+    assert "where it was placed" in roughxr.report.coming_off_words(run)[0]
     run["statistics/leaving"] = roughxr.detachment.leaving(catalogue, places)
     words = " ".join(roughxr.report.coming_off_words(run))
     share = float(held.landing_share[held.contacts >= 3].sum())
-    assert "where it came to rest" in words and f"{100 * share:.0f} % of them then stand on three" in words
+    assert "where it came to rest" in words and f"{100 * share:.0f} % of them then rest on three" in words

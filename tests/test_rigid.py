@@ -254,8 +254,8 @@ def test_hamaker_constant_and_work_of_adhesion_go_together():
     [
         ({"law": "jkr"}, "law: expected one of"),
         ({"limit": "cutoff"}, "limit: expected one of"),
-        ({"limit": "hardness"}, "hardness: expected an assigned one for limit='hardness'"),
-        ({"law": "lennard_jones", "limit": "elastic"}, "pushes by itself"),
+        ({"limit": "hardness"}, "hardness: limit='hardness' needs it"),
+        ({"law": "lennard_jones", "limit": "elastic"}, "has its own repulsion"),
         ({"subregions": "all"}, "every pixel"),
         ({"subregions": "every pixel", "limit": "elastic"}, "limit='cut_off'"),
     ],
@@ -266,7 +266,7 @@ def test_what_is_wrong_is_said(rough, options, words):
 
 
 def test_a_hardness_below_the_pull_keeps_nothing_apart(rough):
-    with pytest.raises(ValueError, match="more than the largest traction"):
+    with pytest.raises(ValueError, match="more than the law's largest traction"):
         rough.assign_coords(hardness=0.5).contact.rigid(limit="hardness")
 
 
@@ -276,7 +276,7 @@ def test_no_work_of_adhesion_is_said(rough):
 
 
 def test_smaller_cells_converge_and_coarse_ones_warn(rough):
-    with pytest.warns(UserWarning, match="one cell at closest approach holds"):
+    with pytest.warns(UserWarning, match="single cell at closest approach"):
         rough.contact.rigid(delta=[-1.0])
     pulls = [float(rough.contact.rigid(delta=[-1.0], refine=n).pull_off_force[0]) for n in (8, 16, 24)]
     assert abs(pulls[2] / pulls[1] - 1) < 0.02 and abs(pulls[2] / pulls[0] - 1) < 0.1

@@ -149,18 +149,18 @@ def test_a_garbled_picture_is_doubted_and_real_ones_are_not():
     places = {axis: (axis, np.arange(64) * 10.0, {"units": "nm"}) for axis in "xy"}
     as_scan = lambda height: xr.Dataset({"height": (("x", "y"), height, {"units": "nm"})}, places)  # noqa: E731
     garbled = rng.permutation(ordinary.ravel()).reshape(64, 64)
-    assert any("nothing in common" in doubt for doubt in doubts(as_scan(garbled)))
+    assert any("are uncorrelated" in doubt for doubt in doubts(as_scan(garbled)))
     spiked = ordinary.copy()
     spiked[5, 5] = 400.0
     for height in (ordinary, spiked):
-        assert not any("nothing in common" in doubt for doubt in doubts(as_scan(height)))
+        assert not any("are uncorrelated" in doubt for doubt in doubts(as_scan(height)))
 
 
 def test_no_real_scan_is_called_garbled(shared_scans):
     for path in sorted(shared_scans.iterdir()):
         if path.suffix not in (".md", ".zip") and not path.name.startswith("NEGATIVE"):
             with warnings.catch_warnings(action="ignore"):
-                assert not any("nothing in common" in doubt for doubt in doubts(open_scan(path))), path.name
+                assert not any("are uncorrelated" in doubt for doubt in doubts(open_scan(path))), path.name
 
 
 def test_lines_that_have_nothing_in_common_are_doubted():
@@ -168,7 +168,7 @@ def test_lines_that_have_nothing_in_common_are_doubted():
     places = {axis: (axis, np.arange(64) * 10.0, {"units": "nm"}) for axis in "xy"}
     for height, along in ((lines, "x"), (lines.T, "y")):
         found = doubts(xr.Dataset({"height": (("x", "y"), height, {"units": "nm"})}, places))
-        assert any(f"lines along {along} have nothing in common" in doubt for doubt in found)
+        assert any(f"lines along {along} are uncorrelated" in doubt for doubt in found)
 
 
 @pytest.mark.parametrize("name", ["bruker", "igor"])
@@ -301,14 +301,14 @@ def test_the_reading_process_goes_with_its_caller(tmp_path):
 @pytest.mark.parametrize("axis", ["x", "y"])
 def test_a_scar_along_one_line_is_doubted_and_a_particle_is_not(axis):
     height = scan(rough(64, seed=2)).transpose("x", "y")
-    assert not any("a scar" in doubt for doubt in doubts(height))
+    assert not any("a scan fault" in doubt for doubt in doubts(height))
     line = {axis: 20}
     scarred = height.copy(deep=True)
     scarred["height"][line] += 20 * float(height.height.std())
-    assert any(f"line 20 along {axis}" in doubt and "a scar" in doubt for doubt in doubts(scarred))
+    assert any(f"line 20 along {axis}" in doubt and "a scan fault" in doubt for doubt in doubts(scarred))
     dusty = height.copy(deep=True)
     dusty["height"][{"x": 20, "y": 30}] += 50 * float(height.height.std())
-    assert not any("a scar" in doubt for doubt in doubts(dusty))
+    assert not any("a scan fault" in doubt for doubt in doubts(dusty))
 
 
 def test_pixels_wider_than_any_contact_are_doubted():

@@ -179,7 +179,7 @@ def test_text_that_is_no_matrix_is_refused(tmp_path):
     with pytest.raises(UnreadableScan, match=r"24 columns and 14 rows.*cut short"):
         open_scan(path)
     path.write_text(whole[:-1], encoding="utf-8")
-    with pytest.warns(UserWarning, match="last line has no end"):
+    with pytest.warns(UserWarning, match="last line has no line end"):
         open_scan(path)
     path.write_text("1 2 3\n" * 9)
     with pytest.raises(UnreadableScan, match="three columns"):
@@ -358,7 +358,7 @@ def test_heights_that_no_scan_has_are_refused(value, tmp_path):
     rows[2, 2] = value
     for name in ("npy", "cf"):
         path = WRITERS[name](tmp_path, rows, size_of(rows))
-        with pytest.raises(UnreadableScan, match="expected heights of a scan"):
+        with pytest.raises(UnreadableScan, match="expected heights that suit a scan"):
             open_scan(path, **given(name, size_of(rows))).load()
 
 
@@ -366,7 +366,7 @@ def test_heights_that_no_scan_has_are_refused(value, tmp_path):
     ("change", "match"),
     [
         ({"factor": 1e3}, "heights range over 4.*, more than the lateral"),
-        ({"factor": 100}, "slope above 1 on"),
+        ({"factor": 100}, "the slope exceeds 1 "),
         ({"pixel": 1.0}, "one pixel is exactly 1 nm along x"),
         ({"step": 3.0}, "height steps of 3 nm are coarser than the roughness"),
         ({"factor": 0}, "all heights are equal"),

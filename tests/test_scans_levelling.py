@@ -175,7 +175,7 @@ def test_the_callers_scan_is_left_alone():
         ({"method": "plane", "order": 3}, "'plane' has order 1, found 3"),
         ({"method": "median", "lines": "z"}, "lines: expected 'x' or 'y'"),
         ({"exclude": np.ones((3, 3))}, "exclude: expected bool"),
-        ({"exclude": np.ones((40, 56), dtype=bool)}, "too few that are known"),
+        ({"exclude": np.ones((40, 56), dtype=bool)}, "too few that are neither missing nor excluded"),
         ({"exclude_above": "5 K"}, "exclude_above"),
     ],
 )

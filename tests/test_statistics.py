@@ -47,10 +47,10 @@ def test_samples_that_are_missing_are_told_to_whom_asks():
     force[1, [0, 2]] = force[2, 1] = np.nan
     ds = xr.Dataset({"force": (("subregion", "delta"), force, {"units": "nN"})}, attrs={"missing": "not touched"})
     for ask in (summary, lambda ds: pdf(ds.isel(delta=0), "force", bins=[0.0, 2.0])):
-        with pytest.warns(UserWarning, match=r"force: statistics of [23] of 4 samples.*\(not touched\)") as told:
+        with pytest.warns(UserWarning, match=r"force: computed from [23] of 4 samples.*\(not touched\)") as told:
             ask(ds)
         assert [one.filename for one in told] == [__file__]
-    with pytest.warns(UserWarning, match="statistics of 2 of 4"):
+    with pytest.warns(UserWarning, match="computed from 2 of 4"):
         table = summary(ds)
     np.testing.assert_array_equal(table.force.sel(statistic="count"), [3, 3, 3])
 
@@ -63,7 +63,7 @@ def test_pull_off_is_the_same_on_dask_and_keeps_other_dimensions():
 
 
 def test_a_sweep_that_is_elastic_has_no_pull_off_however_lightly_it_presses():
-    with pytest.raises(ValueError, match="never pulls; take method='ciavarella'"):
+    with pytest.raises(ValueError, match="found one without; take method='ciavarella'"):
         pull_off(sweep([[0.0, 0.2, 0.5]]).assign_attrs(method="direct"))
 
 

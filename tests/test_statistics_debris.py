@@ -75,5 +75,5 @@ def test_every_statistic_comes_both_ways():
     assert float(intervals.estimate.sel(places="no debris", statistic="mean")) == pytest.approx(force[6:].mean())
     laws = with_and_without(ds, flags, fit, "pull_off_force", simulations=0)
     assert laws.aic.dims == ("places", "law")
-    with pytest.raises(ValueError, match="one for each"):
+    with pytest.raises(ValueError, match="flags: expected"):
         with_and_without(ds, flags[:5], summary)

@@ -237,9 +237,9 @@ def test_nothing_is_expected_where_nothing_was_measured(surface, change, options
 def test_more_than_the_smooth_sphere_is_never_given_without_a_word():
     ground = glass_pair(scan(rough(96, rms=0.8, smooth=1.2, seed=3)), sphere_radius=3000)
     catalogue = asperities(ground, patch=9)
-    with pytest.warns(UserWarning, match="exceed what the sphere holds on a smooth flat.*take asperities.patch='auto'"):
+    with pytest.warns(UserWarning, match="exceed that of the sphere on a smooth flat.*take asperities.patch='auto'"):
         superpose(catalogue, delta=np.arange(-2, 3, 0.1))
-    with pytest.warns(UserWarning, match="exceed what the sphere holds"):
+    with pytest.warns(UserWarning, match="exceed that of the sphere"):
         pull_off_map(catalogue, subregions=(2, 2))
 
 

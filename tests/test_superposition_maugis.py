@@ -213,7 +213,7 @@ def test_without_adhesion_it_is_hertz(surface):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"law": "maugis", "formulation": "published"}, "expected none beside law='maugis', found 'published'"),
+        ({"law": "maugis", "formulation": "published"}, "not used by law='maugis', found 'published'"),
         ({"law": "dmt"}, "law: expected one of 'jkr', 'maugis', 'menisci', 'hertz'"),
         ({"law": "energy"}, "and formulation one of 'published', .* found law='energy'"),
         ({"formulation": "maugis"}, "law: expected one of 'jkr', 'maugis', .* formulation='maugis'"),

@@ -321,10 +321,10 @@ def test_a_flattened_asperity_is_made_of_punches():
 @pytest.mark.parametrize(
     ("assigned", "options", "says"),
     [
-        ({"hardness": 0.3}, {"law": "dugdale"}, "hardness: expected more than the pull of adhesion, 0.333 GPa"),
-        ({"hardness": 2.0, "work_of_adhesion": 0}, {}, "work_of_adhesion: expected more than 0 where a body yields"),
+        ({"hardness": 0.3}, {"law": "dugdale"}, "hardness: expected more than the adhesive traction, 0.333 GPa"),
+        ({"hardness": 2.0, "work_of_adhesion": 0}, {}, "work_of_adhesion: expected more than 0 for bodies that yield"),
         ({"hardness": 2.0}, {"cycles": 0}, "cycles: expected a whole number of at least 1"),
-        ({"hardness": 2.0}, {"cycles": 2, "delta": [1.0]}, "cycles: expected several with a preload"),
+        ({"hardness": 2.0}, {"cycles": 2, "delta": [1.0]}, "cycles: several need a preload"),
     ],
 )
 def test_what_does_not_go_together_is_refused(heights, assigned, options, says):

@@ -55,12 +55,12 @@ def test_its_report_says_what_yields(groups, monkeypatch):
     share = 100 * float(groups["solutions/direct"].isel(delta=-1).yielded_fraction.mean())
     assert f"with {share:.2g} % of the force lies at its hardness, 3 GPa" in words
     assert "in the simulation with adhesion at its preload" in words
-    assert "know nothing of yield" in words
-    assert "Way in and way out" in report.page(groups)
+    assert "do not include yield" in words
+    assert "Loading and retraction" in report.page(groups)
     elastic = {name: ds for name, ds in groups.items() if name != "solutions/retraction"}
     monkeypatch.setattr(embedded_figures, "_drawn", lambda name, drawing, _: Picture(name, drawing.caption, "data:,"))
-    assert "Way in and way out" in report.page(groups)  # drawn or not
-    assert "Way in and way out" not in report.page(elastic)
+    assert "Loading and retraction" in report.page(groups)  # drawn or not
+    assert "Loading and retraction" not in report.page(elastic)
 
 
 def test_the_command_names_the_hardness(groups):
@@ -76,7 +76,7 @@ def test_the_command_line_advises_what_can_be_typed_there(options, tmp_path, cap
     pair = ["--sphere-radius", "500", "--contact-modulus", "40", "--work-of-adhesion", "0.5", "--subregions", "1", "1"]
     assert cli.main(["run", str(path), "-o", str(tmp_path / "out"), "-q", *pair, *options]) == 1
     told = capsys.readouterr().err
-    assert "leave the hardness out" in told and "yielding=" not in told
+    assert "assign no hardness" in told and "yielding=" not in told
 
 
 def test_a_flow_is_told_with_elastic_levers(groups):

@@ -52,7 +52,7 @@ class Options(NamedTuple):
 def law_for(ds: xr.Dataset, law: str | None) -> str:
     """Return the name of a law: by default that of liquid for a humid pair, else JKR's."""
     if law == "menisci" and not schema.is_wet(ds):
-        raise ValueError("law: expected 'menisci' for a humid pair (assign_pair with humidity), found a dry one")
+        raise ValueError("law='menisci': expected a humid pair, found a dry one; assign_pair(humidity=…) first")
     return law or ("menisci" if schema.is_wet(ds) else "jkr")
 
 
@@ -61,7 +61,9 @@ def options_of(ds, law, formulation, datum) -> Options:
     _check(law, formulation)
     schema.one_of(datum, schema.DATUMS, "datum")
     if "indenter_height" in ds:
-        raise ValueError("expected a sphere (assign_pair with sphere_radius), found an indenter's map; use direct")
+        raise ValueError(
+            "expected a sphere (assign_pair with sphere_radius), found the height map of an indenter; use direct"
+        )
     radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
     return Options(
         law=formulation if law == "jkr" else law,
@@ -95,7 +97,9 @@ def _check(law: str, formulation: str) -> None:
     schema.one_of(law, LAWS, "law")
     schema.one_of(formulation, FORMULATIONS, "formulation")
     if law in RANGED and formulation not in (DEFAULT, _OF_MAUGIS):
-        raise ValueError(f"formulation: expected none beside law={law!r}, found {formulation!r}; take law='jkr' for it")
+        raise ValueError(
+            f"formulation: not used by law={law!r}, found {formulation!r}; leave it out, or take law='jkr'"
+        )
 
 
 def law_of(law: str, formulation: str, options: Options) -> dict[str, Any]:

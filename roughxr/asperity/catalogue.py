@@ -351,8 +351,8 @@ def _warn(out: xr.Dataset) -> None:
         auto = "shortest_wavelength" in out.coords
         remedy = "the scan does not resolve them" if auto else "take patch='auto', which follows the surface"
         warn(
-            f"patch: {100 * share:.0f} % of the asperities are no paraboloids on a patch of "
-            f"{2 * float(out['patch_radius']):.3g} nm, and their curvatures not those of the summits; {remedy}"
+            f"patch: {100 * share:.0f} % of the asperities do not fit a paraboloid on a patch of "
+            f"{2 * float(out['patch_radius']):.3g} nm: their curvatures are not those of the summits; {remedy}"
         )
 
 

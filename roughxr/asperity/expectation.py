@@ -82,9 +82,9 @@ def refuse_crowded(catalogue: xr.Dataset) -> None:
     """Raise where the menisci of a catalogue's asperities would merge with their neighbours' all over."""
     if (share := crowding(catalogue)) > CROWDED:
         raise ValueError(
-            f"humidity: expected menisci that stay apart, found asperities whose menisci would wet {share:.2g} times "
-            "the surface, each whole: a sum over asperities counts it more than once; take `rigid` or `adhesive`, "
-            "which take every pixel, or less humidity"
+            f"humidity: expected separate menisci, found menisci that overlap: together they cover {share:.2g} times "
+            "the surface, and a sum over asperities counts the overlap more than once; take `rigid` or `adhesive`, "
+            "which count each pixel once, or a lower humidity"
         )
 
 
@@ -96,8 +96,8 @@ def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> Non
     above = np.asarray(force) > smooth
     if smooth > 0 and above.any():
         warn(
-            f"{int(above.sum())} of {above.size} superposed pull-offs exceed what the sphere holds on a smooth flat "
-            f"(by up to {100 * np.nanmax(force) / smooth - 100:.2g} % of {factor:g} πwR = {smooth:.4g} nN): "
+            f"{int(above.sum())} of {above.size} superposed pull-offs exceed that of the sphere on a smooth flat, "
+            f"{factor:g} πwR = {smooth:.4g} nN (by up to {100 * np.nanmax(force) / smooth - 100:.2g} %): "
             f"{_excess(catalogue)}"
         )
 
@@ -109,4 +109,4 @@ def _excess(catalogue: xr.Dataset) -> str:
         return f"a patch of {width:.3g} nm is too wide for waves of {wave:.3g} nm; take asperities(patch='auto')"
     if np.isnan(wave):
         return f"a patch of {width:.3g} nm may be too wide for this surface; take asperities(patch='auto')"
-    return "contacts that overlap are each counted as if whole; take `adhesive`"
+    return "contacts overlap, and each is counted in full; take `adhesive`"

@@ -153,7 +153,7 @@ def rolling(
     law = law_for(ds, law)
     options = options_of(ds, law, formulation, "highest_peak")
     if law not in ADHESIVE and not push > 0:
-        raise ValueError(f"load: expected a positive load (nN) where nothing adheres, found {push:g}; or law='jkr'")
+        raise ValueError(f"load: expected a positive load in nN without adhesion, found {push:g}; or take law='jkr'")
     out = _of_asperities(ds, kind, options, angles, push, subregions)
     named = law_of(law, formulation, options)
     arguments = {"directions": angles, "load": push, "subregions": subregions, **named}
@@ -173,7 +173,7 @@ def _no_contact_options(subregions: Any, *given: Any) -> None:
     """Raise where contact options are given for a solution, which has its own."""
     if subregions is not None or given != (None, DEFAULT):
         raise ValueError(
-            "subregions, law, formulation: expected with a scan or a catalogue alone; a solution has its own"
+            "subregions, law, formulation: used with a scan or a catalogue only; a solution has its own, leave them out"
         )
 
 
@@ -281,7 +281,7 @@ def _of_states(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dataset:
     """Return the largest moments over the retraction of a solution."""
     if "pressure" not in ds or "branch" not in ds["pressure"].dims or "pull_off_force" not in ds:
         raise ValueError(
-            "expected a scan, a catalogue, or a solution by adhesive with pressures on the way out, found none; "
+            "expected a scan, a catalogue, or a solution of adhesive with pressures on retraction, found none; "
             "solve with ds.contact.adhesive(delta=[…], fields=True, mesh=…)"
         )
     layout = Layout({"direction": angles}, _STATES, _EVENTS)

@@ -160,7 +160,8 @@ def superpose(
     later_on = lazy and kind == "scan"
     if delta is None and later_on:
         raise ValueError(
-            "delta: expected displacements in nm, since the heights are not loaded; or load them (ds.load())"
+            "delta: expected displacements in nm, found none; their default needs the heights in memory, load them "
+            "(ds.load())"
         )
     hardness = _hardness(ds, preload)
     catalogue = later(ds, **fit_of(options.law)) if later_on else catalogue_of(ds, options)
@@ -193,7 +194,7 @@ def _hardness(ds: xr.Dataset, preload: Any) -> flattening.Hardness:
     if "hardness" not in ds.coords:
         if preload is not None:
             raise ValueError(
-                "preload: expected for asperities that yield (assign_pair with a hardness), found elastic ones"
+                "preload: needs asperities that yield, found elastic ones; assign_pair(hardness=…), or leave it out"
             )
         return flattening.Hardness(np.inf, np.nan)
     load = np.nan if preload is None else positive(preload, "nN", "preload")

@@ -289,8 +289,8 @@ def _pressure(given: Any) -> float:
         )
     if number >= _SATURATED:
         raise ValueError(
-            f"humidity: expected less than {_SATURATED}, found {given!r}: near saturation water fills whatever there "
-            "is, and how much there is decides, not this law; give a smaller one"
+            f"humidity: expected less than {_SATURATED}, found {given!r}: near saturation the gap fills with as "
+            "much water as there is, and this law does not know how much; give a lower humidity"
         )
     return number
 
@@ -368,6 +368,6 @@ def _refuse_thick(ds: xr.Dataset, pair: Any, menisci: Menisci, pressure: float) 
     for what, size in sizes.items():
         if menisci.kelvin_radius > _THIN * size * (1 if what != "the scan" else 2.5):
             raise ValueError(
-                f"humidity: expected menisci thin against {what}, {size:.3g} nm, found Kelvin's radius "
-                f"{menisci.kelvin_radius:.3g} nm at {pressure:.3g}: the liquid fills more than the gap; give less"
+                f"humidity: expected menisci that are small beside {what} ({size:.3g} nm), found a Kelvin radius of "
+                f"{menisci.kelvin_radius:.3g} nm at {pressure:.3g}; give a lower humidity"
             )

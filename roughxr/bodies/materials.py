@@ -349,8 +349,8 @@ def _check_cut_off(constant: float, work: float) -> None:
     distance = _closest_approach(constant, work)
     if not _CUT_OFFS[0] <= distance <= _CUT_OFFS[1]:
         warn(
-            f"hamaker_constant: {constant:.3g} nN nm and a work of adhesion of {work:.3g} J/m2 go together at a "
-            f"closest approach of {distance:.2g} nm: is it meant? (solids have 0.1 to 0.5; bonds stick harder)",
+            f"hamaker_constant: {constant:.3g} nN nm and a work of adhesion of {work:.3g} J/m² mean a closest "
+            f"approach of {distance:.2g} nm: is this intended? (van der Waals solids have 0.1 to 0.5 nm)",
             ImplausiblePair,
         )
 
@@ -366,20 +366,20 @@ def _contact_modulus(given: Any, young_modulus: Any, poisson_ratio: Any) -> floa
     if given is not None:
         return _plausible(positive(given, "GPa", "contact_modulus"), "contact_modulus", given)
     if poisson_ratio is None:
-        raise ValueError("poisson_ratio: expected one beside young_modulus, found none")
+        raise ValueError("poisson_ratio: expected with young_modulus, found none")
     return contact_modulus(young_modulus, poisson_ratio)
 
 
 def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | None:
     if surface_energy is not None and work_of_adhesion is not None:
-        raise ValueError("expected surface_energy or work_of_adhesion (= 2 surface_energy), found both")
+        raise ValueError("expected surface_energy or work_of_adhesion (= 2 surface_energy), found both; leave one out")
     if surface_energy is None and work_of_adhesion is None:
         return None
     given, times = (work_of_adhesion, 1.0) if surface_energy is None else (surface_energy, 2.0)
     name = "surface_energy" if times == 2.0 else "work_of_adhesion"
     value = magnitude(given, "J m-2", name)
     if not isinstance(value, float) or value < 0:
-        raise ValueError(f"{name}: expected one number >= 0 in J m-2, found {given!r}")
+        raise ValueError(f"{name}: expected one number >= 0 in J/m², found {given!r}")
     if value > 0:
         _plausible(times * value, "work_of_adhesion", given, name if times == 2.0 else "")
     return times * value
@@ -422,7 +422,7 @@ def _dry_and_wet(given: Any, humidity: Any) -> tuple[Any, dict[str, float]]:
     if humidity is None or not isinstance(given, (tuple, list)):
         return given, {}
     if len(given) != 2:
-        raise ValueError(f"work_of_adhesion: expected one, or a pair without and under the liquid, found {given!r}")
+        raise ValueError(f"work_of_adhesion: expected one value, or a pair (dry, under the liquid), found {given!r}")
     dry, wet = (_work_of_adhesion(None, one) for one in given)
     return dry, {"share_under_liquid": wet / dry if dry else 1.0}
 
@@ -432,14 +432,15 @@ def _hardness(given: Any, work: float | None, length: float | None) -> float:
     value = _plausible(positive(given, "GPa", "hardness"), "hardness", given)
     strength = (work or 0.0) / (length or DEFAULT_RANGE)
     words = (
-        f"hardness: {value:.3g} GPa is no more than the pull of adhesion, w/rho = {strength:.3g} GPa over "
-        f"{length or DEFAULT_RANGE:g} nm: such a body would yield before it is pressed"
+        f"hardness: {value:.3g} GPa does not exceed the adhesive traction w/rho = {strength:.3g} GPa (rho = "
+        f"{length or DEFAULT_RANGE:g} nm): such a body would yield by adhesion alone"
     )
     if value <= strength and length is not None:
         raise ValueError(f"{words}; expected a larger hardness, a larger adhesion_range or less work of adhesion")
     if value <= strength:
         warn(
-            f"{words}; is it meant? (assign the adhesion_range that belongs to this work of adhesion)", ImplausiblePair
+            f"{words}; is this intended? (else assign the adhesion_range that belongs to this work of adhesion)",
+            ImplausiblePair,
         )
     return value
 
@@ -452,10 +453,12 @@ def _radius(given: Any, ds: xr.Dataset) -> float:
     pixel = max(schema.spacing(ds[axis]) for axis in ("x", "y"))
     words = f"sphere_radius: {radius:g} nm is {radius / pixel:.2g} pixels of {pixel:g} nm"
     if radius < _FEWEST_PIXELS * pixel:
-        raise ValueError(f"{words}: expected more than one; plain numbers are nm, else say '3 um'")
+        raise ValueError(
+            f"{words}: expected more than one; plain numbers are in nm, other units are written as in '3 um'"
+        )
     if radius < _FEW_PIXELS * pixel:
         warn(
-            f"{words}, too few to show where such a sphere touches; plain numbers are nm, else say '3 um'",
+            f"{words}, too few to resolve its contact; plain numbers are in nm, other units are written as in '3 um'",
             ImplausiblePair,
         )
     return radius
@@ -465,11 +468,11 @@ def _plausible(value: float, quantity: str, given: Any, name: str = "") -> float
     """Return a value; raise if no body can have it, warn if it is improbable."""
     known = _RANGES[quantity]
     words = f"{name or quantity}: {given!r} is {value:.4g} {known.units}" + (f" of {quantity}" if name else "")
-    advice = f"{known.known}; plain numbers are {known.units}, others say theirs, as in '3 um' or '70e9 Pa'"
+    advice = f"{known.known}; plain numbers are in {known.units}, other units are written as in '3 um' or '70e9 Pa'"
     if not known.least <= value <= known.greatest:
         raise ValueError(f"{words}, which no body has ({advice})")
     if not known.low <= value <= known.high:
-        warn(f"{words}: is it meant? ({advice})", ImplausiblePair)
+        warn(f"{words}: is this intended? ({advice})", ImplausiblePair)
     return value
 
 
@@ -526,7 +529,7 @@ def _exactly_one(**given: Any) -> None:
     """Raise unless exactly one of several ways to state a quantity was used."""
     found = [name for name, value in given.items() if value is not None]
     if len(found) != 1:
-        raise ValueError(f"expected one of {', '.join(given)}, found {' and '.join(found) or 'none'}")
+        raise ValueError(f"expected one of {', '.join(given)}, found {' and '.join(found) or 'none of them'}")
 
 
 def _two(value: Any, name: str) -> tuple[Any, Any]:

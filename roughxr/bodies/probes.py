@@ -98,8 +98,8 @@ def _sphere(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float, fl
     rms = float(np.sqrt(np.mean(found.fun**2)))
     if rise < _CURVED * rms or not np.isfinite(radius):
         raise ValueError(
-            f"height: expected a sphere's face, found one that curves by {rise:.3g} nm and is rough by {rms:.3g} nm; "
-            "give a larger scan of it"
+            f"height: expected part of a sphere, found heights that curve by only {rise:.3g} nm over a roughness of "
+            f"{rms:.3g} nm rms; scan a larger part of the sphere"
         )
     return x0, y0, top, abs(radius)
 
@@ -110,7 +110,9 @@ def _paraboloid(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float
     design = np.c_[np.ones(x.size), x / scale, y / scale, (x**2 + y**2) / scale**2]
     base, along_x, along_y, bend = np.linalg.lstsq(design, height, rcond=None)[0]
     if bend >= 0:
-        raise ValueError("height: expected a sphere's face, which falls off from its apex, found one that does not")
+        raise ValueError(
+            "height: expected part of a sphere, lower away from its apex, found heights that do not fall off"
+        )
     radius = float(-(scale**2) / (2 * bend))
     x0, y0 = along_x / scale * radius, along_y / scale * radius
     return float(x0), float(y0), float(base + (x0**2 + y0**2) / (2 * radius)), radius
@@ -198,8 +200,8 @@ def _part(shape: tuple[int, int], pixel: float, width: Any, rotation: str) -> tu
     margin = int(np.ceil(n * np.sqrt(2))) // 2 * 2 + 1 if rotation == "any" else n
     if n < 3 or margin > min(shape):
         raise ValueError(
-            f"width: expected from {4 * pixel:g} nm to what the scan of {min(shape) * pixel:g} nm holds"
-            f"{' turned by any angle' if rotation == 'any' else ''}, found {wide:g} nm"
+            f"width: expected at least {4 * pixel:g} nm, and a part that fits the scan of {min(shape) * pixel:g} nm"
+            f"{' at any angle' if rotation == 'any' else ''}, found {wide:g} nm"
         )
     return n, margin
 

@@ -133,7 +133,7 @@ def pair_of(names: str | tuple[str, str]) -> tuple[Material, Material]:
         raise ValueError(
             f"materials: expected one or two of {', '.join(MATERIALS)}, as in 'glass/silicon', found {names!r}"
             f"{did_you_mean(unknown[0], set(MATERIALS) - set(found)) if unknown else ''}; "
-            "of others give young_modulus and poisson_ratio"
+            "for other materials give young_modulus and poisson_ratio"
         )
     return MATERIALS[found[0]], MATERIALS[found[-1]]
 

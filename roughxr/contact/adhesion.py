@@ -265,7 +265,9 @@ def _adhesion_of(law, *, preloads, mesh: Mesh, cycles) -> Adhesion:
         **law,
     )
     if found.cycles > 1 and not preloads.size:
-        raise ValueError(f"cycles: expected several with a preload, found {cycles} with displacements")
+        raise ValueError(
+            f"cycles: several need a preload, found {cycles} with displacements (delta); leave delta or cycles out"
+        )
     return found
 
 
@@ -326,13 +328,15 @@ def _law_with_liquid(ds, law: str, menisci: Menisci, length: float) -> dict[str,
 
 def _need_hardness_above(hardness: float, work: float, length: float, law: str) -> None:
     """Raise where a body cannot yield: without adhesion, or under adhesion alone."""
-    advice = "or leave the hardness out, which keeps it elastic"
+    advice = "or assign no hardness, for elastic bodies"
     if work == 0:
-        raise ValueError(f"work_of_adhesion: expected more than 0 where a body yields; take direct, {advice}")
+        raise ValueError(
+            f"work_of_adhesion: expected more than 0 for bodies that yield, found 0; take direct, {advice}"
+        )
     if law != "griffith" and hardness <= work / length:  # without range the pull has no bound to be held against
         raise ValueError(
-            f"hardness: expected more than the pull of adhesion, {work / length:.3g} GPa over {length:.3g} nm, found "
-            f"{hardness:.3g} GPa; give the adhesion_range that belongs to the work of adhesion, {advice}"
+            f"hardness: expected more than the adhesive traction, {work / length:.3g} GPa over {length:.3g} nm, found "
+            f"{hardness:.3g} GPa; assign the adhesion_range that belongs to the work of adhesion, {advice}"
         )
 
 
@@ -357,7 +361,7 @@ def _settling_depth(ds: xr.Dataset, adhesion: Adhesion) -> float:
     and some standard deviations of the heights, so that nearly all of the surface lies higher.
     """
     if parallel.is_lazy(ds):
-        raise ValueError(f"{NOT_LOADED}, so that it is known how deep a preload sinks in")
+        raise ValueError(f"{NOT_LOADED}: they tell how deep a preload presses the sphere in")
     (modulus,) = schema.pair(ds, "contact_modulus")
     radius = float(ds["sphere_radius"]) if "sphere_radius" in ds.coords else _radius_of_map(ds)
     load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.whole * radius
@@ -382,8 +386,8 @@ def _need_resolved_law(adhesion: Adhesion, problem: Problem) -> None:
     cell = largest_cell(adhesion.law, adhesion.length, problem.contact_modulus, adhesion.work)
     if problem.pixel / (adhesion.refine or MOST_REFINED) > cell:
         raise ValueError(
-            f"law={adhesion.law!r}: expected cells of at most {cell:.3g} nm (they must resist more than the traction "
-            f"changes), found {problem.pixel / (adhesion.refine or MOST_REFINED):.3g} nm; take "
+            f"law={adhesion.law!r}: expected cells of at most {cell:.3g} nm (larger ones cannot follow its traction), "
+            f"found {problem.pixel / (adhesion.refine or MOST_REFINED):.3g} nm; take "
             f"mesh={int(np.ceil(problem.pixel / cell))}, or law='exponential'"
         )
 
@@ -513,38 +517,38 @@ def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
     """Warn of places that are less accurate than was asked for, and of a law that is cut."""
     if adhesion.law == "lennard_jones":
         warn(
-            f"law='lennard_jones' is cut at a gap of {TAIL * adhesion.length:.3g} nm: a smooth sphere pulls 0.9 % less "
-            "than without the cut, stiff rough bodies up to a fifth, which pull_off_error does not hold; "
-            "compare with `rigid`, which counts all gaps"
+            f"law='lennard_jones' is cut off at a gap of {TAIL * adhesion.length:.3g} nm: the pull-off of a smooth "
+            "sphere is 0.9 % too small, that of stiff rough bodies up to 20 %, and pull_off_error does not include "
+            "it; compare with `rigid`, which has no cut-off"
         )
     resolution, size = out["pull_off_resolution"].values, out["pull_off_resolution"].size
     if adhesion.refine and (resolution < LEAST_RADIUS).any():
         few = int((resolution < LEAST_RADIUS).sum())
         warn(
-            f"{few} of {size} subregions have contacts of less than {LEAST_RADIUS:g} "
-            f"pixels in radius at pull-off (smallest {np.nanmin(resolution):.2g}): compare with a finer mesh, or "
+            f"{few} of {size} subregions have contacts with a radius below {LEAST_RADIUS:g} "
+            f"pixels at pull-off (smallest {np.nanmin(resolution):.2g}): compare with a finer mesh, or "
             "take mesh='auto'"
         )
     missed = int((out["pull_off_error"].values > adhesion.accuracy).sum())
     if missed and not adhesion.refine:
         warn(
             f"{missed} of {size} subregions did not reach accuracy={adhesion.accuracy:g} (largest error "
-            f"{np.nanmax(out['pull_off_error'].values):.2g}): their mesh does not decide them, see pull_off_error"
+            f"{np.nanmax(out['pull_off_error'].values):.2g}): their mesh is too coarse, see pull_off_error"
         )
     unknown = int((np.isnan(out["pull_off_error"].values) & (out["pull_off_force"].values > 0)).sum())
     if unknown and not adhesion.refine and np.isfinite(adhesion.accuracy):
         warn(
-            f"{unknown} of {size} subregions state no error (pull_off_error is NaN): the other mesh or the longer step "
-            "gave no pull-off to compare with; compare with another mesh or a smaller step"
+            f"{unknown} of {size} subregions have no error estimate (pull_off_error is NaN), since the second mesh or "
+            "step gave no pull-off; compare with another mesh or a smaller step"
         )
     rough = out["residual"].notnull() & ~out["converged"].astype(bool)
     if rough.any():
-        what = "cycles hold states that" if "preload_delta" in out else "states"
+        what = "cycles contain states that" if "preload_delta" in out else "states"
         warn(
-            f"{int(rough.sum())} of {rough.size} {what} have not converged (converged is False); events that rest on "
-            "them are NaN: compare with a smaller step or a finer mesh"
+            f"{int(rough.sum())} of {rough.size} {what} have not converged (converged is False); results that depend "
+            "on them are NaN: compare with a smaller step or a finer mesh"
         )
     lost = int((~out["complete"].values).sum())
     if lost:
         what = "did not reach their preload or " if adhesion.preloads.size else ""
-        warn(f"{lost} subregions {what}reached more than {MOST_CELLS:g} cells; their events are NaN")
+        warn(f"{lost} subregions {what}needed more than {MOST_CELLS:g} cells; their results are NaN")

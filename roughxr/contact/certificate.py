@@ -68,7 +68,7 @@ def checked(ds: xr.Dataset) -> xr.Dataset:
     """Return the certificate of a solution."""
     method = ds.attrs.get("method")
     if method not in SOLVED or "converged" not in ds:
-        raise ValueError(f"expected a solution of {', '.join(SOLVED)} at places, found method={method!r}")
+        raise ValueError(f"expected a solution of {', '.join(SOLVED)} along subregion, found method={method!r}")
     fields = set(FIELDS) <= set(ds) and method != "rigid"
     names, found, limits = zip(*_of_solves(ds), *(_of_fields(ds, method == "adhesive") if fields else ()))
     found, limits = np.array([one.max(skipna=False) for one in found], float), np.array(limits, float)

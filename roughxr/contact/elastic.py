@@ -166,8 +166,8 @@ def _warn_of_untouched(out: xr.Dataset) -> None:
     if 2 * never > count:
         warn(
             f"delta: nothing touches at {never} of {count} places, down to {float(out['delta'][-1]):g} "
-            "nm below the highest point of the scan: forces are 0 there; leave delta= out to touch every place, or "
-            "count from the first touch of each, datum='first_contact'"
+            "nm below the highest point of the scan: their forces are 0; leave delta= out, so that every place is "
+            "touched, or take datum='first_contact', which counts delta from the first touch of each"
         )
 
 

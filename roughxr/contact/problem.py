@@ -164,7 +164,8 @@ def need_heights(ds: xr.Dataset, problem: Problem) -> None:
     """Raise where fields need windows whose size depends on heights that are not loaded."""
     if is_lazy(ds) and (problem.by_load or problem.first_contact):
         raise ValueError(
-            "fields with a load or with datum='first_contact' need the height range: load the scan first (ds.load())"
+            "fields: with a load or datum='first_contact' they need the heights in memory; load the scan first "
+            "(ds.load())"
         )
 
 

@@ -626,7 +626,7 @@ def rabinovich(
     flat = _hamaker(hamaker_constant) * R / (6 * z**2)
     cap = 1 / (1 + _CAP_RADIUS * R * rms / wavelength**2)
     if (long_rms is None) != (long_wavelength is None):
-        raise ValueError("expected long_rms and long_wavelength together, found one of them")
+        raise ValueError("long_rms, long_wavelength: expected both or neither, found one")
     if long_rms is None:
         return flat * (cap + 1 / (1 + _CAP_HEIGHT * rms / z) ** 2)
     long_rms = positive(long_rms, "nm", "long_rms")
@@ -791,7 +791,7 @@ def _potential(law: str, work: Any, length: Any, retardation: Any) -> potentials
     schema.one_of(law, tuple(potentials.POTENTIALS), "law")
     wavelength = np.inf if retardation is None else positive(retardation, "nm", "retardation")
     if law != "hamaker" and np.isfinite(wavelength):
-        raise ValueError(f"retardation: expected for law='hamaker' alone, found it for {law!r}")
+        raise ValueError(f"retardation: used by law='hamaker' only, found law={law!r}; leave it out")
     w = positive(work, "J m-2", "work_of_adhesion")
     length = positive(length, "nm", "length")
     found = potentials.potential(law, w, length, wavelength)

@@ -293,7 +293,7 @@ def _asperity_radius(catalogue: xr.Dataset) -> float:
     both = catalogue["curvature_min"].values * catalogue["curvature_max"].values
     peaks = catalogue["curvature_min"].values > 0
     if not peaks.any():
-        raise ValueError("height: expected asperities, found none that is a peak")
+        raise ValueError("height: expected peaks on the scan, found none (is it flat?)")
     return float(np.median(1 / np.sqrt(both[peaks])))
 
 

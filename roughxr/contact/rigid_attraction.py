@@ -49,12 +49,16 @@ def options_of(ds, law, limit, rate="slow") -> Options:
     schema.one_of(law, RIGID_LAWS, "law")
     schema.one_of(limit, LIMITS, "limit")
     if limit != "cut_off" and law == "lennard_jones":
-        raise ValueError(f"limit: expected 'cut_off' for law='lennard_jones', which pushes by itself, found {limit!r}")
+        raise ValueError(
+            f"limit: expected 'cut_off' for law='lennard_jones', which has its own repulsion, found {limit!r}"
+        )
     if schema.one_of(rate, RATES, "rate") == "fast" and (limit != "cut_off" or not schema.is_wet(ds)):
-        raise ValueError("rate: expected 'fast' for a humid pair and limit='cut_off', found another")
+        raise ValueError(
+            "rate: 'fast' needs a humid pair and limit='cut_off', found no humidity or another limit; take rate='slow'"
+        )
     (w,), menisci = schema.pair(ds, "work_of_adhesion", wet=True), menisci_of(ds)
     if not w > 0 and menisci is None:
-        raise ValueError(f"work_of_adhesion: expected a positive one, found {w:g} J/m2; nothing attracts")
+        raise ValueError(f"work_of_adhesion: expected more than 0 J/m² for bodies that attract, found {w:g}")
     wavelength = float(ds["retardation"]) if law == "hamaker" and "retardation" in ds.coords else np.inf
     found = potentials.potential(law, w, length_of(ds, law) if w > 0 else DEFAULT_RANGE, wavelength)
     if menisci is not None:
@@ -72,10 +76,12 @@ def options_of(ds, law, limit, rate="slow") -> Options:
 def _hardness(ds: xr.Dataset, law: potentials.Potential) -> float:
     """Return the hardness (GPa), which must exceed the largest traction for summits to keep the bodies apart."""
     if "hardness" not in ds.coords:
-        raise ValueError("hardness: expected an assigned one for limit='hardness', found none; assign_pair(hardness=…)")
+        raise ValueError("hardness: limit='hardness' needs it, found none; assign_pair(hardness=…) first")
     value, largest = float(ds["hardness"]), potentials.traction(kernels.floor(law), law)
     if value <= largest:
-        raise ValueError(f"hardness: expected more than the largest traction, {largest:.3g} GPa, found {value:g} GPa")
+        raise ValueError(
+            f"hardness: expected more than the law's largest traction, {largest:.3g} GPa, found {value:g} GPa"
+        )
     return value
 
 

@@ -169,8 +169,8 @@ def _warn(out: xr.Dataset, options: Options) -> None:
     share = options.area * potentials.traction(max(largest, kernels.floor(law)), law) / float(pull.median())
     if share > _ONE_CELL:
         warn(
-            f"rigid: one cell at closest approach holds {min(share, 1):.0%} of the median pull: the result is "
-            "that of the cells' size; take refine, or a scan with add_fine_roughness"
+            f"rigid: a single cell at closest approach makes up {min(share, 1):.0%} of the median pull-off, which so "
+            "depends on the size of the cells; take refine, or a scan with add_fine_roughness"
         )
 
 
@@ -186,6 +186,6 @@ def _default_deltas(ds: xr.Dataset) -> np.ndarray:
 def _refuse_on_pixels(options: Options, problem: Problem, fields: bool) -> None:
     if options.limit != "cut_off" or options.fast or fields or problem.indenter.map is not None or problem.refine > 1:
         raise ValueError(
-            "subregions='every pixel': expected a sphere, limit='cut_off', rate='slow', no fields, no refine; else "
-            "give places"
+            "subregions='every pixel': expected a sphere, limit='cut_off', rate='slow', no fields, no refine; for "
+            "anything else choose places, such as subregions=(8, 8)"
         )

@@ -269,7 +269,7 @@ def expect_moments(ds: xr.Dataset):
     """
     if "resisting_moment" not in ds or set(ds["resisting_moment"].dims) != {"subregion", "direction"}:
         found = ", ".join(map(str, ds.data_vars)) or "none"
-        raise ValueError(f"expected resisting moments, of ds.contact.rolling(), found variables: {found}")
+        raise ValueError(f"expected resisting moments, from ds.contact.rolling(), found variables: {found}")
 
 
 #: Largest and least that any body has, and what some have.
@@ -285,8 +285,8 @@ def _possible(given: Any, units: str, name: str) -> float | None:
     low, high, known = _POSSIBLE[name]
     value = None if given is None else positive(given, units, name)
     if value is not None and not low <= value <= high:
-        found = f"{value:.4g} {units}; say its units" if units != "1" else f"{value:.4g}"
-        raise ValueError(f"{name}: expected what some body has ({known}), found {found}")
+        found = f"{value:.4g} {units}; state the units" if units != "1" else f"{value:.4g}"
+        raise ValueError(f"{name}: expected a physical value ({known}), found {found}")
     return value
 
 

@@ -67,11 +67,11 @@ def leaving(
     True
     """
     if "pass_x" not in places or "barrier" not in places:
-        raise ValueError("places: expected a result of resting(settle='gravity') with its passes, found none")
+        raise ValueError("places: expected a result of resting(settle='gravity'), found no passes (pass_x)")
     catalogue = ds if "asperity" in ds.dims else asperities(ds)
     known = np.isfinite(places["pass_x"].values)
     if not known.any():
-        raise ValueError("places: expected at least one with a pass, found none")
+        raise ValueError("places: expected at least one place that a particle can leave over a pass, found none")
     kind, body = load_of(load), body_of(catalogue, particle_density, flow)
     down = 0.0 if np.isnan(body.density) else float(weight(body.radius, body.density, gravity=body.gravity))
     passes = tuple(np.where(known, places[f"pass_{axis}"], places[f"subregion_{axis}"]) for axis in "xy")

@@ -119,7 +119,7 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
 def _adhesion_of(ds: xr.Dataset, classes: int, poisson_ratio: float) -> _Adhesion:
     pulls = np.sort(ds["pull_off_force"].values[np.isfinite(ds["pull_off_force"].values)].ravel()) * _NEWTON
     if pulls.size < classes:
-        raise ValueError(f"classes: expected at most as many as places that pull, {pulls.size}, found {classes}")
+        raise ValueError(f"classes: expected at most {pulls.size}, the number of places that pull, found {classes}")
     law = fit(ds, "pull_off_ratio", laws=["log_normal"], simulations=0).isel(law=0)
     lever = float((ds["lever"] / ds["sphere_radius"]).median()) if "lever" in ds else np.nan
     return _Adhesion(

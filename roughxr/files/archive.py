@@ -168,7 +168,7 @@ def _in_words(path: Path) -> Iterator[None]:
         raise
     except Exception as error:
         raise ValueError(
-            f"{path}: expected an archive as it was written, found it damaged or changed since, at: {error}; take a "
+            f"{path}: expected an archive as it was written, found it damaged or changed, at: {error}; use a "
             "copy, or compute it again under another name; xarray.open_datatree reads what can be read"
         ) from error
 
@@ -251,5 +251,5 @@ def of_run(path: Path) -> Path:
     found = found or sorted(path.glob("*.nc"))
     if len(found) != 1:
         listed = ", ".join(file.name for file in found) or "none"
-        raise ValueError(f"{path}: expected the folder of one run, found archives: {listed}; name the file")
+        raise ValueError(f"{path}: expected a folder with one archive, found: {listed}; give the file itself")
     return found[0]

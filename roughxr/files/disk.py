@@ -69,8 +69,8 @@ def whole(path: str | os.PathLike) -> Iterator[Path]:
             _discard(temporary)
         if isinstance(error, OSError) or (isinstance(error, RuntimeError) and str(error).startswith(_NETCDF)):
             raise OSError(
-                f"{path}: could not be written ({error}), nothing is left of it; its disk had room for {room}: "
-                "make room, see that you may write there, and call again"
+                f"{path}: could not be written ({error}), and no part of it is kept; its disk had room for {room}: "
+                "make room, check your permission to write there, and call again"
             ) from error
         raise
 

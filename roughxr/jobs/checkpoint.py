@@ -86,7 +86,7 @@ class Checkpoint:
         query = "SELECT * FROM batches WHERE stage = ? AND first = ?"
         row = self._execute(query, (stage, first)).fetchone()
         if row is None or not _is_sound(row):
-            raise OSError(f"{self.path}: results of item {first} were damaged while the run went on: call again")
+            raise OSError(f"{self.path}: the kept results of item {first} were damaged during the run: call again")
         return np.frombuffer(zlib.decompress(row[3]), dtype.newbyteorder("<")).astype(dtype.base)
 
     def kept(self, stage: str) -> list[range]:

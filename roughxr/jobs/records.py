@@ -82,7 +82,7 @@ def warn_unconverged(out: xr.Dataset, remedy: str) -> None:
     """Warn once of solves, computed already, that did not meet their tolerance, and say what helps."""
     lost = int((~out["converged"].astype(bool)).sum())
     if lost:
-        warn(f"{out.attrs['method']}: {lost} of {out['converged'].size} solves have not converged; {remedy}")
+        warn(f"{out.attrs['method']}: {lost} of {out['converged'].size} solutions have not converged; {remedy}")
 
 
 def loading(ds: xr.Dataset) -> xr.Dataset:

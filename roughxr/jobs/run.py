@@ -191,7 +191,7 @@ class _WithCheckpoints:
         if failures:
             raise RuntimeError(
                 f"{work.name}: {progress.failed} of {total} subregions failed, the first, {failures[0]}; "
-                "the others are kept: mend the cause and call again"
+                "the others are kept: remove the cause and call again"
             )
 
     def finish(self, ds: xr.Dataset) -> xr.Dataset:

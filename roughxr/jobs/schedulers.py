@@ -139,8 +139,8 @@ class _Cluster:
             yield
         except Exception as error:
             raise RuntimeError(
-                f"{self.client.scheduler.address}: nothing can be sent to its workers ({error}): "
-                "expected at least one 'dask worker', where roughxr is installed as here"
+                f"{self.client.scheduler.address}: its workers cannot be used ({error}): "
+                "expected at least one 'dask worker' with the same roughxr installed"
             ) from error
 
     @property

@@ -105,7 +105,9 @@ def _stated(path: Path, kind: str, given: Calibration) -> dict[str, float]:
     """Return what the caller states under afmformats' names, in m/V (m/A) and N/m."""
     for option in ("units", "pulls"):
         if getattr(given, option) is not None:
-            raise UnreadableScan(path, f"{option}: expected none of curves, whose file states it; leave {option}= out")
+            raise UnreadableScan(
+                path, f"{option}: not used for force curves, whose file states it; leave {option}= out"
+            )
     found = {}
     try:
         if given.sensitivity is not None:
@@ -129,7 +131,7 @@ def _needed(path: Path, kind: str, found: dict[str, Any], stated: dict[str, floa
     if lacking:
         units = {"sensitivity": "'50 nm/nA'" if kind == "nt-mdt" else "'50 nm/V'", "spring_constant": "'0.2 N/m'"}
         asked = ", ".join(f"{name}={units[name]}" for name in lacking)
-        raise UnreadableScan(path, f"expected forces, found none and no {' and no '.join(lacking)}; state {asked}")
+        raise UnreadableScan(path, f"expected forces, found deflections without {' and '.join(lacking)}; give {asked}")
     return needed
 
 

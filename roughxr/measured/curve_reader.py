@@ -63,7 +63,7 @@ def _opened(path: str, kind: str, known: tuple, *_state: int) -> tuple[str, list
         recipe = next(one for one in formats_available if one.loader.__module__ == f"afmformats.formats.{module}")
         if recipe.recipe.get("detect", lambda _: True)(Path(path)):
             return f"{recipe.maker} ({recipe.descr})", recipe.loader(Path(path), meta_override=dict(known))
-    raise ValueError("expected force-distance curves, found none that afmformats knows")
+    raise ValueError("expected force-distance curves, found none that afmformats can read")
 
 
 def _told(metadata: Any) -> dict[str, float]:

@@ -92,7 +92,7 @@ def predict_others(
     fraction(confidence, "confidence")
     schema.one_of(fit_on, tuple(surfaces), "fit_on")
     if len(surfaces) < 2:
-        raise ValueError(f"surfaces: expected another beside {fit_on!r}, found none")
+        raise ValueError(f"surfaces: expected at least one other than {fit_on!r}, found none")
     if below is not None and (lacking := set(surfaces) - set(below)):
         raise ValueError(f"below: expected every surface, found none for {', '.join(sorted(lacking))}")
     chance = {"confidence": confidence, "resamples": resamples, "seed": seed}

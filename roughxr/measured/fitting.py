@@ -244,7 +244,7 @@ def _start(ds: xr.Dataset, quantity: str) -> float:
     if quantity == "adhesion_range":
         return range_of(ds)
     if quantity == "hardness" and "hardness" not in ds.coords:
-        raise ValueError("hardness: expected an assigned one to begin with, found none; assign_pair(hardness=…)")
+        raise ValueError("hardness: expected a value to start from, found none; assign_pair(hardness=…) first")
     value = float(ds[quantity])
     return value if value > 0 else 0.1
 

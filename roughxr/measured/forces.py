@@ -57,7 +57,7 @@ def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[n
         raise ValueError(f"units: the file states {units!r}, found {given.units!r}; leave units= out")
     units = units or given.units
     if units is None:
-        raise ValueError("expected units of what was measured, found none in the file; state them, such as units='nN'")
+        raise ValueError("units: the file states none; give them, such as units='nN'")
     how: dict[str, Any] = {"measured_units": units}
     if converts(units, "nN"):
         _nothing_beside(units, given, "sensitivity", "spring_constant")
@@ -72,7 +72,7 @@ def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[n
     how |= {"sensitivity": per_volt, "sensitivity_units": per_what}
     values = values * (factor(units, "V") * per_volt)
     if per_what == "nN/V":
-        _nothing_beside("sensitivity in nN/V", given, "spring_constant")
+        _nothing_beside("V with a sensitivity in nN/V", given, "spring_constant")
         return values, how
     stiffness = _stiffness(given, units)
     return values * stiffness, {**how, "spring_constant": stiffness}
@@ -105,7 +105,9 @@ def _stiffness(given: Calibration, units: str) -> float:
 def _nothing_beside(units: str, given: Calibration, *options: str) -> None:
     for option in options:
         if getattr(given, option) is not None:
-            raise ValueError(f"{option}: expected none beside {units}, found {getattr(given, option)!r}; leave it out")
+            raise ValueError(
+                f"{option}: not needed for values in {units}, found {getattr(given, option)!r}; leave it out"
+            )
 
 
 def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:
@@ -125,9 +127,9 @@ def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:
         if (values < 0).any() and (values > 0).any():
             below = int((values < 0).sum())
             raise ValueError(
-                f"expected pull-off forces of one sign, found {below} below zero and {int((values > 0).sum())} above: "
-                "a force-distance curve? give its baseline (--baseline 0.3), else "
-                "state which sign a pull has, pulls='positive' or 'negative': what is left on the other side is noise"
+                f"expected pull-off forces of one sign, found {below} below zero and {int((values > 0).sum())} above; "
+                "if it is a force-distance curve, give its baseline (--baseline 0.3); else give the sign of a pull, "
+                "pulls='positive' or 'negative', and the values of the other sign are taken as noise"
             )
         pulls = "negative" if (values < 0).any() else "positive"
     one_of(pulls, PULLS, "pulls")

@@ -103,7 +103,7 @@ def positive_forces(measured: xr.Dataset) -> Samples:
     if low:
         raise ValueError(
             f"measured: expected positive pull-off forces, found {low} of {found.values.size} at zero or below; leave "
-            "them out, measured.where(measured.pull_off_force > 0), and know that the rest is no longer the whole"
+            "them out with measured.where(measured.pull_off_force > 0), which biases the mean upwards"
         )
     return found
 

@@ -194,7 +194,8 @@ def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path
     if len(found) != 1:
         wanted = "an image of adhesion" if channel is None else f"channel {channel!r}"
         raise UnreadableScan(
-            path, f"expected {wanted}, found {len(found)} among {listing(channels)}; name one or its number, channel="
+            path,
+            f"expected {wanted}, found {len(found)} among {listing(channels)}; give its name or number as channel=",
         )
     return found[0]
 

@@ -72,7 +72,7 @@ def matched(predicted: Samples, measured: Samples, *, shift: tuple[float, float]
     both = np.isfinite(there)
     if both.sum() < 9:
         raise ValueError(
-            f"expected at least 9 measured places on the prediction, found {both.sum()}; see their x and y"
+            f"expected at least 9 measured places within the predicted ones, found {both.sum()}; check their x and y"
         )
     scores = normal_scores(there[both]), normal_scores(measured.values[both])
     correlation = float(np.corrcoef(*scores)[0, 1]) if np.ptp(there[both]) and np.ptp(measured.values[both]) else 0.0
@@ -142,7 +142,7 @@ def _best_shift(grid: Grid, measured: Samples, farthest: float) -> tuple[tuple[f
     allowed = (np.abs(shifts[0]) <= reach[0])[:, None] & (np.abs(shifts[1]) <= reach[1])
     allowed &= overlap >= max(9, 0.25 * min(known.sum(), coarse.values[1].sum()))
     if not allowed.any():
-        raise ValueError("expected measured places that overlap the prediction, found none; see their x and y")
+        raise ValueError("expected measured places that overlap the predicted ones, found none; check their x and y")
     at = np.unravel_index(np.argmax(np.where(allowed, correlation, -2)), correlation.shape)
     found = [
         shift[k] + step * _vertex(line, k) for shift, step, line, k in zip(shifts, steps, _lines(correlation, at), at)

@@ -22,7 +22,7 @@ def together(paths: Sequence[Any], found: Sequence[xr.Dataset]) -> xr.Dataset:
         return found[0]
     kinds = sorted({ds.attrs["measured"] for ds in found})
     if len(kinds) != 1:
-        raise ValueError(f"path: expected files that hold the same, found {', '.join(kinds) or 'no file'}")
+        raise ValueError(f"path: expected files of one kind, found {', '.join(kinds) or 'no file'}")
     common = set.intersection(*(set(map(str, ds.variables)) for ds in found))
     named = [
         ds[sorted(common)].assign_coords(file=("subregion", [Path(path).name] * ds.sizes["subregion"]))

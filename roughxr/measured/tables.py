@@ -108,7 +108,7 @@ def _names_in(path: Path, comments: list[str], delimiter: str | None, width: int
         raise UnreadableScan(
             path,
             f"expected a line of names above {width} columns, such as 'x [um], y [um], force [nN]', found numbers; "
-            "if they are an image, give its size=; if NT-MDT's force curve, sensitivity= in nm/nA and spring_constant=",
+            "for an image give size=; for a force curve of NT-MDT give sensitivity= in nm/nA and spring_constant=",
         )
     return [path.stem]
 

@@ -35,9 +35,9 @@ def in_true_units(path: Path, channels: list[Channel], chosen: Channel, family: 
     if chosen.header.get("format") != "di":
         raise UnreadableScan(
             path,
-            f"expected an image whose scale is known, found {chosen.name!r} in {chosen.header.get('format')!r}, of "
-            "which heights alone are read in true units; write the image as .gwy, .gsf or text with the vendor's "
-            "program or Gwyddion, and open that",
+            f"expected an image with a known scale, found {chosen.name!r} in {chosen.header.get('format')!r}, a "
+            "format of which only heights are read in true units; save the image as .gwy, .gsf or text with the "
+            "vendor's program or Gwyddion, and open that file",
         )
     units, scale = nanoscope_scale(path, channels.index(chosen), chosen.name)
     return chosen._replace(units=units, read=lambda: chosen.read() * scale)
@@ -54,8 +54,8 @@ def nanoscope_scale(path: Path, index: int, name: str) -> tuple[str, float]:
     if arbitrary:
         raise UnreadableScan(
             path,
-            f"expected a calibrated image {name!r}, found arbitrary units without {scale['quantity']!r} for them: "
-            "calibrate deflection and spring constant in the vendor's program, and save it there in nN",
+            f"expected a calibrated image {name!r}, found arbitrary units without their scale {scale['quantity']!r}: "
+            "calibrate deflection and spring constant in the vendor's program, and save the image in nN",
         )
     return "V", one_count
 

@@ -37,7 +37,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     --------
     >>> pull = xr.Dataset({"pull_off_force": ("subregion", [388.0, 575.0, 817.0])})
     >>> found = answer(schema.label(pull))
-    593 nN (95 % interval 230 … 1607 nN) by 3 places; as the scan shows the surface, without what is below its pixels
+    593 nN (95 % interval 230 … 1607 nN) by 3 places; for the surface as scanned, without roughness below its pixels
     """
     found, words = answered(ds)
     print(words)
@@ -97,10 +97,10 @@ def _in_words(found: dict[str, float], places: int, pull: xr.Dataset) -> str:
         mean = f"{sure(found['pull_off_force'], found['low'], found['high'])} by {of}"
     said = [mean]
     if np.isfinite(found["mesh_error"]):
-        cells = "too high by its cells, about" if "cell_error" in pull else "mesh and step"
+        cells = "overestimated through the size of cells by about" if "cell_error" in pull else "error of mesh and step"
         said.append(f"{cells} {percent(found['mesh_error'])}")
     if {"sphere_radius", "work_of_adhesion"} <= set(pull.coords) and (smooth := smooth_pull_off(pull)):
         share = found["pull_off_force"] / smooth
-        doubt = ", which only a surface that fits the sphere could hold: take adhesive, or a finer mesh"
-        said.append(f"{number(100 * share, '%')} of what a smooth flat holds" + doubt * bool(share > 1.02))
-    return "; ".join([*said, "as the scan shows the surface, without what is below its pixels"])
+        doubt = ", which only a surface shaped to fit the sphere could reach: take adhesive, or a finer mesh"
+        said.append(f"{number(100 * share, '%')} of the pull-off from a smooth flat" + doubt * bool(share > 1.02))
+    return "; ".join([*said, "for the surface as scanned, without roughness below its pixels"])

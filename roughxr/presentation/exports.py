@@ -61,7 +61,7 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
     fields = [name for name in ds.data_vars if {"x", "y"} < set(ds[name].dims)]
     if fields:
         raise ValueError(
-            f"expected a table's variables or maps of x and y, found fields along more: {', '.join(fields)}; "
+            f"expected variables that fit a table, found fields of several places: {', '.join(fields)}; "
             "select one place and displacement, or drop them"
         )
     frame = ds.to_dataframe() if ds.dims else _scalars(ds)

@@ -129,8 +129,8 @@ _HOPELESS = 3.0
 
 #: What helps where bodies are too soft for the scan, or their contacts too large.
 _HELPS = (
-    "what helps: a larger scan, a smaller sphere or preload, a larger modulus or less work of adhesion; fewer cells "
-    "(--mesh 1); or in Python superpose and direct, without this simulation"
+    "what helps: a larger scan, a smaller sphere or preload, a larger modulus, or less work of adhesion; fewer cells "
+    "(--mesh 1); or, in Python, superpose and direct instead of this simulation"
 )
 
 
@@ -214,7 +214,7 @@ def run(
     if particle:
         subregions = resting(scan, landings=subregions, on=asperities(scan))
         if subregions.sizes["subregion"] == 0:
-            raise ValueError(f"particle: {subregions.attrs['missing']}; without it the run takes it for a probe")
+            raise ValueError(f"particle: {subregions.attrs['missing']}; leave particle out to run it as a fixed probe")
     wanted, output = plan(scan, subregions=subregions, delta=delta, **adhesion), Path(output)
     path = output if output.suffix == ".nc" else output / "run.nc"
     with told(scan, wanted, path) as say:
@@ -270,8 +270,8 @@ def analyse(scan: xr.Dataset, plan: Plan, say: Stages = _UNTOLD) -> dict[str, xr
     catalogue = asperities(scan, patch=plan.patch, vertex=plan.vertex)
     if not bool((catalogue["curvature_min"] > 0).any()):
         raise ValueError(
-            f"scan: expected asperities, found no peak among {catalogue.sizes['asperity']} (is it flat?); the smooth "
-            "sphere on a flat is JKR's, and roughxr.direct and roughxr.adhesive need no asperities"
+            f"scan: expected asperities, found no peak among {catalogue.sizes['asperity']} (is it flat?); for a "
+            "smooth flat use JKR's formula, or roughxr.direct and roughxr.adhesive, which need no asperities"
         )
     groups = {
         "scan": scan.assign_attrs(input_sha256=schema.height_hash(scan)),
@@ -298,8 +298,8 @@ def analyse(scan: xr.Dataset, plan: Plan, say: Stages = _UNTOLD) -> dict[str, xr
     ways = OF_LIQUID if schema.is_wet(scan) else COMPARED
     if crowding(suited) > CROWDED:
         warn(
-            "superposed asperities, and what it takes to roll the sphere off, are left out: at this humidity the "
-            "menisci of neighbours merge all over the surface"
+            "superposed asperities and resisting moments are left out: at this humidity the menisci of neighbouring "
+            "asperities merge all over the surface"
         )
         ways = {}
     for name, way in ways.items():
@@ -475,7 +475,7 @@ def _expect_pulls(first: xr.Dataset) -> None:
     lost, edge = (int(found.sum()) for found in (~first["complete"], first["truncated"]))
     raise ValueError(
         f"simulation with adhesion: expected a pull-off at some of the first {first['pull_off_force'].size} places, "
-        f"found none ({lost} not followed to their end, {edge} in contact at the scan's edge); {_HELPS}"
+        f"found none ({lost} not completed, {edge} in contact at the scan's edge); {_HELPS}"
     )
 
 

@@ -78,7 +78,7 @@ def formats() -> list[tuple[str, str, str]]:
     own = [
         ("NetCDF, as roughxr or SurfaceTopography writes it", ".nc", "roughxr"),
         ("Gwyddion simple field", ".gsf", "roughxr"),
-        ("Gwyddion, version 1 refused with a word", ".gwy", "gwyfile (extra afm)"),
+        ("Gwyddion, version 2", ".gwy", "gwyfile (extra afm)"),
         ("matrix of numbers, with Gwyddion's head or size=", ".txt, .csv, .dat", "roughxr"),
         ("matrix of NumPy, with size= and height_units=", ".npy", "roughxr"),
     ]
@@ -155,7 +155,7 @@ def _labelled_netcdf(path: Path, given: dict[str, Any]) -> xr.Dataset:
     """Return a NetCDF file's scan, not read yet; roughxr's own files keep their history and origin."""
     for option in ("direction", "size", "height_units"):
         if given[option] is not None:
-            raise ValueError(f"{option}: expected nothing for a NetCDF file, which states it; leave {option}= out")
+            raise ValueError(f"{option}: a NetCDF file states it itself; leave {option}= out")
     opened = guarded(path, open_netcdf, path, channel=given["channel"])
     try:
         ds = _with_origin(validate(opened, "scan"), path, given)
@@ -202,7 +202,7 @@ def sized(channel: Channel, size: Any, path: Path) -> Channel:
             "expected a lateral size, found none in the file; give it, for example size=('5 um', '5 um')",
         )
     if stated and wanted and not np.allclose(stated, wanted, rtol=1e-6):
-        raise ValueError(f"{path}: size: the file states {stated} nm, found {wanted} nm; leave size= out")
+        raise ValueError(f"{path}: size: the file states {stated} nm, given was {wanted} nm; leave size= out")
     if stated and not wanted and not channel.counted:
         _check_square(channel, stated, path)
     return channel._replace(size=wanted or stated, lateral_units="nm")

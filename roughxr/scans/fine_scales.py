@@ -252,7 +252,7 @@ def _known(spectrum: xr.Dataset | None, hurst: Any, shown: Any, scan: xr.Dataset
         return None
     measured = "psd" in spectrum
     if hurst is not None or (shown is not None and not measured):
-        raise ValueError("spectrum: expected alone, found hurst or shown beside it")
+        raise ValueError("spectrum: cannot be combined with hurst or shown; leave these out")
     if not measured:
         return known_spectrum(spectrum)
     own = self_affine_fit(scan)["shortest_wavelength"] if shown is None else _shown(shown, scan)

@@ -201,8 +201,8 @@ def _solved(sums: np.ndarray, n: int) -> np.ndarray:
     matrix = left[p, q][:, p, q]
     if np.linalg.matrix_rank(matrix) < len(p):
         raise ValueError(
-            f"level: expected heights enough for a background of {len(p)} terms, found too few that are "
-            "known and not excluded; exclude less, or lower the order"
+            f"level: expected enough heights for a background of {len(p)} terms, found too few that are "
+            "neither missing nor excluded; exclude less, or lower the order"
         )
     out = np.zeros_like(right)
     out[p, q] = np.linalg.solve(matrix, right[p, q])

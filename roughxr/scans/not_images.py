@@ -19,11 +19,11 @@ _ZIP = b"PK\x03\x04"
 #: Names of the metadata of a container of contact.engineering, the first that is there.
 METADATA = ("index.json", "meta.yml")
 
-_READ_BY = "read by `roughxr measured`, in Python by roughxr.open_pull_off and roughxr.measured.open_curves"
+_READ_BY = "which `roughxr measured` reads, in Python roughxr.open_pull_off and roughxr.measured.open_curves"
 
 _NOT_READ = (
-    "not read: export the curves as text in NanoScope Analysis, or give the pull-offs as a table or as PeakForce's "
-    "image of adhesion, for `roughxr measured`"
+    "not read: export the curves as text from NanoScope Analysis, or give `roughxr measured` a table of pull-off "
+    "forces or a PeakForce adhesion image"
 )
 
 
@@ -51,7 +51,10 @@ def refuse_curves(path: Path) -> None:
     if kind == "nanoscope":
         refuse_nanoscope(path)
     if set(METADATA) & set(_zip_names(path)):
-        raise UnreadableScan(path, "found a container of several topographies, read by roughxr.scans.open_container")
+        raise UnreadableScan(
+            path,
+            "expected one image, found a container of several topographies; open it with roughxr.scans.open_container",
+        )
     if kind:
         raise UnreadableScan(path, f"expected an image of heights, found force-distance curves ({kind}), {_READ_BY}")
 

@@ -30,7 +30,7 @@ def npy_channels(path: Path) -> list[Channel]:
     if values.ndim != 2 or values.dtype.kind not in "fiu":
         raise UnreadableScan(path, f"expected a matrix of real numbers, found shape {values.shape} of {values.dtype}")
     if values.offset + values.nbytes != path.stat().st_size:
-        raise UnreadableScan(path, f"expected {values.nbytes} bytes of data, found another number of them")
+        raise UnreadableScan(path, f"expected {values.nbytes} bytes of data, found more or fewer")
     read = partial(np.array, values, dtype=float)
     return [Channel(path.stem, None, values.shape, None, None, read)]
 
@@ -46,7 +46,7 @@ def text_channels(path: Path) -> list[Channel]:
     header = dict(match.groups() for match in map(_ENTRY.match, text.splitlines()[:100]) if match)
     rows = _matrix(path, text)
     if not text.endswith("\n"):
-        warn(f"{path.name}: the last line has no end; if the file was cut, its last number is wrong")
+        warn(f"{path.name}: the last line has no line end; if the file was cut short, its last number is wrong")
     size, lateral_units = _size(header)
     name = header.get("Channel", path.stem)
     return [

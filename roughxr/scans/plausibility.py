@@ -35,7 +35,7 @@ def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
     low, high = (float(np.nanmin(height)), float(np.nanmax(height))) if np.isfinite(height).any() else (0.0, 0.0)
     if np.isinf(height).any() or high - low > ABSURD_RANGE * width:
         raise UnreadableScan(
-            path, f"expected heights of a scan {width:g} nm wide, found them from {low:g} to {high:g} nm: damaged"
+            path, f"expected heights that suit a scan {width:g} nm wide, found {low:g} to {high:g} nm: damaged"
         )
 
 
@@ -62,13 +62,11 @@ def size_doubts(ds: xr.Dataset) -> list[str]:
     for axis, step in zip("xy", steps):
         for unit, length in (("nm", 1.0), ("um", 1e3), ("mm", 1e6), ("m", 1e9)):
             if abs(step / length - 1) < 1e-9:
-                found.append(f"one pixel is exactly 1 {unit} along {axis}: a size that may never have been set")
+                found.append(f"one pixel is exactly 1 {unit} along {axis}: the scan size may never have been set")
     if abs(steps[0] - steps[1]) > 1e-6 * steps[0]:
         found.append(f"pixels are not square: {steps[0]:g} x {steps[1]:g} nm")
     if min(steps) > _WIDE:
-        found.append(
-            f"pixels of {min(steps):.4g} nm are wider than the contacts of small spheres: they do not show them"
-        )
+        found.append(f"pixels of {min(steps):.4g} nm are too coarse to resolve the contacts of small spheres")
     return found
 
 
@@ -82,7 +80,7 @@ def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
         found.append(f"heights range over {relief:.4g} nm, more than the lateral {width:.4g} nm")
     share = _steep_share(height, steps)
     if share > 0.01:
-        found.append(f"slope above 1 on {100 * share:.3g} % of the pixel steps")
+        found.append(f"the slope exceeds 1 (45°) between {100 * share:.3g} % of neighbouring pixels")
     coarse, rms = _height_step(height), float(np.nanstd(height))
     if coarse > rms:
         found.append(f"height steps of {coarse:.4g} nm are coarser than the roughness, {rms:.4g} nm rms")
@@ -95,13 +93,13 @@ def _garbled(alike: tuple[float, float]) -> list[str]:
     """Return a doubt where neighbouring heights, or whole lines, are as if drawn at random."""
     if max(alike) < _NOTHING_IN_COMMON:
         return [
-            f"neighbouring heights have nothing in common (correlation {max(alike):.2g}): "
-            "garbled by a damaged header, or noise alone"
+            f"neighbouring heights are uncorrelated (correlation {max(alike):.2g}): "
+            "a damaged header, or nothing but noise"
         ]
     if min(alike) < _NOTHING_IN_COMMON:
         return [
-            f"neighbouring lines along {'xy'[alike.index(max(alike))]} have nothing in common (correlation "
-            f"{min(alike):.2g}): their length misread from a damaged header, or each with an offset of its own"
+            f"neighbouring lines along {'xy'[alike.index(max(alike))]} are uncorrelated (correlation "
+            f"{min(alike):.2g}): a damaged header, or lines that are not levelled to each other"
         ]
     return []
 
@@ -117,7 +115,8 @@ def _scar(height: np.ndarray) -> list[str]:
         return []
     axis = "xy"[worst.index((ratio, line))]
     return [
-        f"line {line} along {axis} differs from its neighbours {ratio:.2g} times as much as the median line: a scar"
+        f"line {line} along {axis} differs from its neighbours {ratio:.2g} times more than the median line: a scan "
+        "fault"
     ]
 
 

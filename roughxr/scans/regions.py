@@ -170,6 +170,6 @@ def _inside(ds: xr.Dataset, x: np.ndarray, y: np.ndarray) -> None:
     if outside.any():
         k = int(np.flatnonzero(outside)[0])
         raise ValueError(
-            f"subregions: expected centres within x {x_low:g} … {x_high:g}, y {y_low:g} … {y_high:g} nm, "
+            f"subregions: expected centres on the scan, x {x_low:g} … {x_high:g}, y {y_low:g} … {y_high:g} nm, "
             f"found {int(outside.sum())} outside, the first at ({x[k]:g}, {y[k]:g})"
         )

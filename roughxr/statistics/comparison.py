@@ -84,7 +84,9 @@ def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset, by: float):
     sizes = [ds.sizes["subregion"] for ds in (superposed, direct)]
     places = [name for name in ("subregion_x", "subregion_y") if name in superposed.coords and name in direct.coords]
     if sizes[0] != sizes[1] or not all(np.allclose(superposed[name], direct[name]) for name in places):
-        raise ValueError(f"expected the same subregions in both, found {sizes[0]} and {sizes[1]}; solve at equal ones")
+        raise ValueError(
+            f"expected the same number of subregions in both, found {sizes[0]} and {sizes[1]}; solve at the same places"
+        )
     datums = [ds.attrs.get("datum", "highest_peak") for ds in (superposed, direct)]
     if datums[0] != datums[1]:
         raise ValueError(f"expected delta from the same datum, found {datums[0]!r} and {datums[1]!r}")

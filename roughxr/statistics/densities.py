@@ -160,7 +160,9 @@ def _kernel_density(found: Samples, bandwidth: Any, boundary: float, end: float,
 
     values = found.values
     if np.ptp(values) == 0:
-        raise ValueError("expected samples that differ for a kernel estimate, found equal ones; use method='histogram'")
+        raise ValueError(
+            "expected samples that differ, found all equal, which have no kernel estimate; use method='histogram'"
+        )
     estimate = gaussian_kde(values, bw_method=bandwidth, weights=found.weights)
     width = float(np.sqrt(estimate.covariance[0, 0]))
     grid = np.linspace(max(values.min() - 6 * width, boundary), min(values.max() + 6 * width, end), points)

@@ -126,7 +126,10 @@ def _judged(values: np.ndarray, name: str, seed: int) -> np.ndarray:
     """Return the samples whose fit is judged by simulation: all, or 2000 of them, with a warning."""
     if values.size <= _MOST_SIMULATED:
         return values
-    warn(f"{name}: {values.size} samples; ks_p_value is that of {_MOST_SIMULATED} drawn from them, all else of all")
+    warn(
+        f"{name}: {values.size} samples; ks_p_value is computed from {_MOST_SIMULATED} of them drawn at random, all "
+        "else from all"
+    )
     return np.random.default_rng(seed).choice(values, _MOST_SIMULATED, replace=False)
 
 

@@ -92,7 +92,7 @@ def _warn_of_ends(out: xr.Dataset, delta: np.ndarray) -> None:
     if short or never:
         warn(
             f"the sweep from {delta[0]:g} to {delta[-1]:g} nm is too short for {short + never} of {pulls.size} places: "
-            f"at {short} the largest pull stands at its end, at {never} nothing pulls; take a longer one, or leave "
+            f"at {short} the largest pull is at its end, at {never} nothing pulls; take a longer sweep, or leave "
             "delta out"
         )
 
@@ -112,8 +112,8 @@ def _with_adhesion(ds: xr.Dataset, force: xr.DataArray) -> xr.DataArray:
     elastic = ds.attrs.get("method") == "direct" or ds.attrs.get("law") == "hertz"
     if elastic and (force.chunks is not None or not (force < 0).any()):
         raise ValueError(
-            "expected a sweep with adhesion, found one without, which never pulls; take method='ciavarella' for its "
-            "estimate from such a sweep, or solve with adhesion: superpose(…, law='jkr') or adhesive(…)"
+            "expected a sweep with adhesion, found one without; take method='ciavarella', which estimates the pull-off "
+            "from a sweep without adhesion, or solve with adhesion: superpose(…, law='jkr') or adhesive(…)"
         )
     return force
 

@@ -100,7 +100,7 @@ def conditions(array: xr.DataArray) -> list[str]:
 def counted_equally(found: Samples, verb: str) -> Samples:
     """Return samples without weights, with a warning where there were any."""
     if found.weights is not None:
-        warn(f"{verb}: each place counts as one; the shares of particles at them are not used")
+        warn(f"{verb}: all places count equally; the shares of particles that rest at them are not used")
     return found._replace(weights=None)
 
 
@@ -108,7 +108,7 @@ def warn_of_missing(name: str, missing: int, total: int, why: str | None = None)
     """Warn that statistics leave samples out, where some are missing."""
     if missing:
         reason = f" ({why})" if why else ""
-        warn(f"{name}: statistics of {total - missing} of {total} samples, the others are missing{reason}")
+        warn(f"{name}: computed from {total - missing} of {total} samples, the others are missing{reason}")
 
 
 def of_a_map(ds: xr.Dataset, *names: str) -> xr.Dataset:

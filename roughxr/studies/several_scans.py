@@ -80,7 +80,7 @@ def _named(scans: Any) -> tuple[list[Any], list[xr.Dataset]]:
     """Return names and scans; raise where they are not opened yet."""
     for one in scans.values() if isinstance(scans, Mapping) else scans:
         if not isinstance(one, xr.Dataset):
-            raise ValueError(f"scans: expected Datasets, found {one!r}; take open_scan and assign_pair for each")
+            raise ValueError(f"scans: expected Datasets, found {one!r}; use open_scan and assign_pair for each")
     if isinstance(scans, Mapping):
         return list(map(str, scans)), list(scans.values())
     files = [str(one.attrs.get("source_file", "")) for one in scans]

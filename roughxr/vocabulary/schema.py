@@ -643,7 +643,7 @@ def _refuse_duplicates(ds: xr.Dataset) -> None:
     if twins:
         raise ValueError(
             f"asperities: expected each once, found {twins} of {len(places)} at the place and height of another; "
-            "make the catalogue anew, or put parts of it together that do not overlap"
+            "make the catalogue again, or join only parts that do not overlap"
         )
 
 
@@ -728,9 +728,9 @@ def pair(ds: xr.Dataset, *names: str, wet: bool = False) -> tuple[float, ...]:
     """
     if not wet and "work_of_adhesion" in names and is_wet(ds):
         raise ValueError(
-            "humidity: expected a dry pair here, found condensed liquid (Kelvin's radius "
-            f"{float(np.max(ds['kelvin_radius'])):.3g} nm), which this law of adhesion leaves out; take `rigid` or "
-            "`adhesive`, or assign the pair without humidity"
+            "humidity: expected a dry pair, found condensed liquid (Kelvin radius "
+            f"{float(np.max(ds['kelvin_radius'])):.3g} nm), which this law of adhesion does not include; take `rigid` "
+            "or `adhesive`, or assign the pair without humidity"
         )
     missing = [name for name in names if name not in ds.coords]
     if missing:
@@ -810,7 +810,7 @@ def refuse_unused(where: str, **given: Any) -> None:
     """
     for name, value in given.items():
         if value is not None:
-            raise ValueError(f"{name}: expected none with {where}, which does not use it, found {value!r}")
+            raise ValueError(f"{name}: not used with {where}, found {value!r}; leave it out")
 
 
 def one_of(value: Any, allowed: Iterable[str], name: str) -> str:

@@ -83,7 +83,7 @@ def _of_variable(ds: xr.Dataset, name: str) -> tuple[Any, Any]:
     if dims in ({"subregion"}, {"asperity"}):
         return partial(_samples, name=name), ds
     if not dims:
-        raise ValueError(f"expected a variable with a dimension to draw it along, found {name!r}, a single number")
+        raise ValueError(f"{name}: a single number cannot be drawn; expected a variable with at least one dimension")
     return plot_array, ds[name]
 
 

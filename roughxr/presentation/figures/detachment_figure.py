@@ -54,7 +54,9 @@ def moment_rose(ds: xr.Dataset, *, ax: Any = None):
     'polar'
     """
     if "resisting_moment" not in ds or set(ds["resisting_moment"].dims) != {"subregion", "direction"}:
-        raise ValueError("expected resisting_moment along subregion and direction, of ds.contact.rolling(), found none")
+        raise ValueError(
+            "expected resisting_moment along subregion and direction, from ds.contact.rolling(), found none"
+        )
     moment = ds["resisting_moment"].transpose("subregion", "direction").dropna("subregion", how="all")
     if not moment.sizes["subregion"]:
         raise ValueError("resisting_moment: expected a place in contact, found none")
@@ -113,7 +115,7 @@ def mode_map(ds: xr.Dataset, *, ax: Any = None):
     from matplotlib.colors import ListedColormap
 
     if "mode" not in ds or ds["mode"].dims != ("subregion",):
-        raise ValueError("expected mode along subregion alone, of ds.contact.critical_load(), found none")
+        raise ValueError("expected mode along subregion only, from ds.contact.critical_load(), found none")
     ax, mode = axes(ax, aspect=0.95), ds["mode"].values.astype(str)
     counts = {word: int((mode == word).sum()) for word in _MODES}
     order = np.array([list(_MODES).index(word) for word in mode], float)
@@ -163,7 +165,7 @@ def fraction_remaining(ds: xr.Dataset, *, measured: dict[str, tuple[Any, Any]] |
     """
     if "remaining" not in ds or set(ds["remaining"].dims) != {"friction_velocity", "time"}:
         raise ValueError(
-            "expected remaining along friction_velocity and time, of ds.contact.resuspension(), found none"
+            "expected remaining along friction_velocity and time, from ds.contact.resuspension(), found none"
         )
     ax = axes(ax)
     speed = ds["friction_velocity"].values

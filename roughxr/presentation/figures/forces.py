@@ -409,8 +409,8 @@ def _sweep(ds: xr.Dataset) -> xr.Dataset:
     """
     if isinstance(ds, xr.Dataset) and "force" not in ds and "pull_off_force" in ds:
         raise ValueError(
-            "expected forces along delta, found the events of cycles alone; solve with adhesive(…, delta=[…]) to have "
-            "them, or draw the pull-off: ds.contact.plot('pull_off_force')"
+            "expected forces along delta, found only pull-offs; solve with adhesive(…, delta=[…]) for force curves, "
+            " or draw the pull-off: ds.contact.plot('pull_off_force')"
         )
     ds = schema.validate(ds, "solution")
     others = [str(dim) for dim in ds["force"].dims if dim not in ("subregion", "delta")]

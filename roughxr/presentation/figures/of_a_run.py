@@ -153,10 +153,10 @@ def reconstruction(run: Groups):
         ("rms difference", number(float(envelope.attrs["residual_rms"]), "nm")),
     ]
     words = (
-        "Colours as of the scan; a triangle at their end stands for heights beyond. Comets are single paraboloids, "
-        "each fitted to the summit of a particle."
+        "Colour scale of the scan; a triangle at its end marks heights beyond it. Long streaks are single paraboloids "
+        "fitted to the summit of a particle."
     )
-    title = "The surface that the asperities alone would make matches the peaks, not the valleys"
+    title = "The surface reconstructed from the asperities matches the peaks, not the valleys"
     figure, (ax,) = run.sheet(title, aspect=0.84, rows=rows, note=words)
     scan_map(envelope, ax=ax, limits=(original.min(), original.max()))
     return figure
@@ -175,7 +175,7 @@ def asperities(run: Groups):
         ("less than ten times as long as wide", number(100 * np.nanmean(ratio[np.isfinite(ratio)] > 0.1), "%")),
     ]
     found = "two groups of heights" if groups[1].size else "one group of heights"
-    title = f"What the {height.size} asperities are like: {found}, and ellipses more than circles"
+    title = f"The {height.size} asperities: {found}, contact ellipses rather than circles"
     figure, axes = run.sheet(title, shape=(2, 2), aspect=0.98, rows=rows)
     asperity_statistics(catalogue, ax=axes)
     return figure
@@ -234,7 +234,7 @@ def rough_over_smooth(run: Groups, *, edge: float | None = None):
         (f"rough / smooth at δ = {number(ratio['delta'][-1], 'nm')}", number(float(ratio[-1]), digits=2)),
     ]
     most, least = 100 * (1 - float(ratio.min())), 100 * (1 - float(ratio.max()))
-    title = f"Roughness takes {least:.0f} to {most:.0f} % of the contact force away"
+    title = f"Roughness lowers the contact force by {least:.0f} to {most:.0f} %"
     figure, (upper, lower) = _stacked(run, title, rows)
     mean_force({"rough, mean of all places": rough, "smooth flat at the datum": smooth}, ax=upper)
     force_ratio(rough, smooth, ax=lower, words="rough / smooth")
@@ -276,8 +276,8 @@ def _parting(ratio: xr.DataArray) -> str:
     close = np.flatnonzero((ratio <= 1.2).values)
     beyond = ratio["delta"].values[close[-1] + 1 :] if close.size else ratio["delta"].values
     if beyond.size == 0:
-        return "Superposition overrates the force by no more than a fifth"
-    return f"Superposition overrates the force by more than a fifth from δ = {number(beyond[0], 'nm')} on"
+        return "Superposition overestimates the force by no more than 20 %"
+    return f"Superposition overestimates the force by more than 20 % from δ = {number(beyond[0], 'nm')} on"
 
 
 def pull_offs(run: Groups, methods: Mapping[str, str], title: str):

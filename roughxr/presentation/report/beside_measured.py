@@ -59,10 +59,10 @@ def measured_words(run: Run) -> list[str]:
     interval = numbers.interval(float(mean["ratio_low"]), float(mean["ratio_high"]))
     said += [f"The measured mean is {numbers.number(mean['ratio'])} times the predicted (95 % interval {interval})."]
     p_value, distance = float(found["distribution_p_value"]), float(found["distribution_distance"])
-    verdict = "are told apart" if p_value < 0.05 else "are not told apart"
+    verdict = "differ significantly" if p_value < 0.05 else "do not differ significantly"
     said += [
-        f"The distributions {verdict}: they differ by up to {numbers.percent(distance)} of the places, "
-        f"which chance does with p = {numbers.number(p_value)}."
+        f"The distributions {verdict}: the largest difference of their cumulative distributions is "
+        f"{numbers.percent(distance)}, p = {numbers.number(p_value)}."
     ]
     return [*said, f"Places: {found.attrs['places']}."]
 

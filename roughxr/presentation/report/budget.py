@@ -40,7 +40,7 @@ def headline(run: Run) -> str:
     --------
     >>> pull = xr.Dataset({"pull_off_force": ("subregion", [40.0])})
     >>> print(headline({"statistics/adhesive": pull}))
-    From the scan alone: 40 nN in the mean of 1 place, an upper bound.
+    From the scan alone: a mean pull-off of 40 nN over 1 place, an upper bound.
     """
     if "statistics/adhesive" not in run:
         return ""
@@ -48,13 +48,13 @@ def headline(run: Run) -> str:
     pull = pull.isel(preload=0) if "preload" in pull.dims else pull
     mean, count = float(by_share(pull["pull_off_force"]).mean()), int(pull["pull_off_force"].notnull().sum())
     if not count:
-        return "No place pulls."
+        return "The sphere sticks at no place."
     smooth = smooth_pull_off(pull) if "sphere_radius" in pull.coords else np.nan
-    more = ", which soft bodies cannot exceed but stiff ones do, by up to a third" * bool(mean > smooth)
-    part = f" ({percent(mean / smooth)} of what the sphere holds on a smooth flat{more})"
+    more = ", a limit for soft bodies that stiff ones can exceed by up to a third" * bool(mean > smooth)
+    part = f" ({percent(mean / smooth)} of the pull-off from a smooth flat{more})"
     air = f" at {percent(pull['humidity'])} relative humidity" if "humidity" in pull.coords else ""
     bound = (
-        f"From the scan alone{air}: {quantity(mean)} in the mean of {count} place{'s' * (count > 1)}"
+        f"From the scan alone{air}: a mean pull-off of {quantity(mean)} over {count} place{'s' * (count > 1)}"
         f"{part if smooth > 0 else ''}, an upper bound."
     )
     estimate = _as_it_would_be(run)
@@ -75,8 +75,8 @@ def _as_it_would_be(run: Run) -> str:
     )
     settled = "" if bool(found["converged"]) else " Shorter waves would still lower it."
     return (
-        f"Best estimate, roughness finer than the pixel included: {mean} in the mean (95 % interval {lower} … {upper}, "
-        f"for places, bodies and spectrum, which move the bound below as well). {found.attrs['known']} "
+        f"Best estimate, roughness finer than the pixel included: a mean pull-off of {mean} (95 % interval {lower} … "
+        f"{upper}, from places, bodies and spectrum, which shift the upper bound as well). {found.attrs['known']} "
         f"{found.attrs['assumed']}{settled}"
     )
 
@@ -92,13 +92,15 @@ def _scan_too_small(run: Run) -> str:
     feels = 2 * np.sqrt(2 * radius * 2 * float(np.nanstd(height)))
     if side < 2 * feels:
         said = (
-            f"This scan of {side:.3g} nm is hardly larger than the {feels:.3g} nm that the sphere feels at once: its "
+            f"This scan of {side:.3g} nm is hardly larger than the region that the sphere can touch, {feels:.3g} nm: "
         )
-        said += "places share the same few summits, and say little about others. "
+        said += "all places share the same few summits, and say little about the rest of the surface. "
     known = run.get("solutions/adhesive", run["statistics/adhesive"]).coords.get("shortest_wavelength")
     shown = float(known) if known is not None else np.nan
     if shown > _COARSE:
-        said += f"This scan cannot see roughness finer than {shown:.3g} nm; the true pull-off is probably much lower."
+        said += (
+            f"This scan does not resolve roughness finer than {shown:.3g} nm; the true pull-off is probably much lower."
+        )
     return said.strip()
 
 
@@ -137,7 +139,7 @@ def budget_table(run: Run) -> pd.DataFrame:
     rows["all of these"] = (100 * float(budget["total_error"]), "root of the sum of squares of what was computed")
     if apart is not None:
         rows["shorter waves*"] = (apart[0], f"not in the total: {apart[1]}")
-    table = pd.DataFrame.from_dict(rows, orient="index", columns=["error [%]", "how it was got"])
+    table = pd.DataFrame.from_dict(rows, orient="index", columns=["error [%]", "how it was computed"])
     table.index.name = "entry"
     return table
 
@@ -152,7 +154,7 @@ def resolution(run: Run) -> list[str]:
     sharp, tip = float(budget["sharper_than_tip"]), float(budget["tip_radius"])
     if sharp >= 0.05:
         said.append(
-            f"{percent(sharp)} of the asperities are sharper than a tip of {tip:g} nm would draw them truly: if "
-            "the scan's was as blunt, the surface is rougher than the scan, and sticks less."
+            f"{percent(sharp)} of the asperities are too sharp for a tip of {tip:g} nm radius to image them truly: if "
+            "the tip of the scan was as blunt, the surface is rougher than the scan and sticks less."
         )
     return said

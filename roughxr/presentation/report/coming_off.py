@@ -125,9 +125,11 @@ def _column(held: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
     weakest = moment.min("direction")
     ratio = moment.max("direction") / weakest.where(weakest > 0)
     rows = {
-        "resisting moment, median of places and directions [nN nm]": float(moment.weighted(share).quantile(0.5)),
-        "lever, median of places and directions [nm]": float(lever.weighted(share).quantile(0.5)),
-        "the same over the sphere's radius": float(lever.weighted(share).quantile(0.5) / held["sphere_radius"]),
+        "resisting moment, median over places and directions [nN nm]": float(moment.weighted(share).quantile(0.5)),
+        "lever arm, median over places and directions [nm]": float(lever.weighted(share).quantile(0.5)),
+        "lever arm over the sphere's radius, median": float(
+            lever.weighted(share).quantile(0.5) / held["sphere_radius"]
+        ),
         "stiffest / weakest direction, median": float(ratio.weighted(share).quantile(0.5)),
         "critical friction velocity, mean [m/s]": float(speed.mean()),
     }
@@ -164,22 +166,22 @@ def coming_off_words(run: Run) -> list[str]:
     if not set(COMING_OFF) <= set(run):
         return []
     critical, hard = run[_CRITICAL[leading(run)]], "hardness" in run["solutions/rolling"].coords
-    lies = "came to rest" if LEAVING in run else "was put down"
+    lies = "came to rest" if LEAVING in run else "was placed"
     stress = quantity(AIR_DENSITY * _middle(critical) ** 2, "Pa")
     said = [
-        f"Air flows along x over a sphere without weight, at the place where it {lies}; it may roll or lift off, "
-        "but not slide, since no friction was given. The flow is steady, its friction velocity the root of wall shear "
-        f"stress over density: half of the places stand {stress}. The moment that holds it is the pull-off force times "
-        "a lever: that of the superposed asperities; the force is that of the method in the column's head."
+        f"A steady flow of air along x acts on the sphere where it {lies}; its weight is neglected. The sphere can "
+        "roll or lift off, but not slide, since no friction was given. The friction velocity is the square root of "
+        f"wall shear stress over density; the median place withstands {stress}. The resisting moment is the pull-off "
+        "force, by the method at the head of the column, times the lever arm of the superposed asperities."
         + hard
-        * " These asperities stay elastic: flattened ones would be wider."
+        * " These asperities stay elastic: yielded ones would be flatter and their lever arm longer."
     ]
     known = np.isfinite(critical["critical_friction_velocity"].values)
     out = int((known & ~critical["in_range"].values.astype(bool)).sum())
     if out:
         said.append(
-            f"At {out} of {known.size} places the critical flow is faster than the formulas of drag and torque hold "
-            "for (r u*/ν above 1): there it is an extrapolation."
+            f"At {out} of {known.size} places the critical flow is beyond the range of the formulas for drag and "
+            "torque (r u*/ν above 1): there it is an extrapolation."
         )
     held = run["solutions/rolling"]
     few, count = int(_not_settled(held).sum()), held.sizes["subregion"]
@@ -187,8 +189,8 @@ def coming_off_words(run: Run) -> list[str]:
         said.append(_particles(run))
     elif few:
         said.append(
-            f"At {few} of {count} places the sphere rests on fewer than three asperities: a real one would roll "
-            "on until three hold it. These places give way first here."
+            f"At {few} of {count} places the sphere rests on fewer than three asperities: a free particle would roll "
+            "on until three support it. These places come off first here."
         )
     return said
 
@@ -199,11 +201,11 @@ def _particles(run: Run) -> str:
     held = run["solutions/rolling"], run["solutions/rolling_landed"]
     stands = [100 * float((ds["contacts"] >= _RESTS).weighted(shares(ds)).mean()) for ds in held]
     return (
-        f"Particles rolled from where they landed to where they rest; {stands[0]:.0f} % of them then stand on three "
-        f"asperities or more, {stands[1]:.0f} % where they landed. By the superposition half of them rock at "
-        f"{rested:.2g} m/s, and would at {landed:.2g} m/s where they landed; over the lowest pass of their basins half "
-        f"of them leave at {_middle(run[LEAVING], 'leaving'):.2g} m/s, in air that flows towards it. Both are "
-        "limits: adhesion may hold light ones before they reach the bottom."
+        f"Particles rolled from where they landed to where they rest: {stands[0]:.0f} % of them then rest on three "
+        f"asperities or more, against {stands[1]:.0f} % where they landed. By superposition half of them begin to roll "
+        f"at {rested:.2g} m/s at rest, and at {landed:.2g} m/s where they landed; half of them leave their basin over "
+        f"its lowest pass at {_middle(run[LEAVING], 'leaving'):.2g} m/s, if the air flows towards the pass. Both are "
+        "limits: adhesion may hold light particles before they reach the bottom."
     )
 
 
@@ -223,6 +225,6 @@ def remaining(run: Run) -> xr.Dataset:
     speed = run[_CRITICAL[leading(run)]]["critical_friction_velocity"].values
     speed = speed[speed > 0]
     if not speed.size:
-        raise ValueError("no place gives way in a flow")
+        raise ValueError("the sphere comes off at no place in a flow")
     speeds = np.geomspace(speed.min() / _BEYOND, speed.max() * _BEYOND, _SPEEDS)
     return resuspension(moments_of(run), friction_velocity=speeds, time=1.0)

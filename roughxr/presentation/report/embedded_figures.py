@@ -128,7 +128,7 @@ def _pulling(run: Run):
     sweep, at = run["solutions/energy"], run["statistics/energy"]["pull_off_delta"]
     pulling = np.flatnonzero(at.notnull().values)
     if not pulling.size:
-        raise ValueError("no place pulls at any displacement that was computed")
+        raise ValueError("no place pulls at any of the displacements")
     delta, reach = sweep["delta"].values, 0.1 * float(np.ptp(sweep["delta"].values))
     about = np.linspace(-reach, reach, 201)
     force = [
@@ -163,121 +163,123 @@ def _rolls_off(run: Run):
 _BUDGET = _Drawing(
     ("statistics/error_budget",),
     lambda run: figures.error_budget(run["statistics/error_budget"]),
-    "By how much the mean pull-off may be off, and from what: one standard deviation each. *: by how much it would "
-    "change if the roughness went on for another octave; not in the total, which is for the surface as scanned.",
+    "Error of the mean pull-off by source, one standard deviation each. *: change if the roughness continued for "
+    "another octave below the scan; not part of the total, which is for the surface as scanned.",
 )
 
 _DRAWINGS = {
-    "What the pull-off hangs on": _Drawing(
+    "Sensitivity of the pull-off": _Drawing(
         ("statistics/sensitivity",),
         lambda run: figures.tornado(run["statistics/sensitivity"]),
-        "Change of the mean simulated pull-off at a sample of places when one thing is changed, as the bar's end says: "
-        "the longer of two bars is the budget's entry.",
+        "Change of the mean simulated pull-off at a sample of places when one assumption is changed as written at the "
+        "bar; the longer of two bars enters the error budget.",
     ),
     "Pull-off and the shortest wave": _Drawing(
         ("statistics/shorter_waves",),
         lambda run: figures.cut_off(run["statistics/shorter_waves"]),
-        "Simulated pull-off at a sample of places on surfaces that end at another wavelength: right of the dashed line "
-        "the scan with its shortest waves cut off, left of it with waves added that continue its spectrum, from seeds; "
-        "bars are their scatter.",
+        "Simulated pull-off at a sample of places over the shortest wavelength of the surface: right of the dashed "
+        "line the scan without its shortest waves, left of it with random waves added that continue its spectrum; "
+        "bars are the scatter between random seeds.",
     ),
     "The scan and the places": _Drawing(
         ("scan", "asperities", "solutions/direct"),
         _grid,
-        "Heights, with the contact centres as crosses and the tiles that hold debris framed.",
+        "Heights; crosses mark the contact centres, frames the tiles with debris.",
     ),
     "Asperities": _Drawing(
         ("scan", "asperities"),
         _part,
         "A part of the scan with its asperities: each ellipse is the fitted paraboloid 0.2 nm below its top.",
     ),
-    "Which way asperities are long": _Drawing(
+    "Orientation of the asperities": _Drawing(
         ("asperities",),
         lambda run: figures.orientation_rose(run["asperities"]),
-        "Flattest direction of the asperities. Petal areas tell shares; within the grey ring they are chance.",
+        "Long axis of the asperities. The area of a petal is the share of asperities; deviations within the grey ring "
+        "are due to chance.",
     ),
     "One contact": _Drawing(
         ("scan", "solutions/contact"),
         _contact,
-        "Pressure of the direct simulation over the undeformed heights (grey), at the place of median force; what has "
-        "yielded, where a hardness is given, ringed in blue.",
+        "Pressure of the direct simulation over the undeformed heights (grey), at the place of median force; where a "
+        "hardness is given, yielded pixels are outlined in blue.",
     ),
     "Elastic force": _Drawing(
         ("solutions/direct",),
         lambda run: figures.force_fan(run["solutions/direct"]),
-        "Direct simulation without adhesion: each place, their median with its 95 % interval, bands of places.",
+        "Direct simulation without adhesion: all places, their median with its 95 % interval, and bands that contain "
+        "half and 90 % of them.",
     ),
-    "Way in and way out": _Drawing(
+    "Loading and retraction": _Drawing(
         ("solutions/direct", "solutions/retraction"),
         _loop,
-        "Mean force of the direct simulation of what yields: the grey between both ways is the work lost.",
+        "Mean force of the direct simulation with yield; the grey area is the work lost.",
         optional=True,
     ),
     "Force with adhesion": _Drawing(
         ("solutions/energy",),
         _pulling,
-        "Superposed asperities that adhere (least energy): every place about the displacement at which it lets go, "
-        "as far as the push is small.",
+        "Superposed adhesive asperities (least energy): the force at every place, each counted from the displacement "
+        "of its own pull-off.",
     ),
     _OVER_HUMIDITY: _Drawing(
         ("scan", HUMIDITY),
         _over_humidity,
-        "Mean pull-off between rigid bodies, not that of the simulation, by the law of thin menisci, with its 95 % "
-        "interval; dashed the humidity of the main numbers.",
+        "Mean pull-off between rigid bodies (not of the simulation) by the thin-meniscus law, with its 95 % interval; "
+        "dashed: the humidity of this run.",
         optional=True,
     ),
     "Pull-off force": _Drawing(
         ("statistics/energy or statistics/adhesive",),
         lambda run: figures.fitted_distribution(prediction(run)),
-        "By the method of the main numbers: histogram with a 95 % interval for each bar, the mean with its own on top, "
-        "and fitted laws, the best first; ΔAIC tells how much worse the others are.",
+        "Histogram with a 95 % interval for each bar, the mean with its interval on top, and fitted distributions, "
+        "the best first; a larger ΔAIC is a worse fit. Method as of the main numbers.",
     ),
     "Where it sticks": _Drawing(
         ("statistics/energy or statistics/adhesive",),
         lambda run: figures.subregion_map(prediction(run)),
-        "Pull-off force of every place, by the method of the main numbers; grey where nothing pulls.",
+        "Pull-off force at every place, by the method of the main numbers; grey where nothing pulls.",
     ),
-    "Predicted beside measured": _Drawing(
+    "Predicted and measured": _Drawing(
         (MEASURED, COMPARED),
         lambda run: figures.predicted_and_measured(prediction(run), run[MEASURED], found=run[COMPARED]),
-        "Left both distributions, right their quantiles against one another: equal on the grey line, and different "
-        "by a factor alone along the dashed one.",
+        "Left: both distributions. Right: measured over predicted quantiles, which are equal on the grey line and "
+        "differ by a constant factor on the dashed line.",
         optional=True,
     ),
     "Which way it rolls": _Drawing(
         COMING_OFF,
         lambda run: figures.moment_rose(moments_of(run)),
-        "Moment that places resist by the direction in which the sphere begins to roll, at the levers of the "
-        "superposed asperities and the pull-off of the main numbers: the median place, and half of all places around "
-        "it.",
+        "Resisting moment over the direction in which the sphere begins to roll: the median place, and the middle "
+        "half of all places. Lever arms are those of the superposed asperities, pull-off forces those of the main "
+        "numbers.",
         optional=True,
     ),
     "Where it comes off": _Drawing(
         COMING_OFF,
         _rolls_off,
-        "Friction velocity of air along x that each place stands, or how the sphere comes off where places differ in "
-        "that.",
+        "Critical friction velocity of air along x at each place; or, where places differ in it, whether the sphere "
+        "rolls, slides or lifts.",
         optional=True,
     ),
-    "How many stay": _Drawing(
+    "Fraction remaining": _Drawing(
         COMING_OFF,
         lambda run: figures.fraction_remaining(remaining(run)),
-        "Fraction of spheres left after a second in turbulent air by Rock'n'Roll, from the computed moments, with its "
-        "95 % band, over the mean friction velocity: bursts of the flow take spheres off well before it reaches the "
-        "critical one of a steady flow; dotted where the formulas of drag and torque are stretched.",
+        "Fraction of spheres that remain after one second in turbulent air, by Rock'n'Roll with the computed moments, "
+        "over the mean friction velocity, with its 95 % band. Turbulent bursts remove spheres well below the critical "
+        "velocity of a steady flow. Dotted: outside the range of the formulas for drag and torque.",
         optional=True,
     ),
     "Landed and at rest": _Drawing(
         ("solutions/rolling_landed", "solutions/rolling"),
         lambda run: figures.landed_and_at_rest(run["solutions/rolling_landed"], run["solutions/rolling"]),
-        "Pull-off force, asperities in contact and critical friction velocity by superposition, of particles where "
-        "they landed and where they then came to rest.",
+        "Pull-off force, asperities in contact and critical friction velocity of particles where they landed and "
+        "where they came to rest, by superposition.",
         optional=True,
     ),
     "Superposition against direct simulation": _Drawing(
         ("solutions/hertz", "solutions/direct"),
         _compared,
-        "Both without adhesion: the sum of single asperities over the half space that lets them feel one another. "
-        "Dashed: the median displacement from which on they differ by more than 10 %.",
+        "Force of superposed single asperities over that of the direct simulation, in which asperities interact; both "
+        "without adhesion. Dashed: the median displacement beyond which they differ by more than 10 %.",
     ),
 }

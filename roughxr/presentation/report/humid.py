@@ -24,10 +24,10 @@ def humid_words(run: Mapping[str, xr.Dataset]) -> str:
     mean = quantity(float(own["pull_off_force"].mean()))
     ends = over["pull_off_force"].isel(humidity=[0, -1]).mean("subregion")
     said = [
-        f"How hard does it stick at {percent(scan['humidity'])} relative humidity? {mean} in the mean.",
+        f"Mean pull-off at {percent(scan['humidity'])} relative humidity: {mean}.",
         "Between rigid bodies it would be "
         + " and ".join(f"{quantity(float(end))} at {percent(end['humidity'])}" for end in ends)
         + ".",
-        f"The law of thin menisci leaves out {percent(over['meniscus_error'].median())} of the pull in the median.",
+        f"The thin-meniscus law neglects {percent(over['meniscus_error'].median())} of the pull-off (median place).",
     ]
     return " ".join([*said, liquid.told(scan)])

@@ -23,7 +23,7 @@ METHODS = ("adhesive", "rigid", "published", "self_similar", "energy", "menisci"
 
 _MICRO = 1e-3  # µm per nm
 
-_PARTING = "depth beyond which superposition is off by over 10 %, median place [nm]"
+_PARTING = "displacement beyond which superposition differs by over 10 %, median place [nm]"
 
 
 @verb
@@ -94,7 +94,7 @@ def _kept(solution: xr.Dataset, method: str) -> dict[str, float]:
     """Return how many conditions of its contact a solution misses."""
     if method not in SOLVED or "converged" not in solution:
         return {}
-    return {"conditions of the contact not kept, of its certificate": float((~checked(solution)["kept"]).sum())}
+    return {"conditions of the contact that are not met (certificate)": float((~checked(solution)["kept"]).sum())}
 
 
 def _mesh_rows(run: Run) -> dict[str, float]:
@@ -104,7 +104,7 @@ def _mesh_rows(run: Run) -> dict[str, float]:
     change = mesh_change(run)
     return {
         "pull-off, error of mesh and step, median [%]": 100 * float(np.abs(change).median()),
-        "places solved twice as fine": float(change.notnull().sum()),
+        "places solved on a mesh twice as fine": float(change.notnull().sum()),
     }
 
 
@@ -233,15 +233,15 @@ def scan_table(run: Run) -> pd.DataFrame:
 
 #: Formulas and the names that readers know them by.
 _FORMULAS = {
-    "sum": "rigid bodies, summed over the scan (median place)",
+    "sum": "rigid bodies, attraction summed over the scan (median place)",
     "bradley": "Bradley, smooth sphere",
-    "rumpf": "Rumpf, asperities' median radius",
+    "rumpf": "Rumpf, median radius of the asperities",
     "rumpf_rms": "Rumpf, by rms height",
     "rabinovich": "Rabinovich, one scale",
     "rabinovich_two_scales": "Rabinovich, two scales",
-    "gaussian_heights": "rigid, over Gaussian heights of the scan's rms",
+    "gaussian_heights": "rigid bodies, Gaussian heights with the scan's rms",
     "smooth": "smooth sphere, 4πRγ cos θ plus the dry van der Waals pull",
-    "summit": "the same on one hemisphere of the summits' median radius",
+    "summit": "the same on one hemisphere with the summits' median radius",
     "plane_below": "Rabinovich 2002, over a plane 1.82 rms below (0: no liquid reaches it)",
 }
 

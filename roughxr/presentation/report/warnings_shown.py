@@ -43,7 +43,7 @@ def cautions(run: Run) -> list[str]:
     --------
     >>> from roughxr.scans.synthetic import self_affine
     >>> cautions({"scan": self_affine((16, 16), 10, rms=1, hurst=0.8, rolloff=80, seed=1)})[0]
-    'The scan is synthetic: made from a seed, not measured.'
+    'The scan is synthetic: generated from a random seed, not measured.'
     """
     found = [
         _synthetic(run),
@@ -69,8 +69,10 @@ def _coarse(run: Run) -> str:
     if not {"solutions/finer", "statistics/adhesive"} <= set(run):
         return ""
     change = float(np.abs(mesh_change(run)).median())
-    words = f"On a mesh twice as fine in half the steps the pull-off differs by {percent(change)} in the median"
-    return f"{words}: the main numbers are no better than that; take a finer mesh (--mesh)." if change > _COARSE else ""
+    words = f"On a mesh twice as fine, with half the step, the median pull-off changes by {percent(change)}"
+    return (
+        f"{words}: the main numbers have at least this error; take a finer mesh (--mesh)." if change > _COARSE else ""
+    )
 
 
 @verb
@@ -112,14 +114,14 @@ def _above_smooth(ds: xr.Dataset) -> str:
     if not above:
         return ""
     return (
-        f" At {above} of {ds.sizes['subregion']} places the sum exceeds what the sphere holds on a smooth flat: there "
-        "it is wrong, its patch being too wide or its contacts counted twice where they overlap."
+        f" At {above} of {ds.sizes['subregion']} places the sum exceeds the pull-off from a smooth flat: there it is "
+        "wrong, because the fitted patch is too wide or overlapping contacts are counted twice."
     )
 
 
 def _synthetic(run: Run) -> str:
     made = "scan" in run and run["scan"].attrs.get("synthetic") == "yes"
-    return "The scan is synthetic: made from a seed, not measured." if made else ""
+    return "The scan is synthetic: generated from a random seed, not measured." if made else ""
 
 
 def _doubts(run: Run) -> list[str]:
@@ -133,7 +135,7 @@ def _few(run: Run) -> list[str]:
     if "solutions/direct" in run:
         force = run["solutions/direct"]["force"]
         if force.sizes["subregion"] == 1:
-            said.append("One place was computed: it says nothing of how places differ.")
+            said.append("Only one place was computed: nothing is known of how places differ.")
         if not bool((force > 0).any()):
             said.append("Nothing touches at any displacement of the direct simulation: go deeper (--delta).")
     return said
@@ -145,14 +147,20 @@ def _debris(run: Run) -> str:
         return ""
     limit = f"{number(flags.attrs['threshold_value'], flags.attrs['threshold_units'])}"
     places = f"{int(flags.sum())} of {flags.size} places hold debris"
-    return f"{places} by rule ({flags.attrs['comment']}, {limit}); the main numbers are given with and without them."
+    return (
+        f"{places} by the rule ({flags.attrs['comment']}, {limit}); the main numbers are given with and without them."
+    )
 
 
 def _unkept(run: Run) -> list[str]:
     """Return which solutions miss a condition of their contact; of mesh and edge other cautions tell."""
     told = {way: checked(ds) for way, ds in _groups(run, "solutions") if way in SOLVED and "converged" in ds}
     lost = {way: one.words.values[~(one.kept | one.check.isin(["mesh", "truncated"]))] for way, one in told.items()}
-    return [f"Not to be trusted everywhere ({way}): {'; '.join(words)}." for way, words in lost.items() if words.size]
+    return [
+        f"Conditions of the contact are violated ({way}): {'; '.join(words)}."
+        for way, words in lost.items()
+        if words.size
+    ]
 
 
 def _yielding(run: Run) -> list[str]:
@@ -165,7 +173,7 @@ def _yielding(run: Run) -> list[str]:
         if group in run and "yielded_fraction" in run[group]:
             said.append(_above_hardness(run[group], words, where))
     if said and any("plastic_work" in ds for ds in run.values()):
-        said.append("Superposition and the rigid bodies of this run know nothing of yield: they stay elastic or stiff.")
+        said.append("Superposition and rigid bodies in this run do not include yield: they stay elastic or rigid.")
     return said
 
 
@@ -178,10 +186,10 @@ def _above_hardness(ds: xr.Dataset, words: str, where: str) -> str:
     shares = f"{where} {percent(area)} of the contact area with {percent(force)} of the force lies"
     if "plastic_work" in ds:
         return f"The softer body yields: in {words} {shares} at its hardness, {number(ds[name], 'GPa')}."
-    known = "the hardness" if name == "hardness" else "the hardness that such materials are estimated to have"
+    known = "the hardness" if name == "hardness" else "the hardness estimated for these materials"
     return (
-        f"Elasticity is to be doubted: in {words} {shares} above {known}, {number(ds[name], 'GPa')}. Such summits "
-        "yield; give the hardness (--hardness) to follow them."
+        f"The contact may not stay elastic: in {words} {shares} above {known}, {number(ds[name], 'GPa')}. Such summits "
+        "yield; give the hardness (--hardness) to include this."
     )
 
 
@@ -194,8 +202,8 @@ def _truncated(run: Run) -> list[str]:
         places = int(flags.any("delta").sum()) if "delta" in flags.dims else int(flags.sum())
         if places:
             said.append(
-                f"Of {flags.sizes['subregion']} places, {places} reach the scan's edge at the largest displacement "
-                f"({words}): what lies beyond the edge is not there to touch, so their forces are too low."
+                f"At {places} of {flags.sizes['subregion']} places the contact reaches the scan's edge ({words}): the "
+                "surface beyond it is missing, so the force is too low."
             )
     return said
 
@@ -207,11 +215,9 @@ def _unbracketed(run: Run) -> list[str]:
             pulls = ds["pull_off_force"].notnull()
             bad, none = int((pulls & ~ds["bracketed"].astype(bool)).sum()), int((~pulls).sum())
             if bad:
-                said.append(
-                    f"Places whose sweep was too short ({way}): {bad}; there the largest pull stands at its end."
-                )
+                said.append(f"Places whose sweep was too short ({way}): {bad}; there the largest pull is at its end.")
             if none:
-                said.append(f"Places where nothing pulls ({way}), left out of the pull-off's statistics: {none}.")
+                said.append(f"Places where nothing pulls ({way}), left out of the pull-off statistics: {none}.")
     return said
 
 
@@ -227,8 +233,9 @@ def _beyond_patch(run: Run) -> str:
     if max(beyond, over) < 0.05:
         return ""
     return (
-        f"At pull-off {percent(beyond)} of the contacts are wider than the patch that their paraboloid was fitted to, "
-        f"and {percent(over)} overlap a neighbour's: superposition of single asperities does not hold for these."
+        f"At pull-off {percent(beyond)} of the superposed contacts are wider than the patch of their fitted "
+        f"paraboloid, and {percent(over)} overlap a neighbour: superposition of single asperities is not valid for "
+        "these."
     )
 
 
@@ -236,7 +243,7 @@ def _saddles(run: Run) -> str:
     if "asperities" not in run or "saddle" not in run["asperities"]:
         return ""
     share = float(run["asperities"]["saddle"].astype(bool).mean())
-    words = "of the peaks are saddles by their fitted paraboloid, and left out of superposition."
+    words = "of the peaks have a saddle as fitted paraboloid, and are left out of superposition."
     return f"{percent(share)} {words}" if share >= 0.05 else ""
 
 
@@ -250,9 +257,9 @@ def _lattice(run: Run) -> str:
     if fourfold < max(3 * chance, 0.05) or abs(np.exp(2j * angles).mean()) > fourfold:
         return ""
     return (
-        f"The asperities' directions prefer those of the pixels (mean of cos 4θ {fourfold:.2f}, by chance "
-        f"{chance:.2f}): they are hardly wider than the pixels, and their shapes owe as much to these as to "
-        "the surface."
+        f"The orientations of the asperities follow the pixel axes (mean of cos 4θ {fourfold:.2f}, by chance "
+        f"{chance:.2f}): the asperities are hardly wider than a pixel, and their shapes are partly those of the "
+        "pixels."
     )
 
 
@@ -265,4 +272,4 @@ def _unresolved(run: Run) -> str:
     share = np.mean(area[area > 0] < 10 * cell) if (area > 0).any() else 0.0
     if share < 0.05:
         return ""
-    return f"In {percent(share)} of the elastic contacts fewer than ten pixels touch: the pixels do not resolve them."
+    return f"In {percent(share)} of the elastic contacts fewer than ten pixels touch: the scan does not resolve them."
