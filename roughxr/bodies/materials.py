@@ -477,13 +477,7 @@ def _plausible(value: float, quantity: str, given: Any, name: str = "") -> float
 
 
 def check_plausible(name: str, value: float, ds: xr.Dataset) -> None:
-    """Raise or warn for one of the pair's values (nm, GPa, J/m²) on a scan, as `assign_pair` does.
-
-    Raises
-    ------
-    ValueError
-        If no body can have it.
-    """
+    """Raise or warn for one of the pair's values (nm, GPa, J/m²) on a scan, as `assign_pair` does."""
     if name == "sphere_radius":
         _radius(value, ds)
     elif name == "work_of_adhesion":

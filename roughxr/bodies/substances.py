@@ -119,13 +119,7 @@ MEDIA = {"vacuum": 0.0, "air": 0.0, "water": 0.037, "ethanol": 0.042, "hexadecan
 
 
 def pair_of(names: str | tuple[str, str]) -> tuple[Material, Material]:
-    """Return the two materials named in "glass/silicon" or ("glass", "silicon"); one name stands for both.
-
-    Raises
-    ------
-    ValueError
-        If a name is unknown; the message lists the known ones.
-    """
+    """Return the two materials named in "glass/silicon" or ("glass", "silicon"); one name stands for both."""
     found = names.split("/") if isinstance(names, str) else list(names)
     found = [str(name).strip().lower() for name in found]
     unknown = [name for name in found if name not in MATERIALS]
@@ -139,24 +133,12 @@ def pair_of(names: str | tuple[str, str]) -> tuple[Material, Material]:
 
 
 def softer_hardness(first: Material, second: Material) -> float:
-    """Return the estimated hardness (GPa) of the body that yields first.
-
-    Examples
-    --------
-    >>> softer_hardness(*pair_of("glass/gold"))
-    1.0
-    """
+    """Return the estimated hardness (GPa) of the body that yields first."""
     return min(first.hardness, second.hardness)
 
 
 def combined(first: float, second: float, medium: float = 0.0) -> float:
-    """Return Hamaker's A₁₃₂ = (√A₁ − √A₃)(√A₂ − √A₃): √(A₁A₂) across vacuum, negative where they repel.
-
-    Examples
-    --------
-    >>> round(combined(0.065, 0.152), 4), round(combined(0.065, 0.065, 0.037), 5)
-    (0.0994, 0.00392)
-    """
+    """Return Hamaker's A₁₃₂ = (√A₁ − √A₃)(√A₂ − √A₃): √(A₁A₂) across vacuum, negative where they repel."""
     return (math.sqrt(first) - math.sqrt(medium)) * (math.sqrt(second) - math.sqrt(medium))
 
 

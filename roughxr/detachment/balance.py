@@ -260,13 +260,7 @@ def held_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_str
 
 
 def expect_moments(ds: xr.Dataset):
-    """Raise for anything but a result of `rolling`.
-
-    Raises
-    ------
-    ValueError
-        If it is not.
-    """
+    """Raise for anything but a result of `rolling`."""
     if "resisting_moment" not in ds or set(ds["resisting_moment"].dims) != {"subregion", "direction"}:
         found = ", ".join(map(str, ds.data_vars)) or "none"
         raise ValueError(f"expected resisting moments, from ds.contact.rolling(), found variables: {found}")

@@ -96,34 +96,7 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
 
 @verb
 def by_place(ds: xr.Dataset) -> xr.Dataset:
-    """Return adhesion, lever and moment of each place, over all directions.
-
-    Parameters
-    ----------
-    ds : Dataset
-        Result of `rolling`.
-
-    Returns
-    -------
-    Dataset
-        Along subregion: ``pull_off_force`` (nN), ``pull_off_ratio`` (over the smooth sphere's), ``contact_area``,
-        ``lever`` (nm) and ``moment_over_directions``, both means, ``moment_least`` and ``moment_largest`` (nN nm).
-        `to_table` writes it as CSV, one row for each place.
-
-    Raises
-    ------
-    ValueError
-        If ``ds`` is no result of `rolling`, or has no adhesive pair.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
-    >>> found = by_place(roughxr.rolling(scan, directions=8, subregions=(2, 2)))
-    >>> found.moment_least.dims, found.moment_least.units, bool((found.moment_least < found.moment_largest).all())
-    (('subregion',), 'nN nm', True)
-    """
+    """Return adhesion, lever and moment of each place, over all directions."""
     expect_moments(ds)
     kept = reduction(ds)[["pull_off_force", "pull_off_ratio", "contact_area"]]
     moment = ds["resisting_moment"]

@@ -296,13 +296,7 @@ def vibration_acceleration(amplitude: Any, frequency: Any) -> float:
 
 
 def in_range(plus: Any, formula: str) -> Any:
-    """Return whether drag, torque and this formula of lift are valid at r⁺.
-
-    Examples
-    --------
-    >>> in_range(np.array([0.5, 1.2, 3.0]), "leighton_acrivos").tolist()
-    [True, False, False]
-    """
+    """Return whether drag, torque and this formula of lift are valid at r⁺."""
     if formula == "hall":  # no r⁺ is in the range of both Hall's lift and creeping flow
         return np.zeros(np.shape(plus), bool)
     return np.asarray(plus) <= CREEPING

@@ -34,11 +34,6 @@ def read(file: netCDF4.Dataset) -> dict[str, dict[str, Any]]:
     """Return the checksums that an archive keeps, once all but those of its fields are verified.
 
     Empty for a file that keeps none.
-
-    Raises
-    ------
-    ValueError
-        If something is not as it was written: its name.
     """
     if ATTRIBUTE not in file.ncattrs():
         return {}

@@ -28,32 +28,7 @@ _interrupted = threading.Event()
 
 @contextmanager
 def whole(path: str | os.PathLike) -> Iterator[Path]:
-    """Yield a path to write to; afterwards rename the file to its real name, or after an error leave no trace.
-
-    Parameters
-    ----------
-    path : path
-        The file. Its folder is created if necessary; a file with this name is kept until the end.
-
-    Yields
-    ------
-    Path
-        A hidden file beside ``path``, with its suffix.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written; the message names the file and the free space of its disk.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> path = Path(tempfile.mkdtemp()) / "result.txt"
-    >>> with whole(path) as temporary:
-    ...     _ = temporary.write_text("all of it")
-    >>> [file.name for file in path.parent.iterdir()]
-    ['result.txt']
-    """
+    """Yield a path to write to; afterwards rename the file to its real name, or after an error leave no trace."""
     path = Path(path)
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part{path.suffix}")
     try:
@@ -81,17 +56,6 @@ def uninterrupted() -> Iterator[None]:
 
     Within xarray it would leave the lock of the NetCDF library taken: whatever reads or closes a file then waits
     for ever. Only the main thread is ever interrupted; in others this does nothing.
-
-    Examples
-    --------
-    >>> try:
-    ...     with uninterrupted():
-    ...         signal.raise_signal(signal.SIGINT)
-    ...         print("written")
-    ... except KeyboardInterrupt:
-    ...     print("interrupted")
-    written
-    interrupted
     """
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before) or before is _wait:
@@ -126,27 +90,6 @@ def opened(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]:
 
     The library crashes where two threads are in it. xarray locks it while data are read, but not while metadata are;
     here its lock is held while the file is opened and closed, so that others may read lazily meanwhile.
-
-    Parameters
-    ----------
-    path : path
-    **options
-        For `xarray.open_dataset`.
-
-    Yields
-    ------
-    Dataset
-        To be read within the block.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> path = Path(tempfile.mkdtemp()) / "a.nc"
-    >>> with whole(path) as temporary:
-    ...     _ = xr.Dataset({"a": ("x", [1, 2])}).to_netcdf(temporary, group="b/c")
-    >>> with opened(path, group="b/c") as ds:
-    ...     ds["a"].values.tolist()
-    [1, 2]
     """
     with uninterrupted(), NETCDF4_PYTHON_LOCK, xr.open_dataset(path, engine="netcdf4", lock=False, **options) as ds:
         yield ds
@@ -181,11 +124,6 @@ def as_characters(ds: xr.Dataset) -> dict[str, dict[str, Any]]:
 
     Strings of variable length, xarray's default, crash the interpreter that opens a file which it has open
     already, such as in a data tree (Unidata/netcdf4-python issues 261 and 1444, HDFGroup/hdf5 issue 5359).
-
-    Examples
-    --------
-    >>> as_characters(xr.Dataset({"law": ("k", ["jkr", "hertz"]), "force": ("k", [1.0, 2.0])}))
-    {'law': {'dtype': 'S1'}}
     """
     texts = (name for name, variable in ds.variables.items() if _is_text(variable))
     return {str(name): {"dtype": "S1"} for name in texts}

@@ -40,16 +40,7 @@ class ReadingFailed(Exception):
 
 
 def ask(path: Path, reader: str, **question: Any) -> dict[str, Any]:
-    """Return a reader's answer about a file.
-
-    Raises
-    ------
-    ReadingFailed
-        Also if reading takes longer or more memory than its file's length allows, or the process dies: the next call
-        starts another.
-    ImportError
-        If the reader's library cannot be imported there.
-    """
+    """Return a reader's answer about a file; raise ReadingFailed if it takes too long or too much memory, or dies."""
     limit = SECONDS + path.stat().st_size / BYTES_PER_SECOND
     with _LOCK:
         answer = _answer({"path": os.path.abspath(path), **question}, reader, limit)

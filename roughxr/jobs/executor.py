@@ -52,20 +52,6 @@ def each_finished(work: Work, items: Sequence[int], receive: Callable[[range, An
 
     Items lost with their worker are computed again elsewhere. At Ctrl-C threads finish the batches that they have
     begun, and the results of these are handed over too.
-
-    Parameters
-    ----------
-    work : Work
-    items : sequence of int
-        Which items of ``work.arguments`` to compute.
-    receive : callable
-        Called in this process as ``receive(batch, result)``, with a range of items and the array of their results, or
-        with one item and its `Failure`. Nothing else keeps the result.
-
-    Returns
-    -------
-    Progress
-        The state at the end; other items of the work count as done before.
     """
     total, left = (work.each * n for n in (len(work.arguments), len(items)))
     progress = Progress(total, done=total - left, label=work.name)

@@ -41,13 +41,7 @@ def _with_hash(array: np.ndarray) -> str:
 
 
 def refuse_other(found: Mapping[str, Any], asked: Mapping[str, Any], path: Path) -> None:
-    """Raise if the run on disk is not the one asked for, and say how they differ.
-
-    Raises
-    ------
-    ValueError
-        With the differing arguments of both runs.
-    """
+    """Raise if the run on disk is not the one asked for, and say how they differ."""
     different = [key for key in (*asked, *(k for k in found if k not in asked)) if found.get(key) != asked.get(key)]
     if different:
         raise ValueError(

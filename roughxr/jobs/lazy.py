@@ -66,35 +66,11 @@ def spread(
     name: str = "solve",
     lazy: bool = True,
 ) -> Any:
-    """Return the stacked results of ``task(*arguments[k], *shared)``, all of one type.
+    """Return the stacked results of ``task(*arguments[k], *shared)``: an array, lazy in chunks of one batch.
 
-    Parameters
-    ----------
-    task : callable
-        Defined at the top of a module, so that other processes can import it.
-    arguments : sequence of tuple
-        One per item; dask arrays among them are computed first. Views of one array travel as that array, once.
-    dtype : dtype or tuple of int
-        Type of what one task returns: a structured dtype for a record, an array such as ``np.dtype((record, (3, 4)))``,
-        or the shape of an array of float64.
-    *shared
-        Further arguments, the same for all tasks, sent once.
-    cost : callable, optional
-        Returns the cost of each item, in any unit: the most expensive are begun first, so that the last to finish are
-        short.
-    each : int
-        Subregions in one item, for progress reports.
-    name : str
-        Name of the solve, such as "direct", in logs and messages.
-    lazy : bool
-        Leave the results to be computed later. Otherwise they are computed now, so that labels and slices need no tasks
-        of their own, which would double the time of small solves.
-
-    Returns
-    -------
-    dask.array.Array or ndarray
-        Results along items: an array, where lazy in chunks of one batch; within `computed_by`, whatever that executor
-        returns.
+    ``task`` is at the top of a module, for other processes to import; ``dtype`` is a record's type, or the shape of
+    float64; ``cost`` orders the items, the most expensive first; ``each`` counts the subregions of an item. Small
+    solves are not lazy: tasks for their labels and slices would double their time.
     """
     arguments, shared = without_views(arguments, shared)
     dtype = dtype if isinstance(dtype, np.dtype) else np.dtype((float, dtype))

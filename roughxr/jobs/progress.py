@@ -292,13 +292,7 @@ class Stages:
 
 
 def about(seconds: float) -> str:
-    """Return a time that is roughly known in words.
-
-    Examples
-    --------
-    >>> about(20), about(200), about(3 * 3600)
-    ('less than a minute', 'about 3 min', 'about 3 h')
-    """
+    """Return a time that is roughly known in words."""
     if seconds < 60:
         return "less than a minute"
     return f"about {round(seconds / 60)} min" if seconds < 5400 else f"about {seconds / 3600:.2g} h"

@@ -190,17 +190,7 @@ def active_client() -> Any:
 
 
 def on(scheduler: str | None) -> Any:
-    """Compute on a scheduler by name or address within a block; None keeps the active one.
-
-    Raises
-    ------
-    ValueError
-        If it is neither a name nor an address.
-    ImportError
-        If it needs ``distributed``, which is not installed.
-    OSError
-        If no scheduler answers there.
-    """
+    """Compute on a scheduler by name or address within a block; None keeps the active one. It must answer."""
     if scheduler is None:
         return nullcontext()
     if scheduler == "processes":

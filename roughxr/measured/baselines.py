@@ -32,15 +32,7 @@ class Baseline(NamedTuple):
 
 
 def baseline_of(z: np.ndarray, force: np.ndarray, share: float) -> Baseline:
-    """Fit the baseline of a curve.
-
-    Examples
-    --------
-    >>> z = np.linspace(0.0, -100.0, 101)
-    >>> line = baseline_of(z, 3.0 + 0.01 * z, 0.3)
-    >>> round(float(line.at(0.0)), 6), int(line.far.sum())
-    (3.0, 30)
-    """
+    """Fit the baseline of a curve."""
     far = z < z.min() + share * np.ptp(z)
     centre = float(z[far].mean())
     found, noise, covariance = fitted(np.c_[np.ones(far.sum()), z[far] - centre], force[far])

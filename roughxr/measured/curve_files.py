@@ -40,13 +40,7 @@ class CurveFile(NamedTuple):
 
 
 def curve_kind(path: Path, family: str, given: Calibration) -> str | None:
-    """Return the kind of a file of curves, by its content; None for any other file.
-
-    Raises
-    ------
-    UnreadableScan
-        For NanoScope's curves, which are not read.
-    """
+    """Return the kind of a file of curves, by its content; None for any other file."""
     refuse_nanoscope(path)
     with path.open("rb") as file:
         head = file.read(4096)
@@ -81,14 +75,7 @@ def _of_a_current(sensitivity: Any) -> bool:
 
 
 def opened(path: Path, kind: str, given: Calibration) -> CurveFile:
-    """Return a file of curves without reading its samples.
-
-    Raises
-    ------
-    UnreadableScan
-        If it is damaged or holds no curves; if neither the file nor the caller states how its values become forces; or
-        if both do.
-    """
+    """Return a file of curves without reading its samples; raise unless file or caller states its calibration."""
     stated = _stated(path, kind, given)
     found = _asked(path, kind, {})
     used = {name: stated[name] for name in _needed(path, kind, found, stated)}
@@ -187,13 +174,7 @@ def _places(curves: list[dict[str, float]]) -> dict[str, Any]:
 
 
 def calibration(file: CurveFile) -> dict[str, float | str]:
-    """Return spring constant (N/m) and sensitivity of a file's curves, as attributes.
-
-    Raises
-    ------
-    UnreadableScan
-        If they change from curve to curve.
-    """
+    """Return spring constant (N/m) and sensitivity of a file's curves, as attributes; raise if curves differ."""
     found: dict[str, float | str] = {}
     for name in ("spring constant", "sensitivity"):
         values = {one.get(name) for one in file.curves}

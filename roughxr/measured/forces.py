@@ -27,13 +27,7 @@ class Calibration(NamedTuple):
 
 
 def converts(units: str | None, target: str) -> bool:
-    """Return whether one unit can be converted to another.
-
-    Examples
-    --------
-    >>> converts("pN", "nN"), converts("V", "nN"), converts(None, "nN")
-    (True, False, False)
-    """
+    """Return whether one unit can be converted to another."""
     try:
         return bool(units) and factor(str(units), target) > 0
     except ValueError:
@@ -41,18 +35,7 @@ def converts(units: str | None, target: str) -> bool:
 
 
 def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[np.ndarray, dict[str, Any]]:
-    """Return recorded values as forces in nN, and attributes that say how they were converted.
-
-    Raises
-    ------
-    ValueError
-        If units, sensitivity or spring constant are missing, or are stated by both the file and the caller.
-
-    Examples
-    --------
-    >>> forces(np.array([2.0]), "V", Calibration(sensitivity="50 nm/V", spring_constant="0.2 N/m"))[0]
-    array([20.])
-    """
+    """Return recorded values as forces in nN, and attributes that say how they were converted."""
     if units and given.units:
         raise ValueError(f"units: the file states {units!r}, found {given.units!r}; leave units= out")
     units = units or given.units
@@ -111,18 +94,7 @@ def _nothing_beside(units: str, given: Calibration, *options: str) -> None:
 
 
 def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:
-    """Return pull-off forces as positive magnitudes, and the sign that pulls had in the file.
-
-    Raises
-    ------
-    ValueError
-        If there are values of both signs and the sign of a pull is not stated.
-
-    Examples
-    --------
-    >>> magnitudes(np.array([-3.0, np.nan]), None)
-    (array([ 3., nan]), 'negative')
-    """
+    """Return pull-off forces as positive magnitudes, and the sign that pulls had in the file."""
     if pulls is None:
         if (values < 0).any() and (values > 0).any():
             below = int((values < 0).sum())

@@ -34,15 +34,7 @@ class Match(NamedTuple):
 
 
 def grid_of(found: Samples) -> Grid | None:
-    """Return samples on a uniform grid as a map, None where they do not lie on one.
-
-    Examples
-    --------
-    >>> places = np.array([[0.0, 0.0], [0.0, 2.0], [1.0, 0.0]])
-    >>> grid_of(Samples(np.array([5.0, 6.0, 7.0]), None, places, 0)).values
-    array([[ 5.,  6.],
-           [ 7., nan]])
-    """
+    """Return samples on a uniform grid as a map, None where they do not lie on one."""
     if found.places is None:
         return None
     axes = [np.unique(np.round(axis, 6)) for axis in found.places.T]
@@ -55,13 +47,7 @@ def grid_of(found: Samples) -> Grid | None:
 
 
 def matched(predicted: Samples, measured: Samples, *, shift: tuple[float, float] | None, farthest: float) -> Match:
-    """Return the prediction at the measured places, after the given shift or, without one, the best.
-
-    Raises
-    ------
-    ValueError
-        If the prediction is neither on a grid nor at the measured places.
-    """
+    """Return the prediction at the measured places, after the given shift or, without one, the best."""
     grid = grid_of(predicted)
     if grid is None:
         return _at_the_same(predicted, measured)
@@ -191,13 +177,7 @@ def _lines(values: np.ndarray, at: tuple) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _vertex(line: np.ndarray, k: int) -> float:
-    """Return the vertex of the parabola through a peak and its neighbours, in steps from the peak.
-
-    Examples
-    --------
-    >>> round(_vertex(np.array([0.0, 1.0, 0.5]), 1), 3)
-    0.167
-    """
+    """Return the vertex of the parabola through a peak and its neighbours, in steps from the peak."""
     if not 0 < k < line.size - 1:
         return 0.0
     before, peak, after = line[k - 1 : k + 2]

@@ -11,13 +11,7 @@ import xarray as xr
 
 
 def together(paths: Sequence[Any], found: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Return the pull-offs of several files along one ``subregion``.
-
-    Raises
-    ------
-    ValueError
-        If there are none, or they come from different kinds of measurement.
-    """
+    """Return the pull-offs of several files along one ``subregion``."""
     if len(found) == 1:
         return found[0]
     kinds = sorted({ds.attrs["measured"] for ds in found})

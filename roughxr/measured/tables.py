@@ -44,13 +44,7 @@ _Rows = list[tuple[int, list[str]]]
 
 
 def read_table(path: Path) -> list[Column]:
-    """Return the columns of numbers of a text table.
-
-    Raises
-    ------
-    UnreadableScan
-        If rows are of different lengths, a number cannot be read, or the columns have no names.
-    """
+    """Return the columns of numbers of a text table."""
     names, cells, comma = (_in_spreadsheet if is_spreadsheet(path) else _in_text)(path)
     _same_width(path, cells, len(names))
     columns = [_column(path, name, [(k, row[at]) for k, row in cells], comma) for at, name in enumerate(names)]
@@ -119,13 +113,7 @@ def _is_numbers(line: str) -> bool:
 
 
 def _split(line: str, delimiter: str | None) -> list[str]:
-    """Return the cells of a line; units in brackets go with the name before them, quoted text is one cell.
-
-    Examples
-    --------
-    >>> _split("x [um]  force (nN)", None), _split('1,"2",', ",")
-    (['x [um]', 'force (nN)'], ['1', '2', ''])
-    """
+    """Return the cells of a line; units in brackets go with the name before them, quoted text is one cell."""
     if delimiter is None:
         return re.split(r"\s+(?![\[(])", line.strip())
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
@@ -163,13 +151,7 @@ def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) ->
 
 
 def force_column(path: Path, columns: list[Column], name: str | None) -> Column:
-    """Return the column of forces: the one named, else the only one that can be meant.
-
-    Raises
-    ------
-    UnreadableScan
-        If none or several can be meant.
-    """
+    """Return the column of forces: the one named, else the only one that can be meant."""
     fitting = _likely_forces(columns) if name is None else _named(columns, str(name))
     if len(fitting) != 1:
         wanted = f"a column {name!r}" if name is not None else "one column of pull-off forces"
@@ -199,19 +181,7 @@ def _axis(column: Column) -> str:
 
 
 def place_columns(path: Path, columns: list[Column], force: Column | None = None) -> dict[str, Column]:
-    """Return the columns of places along x and y where there are any.
-
-    Raises
-    ------
-    UnreadableScan
-        If there is one without the other, or one whose name looks like a place but does not say of which axis.
-
-    Examples
-    --------
-    >>> columns = [Column("X Position", "um", np.zeros(1)), Column("subregion_y", "nm", np.zeros(1))]
-    >>> list(place_columns(Path("pulls.csv"), columns, Column("F", "nN", np.zeros(1))))
-    ['x', 'y']
-    """
+    """Return the columns of places along x and y where there are any."""
     found = {_axis(one): one for one in columns if one is not force and _axis(one)}
     like = [one.name for one in columns if one is not force and (_axis(one) or _PLACE_LIKE.search(one.name))]
     if len(found) != 2 and like:

@@ -22,13 +22,7 @@ _SENSITIVITY = re.compile(rf"^\\@(?P<quantity>Sens\.[^:]*): V {_NUMBER} ?(?P<uni
 
 
 def in_true_units(path: Path, channels: list[Channel], chosen: Channel, family: str) -> Channel:
-    """Return an image whose values are in the units that it names; raise where its scale is not known.
-
-    Raises
-    ------
-    UnreadableScan
-        If the format's scale of such images is not known here, or its header does not state it.
-    """
+    """Return an image whose values are in the units that it names; raise where its scale is not known."""
     stored = family != "vendor" or converts(chosen.units, "nm") or chosen.header.get("format") == "ibw"
     if stored:  # in the units, or scaled by the reader
         return chosen

@@ -463,13 +463,7 @@ def _tell_so_far(solved: xr.Dataset, say: Stages, mesh_error: float | None = Non
 
 
 def _expect_pulls(first: xr.Dataset) -> None:
-    """End a run none of whose first places could be solved, before hours pass, and say what helps.
-
-    Raises
-    ------
-    ValueError
-        If all of their pull-offs are missing.
-    """
+    """End a run none of whose first places could be solved, before hours pass, and say what helps."""
     if bool(first["pull_off_force"].notnull().any()):
         return
     lost, edge = (int(found.sum()) for found in (~first["complete"], first["truncated"]))

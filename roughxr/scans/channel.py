@@ -61,13 +61,7 @@ class Channel(NamedTuple):
 
 
 def is_length(units: str | None) -> bool:
-    """Return whether ``units`` convert to nm.
-
-    Examples
-    --------
-    >>> is_length("um"), is_length("deg"), is_length(None)
-    (True, False, False)
-    """
+    """Return whether ``units`` convert to nm."""
     if not units or not str(units).isalpha():
         return False  # one word: "~m" or "10 nm" would convert to something, but not to what was meant
     try:
@@ -77,13 +71,7 @@ def is_length(units: str | None) -> bool:
 
 
 def direction_in(name: str) -> str:
-    """Return "trace" or "retrace" where a channel's name says so, else "".
-
-    Examples
-    --------
-    >>> direction_in("HeightRetrace"), direction_in("Z-Axis forward"), direction_in("Topography")
-    ('retrace', 'trace', '')
-    """
+    """Return "trace" or "retrace" where a channel's name says so, else ""."""
     if re.search("retrace|backward", name, re.IGNORECASE):
         return "retrace"
     return "trace" if re.search("trace|forward", name, re.IGNORECASE) else ""
@@ -111,13 +99,7 @@ _STATE_UNITS = "if it holds heights, state their units with height_units="
 
 
 def choose(channels: list[Channel], channel: str | int | None, direction: str | None, path: Path) -> Channel:
-    """Return the channel asked for by name or place, and by direction; by default the first topography.
-
-    Raises
-    ------
-    UnreadableScan
-        If none or several fit: the message lists what the file holds.
-    """
+    """Return the channel asked for by name or place, and by direction; by default the first topography."""
     if direction not in (None, "trace", "retrace"):
         raise ValueError(f"direction: expected 'trace' or 'retrace', found {direction!r}")
     fitting = along(named(channels, channel), direction)

@@ -29,12 +29,7 @@ from .plausibility import ImplausibleScan, doubts, refuse_absurd, size_doubts
 
 
 def regular_file(path: Any) -> Path:
-    """Return a path to an ordinary, readable file; never waits, even for a pipe.
-
-    Raises
-    ------
-    TypeError, FileNotFoundError, IsADirectoryError, PermissionError, UnreadableScan
-    """
+    """Return a path to an ordinary, readable file; raise for any other, without waiting for a pipe."""
     try:
         path = Path(path)
     except TypeError:

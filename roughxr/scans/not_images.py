@@ -41,12 +41,7 @@ def curves_in(path: Path) -> str:
 
 
 def refuse_curves(path: Path) -> None:
-    """Raise for a file of force curves, or a container of scans, with what reads it.
-
-    Raises
-    ------
-    UnreadableScan
-    """
+    """Raise for a file of force curves, or a container of scans, with what reads it."""
     kind = curves_in(path)
     if kind == "nanoscope":
         refuse_nanoscope(path)
@@ -60,12 +55,7 @@ def refuse_curves(path: Path) -> None:
 
 
 def refuse_nanoscope(path: Path) -> None:
-    """Raise for NanoScope's force curves, which nothing here reads.
-
-    Raises
-    ------
-    UnreadableScan
-    """
+    """Raise for NanoScope's force curves, which nothing here reads."""
     with path.open("rb") as file:
         if file.read(len(NANOSCOPE)) == NANOSCOPE:
             raise UnreadableScan(path, f"found Bruker's force curves (NanoScope), which are {_NOT_READ}")

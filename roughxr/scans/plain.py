@@ -102,13 +102,7 @@ def _matrix(path: Path, text: str) -> np.ndarray:
 
 
 def separators(line: str) -> tuple[str | None, bool]:
-    """Return the delimiter of a line of numbers (None is white space) and whether its comma is decimal.
-
-    Examples
-    --------
-    >>> separators("1.5,2.5"), separators("1,5;2,5"), separators("1.5 2.5")
-    ((',', False), (';', True), (None, False))
-    """
+    """Return the delimiter of a line of numbers (None is white space) and whether its comma is decimal."""
     if ";" in line:
         return ";", "," in line
     if "," not in line:

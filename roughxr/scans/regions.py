@@ -78,14 +78,7 @@ def centres(ds: xr.Dataset, subregions: Any = None) -> xr.Dataset:
 
 
 def sample(positions: xr.Dataset, count: int) -> xr.Dataset:
-    """Return ``count`` of the contact centres, spread evenly over their order; all if there are fewer.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> sample(centres(roughxr.open_sample("glass"), (8, 8)), 4).subregion.values.tolist()
-    [0, 21, 42, 63]
-    """
+    """Return ``count`` of the contact centres, spread evenly over their order; all if there are fewer."""
     last = positions.sizes["subregion"] - 1
     return positions.isel(subregion=np.unique(np.linspace(0, last, count).round().astype(int)))
 

@@ -23,13 +23,7 @@ from .channel import Channel, UnreadableScan, direction_in, is_length, not_insta
 
 
 def channels(path: Path) -> list[Channel]:
-    """Return the images in a vendor's file.
-
-    Raises
-    ------
-    UnreadableScan
-        If no reader accepts the file, with the error of each; or if reading takes longer than any sound file needs.
-    """
+    """Return the images in a vendor's file."""
     with path.open("rb") as file:
         head = file.read(512)
     if head[:2] in (b"\x05\0", b"\0\x05") and not is_igor(head):

@@ -46,13 +46,7 @@ def correlogram(values: np.ndarray, places: np.ndarray) -> Correlogram:
 
 
 def normal_scores(values: np.ndarray) -> np.ndarray:
-    """Return the normal quantiles of the samples' ranks, which are the same for any distribution of the samples.
-
-    Examples
-    --------
-    >>> normal_scores(np.array([1.0, 1000.0, 2.0])).round(3).tolist()
-    [-0.967, 0.967, 0.0]
-    """
+    """Return the normal quantiles of the samples' ranks, which are the same for any distribution of the samples."""
     from scipy.stats import norm, rankdata
 
     largest = np.abs(values).max(initial=0.0) or 1.0
@@ -67,13 +61,6 @@ def independent_places(values: np.ndarray, places: np.ndarray | None) -> float:
     ----------
     Bayley & Hammersley (1946), The "effective" number of independent observations in an autocorrelated series;
     Geyer, Stat. Sci. 7 (1992) 473, for the initial positive part of the correlation.
-
-    Examples
-    --------
-    >>> places = np.argwhere(np.ones((12, 12))) * 100.0
-    >>> noise = np.random.default_rng(0).normal(size=144)
-    >>> bool(independent_places(noise, places) > 100), bool(independent_places(places[:, 0], places) < 10)
-    (True, True)
     """
     n = values.size
     if places is None or n < 9 or np.ptp(values) == 0:
@@ -108,12 +95,6 @@ def blocks(places: np.ndarray, side: float) -> list[np.ndarray]:
 
     Blocks wrap around at the edges of the rectangle, and their corners lie on a lattice, not at the samples: thus every
     sample lies in the same number of blocks, however the samples are scattered.
-
-    Examples
-    --------
-    >>> places = np.argwhere(np.ones((4, 4))) * 10.0
-    >>> sorted(blocks(places, 20.0)[0].tolist()), {len(block) for block in blocks(places, 20.0)}
-    ([0, 1, 4, 5], {4})
     """
     from scipy.spatial import cKDTree
 

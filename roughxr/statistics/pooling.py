@@ -143,14 +143,7 @@ def _alone(part: xr.Dataset, name: str) -> xr.Dataset:
 
 
 def random_effects(estimate: np.ndarray, error: np.ndarray, *, confidence: float, positive: bool = False) -> Pool:
-    """Return the mean of estimates that differ by more than their own errors.
-
-    Examples
-    --------
-    >>> found = random_effects(np.array([1.0, 2.0, 3.0]), np.zeros(3), confidence=0.95)
-    >>> found.mean, found.between, round(found.high, 2)
-    (2.0, 1.0, 4.48)
-    """
+    """Return the mean of estimates that differ by more than their own errors."""
     from scipy.stats import chi2, t
 
     k = estimate.size

@@ -34,18 +34,7 @@ class Samples(NamedTuple):
 
 
 def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
-    """Return the finite samples of a variable.
-
-    Raises
-    ------
-    ValueError
-        If there is no such variable, it has other dimensions, or fewer than two finite samples.
-
-    Examples
-    --------
-    >>> samples(xr.Dataset({"height": ("asperity", [1.0, np.nan, 3.0])}), "height").missing
-    1
-    """
+    """Return the finite samples of a variable."""
     found = known_samples(ds, name, weights=weights)
     warn_of_missing(
         name, found.missing, found.values.size + found.missing, ds[name].attrs.get("missing", ds.attrs.get("missing"))
@@ -70,25 +59,12 @@ def known_samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
 
 
 def shares(ds: xr.Dataset | xr.DataArray) -> xr.DataArray:
-    """Return the weights of places: the shares of particles that rest there, else all alike.
-
-    Examples
-    --------
-    >>> shares(xr.DataArray([1.0, 3.0], dims="subregion")).values.tolist()
-    [1.0, 1.0]
-    """
+    """Return the weights of places: the shares of particles that rest there, else all alike."""
     return ds[SHARE] if SHARE in ds.coords else xr.ones_like(ds["subregion"], float)
 
 
 def by_share(array: xr.DataArray) -> Any:
-    """Return values whose mean is that over particles, where places hold different shares of them; else themselves.
-
-    Examples
-    --------
-    >>> force = xr.DataArray([1.0, 3.0], {SHARE: ("subregion", [0.75, 0.25])}, ["subregion"])
-    >>> float(by_share(force).mean())
-    1.5
-    """
+    """Return values whose mean is that over particles, where places hold different shares of them; else themselves."""
     return array.weighted(array[SHARE]) if SHARE in array.coords else array
 
 
@@ -112,14 +88,7 @@ def warn_of_missing(name: str, missing: int, total: int, why: str | None = None)
 
 
 def of_a_map(ds: xr.Dataset, *names: str) -> xr.Dataset:
-    """Return variables along ``x`` and ``y`` alone, for example a pull-off at every pixel, as samples along subregions.
-
-    Examples
-    --------
-    >>> height = xr.Dataset({"height": (("x", "y"), np.zeros((2, 3)))}, {"x": [0.0, 1.0], "y": [0.0, 1.0, 2.0]})
-    >>> of_a_map(height).subregion_y.values
-    array([0., 1., 2., 0., 1., 2.])
-    """
+    """Return variables along ``x`` and ``y`` alone, such as a pull-off at every pixel, as samples along subregions."""
     if any(name not in ds or set(ds[name].dims) != {"x", "y"} for name in names or ds.data_vars):
         return ds
     return ds.stack(subregion=("x", "y"), create_index=False).rename(x="subregion_x", y="subregion_y")
@@ -139,13 +108,7 @@ def sample_dimension(ds: xr.Dataset, name: str) -> str:
 
 
 def other_dimensions(ds: xr.Dataset, name: str) -> list[str]:
-    """Return the dimensions of a variable besides its samples; empty if it has no samples, or is a map of them.
-
-    Examples
-    --------
-    >>> other_dimensions(xr.Dataset({"force": (("sphere_radius", "subregion"), [[1.0, 2.0]])}), "force")
-    ['sphere_radius']
-    """
+    """Return the dimensions of a variable besides its samples; empty if it has no samples, or is a map of them."""
     if name not in ds:
         return []
     dims = [str(dim) for dim in ds[name].dims]
@@ -154,15 +117,7 @@ def other_dimensions(ds: xr.Dataset, name: str) -> list[str]:
 
 
 def with_weights(ds: xr.Dataset, name: str, weights: Any) -> tuple[xr.Dataset, str | None]:
-    """Return a Dataset that holds the weights, those of a DataArray at the labels of their samples, and their name.
-
-    Examples
-    --------
-    >>> ds = xr.Dataset({"force": ("subregion", [1.0, 2.0])}, {"subregion": [0, 1]})
-    >>> found, name = with_weights(ds, "force", xr.DataArray([5.0, 3.0], {"subregion": [1, 0]}, ["subregion"]))
-    >>> found[name].values.tolist()
-    [3.0, 5.0]
-    """
+    """Return a Dataset that holds the weights, those of a DataArray at the labels of their samples, and their name."""
     if weights is None and name in ds and SHARE in ds.coords and set(ds[SHARE].dims) <= set(ds[name].dims):
         return ds, SHARE
     if weights is None or isinstance(weights, str):
@@ -211,11 +166,5 @@ _PER = {
 
 
 def per(units: str) -> str:
-    """Return the units of a density over ``units``.
-
-    Examples
-    --------
-    >>> per("nN"), per("J m-2"), per("1")
-    ('nN-1', 'm2 J-1', '1')
-    """
+    """Return the units of a density over ``units``."""
     return _PER.get(units, f"{units}-1")

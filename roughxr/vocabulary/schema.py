@@ -555,17 +555,6 @@ def entered(data: Any) -> Any:
 
     Every variable and coordinate of a known name that states other units is converted, be it by its attribute or as a
     pint array; what states none is taken to be in the table's.
-
-    Raises
-    ------
-    ValueError
-        If units do not convert: the message says of which variable, what was expected and what was found.
-
-    Examples
-    --------
-    >>> ds = xr.Dataset({"pull_off_force": ("subregion", [0.5], {"units": "uN"})})
-    >>> entered(ds).pull_off_force.values.tolist(), entered(entered(ds)).pull_off_force.units
-    ([500.0], 'nN')
     """
     coords = _in_table(data.coords)
     if isinstance(data, xr.DataArray):
@@ -678,13 +667,7 @@ def _filled(block: np.ndarray) -> np.ndarray:
 
 
 def spacing(coordinate: xr.DataArray) -> float:
-    """Return the pixel size along a coordinate; raise where it is not uniform.
-
-    Raises
-    ------
-    ValueError
-        If there is one pixel only, or the steps are not equal (to 1e-6) and ascending.
-    """
+    """Return the pixel size along a coordinate; raise where it is not uniform."""
     values = np.asarray(coordinate.values, dtype=float)
     name = coordinate.name
     if values.size < 2:
@@ -718,14 +701,7 @@ def is_wet(ds: xr.Dataset) -> bool:
 
 
 def pair(ds: xr.Dataset, *names: str, wet: bool = False) -> tuple[float, ...]:
-    """Return the assigned sphere radius, contact modulus or work of adhesion by name.
-
-    Raises
-    ------
-    ValueError
-        If one was not assigned, or the work of adhesion is asked for by what does not know (``wet``) the condensed
-        liquid that the pair carries.
-    """
+    """Return assigned values by name; raise where one is missing, or the pair is humid and the caller not (``wet``)."""
     if not wet and "work_of_adhesion" in names and is_wet(ds):
         raise ValueError(
             "humidity: expected a dry pair, found condensed liquid (Kelvin radius "
@@ -752,11 +728,6 @@ def complete(ds: xr.Dataset) -> xr.Dataset:
     """Return a scan; raise where pixels are missing, for a lazy one when it is computed.
 
     Each chunk of a lazy scan raises when it is computed and pixels are missing in it, and so does what needs it.
-
-    Raises
-    ------
-    ValueError
-        If pixels are missing in a scan in memory.
     """
     height = ds["height"].variable
     if not hasattr(height.data, "map_blocks"):
@@ -766,13 +737,7 @@ def complete(ds: xr.Dataset) -> xr.Dataset:
 
 
 def none_missing(missing: int, size: int) -> None:
-    """Raise if pixels of a height map are missing, and say how many.
-
-    Raises
-    ------
-    ValueError
-        If some are.
-    """
+    """Raise if pixels of a height map are missing, and say how many."""
     if missing:
         raise ValueError(
             f"height: expected finite heights, found {missing} missing pixels of {size}; "
@@ -782,13 +747,7 @@ def none_missing(missing: int, size: int) -> None:
 
 
 def ascending(values: Any, units: str, name: str) -> np.ndarray:
-    """Return values as a float array in ``units``; raise unless they are finite and ascending.
-
-    Raises
-    ------
-    ValueError
-        If there are none, or they are not finite, or not strictly ascending.
-    """
+    """Return values as a float array in ``units``; raise unless they are finite and ascending."""
     array = np.atleast_1d(np.asarray(magnitude(values, units, name), dtype=float))
     if array.ndim != 1 or array.size == 0:
         raise ValueError(
@@ -801,13 +760,7 @@ def ascending(values: Any, units: str, name: str) -> np.ndarray:
 
 
 def refuse_unused(where: str, **given: Any) -> None:
-    """Raise for options that were given, other than None, where they would change nothing.
-
-    Raises
-    ------
-    ValueError
-        If one was given.
-    """
+    """Raise for options that were given, other than None, where they would change nothing."""
     for name, value in given.items():
         if value is not None:
             raise ValueError(f"{name}: not used with {where}, found {value!r}; leave it out")

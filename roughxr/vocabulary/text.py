@@ -11,13 +11,7 @@ _UNSEEN = {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}
 
 
 def printable(text: str, *, keep: str = "") -> str:
-    r"""Return text with control characters, such as those of a terminal, written out; ``keep`` are left as they are.
-
-    Examples
-    --------
-    >>> print(printable("5 µm\x1b[2J\u202e"))
-    5 µm\x1b[2J\u202e
-    """
+    r"""Return text with control characters, such as those of a terminal, written out; ``keep`` are left as they are."""
     if text.isascii() and text.isprintable():
         return text
     return "".join(one if one in keep or unicodedata.category(one) not in _UNSEEN else _written(one) for one in text)
@@ -28,13 +22,7 @@ def _written(character: str) -> str:
 
 
 def did_you_mean(value: Any, allowed: Iterable[Any]) -> str:
-    """Return a question that names the nearest of some words, nothing where none is near.
-
-    Examples
-    --------
-    >>> did_you_mean("adhesiv", ("adhesive", "direct")), did_you_mean(3, ("direct",))
-    ("; did you mean 'adhesive'?", '')
-    """
+    """Return a question that names the nearest of some words, nothing where none is near."""
     from difflib import get_close_matches
 
     near = get_close_matches(str(value).lower(), [str(one) for one in allowed], n=1)

@@ -35,20 +35,7 @@ def _registry():
 
 @lru_cache(maxsize=256)
 def factor(source: str, target: str) -> float:
-    """Return the number by which values in ``source`` units are multiplied to give ``target`` units.
-
-    Raises
-    ------
-    ValueError
-        If ``source`` is no unit, or one of another dimension than ``target``.
-
-    Examples
-    --------
-    >>> factor("um", "nm")
-    1000.0
-    >>> round(factor("mJ m-2", "J m-2"), 6)
-    0.001
-    """
+    """Return the number by which values in ``source`` units are multiplied to give ``target`` units."""
     import pint
 
     if source == target:
@@ -69,22 +56,7 @@ def factor(source: str, target: str) -> float:
 
 
 def magnitude(value: Any, units: str, name: str) -> Any:
-    """Return ``value`` as plain float(s) in ``units``.
-
-    Raises
-    ------
-    ValueError
-        If the value is not finite, not a number, or in units that do not convert.
-
-    Examples
-    --------
-    >>> magnitude("3 um", "nm", "sphere_radius")
-    3000.0
-    >>> magnitude(3000, "nm", "sphere_radius")
-    3000.0
-    >>> round(magnitude("6.5e-20 J", "nN nm", "hamaker_constant"), 6)
-    0.065
-    """
+    """Return ``value`` as plain float(s) in ``units``."""
     number = plain(value, units, name)
     try:
         number = np.asarray(number, dtype=float)
@@ -163,16 +135,6 @@ def in_units(variable: xr.Variable, units: str, name: str) -> xr.Variable:
     """Return a variable in ``units``: converted if it states others, as it is if it states none.
 
     The units are those of its pint array or of its attribute ``units``. Lazy arrays stay lazy.
-
-    Raises
-    ------
-    ValueError
-        If its units do not convert.
-
-    Examples
-    --------
-    >>> in_units(xr.Variable("x", [0.5, 1.0], {"units": "um"}), "nm", "x").values.tolist()
-    [500.0, 1000.0]
     """
     stated = variable.attrs.get("units")
     if stated == units or variable.dtype.kind not in "fiu":
@@ -198,24 +160,12 @@ def in_units(variable: xr.Variable, units: str, name: str) -> xr.Variable:
 
 
 def mass_power(units: str) -> float:
-    """Return the power of mass in units: 1 for forces, pressures, energies and works, 0 for lengths.
-
-    Examples
-    --------
-    >>> [mass_power(units) for units in ("nN", "J m-2", "GPa", "nm-1", "1")]
-    [1.0, 1.0, 1.0, 0.0, 0.0]
-    """
+    """Return the power of mass in units: 1 for forces, pressures, energies and works, 0 for lengths."""
     return float(_registry().Quantity(1.0, units).dimensionality.get("[mass]", 0.0))
 
 
 def converted(array: xr.DataArray, units: str, name: str) -> xr.DataArray:
-    """Return ``array`` in ``units``, lazily where it is lazy; its ``units`` attribute must be there.
-
-    Raises
-    ------
-    ValueError
-        If the attribute is missing or its units do not convert.
-    """
+    """Return ``array`` in ``units``, lazily where it is lazy; raise where its ``units`` are missing or wrong."""
     if not array.attrs.get("units"):
         raise ValueError(
             f"{name}: expected a 'units' attribute that converts to {units!r}, found none; "

@@ -226,15 +226,7 @@ def force_ratio(
 
 
 def mean_ratio(ds: xr.Dataset, reference: xr.Dataset, *, where: Any = None) -> xr.DataArray:
-    """Return the ratio of two solutions' mean forces along the first one's ``delta``, NaN beyond the reference.
-
-    Examples
-    --------
-    >>> delta = np.array([1.0, 2.0, 3.0])
-    >>> hertz = xr.Dataset({"force": (("subregion", "delta"), [delta**1.5])}, coords={"delta": delta})
-    >>> np.round(mean_ratio(2 * hertz, hertz).values, 9).tolist()
-    [2.0, 2.0, 2.0]
-    """
+    """Return the ratio of two solutions' mean forces along the first one's ``delta``, NaN beyond the reference."""
     mean, below = (_chosen(one, where)["force"].mean("subregion") for one in (ds, reference))
     straight = (below.clip(min=0) ** (2 / 3)).interp(delta=mean["delta"]) ** 1.5
     return (mean / straight.where(straight > 0)).rename("ratio")
@@ -383,12 +375,6 @@ def jkr_sphere(ds: xr.Dataset, delta: np.ndarray) -> np.ndarray:
     """Return the stable JKR force (nN) of the pair on ``ds`` against a flat; 0 beyond the end of the branch.
 
     NaN for a humid pair, whose liquid it leaves out.
-
-    Examples
-    --------
-    >>> pair = xr.Dataset(coords={"sphere_radius": 3000.0, "contact_modulus": 39.4, "work_of_adhesion": 1.35})
-    >>> round(float(-jkr_sphere(pair, np.linspace(-25, 5, 3001)).min() / (1.5 * np.pi * 1.35 * 3000)), 4)
-    1.0
     """
     if schema.is_wet(ds):
         return np.full(np.shape(delta), np.nan)
@@ -400,13 +386,7 @@ def jkr_sphere(ds: xr.Dataset, delta: np.ndarray) -> np.ndarray:
 
 
 def _sweep(ds: xr.Dataset) -> xr.Dataset:
-    """Return a solution whose forces lie along subregions and displacements alone; raise for others, with advice.
-
-    Raises
-    ------
-    ValueError
-        If it is a cycle with both branches, one with events only, or has further dimensions.
-    """
+    """Return a solution whose forces lie along subregions and displacements alone; raise for others, with advice."""
     if isinstance(ds, xr.Dataset) and "force" not in ds and "pull_off_force" in ds:
         raise ValueError(
             "expected forces along delta, found only pull-offs; solve with adhesive(…, delta=[…]) for force curves, "

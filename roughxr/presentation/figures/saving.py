@@ -98,13 +98,7 @@ def save(figure, path, *, dpi: int = 300) -> Path:
 
 
 def mean_and_spread(values, unit: str, *, size: float = 1.0, digits: int = 2) -> str:
-    """Return mean ± standard deviation (n − 1) of the finite values, divided by ``size``, with one unit.
-
-    Examples
-    --------
-    >>> mean_and_spread([1000.0, 3000.0], "µN", size=1e3)
-    '2.00 ± 1.41 µN'
-    """
+    """Return mean ± standard deviation (n − 1) of the finite values, divided by ``size``, with one unit."""
     finite = np.asarray(values, dtype=float) / size
     finite = finite[np.isfinite(finite)]
     if finite.size == 0:

@@ -179,37 +179,19 @@ def panels(ax: Sequence | None, rows: int, columns: int, *, aspect: float, width
 
 
 def decimals(values: np.ndarray) -> int | None:
-    """Return the number of decimals that show the values distinct and in full, None for more than six.
-
-    Examples
-    --------
-    >>> decimals(np.array([0.0, 0.5, 1.25])), decimals(np.array([1e-9]))
-    (2, None)
-    """
+    """Return the number of decimals that show the values distinct and in full, None for more than six."""
     fits = (k for k in range(7) if np.allclose(np.round(values, k), values, rtol=1e-6, atol=0))
     return next(fits, None)
 
 
 def display_unit(units: str, largest: float) -> Unit:
-    """Return the unit in which to show values up to ``largest`` (in ``units``).
-
-    Examples
-    --------
-    >>> display_unit("nN", 2e4), display_unit("nN", 20)
-    (Unit(text='µN', size=1000.0), Unit(text='nN', size=1.0))
-    """
+    """Return the unit in which to show values up to ``largest`` (in ``units``)."""
     text, size = _LARGER.get(units, (units, np.inf))
     return Unit(text, size) if largest >= size else Unit(units, 1.0)
 
 
 def in_words(name: str, unit: Unit | None = None) -> str:
-    """Return the schema's label of a name, with its unit as printed in a book.
-
-    Examples
-    --------
-    >>> in_words("contact_area"), in_words("force", Unit("µN", 1e3)), in_words("axis_ratio")[:10]
-    ('contact area [nm²]', 'contact force [µN]', 'axis ratio')
-    """
+    """Return the schema's label of a name, with its unit as printed in a book."""
     label = schema.axis_label(name)
     if unit is not None and unit.text not in ("1", ""):
         label = f"{schema.VARIABLES[name].long_name} [{unit.text}]"

@@ -13,15 +13,7 @@ from .style import BLACK, BLUE, GREY, SMALL, VERMILION, axes, label_axis, legend
 
 @styled
 def verdict(ds: xr.Dataset, *, marks: Mapping[str, float] | None = None, ax: Any = None):
-    """Draw the pull-off forces by method: every place, the median, and the mean with its interval.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> ds = xr.Dataset({"pull_off_force": (("method", "subregion"), [[1.0, 2.0]])}, {"method": ["direct"]})
-    >>> verdict(ds, ax=Figure().subplots()).get_xlabel()
-    'pull-off force [nN]'
-    """
+    """Draw the pull-off forces by method: every place, the median, and the mean with its interval."""
     ax = axes(ax, aspect=0.26 + 0.075 * ds.sizes["method"])
     force = ds["pull_off_force"].transpose("method", "subregion")
     for row, values in enumerate(force.values):

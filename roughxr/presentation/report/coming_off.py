@@ -215,13 +215,7 @@ def _middle(critical: xr.Dataset, kind: str = "critical") -> float:
 
 
 def remaining(run: Run) -> xr.Dataset:
-    """Return the fraction remaining in a flow of air, over speeds from below the first critical one to above the last.
-
-    Raises
-    ------
-    ValueError
-        If no place gives way in any flow.
-    """
+    """Return the fraction remaining in a flow of air, from below the first critical speed to above the last."""
     speed = run[_CRITICAL[leading(run)]]["critical_friction_velocity"].values
     speed = speed[speed > 0]
     if not speed.size:

@@ -44,19 +44,7 @@ class Frames(NamedTuple):
 
 
 def contact_maps(at: Placed, *, loops: int) -> list[dict[str, Any]]:
-    """Return the contact maps that the page shows, by the simulation with adhesion and by that without.
-
-    Parameters
-    ----------
-    at : Placed
-    loops : int
-        Number of places at which the cycle with adhesion is followed again, where the run holds only its events.
-
-    Returns
-    -------
-    list of dict
-        Name, words, and for each combination of parameters a sheet of maps for each place, None where there is none.
-    """
+    """Return the contact maps that the page shows, by the simulation with adhesion and by that without."""
     ways = (("adhesive", "with adhesion", _with_adhesion), ("direct", "without adhesion", _without))
     found = []
     for name, words, make in ways:

@@ -18,11 +18,6 @@ def picture(indices: np.ndarray, colours: np.ndarray) -> str:
     References
     ----------
     W3C, Portable Network Graphics, 2nd edition (2003).
-
-    Examples
-    --------
-    >>> picture(np.zeros((2, 3), np.uint8), heights_palette())[:27]
-    'data:image/png;base64,iVBOR'
     """
     rows, columns = indices.shape
     lines = np.zeros((rows, columns + 1), np.uint8)  # each line begins with its filter: none
@@ -65,14 +60,7 @@ def _of_map(name: str, values: np.ndarray) -> np.ndarray:
 
 
 def heights_indices(heights: np.ndarray) -> tuple[np.ndarray, float, float]:
-    """Return the index of each height's colour, and the heights at both ends of the scale.
-
-    Examples
-    --------
-    >>> indices, low, high = heights_indices(np.array([[0.0, 1.0, np.nan]]))
-    >>> indices.tolist(), low, high
-    ([[0, 254, 255]], 0.0, 1.0)
-    """
+    """Return the index of each height's colour, and the heights at both ends of the scale."""
     known = heights[np.isfinite(heights)]
     low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
     shares = (heights - low) / ((high - low) or 1.0)
@@ -80,13 +68,7 @@ def heights_indices(heights: np.ndarray) -> tuple[np.ndarray, float, float]:
 
 
 def tractions_indices(tractions: np.ndarray, pull: float, push: float) -> np.ndarray:
-    """Return the index of each traction's colour, between the largest pull and push; 0 where it is nearly 0 or NaN.
-
-    Examples
-    --------
-    >>> tractions_indices(np.array([-1.0, -0.01, 0.0, 4.0, 99.0, np.nan]), 1.0, 4.0).tolist()
-    [1, 0, 0, 255, 255, 0]
-    """
+    """Return the index of each traction's colour, between the largest pull and push; 0 where it is nearly 0 or NaN."""
     pulls = np.clip(-np.nan_to_num(tractions) / (pull or 1.0), 0.0, 1.0)
     pushes = np.clip(np.nan_to_num(tractions) / (push or 1.0), 0.0, 1.0)
     found = np.zeros(tractions.shape, np.uint8)
@@ -108,13 +90,7 @@ def tractions_legend(pull: float, push: float) -> str:
 
 
 def thinned(values: np.ndarray, most: int) -> np.ndarray:
-    """Return averages over blocks, so that neither of the last two axes exceeds ``most``; a remainder is cut off.
-
-    Examples
-    --------
-    >>> thinned(np.arange(10.0).reshape(1, 10), 5).tolist()
-    [[0.5, 2.5, 4.5, 6.5, 8.5]]
-    """
+    """Return averages over blocks, so that neither of the last two axes exceeds ``most``; a remainder is cut off."""
     rows, columns = (_block(n, most) for n in values.shape[-2:])
     whole = values[..., : values.shape[-2] // rows * rows, : values.shape[-1] // columns * columns]
     shape = (*values.shape[:-2], whole.shape[-2] // rows, rows, whole.shape[-1] // columns, columns)
@@ -122,13 +98,7 @@ def thinned(values: np.ndarray, most: int) -> np.ndarray:
 
 
 def edges(axis: np.ndarray, most: int) -> tuple[float, float]:
-    """Return the outer edges of a uniform axis' cells that `thinned` keeps.
-
-    Examples
-    --------
-    >>> edges(np.arange(5.0), 5), edges(np.arange(5.0), 2)
-    ((-0.5, 4.5), (-0.5, 2.5))
-    """
+    """Return the outer edges of a uniform axis' cells that `thinned` keeps."""
     cell, block = (axis[1] - axis[0] if axis.size > 1 else 1.0), _block(axis.size, most)
     return float(axis[0] - cell / 2), float(axis[axis.size // block * block - 1] + cell / 2)
 

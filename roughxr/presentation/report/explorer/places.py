@@ -84,13 +84,7 @@ class Placed(NamedTuple):
 
 
 def placed(run: Run) -> Placed:
-    """Return a run with its contact centres: those of its first result that has any.
-
-    Raises
-    ------
-    ValueError
-        If there are none.
-    """
+    """Return a run with its contact centres: those of its first result that has any."""
     names = [f"solutions/{name}" for name in METHODS] + [f"statistics/{name}" for name in METHODS]
     found = (run[name] for name in [*names, *run] if name in run and "subregion_x" in run[name].coords)
     first = next(found, None)
@@ -151,14 +145,7 @@ def over(ds: xr.Dataset | xr.DataArray) -> list[str]:
 
 
 def cases(ds: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
-    """Yield a result for each combination of its parameters, with their values as text.
-
-    Examples
-    --------
-    >>> ds = xr.Dataset({"force": ("preload", [1.0, 2.0])}, coords={"preload": [0.0, 50.0]})
-    >>> [(key, float(one.force)) for key, one in cases(ds)]
-    [('0', 1.0), ('50', 2.0)]
-    """
+    """Yield a result for each combination of its parameters, with their values as text."""
     names = over(ds)
     for at in itertools.product(*(range(ds.sizes[name]) for name in names)):
         one = ds.isel(dict(zip(names, at)))
@@ -340,13 +327,7 @@ _FLAGS = (
 
 
 def number(value: float) -> float | None:
-    """Return a number to five digits, None for a missing one.
-
-    Examples
-    --------
-    >>> number(1.23456789), number(float("nan"))
-    (1.2346, None)
-    """
+    """Return a number to five digits, None for a missing one."""
     return float(f"{value:.5g}") if np.isfinite(value) else None
 
 
