@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
@@ -14,6 +15,7 @@ from roughxr.measured.baselines import baseline_of
 from roughxr.measured.forces import Calibration, converts, forces, magnitudes
 from roughxr.measured.registration import _vertex, grid_of
 from roughxr.measured.tables import Column, _split, place_columns
+from roughxr.presentation import report
 from roughxr.presentation.figures.distributions import _step
 from roughxr.presentation.figures.saving import mean_and_spread
 from roughxr.presentation.figures.style import decimals, display_unit, in_words
@@ -32,6 +34,8 @@ QUANTISED = np.array([1.0, 1.1, 1.1, 1.3, 1.1, 1.0, 1.3, 1.0])
 FOUND = sampling.Samples(np.array([5.0, 6.0, 7.0]), None, np.array([[0.0, 0.0], [0.0, 2.0], [1.0, 0.0]]), 0)
 CALIBRATED = Calibration(sensitivity="50 nm/V", spring_constant="0.2 N/m")
 COLUMNS = [Column("X Position", "um", np.zeros(1)), Column("subregion_y", "nm", np.zeros(1))]
+
+TOLD = xr.Dataset(coords={"work_of_adhesion": 0.1, "sphere_radius": 500.0}, attrs={"expectation": "half of it"})
 
 
 @pytest.mark.parametrize(
@@ -66,6 +70,8 @@ COLUMNS = [Column("X Position", "um", np.zeros(1)), Column("subregion_y", "nm", 
         (images.thinned(np.arange(10.0).reshape(1, 10), 5).tolist(), [[0.5, 2.5, 4.5, 6.5, 8.5]]),
         ([images.edges(np.arange(5.0), 5), images.edges(np.arange(5.0), 2)], [(-0.5, 4.5), (-0.5, 2.5)]),
         ([key for key, _ in cases(xr.Dataset(coords={"preload": [0.0, 50.0]}))], ["0", "50"]),
+        (report.superposed({"solutions/energy": TOLD}), ["Superposed (energy): half of it."]),
+        (report.text(pd.DataFrame({"direct": {"pull [nN]": np.nan}}), "Contact").split()[-1], "–"),
         ([is_length("um"), is_length("deg"), is_length(None)], [True, False, False]),
         ([direction_in("HeightRetrace"), direction_in("Z-Axis forward"), direction_in("Z")], ["retrace", "trace", ""]),
         (

@@ -1,4 +1,8 @@
-"""Reports of a run: tables as text, the main numbers with their intervals, an HTML page to read and one to explore."""
+"""Reports of a run: its main numbers and cautions in words, an HTML page to read and one to explore.
+
+Four names are for users; the tables and sentences beside them are what runs and the command line print.
+"""
+# ruff: noqa: F401
 
 from .beside_measured import measured_table, measured_words
 from .budget import budget_table, headline
@@ -11,27 +15,4 @@ from .repeat import command
 from .tables import METHODS, contact_table, formula_table, scan_table, text
 from .warnings_shown import cautions, superposed
 
-__all__ = [
-    "COMING_OFF",
-    "METHODS",
-    "budget_table",
-    "by_place",
-    "cautions",
-    "coming_off_words",
-    "command",
-    "contact_table",
-    "detachment_table",
-    "explorer_page",
-    "formula_table",
-    "headline",
-    "interval_table",
-    "measured_table",
-    "measured_words",
-    "moments_of",
-    "page",
-    "scan_table",
-    "superposed",
-    "text",
-    "write_explorer",
-    "write_report",
-]
+__all__ = ["cautions", "headline", "write_explorer", "write_report"]

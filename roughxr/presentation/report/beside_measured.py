@@ -33,23 +33,7 @@ def compared(run: Run) -> Run:
 
 @verb
 def measured_words(run: Run) -> list[str]:
-    """Return sentences on what was measured, and on whether it agrees with the predicted distribution.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        As `compared` returns it.
-
-    Returns
-    -------
-    list of str
-        Empty where nothing was compared.
-
-    Examples
-    --------
-    >>> measured_words({})
-    []
-    """
+    """Return sentences on what was measured, and on whether it agrees with the predicted distribution."""
     if COMPARED not in run:
         return []
     found, measured = run[COMPARED], run[MEASURED]
@@ -69,26 +53,7 @@ def measured_words(run: Run) -> list[str]:
 
 @verb
 def measured_table(run: Run) -> pd.DataFrame:
-    """Return predicted and measured statistics with their ratio, in a suitable unit.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        As `compared` returns it.
-
-    Returns
-    -------
-    DataFrame
-        One row per statistic: predicted and measured, in nN or a larger unit, their ratio and the ends of its interval.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> pulls = [xr.Dataset({"pull_off_force": ("subregion", f * np.arange(1.0, 9.0))}) for f in (1, 2)]
-    >>> run = compared({"statistics/energy": pulls[0], MEASURED: pulls[1]})
-    >>> round(float(measured_table(run).loc["mean", "ratio"]), 3)
-    2.0
-    """
+    """Return predicted and measured statistics with their ratio, in a suitable unit."""
     found = run[COMPARED]
     unit, size = numbers.prefixed(float(found["predicted"].sel(statistic="mean")))
     columns = {f"{name} [{unit}]": found[name].values / size for name in ("predicted", "measured")}

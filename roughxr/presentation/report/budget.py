@@ -106,30 +106,7 @@ def _scan_too_small(run: Run) -> str:
 
 @verb
 def budget_table(run: Run) -> pd.DataFrame:
-    """Return the error budget: error of the mean pull-off in per cent, and how it was computed.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        With the group ``statistics/error_budget``.
-
-    Returns
-    -------
-    DataFrame
-        One row for each entry; the total comes before those that are not part of it.
-
-    Raises
-    ------
-    KeyError
-        If the run holds no error budget.
-
-    Examples
-    --------
-    >>> entries = {"relative_error": ("entry", [0.03, 0.04, 0.1]), "how": ("entry", ["known", "solved again", "added"])}
-    >>> names = {"entry": ["work of adhesion", "mesh and step", "shorter waves"]}
-    >>> budget_table({BUDGET: xr.Dataset(entries | {"total_error": 0.05}, names)})["error [%]"].to_dict()
-    {'work of adhesion': 3.0, 'mesh and step': 4.0, 'all of these': 5.0, 'shorter waves*': 10.0}
-    """
+    """Return the error budget: error of the mean pull-off in per cent, and how it was computed."""
     budget = run[BUDGET]
     rows = {
         str(name): (100 * float(value), str(how))

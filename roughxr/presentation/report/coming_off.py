@@ -39,29 +39,7 @@ _RESTS = 3
 
 @verb
 def detachment_table(run: Run) -> pd.DataFrame:
-    """Return the resistance against rolling, and the flow of air that overcomes it, by method.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        With the groups `COMING_OFF`.
-
-    Returns
-    -------
-    DataFrame
-        One row per quantity, units with it; one column for each method of the pull-off force, as of `moments_of`.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
-    >>> held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
-    >>> critical = roughxr.critical_load(held)
-    >>> table = detachment_table(dict(zip(COMING_OFF, (held, held, critical, critical))))
-    >>> table.loc[["places that roll first", "places that slide first"], "adhesive"].tolist()
-    [4.0, 0.0]
-    """
+    """Return the resistance against rolling, and the flow of air that overcomes it, by method."""
     known = {method: group for method, group in _CRITICAL.items() if group in run}
     wet = run["solutions/rolling"].attrs.get("law") == "menisci"
     columns = {
@@ -75,25 +53,7 @@ def detachment_table(run: Run) -> pd.DataFrame:
 
 @verb
 def moments_of(run: Run, method: str | None = None) -> xr.Dataset:
-    """Return the run's resisting moments, with the pull-off forces of a method.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-    method : {"continued", "adhesive", "energy"}, optional
-        By default the best estimate that the run has.
-
-    Returns
-    -------
-    Dataset
-        As from `rolling`.
-
-    Examples
-    --------
-    >>> held = xr.Dataset({"resisting_moment": (("subregion", "direction"), [[1.0, 2.0]])})
-    >>> moments_of({"solutions/rolling": held}, "energy") is held
-    True
-    """
+    """Return the run's resisting moments, with the pull-off forces of a method."""
     held, method = run["solutions/rolling"], method or leading(run)
     if method == "energy":
         return held
@@ -148,21 +108,7 @@ def _not_settled(held: xr.Dataset) -> xr.DataArray:
 
 @verb
 def coming_off_words(run: Run) -> list[str]:
-    """Return the caveats of the table: one sentence each, none for a run without its groups.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-
-    Returns
-    -------
-    list of str
-
-    Examples
-    --------
-    >>> coming_off_words({})
-    []
-    """
+    """Return the caveats of the table: one sentence each, none for a run without its groups."""
     if not set(COMING_OFF) <= set(run):
         return []
     critical, hard = run[_CRITICAL[leading(run)]], "hardness" in run["solutions/rolling"].coords

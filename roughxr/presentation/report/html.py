@@ -92,26 +92,7 @@ def write_report(
 
 @verb
 def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
-    """Return the page as text.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run.
-    archive_name : str
-        The file that they come from, as the page names it.
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> text = page({"scan": roughxr.open_sample("glass")}, archive_name="glass.nc")
-    >>> "glass.nc" in text, "made from a seed, not measured" in text
-    (True, True)
-    """
+    """Return the page as text."""
     run = compared(run)
     return filled(
         "roughxr.presentation.report",

@@ -28,31 +28,7 @@ _COLUMNS = ("estimate", "low", "high", "naive low", "naive high", "independent p
 
 @verb
 def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> pd.DataFrame:
-    """Return the main numbers with their 95 % intervals by block and by naive bootstrap.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run.
-    method : str, optional
-        Method of the pull-off: "adhesive", the simulation with adhesion, is the default where the run holds it, else
-        the superposition by least energy.
-
-    Returns
-    -------
-    DataFrame
-        By (quantity, places): estimate, ends of the block interval and of the naive one, and the number of
-        independent places; units are in the name of the quantity. There is a row without debris only where there is
-        some.
-
-    Examples
-    --------
-    >>> pull = xr.Dataset({"pull_off_force": ("subregion", [1.0, 2.0, 3.0, 6.0], {"units": "nN"})})
-    >>> table = interval_table({"statistics/energy": pull})
-    >>> mean = table.iloc[0]
-    >>> float(mean["estimate"]), bool(mean["low"] < 3 < mean["high"])
-    (3.0, True)
-    """
+    """Return the main numbers with their 95 % intervals by block and by naive bootstrap."""
     rows = {}
     flags = flagged(run)
     pull = _pull_off(run, method or ("adhesive" if "statistics/adhesive" in run else "energy"))

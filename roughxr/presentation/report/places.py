@@ -33,29 +33,7 @@ _COLUMNS = (
 
 @verb
 def by_place(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Return what a run says of each of its places, as far as it holds it.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run.
-
-    Returns
-    -------
-    Dataset
-        Along ``subregion``, with ``subregion_x``, ``subregion_y`` (nm): ``pull_off_force`` (nN) by the simulation with
-        adhesion at its first preload, its relative ``pull_off_error`` by mesh and step and, with the roughness
-        continued below the scan, ``pull_off_force_continued``, both where computed, ``pull_off_force_superposed`` and
-        ``pull_off_force_rigid``, ``lever`` (nm), mean over the directions, ``critical_friction_velocity`` (m/s) of
-        air along x and what ``gives_way_first``. Of particles also ``landing_share``, ``carriers``, ``barrier`` (nm),
-        see `resting`; ``leaving_friction_velocity`` (m/s), see `leaving`. `to_table` writes it.
-
-    Examples
-    --------
-    >>> pull = xr.Dataset({"pull_off_force": ("subregion", [1.0, 2.0], {"units": "nN"})})
-    >>> list(by_place({"statistics/adhesive": pull, "statistics/energy": 3 * pull}))
-    ['pull_off_force', 'pull_off_force_superposed']
-    """
+    """Return what a run says of each of its places, as far as it holds it."""
     run, found = {**run, _SOME: _of_some(run)}, {}
     for group, variable, name in _COLUMNS:
         if group not in run or variable not in run[group]:

@@ -15,25 +15,7 @@ from ...vocabulary.verbs import verb
 
 @verb
 def command(run: Mapping[str, xr.Dataset]) -> str:
-    """Return the command line that repeats a run.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run. The line is built from the steps that the run records, with the bodies as they were given;
-        what the scan's file says of earlier steps is not believed.
-
-    Returns
-    -------
-    str
-        Empty where the run does not record enough.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> command({"scan": roughxr.open_sample("glass")})
-    'roughxr paper -o paper-run'
-    """
+    """Return the command line that repeats a run."""
     scan = run.get("scan", xr.Dataset())
     if "height" in scan and _is_the_papers(scan):
         return "roughxr paper -o paper-run"

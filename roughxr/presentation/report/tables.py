@@ -32,29 +32,7 @@ def contact_table(
     *,
     deltas: Sequence[float] = (),
 ) -> pd.DataFrame:
-    """Return the contact's main numbers by method.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run: ``solutions/<method>``, ``solutions/hertz``, ``solutions/smooth``, and
-        ``statistics/<method>``, as far as it holds them.
-    deltas : sequence of float, optional
-        Displacements whose forces are told, nm; by default the middle and the last that were solved.
-
-    Returns
-    -------
-    DataFrame
-        One row per quantity (forces in a suitable unit, displacements in nm), one column per method and, where there
-        are several, preload, such as "adhesive, 500 nN"; NaN where a method has no such number.
-
-    Examples
-    --------
-    >>> force = ("subregion", "delta"), [[0.0, 1.0], [2.0, 5.0]]
-    >>> run = {"solutions/direct": xr.Dataset({"force": force}, coords={"delta": [1.0, 2.0]})}
-    >>> float(contact_table(run).loc["force at 2 nm, mean [nN]", "direct"])
-    3.0
-    """
+    """Return the contact's main numbers by method."""
     pulls = [run[f"statistics/{method}"]["pull_off_force"] for method in METHODS if f"statistics/{method}" in run]
     unit = prefixed(max((float(pull.mean()) for pull in pulls if pull.notnull().any()), default=0.0))
     columns = {}
@@ -182,26 +160,7 @@ def _parting(superposed: xr.Dataset, direct: xr.Dataset) -> float:
 
 @verb
 def scan_table(run: Run) -> pd.DataFrame:
-    """Return the main numbers of scan and asperities.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        With the groups ``scan``, ``asperities`` and ``reconstruction``.
-
-    Returns
-    -------
-    DataFrame
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
-    >>> peaks = roughxr.asperities(scan)
-    >>> run = {"scan": scan, "asperities": peaks, "reconstruction": roughxr.reconstruct(scan, peaks)}
-    >>> float(scan_table(run).loc["size along x [µm]", "scan"])
-    0.64
-    """
+    """Return the main numbers of scan and asperities."""
     height, catalogue = run["scan"]["height"], run["asperities"]
     x_min, x_max, y_min, y_max = extent(run["scan"])
     envelope = run["reconstruction"]
@@ -248,25 +207,7 @@ _FORMULAS = {
 
 @verb
 def formula_table(run: Run) -> pd.DataFrame:
-    """Return the pull-off by the usual formulas, and its ratio to the sum over the scan.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        With the group ``statistics/formulas``, as `formulas` returns it; ``statistics/adhesive`` where there is one.
-
-    Returns
-    -------
-    DataFrame
-        One row per formula: pull-off in a suitable unit, and its ratio to that of rigid bodies and of the simulation
-        with adhesion (median place).
-
-    Examples
-    --------
-    >>> force = xr.DataArray([40.0, 400.0], {"formula": ["sum", "bradley"]}, attrs={"units": "nN"})
-    >>> formula_table({"statistics/formulas": xr.Dataset({"pull_off_force": force})})["over rigid bodies"].tolist()
-    [1.0, 10.0]
-    """
+    """Return the pull-off by the usual formulas, and its ratio to the sum over the scan."""
     force = run["statistics/formulas"]["pull_off_force"]
     unit, size = prefixed(float(force.sel(formula="sum")))
     columns = {f"pull-off [{unit}]": force / size, "over rigid bodies": force / force.sel(formula="sum", drop=True)}
@@ -289,26 +230,6 @@ def _evenness(angles: np.ndarray) -> float:
 
 
 def text(table: pd.DataFrame, title: str) -> str:
-    """Return a table as lines of text, numbers to four digits at least, a dash for missing ones.
-
-    Parameters
-    ----------
-    table : DataFrame
-    title : str
-        Heading above the table, underlined.
-
-    Returns
-    -------
-    str
-
-    Examples
-    --------
-    >>> print(text(pd.DataFrame({"direct": {"force [nN]": 1.23456, "pull [nN]": np.nan}}), "Contact"))
-    Contact
-    =======
-    direct
-    force [nN]   1.235
-    pull [nN]        –
-    """
+    """Return a table as lines of text, numbers to four digits at least, a dash for missing ones."""
     body = table.to_string(float_format=lambda v: number(round(v, 9), digits=4), na_rep="–", justify="right")
     return f"{title}\n{'=' * len(title)}\n{body}\n"

@@ -77,23 +77,7 @@ def _coarse(run: Run) -> str:
 
 @verb
 def superposed(run: Run) -> list[str]:
-    """Return what to expect of a run's superposed pull-offs, and which of them exceed the possible.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run.
-
-    Returns
-    -------
-    list of str
-
-    Examples
-    --------
-    >>> pair = {"work_of_adhesion": 0.1, "sphere_radius": 500.0}
-    >>> superposed({"solutions/self_similar": xr.Dataset(coords=pair, attrs={"expectation": "half of it"})})
-    ['Superposed (self similar): half of it.']
-    """
+    """Return what to expect of a run's superposed pull-offs, and which of them exceed the possible."""
     return [
         f"Superposed ({way}): {ds.attrs['expectation']}.{_above_smooth(ds)}"
         for way, ds in _groups(run, "solutions")

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import base64
-import struct
-import zlib
+import io
 
 import numpy as np
 
@@ -13,28 +12,13 @@ _PULLS, _PUSHES = np.arange(1, 128), np.arange(128, 256)
 
 
 def picture(indices: np.ndarray, colours: np.ndarray) -> str:
-    """Return an image as a data URI.
+    """Return an image with a palette (colour, RGBA) as a data URI."""
+    from PIL import Image
 
-    References
-    ----------
-    W3C, Portable Network Graphics, 2nd edition (2003).
-    """
-    rows, columns = indices.shape
-    lines = np.zeros((rows, columns + 1), np.uint8)  # each line begins with its filter: none
-    lines[:, 1:] = indices
-    parts = (
-        (b"IHDR", struct.pack(">IIBBBBB", columns, rows, 8, 3, 0, 0, 0)),
-        (b"PLTE", np.ascontiguousarray(colours[:, :3]).tobytes()),
-        (b"tRNS", np.ascontiguousarray(colours[:, 3]).tobytes()),
-        (b"IDAT", zlib.compress(lines.tobytes(), 9)),
-        (b"IEND", b""),
-    )
-    file = b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(kind, data) for kind, data in parts)
-    return "data:image/png;base64," + base64.b64encode(file).decode("ascii")
-
-
-def _chunk(kind: bytes, data: bytes) -> bytes:
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    image, file = Image.fromarray(indices), io.BytesIO()
+    image.putpalette(np.ascontiguousarray(colours).tobytes(), "RGBA")
+    image.save(file, "PNG", compress_level=9)
+    return "data:image/png;base64," + base64.b64encode(file.getvalue()).decode("ascii")
 
 
 def heights_palette() -> np.ndarray:

@@ -84,33 +84,7 @@ def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = N
 
 @verb
 def explorer_page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc", loops: int = 16) -> str:
-    """Return the page as text.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run.
-    archive_name : str
-        The file that they come from, as the page names it.
-    loops : int
-        As for `write_explorer`.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    ValueError
-        If there is no scan, or no result at places of it.
-
-    Examples
-    --------
-    >>> explorer_page({})
-    Traceback (most recent call last):
-        ...
-    ValueError: expected the archive of a run, with its scan, found groups: none; make one with roughxr run
-    """
+    """Return the page as text."""
     told = _page_data(run, whole_number(loops, "loops", least=0))
     return filled(
         "roughxr.presentation.report.explorer",
