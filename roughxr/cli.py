@@ -116,17 +116,17 @@ def _with_config(words: list[str]) -> list[str]:
         return words
     path = words[at].partition("=")[2] or (words[at + 1] if at + 1 < len(words) else "")
     try:
-        found = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        stated = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except tomllib.TOMLDecodeError as error:
         raise ValueError(
             f'{path}: expected TOML with text in quotes, such as humidity = "50 %", found an error: {error}'
         ) from error
-    if unknown := [name for name in found if name.replace("_", "-") not in (known := _option_names(_parser_of_run()))]:
+    if unknown := [name for name in stated if name.replace("_", "-") not in (known := _option_names(_parser_of_run()))]:
         raise ValueError(
             f"{path}: expected options of `roughxr run`, found {unknown[0]!r}{_meant(unknown[0], sorted(known))}"
         )
     given = []
-    for name, value in found.items():
+    for name, value in stated.items():
         values = [str(one) for one in (value if isinstance(value, list) else [value])]
         flag = f"--{name.replace('_', '-')}"
         given += ([flag] if value else []) if isinstance(value, bool) else [f"{flag}={values[0]}"]
@@ -190,12 +190,12 @@ class _Parser(argparse.ArgumentParser):
 
 def _option_names(parser: argparse.ArgumentParser) -> set[str]:
     """Return the long options of a parser and of its commands."""
-    found: set[str] = set()
+    known: set[str] = set()
     for action in parser._actions:
-        found |= {one.removeprefix("--") for one in action.option_strings if one.startswith("--")}
+        known |= {one.removeprefix("--") for one in action.option_strings if one.startswith("--")}
         if isinstance(action, argparse._SubParsersAction):
-            found |= set().union(*(_option_names(one) for one in action.choices.values()))
-    return found
+            known |= set().union(*(_option_names(one) for one in action.choices.values()))
+    return known
 
 
 def _meant(word: str, known: list[str]) -> str:
@@ -595,12 +595,12 @@ def _run(options) -> None:
         except _REFUSALS as error:
             _warn(f"{file}: cannot be read and is left out: {_in_words(error)}")
     scans = several.folders(options.scan, output)
-    found = several.run_each(scans, lambda scan, folder: _run_one(options, str(scan), folder))
-    answer = several.together(*found, output)
+    runs = several.run_each(scans, lambda scan, folder: _run_one(options, str(scan), folder))
+    answer = several.together(*runs, output)
     print(f"written to {output}: index.html, places.csv, and a folder for each scan")
-    for name, reason in found[1].items():
+    for name, reason in runs[1].items():
         _warn(f"{name}: left out: {reason}")
-    print(f"{answer} {len(found[1])} of {len(options.scan)} files were left out." if found[1] else answer)
+    print(f"{answer} {len(runs[1])} of {len(options.scan)} files were left out." if runs[1] else answer)
 
 
 def _run_one(options, file: str, output):
@@ -684,8 +684,8 @@ def _numbers(value):
     """Return the value of a list of words: a number, a quantity, or a pair of them."""
     if not isinstance(value, (str, list)):
         return value
-    found = [_number(one) for one in ([value] if isinstance(value, str) else value)]
-    return found[0] if len(found) == 1 else tuple(found)
+    numbers = [_number(one) for one in ([value] if isinstance(value, str) else value)]
+    return numbers[0] if len(numbers) == 1 else tuple(numbers)
 
 
 def _report(options) -> None:
@@ -776,8 +776,8 @@ def _measured(options) -> None:
         left = ds["reason"].where(ds["reason"] != "", "used").to_series().value_counts()
         print("curves: " + ", ".join(f"{count} {reason}" for reason, count in left.items()))
     print("\npull-off force, nN:")
-    found = statistics.bootstrap(ds, "pull_off_force").sel(resampling="block", drop=True)
-    print(found[["estimate", "low", "high"]].to_dataframe().to_string(float_format=number))
+    intervals = statistics.bootstrap(ds, "pull_off_force").sel(resampling="block", drop=True)
+    print(intervals[["estimate", "low", "high"]].to_dataframe().to_string(float_format=number))
     if options.output:
         print(f"written to {exports.to_table(ds, options.output)}")
 
@@ -794,19 +794,19 @@ def _compare(options) -> None:
     methods = [name.partition("/")[2] for name, ds in groups.items() if name.startswith("statistics/") and _pulls(ds)]
     predicted = groups[f"statistics/{one_of(options.method, methods, 'method')}"].load()
     own = _measurement(options)
-    found = measured.compare(predicted, own)
+    compared = measured.compare(predicted, own)
     print(f"measured over predicted ({options.method}) pull-off forces, nN:")
     columns = [f"{name}{end}" for name in ("predicted", "measured", "ratio") for end in ("", "_low", "_high")]
-    print(found[columns].to_dataframe().to_string(float_format=number))
-    distance, p_value = float(found.distribution_distance), float(found.distribution_p_value)
+    print(compared[columns].to_dataframe().to_string(float_format=number))
+    distance, p_value = float(compared.distribution_distance), float(compared.distribution_p_value)
     print(f"\nlargest difference of the cumulative distributions: {number(distance)}, p = {number(p_value)}")
-    print(f"independent places: {float(found.predicted_places):.0f} and {float(found.measured_places):.0f}")
-    print(f"places: {found.attrs['places']}{_shift(found)}")
+    print(f"independent places: {float(compared.predicted_places):.0f} and {float(compared.measured_places):.0f}")
+    print(f"places: {compared.attrs['places']}{_shift(compared)}")
     if options.picture:
         from matplotlib.figure import Figure
 
         axes = Figure(figsize=(6.9, 2.9), layout="constrained").subplots(1, 2)
-        figures.predicted_and_measured(predicted, own, found=found, ax=axes)
+        figures.predicted_and_measured(predicted, own, comparison=compared, ax=axes)
         figures.save(axes[0].figure, options.picture, dpi=150)
         print(f"drawn in {options.picture}")
 
@@ -896,8 +896,8 @@ def _tell_rests(groups, body, slides) -> None:
     from . import detachment
 
     at = {"at rest": "solutions/rolling", "where they landed": "solutions/rolling_landed"}
-    found = {words: detachment.critical_load(groups[name], **body, **slides) for words, name in at.items()}
-    told = [(words, next(iter(ds.data_vars.values()))) for words, ds in found.items()]
+    critical = {words: detachment.critical_load(groups[name], **body, **slides) for words, name in at.items()}
+    told = [(words, next(iter(ds.data_vars.values()))) for words, ds in critical.items()]
     rests = groups["statistics/rests"]
     if bool(rests["pass_x"].notnull().any()):
         leaves = detachment.leaving(groups["asperities"], rests, **body)
@@ -927,11 +927,11 @@ def _pulls(ds) -> bool:
     return "pull_off_force" in ds and ds["pull_off_force"].dims == ("subregion",)
 
 
-def _shift(found) -> str:
-    if "measured_force" not in found:
+def _shift(compared) -> str:
+    if "measured_force" not in compared:
         return ""
-    words = f"by {number(found.shift_x)} and {number(found.shift_y)} nm along x and y"
-    return f", {words}; correlation {number(found.place_correlation)}, p = {number(found.place_p_value)}"
+    words = f"by {number(compared.shift_x)} and {number(compared.shift_y)} nm along x and y"
+    return f", {words}; correlation {number(compared.place_correlation)}, p = {number(compared.place_p_value)}"
 
 
 def _measurement(options):

@@ -171,11 +171,11 @@ def grid_of(prepared: tuple, options: Options) -> largest_pull.AsperityGrid:
 
 def largest_pulls(x: np.ndarray, y: np.ndarray, grid: largest_pull.AsperityGrid, options: Options) -> np.ndarray:
     """Return the exact pull-off at each centre, records of ``PULL_OFF``; NaN where nothing pulls."""
-    found = largest_pull.pull_offs(x, y, grid, options.kernel_law().spline, options.radius, options.profile)
-    force, delta = -found[:, largest_pull.FORCE], found[:, largest_pull.DELTA]
+    pulls = largest_pull.pull_offs(x, y, grid, options.kernel_law().spline, options.radius, options.profile)
+    force, delta = -pulls[:, largest_pull.FORCE], pulls[:, largest_pull.DELTA]
     records = np.zeros(x.size, PULL_OFF)
     records["pull_off_force"] = np.where(force > 0, force, np.nan)
-    records["pull_off_delta"] = delta - found[:, largest_pull.FIRST_TOUCH] if options.first_contact else delta
-    records["contacts"] = found[:, largest_pull.CONTACTS]
-    records["truncated"] = found[:, largest_pull.AT_EDGE] > 0
+    records["pull_off_delta"] = delta - pulls[:, largest_pull.FIRST_TOUCH] if options.first_contact else delta
+    records["contacts"] = pulls[:, largest_pull.CONTACTS]
+    records["truncated"] = pulls[:, largest_pull.AT_EDGE] > 0
     return records

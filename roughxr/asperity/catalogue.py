@@ -280,11 +280,11 @@ def _joined_sizes(chunks: Iterable[int], least: int) -> tuple[int, ...]:
     return tuple(out)
 
 
-def _catalogue(found: ScanPeaks, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
+def _catalogue(scan_peaks: ScanPeaks, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
     """Return the peaks of a scan as a labelled catalogue; the heights in ``ds`` are not needed."""
     frame = setup.frame
-    schema.none_missing(found.missing, ds.sizes["x"] * ds.sizes["y"])
-    peaks, fit = found.peaks, found.fit
+    schema.none_missing(scan_peaks.missing, ds.sizes["x"] * ds.sizes["y"])
+    peaks, fit = scan_peaks.peaks, scan_peaks.fit
     out = xr.Dataset({name: ("asperity", getattr(fit, name).copy()) for name in _FITTED})  # the fit is kept
     out["plateau_size"] = "asperity", peaks.size.copy()
     out["axis_ratio"] = "asperity", _axis_ratios(fit.curvature_min, fit.curvature_max)
@@ -297,7 +297,7 @@ def _catalogue(found: ScanPeaks, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
         asperity=np.arange(peaks.ix.size),
         x=("asperity", x),
         y=("asperity", y),
-        datum_height=found.highest,
+        datum_height=scan_peaks.highest,
         patch_radius=0.5 * frame.patch * max(frame.pixel),
         **dict(zip(regions.EDGES, regions.extent(ds))),
         **{name: ds[name] for name in (*schema.TRAVELLING, "subregion_x", "subregion_y") if name in ds.coords},

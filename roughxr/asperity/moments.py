@@ -202,8 +202,8 @@ def _of_asperities(ds, kind, options: Options, angles, load, subregions) -> xr.D
 
 def _prepared(ds: xr.Dataset, options: Options) -> tuple:
     """Return the asperities, and, where they adhere, the asperity grid for the search of the largest pull."""
-    found = catalogue_field(ds, options)
-    return found[0], grid_of(found, options) if options.work_of_adhesion > 0 else None
+    field = catalogue_field(ds, options)
+    return field[0], grid_of(field, options) if options.work_of_adhesion > 0 else None
 
 
 def _roll(x: float, y: float, prepared: tuple, options: Options, layout: Layout, load: float) -> np.ndarray:
@@ -221,14 +221,14 @@ def _roll(x: float, y: float, prepared: tuple, options: Options, layout: Layout,
     held = near[offset[near] + field.scales.end[near] * field.scales.delta[near] <= rest]
     scales = type(field.scales)(*(array[held] for array in field.scales))
     u, v, delta = field.x[held] - x, field.y[held] - y, rest - offset[held]
-    found = rotation.resisting_moments(
+    moments = rotation.resisting_moments(
         layout.axes["direction"], u, v, field.orientation[held], delta, scales, load, spline
     )
     touching = (scales.row != STIFF) | (delta >= 0)  # others are wetted alone
     record["rest_delta"], record["contacts"] = rest, np.count_nonzero(touching)
     record["truncated"] = field.at_edge[held].any()
     record["contact_area"] = rotation.total_force(rest, offset[held], scales, spline)[1]
-    return _put(record, layout, found.T)
+    return _put(record, layout, moments.T)
 
 
 def _rest(field: sums.Field, offset: np.ndarray, pull_off: float, load: float, spline: np.ndarray) -> tuple:
@@ -251,12 +251,12 @@ def _rest(field: sums.Field, offset: np.ndarray, pull_off: float, load: float, s
     return near, np.inf  # it rests on some that are left out
 
 
-def _put(record: np.ndarray, layout: Layout, found: np.ndarray) -> np.ndarray:
+def _put(record: np.ndarray, layout: Layout, moments: np.ndarray) -> np.ndarray:
     """Write results (4, direction), and the variables that follow from them, into a record."""
-    moment, angles = found[rotation.MOMENT], layout.axes["direction"]
+    moment, angles = moments[rotation.MOMENT], layout.axes["direction"]
     if np.isnan(moment).any():
         return record
-    for name, values in zip(_FOUND, found):
+    for name, values in zip(_FOUND, moments):
         record[name] = values
     record["lever"] = moment / record["pull_off_force"]
     for name, sign in (("weakest", 1.0), ("stiffest", -1.0)):
@@ -304,16 +304,16 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     x, y = (ds[axis].values - float(ds.get(f"subpixel_{axis}", 0.0)) for axis in "xy")
     x, y = np.meshgrid(x, y, indexing="ij")
     cell = float(ds["x"][1] - ds["x"][0]) * float(ds["y"][1] - ds["y"][0])
-    found = np.array([[-np.inf], [np.nan], [-np.inf], [np.nan]]) * np.ones(angles.size)
+    largest = np.array([[-np.inf], [np.nan], [-np.inf], [np.nan]]) * np.ones(angles.size)
     for state in range(ds.sizes["delta"]):
         pressure, gap = (ds[name].isel(delta=state).values for name in ("pressure", "gap"))
         touching = (gap <= _CLOSED) | (pressure > 0)
         if touching.any():
-            _of_state(np.nan_to_num(pressure) * cell, touching, x, y, np.sqrt(cell / np.pi), angles, load, found)
-    found[rotation.PULL, found[rotation.PULL] == -np.inf] = np.inf
+            _of_state(np.nan_to_num(pressure) * cell, touching, x, y, np.sqrt(cell / np.pi), angles, load, largest)
+    largest[rotation.PULL, largest[rotation.PULL] == -np.inf] = np.inf
     record["contact_area"] = _area_at_rest(ds["contact_area"].values, ds["force"].values, load)
-    known = record["converged"] and np.isfinite(found[rotation.MOMENT]).all()
-    return _put(record, layout, found if known else np.full_like(found, np.nan))
+    known = record["converged"] and np.isfinite(largest[rotation.MOMENT]).all()
+    return _put(record, layout, largest if known else np.full_like(largest, np.nan))
 
 
 def _area_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> float:
@@ -331,7 +331,7 @@ def _area_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> float:
     return float(area[around[np.abs(force[around] - load).argmin()]])
 
 
-def _of_state(push, touching, x, y, reach, angles, load, found) -> None:
+def _of_state(push, touching, x, y, reach, angles, load, largest) -> None:
     """Update results (4, direction) with one state's moment about the front of its contact, where it is larger.
 
     The moment of an even load on a cell is that of its sum at the cell's centre. The front of the foremost cell lies
@@ -342,7 +342,7 @@ def _of_state(push, touching, x, y, reach, angles, load, found) -> None:
         along = x * np.cos(angle) + y * np.sin(angle)
         edge = along[touching].max() + reach
         moment = load * edge - (push * (edge - along)).sum()
-        if moment > found[rotation.MOMENT, k]:
-            found[: rotation.PULL, k] = moment, edge
-        if edge > 0 and moment / edge > found[rotation.PULL, k]:
-            found[rotation.PULL :, k] = moment / edge, edge
+        if moment > largest[rotation.MOMENT, k]:
+            largest[: rotation.PULL, k] = moment, edge
+        if edge > 0 and moment / edge > largest[rotation.PULL, k]:
+            largest[rotation.PULL :, k] = moment / edge, edge

@@ -203,9 +203,9 @@ def _hardness(ds: xr.Dataset, preload: Any) -> flattening.Hardness:
 
 def _prepared(ds: xr.Dataset, options: Options, hardness: flattening.Hardness) -> tuple:
     """Return the asperities, the grid for the largest pull where they adhere, and as they yield where they do."""
-    found = catalogue_field(ds, options)
-    grid = grid_of(found, options) if options.work_of_adhesion > 0 else None
-    return found, grid, flattening.asperities_of(ds, options, hardness) if hardness.yields else None
+    field = catalogue_field(ds, options)
+    grid = grid_of(field, options) if options.work_of_adhesion > 0 else None
+    return field, grid, flattening.asperities_of(ds, options, hardness) if hardness.yields else None
 
 
 def _default_sweep(prepared: tuple, centres: list[tuple[float, float]], options: Options) -> np.ndarray:

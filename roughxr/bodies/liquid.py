@@ -127,18 +127,18 @@ def angles(given: Any) -> tuple[float, float]:
     both = tuple(given) if isinstance(given, (tuple, list)) else (given, given)
     if len(both) != 2:
         raise ValueError(f"contact_angle: expected one angle or a pair of them, found {given!r}")
-    found = []
+    each = []
     for one in both:
         angle = magnitude(one, "deg", "contact_angle")
         if not isinstance(angle, float) or not 0 <= angle < 180:
             raise ValueError(f"contact_angle: expected degrees from 0 to 90, found {one!r}")
-        found.append(angle)
-    if sum(found) >= 180 or max(found) > 90:
+        each.append(angle)
+    if sum(each) >= 180 or max(each) > 90:
         raise ValueError(
             f"contact_angle: expected angles of at most 90 degrees, found {given!r}: such a liquid does not wet and "
             "forms no bridge by condensation; assign a dry pair"
         )
-    return tuple(math.radians(angle) for angle in found)
+    return tuple(math.radians(angle) for angle in each)
 
 
 def kelvin_radius(humidity: Any, *, liquid: Any = "water", temperature: Any = _ROOM) -> float:
@@ -224,18 +224,18 @@ def condensed(ds: xr.Dataset, pair: dict[str, float], air: HumidAir, *, bodies: 
         pressure = _pressure(humidity)
         radius = _radius(pressure, tension, volume, kelvin)
     wetting = angles(air.contact_angle)
-    found = {"humidity": pressure, "kelvin_radius": radius, "surface_tension": tension}
-    found |= {"contact_angle_1": wetting[0], "contact_angle_2": wetting[1]}
+    coords = {"humidity": pressure, "kelvin_radius": radius, "surface_tension": tension}
+    coords |= {"contact_angle_1": wetting[0], "contact_angle_2": wetting[1]}
     thickness = _film(air.film)
     if thickness:
-        found["liquid_film"] = thickness
+        coords["liquid_film"] = thickness
     medium = MEDIA.get(liquid.strip().lower()) if isinstance(liquid, str) else None
     if "share_under_liquid" not in pair:
-        found["share_under_liquid"] = (
+        coords["share_under_liquid"] = (
             _share(pair, medium) if bodies is None or medium is None else _named(bodies, medium)
         )
     _refuse_thick(ds, pair, Menisci(radius, tension, wetting, thickness, 1.0), pressure)
-    return found
+    return coords
 
 
 def at_humidity(ds: xr.Dataset, humidity: float) -> dict[str, float]:
@@ -243,9 +243,9 @@ def at_humidity(ds: xr.Dataset, humidity: float) -> dict[str, float]:
     if "humidity" not in ds.coords:
         raise ValueError("humidity: expected a humid pair, found a dry one; assign_pair(humidity=…) first")
     known, pressure = float(ds["humidity"]), _pressure(humidity)
-    found = {"humidity": pressure, "kelvin_radius": float(ds["kelvin_radius"]) * math.log(known) / math.log(pressure)}
-    _refuse_thick(ds, dict(ds.coords), menisci_of(ds.assign_coords(found)), pressure)
-    return found
+    changed = {"humidity": pressure, "kelvin_radius": float(ds["kelvin_radius"]) * math.log(known) / math.log(pressure)}
+    _refuse_thick(ds, dict(ds.coords), menisci_of(ds.assign_coords(changed)), pressure)
+    return changed
 
 
 def is_thin(ds: xr.Dataset, humidity: float) -> bool:

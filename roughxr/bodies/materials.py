@@ -322,8 +322,8 @@ def hamaker_constant(first: Any, second: Any = None, *, medium: Any = "vacuum") 
 def _own_constant(given: Any, known: dict[str, Any]) -> float:
     """Return the Hamaker constant (nN nm) of a name or a quantity."""
     if isinstance(given, str) and not given[:1].isdigit():
-        found = known[schema.one_of(given.strip().lower(), known, "hamaker_constant")]
-        return getattr(found, "hamaker", found)
+        material = known[schema.one_of(given.strip().lower(), known, "hamaker_constant")]
+        return getattr(material, "hamaker", material)
     value = magnitude(given, "nN nm", "hamaker_constant")
     if not isinstance(value, float) or value < 0:
         raise ValueError(f"hamaker_constant: expected one number >= 0 in nN nm, found {given!r}")
@@ -340,8 +340,8 @@ def _attraction(bodies: tuple | None, adhesion: float | None, given: Any) -> dic
     if constant is not None:
         adhesion = substances.work_of(constant) if adhesion is None else adhesion
         _check_cut_off(constant, adhesion)
-    found = {"work_of_adhesion": adhesion, "hamaker_constant": constant}
-    return {name: value for name, value in found.items() if value is not None}
+    stated = {"work_of_adhesion": adhesion, "hamaker_constant": constant}
+    return {name: value for name, value in stated.items() if value is not None}
 
 
 def _check_cut_off(constant: float, work: float) -> None:
@@ -521,9 +521,9 @@ def _check_centred(axis: xr.DataArray) -> None:
 
 def _exactly_one(**given: Any) -> None:
     """Raise unless exactly one of several ways to state a quantity was used."""
-    found = [name for name, value in given.items() if value is not None]
-    if len(found) != 1:
-        raise ValueError(f"expected one of {', '.join(given)}, found {' and '.join(found) or 'none of them'}")
+    stated = [name for name, value in given.items() if value is not None]
+    if len(stated) != 1:
+        raise ValueError(f"expected one of {', '.join(given)}, found {' and '.join(stated) or 'none of them'}")
 
 
 def _two(value: Any, name: str) -> tuple[Any, Any]:

@@ -88,14 +88,14 @@ def _sphere(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float, fl
     x0, y0, top, radius = _paraboloid(x, y, height)
     scale = np.array([1.0, 1.0, 1.0, radius])
 
-    def off(found):
-        x0, y0, top, radius = found * scale
+    def off(fit):
+        x0, y0, top, radius = fit * scale
         return top - _drop((x - x0) ** 2 + (y - y0) ** 2, abs(radius)) - height
 
-    found = least_squares(off, [x0, y0, top, 1.0], x_scale=[radius, radius, 1.0, 1.0], method="lm")
-    x0, y0, top, radius = (float(value) for value in found.x * scale)
+    fit = least_squares(off, [x0, y0, top, 1.0], x_scale=[radius, radius, 1.0, 1.0], method="lm")
+    x0, y0, top, radius = (float(value) for value in fit.x * scale)
     rise = float(np.ptp(_drop((x - x.mean()) ** 2 + (y - y.mean()) ** 2, abs(radius))))
-    rms = float(np.sqrt(np.mean(found.fun**2)))
+    rms = float(np.sqrt(np.mean(fit.fun**2)))
     if rise < _CURVED * rms or not np.isfinite(radius):
         raise ValueError(
             f"height: expected part of a sphere, found heights that curve by only {rise:.3g} nm over a roughness of "

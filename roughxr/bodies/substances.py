@@ -120,16 +120,16 @@ MEDIA = {"vacuum": 0.0, "air": 0.0, "water": 0.037, "ethanol": 0.042, "hexadecan
 
 def pair_of(names: str | tuple[str, str]) -> tuple[Material, Material]:
     """Return the two materials named in "glass/silicon" or ("glass", "silicon"); one name stands for both."""
-    found = names.split("/") if isinstance(names, str) else list(names)
-    found = [str(name).strip().lower() for name in found]
-    unknown = [name for name in found if name not in MATERIALS]
-    if len(found) not in (1, 2) or unknown:
+    given = names.split("/") if isinstance(names, str) else list(names)
+    given = [str(name).strip().lower() for name in given]
+    unknown = [name for name in given if name not in MATERIALS]
+    if len(given) not in (1, 2) or unknown:
         raise ValueError(
             f"materials: expected one or two of {', '.join(MATERIALS)}, as in 'glass/silicon', found {names!r}"
-            f"{did_you_mean(unknown[0], set(MATERIALS) - set(found)) if unknown else ''}; "
+            f"{did_you_mean(unknown[0], set(MATERIALS) - set(given)) if unknown else ''}; "
             "for other materials give young_modulus and poisson_ratio"
         )
-    return MATERIALS[found[0]], MATERIALS[found[-1]]
+    return MATERIALS[given[0]], MATERIALS[given[-1]]
 
 
 def softer_hardness(first: Material, second: Material) -> float:

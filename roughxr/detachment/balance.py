@@ -321,7 +321,7 @@ def first_strength(kind: Load, body: Body, held: Held) -> tuple[np.ndarray, np.n
         middle = 0.5 * (below + above)
         gone = (drive_ratios(kind.push(middle, body), body, held) >= 1).any(axis=0)
         above, below = np.where(gone, middle, above), np.where(gone, below, middle)
-    found = np.where(any_at_all, np.where(first == 0, 0.0, above), np.nan)
-    ratios = drive_ratios(kind.push(np.nan_to_num(found), body), body, held)
+    strength = np.where(any_at_all, np.where(first == 0, 0.0, above), np.nan)
+    ratios = drive_ratios(kind.push(np.nan_to_num(strength), body), body, held)
     mode = np.array(MODES)[np.nan_to_num(ratios).argmax(axis=0)]
-    return found, np.where(held.known, np.where(any_at_all, mode, NEITHER), NO_CONTACT)
+    return strength, np.where(held.known, np.where(any_at_all, mode, NEITHER), NO_CONTACT)

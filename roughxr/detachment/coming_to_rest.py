@@ -129,20 +129,20 @@ def resting(
     if wrong := [name for name, value in unused.items() if value is not None]:
         raise ValueError(f"{', '.join(wrong)}: not used by settle={settle!r}; leave it out")
     z, ground = _ground(scan, radius)
-    found = _settled(z, ground, shallow)
+    settled = _settled(z, ground, shallow)
     if settle == "adhesion":
         landings = landings or (16, 16)
         given |= {"particle_density": particle_density, "friction_velocity": friction_velocity}
-        out = _held_on_the_way(scan, (z, ground), found, landings, particle_density, friction_velocity)
+        out = _held_on_the_way(scan, (z, ground), settled, landings, particle_density, friction_velocity)
     else:
-        out = _at_the_bottom(scan, ground, found)
+        out = _at_the_bottom(scan, ground, settled)
         if landings is not None:
-            out = _reached(out, [label for _, label in _ways_down(scan, z, ground, found, landings)])
+            out = _reached(out, [label for _, label in _ways_down(scan, z, ground, settled, landings)])
         if on is not None:
             out = _on_vertices(out, schema.validate(on, "asperities"), ground)
     given |= {"landings": landings, "on": None if on is None else "asperities"}
     out = out.assign_coords({name: scan[name] for name in schema.TRAVELLING if name in scan.coords})
-    off = float(rests.areas(found.labels, len(found.places) + 1)[rests.OFF]) / found.labels.size
+    off = float(rests.areas(settled.labels, len(settled.places) + 1)[rests.OFF]) / settled.labels.size
     out.attrs = {"settle": settle, "share_off_scan": off}
     if out.sizes["subregion"] == 0:
         out.attrs["missing"] = "no place of rest: from every pixel the sphere rolls off the scan"
@@ -333,24 +333,24 @@ def _carried(out: xr.Dataset, ground: rests.Ground, places: np.ndarray) -> xr.Da
     return out.assign({f"carrier_{axis}": (("subregion", "carrier"), at[:, :, k]) for k, axis in enumerate("xy")})
 
 
-def _at_the_bottom(scan: xr.Dataset, ground: rests.Ground, found: _Rests) -> xr.Dataset:
+def _at_the_bottom(scan: xr.Dataset, ground: rests.Ground, settled: _Rests) -> xr.Dataset:
     """Return all places of rest with their lowest passes."""
-    count = len(found.places)
-    area = rests.areas(found.labels, count + 1)[1:]
-    out = _placed(*found.places.T[:2], area / max(area.sum(), 1))
-    out = _carried(out, ground, found.places)
+    count = len(settled.places)
+    area = rests.areas(settled.labels, count + 1)[1:]
+    out = _placed(*settled.places.T[:2], area / max(area.sum(), 1))
+    out = _carried(out, ground, settled.places)
     lowest = np.full((count, 4), np.nan)
     lowest[:, 3] = -1
-    here, there = np.concatenate([found.pairs, found.pairs[:, ::-1]]).T
-    order = np.lexsort((np.tile(found.passes[:, 2], 2), here))
+    here, there = np.concatenate([settled.pairs, settled.pairs[:, ::-1]]).T
+    order = np.lexsort((np.tile(settled.passes[:, 2], 2), here))
     which, first = np.unique(here[order], return_index=True)
     of = order[first[which != rests.OFF]]  # the lowest of each rest
-    lowest[here[of] - 1] = np.column_stack([found.passes[of % len(found.pairs)], there[of] - 1])
-    out["barrier"] = "subregion", lowest[:, 2] - found.places[:, 2]
+    lowest[here[of] - 1] = np.column_stack([settled.passes[of % len(settled.pairs)], there[of] - 1])
+    out["barrier"] = "subregion", lowest[:, 2] - settled.places[:, 2]
     for k, axis in enumerate("xy"):
         out[f"pass_{axis}"] = "subregion", lowest[:, k]
     out["pass_to"] = "subregion", lowest[:, 3].astype(int)
-    rim = np.concatenate([found.labels[[0, -1]].ravel(), found.labels[:, [0, -1]].ravel()])
+    rim = np.concatenate([settled.labels[[0, -1]].ravel(), settled.labels[:, [0, -1]].ravel()])
     touches = np.isin(np.arange(1, count + 1), rim)
     return out.assign(truncated=("subregion", touches | _beyond_edge(scan, out)))
 
@@ -388,7 +388,7 @@ def _beyond_edge(scan: xr.Dataset, out: xr.Dataset) -> np.ndarray:
     return off < np.nan_to_num(far).max(axis=1, initial=0.0)
 
 
-def _held_on_the_way(scan, over, found, landings, density, speed) -> xr.Dataset:
+def _held_on_the_way(scan, over, settled, landings, density, speed) -> xr.Dataset:
     """Return where spheres that land on a grid are held, on their way down or at the bottom, with their shares."""
     if density is None:
         raise ValueError("particle_density: expected a density in kg/m³ for settle='adhesion', found none")
@@ -397,7 +397,7 @@ def _held_on_the_way(scan, over, found, landings, density, speed) -> xr.Dataset:
     load = float(weight(radius, positive(density, "kg m-3", "particle_density")))
     catalogue = asperities(scan)
     z, ground = over
-    ways = _ways_down(scan, z, ground, found, landings)
+    ways = _ways_down(scan, z, ground, settled, landings)
     at, stops = np.array([way[0] for way, _ in ways]).reshape(-1, 2), np.zeros(len(ways), int)
     rolls = np.ones(len(ways), bool)
     for stop in range(_STOPS):
@@ -423,7 +423,7 @@ def _held_on_the_way(scan, over, found, landings, density, speed) -> xr.Dataset:
 
 
 def _ways_down(
-    scan: xr.Dataset, z: np.ndarray, ground: rests.Ground, found: _Rests, landings: Any
+    scan: xr.Dataset, z: np.ndarray, ground: rests.Ground, settled: _Rests, landings: Any
 ) -> list[tuple[np.ndarray, int]]:
     """Return for each landing that comes to rest its way down, pixel by pixel and to the rest itself, and the rest."""
     grid = regions.centres(scan, landings)
@@ -433,10 +433,10 @@ def _ways_down(
             int(np.clip(round((v - first) / step), 0, n - 1))
             for v, first, step, n in zip(place, ground.first, ground.pixel, z.shape)
         )
-        label = int(found.labels[i, j])
+        label = int(settled.labels[i, j])
         if label == rests.OFF:
             continue
         pixels = rests.way_down(z, i, j, ground.pixel)
         along = np.array(ground.first) + pixels[1:] * np.array(ground.pixel)
-        ways.append((np.concatenate([[place], along, found.places[label - 1 : label, :2]]), label))
+        ways.append((np.concatenate([[place], along, settled.places[label - 1 : label, :2]]), label))
     return ways

@@ -79,18 +79,18 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
     """
     refuse_varied(ds)
     ds = reduction(ds)
-    found = _of_pull_offs(ds)
+    rows = _of_pull_offs(ds)
     if "lever" in ds:
-        found |= _of_moments(ds)
+        rows |= _of_moments(ds)
     if catalogue is not None:
         density, radius = _of_asperities(catalogue)
-        found |= {"asperity_density": density, "asperity_radius": radius}
-        found["asperity_coverage"] = np.pi * radius**2 * density
+        rows |= {"asperity_density": density, "asperity_radius": radius}
+        rows["asperity_coverage"] = np.pi * radius**2 * density
     if large is not None:
         density, radius = _of_asperities(large)
-        found |= {"large_asperity_spacing": density**-0.5, "large_asperity_radius": radius}
+        rows |= {"large_asperity_spacing": density**-0.5, "large_asperity_radius": radius}
     pair = {name: ds[name] for name in schema.TRAVELLING if name in ds.coords}
-    out = xr.Dataset(found, coords=pair, attrs={"comment": scope_of(ds)})
+    out = xr.Dataset(rows, coords=pair, attrs={"comment": scope_of(ds)})
     return schema.record(schema.label(out), "parameters", ds)
 
 
@@ -100,26 +100,26 @@ def by_place(ds: xr.Dataset) -> xr.Dataset:
     expect_moments(ds)
     kept = reduction(ds)[["pull_off_force", "pull_off_ratio", "contact_area"]]
     moment = ds["resisting_moment"]
-    found = {
+    columns = {
         "lever": ds["lever"].mean("direction"),
         "moment_over_directions": moment.mean("direction"),
         "moment_least": moment.min("direction"),
         "moment_largest": moment.max("direction"),
     }
-    out = kept.assign(found).assign_attrs(missing=ds.attrs.get("missing", ""))
+    out = kept.assign(columns).assign_attrs(missing=ds.attrs.get("missing", ""))
     return schema.record(schema.label(out), "by_place", ds)
 
 
 def _of_pull_offs(ds: xr.Dataset) -> dict[str, float]:
     law = fit(ds, "pull_off_ratio", laws=["log_normal"], simulations=0).isel(law=0)
     work = ds["pull_off_force"] / (1.5 * np.pi * ds["sphere_radius"])
-    found = {
+    rows = {
         "adhesion_mean": float(law["scale"]),
         "adhesion_spread": float(np.exp(law["shape"])),
         "adhesion_law_distance": float(law["ks_distance"]),
         **_quantiles("work_of_adhesion", work),
     }
-    return found | {"surface_energy_median": 0.5 * found["work_of_adhesion_median"]}
+    return rows | {"surface_energy_median": 0.5 * rows["work_of_adhesion_median"]}
 
 
 def _of_moments(ds: xr.Dataset) -> dict[str, float]:

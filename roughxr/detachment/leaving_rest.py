@@ -85,9 +85,9 @@ def leaving(
     moments = [np.where(share > 0, one["resisting_moment"].values, 0.0).sum(axis=1) for one in (rest, over)]
     out = critical_load(rest, load, direction="weakest", particle_density=particle_density, flow=flow)
     name = kind.critical.replace("critical", "leaving")
-    found = {name: np.maximum(*strengths), "rest_moment": moments[0], "pass_moment": moments[1]}
-    found |= {"pass_direction": towards, "barrier": places["barrier"].values}
-    out = out.assign({key: ("subregion", np.where(known, values, np.nan)) for key, values in found.items()})
+    columns = {name: np.maximum(*strengths), "rest_moment": moments[0], "pass_moment": moments[1]}
+    columns |= {"pass_direction": towards, "barrier": places["barrier"].values}
+    out = out.assign({key: ("subregion", np.where(known, values, np.nan)) for key, values in columns.items()})
     return schema.record(
         schema.label(out), "leaving", ds, load=out.attrs["load"], particle_density=particle_density, **recorded(body)
     )

@@ -132,8 +132,8 @@ def _with_band(out: xr.Dataset, places: int, confidence: float, resamples: int) 
     if places < 2:
         return out
     known = out[["remaining_here"]].dropna("subregion")
-    found = bootstrap(known, "remaining_here", statistics=["mean"], confidence=confidence, resamples=resamples)
-    ends = found.sel(resampling="block", statistic="mean", drop=True).transpose("friction_velocity", "time")
+    band = bootstrap(known, "remaining_here", statistics=["mean"], confidence=confidence, resamples=resamples)
+    ends = band.sel(resampling="block", statistic="mean", drop=True).transpose("friction_velocity", "time")
     for end in ("low", "high"):
         out[f"remaining_{end}"] = (("friction_velocity", "time"), np.clip(ends[end].values, 0.0, 1.0))
     return out

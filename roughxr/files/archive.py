@@ -247,9 +247,9 @@ def of_run(path: Path) -> Path:
     """
     if not path.is_dir():
         return path
-    found = [path / name for name in ("run.nc", "paper.nc") if (path / name).is_file()]
-    found = found or sorted(path.glob("*.nc"))
-    if len(found) != 1:
-        listed = ", ".join(file.name for file in found) or "none"
+    archives = [path / name for name in ("run.nc", "paper.nc") if (path / name).is_file()]
+    archives = archives or sorted(path.glob("*.nc"))
+    if len(archives) != 1:
+        listed = ", ".join(file.name for file in archives) or "none"
         raise ValueError(f"{path}: expected a folder with one archive, found: {listed}; give the file itself")
-    return found[0]
+    return archives[0]

@@ -41,10 +41,10 @@ def read(file: netCDF4.Dataset) -> dict[str, dict[str, Any]]:
     for path, expected in kept.items():
         if path not in groups:
             raise ValueError(path)
-        found = _of(groups[path], parts=False)
-        for name in expected | found:
-            same = found.get(name) == expected.get(name)
-            if not same and not _as_many(found.get(name), expected.get(name)):
+        stored = _of(groups[path], parts=False)
+        for name in expected | stored:
+            same = stored.get(name) == expected.get(name)
+            if not same and not _as_many(stored.get(name), expected.get(name)):
                 raise ValueError(f"{path.rstrip('/')}/{name}")
     return kept
 
@@ -74,18 +74,18 @@ def _groups(group: netCDF4.Dataset) -> Iterator[netCDF4.Dataset]:
 def _of(group: netCDF4.Dataset, *, parts: bool) -> dict[str, Any]:
     """Return the checksums of a group; of fields those of all parts, or just the number of parts."""
     said = [repr(sorted((name, len(dim)) for name, dim in group.dimensions.items())).encode(), *_attributes(group)]
-    found = {}
+    sums = {}
     for name, variable in sorted(group.variables.items()):
         variable.set_auto_maskandscale(False)
         variable.set_auto_chartostring(False)
         said += [repr((name, str(variable.dtype), variable.dimensions)).encode(), *_attributes(variable)]
         if not is_field(variable.dimensions, variable.dtype):
-            found[name] = _digest(_slabs(variable))
+            sums[name] = _digest(_slabs(variable))
         elif parts:
-            found[name] = [part for slab in _slabs(variable) for part in of_planes(slab, variable.dimensions)]
+            sums[name] = [part for slab in _slabs(variable) for part in of_planes(slab, variable.dimensions)]
         else:
-            found[name] = math.prod(variable.shape[: planes_from(variable.dimensions)])
-    return {_REST: _digest(said), **found}
+            sums[name] = math.prod(variable.shape[: planes_from(variable.dimensions)])
+    return {_REST: _digest(said), **sums}
 
 
 def is_field(dims: tuple[str, ...], dtype: Any) -> bool:
@@ -124,11 +124,11 @@ def _attributes(holder: Any) -> Iterator[bytes]:
 
 def _digest(pieces: Iterable[Any]) -> str:
     """Return a checksum of bytes and arrays one after the other; every NaN is the same."""
-    found = hashlib.blake2b(digest_size=8)
+    digest = hashlib.blake2b(digest_size=8)
     for piece in pieces:
         if isinstance(piece, np.ndarray) and piece.dtype.kind == "f":
             piece = np.where(np.isnan(piece), np.nan, piece).astype(piece.dtype.newbyteorder("<"), copy=False)
         elif isinstance(piece, (str, np.ndarray)) and getattr(piece, "dtype", np.dtype(object)).kind == "O":
             piece = repr(np.asarray(piece, dtype=object).tolist()).encode()
-        found.update(piece if isinstance(piece, bytes) else np.ascontiguousarray(piece).tobytes())
-    return found.hexdigest()
+        digest.update(piece if isinstance(piece, bytes) else np.ascontiguousarray(piece).tobytes())
+    return digest.hexdigest()

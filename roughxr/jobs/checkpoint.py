@@ -198,9 +198,9 @@ def _files(path: Path) -> list[Path]:
 
 def _hash(row: Sequence[Any]) -> bytes:
     """Return a hash of all values of a row, and of where one ends and the next begins."""
-    found = hashlib.blake2b(digest_size=16)
+    digest = hashlib.blake2b(digest_size=16)
     for value in row:
         text = value if isinstance(value, bytes) else repr(value).encode()
-        found.update(f"{type(value).__name__} {len(text)} ".encode())
-        found.update(text)
-    return found.digest()
+        digest.update(f"{type(value).__name__} {len(text)} ".encode())
+        digest.update(text)
+    return digest.digest()

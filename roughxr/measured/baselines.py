@@ -35,12 +35,12 @@ def baseline_of(z: np.ndarray, force: np.ndarray, share: float) -> Baseline:
     """Fit the baseline of a curve."""
     far = z < z.min() + share * np.ptp(z)
     centre = float(z[far].mean())
-    found, noise, covariance = fitted(np.c_[np.ones(far.sum()), z[far] - centre], force[far])
-    return Baseline(far, centre, found, noise, covariance)
+    coefficients, noise, covariance = fitted(np.c_[np.ones(far.sum()), z[far] - centre], force[far])
+    return Baseline(far, centre, coefficients, noise, covariance)
 
 
 def fitted(design: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
     """Return coefficients, standard deviation of the residual, and the coefficients' covariance."""
-    found, *_ = np.linalg.lstsq(design, values, rcond=None)
-    noise = float(np.sqrt(((values - design @ found) ** 2).sum() / (values.size - design.shape[1])))
-    return found, noise, noise**2 * np.linalg.inv(design.T @ design)
+    coefficients, *_ = np.linalg.lstsq(design, values, rcond=None)
+    noise = float(np.sqrt(((values - design @ coefficients) ** 2).sum() / (values.size - design.shape[1])))
+    return coefficients, noise, noise**2 * np.linalg.inv(design.T @ design)

@@ -99,8 +99,8 @@ def compare(
     fraction(confidence, "confidence")
     both = [_samples(ds, words) for ds, words in ((predicted, "predicted"), (measured, "measured"))]
     out = _statistics(both, list(statistics), confidence, resamples, seed)
-    for name, found in zip(("predicted", "measured"), both):
-        out[f"{name}_quantile"] = ("probability", np.quantile(found.values, _LEVELS))
+    for name, forces in zip(("predicted", "measured"), both):
+        out[f"{name}_quantile"] = ("probability", np.quantile(forces.values, _LEVELS))
     out = out.assign_coords(probability=_LEVELS)
     out = out.assign(_tested(*both))
     out = schema.label(out.merge(_places(*both, shift, farthest)))
@@ -126,18 +126,18 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
 
 def _statistics(both: list[Samples], statistics: list[str], confidence: float, resamples: int, seed: int) -> xr.Dataset:
     """Return the statistics of both with their intervals, and their ratios with theirs."""
-    of = [_intervals(found, statistics, confidence, resamples, seed + k) for k, found in enumerate(both)]
+    of = [_intervals(forces, statistics, confidence, resamples, seed + k) for k, forces in enumerate(both)]
     out = xr.Dataset(coords={"statistic": statistics})
-    for name, found in zip(("predicted", "measured"), of):
-        out = out.assign({name: found[0], f"{name}_low": found[1], f"{name}_high": found[2]})
+    for name, forces in zip(("predicted", "measured"), of):
+        out = out.assign({name: forces[0], f"{name}_low": forces[1], f"{name}_high": forces[2]})
     return out.assign(dict(zip(("ratio", "ratio_low", "ratio_high"), _ratio(*of))))
 
 
-def _intervals(found: Samples, statistics: list[str], confidence: float, resamples: int, seed: int) -> list:
-    ds = xr.Dataset({_NAME: ("subregion", found.values)})
-    if found.places is not None:
+def _intervals(forces: Samples, statistics: list[str], confidence: float, resamples: int, seed: int) -> list:
+    ds = xr.Dataset({_NAME: ("subregion", forces.values)})
+    if forces.places is not None:
         ds = ds.assign_coords(
-            dict(zip(("subregion_x", "subregion_y"), (("subregion", axis) for axis in found.places.T)))
+            dict(zip(("subregion_x", "subregion_y"), (("subregion", axis) for axis in forces.places.T)))
         )
     out = bootstrap(ds, _NAME, statistics=statistics, confidence=confidence, resamples=resamples, seed=seed)
     block = out.sel(resampling="block")
@@ -148,11 +148,11 @@ def _ratio(predicted: list, measured: list) -> list:
     """Return the ratio of two estimates and its interval, their errors taken as independent on the logarithms."""
     with np.errstate(divide="ignore", invalid="ignore"):
         p, p_low, p_high, m, m_low, m_high = (
-            np.log(np.where(found > 0, found, np.nan)) for _, found in (*predicted, *measured)
+            np.log(np.where(ends > 0, ends, np.nan)) for _, ends in (*predicted, *measured)
         )
     low = m - p - np.hypot(m - m_low, p_high - p)
     high = m - p + np.hypot(m_high - m, p - p_low)
-    return [("statistic", np.exp(found)) for found in (m - p, low, high)]
+    return [("statistic", np.exp(ends)) for ends in (m - p, low, high)]
 
 
 def _tested(predicted: Samples, measured: Samples) -> dict[str, Any]:
@@ -160,7 +160,7 @@ def _tested(predicted: Samples, measured: Samples) -> dict[str, Any]:
     from scipy.stats import ks_2samp, kstwobign
 
     distance = float(ks_2samp(predicted.values, measured.values, method="asymp").statistic)
-    counts = [independent_places(found.values, found.places) for found in (predicted, measured)]
+    counts = [independent_places(forces.values, forces.places) for forces in (predicted, measured)]
     size = np.sqrt(counts[0] * counts[1] / sum(counts))
     return {
         "distribution_distance": distance,
@@ -178,28 +178,28 @@ def _places(predicted: Samples, measured: Samples, shift: Any, farthest: float) 
     given = None if asked and schema.one_of(shift, ("find",), "shift") else _shift(shift)
     fraction(farthest, "farthest")
     try:
-        found = matched(predicted, measured, shift=given, farthest=farthest)
+        match = matched(predicted, measured, shift=given, farthest=farthest)
     except ValueError:
         if not asked:
             raise
         return xr.Dataset()
-    return _of_match(found, measured, certain=given is not None)
+    return _of_match(match, measured, certain=given is not None)
 
 
 def _shift(shift: Any) -> tuple[float, float]:
-    found = magnitude(shift, "nm", "shift") if not isinstance(shift, (tuple, list)) else shift
-    if np.size(found) != 2:
+    lengths = magnitude(shift, "nm", "shift") if not isinstance(shift, (tuple, list)) else shift
+    if np.size(lengths) != 2:
         raise ValueError(f"shift: expected 'find', None or two lengths (along x, along y), found {shift!r}")
-    return tuple(float(magnitude(one, "nm", "shift")) for one in found)
+    return tuple(float(magnitude(one, "nm", "shift")) for one in lengths)
 
 
-def _of_match(found: Match, measured: Samples, *, certain: bool) -> xr.Dataset:
-    tells = certain or found.p_value < _BY_CHANCE
-    out = {"shift_x": found.x, "shift_y": found.y} if tells else {"shift_x": np.nan, "shift_y": np.nan}
-    ds = xr.Dataset({**out, "place_correlation": found.correlation, "place_p_value": found.p_value})
+def _of_match(match: Match, measured: Samples, *, certain: bool) -> xr.Dataset:
+    tells = certain or match.p_value < _BY_CHANCE
+    out = {"shift_x": match.x, "shift_y": match.y} if tells else {"shift_x": np.nan, "shift_y": np.nan}
+    ds = xr.Dataset({**out, "place_correlation": match.correlation, "place_p_value": match.p_value})
     if not tells:
         return ds
-    ds["predicted_force"] = ("subregion", found.predicted)
+    ds["predicted_force"] = ("subregion", match.predicted)
     ds["measured_force"] = ("subregion", measured.values)
     axes = {f"subregion_{axis}": ("subregion", measured.places[:, k]) for k, axis in enumerate("xy")}
     return ds.assign_coords(subregion=np.arange(measured.values.size), **axes)
@@ -210,7 +210,7 @@ def _words(out: xr.Dataset, both: list[Samples], shift: Any) -> str:
     if "shift_x" not in out:
         if shift is None:
             return "not compared: shift=None"
-        unknown = [words for words, found in zip(("predicted", "measured"), both) if found.places is None]
+        unknown = [words for words, forces in zip(("predicted", "measured"), both) if forces.places is None]
         return f"not compared: {' and '.join(unknown)} of unknown place" if unknown else "not compared: no common grid"
     if np.isnan(out["shift_x"]):
         return "not compared: no shift is more alike than chance would be"

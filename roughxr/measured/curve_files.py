@@ -77,15 +77,15 @@ def _of_a_current(sensitivity: Any) -> bool:
 def opened(path: Path, kind: str, given: Calibration) -> CurveFile:
     """Return a file of curves without reading its samples; raise unless file or caller states its calibration."""
     stated = _stated(path, kind, given)
-    found = _asked(path, kind, {})
-    used = {name: stated[name] for name in _needed(path, kind, found, stated)}
-    found = _asked(path, kind, used) if used else found
-    curves = found["curves"]
+    answer = _asked(path, kind, {})
+    used = {name: stated[name] for name in _needed(path, kind, answer, stated)}
+    answer = _asked(path, kind, used) if used else answer
+    curves = answer["curves"]
     if not curves:
         raise UnreadableScan(path, "expected force-distance curves, found none")
     for name in set(stated) - set(used):
         _refuse_both(path, name, stated[name], [one[name] for one in curves if name in one])
-    return CurveFile(path, kind, used, found["format"], [{**stated, **one} for one in curves])
+    return CurveFile(path, kind, used, answer["format"], [{**stated, **one} for one in curves])
 
 
 def _stated(path: Path, kind: str, given: Calibration) -> dict[str, float]:
@@ -95,25 +95,25 @@ def _stated(path: Path, kind: str, given: Calibration) -> dict[str, float]:
             raise UnreadableScan(
                 path, f"{option}: not used for force curves, whose file states it; leave {option}= out"
             )
-    found = {}
+    known = {}
     try:
         if given.sensitivity is not None:
             has_units(given.sensitivity)
-            found["sensitivity"] = positive(given.sensitivity, _per_volt(kind), "sensitivity")
+            known["sensitivity"] = positive(given.sensitivity, _per_volt(kind), "sensitivity")
         if given.spring_constant is not None:
-            found["spring constant"] = positive(given.spring_constant, "N/m", "spring_constant")
+            known["spring constant"] = positive(given.spring_constant, "N/m", "spring_constant")
     except ValueError as error:
         raise UnreadableScan(path, str(error)) from error
-    return found
+    return known
 
 
 def _per_volt(kind: str) -> str:
     return "m/A" if kind == "nt-mdt" else "m/V"
 
 
-def _needed(path: Path, kind: str, found: dict[str, Any], stated: dict[str, float]) -> list[str]:
+def _needed(path: Path, kind: str, answer: dict[str, Any], stated: dict[str, float]) -> list[str]:
     """Return the names of what forces need and only the caller states; raise where neither file nor caller does."""
-    needed = found.get("missing", [])
+    needed = answer.get("missing", [])
     lacking = [name.replace(" ", "_") for name in needed if name not in stated]
     if lacking:
         units = {"sensitivity": "'50 nm/nA'" if kind == "nt-mdt" else "'50 nm/V'", "spring_constant": "'0.2 N/m'"}
@@ -150,10 +150,10 @@ def _asked(path: Path, kind: str, known: dict[str, float], **which: int) -> dict
 def curves_of(file: CurveFile, first: int = 0, last: int | None = None) -> xr.Dataset:
     """Return curves of a file, in the form of `open_curves`."""
     curves = file.curves[first:last]
-    found = _asked(file.path, file.kind, file.known, first=first, last=first + len(curves))["branches"]
-    size = max((one[0].size for both in found for one in both if one is not None), default=0)
-    values = np.full((2, len(found), 2, size), np.nan)
-    for number, both in enumerate(found):
+    branches = _asked(file.path, file.kind, file.known, first=first, last=first + len(curves))["branches"]
+    size = max((one[0].size for both in branches for one in both if one is not None), default=0)
+    values = np.full((2, len(branches), 2, size), np.nan)
+    for number, both in enumerate(branches):
         for branch, one in enumerate(both):
             if one is not None:
                 values[:, number, branch, : one[0].size] = one
@@ -175,16 +175,16 @@ def _places(curves: list[dict[str, float]]) -> dict[str, Any]:
 
 def calibration(file: CurveFile) -> dict[str, float | str]:
     """Return spring constant (N/m) and sensitivity of a file's curves, as attributes; raise if curves differ."""
-    found: dict[str, float | str] = {}
+    known: dict[str, float | str] = {}
     for name in ("spring constant", "sensitivity"):
         values = {one.get(name) for one in file.curves}
         if len(values) > 1:
             raise UnreadableScan(file.path, f"expected one {name} in a file, found {len(values)}; split it")
         value = values.pop()
         if value is not None:
-            found[name.replace(" ", "_")] = value
-    if "sensitivity" in found:
+            known[name.replace(" ", "_")] = value
+    if "sensitivity" in known:
         units = "nm/nA" if file.kind == "nt-mdt" else "nm/V"
-        found["sensitivity"] = float(f"{found['sensitivity'] * factor(_per_volt(file.kind), units):.12g}")
-        found["sensitivity_units"] = units
-    return found
+        known["sensitivity"] = float(f"{known['sensitivity'] * factor(_per_volt(file.kind), units):.12g}")
+        known["sensitivity_units"] = units
+    return known

@@ -42,10 +42,10 @@ def read(path: str, kind: str, known: dict[str, float], first: int = 0, last: in
 
     stat = os.stat(path)
     try:
-        name, found = _opened(path, kind, tuple(sorted(known.items())), stat.st_mtime_ns, stat.st_size)
+        name, read_by = _opened(path, kind, tuple(sorted(known.items())), stat.st_mtime_ns, stat.st_size)
         if last is None:
-            return {"format": name, "curves": [_told(one["metadata"]) for one in found]}
-        return {"branches": [_branches(one["data"], kind) for one in found[first:last]]}
+            return {"format": name, "curves": [_told(one["metadata"]) for one in read_by]}
+        return {"branches": [_branches(one["data"], kind) for one in read_by[first:last]]}
     except errors.MissingMetaDataError as error:
         return {"missing": list(error.meta_keys)}
     except errors.AFMFileFormatError as error:  # by afmformats' choice no subclass of Exception

@@ -117,13 +117,13 @@ def _curves(path: Path, columns: dict[str, Column], size: int) -> list[np.ndarra
 
 def _places(path: Path, columns: dict[str, Column], own: list[np.ndarray]) -> dict[str, Any]:
     """Return where each curve was taken; empty where that is not known."""
-    found = {}
+    places = {}
     for axis, one in place_columns(path, list(columns.values())).items():
         values = lengths(path, one, None)
         if any(np.ptp(values[rows]) > 0 for rows in own):
             raise UnreadableScan(path, f"expected one place for each curve, found {one.name!r} to change within one")
-        found[f"subregion_{axis}"] = ("subregion", [values[rows[0]] for rows in own])
-    return found
+        places[f"subregion_{axis}"] = ("subregion", [values[rows[0]] for rows in own])
+    return places
 
 
 def _padded(values: np.ndarray, own: list[np.ndarray]) -> np.ndarray:

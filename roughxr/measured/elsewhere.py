@@ -129,11 +129,11 @@ def _works(fit: xr.Dataset, fit_on: str) -> list[float]:
 def _compared(ds, measured, works, method, given, statistics, chance, below) -> xr.Dataset:
     """Return the statistics of one surface, predicted with their interval and measured."""
     factor, error = unseen(predicted(ds, method, given), below) if below is not None else (1.0, 0.0)
-    found = [predicted(ds.assign_coords(work_of_adhesion=work), method, given) for work in works]
-    found = [one.assign(pull_off_force=factor * one["pull_off_force"]) for one in found]
-    common = np.hypot(np.nan_to_num(method_error(found[0], method)), error)
+    forces = [predicted(ds.assign_coords(work_of_adhesion=work), method, given) for work in works]
+    forces = [one.assign(pull_off_force=factor * one["pull_off_force"]) for one in forces]
+    common = np.hypot(np.nan_to_num(method_error(forces[0], method)), error)
     common *= NormalDist().inv_cdf(0.5 + chance["confidence"] / 2)
-    sides = [compare(one, measured, statistics=statistics, shift=None, **chance) for one in found]
+    sides = [compare(one, measured, statistics=statistics, shift=None, **chance) for one in forces]
     own = sides[0]
     with np.errstate(divide="ignore", invalid="ignore"):
         p, m = ({end: np.log(own[f"{name}{end}"].values) for end in _ENDS} for name in ("predicted", "measured"))

@@ -191,32 +191,32 @@ def fit_pair(
 
 def predicted(ds: xr.Dataset, method: str, options: dict[str, Any]) -> xr.Dataset:
     """Return the pull-offs by a method, those of superposed asperities at the median of the simulation's."""
-    found = VERBS[method](schema.label(ds), **options)
+    pull = VERBS[method](schema.label(ds), **options)
     if method != "superposed":
-        return found
-    return found.assign(pull_off_force=found["pull_off_force"] / expectation.RATIO)
+        return pull
+    return pull.assign(pull_off_force=pull["pull_off_force"] / expectation.RATIO)
 
 
-def method_error(found: xr.Dataset, method: str) -> float:
+def method_error(pull: xr.Dataset, method: str) -> float:
     """Return the relative standard error that a method's forces share; NaN where it states none."""
     if method == "superposed":
         return _OF_SUPERPOSITION
-    stated = found["pull_off_error"].values if "pull_off_error" in found else np.full(1, np.nan)
+    stated = pull["pull_off_error"].values if "pull_off_error" in pull else np.full(1, np.nan)
     return float(np.nanmean(stated)) if np.isfinite(stated).any() else np.nan
 
 
-def unseen(found: xr.Dataset, below: xr.Dataset | None) -> tuple[float, float]:
+def unseen(pull: xr.Dataset, below: xr.Dataset | None) -> tuple[float, float]:
     """Return by what the roughness below the scan multiplies predicted forces, and the relative error of that."""
     if below is None:
         return 1.0, 0.0
     mean, upper = (float(below[name]) if name in below else np.nan for name in ("pull_off_mean", "pull_off_upper"))
-    here, there = (float(ds.get("work_of_adhesion", np.nan)) for ds in (found, below))
+    here, there = (float(ds.get("work_of_adhesion", np.nan)) for ds in (pull, below))
     if not (np.isfinite([mean, upper]).all() and np.isclose(here, there)):
         raise ValueError(
             f"below: expected what `continued` finds at a work of adhesion of {here:.3g} J/m², found a mean "
             f"of {mean:.3g} nN at {there:.3g} J/m²"
         )
-    return mean / float(by_share(found["pull_off_force"]).mean()), float(np.log(upper / mean)) / 1.96
+    return mean / float(by_share(pull["pull_off_force"]).mean()), float(np.log(upper / mean)) / 1.96
 
 
 class _Prediction:
@@ -230,13 +230,13 @@ class _Prediction:
         fitted = QUANTITIES[self.quantity]
         changed = {fitted.traded: float(self.ds[fitted.traded]) * traded, self.quantity: value}
         words = f"{fitted.words} {value:.3g}; choose other subregions, or begin nearer with another {self.quantity}"
-        found = predicted(self.ds.assign_coords(changed), self.method, self.held)
+        pull = predicted(self.ds.assign_coords(changed), self.method, self.held)
         if self.method == "adhesive":
-            self.held["law"] = found.attrs["law"]
-        self.unseen = self.unseen or unseen(found, self.below)
-        found = found.assign(pull_off_force=self.unseen[0] * found["pull_off_force"])
-        error = np.hypot(np.nan_to_num(method_error(found, self.method)), self.unseen[1])
-        return Predicted(predicted_forces(found, words), error)
+            self.held["law"] = pull.attrs["law"]
+        self.unseen = self.unseen or unseen(pull, self.below)
+        pull = pull.assign(pull_off_force=self.unseen[0] * pull["pull_off_force"])
+        error = np.hypot(np.nan_to_num(method_error(pull, self.method)), self.unseen[1])
+        return Predicted(predicted_forces(pull, words), error)
 
 
 def _start(ds: xr.Dataset, quantity: str) -> float:

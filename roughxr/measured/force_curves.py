@@ -135,10 +135,10 @@ def curves_pull_off(
     fraction(baseline, "baseline")
     recorded, stiffness = _read(ds, spring_constant)
     back = recorded.sel(branch="retraction") if "branch" in recorded.dims else recorded
-    found = [_pull(z, f, stiffness, baseline) for z, f in zip(back["piezo"].values, back["force"].values)]
-    out = xr.Dataset({name: ("subregion", list(values)) for name, values in zip(_NAMES, zip(*found))})
+    pulls = [_pull(z, f, stiffness, baseline) for z, f in zip(back["piezo"].values, back["force"].values)]
+    out = xr.Dataset({name: ("subregion", list(values)) for name, values in zip(_NAMES, zip(*pulls))})
     places = {name: ds[name] for name in ("subregion", "subregion_x", "subregion_y") if name in ds.coords}
-    out = out.assign_coords({"subregion": np.arange(len(found)), **places} if "subregion" in ds.dims else {})
+    out = out.assign_coords({"subregion": np.arange(len(pulls)), **places} if "subregion" in ds.dims else {})
     if curves:
         out = out.merge(kept(recorded, out["contact_point"].values, baseline))
     _warn_of_slope(out, stiffness)
@@ -187,10 +187,10 @@ def _stiffness(ds: xr.Dataset, given: Any) -> float:
     stated = ds.attrs.get("spring_constant", np.inf)
     if given is None:
         return float(stated)
-    found = positive(given, "nN/nm", "spring_constant")
-    if np.isfinite(stated) and not np.isclose(found, stated, rtol=1e-6, atol=0):
-        raise ValueError(f"spring_constant: the curves state {stated:.6g} N/m, found {found:.6g}; leave it out")
-    return found
+    stiffness = positive(given, "nN/nm", "spring_constant")
+    if np.isfinite(stated) and not np.isclose(stiffness, stated, rtol=1e-6, atol=0):
+        raise ValueError(f"spring_constant: the curves state {stated:.6g} N/m, found {stiffness:.6g}; leave it out")
+    return stiffness
 
 
 def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _Pull:
@@ -203,26 +203,26 @@ def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _
     line = baseline_of(z, force, share)
     flat, far = force - line.at(z), line.far
     at = int(np.argmin(flat))
-    found = _Pull(noise=line.noise, tilt=float(line.coefficients[1]))
+    pull = _Pull(noise=line.noise, tilt=float(line.coefficients[1]))
     pulled = -flat[at] >= _STANDS_OUT * np.hypot(line.noise, line.error(z[at]))
     zero = _zero(flat, at if pulled else flat.size, line.noise)
     if zero is not None:
-        found = found._replace(**_contact(z, flat, zero, line))
+        pull = pull._replace(**_contact(z, flat, zero, line))
     if not pulled or zero is None:
-        return found._replace(reason="never pressed" if pulled else "no pull stands out of the noise")
-    if found.contact_slope <= 0:
-        return found._replace(reason="the force does not rise towards the surface where it is pressed")
+        return pull._replace(reason="never pressed" if pulled else "no pull stands out of the noise")
+    if pull.contact_slope <= 0:
+        return pull._replace(reason="the force does not rise towards the surface where it is pressed")
     if far[at]:
-        return found._replace(reason="the pull reaches into the baseline")
+        return pull._replace(reason="the pull reaches into the baseline")
     if _clipped(force, at, far):
-        return found._replace(reason="the detector's range ends before the largest pull")
+        return pull._replace(reason="the detector's range ends before the largest pull")
     travel = float(z[zero] - z[at] + (flat[at] - flat[zero]) / stiffness)
     work = float(np.trapezoid(flat[zero:], z[zero:]))
     if work < -_STANDS_OUT * line.work_error(z[zero:]):
-        return found._replace(reason="the baseline is not straight: it pushes more than the surface pulls")
+        return pull._replace(reason="the baseline is not straight: it pushes more than the surface pulls")
     lowest, own = _minimum(z, flat, at, line.noise)
     uncertainty = float(np.hypot(own, line.error(z[at])))
-    return found._replace(force=-lowest, uncertainty=uncertainty, distance=travel, work=work)
+    return pull._replace(force=-lowest, uncertainty=uncertainty, distance=travel, work=work)
 
 
 def _unusable(z: np.ndarray, share: float) -> str:
@@ -319,20 +319,26 @@ def _parabola(
     x = (z[slice(*ends)] - z[used].mean()) / scale
     design = np.c_[np.ones(x.size), x, x**2]
     own = slice(used.start - ends[0], used.stop - ends[0])
-    found, *_ = np.linalg.lstsq(design[own], force[used], rcond=None)
-    lowest = own.start + int(np.argmin(design[own] @ found))
-    where = np.clip(-found[1] / (2 * found[2]), x[own].min(), x[own].max()) if found[2] > 0 else x[lowest]
-    high = np.flatnonzero(design @ found - _row(where) @ found > _HARDLY * noise)
+    coefficients, *_ = np.linalg.lstsq(design[own], force[used], rcond=None)
+    lowest = own.start + int(np.argmin(design[own] @ coefficients))
+    where = (
+        np.clip(-coefficients[1] / (2 * coefficients[2]), x[own].min(), x[own].max())
+        if coefficients[2] > 0
+        else x[lowest]
+    )
+    high = np.flatnonzero(design @ coefficients - _row(where) @ coefficients > _HARDLY * noise)
     before, after = high[high < lowest], high[high > lowest]
     reach = (int(before[-1]) + 1 if before.size else 0), (int(after[0]) if after.size else x.size)
     row, unseen = _row(where), 0.0
     if torn_off:
         beyond = _row(2 * x[-1] - x[-2])
-        unseen = max(float((row - beyond) @ found), 0.0)
+        unseen = max(float((row - beyond) @ coefficients), 0.0)
         row = (row + beyond) / 2 if unseen else row
     error = noise * np.sqrt(row @ np.linalg.inv(design[own].T @ design[own]) @ row)
     return _Minimum(
-        float(row @ found), float(np.hypot(error, unseen / np.sqrt(12))), (ends[0] + reach[0], ends[0] + reach[1])
+        float(row @ coefficients),
+        float(np.hypot(error, unseen / np.sqrt(12))),
+        (ends[0] + reach[0], ends[0] + reach[1]),
     )
 
 

@@ -98,19 +98,19 @@ class _Test(NamedTuple):
 
 def positive_forces(measured: xr.Dataset) -> Samples:
     """Return measured forces; raise where they are not all positive."""
-    found = known_samples(measured, "pull_off_force")
-    low = int((found.values <= 0).sum())
+    forces = known_samples(measured, "pull_off_force")
+    low = int((forces.values <= 0).sum())
     if low:
         raise ValueError(
-            f"measured: expected positive pull-off forces, found {low} of {found.values.size} at zero or below; leave "
+            f"measured: expected positive pull-off forces, found {low} of {forces.values.size} at zero or below; leave "
             "them out with measured.where(measured.pull_off_force > 0), which biases the mean upwards"
         )
-    return found
+    return forces
 
 
-def predicted_forces(found: xr.Dataset, words: str) -> Samples:
+def predicted_forces(pull: xr.Dataset, words: str) -> Samples:
     """Return predicted forces, one at every place; raise where there is none at some."""
-    forces = found["pull_off_force"].to_dataset()
+    forces = pull["pull_off_force"].to_dataset()
     without = int((~(forces["pull_off_force"] > 0)).sum())
     if without:  # leaving them out would compare with different places at each value
         total = forces["pull_off_force"].size
@@ -124,7 +124,7 @@ def ln_quantiles(values: np.ndarray) -> np.ndarray:
 
 
 def matching(
-    found: Samples,
+    forces: Samples,
     predict: Callable[[float], Predicted],
     start: float,
     *,
@@ -137,8 +137,8 @@ def matching(
 
     Values up to ``reach`` times the start and down to its ``reach``-th part are solved, each as it is needed.
     """
-    ln_force = np.log(counted_equally(found, "fit_pair").values)
-    measured = Measured(ln_force, _independent(found), error)
+    ln_force = np.log(counted_equally(forces, "fit_pair").values)
+    measured = Measured(ln_force, _independent(forces), error)
     first = predict(start)
     places = _independent(first.forces)
     known = {float(np.log(start)): first}
@@ -164,11 +164,11 @@ def trade(fit: Fitted, other: Samples) -> float:
     return float(-moved / np.log(CHANGE) / fit.exponent) if fit.exponent else np.nan
 
 
-def _independent(found: Samples) -> float:
+def _independent(forces: Samples) -> float:
     """Return as how many independent places these count; few are too few to know that they are correlated."""
-    if found.places is None or found.values.size < _FEW or np.ptp(found.values) == 0:
-        return float(found.values.size)
-    return float(np.clip(independent_places(found.values, found.places), 2, found.values.size))
+    if forces.places is None or forces.values.size < _FEW or np.ptp(forces.values) == 0:
+        return float(forces.values.size)
+    return float(np.clip(independent_places(forces.values, forces.places), 2, forces.values.size))
 
 
 def _emulator(known: dict[float, Predicted]) -> Emulator:

@@ -121,9 +121,9 @@ def _of_file(path: Path, image: _Image, place_units: str | None, given: Calibrat
     elif family == "text" and image.size is None and not _is_matrix(path):
         ds = _of_table(path, image.channel, place_units, given)
     else:
-        found = files.guarded(path, read, path)
-        chosen = in_true_units(path, found, _adhesion(found, image.channel, image.direction, path), family)
-        ds = _of_image(path, chosen, image.size, given).assign_attrs(channels=listing(found))
+        channels = files.guarded(path, read, path)
+        chosen = in_true_units(path, channels, _adhesion(channels, image.channel, image.direction, path), family)
+        ds = _of_image(path, chosen, image.size, given).assign_attrs(channels=listing(channels))
     return _told(path, ds)
 
 
@@ -174,8 +174,8 @@ def _of_table(path: Path, channel: Any, place_units: str | None, given: Calibrat
 
 def _as_pulls(path: Path, values: np.ndarray, units: str | None, given: Calibration):
     try:
-        found, how = forces(values, units, given)
-        turned, pulls = magnitudes(found, given.pulls)
+        recorded, how = forces(values, units, given)
+        turned, pulls = magnitudes(recorded, given.pulls)
     except ValueError as error:
         raise UnreadableScan(path, str(error)) from error
     return turned, {**how, "pulls": pulls}
@@ -185,19 +185,19 @@ def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path
     """Return the image asked for, else the only one of adhesion."""
     schema.one_of(direction, (None, "trace", "retrace"), "direction")
     if channel is None:
-        found = [one for one in channels if "adhes" in one.name.lower()]
-        found = found or [one for one in channels if converts(one.units, "nN")]
-        found = found or [one for one in channels if len(channels) == 1 and one.units is None]
+        fitting = [one for one in channels if "adhes" in one.name.lower()]
+        fitting = fitting or [one for one in channels if converts(one.units, "nN")]
+        fitting = fitting or [one for one in channels if len(channels) == 1 and one.units is None]
     else:
-        found = named(channels, channel)
-    found = along(found, direction)
-    if len(found) != 1:
+        fitting = named(channels, channel)
+    fitting = along(fitting, direction)
+    if len(fitting) != 1:
         wanted = "an image of adhesion" if channel is None else f"channel {channel!r}"
         raise UnreadableScan(
             path,
-            f"expected {wanted}, found {len(found)} among {listing(channels)}; give its name or number as channel=",
+            f"expected {wanted}, found {len(fitting)} among {listing(channels)}; give its name or number as channel=",
         )
-    return found[0]
+    return fitting[0]
 
 
 def _of_image(path: Path, channel: Channel, size: Any, given: Calibration) -> xr.Dataset:

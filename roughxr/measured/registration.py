@@ -33,16 +33,16 @@ class Match(NamedTuple):
     p_value: float  # of such a correlation arising by chance at any of the shifts
 
 
-def grid_of(found: Samples) -> Grid | None:
+def grid_of(predicted: Samples) -> Grid | None:
     """Return samples on a uniform grid as a map, None where they do not lie on one."""
-    if found.places is None:
+    if predicted.places is None:
         return None
-    axes = [np.unique(np.round(axis, 6)) for axis in found.places.T]
+    axes = [np.unique(np.round(axis, 6)) for axis in predicted.places.T]
     if any(axis.size < 2 or not np.allclose(np.diff(axis), axis[1] - axis[0], rtol=1e-4) for axis in axes):
         return None
     values = np.full([axis.size for axis in axes], np.nan)
-    at = [np.rint((place - axis[0]) / (axis[1] - axis[0])).astype(int) for place, axis in zip(found.places.T, axes)]
-    values[tuple(at)] = found.values
+    at = [np.rint((place - axis[0]) / (axis[1] - axis[0])).astype(int) for place, axis in zip(predicted.places.T, axes)]
+    values[tuple(at)] = predicted.values
     return Grid(*axes, values)
 
 
@@ -130,13 +130,13 @@ def _best_shift(grid: Grid, measured: Samples, farthest: float) -> tuple[tuple[f
     if not allowed.any():
         raise ValueError("expected measured places that overlap the predicted ones, found none; check their x and y")
     at = np.unravel_index(np.argmax(np.where(allowed, correlation, -2)), correlation.shape)
-    found = [
+    best = [
         shift[k] + step * _vertex(line, k) for shift, step, line, k in zip(shifts, steps, _lines(correlation, at), at)
     ]
     each = (
         measured.values.size * mean_spacing(measured.places) ** 2 / independent_places(measured.values, measured.places)
     )
-    return (float(found[0]), float(found[1])), max(1.0, 4 * reach.prod() / each)
+    return (float(best[0]), float(best[1])), max(1.0, 4 * reach.prod() / each)
 
 
 class _Binned(NamedTuple):

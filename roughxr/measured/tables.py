@@ -138,8 +138,8 @@ def _same_width(path: Path, cells: list[tuple[int, list[str]]], width: int) -> N
 
 def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) -> Column | None:
     """Return a column of numbers, None for one of text; raise for text among numbers."""
-    found = [_number(cell, comma) for _, cell in cells]
-    words = [(line, cell) for (line, cell), number in zip(cells, found) if number is None]
+    numbers = [_number(cell, comma) for _, cell in cells]
+    words = [(line, cell) for (line, cell), number in zip(cells, numbers) if number is None]
     if len(words) > len(cells) / 2:
         return None
     if words:
@@ -147,7 +147,7 @@ def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) ->
         raise UnreadableScan(path, f"line {line}: expected a number in column {name!r}, found {cell!r}")
     headed = _HEADED.match(name)
     units = next(filter(None, headed.groups()[1:]), None) if headed else None
-    return Column(headed.group(1) if units else name, units, np.array(found, dtype=float))
+    return Column(headed.group(1) if units else name, units, np.array(numbers, dtype=float))
 
 
 def force_column(path: Path, columns: list[Column], name: str | None) -> Column:
@@ -182,14 +182,14 @@ def _axis(column: Column) -> str:
 
 def place_columns(path: Path, columns: list[Column], force: Column | None = None) -> dict[str, Column]:
     """Return the columns of places along x and y where there are any."""
-    found = {_axis(one): one for one in columns if one is not force and _axis(one)}
+    places = {_axis(one): one for one in columns if one is not force and _axis(one)}
     like = [one.name for one in columns if one is not force and (_axis(one) or _PLACE_LIKE.search(one.name))]
-    if len(found) != 2 and like:
+    if len(places) != 2 and like:
         raise UnreadableScan(
             path,
             f"expected columns x and y of places, or none, found {', '.join(map(repr, like))}; rename or drop them",
         )
-    return found
+    return places
 
 
 def lengths(path: Path, column: Column, place_units: str | None) -> np.ndarray:

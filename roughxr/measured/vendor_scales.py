@@ -41,10 +41,17 @@ def nanoscope_scale(path: Path, index: int, name: str) -> tuple[str, float]:
     """Return the units of a Nanoscope image, and the value of one count in them."""
     header = path.read_bytes().partition(b"\x1a")[0].decode("latin-1").splitlines()
     scale, one_count = _hard_scale(path, _block(header, index), name)
-    found = next((one for one in map(_SENSITIVITY.match, header) if one and one["quantity"] == scale["quantity"]), None)
+    sensitivity = next(
+        (one for one in map(_SENSITIVITY.match, header) if one and one["quantity"] == scale["quantity"]), None
+    )
     arbitrary = scale["units"] == "Arb"
-    if found and found["units"] and found["per"] is not None and arbitrary == (found["per"] == "Arb"):
-        return found["units"], one_count * float(found[2]) * (1e3 if found["per"] == "mV" else 1.0)
+    if (
+        sensitivity
+        and sensitivity["units"]
+        and sensitivity["per"] is not None
+        and arbitrary == (sensitivity["per"] == "Arb")
+    ):
+        return sensitivity["units"], one_count * float(sensitivity[2]) * (1e3 if sensitivity["per"] == "mV" else 1.0)
     if arbitrary:
         raise UnreadableScan(
             path,

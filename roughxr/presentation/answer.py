@@ -39,9 +39,9 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     >>> found = answer(schema.label(pull))
     593 nN (95 % interval 230 … 1607 nN) by 3 places; for the surface as scanned, without roughness below its pixels
     """
-    found, words = answered(ds)
+    mean, words = answered(ds)
     print(words)
-    return found
+    return mean
 
 
 def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> tuple[xr.Dataset, str]:
@@ -59,19 +59,19 @@ def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> tuple[xr.Dat
     low, high = (np.nan if ends is None else float(ends[end].sel(resampling="block").item()) for end in ("low", "high"))
     own = next((name for name in ("pull_off_error", "cell_error") if name in pull), None)
     error = float(np.abs(pull[own]).median()) if own else np.nan
-    found = {
+    told = {
         "pull_off_force": float(by_share(force).mean()),
         "low": low,
         "high": high,
         "places": known,
         "mesh_error": error if mesh_error is None else mesh_error,
     }
-    out = xr.Dataset(found, coords={name: pull[name] for name in schema.TRAVELLING if name in pull.coords})
+    out = xr.Dataset(told, coords={name: pull[name] for name in schema.TRAVELLING if name in pull.coords})
     for name in ("low", "high"):
         out[name].attrs = {"units": "nN", "long_name": f"{name} end of the mean pull-off's interval"}
     out["places"].attrs = {"units": "1", "long_name": "number of places that pull"}
     out["mesh_error"].attrs = {"units": "1", "long_name": "relative error by mesh and step, median"}
-    return schema.record(schema.label(out), "answer", pull), _in_words(found, force.size, pull)
+    return schema.record(schema.label(out), "answer", pull), _in_words(told, force.size, pull)
 
 
 def _refuse_several(force: xr.DataArray):
@@ -89,18 +89,18 @@ def _refuse_several(force: xr.DataArray):
         )
 
 
-def _in_words(found: dict[str, float], places: int, pull: xr.Dataset) -> str:
+def _in_words(told: dict[str, float], places: int, pull: xr.Dataset) -> str:
     """Return the answer as a line."""
-    of = f"{found['places']} place{'s' * (found['places'] > 1)}" + f" of {places}" * (found["places"] < places)
-    mean = quantity(found["pull_off_force"]) + f" ({of})"
-    if found["places"] > 1:
-        mean = f"{sure(found['pull_off_force'], found['low'], found['high'])} by {of}"
+    of = f"{told['places']} place{'s' * (told['places'] > 1)}" + f" of {places}" * (told["places"] < places)
+    mean = quantity(told["pull_off_force"]) + f" ({of})"
+    if told["places"] > 1:
+        mean = f"{sure(told['pull_off_force'], told['low'], told['high'])} by {of}"
     said = [mean]
-    if np.isfinite(found["mesh_error"]):
+    if np.isfinite(told["mesh_error"]):
         cells = "overestimated through the size of cells by about" if "cell_error" in pull else "error of mesh and step"
-        said.append(f"{cells} {percent(found['mesh_error'])}")
+        said.append(f"{cells} {percent(told['mesh_error'])}")
     if {"sphere_radius", "work_of_adhesion"} <= set(pull.coords) and (smooth := smooth_pull_off(pull)):
-        share = found["pull_off_force"] / smooth
+        share = told["pull_off_force"] / smooth
         doubt = ", which only a surface shaped to fit the sphere could reach: take adhesive, or a finer mesh"
         said.append(f"{number(100 * share, '%')} of the pull-off from a smooth flat" + doubt * bool(share > 1.02))
     return "; ".join([*said, "for the surface as scanned, without roughness below its pixels"])

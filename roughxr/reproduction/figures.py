@@ -127,9 +127,9 @@ def _figure_05(run: Groups):
 
 def _figure_15(run):
     published, pull = run["solutions/published"], {}
-    found = run["statistics/published"]["pull_off_force"]
-    clean = found.where(~run.debris("solutions/published"), 0).fillna(0)
-    where = int(found["subregion"][int(clean.argmax("subregion"))])
+    pulls = run["statistics/published"]["pull_off_force"]
+    clean = pulls.where(~run.debris("solutions/published"), 0).fillna(0)
+    where = int(pulls["subregion"][int(clean.argmax("subregion"))])
     for key in ("published", "energy"):
         pull[key] = float(run[f"statistics/{key}"]["pull_off_force"].sel(subregion=where))
     smooth = -float(jkr_sphere(published, np.linspace(-100, 0, 4001)).min())

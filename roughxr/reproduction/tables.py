@@ -70,12 +70,12 @@ def _of_direct(run: Run) -> dict[str, float]:
         for delta in _SHOWN
     }
     clean = np.flatnonzero(~_debris(run, "solutions/direct"))
-    found = force_ratio(superposed.isel(subregion=clean), direct.isel(subregion=clean))
+    ratio = force_ratio(superposed.isel(subregion=clean), direct.isel(subregion=clean))
     rows |= {
-        f"superposed / direct at {delta:g} nm, no debris": 1 + float(_at(found["mean_difference"], delta))
+        f"superposed / direct at {delta:g} nm, no debris": 1 + float(_at(ratio["mean_difference"], delta))
         for delta in _ALIKE
     }
-    agree = (np.abs(found["force_difference"]) <= 0.1).any("delta")
+    agree = (np.abs(ratio["force_difference"]) <= 0.1).any("delta")
     return rows | {"places without debris that agree to 10 % somewhere": float(agree.sum())}
 
 

@@ -319,19 +319,19 @@ def _expected(scan: xr.Dataset, plan: Plan) -> dict[str, float]:
     """Return the stages of a run, and about how long each takes, s: the median of runs on two cores."""
     wet, places = schema.is_wet(scan), _count(scan, plan)
     adheres = float(scan.coords.get("work_of_adhesion", 0.0)) > 0 or wet
-    found = {"asperities": 5.0}
+    seconds = {"asperities": 5.0}
     if adheres:
-        found |= {"mesh": 20.0} if plan.mesh.refine == "auto" else {}
-        found |= {"adhesive": _PLACE * places}
+        seconds |= {"mesh": 20.0} if plan.mesh.refine == "auto" else {}
+        seconds |= {"adhesive": _PLACE * places}
         some, hard = min(plan.continued, places), {"hardness", "hardness_estimate"} & set(scan.coords)
-        found |= {"continued": 30.0 + 6.0 * some} if some and hard and not wet else {}
-        found |= {"rigid": 5.0 + 0.3 * places}
-    found |= {"humidity": 10.0} if wet else {}
-    found |= {"direct": 3.0 + 0.1 * places, "superposition": 5.0}
+        seconds |= {"continued": 30.0 + 6.0 * some} if some and hard and not wet else {}
+        seconds |= {"rigid": 5.0 + 0.3 * places}
+    seconds |= {"humidity": 10.0} if wet else {}
+    seconds |= {"direct": 3.0 + 0.1 * places, "superposition": 5.0}
     if adheres:
-        found |= {"rolling": 5.0} if "sphere_radius" in scan.coords else {}
-        found |= _of_budget(plan, _PLACE) if plan.budget else {}
-    return found | {"pages": 15.0}
+        seconds |= {"rolling": 5.0} if "sphere_radius" in scan.coords else {}
+        seconds |= _of_budget(plan, _PLACE) if plan.budget else {}
+    return seconds | {"pages": 15.0}
 
 
 def _wide(plan: Plan, scan: xr.Dataset) -> np.ndarray:
@@ -359,8 +359,8 @@ def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, say: Stages)
     scales = cut_off_waves(scan, places=plan.budget, subregions=solved, preload=preload)
     budget = budget_of(scan, changes, scales, pulls=solved["pull_off_force"])
     budget = schema.record(budget, "error_budget", scan, places=plan.budget, **how)
-    found = {"statistics/error_budget": budget, "statistics/sensitivity": changes}
-    return found if scales is None else found | {"statistics/shorter_waves": scales}
+    groups = {"statistics/error_budget": budget, "statistics/sensitivity": changes}
+    return groups if scales is None else groups | {"statistics/shorter_waves": scales}
 
 
 def _below_the_scan(scan: xr.Dataset, plan: Plan, say: Stages) -> dict[str, xr.Dataset]:
@@ -375,11 +375,14 @@ def _below_the_scan(scan: xr.Dataset, plan: Plan, say: Stages) -> dict[str, xr.D
     some = regions.sample(regions.centres(scan, plan.subregions), plan.continued)
     say("continued", f", at {some.sizes['subregion']} places")
     try:
-        found = continued(scan, subregions=some, preload=float(np.min(plan.preload)))
+        estimate = continued(scan, subregions=some, preload=float(np.min(plan.preload)))
     except ValueError as error:
         return {"statistics/continued": not_continued(scan, str(error))}
     places = ["pull_off_force"]
-    return {"solutions/continued": found[places], "statistics/continued": found.drop_vars(places).drop_dims(_ALONG)}
+    return {
+        "solutions/continued": estimate[places],
+        "statistics/continued": estimate.drop_vars(places).drop_dims(_ALONG),
+    }
 
 
 def _coming_off(catalogue: xr.Dataset, options: dict[str, Any], groups: dict[str, xr.Dataset]) -> dict[str, xr.Dataset]:
@@ -456,17 +459,17 @@ def _tell_so_far(solved: xr.Dataset, say: Stages, mesh_error: float | None = Non
     """Tell the answer by the places that are solved, the first time as an estimate of which the mesh is not checked."""
     if not bool(solved["pull_off_force"].notnull().any()):
         return
-    found, words = answered(solved, mesh_error=mesh_error)
-    ends = interval(float(found["low"]), float(found["high"]), "nN")
-    first = "" if np.isfinite(found["mesh_error"]) else "first estimate, its mesh not checked yet: "
-    say.found(f"{first}pull-off {words}", f"{quantity(float(found['pull_off_force']))} ({ends})")
+    mean, words = answered(solved, mesh_error=mesh_error)
+    ends = interval(float(mean["low"]), float(mean["high"]), "nN")
+    first = "" if np.isfinite(mean["mesh_error"]) else "first estimate, its mesh not checked yet: "
+    say.found(f"{first}pull-off {words}", f"{quantity(float(mean['pull_off_force']))} ({ends})")
 
 
 def _expect_pulls(first: xr.Dataset) -> None:
     """End a run none of whose first places could be solved, before hours pass, and say what helps."""
     if bool(first["pull_off_force"].notnull().any()):
         return
-    lost, edge = (int(found.sum()) for found in (~first["complete"], first["truncated"]))
+    lost, edge = (int(flags.sum()) for flags in (~first["complete"], first["truncated"]))
     raise ValueError(
         f"simulation with adhesion: expected a pull-off at some of the first {first['pull_off_force'].size} places, "
         f"found none ({lost} not completed, {edge} in contact at the scan's edge); {_HELPS}"
@@ -539,8 +542,8 @@ def _over_humidity(scan: xr.Dataset, options: dict[str, Any]) -> xr.Dataset:
     thin = [one for one in wanted if liquid.is_thin(scan, one)]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        found = vary(scan, rigid, humidity=thin, delta=[0.0], refine=_rigid_mesh(scan), **options)
-    return found[["pull_off_force", "pull_off_delta", "meniscus_error"]]
+        pull = vary(scan, rigid, humidity=thin, delta=[0.0], refine=_rigid_mesh(scan), **options)
+    return pull[["pull_off_force", "pull_off_delta", "meniscus_error"]]
 
 
 def _count(scan: xr.Dataset, plan: Plan) -> int:

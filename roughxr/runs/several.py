@@ -25,12 +25,12 @@ _FORCE = "pull_off_force"
 
 def folders(scans: Iterable[str | Path], output: Path) -> dict[Path, Path]:
     """Return a folder for each scan, by the name of its file; raise where two have the same."""
-    found: dict[Path, Path] = {}
+    chosen: dict[Path, Path] = {}
     for scan in map(Path, scans):
-        if output / scan.stem in found.values():
+        if output / scan.stem in chosen.values():
             raise ValueError(f"{scan}: expected files of different names, found two called {scan.stem!r}: rename one")
-        found[scan] = output / scan.stem
-    return found
+        chosen[scan] = output / scan.stem
+    return chosen
 
 
 def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Any]):
@@ -84,11 +84,11 @@ def _pooled_words(places: Mapping[str, xr.Dataset]) -> str:
     if len(enough) < 2:
         return ""
     padded = [one.assign_coords(subregion=np.arange(one.sizes["subregion"])) for one in enough]
-    found = pooled(xr.concat(padded, "scan", join="outer"), _FORCE, statistics=["mean"]).isel(statistic=0)
-    mean = sure(*(float(found[name]) for name in ("pooled", "pooled_low", "pooled_high")))
+    pooled_mean = pooled(xr.concat(padded, "scan", join="outer"), _FORCE, statistics=["mean"]).isel(statistic=0)
+    mean = sure(*(float(pooled_mean[name]) for name in ("pooled", "pooled_low", "pooled_high")))
     return (
         f"Pull-off force, mean over {len(enough)} scans: {mean}; "
-        f"from scan to scan {quantity(float(found['between_std']))} beyond the scatter of their places."
+        f"from scan to scan {quantity(float(pooled_mean['between_std']))} beyond the scatter of their places."
     )
 
 

@@ -102,9 +102,9 @@ def _least(shortest: Any, count: int) -> list[float]:
 def _usable(scan: xr.Dataset, window: str | None, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the wavevectors for which a scan is used, their spectrum and their numbers of modes."""
     scan = validate(scan, "scan")
-    found = power_spectrum(scan, window=window)
+    spectrum = power_spectrum(scan, window=window)
     side = min(scan.sizes[axis] * step for axis, step in zip("xy", pixel(scan)))
-    q, psd, modes = (found[name].values.astype(float) for name in ("wavevector", "psd", "psd_modes"))
+    q, psd, modes = (spectrum[name].values.astype(float) for name in ("wavevector", "psd", "psd_modes"))
     inside = _inside(q, side, max(pixel(scan)), least) & np.isfinite(psd)
     return q[inside], psd[inside], modes[inside]
 

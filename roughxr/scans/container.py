@@ -84,7 +84,7 @@ def open_container(path: str | os.PathLike) -> list[xr.Dataset]:
 
 def _topographies(path: Path) -> list[xr.Dataset]:
     origin = {"source_file": path.name, "source_sha256": file_hash(path), "source_format": "contact.engineering"}
-    found = []
+    topographies = []
     with zipfile.ZipFile(path) as archive:
         for number, surface in enumerate(_metadata(archive, path)["surfaces"]):
             for one in surface["topographies"]:
@@ -92,8 +92,10 @@ def _topographies(path: Path) -> list[xr.Dataset]:
                 told = {"surface": surface.get("name", number), "title": one.get("name")}
                 told |= {name: one.get(name) for name in ("description", "detrend_mode")}
                 ds.attrs |= origin | {name: str(told[name]) for name in told if isinstance(told[name], (str, int))}
-                found.append(record(label(ds), "open_container", file=path.name, title=ds.attrs.get("title", "")))
-    return found
+                topographies.append(
+                    record(label(ds), "open_container", file=path.name, title=ds.attrs.get("title", ""))
+                )
+    return topographies
 
 
 def _metadata(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:

@@ -136,12 +136,12 @@ def read_scan(
     given = {"channel": channel, "direction": direction, "size": size, "height_units": height_units}
     if family == "netcdf":
         return _labelled_netcdf(path, given)
-    found = guarded(path, read, path)
-    chosen = choose(_completed(found, height_units, path), channel, direction, path)
+    channels = guarded(path, read, path)
+    chosen = choose(_completed(channels, height_units, path), channel, direction, path)
     chosen = sized(chosen, size, path)
     ds = labelled(chosen, guarded(path, chosen.read), path)
-    ds.attrs.update(_origin(path, family, chosen, found))
-    for doubt in [*filter(None, [chosen.doubt]), *_disagreement(found), *doubts(ds)]:
+    ds.attrs.update(_origin(path, family, chosen, channels))
+    for doubt in [*filter(None, [chosen.doubt]), *_disagreement(channels), *doubts(ds)]:
         warn(f"{path.name}: {doubt}", ImplausibleScan)
     return record(ds, "open_scan", file=path.name, **given)
 
@@ -250,7 +250,7 @@ def labelled(channel: Channel, rows: np.ndarray, path: Path) -> xr.Dataset:
     return label(xr.Dataset({"height": (("x", "y"), height)}, coords))
 
 
-def _origin(path: Path, family: str, chosen: Channel, found: list[Channel]) -> dict[str, Any]:
+def _origin(path: Path, family: str, chosen: Channel, channels: list[Channel]) -> dict[str, Any]:
     """Return the attributes that tell where a scan came from."""
     header = dict(chosen.header)
     attrs = {
@@ -261,7 +261,7 @@ def _origin(path: Path, family: str, chosen: Channel, found: list[Channel]) -> d
         "source_size_y": chosen.size[1],
         "channel": chosen.name,
         "direction": chosen.direction or "not stated",
-        "channels": listing(found),
+        "channels": listing(channels),
         "pixel_registration": "center",
         "header": json.dumps(header, default=str, ensure_ascii=False),
     }

@@ -52,12 +52,12 @@ class Spectrum(NamedTuple):
 
     def at(self, q):
         """Return C(q), nm⁴."""
-        found, known = k_correlation(q, self.plateau, self.rolloff, self.hurst), np.log(2 * np.pi / self.shown)
+        density, known = k_correlation(q, self.plateau, self.rolloff, self.hurst), np.log(2 * np.pi / self.shown)
         if self.measured is not None:
             known = self.measured[0][-1]
-            found = np.where(np.log(q) <= known, np.exp(np.interp(np.log(q), *self.measured)), found)
+            density = np.where(np.log(q) <= known, np.exp(np.interp(np.log(q), *self.measured)), density)
         shorter = np.maximum(np.log(q) - known, 0.0)
-        return found * np.exp(self.tilt * (self.error + 2 * self.hurst_error * shorter))
+        return density * np.exp(self.tilt * (self.error + 2 * self.hurst_error * shorter))
 
 
 @verb
@@ -107,8 +107,8 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Any = 
     scan = validate(ds, "scan")
     hurst, shown = _hurst(hurst), _shown(shown, scan)
     heights = scan["height"].data
-    found = [dask.delayed(wavelength.spectrum, pure=False)(heights[part]) for part in wavelength.parts(heights.shape)]
-    (model,) = dask.compute(dask.delayed(model_of, pure=False)(found, pixel(scan), hurst, shown))
+    spectra = [dask.delayed(wavelength.spectrum, pure=False)(heights[part]) for part in wavelength.parts(heights.shape)]
+    (model,) = dask.compute(dask.delayed(model_of, pure=False)(spectra, pixel(scan), hurst, shown))
     out = xr.Dataset(dict(zip(_NAMES, model[: len(_NAMES)])))
     return record(label(out), "self_affine_fit", scan, hurst=hurst, shown=shown)
 
@@ -259,14 +259,14 @@ def _known(spectrum: xr.Dataset | None, hurst: Any, shown: Any, scan: xr.Dataset
     return known_spectrum(spectrum, float(own))
 
 
-def known_spectrum(found: xr.Dataset, shown: float = np.nan) -> Spectrum:
+def known_spectrum(fit: xr.Dataset, shown: float = np.nan) -> Spectrum:
     """Return the model that `self_affine_fit` has found; or a measured spectrum, continued by the model of its last
     waves, below the shortest wave (nm) that a scan shows.
     """
-    if "psd" not in found:
-        return Spectrum(*(float(found[name]) for name in _NAMES))
-    q, psd = (found[name].values for name in ("wavevector", "psd"))
-    modes = found["psd_modes"].values / _SHARED if "psd_modes" in found else np.ones(q.size)
+    if "psd" not in fit:
+        return Spectrum(*(float(fit[name]) for name in _NAMES))
+    q, psd = (fit[name].values for name in ("wavevector", "psd"))
+    modes = fit["psd_modes"].values / _SHARED if "psd_modes" in fit else np.ones(q.size)
     model = _fitted(q, psd, modes, 2 * np.pi / q[-1] * (1 - 1e-9))
     return model._replace(shown=shown, measured=(np.log(q), np.log(psd)))
 

@@ -36,12 +36,12 @@ def once(function: Callable[..., _T]) -> Callable[..., _T]:
             if key in kept:
                 kept.move_to_end(key)
                 return kept[key]
-        found = function(height, *arguments)
+        answer = function(height, *arguments)
         with lock:
-            kept[key] = found
+            kept[key] = answer
             while len(kept) > KEPT:
                 kept.popitem(last=False)
-        return found
+        return answer
 
     return asked
 

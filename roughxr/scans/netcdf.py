@@ -196,16 +196,16 @@ def _width(centres: dict[str, np.ndarray]) -> float:
 
 def _axes(ds: xr.Dataset, name: str, path: Path) -> tuple[str, str]:
     """Return the file's names for x and y."""
-    found = {}
+    dims = {}
     for dim in map(str, ds[name].dims):
         if dim not in ds.coords:
             raise UnreadableScan(path, f"{dim}: expected a coordinate with units along this dimension, found none")
-        found[str(ds[dim].attrs.get("axis", dim)).lower()] = dim
-    if set(found) != {"x", "y"}:
+        dims[str(ds[dim].attrs.get("axis", dim)).lower()] = dim
+    if set(dims) != {"x", "y"}:
         raise UnreadableScan(
             path, f"{name}: expected dimensions x and y (or axis attributes), found {tuple(ds[name].dims)}"
         )
-    return found["x"], found["y"]
+    return dims["x"], dims["y"]
 
 
 def _ratio(variable: xr.DataArray, path: Path, attribute: str = "units") -> float:

@@ -74,10 +74,10 @@ def decoded(data: bytes) -> str:
 
 def _size(header: dict[str, str]) -> tuple[tuple[float, float] | None, str | None]:
     """Return the size of width and height, and their common units, from a Gwyddion header."""
-    found = [_LENGTH.match(header.get(key, "")) for key in ("Width", "Height")]
-    if None in found:
+    lengths = [_LENGTH.match(header.get(key, "")) for key in ("Width", "Height")]
+    if None in lengths:
         return None, None
-    (width, x_units), (height, y_units) = (match.groups() for match in found)
+    (width, x_units), (height, y_units) = (match.groups() for match in lengths)
     if x_units != y_units:
         return (float(width), float(height) * factor(y_units, x_units)), x_units
     return (float(width), float(height)), x_units

@@ -58,35 +58,35 @@ def doubts(ds: xr.Dataset) -> list[str]:
 
 def size_doubts(ds: xr.Dataset) -> list[str]:
     """Return what is implausible about the lateral size; the heights are not looked at."""
-    found, steps = [], pixel(ds)
+    said, steps = [], pixel(ds)
     for axis, step in zip("xy", steps):
         for unit, length in (("nm", 1.0), ("um", 1e3), ("mm", 1e6), ("m", 1e9)):
             if abs(step / length - 1) < 1e-9:
-                found.append(f"one pixel is exactly 1 {unit} along {axis}: the scan size may never have been set")
+                said.append(f"one pixel is exactly 1 {unit} along {axis}: the scan size may never have been set")
     if abs(steps[0] - steps[1]) > 1e-6 * steps[0]:
-        found.append(f"pixels are not square: {steps[0]:g} x {steps[1]:g} nm")
+        said.append(f"pixels are not square: {steps[0]:g} x {steps[1]:g} nm")
     if min(steps) > _WIDE:
-        found.append(f"pixels of {min(steps):.4g} nm are too coarse to resolve the contacts of small spheres")
-    return found
+        said.append(f"pixels of {min(steps):.4g} nm are too coarse to resolve the contacts of small spheres")
+    return said
 
 
 def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
     relief = float(np.nanmax(height) - np.nanmin(height))
     if relief == 0:
         return ["all heights are equal"]
-    found = []
+    said = []
     width = min(step * (n - 1) for step, n in zip(steps, height.shape))
     if relief > width:
-        found.append(f"heights range over {relief:.4g} nm, more than the lateral {width:.4g} nm")
+        said.append(f"heights range over {relief:.4g} nm, more than the lateral {width:.4g} nm")
     share = _steep_share(height, steps)
     if share > 0.01:
-        found.append(f"the slope exceeds 1 (45°) between {100 * share:.3g} % of neighbouring pixels")
+        said.append(f"the slope exceeds 1 (45°) between {100 * share:.3g} % of neighbouring pixels")
     coarse, rms = _height_step(height), float(np.nanstd(height))
     if coarse > rms:
-        found.append(f"height steps of {coarse:.4g} nm are coarser than the roughness, {rms:.4g} nm rms")
+        said.append(f"height steps of {coarse:.4g} nm are coarser than the roughness, {rms:.4g} nm rms")
     if min(height.shape) >= _FEWEST_LINES:
-        found += _scar(height)
-    return found + (_garbled(_likeness(height)) if min(height.shape) >= _FEWEST_LINES else [])
+        said += _scar(height)
+    return said + (_garbled(_likeness(height)) if min(height.shape) >= _FEWEST_LINES else [])
 
 
 def _garbled(alike: tuple[float, float]) -> list[str]:

@@ -118,13 +118,13 @@ def windows(ds: xr.Dataset, positions: xr.Dataset, reach: float) -> tuple[list[W
     (dx, dy), (x, y) = schema.pixel(ds), (ds["x"].values, ds["y"].values)
     ahead = np.ceil(np.array([reach / dx, reach / dy])).astype(int) + 1
     shape = tuple(2 * ahead + 1)
-    found = []
+    cut = []
     for cx, cy in zip(positions["subregion_x"].values, positions["subregion_y"].values):
         first = [int(np.floor((c - axis[0]) / d + 0.5)) - a for c, axis, d, a in zip((cx, cy), (x, y), (dx, dy), ahead)]
         rows, columns = (slice(max(f, 0), min(f + n, axis.size)) for f, n, axis in zip(first, shape, (x, y)))
         origin = x[0] + first[0] * dx - cx, y[0] + first[1] * dy - cy
-        found.append(Window(rows, columns, (max(-first[0], 0), max(-first[1], 0)), origin))
-    return found, shape
+        cut.append(Window(rows, columns, (max(-first[0], 0), max(-first[1], 0)), origin))
+    return cut, shape
 
 
 def _positions(ds: xr.Dataset, subregions: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -39,8 +39,10 @@ def open_sample(name: str = "glass") -> xr.Dataset:
     >>> dict(scan.sizes), scan.attrs["synthetic"]
     ({'x': 512, 'y': 512}, 'yes')
     """
-    found = {path.stem: path for folder in _FOLDERS for path in folder.glob("*.nc")}
-    if name not in found:
-        raise ValueError(f"expected a sample of name {', '.join(sorted(found)) or '(none installed)'}, found {name!r}")
-    with opened(found[name]) as ds:
+    samples = {path.stem: path for folder in _FOLDERS for path in folder.glob("*.nc")}
+    if name not in samples:
+        raise ValueError(
+            f"expected a sample of name {', '.join(sorted(samples)) or '(none installed)'}, found {name!r}"
+        )
+    with opened(samples[name]) as ds:
         return schema.validate(ds.load().drop_encoding(), "scan")

@@ -28,10 +28,10 @@ def channels(path: Path) -> list[Channel]:
         head = file.read(512)
     if head[:2] in (b"\x05\0", b"\0\x05") and not is_igor(head):
         raise UnreadableScan(path, "expected an Igor wave whose header sums to zero, found a damaged header")
-    found = _asked(path)
-    if "said" in found:
-        raise UnreadableScan(path, f"expected an AFM image, found none: {_reasons(found['said'], head)}")
-    kind, images = found["format"], [(k, one) for k, one in enumerate(found["images"]) if one["dim"] == 2]
+    answer = _asked(path)
+    if "said" in answer:
+        raise UnreadableScan(path, f"expected an AFM image, found none: {_reasons(answer['said'], head)}")
+    kind, images = answer["format"], [(k, one) for k, one in enumerate(answer["images"]) if one["dim"] == 2]
     if not images:
         raise UnreadableScan(path, f"expected an image of heights, found a {kind} file without one")
     doubt = _length_doubt(path, kind, images[0][1]["header"])
@@ -159,10 +159,10 @@ def _channel(path: Path, index: int, image: dict[str, Any], format_name: str) ->
 
 
 def _rows(path: Path, index: int, units: str | None) -> np.ndarray:
-    found = _asked(path, index)
-    if is_length(units) and found["unit"] != units:
-        raise ValueError(f"image {index}: its heights are stated in {units!r}, but read in {found['unit']!r}")
-    return found["heights"].T
+    answer = _asked(path, index)
+    if is_length(units) and answer["unit"] != units:
+        raise ValueError(f"image {index}: its heights are stated in {units!r}, but read in {answer['unit']!r}")
+    return answer["heights"].T
 
 
 def _direction(name: str, raw: Any) -> str:

@@ -94,9 +94,9 @@ def highest(catalogue: xr.Dataset, subregions: xr.Dataset) -> np.ndarray:
 
     tree = cKDTree(np.c_[subregions["subregion_x"].values, subregions["subregion_y"].values])
     tile = tree.query(np.c_[catalogue["x"].values, catalogue["y"].values])[1]
-    found = np.full(tree.n, -np.inf)
-    np.maximum.at(found, tile, catalogue["height"].values)
-    return np.where(np.isfinite(found), found, np.nan)
+    heights = np.full(tree.n, -np.inf)
+    np.maximum.at(heights, tile, catalogue["height"].values)
+    return np.where(np.isfinite(heights), heights, np.nan)
 
 
 def with_and_without(

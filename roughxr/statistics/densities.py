@@ -89,20 +89,20 @@ def pdf(
     ([0.25, 0.75], 'nm-1', 1.0)
     """
     schema.one_of(method, ("histogram", "kde"), "method")
-    found = samples(ds, name, weights=weights)
+    some = samples(ds, name, weights=weights)
     units = ds[name].attrs.get("units", "1")
     bins, boundary = (plain(value, units, name) if carries_units(value) else value for value in (bins, boundary))
     if method == "histogram":
-        points, values, cumulative, extra = _histogram(found, bins)
+        points, values, cumulative, extra = _histogram(some, bins)
     else:
         points, values, cumulative, extra = _kernel_density(
-            found, bandwidth, _boundary(boundary, name, found), 1.0 if name in AT_MOST_ONE else np.inf
+            some, bandwidth, _boundary(boundary, name, some), 1.0 if name in AT_MOST_ONE else np.inf
         )
     axis = (name, points, dict(ds[name].attrs))
     out = xr.DataArray(values, dims=name, coords={name: axis, "cdf": (name, cumulative)}, name="pdf")
     out["cdf"].attrs.update(schema.attributes("cdf"))
     out.attrs = {"units": per(units), "long_name": "probability density", "method": method}
-    out.attrs |= {"samples": found.values.size, "missing": found.missing, **extra}
+    out.attrs |= {"samples": some.values.size, "missing": some.missing, **extra}
     return out
 
 
@@ -136,34 +136,34 @@ def cdf(ds: xr.Dataset, name: str = "pull_off_force", *, weights: Any = None) ->
     >>> steps.height.values.tolist(), steps.values.tolist()
     ([1.0, 2.0, 3.0], [0.25, 0.75, 1.0])
     """
-    found = samples(ds, name, weights=weights)
-    points, group = np.unique(found.values, return_inverse=True)
-    share = np.cumsum(np.bincount(group, found.weights))
+    some = samples(ds, name, weights=weights)
+    points, group = np.unique(some.values, return_inverse=True)
+    share = np.cumsum(np.bincount(group, some.weights))
     axis = (name, points, dict(ds[name].attrs))
     out = xr.DataArray(share / share[-1], dims=name, coords={name: axis}, name="cdf")
     out.attrs = {**schema.attributes("cdf"), "method": "empirical"}
-    return out.assign_attrs(samples=found.values.size, missing=found.missing)
+    return out.assign_attrs(samples=some.values.size, missing=some.missing)
 
 
-def _histogram(found: Samples, bins: Any) -> tuple:
-    edges = np.histogram_bin_edges(found.values, bins=bins)
-    density, edges = np.histogram(found.values, bins=edges, density=True, weights=found.weights)
+def _histogram(some: Samples, bins: Any) -> tuple:
+    edges = np.histogram_bin_edges(some.values, bins=bins)
+    density, edges = np.histogram(some.values, bins=edges, density=True, weights=some.weights)
     rule = bins if isinstance(bins, str) else "given"
     cumulative = np.cumsum(density * np.diff(edges))
     return (edges[:-1] + edges[1:]) / 2, density, cumulative, {"bin_rule": rule, "bin_edges": edges}
 
 
-def _kernel_density(found: Samples, bandwidth: Any, boundary: float, end: float, points: int = 512) -> tuple:
+def _kernel_density(some: Samples, bandwidth: Any, boundary: float, end: float, points: int = 512) -> tuple:
     """Return the Gaussian estimate on a grid that holds all but 1e-9 of it, reflected at ``boundary`` and ``end``."""
     from scipy.special import ndtr
     from scipy.stats import gaussian_kde
 
-    values = found.values
+    values = some.values
     if np.ptp(values) == 0:
         raise ValueError(
             "expected samples that differ, found all equal, which have no kernel estimate; use method='histogram'"
         )
-    estimate = gaussian_kde(values, bw_method=bandwidth, weights=found.weights)
+    estimate = gaussian_kde(values, bw_method=bandwidth, weights=some.weights)
     width = float(np.sqrt(estimate.covariance[0, 0]))
     grid = np.linspace(max(values.min() - 6 * width, boundary), min(values.max() + 6 * width, end), points)
     below = lambda at: ndtr((at[:, None] - values) / width) @ estimate.weights  # noqa: E731
@@ -179,11 +179,11 @@ def _kernel_density(found: Samples, bandwidth: Any, boundary: float, end: float,
     return grid, density, cumulative, extra
 
 
-def _boundary(boundary: Any, name: str, found: Samples) -> float:
+def _boundary(boundary: Any, name: str, some: Samples) -> float:
     """Return the lower limit of the variable, −inf for none."""
     if boundary is None:
         return -np.inf
-    least = float(found.values.min())
+    least = float(some.values.min())
     if isinstance(boundary, str):
         schema.one_of(boundary, ("auto",), "boundary")
         return 0.0 if name in NOT_NEGATIVE and least >= 0 else -np.inf

@@ -38,11 +38,11 @@ def correlogram(values: np.ndarray, places: np.ndarray) -> Correlogram:
     i, j = cKDTree(places[chosen]).query_pairs(edges[-1], output_type="ndarray").T
     bins = np.digitize(np.hypot(*(places[chosen[i]] - places[chosen[j]]).T), edges[1:])
     bins, product = bins[bins < _FARTHEST], (deviation[i] * deviation[j])[bins < _FARTHEST]
-    found = np.bincount(bins, minlength=_FARTHEST)
+    pairs = np.bincount(bins, minlength=_FARTHEST)
     total = np.bincount(bins, product, minlength=_FARTHEST)
     variance = (deviation**2).mean()
-    correlation = total / np.maximum(found, 1) / (variance if variance > 0 else 1.0)
-    return Correlogram(edges[1:], correlation, found * (values.size / chosen.size) ** 2)
+    correlation = total / np.maximum(pairs, 1) / (variance if variance > 0 else 1.0)
+    return Correlogram(edges[1:], correlation, pairs * (values.size / chosen.size) ** 2)
 
 
 def normal_scores(values: np.ndarray) -> np.ndarray:
@@ -65,12 +65,12 @@ def independent_places(values: np.ndarray, places: np.ndarray | None) -> float:
     n = values.size
     if places is None or n < 9 or np.ptp(values) == 0:
         return float(n)
-    found = correlogram(values, places)
+    lags = correlogram(values, places)
     effective = float(n)
     for _ in range(5):  # the subtracted mean contains a part of what is common: 1/effective of the rest
-        correlation = found.correlation + (1 - found.correlation) / effective
+        correlation = lags.correlation + (1 - lags.correlation) / effective
         alike = np.cumprod(correlation > 0).astype(bool)
-        effective = n**2 / (n + 2 * (found.pairs * correlation)[alike].sum())
+        effective = n**2 / (n + 2 * (lags.pairs * correlation)[alike].sum())
     return float(np.clip(effective, 1.0, n))
 
 
@@ -105,8 +105,8 @@ def blocks(places: np.ndarray, side: float) -> list[np.ndarray]:
     corners = np.argwhere(np.ones(count))
     middle = np.mod(corners + 0.5 * wide - 1e-6, count)
     tree = cKDTree(np.mod(own, count), boxsize=count)
-    found = tree.query_ball_point(middle, 0.5 * wide, p=np.inf, return_sorted=True)
-    return [np.asarray(block) for block in found if block]
+    members = tree.query_ball_point(middle, 0.5 * wide, p=np.inf, return_sorted=True)
+    return [np.asarray(block) for block in members if block]
 
 
 def block_side(values: np.ndarray, places: np.ndarray, effective: float) -> float:

@@ -127,11 +127,11 @@ def _each(ds: xr.Dataset, name: str, over: str, options: dict) -> tuple[np.ndarr
     from scipy.stats import t
 
     parts = [_alone(ds.isel({over: k}), name) for k in range(ds.sizes[over])]
-    found = [bootstrap(part, name, **options).sel(resampling="block") for part in parts]
-    estimate = np.stack([one["estimate"].values for one in found])
-    worth = [max(float(one["independent_places"]), 2.0) for one in found]
+    intervals = [bootstrap(part, name, **options).sel(resampling="block") for part in parts]
+    estimate = np.stack([one["estimate"].values for one in intervals])
+    worth = [max(float(one["independent_places"]), 2.0) for one in intervals]
     widths = 2 * t.ppf(0.5 + options["confidence"] / 2, np.array(worth) - 1)
-    error = np.stack([(one["high"] - one["low"]).values for one in found]) / widths[:, None]
+    error = np.stack([(one["high"] - one["low"]).values for one in intervals]) / widths[:, None]
     return estimate, error, list(options["statistics"])
 
 

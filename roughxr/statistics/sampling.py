@@ -35,11 +35,11 @@ class Samples(NamedTuple):
 
 def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     """Return the finite samples of a variable."""
-    found = known_samples(ds, name, weights=weights)
+    known = known_samples(ds, name, weights=weights)
     warn_of_missing(
-        name, found.missing, found.values.size + found.missing, ds[name].attrs.get("missing", ds.attrs.get("missing"))
+        name, known.missing, known.values.size + known.missing, ds[name].attrs.get("missing", ds.attrs.get("missing"))
     )
-    return found
+    return known
 
 
 def known_samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
@@ -73,11 +73,11 @@ def conditions(array: xr.DataArray) -> list[str]:
     return [str(dim) for dim in array.dims if dim not in ("subregion", "x", "y")]
 
 
-def counted_equally(found: Samples, verb: str) -> Samples:
+def counted_equally(some: Samples, verb: str) -> Samples:
     """Return samples without weights, with a warning where there were any."""
-    if found.weights is not None:
+    if some.weights is not None:
         warn(f"{verb}: all places count equally; the shares of particles that rest at them are not used")
-    return found._replace(weights=None)
+    return some._replace(weights=None)
 
 
 def warn_of_missing(name: str, missing: int, total: int, why: str | None = None) -> None:
@@ -125,16 +125,16 @@ def with_weights(ds: xr.Dataset, name: str, weights: Any) -> tuple[xr.Dataset, s
             raise ValueError(f"weights: expected a variable of the dataset, found no {weights!r}")
         return ds, weights
     if not isinstance(weights, xr.DataArray):
-        found = np.asarray(weights, dtype=float)
-        _same_shape(found, ds[name])
-        return ds.assign({_WEIGHTS: (ds[name].dims, found)}), _WEIGHTS
+        given = np.asarray(weights, dtype=float)
+        _same_shape(given, ds[name])
+        return ds.assign({_WEIGHTS: (ds[name].dims, given)}), _WEIGHTS
     labelled = [dim for dim in weights.dims if dim in ds.indexes and dim in weights.indexes]
     others = {dim: ds[dim] for dim in labelled if not ds.indexes[dim].equals(weights.indexes[dim])}
-    found = (weights.reindex(others) if others else weights).variable
-    wrong = [dim for dim, size in found.sizes.items() if ds.sizes.get(dim) != size]
+    given = (weights.reindex(others) if others else weights).variable
+    wrong = [dim for dim, size in given.sizes.items() if ds.sizes.get(dim) != size]
     if wrong:
-        _same_shape(found, ds[name])
-    return ds.assign({_WEIGHTS: found}), _WEIGHTS
+        _same_shape(given, ds[name])
+    return ds.assign({_WEIGHTS: given}), _WEIGHTS
 
 
 def _same_shape(weights: Any, samples: xr.DataArray) -> None:

@@ -58,11 +58,11 @@ def summary(
     wanted.pop(weights, None)
     for array in wanted.values():
         _warn_of_missing(array, dim, ds.attrs.get("missing"))
-    found = {
+    rows = {
         name: _summarised(array, dim, list(quantiles), weight).assign_attrs(array.attrs)
         for name, array in wanted.items()
     }
-    return schema.record(xr.Dataset(found, attrs=ds.attrs), "summary", quantiles=list(quantiles))
+    return schema.record(xr.Dataset(rows, attrs=ds.attrs), "summary", quantiles=list(quantiles))
 
 
 def _warn_of_missing(array: xr.DataArray, dim: str, why: str | None) -> None:

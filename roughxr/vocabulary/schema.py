@@ -571,8 +571,8 @@ def entered(data: Any) -> Any:
 def _in_table(arrays: Mapping[Any, xr.DataArray]) -> dict[str, xr.Variable]:
     """Return, in the table's units, those of the arrays that are not."""
     known = {name: VARIABLES[name].units for name in arrays if name in VARIABLES and VARIABLES[name].units}
-    found = {name: in_units(arrays[name].variable, units, name) for name, units in known.items()}
-    return {name: variable for name, variable in found.items() if variable is not arrays[name].variable}
+    converted = {name: in_units(arrays[name].variable, units, name) for name, units in known.items()}
+    return {name: variable for name, variable in converted.items() if variable is not arrays[name].variable}
 
 
 def validate(ds: Any, kind: str) -> xr.Dataset:

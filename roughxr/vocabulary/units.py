@@ -171,5 +171,5 @@ def converted(array: xr.DataArray, units: str, name: str) -> xr.DataArray:
             f"{name}: expected a 'units' attribute that converts to {units!r}, found none; "
             f"set it, for example ds[{name!r}].attrs['units'] = {units!r}"
         )
-    found = in_units(array.variable, units, name)
-    return array if found is array.variable else array.copy(data=found.data).assign_attrs(found.attrs)
+    variable = in_units(array.variable, units, name)
+    return array if variable is array.variable else array.copy(data=variable.data).assign_attrs(variable.attrs)

@@ -144,13 +144,13 @@ def _least(formulation, ratio, quantity):
         minimize_scalar,  # not at the top: a quarter of the import time, for tables and tests only
     )
 
-    found = minimize_scalar(
+    least = minimize_scalar(
         lambda s: getattr(contact_at(formulation, ratio, s), quantity),
         bounds=(coarse[i - 1], coarse[i + 1]),
         method="bounded",
         options={"xatol": 1e-10},
     )
-    return found.x
+    return least.x
 
 
 def end_of_branch(formulation, ratio):

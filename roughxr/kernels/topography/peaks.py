@@ -126,7 +126,7 @@ def search(z):
     """Return the :class:`Search` of the heights ``z[ix, iy]``, where −inf stands for a pixel beyond a seam."""
     nx, ny = z.shape
     most = (max(nx - 1, 0) // 2) * (max(ny - 1, 0) // 2)  # peaks do not touch: one in two by two pixels
-    found = np.empty((5, most), np.int32)  # the system lends these pages, and the next, only as they are touched
+    peaks = np.empty((5, most), np.int32)  # the system lends these pages, and the next, only as they are touched
     plateau = np.empty((z.size, 2), np.int32)
     unsurpassed = line(max(ny - 2, 0), False)
     seen = np.zeros(z.shape, np.uint8)
@@ -143,13 +143,13 @@ def search(z):
                     seen[p, q] = _OPEN
             elif is_peak:
                 ix, iy = _nearest_centroid(plateau[:n])
-                found[0, count], found[1, count], found[2, count] = ix, iy, n
-                found[3, count], found[4, count] = i, j
+                peaks[0, count], peaks[1, count], peaks[2, count] = ix, iy, n
+                peaks[3, count], peaks[4, count] = i, j
                 count += 1
     kept, is_open = table(5, count, 0), table(nx if any_open else 0, ny if any_open else 0, False)
     for row in range(5):
         for k in range(count):
-            kept[row, k] = found[row, k]
+            kept[row, k] = peaks[row, k]
     for i in range(is_open.shape[0]):
         for j in range(is_open.shape[1]):
             is_open[i, j] = seen[i, j] == _OPEN

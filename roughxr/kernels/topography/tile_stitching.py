@@ -92,9 +92,9 @@ def search_tile(z: np.ndarray, corner: tuple[int, int], frame: Frame) -> Tile:
     if missing:
         known = known[:0]
     origin_x, origin_y = np.array(corner) - cut[:, 0]
-    found = search(known)
-    peaks = Peaks(found.peaks.ix + origin_x, found.peaks.iy + origin_y, found.peaks.size)
-    inside = found.is_open[tuple(slice(before, before + n) for n, (before, _) in zip(z.shape, cut))]
+    tile_peaks = search(known)
+    peaks = Peaks(tile_peaks.peaks.ix + origin_x, tile_peaks.peaks.iy + origin_y, tile_peaks.peaks.size)
+    inside = tile_peaks.is_open[tuple(slice(before, before + n) for n, (before, _) in zip(z.shape, cut))]
     plateaus, numbers = _opened(z, inside, corner, frame)
     return Tile(
         corner=corner,
@@ -102,7 +102,7 @@ def search_tile(z: np.ndarray, corner: tuple[int, int], frame: Frame) -> Tile:
         missing=missing,
         highest=float(z.max()),
         peaks=peaks,
-        first=_place(found.first_ix + origin_x, found.first_iy + origin_y, frame),
+        first=_place(tile_peaks.first_ix + origin_x, tile_peaks.first_iy + origin_y, frame),
         fit=_fitted(known, peaks, (origin_x, origin_y), frame),
         open=plateaus,
         rims=_rims(z, cut, frame.patch - 1),
@@ -124,8 +124,8 @@ def search_finer(z: np.ndarray, corner: tuple[int, int], halo: tuple, refine: in
     shape = tuple(min(refine * n, whole - c) for n, whole, c in zip(tile.shape, frame.shape, corner))
     known = np.isfinite(z).all()
     fine = _splined(z, [low for low, _ in halo], refine, shape) if known else np.full(shape, np.nan)
-    found = search_tile(fine, corner, frame)
-    return found._replace(missing=int(np.count_nonzero(~np.isfinite(tile))), highest=float(tile.max()))
+    peaks = search_tile(fine, corner, frame)
+    return peaks._replace(missing=int(np.count_nonzero(~np.isfinite(tile))), highest=float(tile.max()))
 
 
 def _splined(z: np.ndarray, first: list[int], refine: int, shape: tuple[int, int]) -> np.ndarray:

@@ -304,8 +304,8 @@ def _heights(one: xr.Dataset, scan: xr.Dataset) -> xr.DataArray:
     for axis in ("x", "y"):
         offset = float(one[f"subpixel_{axis}"]) if f"subpixel_{axis}" in one else 0.0
         at[axis] = one[axis].values + float(one[f"subregion_{axis}"]) + offset
-    found = scan["height"].reindex(at, method="nearest", tolerance=0.51 * max(schema.pixel(scan)))
-    return found.transpose("x", "y").assign_coords(x=one["x"], y=one["y"])
+    height = scan["height"].reindex(at, method="nearest", tolerance=0.51 * max(schema.pixel(scan)))
+    return height.transpose("x", "y").assign_coords(x=one["x"], y=one["y"])
 
 
 def _outline(ax, one: xr.Dataset, color: str = BLACK):

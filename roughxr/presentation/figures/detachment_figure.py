@@ -124,11 +124,11 @@ def mode_map(ds: xr.Dataset, *, ax: Any = None):
     if mode.size <= _LETTERED and isinstance(drawn, QuadMesh):
         for x, y, word in zip(ds["subregion_x"].values, ds["subregion_y"].values, mode):
             ax.text(x, y, word[0] if word in MODES else "", ha="center", va="center", color="white", fontsize=SMALL)
-    found = [word for word, count in counts.items() if count]
+    shown = [word for word, count in counts.items() if count]
     keys = [
-        ax.scatter([], [], color=_MODES[word], marker="s", s=22, label=f"{word} ({counts[word]})") for word in found
+        ax.scatter([], [], color=_MODES[word], marker="s", s=22, label=f"{word} ({counts[word]})") for word in shown
     ]
-    ax.legend(handles=keys, loc="lower left", bbox_to_anchor=(0, 1), ncols=len(found), handletextpad=0.1)
+    ax.legend(handles=keys, loc="lower left", bbox_to_anchor=(0, 1), ncols=len(shown), handletextpad=0.1)
     return label_axes(ax, "subregion_x", "subregion_y")
 
 

@@ -119,9 +119,9 @@ def _points(
 
 def mean_interval(ax, ds: xr.Dataset, name: str, color: str, *, order: int = 0, confidence: float = 0.95):
     """Draw the mean and its interval by block bootstrap along the upper edge, one row for each distribution."""
-    found = statistics.bootstrap(ds, name, statistics=["mean"], confidence=confidence)
-    low, high = (float(found[end].sel(resampling="block")[0]) for end in ("low", "high"))
-    mean, row = float(found["estimate"][0]), 1.03 + 0.05 * order
+    interval = statistics.bootstrap(ds, name, statistics=["mean"], confidence=confidence)
+    low, high = (float(interval[end].sel(resampling="block")[0]) for end in ("low", "high"))
+    mean, row = float(interval["estimate"][0]), 1.03 + 0.05 * order
     style = {"color": color, "transform": ax.get_xaxis_transform(), "clip_on": False}
     ax.plot([low, high], [row, row], linewidth=1.6, solid_capstyle="butt", **style)
     ax.plot([low, mean, high], [row] * 3, linestyle="none", marker="|", markersize=4, **style)

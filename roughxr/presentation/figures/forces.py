@@ -173,8 +173,8 @@ def _error_bars(ax, ds: xr.Dataset, statistic: str, confidence: float, color: st
     if ds.sizes["subregion"] < 2:
         return
     some = ds.isel(delta=slice(None, None, -(-ds.sizes["delta"] // _MOST_BARS)))
-    found = statistics.bootstrap_sweep(some, statistics=[statistic], confidence=confidence, resamples=399)
-    low, high = (found[end].sel(resampling="block", statistic=statistic) for end in ("low", "high"))
+    intervals = statistics.bootstrap_sweep(some, statistics=[statistic], confidence=confidence, resamples=399)
+    low, high = (intervals[end].sel(resampling="block", statistic=statistic) for end in ("low", "high"))
     style = {"color": color, "linewidth": 0.8, "label": label}
     ax.vlines(some["delta"].values, low.values, high.values, **style)
 

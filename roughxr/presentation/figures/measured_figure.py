@@ -62,14 +62,14 @@ def quantile_quantile(ds: xr.Dataset, *, ax: Any = None):
 
 @styled
 @verb
-def predicted_and_measured(predicted: xr.Dataset, measured: xr.Dataset, *, found: Any = None, ax: Any = None):
+def predicted_and_measured(predicted: xr.Dataset, measured: xr.Dataset, *, comparison: Any = None, ax: Any = None):
     """Draw both distributions, and their quantiles against each other.
 
     Parameters
     ----------
     predicted, measured : Dataset
         With ``pull_off_force`` along ``subregion``.
-    found : Dataset, optional
+    comparison : Dataset, optional
         Result of `compare` for them; computed if it is not given.
     ax : sequence of two Axes, optional
 
@@ -88,5 +88,5 @@ def predicted_and_measured(predicted: xr.Dataset, measured: xr.Dataset, *, found
     left, right = made = panels(ax, 1, 2, aspect=0.4, width=PAGE)
     for order, (words, ds) in enumerate((("predicted", predicted), ("measured", measured))):
         distribution(ds, _NAME, ax=left, label=words, order=order, rug=ds[_NAME].size <= 500)
-    quantile_quantile(compare(predicted, measured) if found is None else found, ax=right)
+    quantile_quantile(compare(predicted, measured) if comparison is None else comparison, ax=right)
     return made

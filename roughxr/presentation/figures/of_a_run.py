@@ -174,8 +174,8 @@ def asperities(run: Groups):
         ("axis ratio b/a", mean_and_spread(ratio, "")),
         ("less than ten times as long as wide", number(100 * np.nanmean(ratio[np.isfinite(ratio)] > 0.1), "%")),
     ]
-    found = "two groups of heights" if groups[1].size else "one group of heights"
-    title = f"The {height.size} asperities: {found}, contact ellipses rather than circles"
+    groups_found = "two groups of heights" if groups[1].size else "one group of heights"
+    title = f"The {height.size} asperities: {groups_found}, contact ellipses rather than circles"
     figure, axes = run.sheet(title, shape=(2, 2), aspect=0.98, rows=rows)
     asperity_statistics(catalogue, ax=axes)
     return figure
@@ -282,23 +282,23 @@ def _parting(ratio: xr.DataArray) -> str:
 
 def pull_offs(run: Groups, methods: Mapping[str, str], title: str):
     """Draw the pull-off forces of several methods below one another, with a common axis of forces."""
-    found = {key: run.pull_off(key) for key in methods}
+    pulls = {key: run.pull_off(key) for key in methods}
     forces = [
-        (f"force, {words} ± std", as_forces(found[key]["pull_off_force"].values)) for key, words in methods.items()
+        (f"force, {words} ± std", as_forces(pulls[key]["pull_off_force"].values)) for key, words in methods.items()
     ]
     deltas = [
-        (f"displacement, {words} ± std", mean_and_spread(found[key]["pull_off_delta"].values, "nm"))
+        (f"displacement, {words} ± std", mean_and_spread(pulls[key]["pull_off_delta"].values, "nm"))
         for key, words in methods.items()
-        if found[key].attrs.get("datum") != "first_contact"  # counted from elsewhere than the others'
+        if pulls[key].attrs.get("datum") != "first_contact"  # counted from elsewhere than the others'
     ]
     if "solutions/continued" in run:
         forces = [("mean force, best estimate", quantity(float(run["statistics/continued"]["pull_off_mean"]))), *forces]
     options = {"shape": (len(methods), 1), "aspect": 0.4 * len(methods), "rows": forces + deltas, "sharex": True}
     figure, axes = run.sheet(title, **options)
-    largest = max(float(one["pull_off_force"].max()) for one in found.values())
+    largest = max(float(one["pull_off_force"].max()) for one in pulls.values())
     for order, (ax, (key, words)) in enumerate(zip(axes, methods.items())):
         ax.set_xlim(0, 1.05 * largest if np.isfinite(largest) and largest > 0 else 1)
-        _one_method(ax, found[key], words, order, last=order == len(axes) - 1)
+        _one_method(ax, pulls[key], words, order, last=order == len(axes) - 1)
     return figure
 
 

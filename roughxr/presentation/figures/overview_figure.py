@@ -62,10 +62,10 @@ def overview(run: Mapping[str, xr.Dataset]):
     return figure
 
 
-def _pull_offs(found: Mapping[str, xr.Dataset], ax) -> None:
+def _pull_offs(pulls: Mapping[str, xr.Dataset], ax) -> None:
     """Draw the distributions with at least two places that pull, or write how few there are."""
-    counts = {label: int(ds["pull_off_force"].notnull().sum()) for label, ds in found.items()}
-    for order, (label, ds) in enumerate(found.items()):
+    counts = {label: int(ds["pull_off_force"].notnull().sum()) for label, ds in pulls.items()}
+    for order, (label, ds) in enumerate(pulls.items()):
         if counts[label] > 1:
             distribution(ds, "pull_off_force", label=label, ax=ax, order=order)
     if max(counts.values()) > 1:
@@ -77,10 +77,10 @@ def _pull_offs(found: Mapping[str, xr.Dataset], ax) -> None:
 
 def _best_estimate(run: Mapping[str, xr.Dataset], ax) -> None:
     """Mark the mean with the roughness below the scan, and its interval, where the run continued it."""
-    found = run.get("statistics/continued")
-    if found is None or not np.isfinite(found["pull_off_mean"]):
+    estimate = run.get("statistics/continued")
+    if estimate is None or not np.isfinite(estimate["pull_off_mean"]):
         return
-    mean, *ends = (float(found[f"pull_off_{name}"]) for name in ("mean", "lower", "upper"))
+    mean, *ends = (float(estimate[f"pull_off_{name}"]) for name in ("mean", "lower", "upper"))
     words = "best estimate of the mean,\nroughness below the scan included"
     style = {"transform": ax.get_xaxis_transform(), "color": BLACK, "zorder": 5}
     ax.plot(ends, [0.04, 0.04], linewidth=1.2, **style)

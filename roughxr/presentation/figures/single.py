@@ -105,8 +105,8 @@ def _cut(ax, states: Curve, x: str, y: str, largest: float):
 
 def _words(axis: str) -> str:
     """Return the schema's name and the symbol of a dimensionless quantity."""
-    found = _AXES[axis]
-    return f"{schema.VARIABLES[found.name].long_name} {found.symbol}"
+    shown = _AXES[axis]
+    return f"{schema.VARIABLES[shown.name].long_name} {shown.symbol}"
 
 
 def _stable(states: Curve, x: str) -> np.ndarray:

@@ -165,10 +165,10 @@ def axes(ax=None, *, aspect: float = 0.72):
 def panels(ax: Sequence | None, rows: int, columns: int, *, aspect: float, width: float = COLUMN, **options: Any):
     """Return the given sequence of Axes, or those of a new pyplot figure of a width (inches), as a flat array."""
     if ax is not None:
-        found = np.asarray(ax, dtype=object).ravel()
-        if found.size != rows * columns:
-            raise ValueError(f"ax: expected {rows * columns} Axes, found {found.size}")
-        return found
+        given = np.asarray(ax, dtype=object).ravel()
+        if given.size != rows * columns:
+            raise ValueError(f"ax: expected {rows * columns} Axes, found {given.size}")
+        return given
     from matplotlib import pyplot
 
     size = (width, aspect * width)

@@ -19,8 +19,8 @@ MEASURED, COMPARED = "measured/pull_off", "measured/against"
 
 def prediction(run: Run) -> xr.Dataset:
     """Return the pull-off of the main numbers, that of the first preload where there are several."""
-    found = run["statistics/adhesive" if "statistics/adhesive" in run else "statistics/energy"]
-    return found.isel(preload=0) if "preload" in found.dims else found
+    pull = run["statistics/adhesive" if "statistics/adhesive" in run else "statistics/energy"]
+    return pull.isel(preload=0) if "preload" in pull.dims else pull
 
 
 def compared(run: Run) -> Run:
@@ -36,26 +36,26 @@ def measured_words(run: Run) -> list[str]:
     """Return sentences on what was measured, and on whether it agrees with the predicted distribution."""
     if COMPARED not in run:
         return []
-    found, measured = run[COMPARED], run[MEASURED]
-    mean = found.sel(statistic="mean")
+    comparison, measured = run[COMPARED], run[MEASURED]
+    mean = comparison.sel(statistic="mean")
     origin = f"{measured.attrs.get('measured', 'pull-offs')} in {measured.attrs.get('source_file', 'no file')}"
     said = [f"Measured: {int(measured['pull_off_force'].notnull().sum())} places of {origin}."]
     interval = numbers.interval(float(mean["ratio_low"]), float(mean["ratio_high"]))
     said += [f"The measured mean is {numbers.number(mean['ratio'])} times the predicted (95 % interval {interval})."]
-    p_value, distance = float(found["distribution_p_value"]), float(found["distribution_distance"])
+    p_value, distance = float(comparison["distribution_p_value"]), float(comparison["distribution_distance"])
     verdict = "differ significantly" if p_value < 0.05 else "do not differ significantly"
     said += [
         f"The distributions {verdict}: the largest difference of their cumulative distributions is "
         f"{numbers.percent(distance)}, p = {numbers.number(p_value)}."
     ]
-    return [*said, f"Places: {found.attrs['places']}."]
+    return [*said, f"Places: {comparison.attrs['places']}."]
 
 
 @verb
 def measured_table(run: Run) -> pd.DataFrame:
     """Return predicted and measured statistics with their ratio, in a suitable unit."""
-    found = run[COMPARED]
-    unit, size = numbers.prefixed(float(found["predicted"].sel(statistic="mean")))
-    columns = {f"{name} [{unit}]": found[name].values / size for name in ("predicted", "measured")}
-    columns |= {name.replace("_", ", "): found[name].values for name in ("ratio", "ratio_low", "ratio_high")}
-    return pd.DataFrame(columns, index=pd.Index(found["statistic"].values.astype(str), name="statistic"))
+    comparison = run[COMPARED]
+    unit, size = numbers.prefixed(float(comparison["predicted"].sel(statistic="mean")))
+    columns = {f"{name} [{unit}]": comparison[name].values / size for name in ("predicted", "measured")}
+    columns |= {name.replace("_", ", "): comparison[name].values for name in ("ratio", "ratio_low", "ratio_high")}
+    return pd.DataFrame(columns, index=pd.Index(comparison["statistic"].values.astype(str), name="statistic"))

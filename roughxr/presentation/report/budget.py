@@ -67,17 +67,17 @@ def _as_it_would_be(run: Run) -> str:
     """Return the best estimate, and what is known and assumed; empty where the run has not looked for it."""
     if "statistics/continued" not in run:
         return ""
-    found = run["statistics/continued"]
-    if not np.isfinite(float(found["pull_off_mean"])):
-        return str(found.attrs["known"])
+    estimate = run["statistics/continued"]
+    if not np.isfinite(float(estimate["pull_off_mean"])):
+        return str(estimate.attrs["known"])
     mean, lower, upper = (
-        quantity(float(found[name])) for name in ("pull_off_mean", "pull_off_lower", "pull_off_upper")
+        quantity(float(estimate[name])) for name in ("pull_off_mean", "pull_off_lower", "pull_off_upper")
     )
-    settled = "" if bool(found["converged"]) else " Shorter waves would still lower it."
+    settled = "" if bool(estimate["converged"]) else " Shorter waves would still lower it."
     return (
         f"Best estimate, roughness finer than the pixel included: a mean pull-off of {mean} (95 % interval {lower} … "
-        f"{upper}, from places, bodies and spectrum, which shift the upper bound as well). {found.attrs['known']} "
-        f"{found.attrs['assumed']}{settled}"
+        f"{upper}, from places, bodies and spectrum, which shift the upper bound as well). {estimate.attrs['known']} "
+        f"{estimate.attrs['assumed']}{settled}"
     )
 
 

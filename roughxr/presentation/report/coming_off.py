@@ -70,12 +70,12 @@ def leading(run: Run) -> str:
 
 def _as_continued(held: xr.Dataset, run: Run) -> xr.Dataset:
     """Return moments with the pull-off of the continued surfaces; each place of each of them counts as a place."""
-    found = run["solutions/continued"]["pull_off_force"]
+    continued = run["solutions/continued"]["pull_off_force"]
     at = {(float(x), float(y)): k for k, (x, y) in enumerate(zip(held["subregion_x"], held["subregion_y"]))}
-    which = [at[float(x), float(y)] for x, y in zip(found["subregion_x"], found["subregion_y"])]
-    every = held.isel(subregion=np.tile(which, found.sizes["seed"]))
+    which = [at[float(x), float(y)] for x, y in zip(continued["subregion_x"], continued["subregion_y"])]
+    every = held.isel(subregion=np.tile(which, continued.sizes["seed"]))
     every = every.assign_coords(subregion=np.arange(every.sizes["subregion"]))
-    force = xr.zeros_like(every["pull_off_force"]) + found.transpose("seed", "subregion").values.ravel()
+    force = xr.zeros_like(every["pull_off_force"]) + continued.transpose("seed", "subregion").values.ravel()
     return with_pull_off(every, xr.Dataset({"pull_off_force": force}))
 
 

@@ -93,8 +93,8 @@ def _embedded(ax) -> str:
 @styled
 def _over_humidity(run: Run):
     """Draw the mean pull-off between rigid bodies over humidity, with its interval, the run's own humidity marked."""
-    found = run[HUMIDITY]
-    mean = bootstrap(found, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
+    pull = run[HUMIDITY]
+    mean = bootstrap(pull, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
     made = axes(None)
     made.fill_between(mean["humidity"], mean["low"], mean["high"], color=BLUE, alpha=0.25, linewidth=0)
     made.plot(mean["humidity"], mean["estimate"], color=BLUE, marker="o")
@@ -147,17 +147,17 @@ def _loop(run: Run):
 
 
 def _compared(run: Run):
-    found = statistics.force_ratio(run["solutions/hertz"], run["solutions/direct"])
-    parting = found["parting_delta"].dropna("subregion")
-    return figures.method_comparison(found, mark=float(parting.median()) if parting.size else None)
+    ratio = statistics.force_ratio(run["solutions/hertz"], run["solutions/direct"])
+    parting = ratio["parting_delta"].dropna("subregion")
+    return figures.method_comparison(ratio, mark=float(parting.median()) if parting.size else None)
 
 
 def _rolls_off(run: Run):
     """Draw the critical flow at each place, or the mode where places differ in it."""
-    found = run["statistics/detachment"]
-    if np.unique(found["mode"].values.astype(str)).size > 1:
-        return figures.mode_map(found)
-    return figures.subregion_map(found, "critical_friction_velocity")
+    critical = run["statistics/detachment"]
+    if np.unique(critical["mode"].values.astype(str)).size > 1:
+        return figures.mode_map(critical)
+    return figures.subregion_map(critical, "critical_friction_velocity")
 
 
 _BUDGET = _Drawing(
@@ -241,7 +241,7 @@ _DRAWINGS = {
     ),
     "Predicted and measured": _Drawing(
         (MEASURED, COMPARED),
-        lambda run: figures.predicted_and_measured(prediction(run), run[MEASURED], found=run[COMPARED]),
+        lambda run: figures.predicted_and_measured(prediction(run), run[MEASURED], comparison=run[COMPARED]),
         "Left: both distributions. Right: measured over predicted quantiles, which are equal on the grey line and "
         "differ by a constant factor on the dashed line.",
         optional=True,

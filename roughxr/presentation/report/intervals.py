@@ -53,9 +53,9 @@ def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> 
     return table
 
 
-def _best(found: xr.Dataset, run: Mapping[str, xr.Dataset]) -> list[float]:
+def _best(estimate: xr.Dataset, run: Mapping[str, xr.Dataset]) -> list[float]:
     """Return the row of the roughness continued below the scan, whose interval is no bootstrap's."""
-    ends = [float(found[f"pull_off_{name}"]) for name in ("mean", "lower", "upper")]
+    ends = [float(estimate[f"pull_off_{name}"]) for name in ("mean", "lower", "upper")]
     return [*ends, np.nan, np.nan, float(run["solutions/continued"].sizes["subregion"])]
 
 
@@ -108,6 +108,6 @@ def _rows(words: str, ds: xr.Dataset, name: str, what: str, size: float, flags: 
 
 
 def _row(ds: xr.Dataset, name: str, what: str, size: float, within: xr.Dataset | None = None) -> list[float]:
-    found = statistics.bootstrap(ds, name, statistics=[what], within=within).isel(statistic=0)
-    ends = [float(found[end].sel(resampling=way)) / size for way in ("block", "naive") for end in ("low", "high")]
-    return [float(found["estimate"]) / size, *ends, float(found["independent_places"].sel(resampling="block"))]
+    interval = statistics.bootstrap(ds, name, statistics=[what], within=within).isel(statistic=0)
+    ends = [float(interval[end].sel(resampling=way)) / size for way in ("block", "naive") for end in ("low", "high")]
+    return [float(interval["estimate"]) / size, *ends, float(interval["independent_places"].sel(resampling="block"))]

@@ -34,7 +34,7 @@ _COLUMNS = (
 @verb
 def by_place(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return what a run says of each of its places, as far as it holds it."""
-    run, found = {**run, _SOME: _of_some(run)}, {}
+    run, columns = {**run, _SOME: _of_some(run)}, {}
     for group, variable, name in _COLUMNS:
         if group not in run or variable not in run[group]:
             continue
@@ -44,8 +44,8 @@ def by_place(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
         if one.dims == ("subregion",):
             one = one.drop_vars([axis for axis in one.coords if axis not in ("subregion", *_PLACE)])
             # the numbers of rests are those of all rests of the scan
-            found[name] = one.assign_coords(subregion=np.arange(one.size)) if "subregion" in one.coords else one
-    return xr.Dataset(found)
+            columns[name] = one.assign_coords(subregion=np.arange(one.size)) if "subregion" in one.coords else one
+    return xr.Dataset(columns)
 
 
 _PLACE = ("subregion_x", "subregion_y")
@@ -53,15 +53,15 @@ _PLACE = ("subregion_x", "subregion_y")
 
 def _of_some(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return what was computed at some places only, NaN at the others."""
-    places, found = run.get("solutions/adhesive", xr.Dataset()), {}
+    places, columns = run.get("solutions/adhesive", xr.Dataset()), {}
     if "pull_off_error" in places and bool(places["pull_off_error"].notnull().any()):
-        found["pull_off_error"] = places["pull_off_error"]
+        columns["pull_off_error"] = places["pull_off_error"]
     elif {"solutions/finer", "statistics/adhesive"} <= set(run):
-        found["pull_off_error"] = _among(places, np.abs(mesh_change(run)))
+        columns["pull_off_error"] = _among(places, np.abs(mesh_change(run)))
     if "solutions/continued" in run:
         continued = run["solutions/continued"]["pull_off_force"].mean("seed", keep_attrs=True)
-        found["pull_off_force_continued"] = _among(places, continued)
-    return xr.Dataset(found)
+        columns["pull_off_force_continued"] = _among(places, continued)
+    return xr.Dataset(columns)
 
 
 def _among(places: xr.Dataset, some: xr.DataArray) -> xr.DataArray:

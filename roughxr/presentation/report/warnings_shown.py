@@ -45,7 +45,7 @@ def cautions(run: Run) -> list[str]:
     >>> cautions({"scan": self_affine((16, 16), 10, rms=1, hurst=0.8, rolloff=80, seed=1)})[0]
     'The scan is synthetic: generated from a random seed, not measured.'
     """
-    found = [
+    said = [
         _synthetic(run),
         *_doubts(run),
         _debris(run),
@@ -59,7 +59,7 @@ def cautions(run: Run) -> list[str]:
     ]
     return [
         sentence
-        for sentence in (*found, *superposed(run), _beyond_patch(run), _saddles(run), _lattice(run), _unresolved(run))
+        for sentence in (*said, *superposed(run), _beyond_patch(run), _saddles(run), _lattice(run), _unresolved(run))
         if sentence
     ]
 

@@ -46,15 +46,15 @@ class Frames(NamedTuple):
 def contact_maps(at: Placed, *, loops: int) -> list[dict[str, Any]]:
     """Return the contact maps that the page shows, by the simulation with adhesion and by that without."""
     ways = (("adhesive", "with adhesion", _with_adhesion), ("direct", "without adhesion", _without))
-    found = []
+    maps = []
     for name, words, make in ways:
         ds = at.held(f"solutions/{name}")
         if ds is None or not _known(at.run["scan"], ds):
             continue
         made = {key: make(at, one, loops) for key, one in cases(ds)}
         if any(frames is not None for row in made.values() for frames in row):
-            found.append({"name": name, "label": words, "over": over(ds), **_sheets(made)})
-    return found
+            maps.append({"name": name, "label": words, "over": over(ds), **_sheets(made)})
+    return maps
 
 
 def _known(scan: xr.Dataset, ds: xr.Dataset) -> bool:
@@ -115,9 +115,9 @@ def _each(solve: Callable, which: Sequence[int], count: int, what: str) -> list[
     bar = Progress(len(which), what=what)
 
     def told(k: int) -> Frames | None:
-        found = solve(k)
+        frames = solve(k)
         bar.add()
-        return found
+        return frames
 
     # the run has given the same warnings, and the page shows its cautions
     made = quietly(dask.compute, *(dask.delayed(told, pure=False)(k) for k in which), scheduler="threads")

@@ -55,11 +55,11 @@ def tractions_indices(tractions: np.ndarray, pull: float, push: float) -> np.nda
     """Return the index of each traction's colour, between the largest pull and push; 0 where it is nearly 0 or NaN."""
     pulls = np.clip(-np.nan_to_num(tractions) / (pull or 1.0), 0.0, 1.0)
     pushes = np.clip(np.nan_to_num(tractions) / (push or 1.0), 0.0, 1.0)
-    found = np.zeros(tractions.shape, np.uint8)
+    indices = np.zeros(tractions.shape, np.uint8)
     pulling, pushing = (pulls > 0.02) & (pull > 0), pushes > 0
-    found[pulling] = (_PULLS[-1] - np.round(pulls[pulling] * (_PULLS.size - 1))).astype(np.uint8)
-    found[pushing] = (_PUSHES[0] + np.round(pushes[pushing] * (_PUSHES.size - 1))).astype(np.uint8)
-    return found
+    indices[pulling] = (_PULLS[-1] - np.round(pulls[pulling] * (_PULLS.size - 1))).astype(np.uint8)
+    indices[pushing] = (_PUSHES[0] + np.round(pushes[pushing] * (_PUSHES.size - 1))).astype(np.uint8)
+    return indices
 
 
 def heights_legend() -> str:

@@ -86,8 +86,8 @@ class Placed(NamedTuple):
 def placed(run: Run) -> Placed:
     """Return a run with its contact centres: those of its first result that has any."""
     names = [f"solutions/{name}" for name in METHODS] + [f"statistics/{name}" for name in METHODS]
-    found = (run[name] for name in [*names, *run] if name in run and "subregion_x" in run[name].coords)
-    first = next(found, None)
+    results = (run[name] for name in [*names, *run] if name in run and "subregion_x" in run[name].coords)
+    first = next(results, None)
     if first is None or first.sizes.get("subregion", 0) == 0:
         held = ", ".join(run) or "none"
         raise ValueError(f"expected results at places of the scan (subregion_x, subregion_y), found groups: {held}")
@@ -114,14 +114,14 @@ def _radius(one: xr.Dataset, scan: xr.Dataset) -> float:
 
 def _touched(run: Run, places: xr.Dataset) -> dict[float, np.ndarray]:
     """Return the depth of first touch at each place, for each radius whose results count from there."""
-    found: dict[float, np.ndarray] = {}
+    depths: dict[float, np.ndarray] = {}
     for name in METHODS:
         ds = _of_places(run, places, f"solutions/{name}")
         for _, one in cases(ds) if ds is not None and _from_touch(ds) else ():
             radius = _radius(one, run["scan"])
-            if radius not in found:
-                found[radius] = _first_touch(run, places, one, radius)
-    return found
+            if radius not in depths:
+                depths[radius] = _first_touch(run, places, one, radius)
+    return depths
 
 
 def _first_touch(run: Run, places: xr.Dataset, one: xr.Dataset, radius: float) -> np.ndarray:
@@ -158,14 +158,14 @@ def _word(value: float) -> str:
 
 def axes(results: list[xr.Dataset]) -> list[dict[str, Any]]:
     """Return the sliders: each parameter with the values in any of the results."""
-    found = []
+    sliders = []
     for name in PARAMETERS:
         values = sorted({float(value) for ds in results if name in ds.dims for value in ds[name].values})
         if values:
             words = schema.VARIABLES[name]
             row = {"name": name, "label": words.long_name, "unit": _unit(name), "values": values}
-            found.append(row | {"words": [_word(value) for value in values]})
-    return found
+            sliders.append(row | {"words": [_word(value) for value in values]})
+    return sliders
 
 
 def _unit(name: str) -> str:
@@ -188,15 +188,15 @@ def rows(at: Placed) -> list[dict[str, Any]]:
 
 def curves(at: Placed) -> list[dict[str, Any]]:
     """Return the force over displacement, nm from the highest peak, for every method that has it in the run."""
-    found = []
+    shown = []
     for name, words in METHODS.items():
         ds = at.held(f"solutions/{name}")
         if ds is None or "delta" not in ds.dims or "force" not in ds or ds.sizes["delta"] < 2:
             continue
         back = at.held("solutions/retraction") if name == "direct" else None
         lines = {key: _lines(at, one, back) for key, one in cases(ds[["force"]].assign_attrs(ds.attrs))}
-        found.append({"name": name, "label": words, "over": over(ds), "lines": lines})
-    return found
+        shown.append({"name": name, "label": words, "over": over(ds), "lines": lines})
+    return shown
 
 
 def _lines(at: Placed, one: xr.Dataset, back: xr.Dataset | None) -> list[list[dict[str, Any]]]:
@@ -251,8 +251,8 @@ def asked(ds: xr.Dataset, operation: str) -> Mapping[str, Any]:
 
 
 def _preload(one: xr.Dataset) -> float:
-    found = one.coords.get("preload", asked(one, "adhesive").get("preload"))
-    return 0.0 if found is None or np.ndim(found) else float(found)
+    preload = one.coords.get("preload", asked(one, "adhesive").get("preload"))
+    return 0.0 if preload is None or np.ndim(preload) else float(preload)
 
 
 def _of(one: xr.Dataset, name: str) -> np.ndarray:
@@ -261,7 +261,7 @@ def _of(one: xr.Dataset, name: str) -> np.ndarray:
 
 def pull_offs(at: Placed) -> list[dict[str, Any]]:
     """Return the pull-off of every place, by every method that has it, with the bins of its histogram."""
-    found = []
+    shown = []
     for name, words in METHODS.items():
         held_there = (at.held(f"{part}/{name}") for part in ("statistics", "solutions"))
         ds = next((ds for ds in held_there if ds is not None and "pull_off_force" in ds), None)
@@ -272,8 +272,8 @@ def pull_offs(at: Placed) -> list[dict[str, Any]]:
         if known.size:
             told = {key: numbers(row) for key, row in values.items()}
             bins = {key: numbers(_bins(row)) for key, row in values.items()}
-            found.append({"name": name, "label": words, "over": over(ds), "values": told, "bins": bins})
-    return found
+            shown.append({"name": name, "label": words, "over": over(ds), "values": told, "bins": bins})
+    return shown
 
 
 def _bins(values: np.ndarray) -> np.ndarray:
