@@ -6,7 +6,7 @@ import numpy as np
 
 from roughxr.kernels.arrays import unset
 from roughxr.kernels.asperity import jkr
-from roughxr.kernels.asperity.elliptic_jkr import State
+from roughxr.kernels.asperity.elliptic_jkr import EllipseState
 from roughxr.kernels.asperity.elliptic_table import lookup, mark
 from roughxr.kernels.asperity.laws import JOHNSON_GREENWOOD, MENISCI, Contact, asperity_contact, pick
 from roughxr.kernels.jit import kernel
@@ -20,22 +20,22 @@ class Events(NamedTuple):
     there is no peak, 0 where nothing adheres.
     """
 
-    largest_tension: State
-    end_of_branch: State
-    touch: State
+    largest_tension: EllipseState
+    end_of_branch: EllipseState
+    touch: EllipseState
 
 
 @kernel
 def _state(P, a, b, delta, scales):
     """A starred state (b* divided by λ) in nN and nm."""
-    return State(scales.P * P, scales.a * a, scales.a * scales.axis_ratio * b, scales.delta * delta)
+    return EllipseState(scales.P * P, scales.a * a, scales.a * scales.axis_ratio * b, scales.delta * delta)
 
 
 @kernel
 def asperity_events(scales, law):
     """The ``Events`` of one asperity."""
     if scales.end == 0.0 or np.isnan(scales.end):
-        nothing = State(scales.end, scales.end, scales.end, scales.end)
+        nothing = EllipseState(scales.end, scales.end, scales.end, scales.end)
         return Events(nothing, nothing, nothing)
     if law.code == MENISCI:
         P, a, b, delta = -1.0, 0.0, 0.0, 0.0
@@ -51,7 +51,7 @@ def asperity_events(scales, law):
     return Events(
         _state(P, a, b, delta, scales),
         _state(P_end, a_end, b_end, scales.end, scales),
-        State(touch.P, touch.a, touch.b, 0.0),
+        EllipseState(touch.P, touch.a, touch.b, 0.0),
     )
 
 
@@ -68,7 +68,7 @@ def asperities_contact(delta, scales, spline):
 
 @kernel
 def asperities_events(scales, law):
-    """Events of many asperities, shape (event, quantity, asperity), ordered as ``Events`` and ``State``."""
+    """Events of many asperities, shape (event, quantity, asperity), ordered as ``Events`` and ``EllipseState``."""
     out = unset((3, 4, scales.a.size), 0.0)
     for i in range(scales.a.size):
         events = asperity_events(pick(scales, i), law)

@@ -25,7 +25,7 @@ module = importlib.import_module("roughxr.asperity.catalogue")  # the package gi
 @pytest.fixture
 def small_tiles(monkeypatch):
     """Let chunks of a few pixels be tiles of their own."""
-    monkeypatch.setattr(module, "_SIDE", 1)
+    monkeypatch.setattr(module, "_TILE_SIDE", 1)
 
 
 CHUNKINGS = [

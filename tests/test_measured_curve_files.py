@@ -54,7 +54,7 @@ def test_pull_offs_of_a_volume_lie_within_their_stated_error(volume):
 
 def test_only_so_many_curves_are_in_memory_at_a_time(volume, monkeypatch):
     whole = roughxr.open_pull_off(volume[0])
-    monkeypatch.setattr(roughxr.measured.opening, "_AT_ONCE", 4)
+    monkeypatch.setattr(roughxr.measured.opening, "_CURVES_IN_MEMORY", 4)
     xr.testing.assert_identical(roughxr.open_pull_off(volume[0]), whole)
 
 
@@ -112,14 +112,18 @@ def test_a_jpk_map_brings_its_places(tmp_path):
     off = (found.pull_off_force - made.PULL) / found.pull_off_uncertainty
     assert float(np.abs(off).max()) < 4 and "JPK Instruments" in found.source_format
     made.write_jpk(tmp_path / "bare.jpk-force", cycles[:1], stated=False)
-    with pytest.raises(UnreadableScan, match=r"no spring_constant and no sensitivity; state spring_constant='0.2 N/m'"):
+    with pytest.raises(
+        UnreadableScan, match=r"deflections without spring_constant and sensitivity; give spring_constant='0.2 N/m'"
+    ):
         roughxr.open_pull_off(tmp_path / "bare.jpk-force")
 
 
 def test_what_a_file_lacks_is_asked_for(tmp_path):
     both = made.cycle(np.random.default_rng(0))
     made.write_workshop(tmp_path / "volts.csv", both)
-    with pytest.raises(UnreadableScan, match="no sensitivity and no spring_constant; state sensitivity='50 nm/V'"):
+    with pytest.raises(
+        UnreadableScan, match="deflections without sensitivity and spring_constant; give sensitivity='50 nm/V'"
+    ):
         roughxr.open_pull_off(tmp_path / "volts.csv")
     with pytest.raises(UnreadableScan, match=r"no spring_constant; state spring_constant='0.2 N/m'"):
         roughxr.open_pull_off(tmp_path / "volts.csv", sensitivity="50 nm/V")
@@ -156,7 +160,7 @@ def test_several_files_are_one(tmp_path):
     for k, path in enumerate(paths):
         assert float(found.pull_off_force[k]) == float(roughxr.open_pull_off(path).pull_off_force[0])
     (tmp_path / "table.csv").write_text("adhesion [nN]\n1\n2\n")
-    with pytest.raises(ValueError, match="expected files that hold the same, found force-distance curves, table"):
+    with pytest.raises(ValueError, match="expected files of one kind, found force-distance curves, table"):
         roughxr.open_pull_off([paths[0], tmp_path / "table.csv"])
     with pytest.raises(ValueError, match="found no file"):
         roughxr.open_pull_off([])

@@ -220,7 +220,7 @@ def test_the_height_over_all_pixels_is_the_largest_over_all_of_them():
 def test_a_lazy_scan_in_tiles_gives_the_same_places(monkeypatch):
     surface = glass_pair(scan(rough(150, rms=3.0, smooth=2.0, seed=2), 10.0))
     whole = resting(surface)
-    monkeypatch.setattr("roughxr.detachment.coming_to_rest._SIDE", 64)
+    monkeypatch.setattr("roughxr.detachment.coming_to_rest._TILE_SIDE", 64)
     for ds in (surface, surface.chunk(x=40, y=77)):
         xr.testing.assert_allclose(resting(ds), whole, rtol=0, atol=1e-9)
 

@@ -32,7 +32,7 @@ DEFAULT, _OF_MAUGIS = "energy", "self_similar"
 PULL_OFF = np.dtype([("pull_off_force", float), ("pull_off_delta", float), ("contacts", int), ("truncated", bool)])
 
 
-class Options(NamedTuple):
+class SumOptions(NamedTuple):
     """How asperities adhere, and what is pressed against them."""
 
     law: str  # name of the kernel's law
@@ -56,7 +56,7 @@ def law_for(ds: xr.Dataset, law: str | None) -> str:
     return law or ("menisci" if schema.is_wet(ds) else "jkr")
 
 
-def options_of(ds, law, formulation, datum) -> Options:
+def options_of(ds, law, formulation, datum) -> SumOptions:
     """Return the options of a sum over asperities; raise where they do not go together."""
     _check(law, formulation)
     schema.one_of(datum, schema.DATUMS, "datum")
@@ -65,7 +65,7 @@ def options_of(ds, law, formulation, datum) -> Options:
             "expected a sphere (assign_pair with sphere_radius), found the height map of an indenter; use direct"
         )
     radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
-    return Options(
+    return SumOptions(
         law=formulation if law == "jkr" else law,
         adhesion_range=_range(ds, law),
         composite=formulation != "published",
@@ -102,7 +102,7 @@ def _check(law: str, formulation: str) -> None:
         )
 
 
-def law_of(law: str, formulation: str, options: Options) -> dict[str, Any]:
+def law_of(law: str, formulation: str, options: SumOptions) -> dict[str, Any]:
     """Return the law's name and its parameters as attributes of a result."""
     if law in RANGED:
         return {"law": law, "formulation": _OF_MAUGIS, "adhesion_range": options.adhesion_range}
@@ -114,12 +114,12 @@ def fit_of(law: str | None) -> dict[str, str]:
     return {"patch": "paper", "vertex": "pixel"} if law == "published" else {}
 
 
-def catalogue_of(ds: xr.Dataset, options: Options) -> xr.Dataset:
+def catalogue_of(ds: xr.Dataset, options: SumOptions) -> xr.Dataset:
     """Return the asperities of a scan, or the catalogue itself where one is given."""
     return ds if "asperity" in ds.dims else asperities(ds, **fit_of(options.law))
 
 
-def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
+def catalogue_field(ds: xr.Dataset, options: SumOptions) -> tuple:
     """Return the asperities that are peaks, the half-width of their patch, and the number left out.
 
     The law decides whether the sphere's curvature is added to that of the asperities.
@@ -138,7 +138,7 @@ def catalogue_field(ds: xr.Dataset, options: Options) -> tuple:
     return sums.Field(*kept, _neighbours(*kept[:2]), scales), float(catalogue["patch_radius"]), int((~peaks).sum())
 
 
-def composite_curvatures(catalogue: xr.Dataset, options: Options) -> tuple[np.ndarray, np.ndarray]:
+def composite_curvatures(catalogue: xr.Dataset, options: SumOptions) -> tuple[np.ndarray, np.ndarray]:
     """Return half the principal curvatures (nm⁻¹) of each asperity, with the sphere's where the law adds it."""
     sphere = 0.5 / options.radius if options.composite else 0.0
     return tuple(0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
@@ -159,17 +159,17 @@ def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return out
 
 
-def asperity_grid(ds: xr.Dataset, options: Options) -> largest_pull.AsperityGrid:
+def asperity_grid(ds: xr.Dataset, options: SumOptions) -> largest_pull.AsperityGrid:
     """Return the asperities of a scan or a catalogue as the grid in which the largest pull is searched."""
     return grid_of(catalogue_field(ds, options), options)
 
 
-def grid_of(prepared: tuple, options: Options) -> largest_pull.AsperityGrid:
+def grid_of(prepared: tuple, options: SumOptions) -> largest_pull.AsperityGrid:
     """Return the asperities of `catalogue_field` as the grid in which the largest pull is searched."""
     return largest_pull.build_grid(prepared[0], options.kernel_law(), options.radius, options.profile)
 
 
-def largest_pulls(x: np.ndarray, y: np.ndarray, grid: largest_pull.AsperityGrid, options: Options) -> np.ndarray:
+def largest_pulls(x: np.ndarray, y: np.ndarray, grid: largest_pull.AsperityGrid, options: SumOptions) -> np.ndarray:
     """Return the exact pull-off at each centre, records of ``PULL_OFF``; NaN where nothing pulls."""
     pulls = largest_pull.pull_offs(x, y, grid, options.kernel_law().spline, options.radius, options.profile)
     force, delta = -pulls[:, largest_pull.FORCE], pulls[:, largest_pull.DELTA]

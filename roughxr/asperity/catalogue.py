@@ -27,20 +27,20 @@ from ..vocabulary.verbs import verb, warn
 from .ridges import repeated
 
 #: Least number of pixels along a side of a tile: rims and tasks of smaller ones would cost more than their heights.
-_SIDE = 256
+_TILE_SIDE = 256
 
 #: Pixels along a side of the paper's patch.
 PAPER_PATCH = 5
 
 #: Largest patch, as a part of the shortest wave. A narrower one gives the curvature at the very vertex, which a contact
 #: outgrows: sums over asperities fall short of the adhesive simulation, while patches over whole waves exceed it.
-_OF_A_WAVE = 0.75
+_PATCH_PER_WAVE = 0.75
 
 #: Least number of pixels in the shortest wave for which a scan resolves it; with fewer, no spline can interpolate.
 RESOLVED = 2.0
 
 #: Least number of pixels along a side of a patch; the number from which on pixels are not refined; and the largest.
-_FEWEST, _COARSE, _MOST = 3, 5, 31
+_LEAST_PIXELS, _UNREFINED_PIXELS, _MOST_PIXELS = 3, 5, 31
 
 #: Largest refinement of the pixels, and how near the patch must come to the wanted width.
 _LIMIT, _NEAR = 16, 0.8
@@ -177,7 +177,7 @@ def _setup(asked: _Request, waves: Waves | None) -> _Setup:
     patch = asked.patch
     if patch == "auto":
         resolved = waves.shortest >= RESOLVED * max(asked.pixel)
-        patch = _OF_A_WAVE * waves.shortest if resolved else _FEWEST
+        patch = _PATCH_PER_WAVE * waves.shortest if resolved else _LEAST_PIXELS
     count, refine = (patch, 1) if isinstance(patch, int) else _pixels(patch, asked)
     shape = tuple(refine * (n - 1) + 1 for n in asked.shape) if refine > 1 else asked.shape
     frame = Frame(shape, tuple(step / refine for step in asked.pixel), count, asked.vertex)
@@ -190,15 +190,15 @@ def _pixels(width: float, asked: _Request) -> tuple[int, int]:
     The first refinement for which a patch of at least three pixels comes within `_NEAR` of the width, from below.
     """
     pixels = width / max(asked.pixel) * (1 + 1e-9)
-    most = int(min(pixels, _MOST, *asked.shape))
-    if most >= _COARSE:
+    most = int(min(pixels, _MOST_PIXELS, *asked.shape))
+    if most >= _UNREFINED_PIXELS:
         return most - (most + 1) % 2, 1
     for refine in range(1, _LIMIT + 1):
         count = int(refine * pixels)
         count -= (count + 1) % 2
-        if count >= _FEWEST and count >= _NEAR * refine * pixels:
+        if count >= _LEAST_PIXELS and count >= _NEAR * refine * pixels:
             return count, refine
-    return _FEWEST, _LIMIT
+    return _LEAST_PIXELS, _LIMIT
 
 
 def _without_maps(ds: xr.Dataset) -> xr.Dataset:
@@ -209,7 +209,7 @@ def _without_maps(ds: xr.Dataset) -> xr.Dataset:
 def _searched_later(height: da.Array, setup: _Setup) -> Any:
     """Return the peaks of lazy heights, as one task after those of the tiles."""
     frame = setup.frame
-    sizes = [_joined_sizes(chunks, max(_SIDE, frame.patch)) for chunks in height.chunks]
+    sizes = [_joined_sizes(chunks, max(_TILE_SIDE, frame.patch)) for chunks in height.chunks]
     x, y = ([0, *accumulate(n)] for n in sizes)
     blocks = height.rechunk(tuple(sizes), method="tasks").to_delayed()
     search, join = (dask.delayed(function, pure=False) for function in (search_tile, join_tiles))
@@ -253,7 +253,7 @@ def _join(tiles: list[list[Tile]], setup: _Setup) -> ScanPeaks:
 
 def _tiles(shape: tuple[int, int]) -> list[list[tuple]]:
     """Return rows of tiles, the same however a scan is chunked: pixels with their halo, first pixel, and halo."""
-    side = max(_SIDE, _MOST)
+    side = max(_TILE_SIDE, _MOST_PIXELS)
     x, y = ([(i, min(i + side, n) if n - i >= 2 * side else n) for i in _starts(n, side)] for n in shape)
     return [[_with_halo(shape, (i, j), (ends_x, ends_y)) for j, ends_y in y] for i, ends_x in x]
 
@@ -318,10 +318,11 @@ def _patch(ds: xr.Dataset, patch: Any) -> Any:
         return "auto" if patch == "auto" else _patch(ds, PAPER_PATCH)
     most = min(ds.sizes["x"], ds.sizes["y"])
     if isinstance(patch, str) or hasattr(patch, "units"):
-        finest = _FEWEST * max(schema.pixel(ds)) / _LIMIT
+        finest = _LEAST_PIXELS * max(schema.pixel(ds)) / _LIMIT
         if (width := positive(patch, "nm", "patch")) < finest:
             raise ValueError(
-                f"patch: expected a length of at least {finest:.3g} nm, {_FEWEST}/{_LIMIT} of a pixel, found {patch!r}"
+                f"patch: expected a length of at least {finest:.3g} nm, {_LEAST_PIXELS}/{_LIMIT} of a pixel, found "
+                f"{patch!r}"
             )
         return width
     if not is_whole(patch) or patch % 2 != 1 or not 3 <= patch <= most:

@@ -11,13 +11,13 @@ from ..kernels.asperity import superposition as sums
 from ..kernels.asperity.flattening import flattened
 from ..kernels.asperity.laws import asperities_scales
 from ..kernels.asperity.laws import law as read_law
-from .asperity_sum import Options, composite_curvatures
+from .asperity_sum import SumOptions, composite_curvatures
 
 #: Bisection steps by which the displacement of a preload is found.
 _HALVINGS = 60
 
 
-class Hardness(NamedTuple):
+class Yielding(NamedTuple):
     """At which pressure asperities yield, and where the sphere turns back."""
 
     pressure: float  # GPa, inf where all asperities stay elastic
@@ -41,9 +41,11 @@ class Asperities(NamedTuple):
     B: np.ndarray
     stiffness: np.ndarray  # Hertz's force at 1 nm, nN
     contact: np.ndarray  # its area there, nm²
-    hardness: Hardness
+    hardness: Yielding
 
-    def flattened(self, field: sums.Field, delta: np.ndarray, options: Options, *, middle: bool = False) -> sums.Field:
+    def flattened(
+        self, field: sums.Field, delta: np.ndarray, options: SumOptions, *, middle: bool = False
+    ) -> sums.Field:
         """Return the field with each asperity pressed to its displacement (nm), ``middle`` as in the kernel."""
         curvature, drop = flattened(delta, self.stiffness, self.contact, self.hardness.pressure, middle=middle)
         law = options.kernel_law()
@@ -70,7 +72,7 @@ class Asperities(NamedTuple):
         return high
 
 
-def asperities_of(catalogue: xr.Dataset, options: Options, hardness: Hardness) -> Asperities:
+def asperities_of(catalogue: xr.Dataset, options: SumOptions, hardness: Yielding) -> Asperities:
     """Return the peaks of a catalogue, in the order of `asperity_sum.catalogue_field`."""
     A, B = composite_curvatures(catalogue, options)
     scales = asperities_scales(A, B, options.contact_modulus, 0.0, read_law("hertz"))

@@ -15,7 +15,7 @@ from ..vocabulary.verbs import verb
 from .asperity_sum import (
     ADHESIVE,
     PULL_OFF,
-    Options,
+    SumOptions,
     asperity_grid,
     catalogue_of,
     fit_of,
@@ -126,7 +126,7 @@ def _pixels(ds: xr.Dataset, subregions: str) -> xr.Dataset:
     return xr.Dataset(coords={"subregion_x": ("subregion", x.ravel()), "subregion_y": ("subregion", y.ravel())})
 
 
-def _records(positions: xr.Dataset, grid: Any, options: Options) -> Any:
+def _records(positions: xr.Dataset, grid: Any, options: SumOptions) -> Any:
     """Return one record for each centre, computed or lazy."""
     x, y = (positions[name].values.astype(float) for name in ("subregion_x", "subregion_y"))
     tiles = [(x[k : k + _TILE], y[k : k + _TILE]) for k in range(0, x.size, _TILE)]
@@ -136,7 +136,7 @@ def _records(positions: xr.Dataset, grid: Any, options: Options) -> Any:
     return records.reshape(-1)[: x.size]
 
 
-def _tile(x: np.ndarray, y: np.ndarray, grid: Any, options: Options, size: int) -> np.ndarray:
+def _tile(x: np.ndarray, y: np.ndarray, grid: Any, options: SumOptions, size: int) -> np.ndarray:
     """Return the records of one tile, padded to its full size."""
     records = np.zeros(size, PULL_OFF)
     records[: x.size] = largest_pulls(x, y, grid, options)

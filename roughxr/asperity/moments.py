@@ -20,7 +20,7 @@ from ..vocabulary.verbs import verb
 from .asperity_sum import (
     ADHESIVE,
     DEFAULT,
-    Options,
+    SumOptions,
     catalogue_field,
     catalogue_of,
     fit_of,
@@ -32,8 +32,8 @@ from .asperity_sum import (
 )
 from .catalogue import later
 
-_FOUND = ("resisting_moment", "hinge_distance", "tipping_pull", "tipping_hinge_distance")
-_STATES = {name: float for name in (*_FOUND, "lever")}
+_MOMENTS = ("resisting_moment", "hinge_distance", "tipping_pull", "tipping_hinge_distance")
+_STATES = {name: float for name in (*_MOMENTS, "lever")}
 _EVENTS = {
     "pull_off_force": float,
     "pull_off_delta": float,
@@ -44,7 +44,7 @@ _EVENTS = {
     "stiffest_ties": bool,
     "converged": bool,
 }
-_OF_ASPERITIES = {"rest_delta": float, "contacts": int, "truncated": bool}
+_ASPERITY_STATES = {"rest_delta": float, "contacts": int, "truncated": bool}
 
 #: Why a number is missing, by the kind of input.
 _MISSING = {
@@ -53,10 +53,10 @@ _MISSING = {
 }
 
 #: Largest gap (nm), due to rounding, of cells of the simulation that are in contact.
-_CLOSED = 1e-6
+_CLOSED_GAP = 1e-6
 
 #: Moments that differ by less than this share of the largest are equal: what is left is rounding.
-_TIES = 1e-6
+_EQUAL_MOMENTS = 1e-6
 
 
 @verb
@@ -185,7 +185,7 @@ def _finished(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: dict[str,
     return schema.record(schema.label(out), "rolling", ds, **arguments)
 
 
-def _of_asperities(ds, kind, options: Options, angles, load, subregions) -> xr.Dataset:
+def _of_asperities(ds, kind, options: SumOptions, angles, load, subregions) -> xr.Dataset:
     """Roll the sphere off the asperities at each contact centre."""
     positions = regions.centres(ds, subregions)
     lazy = parallel.is_lazy(ds)
@@ -193,20 +193,20 @@ def _of_asperities(ds, kind, options: Options, angles, load, subregions) -> xr.D
     catalogue = later(ds, **fit_of(options.law)) if later_on else catalogue_of(ds, options)
     prepared = dask.delayed(_prepared)(catalogue, options) if later_on else _prepared(catalogue, options)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
-    layout = Layout({"direction": angles}, _STATES, _EVENTS | _OF_ASPERITIES)
+    layout = Layout({"direction": angles}, _STATES, _EVENTS | _ASPERITY_STATES)
     when = {"name": "rolling", "lazy": lazy}
     records = parallel.spread(_roll, centres, layout.dtype, prepared, options, layout, load, **when)
     out = labelled(records, layout, ds, positions)
     return parallel.finish(out.assign_attrs(datum="highest_peak"), lazy=lazy)
 
 
-def _prepared(ds: xr.Dataset, options: Options) -> tuple:
+def _prepared(ds: xr.Dataset, options: SumOptions) -> tuple:
     """Return the asperities, and, where they adhere, the asperity grid for the search of the largest pull."""
     field = catalogue_field(ds, options)
     return field[0], grid_of(field, options) if options.work_of_adhesion > 0 else None
 
 
-def _roll(x: float, y: float, prepared: tuple, options: Options, layout: Layout, load: float) -> np.ndarray:
+def _roll(x: float, y: float, prepared: tuple, options: SumOptions, layout: Layout, load: float) -> np.ndarray:
     """Roll the sphere off one place."""
     (field, grid), record = prepared, layout.blank()
     if grid is not None:
@@ -256,7 +256,7 @@ def _put(record: np.ndarray, layout: Layout, moments: np.ndarray) -> np.ndarray:
     moment, angles = moments[rotation.MOMENT], layout.axes["direction"]
     if np.isnan(moment).any():
         return record
-    for name, values in zip(_FOUND, moments):
+    for name, values in zip(_MOMENTS, moments):
         record[name] = values
     record["lever"] = moment / record["pull_off_force"]
     for name, sign in (("weakest", 1.0), ("stiffest", -1.0)):
@@ -273,7 +273,7 @@ def least(moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     >>> least(np.array([2.0, 1.0 + 1e-12, 3.0, 1.0]))
     (np.int64(1), np.True_)
     """
-    equal = moment <= moment.min(axis=-1, keepdims=True) + _TIES * np.abs(moment).max(axis=-1, keepdims=True)
+    equal = moment <= moment.min(axis=-1, keepdims=True) + _EQUAL_MOMENTS * np.abs(moment).max(axis=-1, keepdims=True)
     return equal.argmax(axis=-1), equal.sum(axis=-1) > 1
 
 
@@ -307,7 +307,7 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     largest = np.array([[-np.inf], [np.nan], [-np.inf], [np.nan]]) * np.ones(angles.size)
     for state in range(ds.sizes["delta"]):
         pressure, gap = (ds[name].isel(delta=state).values for name in ("pressure", "gap"))
-        touching = (gap <= _CLOSED) | (pressure > 0)
+        touching = (gap <= _CLOSED_GAP) | (pressure > 0)
         if touching.any():
             _of_state(np.nan_to_num(pressure) * cell, touching, x, y, np.sqrt(cell / np.pi), angles, load, largest)
     largest[rotation.PULL, largest[rotation.PULL] == -np.inf] = np.inf

@@ -12,7 +12,7 @@ import xarray as xr
 from scipy.spatial import cKDTree
 
 #: Least ratio of the principal curvatures: a wider ridge has one peak, whatever its direction.
-_LONG = 20.0
+_RIDGE_RATIO = 20.0
 
 #: How much of one ridge two paraboloids are: largest relative difference of their curvatures across it, and of their
 #: directions (rad). Of 17,800 asperities of the glass twin five are on another's ridge.
@@ -27,7 +27,7 @@ def repeated(catalogue: xr.Dataset, pixel: float) -> np.ndarray:
     x, y, height = (catalogue[name].values for name in ("x", "y", "height"))
     along, across = 0.5 * catalogue["curvature_min"].values, 0.5 * catalogue["curvature_max"].values
     direction, out = catalogue["orientation"].values, np.zeros(x.size, bool)
-    long = np.flatnonzero(catalogue["vertex_fixed"].values & (along > 0) & (across > _LONG * along))
+    long = np.flatnonzero(catalogue["vertex_fixed"].values & (along > 0) & (across > _RIDGE_RATIO * along))
     if x.size < 2 or long.size == 0:
         return out
     places = np.column_stack((x, y))

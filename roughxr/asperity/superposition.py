@@ -22,7 +22,7 @@ from . import flattening
 from .asperity_sum import (
     ADHESIVE,
     DEFAULT,
-    Options,
+    SumOptions,
     catalogue_field,
     catalogue_of,
     fit_of,
@@ -189,26 +189,26 @@ def superpose(
     return out
 
 
-def _hardness(ds: xr.Dataset, preload: Any) -> flattening.Hardness:
+def _hardness(ds: xr.Dataset, preload: Any) -> flattening.Yielding:
     """Return at which pressure asperities yield and where the sphere turns back; raise where options conflict."""
     if "hardness" not in ds.coords:
         if preload is not None:
             raise ValueError(
                 "preload: needs asperities that yield, found elastic ones; assign_pair(hardness=…), or leave it out"
             )
-        return flattening.Hardness(np.inf, np.nan)
+        return flattening.Yielding(np.inf, np.nan)
     load = np.nan if preload is None else positive(preload, "nN", "preload")
-    return flattening.Hardness(float(ds["hardness"]), load)
+    return flattening.Yielding(float(ds["hardness"]), load)
 
 
-def _prepared(ds: xr.Dataset, options: Options, hardness: flattening.Hardness) -> tuple:
+def _prepared(ds: xr.Dataset, options: SumOptions, hardness: flattening.Yielding) -> tuple:
     """Return the asperities, the grid for the largest pull where they adhere, and as they yield where they do."""
     field = catalogue_field(ds, options)
     grid = grid_of(field, options) if options.work_of_adhesion > 0 else None
     return field, grid, flattening.asperities_of(ds, options, hardness) if hardness.yields else None
 
 
-def _default_sweep(prepared: tuple, centres: list[tuple[float, float]], options: Options) -> np.ndarray:
+def _default_sweep(prepared: tuple, centres: list[tuple[float, float]], options: SumOptions) -> np.ndarray:
     """Return displacements from before any place pulls to well beyond where all places are touched."""
     field = prepared[0]
     if field.x.size == 0:
@@ -220,7 +220,7 @@ def _default_sweep(prepared: tuple, centres: list[tuple[float, float]], options:
     return np.round(np.linspace(first, max(last, first + 4 * reach), _STEPS), 4)
 
 
-def _superpose(x: float, y: float, prepared: tuple, options: Options, layout: Layout) -> np.ndarray:
+def _superpose(x: float, y: float, prepared: tuple, options: SumOptions, layout: Layout) -> np.ndarray:
     """Sum the asperities of one subregion at all displacements."""
     if "branch" in layout.axes:
         return _yielding(x, y, prepared, options, layout)
@@ -239,7 +239,7 @@ def _superpose(x: float, y: float, prepared: tuple, options: Options, layout: La
     return record
 
 
-def _yielding(x: float, y: float, prepared: tuple, options: Options, layout: Layout) -> np.ndarray:
+def _yielding(x: float, y: float, prepared: tuple, options: SumOptions, layout: Layout) -> np.ndarray:
     """Sum the loading and retraction of one subregion, its asperities yielding on loading."""
     (field, patch_radius, excluded), _, pressed = prepared
     offset = sums.offsets(field, x, y, options.radius, options.profile)

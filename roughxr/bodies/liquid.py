@@ -30,10 +30,10 @@ from .substances import CUT_OFF, MEDIA, combined
 _GAS, _ROOM = 8.314462618, 298.15
 
 #: Relative vapour pressure from which the liquid condenses everywhere for all that this law can tell.
-_SATURATED = 0.99
+_SATURATION = 0.99
 
 #: Share of an indenter's radius that Kelvin's radius must stay below for thin menisci.
-_THIN = 0.1
+_THIN_SHARE = 0.1
 
 #: Kelvin's radius, nm, below which the liquid is a few molecules thick (water's is 0.28 nm across).
 _FEW_MOLECULES = 0.75
@@ -218,7 +218,7 @@ def condensed(ds: xr.Dataset, pair: dict[str, float], air: HumidAir, *, bodies: 
     if _is_length(humidity):
         radius = positive(humidity, "nm", "humidity")
         pressure = math.exp(-1e3 * unit / radius)
-        if pressure >= _SATURATED:
+        if pressure >= _SATURATION:
             _pressure(pressure)
     else:
         pressure = _pressure(humidity)
@@ -287,9 +287,9 @@ def _pressure(given: Any) -> float:
         raise ValueError(
             f"humidity: expected relative humidity between 0 and 1, as 0.6 or '60 %', found {given!r}{meant}"
         )
-    if number >= _SATURATED:
+    if number >= _SATURATION:
         raise ValueError(
-            f"humidity: expected less than {_SATURATED}, found {given!r}: near saturation the gap fills with as "
+            f"humidity: expected less than {_SATURATION}, found {given!r}: near saturation the gap fills with as "
             "much water as there is, and this law does not know how much; give a lower humidity"
         )
     return number
@@ -366,7 +366,7 @@ def _refuse_thick(ds: xr.Dataset, pair: Any, menisci: Menisci, pressure: float) 
             abs(float(ds[axis][-1] - ds[axis][0])) * factor(ds[axis].attrs.get("units", "nm"), "nm") for axis in "xy"
         )
     for what, size in sizes.items():
-        if menisci.kelvin_radius > _THIN * size * (1 if what != "the scan" else 2.5):
+        if menisci.kelvin_radius > _THIN_SHARE * size * (1 if what != "the scan" else 2.5):
             raise ValueError(
                 f"humidity: expected menisci that are small beside {what} ({size:.3g} nm), found a Kelvin radius of "
                 f"{menisci.kelvin_radius:.3g} nm at {pressure:.3g}; give a lower humidity"

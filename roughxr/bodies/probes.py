@@ -17,7 +17,7 @@ from ..vocabulary.units import positive, whole_number
 from ..vocabulary.verbs import verb
 
 #: A cap that rises by less than this many times its roughness over the scan is too flat for a sphere to be fitted.
-_CURVED = 2.0
+_LEAST_RISE = 2.0
 
 ROTATIONS = ("quarter", "any", "none")
 
@@ -96,7 +96,7 @@ def _sphere(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float, fl
     x0, y0, top, radius = (float(value) for value in fit.x * scale)
     rise = float(np.ptp(_drop((x - x.mean()) ** 2 + (y - y.mean()) ** 2, abs(radius))))
     rms = float(np.sqrt(np.mean(fit.fun**2)))
-    if rise < _CURVED * rms or not np.isfinite(radius):
+    if rise < _LEAST_RISE * rms or not np.isfinite(radius):
         raise ValueError(
             f"height: expected part of a sphere, found heights that curve by only {rise:.3g} nm over a roughness of "
             f"{rms:.3g} nm rms; scan a larger part of the sphere"

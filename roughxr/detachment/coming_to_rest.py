@@ -27,13 +27,13 @@ from .loads import weight
 SETTLED = ("gravity", "adhesion")
 
 #: Pixels along a side of a tile.
-_SIDE = 512
+_TILE_SIDE = 512
 
 #: Motion of the sphere, in pixels, within which a summit counts as carrying it.
-_SLACK = 0.05
+_CARRYING_MOTION = 0.05
 
 #: Pixels that rests may lie apart on a scan and on the vertices of its asperities.
-_NEAR = 20.0
+_PAIRING_DISTANCE = 20.0
 
 #: Stops on the way from where a sphere lands to where it rests, at each of which it may be held.
 _STOPS = 12
@@ -169,8 +169,10 @@ def _ground(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, rests.Ground]:
     z, bounds = np.empty(height.shape), np.empty((*(-(-n // dilation.SIDE) for n in height.shape), 2), np.int64)
     lists, listed = np.empty(0, np.int32), 0
     tile = dask.delayed(_tile, pure=False, traverse=False)
-    for row in range(0, height.shape[0], _SIDE):  # a row of tiles at a time, so that little waits to be put together
-        parts = [_part((row, column), height.shape, pixel, reach) for column in range(0, height.shape[1], _SIDE)]
+    for row in range(
+        0, height.shape[0], _TILE_SIDE
+    ):  # a row of tiles at a time, so that little waits to be put together
+        parts = [_part((row, column), height.shape, pixel, reach) for column in range(0, height.shape[1], _TILE_SIDE)]
         todo = [tile(height[outer], x[outer[0]], y[outer[1]], inner, outer, ball, reach) for inner, outer in parts]
         for (inner, outer), (z[inner], edges, pixels) in zip(parts, dask.compute(*todo)):
             boxes = tuple(slice(s.start // dilation.SIDE, -(-s.stop // dilation.SIDE)) for s in inner)
@@ -197,7 +199,7 @@ def _heights(height: xr.DataArray) -> np.ndarray:
 
 def _part(corner: tuple[int, int], shape: tuple[int, int], pixel: tuple, reach: float) -> tuple[tuple, tuple]:
     """Return the pixels of a tile, and those around it that a sphere over it may touch."""
-    inner = tuple(slice(k, min(k + _SIDE, n)) for k, n in zip(corner, shape))
+    inner = tuple(slice(k, min(k + _TILE_SIDE, n)) for k, n in zip(corner, shape))
     halo = [int(np.ceil(reach / step)) + dilation.FARTHEST + 1 for step in pixel]
     outer = tuple(slice(max(s.start - m, 0), min(s.stop + m, n)) for s, m, n in zip(inner, halo, shape))
     return inner, outer
@@ -267,8 +269,8 @@ def _rings(to: np.ndarray) -> list[list[int]]:
 def _borders(z: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the pairs of basins that touch, and the lowest pixel of the border of each; strip by strip."""
     strips = []
-    for start in range(0, len(z), _SIDE // 2):
-        pairs, heights = rests.borders(z, labels, start, start + _SIDE // 2)
+    for start in range(0, len(z), _TILE_SIDE // 2):
+        pairs, heights = rests.borders(z, labels, start, start + _TILE_SIDE // 2)
         strips.append(_lowest(pairs[:, :2], heights, pairs[:, 2]))
     pairs, pixels = (np.concatenate(parts) for parts in zip(*strips))
     return _lowest(pairs, z.ravel()[pixels], pixels)
@@ -327,7 +329,7 @@ def _placed(x: np.ndarray, y: np.ndarray, share: np.ndarray) -> xr.Dataset:
 
 def _carried(out: xr.Dataset, ground: rests.Ground, places: np.ndarray) -> xr.Dataset:
     """Add what carries the sphere."""
-    number, at = rests.carriers(places, ground, _SLACK)
+    number, at = rests.carriers(places, ground, _CARRYING_MOTION)
     at = at[:, : max(int(number.max(initial=0)), 1)]
     out = out.assign(rest_height=("subregion", places[:, 2]), carriers=("subregion", number))
     return out.assign({f"carrier_{axis}": (("subregion", "carrier"), at[:, :, k]) for k, axis in enumerate("xy")})
@@ -363,7 +365,7 @@ def _on_vertices(out: xr.Dataset, catalogue: xr.Dataset, ground: rests.Ground) -
         rows[:, column] = summits[name].values
     places = np.column_stack([out["subregion_x"].values, out["subregion_y"].values])
     points, largest = dilation.Ball(ground.ball.radius, 0.0, 0.0), max(ground.pixel)
-    farthest = _NEAR * largest
+    farthest = _PAIRING_DISTANCE * largest
     moved = rests.settle_near(rows, places, points, largest, farthest)
     last = np.array(ground.first) + np.array(ground.pixel) * (np.array(ground.height.shape) - 1)
     outside = (moved[:, :2] < ground.first) | (moved[:, :2] > last) | (np.abs(moved[:, :2] - places) > 0.5 * farthest)

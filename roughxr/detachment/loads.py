@@ -39,7 +39,7 @@ CREEPING = 1.0
 HALL_RANGE = (1.8, 70.0)
 
 #: r⁺ at which both formulas of lift are equal: 9.22 r⁺⁴ = 20.9 r⁺^2.31.
-_MEET = (20.9 / 9.22) ** (1 / 1.69)
+_EQUAL_LIFT = (20.9 / 9.22) ** (1 / 1.69)
 
 LIFTS = ("by_range", "leighton_acrivos", "hall", "none")
 
@@ -229,7 +229,7 @@ def lift(
     schema.one_of(formula, LIFTS, "lift")
     plus = friction_reynolds(friction_velocity, radius, viscosity=viscosity)
     slow, fast = 9.22 * plus**4, 20.9 * plus**2.31
-    chosen = {"by_range": np.where(plus < _MEET, slow, fast), "leighton_acrivos": slow, "hall": fast}
+    chosen = {"by_range": np.where(plus < _EQUAL_LIFT, slow, fast), "leighton_acrivos": slow, "hall": fast}
     scale = _density(medium_density) * positive(viscosity, "m2 s-1", "viscosity") ** 2 * factor("N", "nN")
     return chosen.get(formula, 0.0 * plus) * scale
 

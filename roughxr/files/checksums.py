@@ -19,7 +19,7 @@ import numpy as np
 ATTRIBUTE = "checksums"
 
 #: Name, among the variables of a group, of what is not a variable's values.
-_REST = ""
+_OTHER = ""
 
 #: Values are read so many bytes at a time.
 _BYTES = 2**26
@@ -85,7 +85,7 @@ def _of(group: netCDF4.Dataset, *, parts: bool) -> dict[str, Any]:
             sums[name] = [part for slab in _slabs(variable) for part in of_planes(slab, variable.dimensions)]
         else:
             sums[name] = math.prod(variable.shape[: planes_from(variable.dimensions)])
-    return {_REST: _digest(said), **sums}
+    return {_OTHER: _digest(said), **sums}
 
 
 def is_field(dims: tuple[str, ...], dtype: Any) -> bool:

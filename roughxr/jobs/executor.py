@@ -25,11 +25,11 @@ from .work import Work, run_batch
 _SECONDS, _BYTES = 0.5, 2**24
 
 #: Number of items whose times predict that of the next: few, since compilation makes a worker's first ones slow.
-_TIMED = 15
+_TIMED_ITEMS = 15
 
 #: How often an item may be lost with its worker. Each time it is sent in a batch smaller by this factor, at last alone:
 #: so the item that kills its workers is found, and others that were lost with it are computed.
-_MOST_LOSSES, _FEWER = 3, 16
+_MOST_LOSSES, _SPLITTING = 3, 16
 
 
 class Failure(NamedTuple):
@@ -103,7 +103,7 @@ class _Queue:
         self.waiting, self.losses, self.cores, self.total = set(items), {}, cores, len(items)
         self.turn = cores * serving  # a batch lasts at least until each core has had its turn
         self.most = max(_BYTES // max(work.dtype.itemsize, 1), 1)
-        self.seconds: deque[float] = deque(maxlen=_TIMED)
+        self.seconds: deque[float] = deque(maxlen=_TIMED_ITEMS)
         self.last: set[int] = set()  # items at their last try: nothing else is computed meanwhile
 
     def take(self) -> range:
@@ -111,7 +111,7 @@ class _Queue:
         while (first := self.order.popleft()) not in self.waiting:
             pass
         stop, losses = first + 1, self.losses.get(first, 0)
-        size = 1 if first in self.last else self._size() / _FEWER**losses
+        size = 1 if first in self.last else self._size() / _SPLITTING**losses
         while stop < first + size and stop in self.waiting and self.losses.get(stop, 0) == losses:
             stop += 1
         self.waiting.difference_update(range(first, stop))

@@ -17,7 +17,7 @@ from ..vocabulary import schema
 from .work import Work
 
 #: Longer texts are cut in messages.
-_SHOWN = 120
+_LONGEST_TEXT = 120
 
 
 def identity(scan: xr.Dataset, arguments: Mapping[str, Any]) -> dict[str, Any]:
@@ -52,7 +52,7 @@ def refuse_other(found: Mapping[str, Any], asked: Mapping[str, Any], path: Path)
 
 def _listed(values: Mapping[str, Any], keys: list[str]) -> str:
     texts = (f"{key}={values.get(key)!r}" for key in keys)
-    return ", ".join(text if len(text) <= _SHOWN else f"{text[:_SHOWN]}…" for text in texts)
+    return ", ".join(text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}…" for text in texts)
 
 
 def keys_of(work: Work) -> tuple[str, list[bytes]]:

@@ -22,10 +22,10 @@ _ON_TERMINAL, _AS_LINES = 0.1, 10.0
 #: Seconds after which a run that has nothing new to tell says so: on a terminal, and as plain lines.
 _SILENT_ON_TERMINAL, _SILENT_AS_LINES = 1.0, 20.0
 
-_BAR = 24
+_BAR_WIDTH = 24
 
 #: Seconds after the first finished item before a rate is reported: items that finish with the first one say nothing.
-_SETTLED = 1.0
+_RATE_DELAY = 1.0
 
 #: Where progress is told, if anywhere, and the stages of a run that tell it in their own line.
 _STREAM: ContextVar[TextIO | None] = ContextVar("progress", default=None)
@@ -145,7 +145,7 @@ class Progress:
 
     def _settled_rate(self) -> float:
         """Return items per second over the latter half of the time since the first finished item, 0 while unknown."""
-        if not self._marks or self._marks[-1][0] - self._first[0] < _SETTLED:
+        if not self._marks or self._marks[-1][0] - self._first[0] < _RATE_DELAY:
             return 0.0
         (begun, before), (last, count) = self._marks[0], self._marks[-1]
         return (count - before) / (last - begun)
@@ -154,8 +154,8 @@ class Progress:
         if not self._terminal:
             self._stream.write(f"{self.label}{self.text()}\n")
         else:
-            filled = _BAR * self.done // max(self.total, 1)
-            self._stream.write(f"\r{self.label}[{'#' * filled}{'.' * (_BAR - filled)}] {self.text()}\x1b[K{end}")
+            filled = _BAR_WIDTH * self.done // max(self.total, 1)
+            self._stream.write(f"\r{self.label}[{'#' * filled}{'.' * (_BAR_WIDTH - filled)}] {self.text()}\x1b[K{end}")
         self._stream.flush()
 
 

@@ -22,10 +22,10 @@ from dask.local import SynchronousExecutor
 _LOCAL = ("threads", "processes", "synchronous")
 
 #: Batches sent in advance for each thread or process: one to compute, and one to continue with.
-_AHEAD = 2
+_BATCHES_AHEAD = 2
 
 #: How often a cluster is asked for its workers, which may come and go, s: asking takes as long as serving a batch.
-_ASKED = 0.5
+_ASKING_INTERVAL = 0.5
 
 #: Makes a worker process ignore Ctrl-C, which a terminal sends to all: the main process then ends it in good order.
 _DEAF_TO_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
@@ -33,7 +33,7 @@ _DEAF_TO_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IG
 
 #: A task lost with its worker is reported at once, not retried as it was: it is sent again in smaller batches. And a
 #: worker that dies is always restarted; by default a cluster gives up one that is away 15 s after an earlier death.
-_OF_PROCESSES = {
+_PROCESS_CONFIG = {
     "distributed.scheduler.allowed-failures": 0,
     "distributed.deploy.lost-worker-timeout": "1000 days",
 }
@@ -95,7 +95,7 @@ class _Here:
 
     def __init__(self, shared: tuple, alone: bool):
         self.shared, self.cores = shared, 1 if alone else _workers()
-        self.ahead = 1 if alone else _AHEAD * self.cores
+        self.ahead = 1 if alone else _BATCHES_AHEAD * self.cores
         self.executor = SynchronousExecutor() if alone else futures.ThreadPoolExecutor(self.cores)
 
     def submit(self, function: Any, *arguments: Any) -> futures.Future:
@@ -146,13 +146,13 @@ class _Cluster:
     @property
     def cores(self) -> int:
         """Number of threads of all workers."""
-        if time.monotonic() > self.asked + _ASKED:
+        if time.monotonic() > self.asked + _ASKING_INTERVAL:
             self.threads, self.asked = max(sum(self.client.nthreads().values()), 1), time.monotonic()
         return self.threads
 
     @property
     def ahead(self) -> int:
-        return _AHEAD * self.cores
+        return _BATCHES_AHEAD * self.cores
 
     def submit(self, function: Any, *arguments: Any) -> Any:
         self.count += 1
@@ -221,7 +221,7 @@ def _worker_processes() -> Iterator[Any]:
     """Yield a client of worker processes on this machine; they end with this process, and restart when they die."""
     distributed = _distributed("worker processes need")
     with (
-        dask.config.set(_OF_PROCESSES),
+        dask.config.set(_PROCESS_CONFIG),
         _started(distributed.LocalCluster) as cluster,
         distributed.Client(cluster) as client,
     ):

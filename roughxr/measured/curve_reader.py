@@ -33,7 +33,7 @@ _TRAVELS = {"chiaro": ("height (piezo)",)}
 _TRAVEL = ("height (measured)", "height (piezo)")
 
 #: Values of each curve's header that are returned.
-_TOLD = ("spring constant", "sensitivity", "position x", "position y")
+_HEADER_VALUES = ("spring constant", "sensitivity", "position x", "position y")
 
 
 def read(path: str, kind: str, known: dict[str, float], first: int = 0, last: int | None = None) -> dict[str, Any]:
@@ -67,7 +67,7 @@ def _opened(path: str, kind: str, known: tuple, *_state: int) -> tuple[str, list
 
 
 def _told(metadata: Any) -> dict[str, float]:
-    return {name: float(metadata[name]) for name in _TOLD if name in metadata and np.isfinite(metadata[name])}
+    return {name: float(metadata[name]) for name in _HEADER_VALUES if name in metadata and np.isfinite(metadata[name])}
 
 
 def _branches(data: Any, kind: str) -> list[tuple[np.ndarray, np.ndarray] | None]:

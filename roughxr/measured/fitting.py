@@ -33,13 +33,13 @@ COUNTED = "roughness that the scans do not show is counted"
 _LEAST_EXPONENT = 0.05
 
 #: A fit that follows a held number with a smaller exponent than this hardly hangs on it.
-_HARDLY = 0.1
+_WEAK_EXPONENT = 0.1
 
 #: A measured spread this many times the predicted is not explained by the surface.
-_EXPLAINED = 0.7, 1.4
+_EXPLAINED_SPREAD = 0.7, 1.4
 
 #: Standard deviation of ln(superposed / simulated pull-off) from surface to surface: 90 % lie between `expectation`'s.
-_OF_SUPERPOSITION = float(np.log(expectation.HIGH / expectation.LOW)) / (2 * 1.645)
+_SUPERPOSITION_ERROR = float(np.log(expectation.HIGH / expectation.LOW)) / (2 * 1.645)
 
 
 class _Quantity(NamedTuple):
@@ -200,7 +200,7 @@ def predicted(ds: xr.Dataset, method: str, options: dict[str, Any]) -> xr.Datase
 def method_error(pull: xr.Dataset, method: str) -> float:
     """Return the relative standard error that a method's forces share; NaN where it states none."""
     if method == "superposed":
-        return _OF_SUPERPOSITION
+        return _SUPERPOSITION_ERROR
     stated = pull["pull_off_error"].values if "pull_off_error" in pull else np.full(1, np.nan)
     return float(np.nanmean(stated)) if np.isfinite(stated).any() else np.nan
 
@@ -261,7 +261,7 @@ def _words(quantity: str, fitted: _Quantity, fit: Fitted, out: xr.Dataset, ds: x
     power = float(out[_TRADES[fitted.traded]])
     if quantity == "work_of_adhesion":
         modulus = f"contact modulus {float(ds['contact_modulus']):g} GPa"
-        apart = "hardly any" if abs(power) < _HARDLY else "so that the two cannot be told apart"
+        apart = "hardly any" if abs(power) < _WEAK_EXPONENT else "so that the two cannot be told apart"
         said = [f"w goes with the assumed {modulus} to the power {power:.2g}, {apart}"]
         said += ["the range of adhesion is the assumed one"]
     elif abs(fit.exponent) <= _LEAST_EXPONENT:
@@ -281,6 +281,6 @@ def _words(quantity: str, fitted: _Quantity, fit: Fitted, out: xr.Dataset, ds: x
         said += [f"the interval falls into {fit.stretches} parts: more than one {fitted.words} predicts these forces"]
     if fit.left_out:
         said += [f"left out, since it could not be solved: {', '.join(f'{one:.3g}' for one in fit.left_out)}"]
-    if np.isfinite(fit.spread_ratio) and not _EXPLAINED[0] < fit.spread_ratio < _EXPLAINED[1]:
+    if np.isfinite(fit.spread_ratio) and not _EXPLAINED_SPREAD[0] < fit.spread_ratio < _EXPLAINED_SPREAD[1]:
         said += [f"the measured spread is {fit.spread_ratio:.2g} times the predicted, which no {fitted.words} explains"]
     return "; ".join(said)

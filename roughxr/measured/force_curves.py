@@ -18,21 +18,21 @@ from .baselines import Baseline, baseline_of, fitted
 from .kept_curves import kept
 
 #: Smallest numbers of samples: of a retraction, of its baseline, and of the part in which the surface is pressed.
-_FEWEST, _FAR, _PRESSED = 50, 10, 5
+_LEAST_SAMPLES, _LEAST_BASELINE, _LEAST_PRESSED = 50, 10, 5
 
 #: A minimum of the force counts as a pull if it lies this many standard deviations of the noise below the baseline.
-_STANDS_OUT = 5.0
+_PULL_THRESHOLD = 5.0
 
 #: For the parabola through the largest pull: largest number of samples on either side, and smallest number in all; how
 #: many standard deviations they may lie above the lowest sample, then above the parabola's vertex; number of rounds.
-_BOTTOM, _FEWEST_LOW, _WITHIN, _HARDLY, _ROUNDS = 41, 8, 4.0, 3.0, 3
+_HALF_WIDTH, _LEAST_LOW, _SAMPLE_SPREAD, _PARABOLA_SPREAD, _ROUNDS = 41, 8, 4.0, 3.0, 3
 
 #: This many equal samples at the lowest force mean that the detector is saturated, unless the baseline has half as
 #: many.
-_CLIPPED = 8
+_SATURATED_RUN = 8
 
 #: Factor that allows for errors: in contact the force cannot rise faster than the cantilever's spring constant.
-_STIFFEST = 1.1
+_LARGEST_SLOPE = 1.1
 
 
 class ImplausibleCurves(UserWarning):
@@ -151,7 +151,7 @@ def _warn_of_slope(out: xr.Dataset, stiffness: float) -> None:
     """Warn that curves rise faster in contact than their cantilever can bend."""
     slopes = out["contact_slope"].values[np.isfinite(out["contact_slope"].values)]
     times = float(np.median(slopes)) / stiffness if slopes.size else 0.0
-    if times > _STIFFEST:
+    if times > _LARGEST_SLOPE:
         words = (
             f"in contact the force rises by {times * stiffness:.3g} nN per nm of the piezo's travel, {times:.2f} times"
         )
@@ -204,7 +204,7 @@ def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _
     flat, far = force - line.at(z), line.far
     at = int(np.argmin(flat))
     pull = _Pull(noise=line.noise, tilt=float(line.coefficients[1]))
-    pulled = -flat[at] >= _STANDS_OUT * np.hypot(line.noise, line.error(z[at]))
+    pulled = -flat[at] >= _PULL_THRESHOLD * np.hypot(line.noise, line.error(z[at]))
     zero = _zero(flat, at if pulled else flat.size, line.noise)
     if zero is not None:
         pull = pull._replace(**_contact(z, flat, zero, line))
@@ -218,7 +218,7 @@ def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _
         return pull._replace(reason="the detector's range ends before the largest pull")
     travel = float(z[zero] - z[at] + (flat[at] - flat[zero]) / stiffness)
     work = float(np.trapezoid(flat[zero:], z[zero:]))
-    if work < -_STANDS_OUT * line.work_error(z[zero:]):
+    if work < -_PULL_THRESHOLD * line.work_error(z[zero:]):
         return pull._replace(reason="the baseline is not straight: it pushes more than the surface pulls")
     lowest, own = _minimum(z, flat, at, line.noise)
     uncertainty = float(np.hypot(own, line.error(z[at])))
@@ -227,11 +227,15 @@ def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _
 
 def _unusable(z: np.ndarray, share: float) -> str:
     """Return why a retraction with such a travel cannot be used, empty where it can."""
-    if z.size < _FEWEST:
-        return f"fewer than {_FEWEST} samples"
+    if z.size < _LEAST_SAMPLES:
+        return f"fewer than {_LEAST_SAMPLES} samples"
     if z[0] <= z[-1]:
         return "the piezo does not retract from the first sample to the last"
-    return f"fewer than {_FAR} samples in the baseline" if (z < z.min() + share * np.ptp(z)).sum() < _FAR else ""
+    return (
+        f"fewer than {_LEAST_BASELINE} samples in the baseline"
+        if (z < z.min() + share * np.ptp(z)).sum() < _LEAST_BASELINE
+        else ""
+    )
 
 
 def _zero(flat: np.ndarray, end: int, noise: float) -> int | None:
@@ -239,7 +243,7 @@ def _zero(flat: np.ndarray, end: int, noise: float) -> int | None:
 
     Without a pull, the sample before the first that does not push.
     """
-    if flat[:end].max(initial=0.0) <= _STANDS_OUT * noise:
+    if flat[:end].max(initial=0.0) <= _PULL_THRESHOLD * noise:
         return None
     if end < flat.size:
         return int(np.flatnonzero(flat[:end] > 0)[-1])
@@ -251,7 +255,7 @@ def _contact(z: np.ndarray, flat: np.ndarray, zero: int, line: Baseline) -> dict
     drop = flat[zero] - flat[zero + 1]
     point = float(z[zero] + (z[zero + 1] - z[zero]) * (flat[zero] / drop if drop > 0 else 0.0))
     upper = np.flatnonzero(flat[: zero + 1] > 0.5 * flat[: zero + 1].max())
-    enough = upper.size >= _PRESSED and np.ptp(z[upper]) > 0
+    enough = upper.size >= _LEAST_PRESSED and np.ptp(z[upper]) > 0
     slope = float(fitted(np.c_[np.ones(upper.size), z[upper]], flat[upper])[0][1]) if enough else np.nan
     return {"contact_point": point, "contact_slope": slope, "offset": float(line.at(point))}
 
@@ -259,7 +263,7 @@ def _contact(z: np.ndarray, flat: np.ndarray, zero: int, line: Baseline) -> dict
 def _clipped(force: np.ndarray, at: int, far: np.ndarray) -> bool:
     """Return whether the lowest force is one value over many samples, as where a detector is saturated."""
     return _longest_run(force[max(at - 200, 0) : at + 200] == force.min()) >= max(
-        _CLIPPED, 2 * (1 + _longest_run(np.diff(force[far]) == 0))
+        _SATURATED_RUN, 2 * (1 + _longest_run(np.diff(force[far]) == 0))
     )
 
 
@@ -285,12 +289,12 @@ def _minimum(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[f
     one.
     """
     end = _torn_off(force, at, noise)
-    ends = max(at - _BOTTOM, 0), min(at + _BOTTOM, end)
+    ends = max(at - _HALF_WIDTH, 0), min(at + _HALF_WIDTH, end)
     first, last = _near(force[:end], at, noise)
     for _ in range(_ROUNDS):
         first, last = max(first, ends[0]), min(last, ends[1])
-        first = max(min(first, last - _FEWEST_LOW), 0)
-        if last - first < _FEWEST_LOW:
+        first = max(min(first, last - _LEAST_LOW), 0)
+        if last - first < _LEAST_LOW:
             step = abs(force[at] - force[at - 1])
             return float(force[at]), float(np.hypot(noise, step / np.sqrt(12)))
         low = _parabola(z, force, slice(first, last), (min(first, ends[0]), ends[1]), noise, torn_off=ends[1] == end)
@@ -300,14 +304,14 @@ def _minimum(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[f
 
 def _near(force: np.ndarray, at: int, noise: float) -> tuple[int, int]:
     """Return the range of samples around the lowest that are as low as it within the noise."""
-    away = np.abs(force - force[at]) > _WITHIN * noise
+    away = np.abs(force - force[at]) > _SAMPLE_SPREAD * noise
     before, after = np.flatnonzero(away[:at]), np.flatnonzero(away[at:])
     return (int(before[-1]) + 1 if before.size else 0), (at + int(after[0]) if after.size else force.size)
 
 
 def _torn_off(force: np.ndarray, at: int, noise: float) -> int:
     """Return the first sample after the largest pull at which the surface has let go."""
-    gone = np.flatnonzero(force[at:] - force[at] > 2 * _WITHIN * noise)
+    gone = np.flatnonzero(force[at:] - force[at] > 2 * _SAMPLE_SPREAD * noise)
     return at + int(gone[0]) if gone.size else force.size
 
 
@@ -326,7 +330,7 @@ def _parabola(
         if coefficients[2] > 0
         else x[lowest]
     )
-    high = np.flatnonzero(design @ coefficients - _row(where) @ coefficients > _HARDLY * noise)
+    high = np.flatnonzero(design @ coefficients - _row(where) @ coefficients > _PARABOLA_SPREAD * noise)
     before, after = high[high < lowest], high[high > lowest]
     reach = (int(before[-1]) + 1 if before.size else 0), (int(after[0]) if after.size else x.size)
     row, unseen = _row(where), 0.0

@@ -32,16 +32,16 @@ _LEVELS = np.linspace(0.05, 0.95, 19)
 CHANGE = 1.2
 
 #: Values solved at most; the longest step between two, and the distance at which one is near enough to the fit (ln).
-_MOST, _LONGEST, _NEAR = 12, np.log(4.0), 0.05
+_MOST_VALUES, _LONGEST_STEP, _CLOSE_ENOUGH = 12, np.log(4.0), 0.05
 
 #: How far (ln) the first look goes to both sides where nothing tells where the fit lies.
-_LOOK = np.log(3.0)
+_FIRST_STEP = np.log(3.0)
 
 #: Fewer places than this count as independent.
-_FEW = 16
+_FEW_PLACES = 16
 
 #: Points at which the interval is sought.
-_FINE = 2001
+_INTERVAL_POINTS = 2001
 
 
 class Predicted(NamedTuple):
@@ -145,11 +145,11 @@ def matching(
     ends = np.log(start) - np.log(reach), np.log(start) + np.log(reach)
     failed: list[float] = []
     gap = float(ln_force.mean() - np.log(first.forces.values).mean())
-    guess = gap if abs(gap) > _NEAR else np.log(1.5)
-    steps = [guess] if proportional else [-_LOOK, _LOOK]  # others may rise and fall: a look to both sides
+    guess = gap if abs(gap) > _CLOSE_ENOUGH else np.log(1.5)
+    steps = [guess] if proportional else [-_FIRST_STEP, _FIRST_STEP]  # others may rise and fall: a look to both sides
     planned = [float(np.clip(np.log(start) + step, *ends)) for step in steps]
     x = planned.pop()
-    while x is not None and len(known) + len(failed) < _MOST:
+    while x is not None and len(known) + len(failed) < _MOST_VALUES:
         try:
             known[x] = predict(float(np.exp(x)))
         except ValueError:  # such as a hardness below the pull of adhesion: the rest is still told
@@ -166,7 +166,7 @@ def trade(fit: Fitted, other: Samples) -> float:
 
 def _independent(forces: Samples) -> float:
     """Return as how many independent places these count; few are too few to know that they are correlated."""
-    if forces.places is None or forces.values.size < _FEW or np.ptp(forces.values) == 0:
+    if forces.places is None or forces.values.size < _FEW_PLACES or np.ptp(forces.values) == 0:
         return float(forces.values.size)
     return float(np.clip(independent_places(forces.values, forces.places), 2, forces.values.size))
 
@@ -184,7 +184,7 @@ def _tested(emulator: Emulator, measured: Measured, places: float, confidence: f
     """Return the difference of the means over the values covered, and the largest that the interval allows."""
     from scipy.stats import t
 
-    x = np.unique(np.r_[np.linspace(emulator.ln_value[0], emulator.ln_value[-1], _FINE), emulator.ln_value])
+    x = np.unique(np.r_[np.linspace(emulator.ln_value[0], emulator.ln_value[-1], _INTERVAL_POINTS), emulator.ln_value])
     predicted = emulator.at(x)
     own = measured.ln_force.var(ddof=1) / measured.independent, measured.independent - 1
     theirs = predicted.var(axis=-1, ddof=1) / places, places - 1
@@ -202,7 +202,7 @@ def _next(known, failed, ends, measured: Measured, places: float, confidence: fl
     emulator = _emulator(known)
     tested = _tested(emulator, measured, places, confidence)
     best, inside = _best(tested, emulator, measured)
-    if inside and np.abs(emulator.ln_value - best).min() > _NEAR:
+    if inside and np.abs(emulator.ln_value - best).min() > _CLOSE_ENOUGH:
         return best
     accepted = np.abs(tested.difference) <= tested.allowed
     slope = np.polyfit(emulator.ln_value, emulator.ln_force.mean(axis=1), 1)[0]
@@ -211,7 +211,7 @@ def _next(known, failed, ends, measured: Measured, places: float, confidence: fl
         if not (at_fit or (inside and accepted[index])):
             continue
         missing = abs(tested.difference[index]) if at_fit else tested.allowed[index] - abs(tested.difference[index])
-        far = np.clip(1.3 * missing / max(abs(slope), 1e-3), 4 * _NEAR, _LONGEST)
+        far = np.clip(1.3 * missing / max(abs(slope), 1e-3), 4 * _CLOSE_ENOUGH, _LONGEST_STEP)
         x = _open(tested.x[index] + side * far, tested.x[index], side, failed, ends)
         if x is not None:
             return x
@@ -225,7 +225,7 @@ def _open(x: float, edge: float, side: int, failed: list[float], ends: tuple[flo
     if limit is not None and (x - limit) * side >= 0:
         x = _nearer(edge, limit)
     x = float(np.clip(x, *ends))
-    return x if (x - edge) * side > _NEAR else None
+    return x if (x - edge) * side > _CLOSE_ENOUGH else None
 
 
 def _nearer(known: float, failed: float) -> float:

@@ -22,7 +22,7 @@ from .tables import force_column, is_spreadsheet, lengths, place_columns, read_t
 from .vendor_scales import in_true_units
 
 #: Number of a file's curves that are held in memory at a time.
-_AT_ONCE = 64
+_CURVES_IN_MEMORY = 64
 
 
 def open_pull_off(
@@ -93,14 +93,14 @@ def open_pull_off(
     (array([12.5,  nan,  9.5]), array([   0., 1000.,    0.]), 'table')
     """
     given = Calibration(units, sensitivity, spring_constant, pulls)
-    image = _Image(channel, direction, size)
+    image = _Selection(channel, direction, size)
     paths = [path] if isinstance(path, (str, os.PathLike)) else list(path)
     ds = together(paths, [_of_file(files.regular_file(one), image, place_units, given) for one in paths])
     said = {**image._asdict(), **given._asdict(), "place_units": place_units}
     return schema.record(schema.label(ds), "open_pull_off", file=ds.attrs["source_file"], **said)
 
 
-class _Image(NamedTuple):
+class _Selection(NamedTuple):
     """Which image or column of a file to read."""
 
     channel: str | int | None
@@ -108,7 +108,7 @@ class _Image(NamedTuple):
     size: Any
 
 
-def _of_file(path: Path, image: _Image, place_units: str | None, given: Calibration) -> xr.Dataset:
+def _of_file(path: Path, image: _Selection, place_units: str | None, given: Calibration) -> xr.Dataset:
     """Return the pull-off forces of one file."""
     if is_spreadsheet(path):
         return _told(path, _of_table(path, image.channel, place_units, given))
@@ -139,8 +139,8 @@ def _of_curves(path: Path, kind: str, given: Calibration) -> xr.Dataset:
     """Return the pull-off forces of a file's curves, which are read in parts to save memory."""
     file = opened(path, kind, given)
     parts = []
-    for first in range(0, len(file.curves), _AT_ONCE):
-        parts.append(curves_pull_off(schema.label(curves_of(file, first, first + _AT_ONCE))))
+    for first in range(0, len(file.curves), _CURVES_IN_MEMORY):
+        parts.append(curves_pull_off(schema.label(curves_of(file, first, first + _CURVES_IN_MEMORY))))
     ds = xr.concat(parts, "subregion", coords="minimal", compat="override", join="override", combine_attrs="override")
     ds.attrs.pop("history")  # of one part
     return ds.assign_attrs(source_format=file.format, **calibration(file))

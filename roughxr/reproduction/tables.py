@@ -18,7 +18,7 @@ Run = Mapping[str, xr.Dataset]
 _MICRO = 1e-3  # µN per nN
 
 #: Displacements (nm) at which the paper shows distributions of forces, and at which both methods agree in it.
-_SHOWN, _ALIKE = (5.08, 15.4), (9.0, 10.0, 12.0)
+_DISTRIBUTION_DELTAS, _AGREEMENT_DELTAS = (5.08, 15.4), (9.0, 10.0, 12.0)
 
 
 #: Displacements (nm) whose forces the paper prints, alone or over those on smooth ground.
@@ -67,13 +67,13 @@ def _of_direct(run: Run) -> dict[str, float]:
     direct, superposed = run["solutions/direct"], run["solutions/hertz"]
     rows = {
         f"force at {delta:g} nm, second group [µN]": _MICRO * second_group(_at(direct["force"], delta).values)
-        for delta in _SHOWN
+        for delta in _DISTRIBUTION_DELTAS
     }
     clean = np.flatnonzero(~_debris(run, "solutions/direct"))
     ratio = force_ratio(superposed.isel(subregion=clean), direct.isel(subregion=clean))
     rows |= {
         f"superposed / direct at {delta:g} nm, no debris": 1 + float(_at(ratio["mean_difference"], delta))
-        for delta in _ALIKE
+        for delta in _AGREEMENT_DELTAS
     }
     agree = (np.abs(ratio["force_difference"]) <= 0.1).any("delta")
     return rows | {"places without debris that agree to 10 % somewhere": float(agree.sum())}

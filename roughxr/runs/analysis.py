@@ -75,7 +75,7 @@ HUMIDITIES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 _ALONG = ("subregion", "seed")
 
 #: The answer is told again each time that this many times as many places are solved.
-_MORE = 4
+_TELLING_FACTOR = 4
 
 #: Why a run continues nothing in humid air: a place takes minutes there, since so many cells are wetted.
 _SLOW_IN_HUMID_AIR = "in humid air a place takes minutes; in Python: scan.contact.continued(subregions=(2, 2))"
@@ -119,16 +119,16 @@ _WORDS = {
 }
 
 #: About how long one place takes in the simulation with adhesion, s, with two cores.
-_PLACE = 1.0
+_SECONDS_PER_PLACE = 1.0
 
 #: Stages of which nothing is told.
 _UNTOLD = Stages({}, {})
 
 #: Times the scan's side from which on no rough surface keeps a smooth sphere's contact within the scan.
-_HOPELESS = 3.0
+_WIDEST_CONTACT = 3.0
 
 #: What helps where bodies are too soft for the scan, or their contacts too large.
-_HELPS = (
+_REMEDY = (
     "what helps: a larger scan, a smaller sphere or preload, a larger modulus, or less work of adhesion; fewer cells "
     "(--mesh 1); or, in Python, superpose and direct instead of this simulation"
 )
@@ -322,7 +322,7 @@ def _expected(scan: xr.Dataset, plan: Plan) -> dict[str, float]:
     seconds = {"asperities": 5.0}
     if adheres:
         seconds |= {"mesh": 20.0} if plan.mesh.refine == "auto" else {}
-        seconds |= {"adhesive": _PLACE * places}
+        seconds |= {"adhesive": _SECONDS_PER_PLACE * places}
         some, hard = min(plan.continued, places), {"hardness", "hardness_estimate"} & set(scan.coords)
         seconds |= {"continued": 30.0 + 6.0 * some} if some and hard and not wet else {}
         seconds |= {"rigid": 5.0 + 0.3 * places}
@@ -330,7 +330,7 @@ def _expected(scan: xr.Dataset, plan: Plan) -> dict[str, float]:
     seconds |= {"direct": 3.0 + 0.1 * places, "superposition": 5.0}
     if adheres:
         seconds |= {"rolling": 5.0} if "sphere_radius" in scan.coords else {}
-        seconds |= _of_budget(plan, _PLACE) if plan.budget else {}
+        seconds |= _of_budget(plan, _SECONDS_PER_PLACE) if plan.budget else {}
     return seconds | {"pages": 15.0}
 
 
@@ -445,11 +445,11 @@ def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: S
 
 def _in_shares(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Stages, mesh_error: float | None):
     """Return the simulation with adhesion at all places; the answer is told as their number grows."""
-    count = _MORE * plan.checked
+    count = _TELLING_FACTOR * plan.checked
     while count < _count(scan, plan):  # of these, what was solved already is not solved again
         some = {"subregions": regions.sample(regions.centres(scan, plan.subregions), count)}
         _tell_so_far(quietly(adhesive, scan, **options | some), say, mesh_error)
-        count *= _MORE
+        count *= _TELLING_FACTOR
     solved = adhesive(scan, **options)
     _tell_so_far(solved, say, mesh_error)
     return solved
@@ -472,7 +472,7 @@ def _expect_pulls(first: xr.Dataset) -> None:
     lost, edge = (int(flags.sum()) for flags in (~first["complete"], first["truncated"]))
     raise ValueError(
         f"simulation with adhesion: expected a pull-off at some of the first {first['pull_off_force'].size} places, "
-        f"found none ({lost} not completed, {edge} in contact at the scan's edge); {_HELPS}"
+        f"found none ({lost} not completed, {edge} in contact at the scan's edge); {_REMEDY}"
     )
 
 
@@ -487,9 +487,9 @@ def _warn_of_soft(scan: xr.Dataset) -> None:
     side = min(x_high - x_low, y_high - y_low)
     if wide > side:
         told = f"the contact of a smooth sphere, {wide:.3g} nm wide, does not fit on the scan of {side:.3g} nm"
-        if wide > _HOPELESS * side:
-            raise ValueError(f"sphere_radius: {told}; {_HELPS}")
-        warn(f"{told}: the simulation may take long, and end without a pull-off; {_HELPS}")
+        if wide > _WIDEST_CONTACT * side:
+            raise ValueError(f"sphere_radius: {told}; {_REMEDY}")
+        warn(f"{told}: the simulation may take long, and end without a pull-off; {_REMEDY}")
 
 
 def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Stages) -> tuple[Mesh, Any, Any]:

@@ -24,13 +24,13 @@ from . import wavelength
 
 #: Longest waves that the model is fitted to, over the shortest that the scan shows: longer ones are spoiled by
 #: particles on the scan, and over a smaller range chance spoils the fit.
-_BAND = 5.0
+_FIT_BAND = 5.0
 
 #: What `self_affine_fit` calls the parts of a ``Spectrum``.
 _NAMES = ("psd_plateau", "rolloff_wavelength", "hurst_exponent", "shortest_wavelength", "psd_error", "hurst_error")
 
 #: Waves of a windowed spectrum that are as good as one: two of opposite sign are the same, and neighbours share theirs.
-_SHARED = 4.0
+_WAVES_PER_SAMPLE = 4.0
 
 #: Cells along the shortest added wave.
 _CELLS = 4
@@ -127,7 +127,7 @@ def model_of(spectra: list, steps: tuple[float, float], hurst: float | None, sho
 def _fitted(q, psd, modes, shown: float, *, pixel: float = 0.0, hurst: float | None = None) -> Spectrum:
     """Return the model of a spectrum (nm⁻¹, nm⁴), and its errors, from the waves next to the shortest that is shown."""
     waves = 2 * np.pi / q
-    inside = (waves >= shown) & (waves <= _BAND * shown)
+    inside = (waves >= shown) & (waves <= _FIT_BAND * shown)
     model, spread = fit_k_correlation(q[inside], psd[inside], modes[inside], pixel, hurst)
     steeper = np.sqrt(max(spread[0, 0] + spread[1, 1] - 2 * spread[0, 1], 0.0)) / (2 * np.log(8))
     return Spectrum(*model.tolist(), shown, float(np.sqrt(spread[0, 0])), float(steeper))
@@ -144,7 +144,7 @@ def _rings(squares: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray,
     q, psd = (np.bincount(ring, weights=values.ravel()) / np.maximum(members, 1) for values in (per_nm, squares))
     there = members > 0
     there[0] = False
-    return 2 * np.pi * q[there], scale * psd[there], members[there] / _SHARED
+    return 2 * np.pi * q[there], scale * psd[there], members[there] / _WAVES_PER_SAMPLE
 
 
 @verb
@@ -266,7 +266,7 @@ def known_spectrum(fit: xr.Dataset, shown: float = np.nan) -> Spectrum:
     if "psd" not in fit:
         return Spectrum(*(float(fit[name]) for name in _NAMES))
     q, psd = (fit[name].values for name in ("wavevector", "psd"))
-    modes = fit["psd_modes"].values / _SHARED if "psd_modes" in fit else np.ones(q.size)
+    modes = fit["psd_modes"].values / _WAVES_PER_SAMPLE if "psd_modes" in fit else np.ones(q.size)
     model = _fitted(q, psd, modes, 2 * np.pi / q[-1] * (1 - 1e-9))
     return model._replace(shown=shown, measured=(np.log(q), np.log(psd)))
 

@@ -11,16 +11,16 @@ from ..vocabulary.schema import pixel
 from .channel import UnreadableScan
 
 #: Where neighbouring pixels correlate less than this, the data are garbled, or noise alone.
-_NOTHING_IN_COMMON = 0.1
+_LEAST_CORRELATION = 0.1
 
 #: With fewer lines than this, a correlation may be chance.
 _FEWEST_LINES = 16
 
 #: A line is a scar that differs from its neighbours so many times more than any line across.
-_STANDS_OFF = 3.0
+_SCAR_RATIO = 3.0
 
 #: Pixels wider than this, nm, show nothing of contacts of spheres of some micrometres.
-_WIDE = 1000.0
+_WIDEST_PIXEL = 1000.0
 
 #: Heights ranging over more than this many scan sizes are no scan in any units: the file is damaged.
 ABSURD_RANGE = 1e3
@@ -65,7 +65,7 @@ def size_doubts(ds: xr.Dataset) -> list[str]:
                 said.append(f"one pixel is exactly 1 {unit} along {axis}: the scan size may never have been set")
     if abs(steps[0] - steps[1]) > 1e-6 * steps[0]:
         said.append(f"pixels are not square: {steps[0]:g} x {steps[1]:g} nm")
-    if min(steps) > _WIDE:
+    if min(steps) > _WIDEST_PIXEL:
         said.append(f"pixels of {min(steps):.4g} nm are too coarse to resolve the contacts of small spheres")
     return said
 
@@ -91,12 +91,12 @@ def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
 
 def _garbled(alike: tuple[float, float]) -> list[str]:
     """Return a doubt where neighbouring heights, or whole lines, are as if drawn at random."""
-    if max(alike) < _NOTHING_IN_COMMON:
+    if max(alike) < _LEAST_CORRELATION:
         return [
             f"neighbouring heights are uncorrelated (correlation {max(alike):.2g}): "
             "a damaged header, or nothing but noise"
         ]
-    if min(alike) < _NOTHING_IN_COMMON:
+    if min(alike) < _LEAST_CORRELATION:
         return [
             f"neighbouring lines along {'xy'[alike.index(max(alike))]} are uncorrelated (correlation "
             f"{min(alike):.2g}): a damaged header, or lines that are not levelled to each other"
@@ -111,7 +111,7 @@ def _scar(height: np.ndarray) -> list[str]:
         off = np.sqrt(np.nanmean((lines[1:-1] - 0.5 * (lines[:-2] + lines[2:])) ** 2, axis=1))
         worst.append((float(np.nanmax(off) / max(np.nanmedian(off), 1e-12)), int(np.nanargmax(off)) + 1))
     (ratio, line), across = max(worst), min(worst)[0]
-    if ratio < _STANDS_OFF * across:
+    if ratio < _SCAR_RATIO * across:
         return []
     axis = "xy"[worst.index((ratio, line))]
     return [

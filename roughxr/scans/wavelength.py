@@ -25,7 +25,7 @@ from .kept import once
 from .parts import taker
 
 #: Share of the mean square curvature that shorter waves may have.
-_REST = 0.05
+_NEGLECTED_SHARE = 0.05
 
 #: Pixels along a side of the parts that are used, and the largest number of parts along each axis.
 _SIDE, _PARTS = 256, 4
@@ -108,4 +108,6 @@ def together(spectra: Sequence[np.ndarray | None], steps: tuple[float, float]) -
     summed = np.cumsum((wavenumber**4 * mean).ravel()[order])
     if not summed[-1] > 0:
         return Waves(np.inf, slope)
-    return Waves(float(1 / wavenumber.ravel()[order][np.searchsorted(summed, (1 - _REST) * summed[-1])]), slope)
+    return Waves(
+        float(1 / wavenumber.ravel()[order][np.searchsorted(summed, (1 - _NEGLECTED_SHARE) * summed[-1])]), slope
+    )

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 #: Largest number of samples that the correlation is estimated from; more make it slower, not more accurate.
-_MOST = 2000
+_MOST_SAMPLES = 2000
 
 #: Largest distance of the correlation, in mean distances between neighbours.
-_FARTHEST = 6
+_LONGEST_LAG = 6
 
 
 class Correlogram(NamedTuple):
@@ -32,14 +32,14 @@ def correlogram(values: np.ndarray, places: np.ndarray) -> Correlogram:
 
     values = normal_scores(values)
     spacing = mean_spacing(places)
-    edges = spacing * (np.arange(_FARTHEST + 1) + 0.5)
-    chosen = np.random.default_rng(0).permutation(values.size)[:_MOST]
+    edges = spacing * (np.arange(_LONGEST_LAG + 1) + 0.5)
+    chosen = np.random.default_rng(0).permutation(values.size)[:_MOST_SAMPLES]
     deviation = values[chosen] - values[chosen].mean()
     i, j = cKDTree(places[chosen]).query_pairs(edges[-1], output_type="ndarray").T
     bins = np.digitize(np.hypot(*(places[chosen[i]] - places[chosen[j]]).T), edges[1:])
-    bins, product = bins[bins < _FARTHEST], (deviation[i] * deviation[j])[bins < _FARTHEST]
-    pairs = np.bincount(bins, minlength=_FARTHEST)
-    total = np.bincount(bins, product, minlength=_FARTHEST)
+    bins, product = bins[bins < _LONGEST_LAG], (deviation[i] * deviation[j])[bins < _LONGEST_LAG]
+    pairs = np.bincount(bins, minlength=_LONGEST_LAG)
+    total = np.bincount(bins, product, minlength=_LONGEST_LAG)
     variance = (deviation**2).mean()
     correlation = total / np.maximum(pairs, 1) / (variance if variance > 0 else 1.0)
     return Correlogram(edges[1:], correlation, pairs * (values.size / chosen.size) ** 2)

@@ -7,14 +7,16 @@ from collections.abc import Iterable
 from typing import Any
 
 #: Categories of characters that move the cursor, colour or hide what is printed, or turn its direction.
-_UNSEEN = {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}
+_CONTROL_CATEGORIES = {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}
 
 
 def printable(text: str, *, keep: str = "") -> str:
     r"""Return text with control characters, such as those of a terminal, written out; ``keep`` are left as they are."""
     if text.isascii() and text.isprintable():
         return text
-    return "".join(one if one in keep or unicodedata.category(one) not in _UNSEEN else _written(one) for one in text)
+    return "".join(
+        one if one in keep or unicodedata.category(one) not in _CONTROL_CATEGORIES else _written(one) for one in text
+    )
 
 
 def _written(character: str) -> str:

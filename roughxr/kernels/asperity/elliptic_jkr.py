@@ -37,7 +37,7 @@ from roughxr.kernels.asperity.jkr import self_similar_units
 _SMALLEST_S, _LARGEST_S = 1e-12, 1 - 1e-9
 
 
-class State(NamedTuple):
+class EllipseState(NamedTuple):
     """P*, a*, b* and δ* of one or many states of contact, in self-similar units (b in units of a_c)."""
 
     P: np.ndarray
@@ -46,7 +46,7 @@ class State(NamedTuple):
     delta: np.ndarray
 
 
-class Fit(NamedTuple):
+class EdgeFit(NamedTuple):
     """The ansatz on the ellipse a = 1, b = k, fitted to A = 1, B = ratio, with E* = 1."""
 
     d: np.ndarray  # (c₁ − c₂)/2, so that c(φ) = m + d cos 2φ
@@ -100,7 +100,7 @@ def fit(k, ratio):
     u0_2, x_2, y_2 = displacement(0, 0, 1, k)
     det = x_1 * y_2 - x_2 * y_1
     c1, c2 = (y_2 - x_2 * ratio) / det, (x_1 * ratio - y_1) / det
-    return Fit((c1 - c2) / 2, (c1 + c2) / 2, displacement(1, 0, 0, k)[0], c1 * u0_1 + c2 * u0_2)
+    return EdgeFit((c1 - c2) / 2, (c1 + c2) / 2, displacement(1, 0, 0, k)[0], c1 * u0_1 + c2 * u0_2)
 
 
 def _johnson_greenwood(k, d):
@@ -133,7 +133,7 @@ def contact_at(formulation, ratio, s):
     P = 2 * np.pi * k * (m - on_unit.mean / 3) * a_cubed
     delta = ((m - on_unit.mean) * on_unit.delta_c0 + on_unit.delta_fit) * a**2
     unit = self_similar_units(1.0, ratio, 1.0, 1.0)
-    return State(P / unit.P, a / unit.a, k * a / unit.a, delta / unit.delta)
+    return EllipseState(P / unit.P, a / unit.a, k * a / unit.a, delta / unit.delta)
 
 
 def _least(formulation, ratio, quantity):
@@ -169,7 +169,7 @@ def stable_state(formulation, ratio, delta, s_end=None):
 
     s_end = end_of_branch(formulation, ratio) if s_end is None else s_end
     if delta < contact_at(formulation, ratio, s_end).delta:
-        return State(np.nan, np.nan, np.nan, delta)
+        return EllipseState(np.nan, np.nan, np.nan, delta)
 
     def excess(log_s):
         return contact_at(formulation, ratio, np.exp(log_s)).delta - delta

@@ -18,7 +18,8 @@ since an asperity at the end of its branch pulls; that of ``menisci`` without a 
 The search goes from one onset to the next, searches the intervals in which the minimum can be below the least found so
 far, and skips those that the line proves to be above it. It ends when the line proves this for all larger
 displacements. For asperities too far away to have been considered, the line subtracts all adhesion within the square
-that the sphere can reach, a sum known beforehand (``Cells.adhesion``); if that does not suffice, more are considered.
+that the sphere can reach, a sum known beforehand (``AsperityCells.adhesion``); if that does not suffice, more are
+considered.
 
 oᵢ      ``offset``, how far the sphere must come down to reach vertex i, nm;  tᵢ  ``onset``, nm
 L, δ    displacements from the datum, nm
@@ -59,7 +60,7 @@ _GROWTH = 1.5
 _MOST_DISCS = 60
 
 
-class Cells(NamedTuple):
+class AsperityCells(NamedTuple):
     """Square cells over a scan, in which its asperities are sorted: those of a row are contiguous."""
 
     x: float  # lower corner, nm
@@ -75,7 +76,7 @@ class AsperityGrid(NamedTuple):
     field: Field
     adhesion: np.ndarray  # (asperity,): Cᵢ, nN
     highest: float  # least of depth + end of branch, nm: the sphere touches nothing before S₀ gets below δ − this
-    cells: Cells
+    cells: AsperityCells
     first_reach: float  # displacement up to which asperities are considered first, nm
 
 
@@ -137,7 +138,7 @@ def _marks(marks, rows):
 def _cells(field, adhesion, per_cell=4.0):
     """Return the cells, about ``per_cell`` asperities in each, and the order that sorts by them."""
     if field.x.size == 0:
-        return Cells(0.0, 0.0, 1.0, np.zeros((1, 2), dtype=np.int64), np.zeros((2, 2))), np.arange(0)
+        return AsperityCells(0.0, 0.0, 1.0, np.zeros((1, 2), dtype=np.int64), np.zeros((2, 2))), np.arange(0)
     x, y = field.x.min(), field.y.min()
     width, depth = np.ptp(field.x), np.ptp(field.y)
     side = max(np.sqrt(width * depth * per_cell / field.x.size), max(width, depth) / 4096, 1e-9)
@@ -149,7 +150,7 @@ def _cells(field, adhesion, per_cell=4.0):
     before = np.concatenate([[0], ends[:-1, -1]])[:, None]
     table = np.bincount(number, adhesion, shape[0] * shape[1]).reshape(shape)
     sums = np.pad(table.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
-    return Cells(float(x), float(y), float(side), np.hstack([before, ends]), sums), order
+    return AsperityCells(float(x), float(y), float(side), np.hstack([before, ends]), sums), order
 
 
 @kernel

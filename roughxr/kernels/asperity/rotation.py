@@ -43,7 +43,7 @@ _STEPS = 100
 _ROUNDING = 1e-9
 
 #: Largest number of steps; some 500 detach contacts a hundred times as far from the edge as they are wide.
-_MOST = 100_000
+_MOST_STEPS = 100_000
 
 #: Results in each direction: the largest moment, nN nm, and the edge's distance from the axis there, nm; the
 #: largest M/h, nN, inf where the edge is never ahead of the axis, and the edge's distance there, nm.
@@ -72,7 +72,7 @@ def _turn(along, turned, delta, scales, load, spline, out):
         if scales.row[i] == STIFF and delta[i] > 0.0:
             way[i] = max(delta[i], 0.05 * way[i])
     out[MOMENT], out[HINGE], out[PULL], out[PULL_HINGE] = -np.inf, np.nan, -np.inf, np.nan
-    for _ in range(_MOST):
+    for _ in range(_MOST_STEPS):
         h, foremost = _edge(along, turned, delta, scales, spline, force, reach)
         if h == -np.inf:
             break

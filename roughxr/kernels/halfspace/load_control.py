@@ -23,7 +23,7 @@ from .warm_start import COARSE_ITERATIONS, COARSE_TOLERANCE, extrapolated, half_
 from .working_set import Overlap, WarmStart, depth_in, overlapping, put, solve_in_box
 
 #: Cells that overlap at up to this many times the guessed depth are chosen.
-_SLACK = 1.1
+_DEPTH_FACTOR = 1.1
 
 #: d ln F / d ln depth of a sphere, and of one all of whose contact yields.
 _SPHERE_EXPONENT, _YIELDING_EXPONENT = 1.5, 1.0
@@ -111,7 +111,7 @@ def _solve(separation, load, guess, tolerance, max_iterations, cap, coefficients
     touch, products = _lowest(separation), 0
     for _ in range(_MOST_CHOICES):
         delta = guess.delta
-        reach = touch + _SLACK * (delta - touch)
+        reach = touch + _DEPTH_FACTOR * (delta - touch)
         box, slack = overlapping(separation, reach), reach - delta
         depth, left = depth_in(separation, delta, box), max_iterations - products
         begin = _cut(guess.contact, box) if guess.contact.pressure.size else half_deep(depth, slack)

@@ -28,7 +28,7 @@ DENSE_LIMIT = 250
 LONG_RANGE = 1000
 
 #: Transformed coefficients are kept for padded boxes of up to this many cells, to be used again.
-_KEPT = 256**2
+_LARGEST_CACHED = 256**2
 
 
 class Operator(NamedTuple):
@@ -64,7 +64,7 @@ def known_transfer(rows, columns, coefficients, known):
         if transfer.rows == rows and transfer.columns == columns:
             return transfer
     transfer = transfer_of(rows, columns, coefficients)
-    if rows * columns <= _KEPT:
+    if rows * columns <= _LARGEST_CACHED:
         known.append(transfer)
     return transfer
 

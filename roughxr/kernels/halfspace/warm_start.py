@@ -15,7 +15,7 @@ from .products import DENSE_LIMIT
 from .working_set import WarmStart, overlap_of
 
 #: In a sweep, cells that penetrate by this part of the step when extrapolated are taken as touching.
-_JOINING = 0.1
+_JOINING_PART = 0.1
 
 #: After a coarse solve, cells whose predicted gap exceeds this part of the deepest overlap are left out.
 _MARGIN = 0.05
@@ -48,7 +48,7 @@ def extrapolated(depth, step, pressure, displacement, ahead, cap, row, column):
             if np.isnan(growth):
                 growth, doubt = 0.0, 0.5 * step
             gap = u + growth - depth[i, j]
-            touching[i, j] = (p > 0.0 or gap + doubt < -_JOINING * step) and out[i, j] < cap
+            touching[i, j] = (p > 0.0 or gap + doubt < -_JOINING_PART * step) and out[i, j] < cap
             possible[i, j] = touching[i, j] or not gap >= 0.0
     return WarmStart(out, touching, possible, 0, 0)
 

@@ -14,7 +14,7 @@ By what results differ between both it is told how much they hang on what no pix
 import numpy as np
 
 #: Pixels by which a window is continued on each side, at most.
-_BEYOND = 16
+_MARGIN = 16
 
 
 def band_limited(height: np.ndarray, n: int) -> np.ndarray:
@@ -23,7 +23,7 @@ def band_limited(height: np.ndarray, n: int) -> np.ndarray:
 
     if n == 1:
         return np.array(height, dtype=float)
-    beyond = [min(_BEYOND, size - 1) for size in height.shape]
+    beyond = [min(_MARGIN, size - 1) for size in height.shape]
     height = np.pad(height, [(k, k) for k in beyond], "reflect", reflect_type="odd")
     (x, y), (fine_x, fine_y) = ([_centred(size, k) for size in height.shape] for k in (1, n))
     along_x, along_y = _slope(height.mean(axis=1), x), _slope(height.mean(axis=0), y)

@@ -33,16 +33,16 @@ OFF = 0
 _STEP, _LAST, _MOST_STEPS = 0.5, 0.004, 4000
 
 #: Least distance (pixels) of patches on different summits.
-_APART = 2.0
+_LEAST_SEPARATION = 2.0
 
 #: How often the crossing of two patches is found anew, each time by the planes where it was found last.
-_TURNS = 5
+_CROSSING_ROUNDS = 5
 
 #: How far (distance²/R) the sphere's heights on two patches may part from their planes.
-_BENT = 2.5
+_LARGEST_DEVIATION = 2.5
 
 #: Distance (pixels) of a pass from the lowest pixel of a border, at most.
-_FARTHEST = 2.0
+_PASS_DISTANCE = 2.0
 
 #: Most planes that are taken in along an axis, in the search for the best step.
 _MOST_CUTS = 50
@@ -386,7 +386,7 @@ def borders(z, labels, start, stop):
 @kernel
 def _apart(a, b, pixel):
     """Return whether two contacts lie on different summits."""
-    return max(abs(a[3] - b[3]) / pixel[0], abs(a[4] - b[4]) / pixel[1]) >= _APART
+    return max(abs(a[3] - b[3]) / pixel[0], abs(a[4] - b[4]) / pixel[1]) >= _LEAST_SEPARATION
 
 
 @kernel
@@ -402,7 +402,7 @@ def _crossing(a, b, x, y):
 def _pass_near(rows, planes, place, ball, pixel):
     """Return x, y and height of the pass nearest to a border's lowest pixel (x, y, height), or that pixel."""
     (x, y, lowest), found = place, place
-    nearest, largest = _FARTHEST * max(pixel[0], pixel[1]), max(pixel[0], pixel[1])
+    nearest, largest = _PASS_DISTANCE * max(pixel[0], pixel[1]), max(pixel[0], pixel[1])
     for p in range(len(planes)):
         for q in range(p):
             if not _apart(planes[p], planes[q], pixel):
@@ -411,11 +411,11 @@ def _pass_near(rows, planes, place, ball, pixel):
             off = np.hypot(px - x, py - y)
             if not off < nearest + largest:
                 continue
-            bent = _BENT * off * off / ball.radius  # as far as planes can tell
+            bent = _LARGEST_DEVIATION * off * off / ball.radius  # as far as planes can tell
             highest = min(_on(planes[p], px - x, py - y), lowest) + bent
             if _highest_plane(planes, px - x, py - y)[0] > highest:
                 continue
-            for _ in range(_TURNS):
+            for _ in range(_CROSSING_ROUNDS):
                 a, b = _plane(rows[p], px, py, ball), _plane(rows[q], px, py, ball)
                 px, py = _crossing(a, b, px, py)
             off, height = np.hypot(px - x, py - y), touch(rows[p], px, py, ball)[0]
@@ -427,7 +427,7 @@ def _pass_near(rows, planes, place, ball, pixel):
 @kernel
 def passes(z, pixels, ground):
     """Return x, y and height (nm) of the pass at each of some pixels of a border, (passes, 3)."""
-    out, reach = table(pixels.size, 3, 0.0), _FARTHEST * max(ground.pixel[0], ground.pixel[1])
+    out, reach = table(pixels.size, 3, 0.0), _PASS_DISTANCE * max(ground.pixel[0], ground.pixel[1])
     for n in range(pixels.size):
         i, j = pixels[n] // z.shape[1], pixels[n] % z.shape[1]
         x, y = ground.first[0] + i * ground.pixel[0], ground.first[1] + j * ground.pixel[1]

@@ -29,7 +29,7 @@ from ..jit import kernel
 from .paraboloid import Fit, fit_paraboloids
 from .peaks import Peaks, off_centroid, search
 
-_AROUND = np.ones((3, 3))
+_NEIGHBOURHOOD = np.ones((3, 3))
 
 #: Pixels around a tile that its spline also goes through.
 HALO = 16
@@ -162,7 +162,7 @@ def _rims(array: np.ndarray, cut: np.ndarray, width: int) -> tuple:
 def _labels(is_open: np.ndarray) -> np.ndarray:
     from scipy.ndimage import label
 
-    return label(is_open, structure=_AROUND)[0]
+    return label(is_open, structure=_NEIGHBOURHOOD)[0]
 
 
 def _near(is_open: np.ndarray, patch: int) -> np.ndarray:

@@ -28,7 +28,7 @@ from .style import (
 )
 
 #: The entry that does not count in the total.
-_APART = "shorter waves"
+_OUTSIDE_TOTAL = "shorter waves"
 
 
 @styled
@@ -58,10 +58,10 @@ def error_budget(ds: xr.Dataset, *, ax: Any = None):
     """
     names = [str(name) for name in ds["entry"].values]
     values = dict(zip(names, 100 * ds["relative_error"].values))
-    rows = [(name, values[name], BLUE) for name in names if name != _APART]
+    rows = [(name, values[name], BLUE) for name in names if name != _OUTSIDE_TOTAL]
     rows.append(("all of these", 100 * float(ds["total_error"]), BLACK))
-    if _APART in values:
-        rows.append((_words(ds), values[_APART], ORANGE))
+    if _OUTSIDE_TOTAL in values:
+        rows.append((_words(ds), values[_OUTSIDE_TOTAL], ORANGE))
     ax = axes(ax, aspect=0.16 + 0.058 * len(rows))
     for row, (_, value, color) in enumerate(rows):
         _bar(ax, row, value, color)

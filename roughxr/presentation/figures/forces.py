@@ -93,13 +93,13 @@ def force_fan(
 
 
 #: A pull that is a smaller part of the axis is not visible.
-_SEEN = 0.05
+_LEAST_VISIBLE = 0.05
 
 
 def _pull_unseen(force: xr.DataArray) -> float:
     """Return the median place's pull-off force (nN) where it is too small to be visible beside the push, else 0."""
     pull = float(-force.min("delta").median())
-    return pull if 0 < pull < _SEEN * float(force.max()) else 0.0
+    return pull if 0 < pull < _LEAST_VISIBLE * float(force.max()) else 0.0
 
 
 @styled

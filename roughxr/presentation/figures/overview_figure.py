@@ -15,7 +15,7 @@ from .maps import contact_grid
 from .style import BLACK, PAGE, TITLE, legend, styled
 
 #: The methods that are drawn, and their labels.
-_SHOWN = {"adhesive": "direct simulation with adhesion", "energy": "superposed, least energy"}
+_METHODS = {"adhesive": "direct simulation with adhesion", "energy": "superposed, least energy"}
 
 
 @styled
@@ -52,7 +52,7 @@ def overview(run: Mapping[str, xr.Dataset]):
     contact_grid(run["scan"], run["solutions/direct"], ax=where)
     contact = run["solutions/contact"]
     field_map(contact, "pressure", ax=pressure)
-    shown = {label: run[f"statistics/{name}"] for name, label in _SHOWN.items() if f"statistics/{name}" in run}
+    shown = {label: run[f"statistics/{name}"] for name, label in _METHODS.items() if f"statistics/{name}" in run}
     _pull_offs(shown, pull)
     _best_estimate(run, pull)
     delta = float(contact["delta"][0])

@@ -33,7 +33,7 @@ _AXES = {
 }
 
 #: Offsets, in points, of the labels of pull-off and end of branch, which avoid all curves.
-_BESIDE = {
+_LABEL_OFFSETS = {
     ("delta", "a"): ((-14, 10), (10, 2)),
     ("P", "a"): ((10, 0), (10, -4)),
     ("delta", "P"): ((44, -3), (10, 12)),
@@ -136,7 +136,7 @@ def _mark(ax, states: Curve, x: str, y: str):
     across, up = getattr(states, x), getattr(states, y)
     pull = int(states.P.argmin())
     end = int(np.argmax(states.stable))
-    beside = _BESIDE.get((x, y), ((12, 12), (12, -12)))
+    beside = _LABEL_OFFSETS.get((x, y), ((12, 12), (12, -12)))
     points = ((pull, "D", "pull-off"), (end, "s", "jump-on, let-go"))
     for (k, marker, words), offset in zip(points[: 1 if x == "P" else 2], beside):
         ax.plot(across[k], up[k], marker, color=BLACK, markersize=3.6, zorder=5)

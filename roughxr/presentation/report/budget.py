@@ -19,7 +19,7 @@ Run = Mapping[str, xr.Dataset]
 BUDGET = "statistics/error_budget"
 
 #: Shortest wave (nm) of a scan too coarse for the question: contacts at pull-off are smaller.
-_COARSE = 50.0
+_COARSE_WAVELENGTH = 50.0
 
 
 @verb
@@ -97,7 +97,7 @@ def _scan_too_small(run: Run) -> str:
         said += "all places share the same few summits, and say little about the rest of the surface. "
     known = run.get("solutions/adhesive", run["statistics/adhesive"]).coords.get("shortest_wavelength")
     shown = float(known) if known is not None else np.nan
-    if shown > _COARSE:
+    if shown > _COARSE_WAVELENGTH:
         said += (
             f"This scan does not resolve roughness finer than {shown:.3g} nm; the true pull-off is probably much lower."
         )

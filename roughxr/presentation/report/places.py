@@ -11,7 +11,7 @@ from ...vocabulary.verbs import verb
 from .tables import mesh_change
 
 #: What is known of some places only, as a group.
-_SOME = "some"
+_PARTIAL_GROUP = "some"
 
 #: Group, variable and name in the table; of a variable with directions the mean over these.
 _COLUMNS = (
@@ -19,8 +19,8 @@ _COLUMNS = (
     ("statistics/rests", "carriers", "carriers"),
     ("statistics/rests", "barrier", "barrier"),
     ("statistics/adhesive", "pull_off_force", "pull_off_force"),
-    (_SOME, "pull_off_error", "pull_off_error"),
-    (_SOME, "pull_off_force_continued", "pull_off_force_continued"),
+    (_PARTIAL_GROUP, "pull_off_error", "pull_off_error"),
+    (_PARTIAL_GROUP, "pull_off_force_continued", "pull_off_force_continued"),
     ("statistics/energy", "pull_off_force", "pull_off_force_superposed"),
     ("statistics/menisci", "pull_off_force", "pull_off_force_superposed"),
     ("statistics/rigid", "pull_off_force", "pull_off_force_rigid"),
@@ -34,7 +34,7 @@ _COLUMNS = (
 @verb
 def by_place(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return what a run says of each of its places, as far as it holds it."""
-    run, columns = {**run, _SOME: _of_some(run)}, {}
+    run, columns = {**run, _PARTIAL_GROUP: _of_some(run)}, {}
     for group, variable, name in _COLUMNS:
         if group not in run or variable not in run[group]:
             continue

@@ -20,10 +20,10 @@ from .tables import mesh_change
 Run = Mapping[str, xr.Dataset]
 
 #: Share of the force above the hardness from which on a caution is given.
-_YIELDS = 0.005
+_YIELDED_SHARE = 0.005
 
 #: Median change of the pull-off, on a finer mesh with shorter steps, at which a caution is given.
-_COARSE = 0.1
+_LARGEST_CHANGE = 0.1
 
 
 @verb
@@ -71,7 +71,9 @@ def _coarse(run: Run) -> str:
     change = float(np.abs(mesh_change(run)).median())
     words = f"On a mesh twice as fine, with half the step, the median pull-off changes by {percent(change)}"
     return (
-        f"{words}: the main numbers have at least this error; take a finer mesh (--mesh)." if change > _COARSE else ""
+        f"{words}: the main numbers have at least this error; take a finer mesh (--mesh)."
+        if change > _LARGEST_CHANGE
+        else ""
     )
 
 
@@ -165,7 +167,7 @@ def _above_hardness(ds: xr.Dataset, words: str, where: str) -> str:
     name = "hardness" if "hardness" in ds.coords else "hardness_estimate"
     last = ds.isel(delta=-1) if "delta" in ds["yielded_fraction"].dims else ds
     force, area = (float(last[f"yielded{part}_fraction"].mean()) for part in ("", "_area"))
-    if not force > _YIELDS:
+    if not force > _YIELDED_SHARE:
         return ""
     shares = f"{where} {percent(area)} of the contact area with {percent(force)} of the force lies"
     if "plastic_work" in ds:

@@ -29,7 +29,7 @@ _STEPS = 16
 _MARGIN = 1.15
 
 #: The colour scale covers all but this share of the strongest tractions.
-_STRONGEST = 0.005
+_CLIPPED_SHARE = 0.005
 
 
 class Frames(NamedTuple):
@@ -186,7 +186,7 @@ def _sheets(made: dict[str, list[Frames | None]]) -> dict[str, Any]:
 def _strong(pressures: list[np.ndarray]) -> float:
     """Return the value below which all but a share of the positive values lie; 0 where there are none."""
     positive = np.concatenate([values[values > 0] for values in pressures])
-    return float(np.quantile(positive, 1 - _STRONGEST)) if positive.size else 0.0
+    return float(np.quantile(positive, 1 - _CLIPPED_SHARE)) if positive.size else 0.0
 
 
 def _sheet(frames: Frames, pull: float, push: float) -> dict[str, Any]:
