@@ -21,6 +21,19 @@ def test_public_functions_state_the_types_of_all_they_take_and_return(name):
     assert not missing and signature.return_annotation is not signature.empty
 
 
+def test_options_state_what_they_take():
+    """`Any` says nothing: the rooms that still have it are named, and no other may."""
+    functions = {name: inspect.unwrap(getattr(roughxr, name)) for name in FUNCTIONS}
+    plain = inspect.Parameter.KEYWORD_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD
+    silent = {
+        (one.__module__.split(".")[1], name, key)
+        for name, one in functions.items()
+        for key, parameter in inspect.signature(one).parameters.items()
+        if parameter.kind in plain and parameter.annotation == "Any" and key != "chunks"
+    }
+    assert {room for room, *_ in silent} <= {"contact", "studies", "statistics"}, silent
+
+
 def test_the_package_says_that_it_is_typed():
     assert resources.files(roughxr).joinpath("py.typed").is_file()
 

@@ -22,7 +22,7 @@ from ..scans.kept import once
 from ..scans.parts import taker
 from ..scans.wavelength import Waves
 from ..vocabulary import schema
-from ..vocabulary.units import is_whole, positive
+from ..vocabulary.units import Quantity, is_whole, positive
 from ..vocabulary.verbs import verb, warn
 from .ridges import repeated
 
@@ -79,7 +79,7 @@ class _Setup(NamedTuple):
 
 
 @verb
-def asperities(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -> xr.Dataset:
+def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitted") -> xr.Dataset:
     """Return the catalogue of a scan's asperities.
 
     A peak is a pixel, or a plateau of equal pixels, higher than all its neighbours; a plateau is one peak.

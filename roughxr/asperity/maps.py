@@ -11,6 +11,7 @@ import xarray as xr
 from ..jobs import lazy as parallel
 from ..scans import regions
 from ..vocabulary import schema
+from ..vocabulary.units import Places
 from ..vocabulary.verbs import verb
 from .asperity_sum import (
     ADHESIVE,
@@ -37,7 +38,7 @@ EVERY_PIXEL = "every pixel"
 def pull_off_map(
     ds: xr.Dataset,
     *,
-    subregions: Any = EVERY_PIXEL,
+    subregions: Places = EVERY_PIXEL,
     law: str | None = None,
     formulation: str = "energy",
     datum: str = "highest_peak",

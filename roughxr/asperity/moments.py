@@ -15,7 +15,7 @@ from ..kernels.asperity import superposition as sums
 from ..kernels.asperity.force_curves import STIFF
 from ..scans import regions
 from ..vocabulary import schema
-from ..vocabulary.units import is_whole, magnitude
+from ..vocabulary.units import Places, Quantities, Quantity, is_whole, magnitude
 from ..vocabulary.verbs import verb
 from .asperity_sum import (
     ADHESIVE,
@@ -63,9 +63,9 @@ _EQUAL_MOMENTS = 1e-6
 def rolling(
     ds: xr.Dataset,
     *,
-    directions: Any = 24,
-    load: Any = 0.0,
-    subregions: Any = None,
+    directions: Quantities = 24,
+    load: Quantity = 0.0,
+    subregions: Places = None,
     law: str | None = None,
     formulation: str = DEFAULT,
 ) -> xr.Dataset:

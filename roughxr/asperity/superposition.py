@@ -16,7 +16,7 @@ from ..jobs.records import BRANCHES, Layout, labelled
 from ..kernels.asperity import superposition as sums
 from ..scans import regions
 from ..vocabulary import schema
-from ..vocabulary.units import positive
+from ..vocabulary.units import Places, Quantities, Quantity, positive
 from ..vocabulary.verbs import verb
 from . import flattening
 from .asperity_sum import (
@@ -56,12 +56,12 @@ _STEPS = 301
 def superpose(
     ds: xr.Dataset,
     *,
-    delta: Any = None,
-    subregions: Any = None,
+    delta: Quantities | None = None,
+    subregions: Places = None,
     law: str | None = None,
     formulation: str = DEFAULT,
     datum: str = "highest_peak",
-    preload: Any = None,
+    preload: Quantity | None = None,
 ) -> xr.Dataset:
     """Sum the contacts of all asperities with a sphere at each contact centre.
 

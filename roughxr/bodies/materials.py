@@ -12,10 +12,11 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import in_units, magnitude, positive
+from ..vocabulary.units import Quantities, Quantity, in_units, magnitude, positive
 from ..vocabulary.verbs import verb, warn
 from . import liquid as liquids
 from . import substances
+from .liquid import HumidAir
 
 
 class ImplausiblePair(UserWarning):
@@ -57,7 +58,7 @@ _FEWEST_PIXELS, _FEW_PIXELS = 1.0, 5.0
 
 
 @verb
-def contact_modulus(young_modulus: Any, poisson_ratio: Any) -> float:
+def contact_modulus(young_modulus: Quantities, poisson_ratio: Quantities) -> float:
     """Return the contact modulus E* of two elastic bodies, 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂.
 
     Parameters
@@ -95,11 +96,11 @@ def contact_modulus(young_modulus: Any, poisson_ratio: Any) -> float:
 
 @verb
 def gilman_surface_energy(
-    young_modulus: Any,
+    young_modulus: Quantities,
     *,
     poisson_ratio: float | None = None,
-    plane_spacing: Any = 0.2,
-    atomic_radius: Any = 0.13,
+    plane_spacing: Quantity = 0.2,
+    atomic_radius: Quantity = 0.13,
 ) -> float:
     """Return Gilman's estimate of the surface energy from the stiffness, γ = (E/y₀)(a₀/π)².
 
@@ -145,19 +146,19 @@ def gilman_surface_energy(
 def assign_pair(
     ds: xr.Dataset,
     *,
-    sphere_radius: Any = None,
+    sphere_radius: Quantity | None = None,
     indenter: xr.DataArray | xr.Dataset | None = None,
     materials: str | tuple[str, str] | None = None,
-    young_modulus: Any = None,
-    poisson_ratio: Any = None,
-    contact_modulus: Any = None,
-    surface_energy: Any = None,
-    work_of_adhesion: Any = None,
-    adhesion_range: Any = None,
-    hamaker_constant: Any = None,
-    retardation: Any = None,
-    hardness: Any = None,
-    humidity: Any = None,
+    young_modulus: Quantities | None = None,
+    poisson_ratio: Quantities | None = None,
+    contact_modulus: Quantity | None = None,
+    surface_energy: Quantity | None = None,
+    work_of_adhesion: Quantities | None = None,
+    adhesion_range: Quantity | None = None,
+    hamaker_constant: Quantity | None = None,
+    retardation: Quantity | None = None,
+    hardness: Quantity | None = None,
+    humidity: Quantity | HumidAir | None = None,
 ) -> xr.Dataset:
     """Return the scan or catalogue with the pair of bodies on it.
 
@@ -280,7 +281,7 @@ def _recordable(value: Any) -> Any:
     return value if isinstance(value, (int, float, str)) else str(value)
 
 
-def hamaker_constant(first: Any, second: Any = None, *, medium: Any = "vacuum") -> float:
+def hamaker_constant(first: Quantity, second: Quantity | None = None, *, medium: Quantity = "vacuum") -> float:
     """Return the Hamaker constant of two bodies across a medium, by combining rules.
 
     Parameters

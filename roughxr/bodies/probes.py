@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import positive, whole_number
+from ..vocabulary.units import Quantity, positive, whole_number
 from ..vocabulary.verbs import verb
 
 #: A cap that rises by less than this many times its roughness over the scan is too flat for a sphere to be fitted.
@@ -122,9 +122,9 @@ def _paraboloid(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float
 def placements(
     roughness: xr.Dataset,
     *,
-    sphere_radius: Any,
+    sphere_radius: Quantity,
     count: int = 16,
-    width: Any = None,
+    width: Quantity | None = None,
     rotation: str = "quarter",
     seed: int = 0,
 ) -> xr.Dataset:

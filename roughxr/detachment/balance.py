@@ -23,7 +23,7 @@ import xarray as xr
 from ..asperity.moments import least
 from ..statistics.sampling import SHARE, conditions
 from ..vocabulary import schema
-from ..vocabulary.units import magnitude, positive
+from ..vocabulary.units import Quantity, magnitude, positive
 from ..vocabulary.verbs import verb
 from .loads import FLOWS, LIFTS, LOADS, Body, Flow, Load, Push
 
@@ -55,11 +55,11 @@ def critical_load(
     ds: xr.Dataset,
     load: str | Load = "wall_shear",
     *,
-    direction: Any = 0.0,
-    particle_density: Any = None,
+    direction: Quantity = 0.0,
+    particle_density: Quantity | None = None,
     flow: str | Flow = "air",
-    friction_coefficient: Any = None,
-    shear_strength: Any = None,
+    friction_coefficient: Quantity | None = None,
+    shear_strength: Quantity | None = None,
 ) -> xr.Dataset:
     """Return the smallest strength of a load at which each place gives way, and how: rolling, sliding or lifting.
 

@@ -19,7 +19,7 @@ from ..asperity.moments import rolling
 from ..kernels.topography import dilation, rests
 from ..scans import regions
 from ..vocabulary import schema
-from ..vocabulary.units import magnitude, positive
+from ..vocabulary.units import Quantities, Quantity, magnitude, positive
 from ..vocabulary.verbs import verb, warn
 from .balance import critical_load
 from .loads import weight
@@ -53,11 +53,11 @@ def resting(
     ds: xr.Dataset,
     *,
     settle: str = "gravity",
-    least_barrier: Any = 0.001,
+    least_barrier: Quantity = 0.001,
     landings: tuple[int, int] | None = None,
     on: xr.Dataset | None = None,
-    particle_density: Any = None,
-    friction_velocity: Any = 0.0,
+    particle_density: Quantity | None = None,
+    friction_velocity: Quantities = 0.0,
 ) -> xr.Dataset:
     """Return where a sphere of the assigned radius lies still, with the share of spheres that comes to lie there.
 

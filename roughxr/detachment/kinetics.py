@@ -13,9 +13,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..vocabulary import schema
-from ..vocabulary.units import factor, magnitude, positive
+from ..vocabulary.units import Quantities, Quantity, factor, magnitude, positive
 from ..vocabulary.verbs import verb
 from .loads import AIR_DENSITY, AIR_VISCOSITY, friction_reynolds, lift
 
@@ -43,7 +44,7 @@ class LogNormal(NamedTuple):
 
 
 @verb
-def biasi_adhesion(radius: Any) -> LogNormal:
+def biasi_adhesion(radius: Quantity) -> LogNormal:
     """Return the adhesion over that of a smooth contact, 3/2 π w r, as Biasi et al. fitted it to experiments.
 
     Parameters
@@ -79,7 +80,11 @@ def biasi_adhesion(radius: Any) -> LogNormal:
 
 @verb
 def resuspension_rate(
-    ratio: Any, friction_velocity: Any, *, viscosity: Any = AIR_VISCOSITY, fluctuation: float = FLUCTUATION
+    ratio: Quantities,
+    friction_velocity: Quantities,
+    *,
+    viscosity: Quantity = AIR_VISCOSITY,
+    fluctuation: float = FLUCTUATION,
 ) -> Any:
     """Return the rate (1/s) at which a particle leaves, from the ratio of mean removal force to adhesion.
 
@@ -120,15 +125,15 @@ def resuspension_rate(
 
 @verb
 def rock_n_roll(
-    friction_velocity: Any,
+    friction_velocity: Quantities,
     *,
-    radius: Any,
-    adhesion: Any,
-    weights: Any = None,
-    time: Any = 1.0,
+    radius: Quantity,
+    adhesion: Quantities,
+    weights: ArrayLike | None = None,
+    time: Quantities = 1.0,
     model: str = "rock_n_roll",
-    medium_density: Any = AIR_DENSITY,
-    viscosity: Any = AIR_VISCOSITY,
+    medium_density: Quantity = AIR_DENSITY,
+    viscosity: Quantity = AIR_VISCOSITY,
 ) -> np.ndarray:
     """Return the fraction of particles of given adhesion that remain, by the unchanged model of Reeks & Hall.
 

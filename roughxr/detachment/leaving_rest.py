@@ -7,14 +7,13 @@ with it the height of the pass, is in both moments.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
 from ..asperity.catalogue import asperities
 from ..asperity.moments import rolling
 from ..vocabulary import schema
+from ..vocabulary.units import Quantity
 from ..vocabulary.verbs import verb
 from .balance import body_of, critical_load, first_strength, held_of, load_of, recorded
 from .loads import Flow, Load, weight
@@ -29,7 +28,7 @@ def leaving(
     places: xr.Dataset,
     load: str | Load = "wall_shear",
     *,
-    particle_density: Any = None,
+    particle_density: Quantity | None = None,
     flow: str | Flow = "air",
 ) -> xr.Dataset:
     """Return the smallest strength of a load at which particles leave their basins over the lowest pass.

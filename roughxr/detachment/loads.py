@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..vocabulary import schema
-from ..vocabulary.units import factor, magnitude, positive
+from ..vocabulary.units import Quantities, Quantity, factor, magnitude, positive
 from ..vocabulary.verbs import verb
 
 #: Air at 20 °C, as Reeks & Hall (2001) took it: kg/m³ and m²/s.
@@ -91,7 +91,7 @@ class Load(NamedTuple):
 
 
 @verb
-def friction_reynolds(friction_velocity: Any, radius: Any, *, viscosity: Any = AIR_VISCOSITY) -> Any:
+def friction_reynolds(friction_velocity: Quantities, radius: Quantities, *, viscosity: Quantity = AIR_VISCOSITY) -> Any:
     """Return r⁺ = r u*/ν.
 
     Parameters
@@ -122,7 +122,7 @@ def friction_reynolds(friction_velocity: Any, radius: Any, *, viscosity: Any = A
 
 
 @verb
-def drag(friction_velocity: Any, radius: Any, *, medium_density: Any = AIR_DENSITY) -> Any:
+def drag(friction_velocity: Quantities, radius: Quantities, *, medium_density: Quantity = AIR_DENSITY) -> Any:
     """Return the drag on a sphere that touches a wall in shear, nN: 32.06 ρ u*² r², for r⁺ ≤ 1.
 
     Parameters
@@ -156,7 +156,7 @@ def drag(friction_velocity: Any, radius: Any, *, medium_density: Any = AIR_DENSI
 
 
 @verb
-def torque(friction_velocity: Any, radius: Any, *, medium_density: Any = AIR_DENSITY) -> Any:
+def torque(friction_velocity: Quantities, radius: Quantities, *, medium_density: Quantity = AIR_DENSITY) -> Any:
     """Return the torque about its centre of a sphere that touches a wall in shear, nN nm: 11.86 ρ u*² r³, for r⁺ ≤ 1.
 
     Parameters
@@ -189,11 +189,11 @@ def torque(friction_velocity: Any, radius: Any, *, medium_density: Any = AIR_DEN
 
 @verb
 def lift(
-    friction_velocity: Any,
-    radius: Any,
+    friction_velocity: Quantities,
+    radius: Quantities,
     *,
-    medium_density: Any = AIR_DENSITY,
-    viscosity: Any = AIR_VISCOSITY,
+    medium_density: Quantity = AIR_DENSITY,
+    viscosity: Quantity = AIR_VISCOSITY,
     formula: str = "by_range",
 ) -> Any:
     """Return the lift on a sphere that touches a wall in shear, nN.
@@ -235,7 +235,9 @@ def lift(
 
 
 @verb
-def weight(radius: Any, density: Any, *, medium_density: Any = AIR_DENSITY, gravity: float = GRAVITY) -> Any:
+def weight(
+    radius: Quantities, density: Quantity, *, medium_density: Quantity = AIR_DENSITY, gravity: float = GRAVITY
+) -> Any:
     """Return a sphere's weight less its buoyancy, nN.
 
     Parameters
@@ -267,7 +269,7 @@ def weight(radius: Any, density: Any, *, medium_density: Any = AIR_DENSITY, grav
     return _mass(radius, difference) * gravity
 
 
-def vibration_acceleration(amplitude: Any, frequency: Any) -> float:
+def vibration_acceleration(amplitude: Quantity, frequency: Quantity) -> float:
     """Return the largest acceleration of a sine, m/s².
 
     Parameters

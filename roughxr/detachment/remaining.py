@@ -10,6 +10,7 @@ import xarray as xr
 from ..statistics import bootstrap
 from ..statistics.sampling import by_share
 from ..vocabulary import schema
+from ..vocabulary.units import Quantities, Quantity
 from ..vocabulary.verbs import verb
 from .balance import Body, Held, body_of, drive_ratios, for_each, held_of, recorded, scope_of, varied_dimension
 from .kinetics import survival
@@ -25,14 +26,14 @@ _CONFIDENCE, _RESAMPLES = 0.95, 399
 def resuspension(
     ds: xr.Dataset,
     *,
-    friction_velocity: Any,
-    time: Any = 1.0,
+    friction_velocity: Quantities,
+    time: Quantities = 1.0,
     model: str = "rock_n_roll",
-    direction: Any = 0.0,
-    particle_density: Any = None,
+    direction: Quantity = 0.0,
+    particle_density: Quantity | None = None,
     flow: str | Flow = "air",
-    friction_coefficient: Any = None,
-    shear_strength: Any = None,
+    friction_coefficient: Quantity | None = None,
+    shear_strength: Quantity | None = None,
 ) -> xr.Dataset:
     """Return the fraction of particles that remain on the surface over friction velocity and time.
 

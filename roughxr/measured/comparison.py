@@ -12,7 +12,7 @@ from ..statistics import bootstrap
 from ..statistics.places import independent_places
 from ..statistics.sampling import Samples, counted_equally, known_samples
 from ..vocabulary import schema
-from ..vocabulary.units import fraction, magnitude
+from ..vocabulary.units import Quantity, fraction, magnitude
 from ..vocabulary.verbs import verb
 from .registration import Match, matched
 
@@ -36,7 +36,7 @@ def compare(
     confidence: float = 0.95,
     resamples: int = 999,
     seed: int = 0,
-    shift: Any = "find",
+    shift: str | Sequence[Quantity] = "find",
     farthest: float = 0.25,
 ) -> xr.Dataset:
     """Compare predicted pull-off forces with measured ones.

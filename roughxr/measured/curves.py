@@ -12,6 +12,7 @@ import xarray as xr
 from ..scans import files
 from ..scans.channel import UnreadableScan
 from ..vocabulary import schema
+from ..vocabulary.units import Quantity
 from .curve_files import curve_kind, curves_of, opened
 from .forces import Calibration, converts, forces
 from .tables import Column, lengths, place_columns, read_table
@@ -22,8 +23,8 @@ def open_curves(
     *,
     units: str | None = None,
     piezo_units: str | None = None,
-    sensitivity: Any = None,
-    spring_constant: Any = None,
+    sensitivity: Quantity | None = None,
+    spring_constant: Quantity | None = None,
 ) -> xr.Dataset:
     """Open force-distance curves, for `curves_pull_off`.
 

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import fraction
+from ..vocabulary.units import Places, fraction
 from ..vocabulary.verbs import verb
 from .comparison import compare
 from .fitting import COUNTED, PLACES, SHOWN, fit_pair, method_error, predicted, unseen
@@ -29,7 +29,7 @@ def predict_others(
     fit_on: str,
     statistics: Sequence[str] = ("mean", "std"),
     method: str = "adhesive",
-    subregions: Any = None,
+    subregions: Places = None,
     confidence: float = 0.95,
     resamples: int = 399,
     seed: int = 0,

@@ -17,7 +17,7 @@ from ..contact.adhesion import adhesive
 from ..contact.rigid_bodies import rigid
 from ..statistics.sampling import by_share
 from ..vocabulary import schema
-from ..vocabulary.units import fraction
+from ..vocabulary.units import Places, fraction
 from ..vocabulary.verbs import verb
 from .matching import CHANGE, Fitted, Predicted, matching, positive_forces, predicted_forces, trade
 
@@ -77,7 +77,7 @@ def fit_pair(
     *,
     quantity: str = "work_of_adhesion",
     method: str | None = None,
-    subregions: Any = None,
+    subregions: Places = None,
     confidence: float = 0.95,
     force_error: float = 0.0,
     below: xr.Dataset | None = None,

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import converted, fraction, positive
+from ..vocabulary.units import Quantity, converted, fraction, positive
 from ..vocabulary.verbs import verb, warn
 from .baselines import Baseline, baseline_of, fitted
 from .kept_curves import kept
@@ -71,7 +71,7 @@ _NAMES = (
 
 @verb
 def curves_pull_off(
-    ds: xr.Dataset, *, spring_constant: Any = None, baseline: float = 0.3, curves: bool = False
+    ds: xr.Dataset, *, spring_constant: Quantity | None = None, baseline: float = 0.3, curves: bool = False
 ) -> xr.Dataset:
     """Return the pull-off forces of force-distance curves.
 

@@ -14,6 +14,7 @@ from ..scans import files
 from ..scans.channel import Channel, UnreadableScan, along, listing, named
 from ..statistics.sampling import of_a_map
 from ..vocabulary import schema
+from ..vocabulary.units import Quantities, Quantity
 from .curve_files import calibration, curve_kind, curves_of, opened
 from .force_curves import curves_pull_off
 from .forces import Calibration, converts, forces, magnitudes
@@ -30,11 +31,11 @@ def open_pull_off(
     *,
     channel: str | int | None = None,
     direction: str | None = None,
-    size: Any = None,
+    size: Quantities | None = None,
     units: str | None = None,
     place_units: str | None = None,
-    sensitivity: Any = None,
-    spring_constant: Any = None,
+    sensitivity: Quantity | None = None,
+    spring_constant: Quantity | None = None,
     pulls: str | None = None,
 ) -> xr.Dataset:
     """Open measured pull-off forces: a table, an adhesion image of an AFM file, or force-distance curves.

@@ -55,7 +55,7 @@ from ..studies.sensitivities import budget_of, cut_off_waves, sensitivity
 from ..studies.short_waves import quietly
 from ..vocabulary import schema
 from ..vocabulary.numbers import interval, quantity
-from ..vocabulary.units import magnitude, whole_number
+from ..vocabulary.units import Places, Quantities, magnitude, whole_number
 from ..vocabulary.verbs import verb, warn
 
 #: Ways of superposition that a run compares; of a humid pair the one for liquid.
@@ -139,10 +139,10 @@ def run(
     scan: xr.Dataset,
     output: str | Path,
     *,
-    subregions: Any = (8, 8),
+    subregions: Places = (8, 8),
     particle: bool = False,
-    delta: Any = None,
-    preload: Any = 0.0,
+    delta: Quantities | None = None,
+    preload: Quantities = 0.0,
     law: str = "auto",
     mesh: Mesh | int | str = "auto",
     levelling: str = "plane",

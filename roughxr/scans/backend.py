@@ -10,6 +10,7 @@ from typing import Any
 import xarray as xr
 from xarray.backends import BackendEntrypoint
 
+from ..vocabulary.units import Quantities
 from . import gwyddion, vendors
 from .files import read_scan
 
@@ -71,7 +72,7 @@ def open_scan(
     *,
     channel: str | int | None = None,
     direction: str | None = None,
-    size: Any = None,
+    size: Quantities | None = None,
     height_units: str | None = None,
     chunks: Any = None,
 ) -> xr.Dataset:

@@ -15,7 +15,7 @@ import xarray as xr
 
 from ..kernels.topography.random_surface import HURST, fit_k_correlation
 from ..vocabulary.schema import label, pixel, record, validate
-from ..vocabulary.units import positive, whole_number
+from ..vocabulary.units import Quantities, positive, whole_number
 from ..vocabulary.verbs import verb
 from .spectra import power_spectrum, window_of
 
@@ -28,7 +28,11 @@ _FITTED = 4
 
 @verb
 def combined_spectrum(
-    scans: Sequence[xr.Dataset], *, window: str | None = "hann", shortest: Any = None, per_decade: int = 10
+    scans: Sequence[xr.Dataset],
+    *,
+    window: str | None = "hann",
+    shortest: Quantities | None = None,
+    per_decade: int = 10,
 ) -> xr.Dataset:
     """Return the power spectrum of a surface from scans of several sizes.
 

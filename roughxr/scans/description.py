@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,7 @@ _NUMBERS = {
 }
 
 
-def describe(path: Any) -> xr.Dataset:
+def describe(path: str | os.PathLike) -> xr.Dataset:
     """Return what a file holds: one entry per image along ``channel``.
 
     Raises

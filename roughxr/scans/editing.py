@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from ..vocabulary.schema import label, pixel, record, validate
-from ..vocabulary.units import is_whole, magnitude, positive
+from ..vocabulary.units import Quantity, is_whole, magnitude, positive
 from ..vocabulary.verbs import verb
 
 
 @verb
-def fill(ds: xr.Dataset, *, method: Any = "linear") -> xr.Dataset:
+def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
     """Return a scan whose missing pixels are filled from those around them.
 
     Parameters
@@ -96,7 +97,7 @@ def _filled(height: np.ndarray, method: str, steps: tuple[float, float]) -> np.n
 
 
 @verb
-def crop(ds: xr.Dataset, *, x: Any = None, y: Any = None) -> xr.Dataset:
+def crop(ds: xr.Dataset, *, x: Sequence[Quantity] | None = None, y: Sequence[Quantity] | None = None) -> xr.Dataset:
     """Return the part of a scan whose pixel centres lie within ranges of x and y.
 
     Parameters
@@ -146,7 +147,7 @@ def _range(value: Any, axis: str) -> tuple[float, float]:
 
 
 @verb
-def resample(ds: xr.Dataset, *, size: Any = None) -> xr.Dataset:
+def resample(ds: xr.Dataset, *, size: Quantity | None = None) -> xr.Dataset:
     """Return a scan on square pixels, interpolated linearly between the old pixel centres.
 
     Parameters

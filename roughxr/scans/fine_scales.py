@@ -18,7 +18,7 @@ import xarray as xr
 from ..kernels.topography.interpolation import band_limited
 from ..kernels.topography.random_surface import HURST, fit_k_correlation, k_correlation, nested_waves
 from ..vocabulary.schema import label, pixel, record, square_pixel, validate
-from ..vocabulary.units import magnitude, positive, whole_number
+from ..vocabulary.units import Quantity, magnitude, positive, whole_number
 from ..vocabulary.verbs import verb
 from . import wavelength
 
@@ -61,7 +61,7 @@ class Spectrum(NamedTuple):
 
 
 @verb
-def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Any = None) -> xr.Dataset:
+def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quantity | None = None) -> xr.Dataset:
     """Fit the self-affine spectrum with a roll-off to a scan's own.
 
     Parameters
@@ -151,11 +151,11 @@ def _rings(squares: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray,
 def add_fine_roughness(
     ds: xr.Dataset,
     *,
-    shortest: Any,
+    shortest: Quantity,
     seed: int,
     refine: int | None = None,
     hurst: float | None = None,
-    shown: Any = None,
+    shown: Quantity | None = None,
     spectrum: xr.Dataset | None = None,
 ) -> xr.Dataset:
     """Return the scan on smaller pixels, with waves added that are too short for it to show.
@@ -287,7 +287,7 @@ def _finer(height, shown, *, axes, side, n, shortest, seed, hurst, model) -> tup
 
 
 @verb
-def smooth(ds: xr.Dataset, *, shortest: Any) -> xr.Dataset:
+def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
     """Return the scan without waves shorter than a cut-off.
 
     Parameters

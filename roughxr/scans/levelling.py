@@ -17,7 +17,7 @@ from dask import is_dask_collection
 from numpy.polynomial import legendre
 
 from ..vocabulary.schema import label, record, validate
-from ..vocabulary.units import magnitude, whole_number
+from ..vocabulary.units import Quantity, magnitude, whole_number
 from ..vocabulary.verbs import verb
 
 #: Number of times that a background is fitted again without the heights that exceeded the last one.
@@ -34,7 +34,7 @@ def level(
     method: str = "plane",
     order: int | None = None,
     exclude: xr.DataArray | None = None,
-    exclude_above: Any = None,
+    exclude_above: Quantity | None = None,
     lines: str = "x",
 ) -> xr.Dataset:
     """Return a scan without its background.

@@ -15,12 +15,12 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import positive
+from ..vocabulary.units import Quantity, positive
 from ..vocabulary.verbs import verb
 
 
 @verb
-def dilate(ds: xr.Dataset, *, tip_radius: Any) -> xr.Dataset:
+def dilate(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     """Return the image that a parabolic tip takes of a surface.
 
     Parameters
@@ -53,7 +53,7 @@ def dilate(ds: xr.Dataset, *, tip_radius: Any) -> xr.Dataset:
 
 
 @verb
-def erode(ds: xr.Dataset, *, tip_radius: Any) -> xr.Dataset:
+def erode(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     """Return the highest surface that a parabolic tip could have taken an image of.
 
     Parameters
@@ -112,7 +112,7 @@ def _highest(height: np.ndarray, axis: int, step: float, radius: float) -> np.nd
 
 
 @verb
-def tip_flags(catalogue: xr.Dataset, *, tip_radius: Any) -> xr.Dataset:
+def tip_flags(catalogue: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     """Flag the asperities of an image that are sharper than the tip that took it.
 
     Parameters

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from ..vocabulary import schema
-from ..vocabulary.units import carries_units, plain
+from ..vocabulary.units import Quantity, carries_units, plain
 from ..vocabulary.verbs import verb
 from .sampling import Samples, per, samples
 
@@ -37,10 +38,10 @@ def pdf(
     name: str = "pull_off_force",
     *,
     method: str = "histogram",
-    bins: Any = "auto",
-    bandwidth: Any = None,
-    boundary: Any = "auto",
-    weights: Any = None,
+    bins: int | str | ArrayLike = "auto",
+    bandwidth: str | float | None = None,
+    boundary: Quantity = "auto",
+    weights: str | xr.DataArray | None = None,
 ) -> xr.DataArray:
     """Return the probability density of a variable over its subregions or asperities.
 
@@ -107,7 +108,7 @@ def pdf(
 
 
 @verb
-def cdf(ds: xr.Dataset, name: str = "pull_off_force", *, weights: Any = None) -> xr.DataArray:
+def cdf(ds: xr.Dataset, name: str = "pull_off_force", *, weights: str | xr.DataArray | None = None) -> xr.DataArray:
     """Return the empirical cumulative probability of a variable over its subregions or asperities.
 
     Parameters

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
@@ -12,6 +10,7 @@ from ..contact.estimates import elastic_pull_off
 from ..jobs.records import converged
 from ..kernels.asperity.laws import RANGED
 from ..vocabulary import schema
+from ..vocabulary.units import Quantity
 from ..vocabulary.verbs import verb, warn
 
 #: What a solver says of its pull-off's own error.
@@ -19,7 +18,7 @@ _ERRORS = ("pull_off_resolution", "pull_off_error", "refinement", "cell_error")
 
 
 @verb
-def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Any = None) -> xr.Dataset:
+def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Quantity | None = None) -> xr.Dataset:
     """Return the pull-off of each subregion: the largest pull and its displacement.
 
     Parameters

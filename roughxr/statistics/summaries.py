@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from typing import Any
 
 import xarray as xr
 
@@ -15,7 +14,10 @@ from .sampling import SAMPLES, of_a_map, warn_of_missing, with_weights
 
 @verb
 def summary(
-    ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.75, 0.95), weights: Any = None
+    ds: xr.Dataset,
+    *,
+    quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.75, 0.95),
+    weights: str | xr.DataArray | None = None,
 ) -> xr.Dataset:
     """Return mean, standard deviation, extremes and quantiles over subregions or asperities.
 

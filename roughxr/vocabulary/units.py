@@ -7,12 +7,35 @@ J/m² = nN/nm, so that no conversion factor occurs in any formula. Conversion is
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from functools import lru_cache
 from numbers import Real
-from typing import Any
+from typing import Any, Protocol, SupportsFloat, TypeAlias
 
 import numpy as np
 import xarray as xr
+
+
+class HasUnits(Protocol):
+    """A quantity of a library of units, such as pint's."""
+
+    @property
+    def magnitude(self) -> Any:
+        """The number, or an array of them."""
+
+    @property
+    def units(self) -> Any:
+        """Their units, which as text are written as pint writes them."""
+
+
+#: What an option with units takes: a number in the documented units, text such as "3 um", or a quantity.
+Quantity: TypeAlias = SupportsFloat | str | HasUnits
+
+#: One or several of them.
+Quantities: TypeAlias = Quantity | Sequence[Quantity] | np.ndarray | xr.DataArray
+
+#: Where the sphere lands: a grid (nx, ny), x and y of the centres (nm), or a Dataset that has centres, see `centres`.
+Places: TypeAlias = Sequence[int] | Sequence[Quantities] | xr.Dataset | None
 
 # UDUNITS writes "J m-2" where pint wants "J m**-2"; the power of ten in "6.5e-20 J" is none of them.
 _UDUNITS_POWER = re.compile(r"(?<![\d.][eE])(?<=[A-Za-zµμ])(?=[-+]?\d)")

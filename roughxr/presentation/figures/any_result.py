@@ -18,12 +18,12 @@ from .forces import force_fan
 from .maps import scan_map, subregion_map
 from .measured_figure import quantile_quantile
 from .sensitivity_figure import tornado
-from .style import axes, label_axis, stroke, styled
+from .style import Axes, Panels, axes, label_axis, stroke, styled
 from .yielding_figure import force_loop
 
 
 @verb
-def plot(ds: xr.Dataset, name: str | None = None, *, ax: Any = None, **options: Any) -> Any:
+def plot(ds: xr.Dataset, name: str | None = None, *, ax: Axes | Panels | None = None, **options: Any) -> Any:
     """Draw a scan, an asperity catalogue, a solution, a pull-off or one of their variables.
 
     xarray's own ``ds.height.plot()`` sets a map's first dimension, x, upright; here x runs to the right.
@@ -127,7 +127,7 @@ def _samples(ds: xr.Dataset, *, name: str, ax: Any, on: str = "distribution", **
 
 @styled
 @verb
-def plot_array(array: xr.DataArray, *, ax: Any = None, **options: Any) -> Any:
+def plot_array(array: xr.DataArray, *, ax: Axes | None = None, **options: Any) -> Any:
     """Draw a density as steps between its bins' edges, a map with x to the right, and anything else as xarray does.
 
     Parameters

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -19,6 +18,7 @@ from .style import (
     ORANGE,
     SMALL,
     VERMILION,
+    Axes,
     axes,
     label_axis,
     legend,
@@ -33,7 +33,7 @@ _OUTSIDE_TOTAL = "shorter waves"
 
 @styled
 @verb
-def error_budget(ds: xr.Dataset, *, ax: Any = None):
+def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw the entries of an error budget as bars, in per cent of the mean pull-off, their total below them.
 
     Parameters
@@ -90,7 +90,7 @@ def _bar(ax, row: int, value: float, color: str) -> None:
 
 @styled
 @verb
-def cut_off(ds: xr.Dataset, *, ax: Any = None):
+def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw the pull-off over the shortest wave of the surface: every place, and the mean with its scatter.
 
     Parameters

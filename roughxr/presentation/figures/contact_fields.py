@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
@@ -11,7 +9,22 @@ from ...scans import regions
 from ...vocabulary import schema
 from ...vocabulary.verbs import verb
 from .images import COLOURS, image
-from .style import BLACK, BLUE, GREY, ORANGE, TEXT, axes, fold_labels, label_axes, label_axis, legend, panels, styled
+from .style import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    TEXT,
+    Axes,
+    Panels,
+    axes,
+    fold_labels,
+    label_axes,
+    label_axis,
+    legend,
+    panels,
+    styled,
+)
 
 
 @styled
@@ -22,7 +35,7 @@ def field_map(
     *,
     subregion: int = 0,
     delta: float | None = None,
-    ax: Any = None,
+    ax: Axes | None = None,
     cmap: str | None = None,
     location: str = "right",
 ):
@@ -86,7 +99,7 @@ def topography_map(
     *,
     subregion: int = 0,
     delta: float | None = None,
-    ax: Any = None,
+    ax: Axes | None = None,
     location: str = "right",
 ):
     """Draw the undeformed heights below one contact, with the outline of the contact.
@@ -134,7 +147,7 @@ def pressure_on_topography(
     *,
     subregion: int = 0,
     delta: float | None = None,
-    ax: Any = None,
+    ax: Axes | None = None,
 ):
     """Draw the pressure of one contact over the undeformed heights in grey, with the outline of the contact.
 
@@ -182,7 +195,7 @@ def pressure_on_topography(
 @styled
 @verb
 def contact_section(
-    ds: xr.Dataset, scan: xr.Dataset, *, subregion: int = 0, delta: float | None = None, ax: Any = None
+    ds: xr.Dataset, scan: xr.Dataset, *, subregion: int = 0, delta: float | None = None, ax: Axes | None = None
 ):
     """Draw a section along x through the highest pressure: surface before and in contact, and the indenter.
 
@@ -241,7 +254,12 @@ def contact_section(
 @styled
 @verb
 def contact_maps(
-    ds: xr.Dataset, scan: xr.Dataset, *, subregion: int = 0, delta: float | None = None, ax: Any = None
+    ds: xr.Dataset,
+    scan: xr.Dataset,
+    *,
+    subregion: int = 0,
+    delta: float | None = None,
+    ax: Panels | None = None,
 ) -> np.ndarray:
     """Draw one contact: topography, pressure and displacement, each with the contact's outline, and a section.
 

@@ -14,7 +14,7 @@ from ...vocabulary.numbers import number
 from ...vocabulary.verbs import verb
 from .maps import draw_places
 from .rose import polar
-from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, axes, label_axes, legend, log_ticks, stroke, styled
+from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, Axes, axes, label_axes, legend, log_ticks, stroke, styled
 
 #: Colours of the modes; light where there is none.
 _MODES = dict(zip((*MODES, NEITHER, NO_CONTACT), (BLUE, ORANGE, GREEN, "#f2f2f2", "#c8c8c8")))
@@ -25,7 +25,7 @@ _LETTERED = 150
 
 @styled
 @verb
-def moment_rose(ds: xr.Dataset, *, ax: Any = None):
+def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw the resisting moment over the direction of rolling: the median place, and half of all places around it.
 
     Parameters
@@ -82,7 +82,7 @@ def moment_rose(ds: xr.Dataset, *, ax: Any = None):
 
 @styled
 @verb
-def mode_map(ds: xr.Dataset, *, ax: Any = None):
+def mode_map(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw how the sphere comes off at each place: it rolls, slides or lifts, whichever needs the least load.
 
     Parameters
@@ -134,7 +134,7 @@ def mode_map(ds: xr.Dataset, *, ax: Any = None):
 
 @styled
 @verb
-def fraction_remaining(ds: xr.Dataset, *, measured: dict[str, tuple[Any, Any]] | None = None, ax: Any = None):
+def fraction_remaining(ds: xr.Dataset, *, measured: dict[str, tuple[Any, Any]] | None = None, ax: Axes | None = None):
     """Draw the fraction of particles left over friction velocity, with its band, a line for each time.
 
     Parameters

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from ... import statistics
 from ...vocabulary import schema
@@ -13,6 +14,8 @@ from ...vocabulary.verbs import verb
 from .style import (
     BLACK,
     SMALL,
+    Axes,
+    Panels,
     Unit,
     axes,
     fold_labels,
@@ -39,9 +42,9 @@ def distribution(
     ds: xr.Dataset,
     name: str,
     *,
-    ax: Any = None,
+    ax: Axes | None = None,
     label: str | None = None,
-    bins: Any = "auto",
+    bins: int | str | ArrayLike = "auto",
     kde: bool = True,
     rug: bool = True,
     order: int = 0,
@@ -135,7 +138,7 @@ def mean_interval(ax, ds: xr.Dataset, name: str, color: str, *, order: int = 0, 
 
 @styled
 @verb
-def asperity_statistics(catalogue: xr.Dataset, *, ax: Any = None) -> np.ndarray:
+def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> np.ndarray:
     """Draw the statistics of a surface's asperities: heights, ln(B/A), axis ratio and orientation.
 
     Parameters

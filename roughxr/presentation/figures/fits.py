@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from ... import statistics
 from ...vocabulary.verbs import verb
 from .distributions import bin_edges, label_density, mean_interval
-from .style import BLACK, GREY, axes, legend, stroke, styled
+from .style import BLACK, GREY, Axes, axes, legend, stroke, styled
 
 
 @styled
@@ -21,9 +21,9 @@ def fitted_distribution(
     name: str = "pull_off_force",
     *,
     laws: Sequence[str] | xr.Dataset = ("normal", "log_normal", "weibull", "gumbel"),
-    bins: Any = "auto",
+    bins: int | str | ArrayLike = "auto",
     confidence: float = 0.95,
-    ax: Any = None,
+    ax: Axes | None = None,
 ):
     """Draw a histogram with the interval of each bar, the mean with its own, and fitted laws, the best first.
 

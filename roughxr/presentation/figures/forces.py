@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from ... import statistics
 from ...contact import reference
 from ...vocabulary import schema
 from ...vocabulary.verbs import verb
-from .style import BLACK, BLUE, GREY, ORANGE, axes, label_axes, label_axis, legend, panels, stroke, styled
+from .style import BLACK, BLUE, GREY, ORANGE, Axes, Panels, axes, label_axes, label_axis, legend, panels, stroke, styled
 
 
 @styled
@@ -20,7 +21,7 @@ from .style import BLACK, BLUE, GREY, ORANGE, axes, label_axes, label_axis, lege
 def force_fan(
     ds: xr.Dataset,
     *,
-    ax: Any = None,
+    ax: Axes | None = None,
     quantiles: tuple[float, float] = (0.05, 0.25),
     lines: bool = True,
     interval: float | None = 0.95,
@@ -107,8 +108,8 @@ def _pull_unseen(force: xr.DataArray) -> float:
 def mean_force(
     solutions: xr.Dataset | Mapping[str, xr.Dataset],
     *,
-    ax: Any = None,
-    where: Any = None,
+    ax: Axes | None = None,
+    where: ArrayLike | None = None,
     band: float | None = 0.16,
     interval: float | None = 0.95,
 ):
@@ -185,8 +186,8 @@ def force_ratio(
     ds: xr.Dataset,
     reference: xr.Dataset,
     *,
-    ax: Any = None,
-    where: Any = None,
+    ax: Axes | None = None,
+    where: ArrayLike | None = None,
     words: str = "ratio of mean forces",
     order: int = 0,
 ):
@@ -239,7 +240,7 @@ def sweep(
     *,
     subregion: int = 0,
     smooth: bool = True,
-    ax: Any = None,
+    ax: Axes | None = None,
     force_limits: tuple[float, float] | None = None,
 ):
     """Draw one subregion's sweep by several laws, its pull-off marked, beside the smooth sphere's JKR curve.
@@ -308,7 +309,7 @@ def _within(ax, solutions: Mapping[str, xr.Dataset], subregion: int, highest: fl
 
 @styled
 @verb
-def against_hertz(ds: xr.Dataset, *, ax: Any = None) -> np.ndarray:
+def against_hertz(ds: xr.Dataset, *, ax: Panels | None = None) -> np.ndarray:
     """Draw a smooth sphere's direct simulation against Hertz's law, and its relative error below.
 
     Parameters

@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from ...scans import regions
 from ...vocabulary import schema
+from ...vocabulary.units import Places
 from ...vocabulary.verbs import verb
 from .images import COLOURS, colorbar, colour_map, image
-from .style import BLACK, ORANGE, axes, label_axes, styled
+from .style import BLACK, ORANGE, Axes, axes, label_axes, styled
 
 
 @styled
@@ -19,7 +21,7 @@ from .style import BLACK, ORANGE, axes, label_axes, styled
 def scan_map(
     ds: xr.Dataset,
     *,
-    ax: Any = None,
+    ax: Axes | None = None,
     cmap: str = COLOURS["height"],
     robust: bool = False,
     limits: tuple[float, float] | None = None,
@@ -64,7 +66,14 @@ def scan_map(
 
 @styled
 @verb
-def contact_grid(ds: xr.Dataset, subregions: Any = None, *, ax: Any = None, highlight: Any = None, **options: Any):
+def contact_grid(
+    ds: xr.Dataset,
+    subregions: Places = None,
+    *,
+    ax: Axes | None = None,
+    highlight: ArrayLike | None = None,
+    **options: Any,
+):
     """Draw a scan with the contact centres on it, and the tiles where they lie on a grid.
 
     Parameters
@@ -105,7 +114,7 @@ def asperity_map(
     ds: xr.Dataset,
     catalogue: xr.Dataset,
     *,
-    ax: Any = None,
+    ax: Axes | None = None,
     shape: str = "ellipses",
     depth: float = 0.2,
     **options: Any,
@@ -162,7 +171,7 @@ def asperity_map(
 
 @styled
 @verb
-def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Any = None, cmap: str = "rocket_r"):
+def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Axes | None = None, cmap: str = "rocket_r"):
     """Draw one value for each contact centre, such as the pull-off force, at its place on the scan.
 
     Parameters

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
 from ...measured import compare
 from ...vocabulary.verbs import verb
 from .distributions import distribution
-from .style import BLACK, BLUE, GREY, PAGE, axes, label_axis, legend, panels, styled
+from .style import BLACK, BLUE, GREY, PAGE, Axes, Panels, axes, label_axis, legend, panels, styled
 
 _NAME = "pull_off_force"
 
 
 @styled
 @verb
-def quantile_quantile(ds: xr.Dataset, *, ax: Any = None):
+def quantile_quantile(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw measured against predicted quantiles, with the line on which both are equal.
 
     Parameters
@@ -62,7 +60,13 @@ def quantile_quantile(ds: xr.Dataset, *, ax: Any = None):
 
 @styled
 @verb
-def predicted_and_measured(predicted: xr.Dataset, measured: xr.Dataset, *, comparison: Any = None, ax: Any = None):
+def predicted_and_measured(
+    predicted: xr.Dataset,
+    measured: xr.Dataset,
+    *,
+    comparison: xr.Dataset | None = None,
+    ax: Panels | None = None,
+):
     """Draw both distributions, and their quantiles against each other.
 
     Parameters

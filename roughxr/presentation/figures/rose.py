@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
 from ...vocabulary import schema
 from ...vocabulary.verbs import verb
-from .style import BLACK, BLUE, COLUMN, SMALL, styled
+from .style import BLACK, BLUE, COLUMN, SMALL, Axes, styled
 
 
 @styled
 @verb
-def orientation_rose(catalogue: xr.Dataset, *, bins: int = 18, ax: Any = None):
+def orientation_rose(catalogue: xr.Dataset, *, bins: int = 18, ax: Axes | None = None):
     """Draw the orientation of the asperities' flattest direction as a polar histogram.
 
     A direction has no head or tail and is drawn at both ends. The area of a petal, not its length, is its share; the

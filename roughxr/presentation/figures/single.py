@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ...kernels.asperity.laws import ASPERITY_LAWS, Curve, curve
 from ...vocabulary import schema
-from .style import BLACK, GREY, SMALL, axes, legend, stroke, styled
+from .style import BLACK, GREY, SMALL, Axes, axes, legend, stroke, styled
 
 #: Labels of the laws in a legend.
 NAMES = {
@@ -48,7 +48,7 @@ def asperity_curve(
     laws: Sequence[str] = ("hertz", "self_similar"),
     ratio: float = 1.0,
     largest: float = 1.9,
-    ax: Any = None,
+    ax: Axes | None = None,
 ):
     """Draw two of displacement, load and contact radius of one asperity against each other.
 

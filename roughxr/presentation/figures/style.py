@@ -11,11 +11,19 @@ import re
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from ...vocabulary import schema
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+else:
+    Axes = Any  # matplotlib is imported once something is drawn
+
+#: Several of them, as matplotlib's ``subplots`` returns them.
+Panels: TypeAlias = Sequence[Axes] | np.ndarray
 
 #: Width of one column, and of two, inches.
 COLUMN, PAGE = 85 / 25.4, 175 / 25.4

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import xarray as xr
 
 from ...vocabulary.verbs import verb
-from .style import BLACK, GREY, VERMILION, axes, label_axes, legend, stroke, styled
+from .style import BLACK, GREY, VERMILION, Axes, axes, label_axes, legend, stroke, styled
 
 
 @styled
 @verb
-def force_loop(ds: xr.Dataset, *, ax: Any = None):
+def force_loop(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw the mean force on loading and on retraction, with the area between them shaded.
 
     Parameters
@@ -57,7 +55,7 @@ def force_loop(ds: xr.Dataset, *, ax: Any = None):
 
 @styled
 @verb
-def preload_curve(solutions: dict[str, xr.Dataset], *, ax: Any = None):
+def preload_curve(solutions: dict[str, xr.Dataset], *, ax: Axes | None = None):
     """Draw the mean pull-off force over the preload, a line for each of several solutions.
 
     Parameters
