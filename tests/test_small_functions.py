@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from roughxr.bodies.liquid import kelvin_radius
 from roughxr.bodies.substances import combined, pair_of, softer_hardness
 from roughxr.detachment.loads import in_range
 from roughxr.files.disk import as_characters
@@ -41,6 +42,7 @@ TOLD = xr.Dataset(coords={"work_of_adhesion": 0.1, "sphere_radius": 500.0}, attr
 @pytest.mark.parametrize(
     ("found", "expected"),
     [
+        ([kelvin_radius("50 %"), kelvin_radius(0.9)], pytest.approx([0.7563, 4.9758], rel=1e-4)),
         (softer_hardness(*pair_of("glass/gold")), 1.0),
         ([combined(0.065, 0.152), combined(0.065, 0.065, 0.037)], pytest.approx([0.0994, 0.00392], rel=1e-3)),
         (in_range(np.array([0.5, 1.2, 3.0]), "leighton_acrivos").tolist(), [True, False, False]),

@@ -27,13 +27,10 @@ __all__ = [
     "TRAVELLING",
     "VARIABLES",
     "Variable",
-    "attributes",
     "axis_label",
-    "height_hash",
     "history",
     "kind_of",
     "label",
-    "record",
     "validate",
 ]
 
@@ -449,28 +446,7 @@ TRAVELLING = (
 
 
 def attributes(name: str) -> dict[str, str]:
-    """Return the attributes of a variable of this name.
-
-    Parameters
-    ----------
-    name : str
-        One of `VARIABLES`.
-
-    Returns
-    -------
-    dict of str to str
-        ``long_name``, and ``units`` and ``comment`` where there are any.
-
-    Raises
-    ------
-    KeyError
-        If the name is not in the table.
-
-    Examples
-    --------
-    >>> attributes("force")["units"]
-    'nN'
-    """
+    """Return long name, units and comment of a name of `VARIABLES`, as far as it has them, as attributes."""
     known = VARIABLES[name]
     attrs = {"long_name": known.long_name, **({"units": known.units} if known.units else {})}
     return {**attrs, "comment": known.comment} if known.comment else attrs
@@ -777,28 +753,9 @@ def one_of(value: Any, allowed: Iterable[str], name: str) -> str:
 
 
 def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, **arguments: Any) -> xr.Dataset:
-    """Return a Dataset with one more step in its history: operation, arguments and roughxr's version.
+    """Return a Dataset with one more step in its history, or in that of ``source``, as JSON text that `history` reads.
 
-    Parameters
-    ----------
-    ds : Dataset
-    operation : str
-        The function's name.
-    source : Dataset, optional
-        The Dataset whose history is continued; by default ``ds``.
-    **arguments
-        The function's arguments; None is left out, and arrays of more than 64 values are kept by their ends and
-        size.
-
-    Returns
-    -------
-    Dataset
-        With the attribute ``history``, JSON text that `history` reads.
-
-    Examples
-    --------
-    >>> history(record(xr.Dataset(), "trim", size=3, edge=None))[0]["arguments"]
-    {'size': 3}
+    Arguments that are None are left out, and arrays of more than 64 values are kept by their ends and size.
     """
     steps = history(ds if source is None else source)
     given = {key: value for key, value in arguments.items() if value is not None}
@@ -839,24 +796,7 @@ def _is_step(step: Any) -> bool:
 
 
 def height_hash(ds: xr.Dataset) -> str:
-    """Return the SHA-256 of a scan's heights and axes: scans with the same hash are the same.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A scan; a lazy one is computed.
-
-    Returns
-    -------
-    str
-        64 hexadecimal digits.
-
-    Examples
-    --------
-    >>> scan = xr.Dataset({"height": (("x", "y"), np.zeros((2, 2)))}, {"x": [0.0, 1.0], "y": [0.0, 1.0]})
-    >>> height_hash(scan) == height_hash(scan.assign(height=scan.height + 1e-9))
-    False
-    """
+    """Return the SHA-256 of a scan's heights and axes: scans with the same hash are the same."""
     digest = hashlib.sha256()
     for name in ("x", "y", "height"):
         digest.update(np.ascontiguousarray(ds[name].values, dtype="<f8").tobytes())

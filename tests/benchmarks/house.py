@@ -155,10 +155,11 @@ class Surface:
 
     def functions(self):
         """Return the public functions, each once."""
-        root = min(self._trees, key=len)
+        package = min(self._trees, key=len)
+        root = next((name for name in self._trees if name == f"{package}._public"), package)
         found = {}
         for name in self._shown(root):
-            module = f"{root}.{name}" if f"{root}.{name}" in self._trees else None
+            module = self._module(root, name)
             meant = [(module, shown) for shown in self._shown(module)] if module else [(root, name)]
             for function in filter(None, (self._meant(*pair) for pair in meant)):
                 found[function.words] = function
@@ -174,15 +175,23 @@ class Surface:
                 return ast.literal_eval(node.value)
         return [name for name in self.helpers(module) if not name.startswith("_")]
 
-    def _meant(self, module, name):
-        if module not in self._trees:
+    def _module(self, module, name):
+        """Return the module that a name is imported as, None for anything else."""
+        for node in ast.walk(self._trees[module]):
+            if isinstance(node, ast.ImportFrom) and name in (alias.asname or alias.name for alias in node.names):
+                inside = f"{self._absolute(module, node)}.{name}"
+                return inside if inside in self._trees else None
+        return None
+
+    def _meant(self, module, name, seen=()):
+        if module not in self._trees or (module, name) in seen:
             return None
         if name in self.helpers(module):
             return Function(module, name, self.helpers(module)[name])
         for node in ast.walk(self._trees[module]):
             for alias in node.names if isinstance(node, ast.ImportFrom) else ():
                 if (alias.asname or alias.name) == name:
-                    return self._meant(self._absolute(module, node), alias.name)
+                    return self._meant(self._absolute(module, node), alias.name, (*seen, (module, name)))
         return None
 
     def _absolute(self, module, node):

@@ -68,9 +68,8 @@ def field_map(
     --------
     >>> import roughxr
     >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
-    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
-    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> scan = roughxr.open_sample("rough").contact.assign_pair(sphere_radius=500, contact_modulus=40)
+    >>> ds = scan.contact.direct(delta=[5.0], fields=True, datum="first_contact")
     >>> field_map(ds, "gap", ax=Figure().subplots()).get_xlabel()
     'x from the contact centre [nm]'
     """
@@ -126,9 +125,8 @@ def topography_map(
     --------
     >>> import roughxr
     >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
-    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
-    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> scan = roughxr.open_sample("rough").contact.assign_pair(sphere_radius=500, contact_modulus=40)
+    >>> ds = scan.contact.direct(delta=[5.0], fields=True, datum="first_contact")
     >>> topography_map(ds, scan, ax=Figure().subplots()).get_xlabel()
     'x from the contact centre [nm]'
     """
@@ -175,9 +173,8 @@ def pressure_on_topography(
     --------
     >>> import roughxr
     >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
-    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
-    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> scan = roughxr.open_sample("rough").contact.assign_pair(sphere_radius=500, contact_modulus=40)
+    >>> ds = scan.contact.direct(delta=[5.0], fields=True, datum="first_contact")
     >>> len(pressure_on_topography(ds, scan, ax=Figure().subplots()).images)  # heights, and the pressure over them
     2
     """
@@ -224,9 +221,8 @@ def contact_section(
     --------
     >>> import roughxr
     >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
-    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
-    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> scan = roughxr.open_sample("rough").contact.assign_pair(sphere_radius=500, contact_modulus=40)
+    >>> ds = scan.contact.direct(delta=[5.0], fields=True, datum="first_contact")
     >>> ax = contact_section(ds, scan, ax=Figure().subplots())
     >>> [line.get_label() for line in ax.lines[:3]]
     ['before', 'indenter', 'in contact']
@@ -286,9 +282,8 @@ def contact_maps(
     --------
     >>> import roughxr
     >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
-    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
-    >>> ds = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> scan = roughxr.open_sample("rough").contact.assign_pair(sphere_radius=500, contact_modulus=40)
+    >>> ds = scan.contact.direct(delta=[5.0], fields=True, datum="first_contact")
     >>> contact_maps(ds, scan, ax=Figure().subplots(2, 2).ravel()).size
     4
     """
