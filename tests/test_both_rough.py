@@ -138,7 +138,7 @@ def test_the_same_seed_lands_alike_and_a_scan_too_small_is_refused(ensemble):
     anyhow = roughxr.placements(roughness, sphere_radius=RADIUS, count=3, rotation="any", width=WIDTH)
     assert np.ptp(anyhow.rotation.values) > 0.1 and anyhow.indenter_height.notnull().all()
     for width, rotation in ((3 * WIDTH, "none"), (1.8 * WIDTH, "any"), (PIXEL, "none")):
-        with pytest.raises(ValueError, match="width: expected from 40 nm"):
+        with pytest.raises(ValueError, match="width: expected at least 40 nm"):
             roughxr.placements(roughness, sphere_radius=RADIUS, width=width, rotation=rotation)
 
 
@@ -179,7 +179,7 @@ def test_a_probes_own_face_lands_as_its_sphere_and_its_roughness():
 @pytest.mark.parametrize(
     ("height", "message"),
     [
-        (rough(41, seed=1), "expected part of a sphere, found heights that curve"),
+        (rough(41, seed=1), "expected part of a sphere"),
         (np.linspace(0, 1, 41)[:, None] ** 2 * np.ones(41) * 100, "that do not fall off"),
         (np.full((41, 41), np.nan), "expected at least 10 heights"),
     ],

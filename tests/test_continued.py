@@ -141,5 +141,5 @@ def test_the_first_words_are_both_answers(surface, found):
     solved = roughxr.pull_off(roughxr.adhesive(surface, subregions=(2, 2), mesh=roughxr.Mesh(accuracy=None)))
     words = report.headline({"statistics/adhesive": solved, "statistics/continued": found})
     assert words.startswith("Best estimate, roughness finer than the pixel included: ")
-    for part in ("95 % interval", "The scan shows waves of", "Hurst exponent", "From the scan alone"):
+    for part in ("95 % interval", "The scan resolves waves of", "Hurst exponent", "From the scan alone"):
         assert part in words

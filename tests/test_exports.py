@@ -59,7 +59,7 @@ def test_a_catalogue_and_a_sweep_are_tables_too(tmp_path):
     sweep = roughxr.direct(scan, delta=[1, 2], subregions=(2, 2))
     assert len(pd.read_csv(to_table(sweep, tmp_path / "direct.csv"))) == 8
     fields = roughxr.direct(scan, delta=[1, 2], subregions=(2, 2), fields=True)
-    with pytest.raises(ValueError, match="fields along more: pressure"):
+    with pytest.raises(ValueError, match="fields of several places: pressure"):
         to_table(fields, tmp_path / "fields.csv")
 
 
@@ -129,5 +129,5 @@ def test_what_is_handed_on_says_what_it_stands_for_and_one_condition_at_a_time(t
             hand_on(varied)
     path = archive.save({"detachment/load": load}, tmp_path / "one.nc")
     assert "xarray.open_datatree: detachment/load" in xr.open_dataset(path).attrs["comment"]
-    with pytest.raises(ValueError, match="'silica/mica'; of others"):
+    with pytest.raises(ValueError, match="'silica/mica'; for other materials"):
         scan.contact.assign_pair(sphere_radius=3000, materials="silica/mica")

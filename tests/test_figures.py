@@ -415,7 +415,7 @@ def test_a_single_place_of_a_sweep_draws_itself():
     one = adhering(1000.0).isel(subregion=1).assign(pull_off_force=2.0)
     ax = figures.plot(one)
     assert [line.get_text() for line in ax.get_legend().get_texts()] == ["place 5"]
-    with pytest.raises(ValueError, match="'pull_off_force', a single number"):
+    with pytest.raises(ValueError, match="pull_off_force: a single number"):
         figures.plot(one, "pull_off_force")
 
 

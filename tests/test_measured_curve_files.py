@@ -125,7 +125,7 @@ def test_what_a_file_lacks_is_asked_for(tmp_path):
         UnreadableScan, match="deflections without sensitivity and spring_constant; give sensitivity='50 nm/V'"
     ):
         roughxr.open_pull_off(tmp_path / "volts.csv")
-    with pytest.raises(UnreadableScan, match=r"no spring_constant; state spring_constant='0.2 N/m'"):
+    with pytest.raises(UnreadableScan, match=r"deflections without spring_constant; give spring_constant='0.2 N/m'"):
         roughxr.open_pull_off(tmp_path / "volts.csv", sensitivity="50 nm/V")
     with pytest.raises(UnreadableScan, match="sensitivity: expected its units"):
         roughxr.open_pull_off(tmp_path / "volts.csv", sensitivity=50, spring_constant=1)

@@ -66,8 +66,8 @@ def test_a_baseline_that_is_not_straight_is_told_from_one_that_is_uncertain():
     bent = ds.force + 0.002 * np.maximum(ds.piezo + 500.0, 0.0) ** 2
     found = roughxr.measured.curves_pull_off(ds.assign(force=bent.transpose(*ds.force.dims).assign_attrs(units="nN")))
     assert set(found.reason.values) <= {
-        "the baseline is not straight: it pushes more than the surface pulls",
-        "no pull stands out of the noise",
+        "the baseline is curved by more than the pull of the surface",
+        "no pull exceeds the noise",
     }
     assert found.pull_off_force.isnull().all()
 
@@ -76,7 +76,7 @@ def test_a_force_that_falls_towards_the_surface_is_no_contact():
     ds = curves(3)
     pushed = ds.force.where(ds.piezo < 20, 200.0 - ds.piezo)
     found = roughxr.measured.curves_pull_off(ds.assign(force=pushed.transpose(*ds.force.dims).assign_attrs(units="nN")))
-    assert set(found.reason.values) == {"the force does not rise towards the surface where it is pressed"}
+    assert set(found.reason.values) == {"the force does not rise in contact"}
 
 
 def test_what_cannot_be_used_says_why():
@@ -87,7 +87,7 @@ def test_what_cannot_be_used_says_why():
     force[3] = force[3][::-1]
     force[4] = np.where(ds.piezo < -700, force[4] - 4 * PULL, force[4])
     found = roughxr.measured.curves_pull_off(ds.assign(force=(ds.force.dims, force, ds.force.attrs)), baseline=0.1)
-    assert list(found.reason.values[:3]) == ["", "no pull stands out of the noise", "fewer than 50 samples"]
+    assert list(found.reason.values[:3]) == ["", "no pull exceeds the noise", "fewer than 50 samples"]
     assert found.pull_off_force.isnull().values.tolist()[:3] == [False, True, True]
     turned = roughxr.measured.curves_pull_off(ds.isel(sample=slice(None, None, -1)))
     assert set(turned.reason.values) == {"the piezo does not retract from the first sample to the last"}

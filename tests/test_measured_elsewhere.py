@@ -100,7 +100,9 @@ def test_the_verdict_counts_what_the_scans_do_not_show():
     )
     inside = [bool(one.inside.sel(surface="other", statistic="mean")) for one in (bare, counted, wide)]
     assert inside == [False, True, True]
-    assert "do not show is left out" in bare.verdict and "do not show is counted" in counted.verdict
+    assert (
+        "finer than the scans is not included" in bare.verdict and "finer than the scans is included" in counted.verdict
+    )
     at = {"surface": "other", "statistic": "mean"}
     np.testing.assert_allclose(counted.predicted.sel(at), bare.predicted.sel(at) / 3, rtol=0.01)
     assert float((wide.predicted_high / wide.predicted).sel(at)) > 4

@@ -56,13 +56,13 @@ def test_a_smooth_sphere_on_a_flat_does_not_tell_the_range():
     measured = xr.Dataset({"pull_off_force": ("subregion", forces)})
     fit = fit_to(measured, flat, subregions=(2, 1))
     assert abs(float(fit.force_exponent)) < 0.05 and np.isnan(fit.work_trade)
-    assert "they do not tell it" in fit.not_identifiable
+    assert "they do not determine it" in fit.not_identifiable
 
 
 def test_a_range_beyond_those_tried_is_no_number():
     fit = fit_to(measured_on(surface(3, adhesion_range=20.0)), surface(3))
     assert np.isnan(fit.fitted_adhesion_range) and np.isnan(fit.fitted_range_high)
-    assert "the nearest lies at the end of those tried" in fit.not_identifiable
+    assert "the best value is at the end of the range tried" in fit.not_identifiable
 
 
 def test_several_ranges_that_predict_alike_are_said():

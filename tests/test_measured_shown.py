@@ -65,7 +65,7 @@ def test_the_report_sets_what_was_measured_beside_the_prediction(run, capsys):
     assert main(["report", str(run), "-o", str(run / "with.html"), "--measured", str(run / "own.csv")]) == 0
     page = (run / "with.html").read_text(encoding="utf-8")
     assert "What was measured" in page and "times the predicted (95 % interval" in page
-    assert "Predicted beside measured: Left both distributions" in page
+    assert "Predicted and measured: Left: both distributions" in page
     assert main(["report", str(run), "-o", str(run / "without.html")]) == 0
     assert "What was measured" not in (run / "without.html").read_text(encoding="utf-8")
 

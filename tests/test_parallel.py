@@ -104,7 +104,7 @@ def test_a_bar_on_a_terminal_and_lines_elsewhere(monkeypatch):
 def test_a_run_is_told_on_one_line_with_the_time_left_over_all_its_stages(monkeypatch, stream):
     now = [0.0]
     monkeypatch.setattr("roughxr.jobs.progress.time.monotonic", lambda: now[0])
-    words = {"mesh": "how fine a mesh", "adhesive": "simulation with adhesion"}
+    words = {"mesh": "choice of the mesh", "adhesive": "simulation with adhesion"}
     with progress(stream), Stages({"mesh": 30, "adhesive": 300, "pages": 60}, words) as stage:
         stage("mesh")
         stage.expect(adhesive=600, none=1e9)
@@ -118,7 +118,7 @@ def test_a_run_is_told_on_one_line_with_the_time_left_over_all_its_stages(monkey
         now[0] += 12.0
         stage("pages")
     told = [line for line in re.split(r"[\r\n]", stream.getvalue().replace("\x1b[K", "")) if line]
-    assert told[0] == "stage 1 of 3, about 6 min left: how fine a mesh"
+    assert told[0] == "stage 1 of 3, about 6 min left: choice of the mesh"
     assert "stage 2 of 3, about 11 min left: simulation with adhesion at 64 places" in told
     found = [line for line in told if "(32/64)" in line]
     assert found and "about 7 min left" in found[-1]  # half of them in 384 s, then a minute of pages

@@ -176,7 +176,7 @@ def test_cautions_say_what_is_wrong(run):
     spoiled["statistics/energy"] = pull
     found = "\n".join(report.cautions(spoiled))
     assert re.search(
-        r"Conditions of the contact are violated \(direct\): unconverged: 0.0\d+ of at most 0, NOT KEPT\.", found
+        r"Conditions of the contact are violated \(direct\): unconverged: 0.0\d+ of at most 0, NOT MET\.", found
     )
     assert report.contact_table(spoiled).loc["conditions of the contact that are not met (certificate)", "direct"] == 2
     assert re.search(r"At \d of 9 places the contact reaches the scan's edge \(direct", found)
@@ -197,7 +197,7 @@ def test_a_clean_run_has_no_cautions(run):
     clean["solutions/direct"]["truncated"][:] = False
     clean["solutions/direct"]["contact_area"][:] = 1e6
     assert report.cautions(clean) == []
-    assert "Nothing: all solves converged" in report.page(clean)
+    assert "None: all solutions converged" in report.page(clean)
 
 
 @pytest.mark.parametrize(("cutoff", "told"), [(20, True), (120, False)])
@@ -354,16 +354,16 @@ def test_a_runs_folder_is_reported_into_itself(run, tmp_path, monkeypatch):
     archive.save({"scan": run["scan"]}, tmp_path / "out" / "run.nc")
     assert report.write_report("out") == Path("out/report.html")
     assert sorted(file.name for file in tmp_path.rglob("*.*")) == ["report.html", "run.nc"]
-    with pytest.raises(ValueError, match="found archives: none; name the file"):
+    with pytest.raises(ValueError, match="found: none; give the file itself"):
         report.write_report(tmp_path)
 
 
 def test_doubts_about_the_scan_and_tilt_are_told(run):
     tilted = run["scan"].assign(height=run["scan"].height + 1.5 * run["scan"].x)
     tilted["height"].attrs["units"] = "nm"
-    assert any("About the scan: slope above 1" in words for words in report.cautions({"scan": tilted}))
-    assert "of which tilt is all but" in report.page({"scan": tilted})
-    assert "of which tilt" not in report.page({"scan": run["scan"]})
+    assert any("About the scan: the slope exceeds 1" in words for words in report.cautions({"scan": tilted}))
+    assert "most of it tilt (when levelled" in report.page({"scan": tilted})
+    assert "most of it tilt" not in report.page({"scan": run["scan"]})
 
 
 @pytest.mark.parametrize(("times", "unit"), [(1.0, "µN"), (1e-3, "nN"), (1e-6, "pN")])

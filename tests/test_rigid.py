@@ -335,6 +335,6 @@ def test_what_a_cut_at_eleven_lengths_leaves_out_grows_with_roughness(rms, least
 def test_the_simulation_says_where_its_lennard_jones_law_is_cut():
     flat = scan(np.zeros((32, 32)), 0.25)
     flat = flat.contact.assign_pair(sphere_radius=5.0, contact_modulus=500.0, work_of_adhesion=0.06, adhesion_range=0.3)
-    with pytest.warns(UserWarning, match=r"is cut at a gap of 3\.3 nm"):
+    with pytest.warns(UserWarning, match=r"is cut off at a gap of 3\.3 nm"):
         found = flat.contact.adhesive(law="lennard_jones", subregions=(1, 1), mesh=1)
     assert found.attrs["cut_off_nm"] == pytest.approx(3.3)

@@ -181,9 +181,9 @@ def test_heights_that_lie_elsewhere_than_the_header_says_are_doubted(name, tmp_p
     start = data.index(b"\x1a") if name == "bruker" else 384
     other = tmp_path / f"other{path.suffix}"
     other.write_bytes(data[:start] + data[start - 48 :])
-    with pytest.warns(ImplausibleScan, match=r"header accounts for \d+ of \d+ bytes"):
+    with pytest.warns(ImplausibleScan, match=r"header describes \d+ of \d+ bytes"):
         open_scan(other)
-    assert "accounts for" in describe(other).attrs["doubts"]
+    assert "describes" in describe(other).attrs["doubts"]
 
 
 def pages(path, count):
@@ -313,4 +313,4 @@ def test_a_scar_along_one_line_is_doubted_and_a_particle_is_not(axis):
 
 def test_pixels_wider_than_any_contact_are_doubted():
     wide = scan(rough(32, seed=2), pixel=3500.0)
-    assert any("pixels of 3500 nm are wider than the contacts" in doubt for doubt in doubts(wide))
+    assert any("pixels of 3500 nm are too coarse" in doubt for doubt in doubts(wide))

@@ -151,7 +151,7 @@ def test_a_smooth_flat_holds_all_of_what_a_smooth_flat_holds_and_cells_too_coars
     pull = xr.Dataset({"pull_off_force": ("subregion", [smooth])}, pair, {"method": method})
     assert float(reduction(pull).pull_off_ratio[0]) == pytest.approx(1.0)
     roughxr.answer(pull)
-    assert "100 % of what a smooth flat holds; as the scan" in capsys.readouterr().out
+    assert "100 % of the pull-off from a smooth flat; for the surface as scanned" in capsys.readouterr().out
     found = roughxr.answer(1.22 * pull.assign(cell_error=("subregion", [0.22 / 1.22])).assign_attrs(method=method))
     told = capsys.readouterr().out
     assert "too high by its cells, about 22 %" in told and float(found.mesh_error) == pytest.approx(0.22)

@@ -226,7 +226,7 @@ def test_what_is_expected_is_said(surface):
         (lambda ds: asperities(ds, patch=5), {}, "take asperities(patch='auto')"),
         (lambda ds: ds, {"law": "maugis"}, "not for 'maugis'"),
         (lambda ds: ds, {"formulation": "published"}, "not for 'published'"),
-        (lambda ds: ds.isel(x=slice(None, None, 6), y=slice(None, None, 6)), {}, "do not resolve its summits"),
+        (lambda ds: ds.isel(x=slice(None, None, 6), y=slice(None, None, 6)), {}, "too few to resolve its summits"),
     ],
 )
 def test_nothing_is_expected_where_nothing_was_measured(surface, change, options, why):

@@ -45,13 +45,13 @@ def expectation(catalogue: xr.Dataset, law: str) -> dict[str, Any]:
     if law == "menisci":
         words = f"pull-off over that of `rigid` on such a surface: {WET_RATIO:.2g}, {WET_LOW:g} … {WET_HIGH:g}"
         known = {"expected_ratio": WET_RATIO, "expected_ratio_low": WET_LOW, "expected_ratio_high": WET_HIGH}
-        return {"expectation": f"{words} in nine of ten, as menisci merge", **known}
+        return {"expectation": f"{words} for nine of ten surfaces, since menisci merge", **known}
     unknown = _unknown(catalogue, law)
     if unknown:
-        return {"expectation": f"how near this comes to the simulation with adhesion is not known: {unknown}"}
+        return {"expectation": f"its ratio to the simulation with adhesion is not known: {unknown}"}
     words = f"pull-off over that of the adhesive simulation on such a surface: {RATIO:.2g}, {LOW:g} … {HIGH:g}"
     known = {"expected_ratio": RATIO, "expected_ratio_low": LOW, "expected_ratio_high": HIGH}
-    return {"expectation": f"{words} in nine of ten", **known}
+    return {"expectation": f"{words} for nine of ten surfaces", **known}
 
 
 def _unknown(catalogue: xr.Dataset, law: str) -> str:
@@ -62,7 +62,7 @@ def _unknown(catalogue: xr.Dataset, law: str) -> str:
         return "the patch was chosen without regard to the scan's shortest wave; take asperities(patch='auto')"
     wave, pixel = float(catalogue["shortest_wavelength"]), float(catalogue["pixel"])
     if not wave >= RESOLVED * pixel:
-        return f"the shortest wave of the scan spans {wave / pixel:.2g} pixels, which do not resolve its summits"
+        return f"the shortest wave of the scan spans {wave / pixel:.2g} pixels, too few to resolve its summits"
     return ""
 
 

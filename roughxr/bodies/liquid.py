@@ -142,7 +142,7 @@ def angles(given: Any) -> tuple[float, float]:
 
 
 def kelvin_radius(humidity: Any, *, liquid: Any = "water", temperature: Any = _ROOM) -> float:
-    """Return the Kelvin radius (nm) of a liquid in its vapour: Butt & Kappl, Adv. Colloid Interface Sci. 146 (2009) 48."""
+    """Return a liquid's Kelvin radius (nm) in its vapour: Butt & Kappl, Adv. Colloid Interface Sci. 146 (2009) 48."""
     kelvin = _kelvin(temperature)
     tension, volume = _liquid(liquid, kelvin)
     return _radius(_pressure(humidity), tension, volume, kelvin)
@@ -233,12 +233,12 @@ def told(ds: xr.Dataset) -> str:
     if menisci is None:
         return ""
     words = (
-        f"At {float(ds['humidity']):.3g} relative humidity gaps below {menisci.height:.2g} nm are wetted, and pulled "
-        f"at {1e3 * menisci.pull:.3g} MPa"
+        f"At {float(ds['humidity']):.3g} relative humidity water fills gaps below {menisci.height:.2g} nm, with a "
+        f"capillary pressure of {1e3 * menisci.pull:.3g} MPa"
     )
     if menisci.kelvin_radius < _FEW_MOLECULES:
         words += (
-            f"; Kelvin's radius, {menisci.kelvin_radius:.2g} nm, is that of a few molecules: the law of thick liquids "
+            f"; the Kelvin radius, {menisci.kelvin_radius:.2g} nm, is only a few molecules: the law of bulk liquids "
             "is an extrapolation there"
         )
     return words + "."

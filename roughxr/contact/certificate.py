@@ -53,11 +53,11 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, young_modulus=75, poisson_ratio=0.2)
     >>> certificate(scan.contact.direct(load=[1000.0])).verdict  # doctest: +ELLIPSIS
-    unconverged: 0 of at most 0, kept
-    residual: ... of at most 1e-06, kept
-    load: ... of at most 1e-06, kept
-    truncated: 0 of at most 0, kept
-    'all 4 checks are kept'
+    unconverged: 0 of at most 0, met
+    residual: ... of at most 1e-06, met
+    load: ... of at most 1e-06, met
+    truncated: 0 of at most 0, met
+    'all 4 conditions are met'
     """
     out = checked(ds)
     print("\n".join(out["words"].values))
@@ -74,13 +74,13 @@ def checked(ds: xr.Dataset) -> xr.Dataset:
     found, limits = np.array([one.max(skipna=False) for one in found], float), np.array(limits, float)
     kept = found <= limits
     words = [
-        f"{name}: {value:.2g} of at most {limit:.2g}, {'kept' if fine else 'NOT KEPT'}"
+        f"{name}: {value:.2g} of at most {limit:.2g}, {'met' if fine else 'NOT MET'}"
         for name, value, limit, fine in zip(names, found, limits, kept)
     ]
     rows = {"found": found, "limit": limits, "kept": kept, "words": words}
     out = xr.Dataset({name: ("check", values) for name, values in rows.items()}, {"check": list(names)})
     lost = ", ".join(out["check"].values[~kept])
-    out.attrs = {"method": method, "verdict": f"not kept: {lost}" if lost else f"all {kept.size} checks are kept"}
+    out.attrs = {"method": method, "verdict": f"not met: {lost}" if lost else f"all {kept.size} conditions are met"}
     return schema.record(schema.label(out), "certificate", ds)
 
 

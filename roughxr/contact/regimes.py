@@ -139,12 +139,12 @@ def _sentence(found: dict[str, Any], *, yields: bool, wet: bool) -> str:
     """Return the recommendation as a sentence."""
     tabor, beyond = found["asperity_tabor"], found["pull_beyond_contact"]
     method = {
-        "rigid": "`rigid`, the sum over rigid bodies: summits hardly bend",
+        "rigid": "`rigid`, the sum over rigid bodies: summits hardly deform",
         "adhesive": f"`adhesive` {_with_law(tabor, yields=yields, wet=wet)}",
-        "superpose": "`superpose`: adhesion is as good as without range, and contacts pull by themselves",
+        "superpose": "`superpose`: the range of adhesion is negligible, and the contacts hardly interact",
     }[found["recommended"]]
-    words = f"The quickest method that suits is {method} (Tabor's parameter of the median asperity is {number(tabor)}; "
-    words += f"between rigid bodies {percent(beyond)} of the pull comes from beyond contact)."
+    words = f"The quickest valid method is {method} (Tabor's parameter of the median asperity is {number(tabor)}; "
+    words += f"between rigid bodies {percent(beyond)} of the pull acts across gaps outside the contact)."
     if found.get("yields"):
         words += f" Summits yield under their own adhesion ({number(found['peak_pressure'], 'GPa')}): give a hardness."
     return words
@@ -153,18 +153,18 @@ def _sentence(found: dict[str, Any], *, yields: bool, wet: bool) -> str:
 def _with_law(tabor: float, **kind: bool) -> str:
     """Return the law that the simulation takes, and why."""
     if law_of_range(tabor, **kind) == "griffith":
-        return "with law='griffith': adhesion is as good as without range, but contacts do not pull by themselves"
-    why = "summits bend, and adhesion reaches about as far"
+        return "with law='griffith': the range of adhesion is negligible, but the contacts interact"
+    why = "summits deform by about as much as the range of adhesion"
     if kind["wet"]:
         why = "the liquid pulls across gaps"
     elif tabor >= SHORT_RANGE:
-        why = "what yields is held against the pull, which has a bound only with a range"
+        why = "for bodies that yield the adhesive traction must be finite"
     return f"with law='exponential', of finite range: {why}"
 
 
 def _resolved(pixels: float) -> str:
     """Return a sentence on the pixels where they are wider than a contact."""
-    words = f"A single median asperity would touch, by JKR, over a radius of {number(pixels)} pixels"
+    words = f"By JKR the contact of a median asperity has a radius of {number(pixels)} pixels"
     return f"{words}: the scan does not resolve it." if pixels < 1 else ""
 
 

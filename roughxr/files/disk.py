@@ -144,7 +144,7 @@ def _room(path: Path) -> str:
     try:
         return f"{shutil.disk_usage(path.parent).free / 1e6:.3g} MB"
     except OSError:
-        return "nothing: there is no such folder"
+        return "nothing (there is no such folder)"
 
 
 def _discard(temporary: Path) -> None:

@@ -76,14 +76,6 @@ class Progress:
 
     The first items wait while kernels are compiled, up to a minute where nothing is cached. The rate is therefore that
     of items after the first finished one, counted over the latter half of the time since then.
-
-    Examples
-    --------
-    >>> with progress(sys.stdout):
-    ...     bar = Progress(4, what="tiles", label="direct")
-    >>> bar.add(4)
-    >>> bar.close()
-    direct: 4/4 tiles, ... /s, 0 s left, 0 failed
     """
 
     def __init__(self, total: int, *, done: int = 0, what: str = "subregions", label: str = ""):
@@ -172,21 +164,7 @@ def _duration(seconds: float) -> str:
 class Stages:
     """The stages of a run, told on one line: which of how many, how far it has come, and how long the run takes still.
 
-    Parameters
-    ----------
-    expected : mapping of str to float
-        The stages in order, and about how long each takes, s; as more is known, `expect` replaces it.
-    words : mapping of str to str
-        The stages in words.
-
-    Examples
-    --------
-    >>> with progress(sys.stdout), Stages({"peaks": 20, "loads": 100}, {"loads": "contact"}) as stage:
-    ...     stage("peaks")
-    ...     stage.expect(loads=40)
-    ...     stage("loads", " at 64 places")
-    stage 1 of 2, about 2 min left: peaks
-    stage 2 of 2, less than a minute left: contact at 64 places
+    ``expected`` holds the stages in order and about how long each takes (s), ``words`` their names in words.
     """
 
     def __init__(self, expected: Mapping[str, float], words: Mapping[str, str]):

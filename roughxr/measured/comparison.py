@@ -213,5 +213,5 @@ def _words(out: xr.Dataset, both: list[Samples], shift: Any) -> str:
         unknown = [words for words, forces in zip(("predicted", "measured"), both) if forces.places is None]
         return f"not compared: {' and '.join(unknown)} of unknown place" if unknown else "not compared: no common grid"
     if np.isnan(out["shift_x"]):
-        return "not compared: no shift is more alike than chance would be"
+        return "not compared: no shift correlates better than by chance"
     return "shift found" if isinstance(shift, str) else "shift as given"

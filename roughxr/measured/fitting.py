@@ -26,8 +26,8 @@ VERBS = {"adhesive": adhesive, "superposed": pull_off_map, "rigid": rigid}
 PLACES = {"adhesive": (4, 4), "superposed": (8, 8), "rigid": (8, 8)}
 
 #: Whether the roughness that the scan does not show is part of a fit or verdict.
-SHOWN = "roughness that the scans do not show is left out (below=)"
-COUNTED = "roughness that the scans do not show is counted"
+SHOWN = "roughness finer than the scans is not included (below=)"
+COUNTED = "roughness finer than the scans is included"
 
 #: A number is not determined by forces that depend on it with a smaller exponent than this.
 _LEAST_EXPONENT = 0.05
@@ -183,7 +183,7 @@ def fit_pair(
     law = {"law": predict.held["law"]} if method == "adhesive" else {}
     out.attrs = {"method": method, **law, "confidence": confidence, "force_error": force_error}
     out.attrs |= {"measured_from": str(measured.attrs.get("source_file", ""))}
-    out.attrs |= {"missing": f"NaN where the {fitted.words} lies beyond those solved, or forces do not tell it"}
+    out.attrs |= {"missing": f"NaN where the {fitted.words} is beyond the values solved, or forces do not determine it"}
     out.attrs["not_identifiable"] = f"{_words(quantity, fitted, fit, out, ds)}; {SHOWN if below is None else COUNTED}"
     given = {"confidence": confidence, "force_error": force_error}
     return schema.record(schema.label(out), "fit_pair", ds, quantity=quantity, method=method, **given, **options)
@@ -261,22 +261,22 @@ def _words(quantity: str, fitted: _Quantity, fit: Fitted, out: xr.Dataset, ds: x
     power = float(out[_TRADES[fitted.traded]])
     if quantity == "work_of_adhesion":
         modulus = f"contact modulus {float(ds['contact_modulus']):g} GPa"
-        apart = "hardly any" if abs(power) < _WEAK_EXPONENT else "so that the two cannot be told apart"
-        said = [f"w goes with the assumed {modulus} to the power {power:.2g}, {apart}"]
+        apart = "hardly at all" if abs(power) < _WEAK_EXPONENT else "so that the two cannot be told apart"
+        said = [f"w depends on the assumed {modulus} to the power {power:.2g}, {apart}"]
         said += ["the range of adhesion is the assumed one"]
     elif abs(fit.exponent) <= _LEAST_EXPONENT:
         said = [f"the work of adhesion is held at {float(ds['work_of_adhesion']):.3g} J/m²"]
-        said += [f"forces go with the {fitted.words} to the power {fit.exponent:.2g} only: they do not tell it"]
+        said += [f"forces depend on the {fitted.words} to the power {fit.exponent:.2g} only: they do not determine it"]
     else:
         said = [f"the work of adhesion is held at {float(ds['work_of_adhesion']):.3g} J/m²"]
-        said += [f"the {fitted.words} goes with it to the power {power:.2g}, so that the two cannot be told apart"]
+        said += [f"the {fitted.words} depends on it to the power {power:.2g}, so that the two cannot be told apart"]
     covered = f"{fit.values[0]:.3g} to {fit.values[-1]:.3g}"
     if np.isnan(fit.value):
         said += [
-            f"the nearest lies at the end of those tried, {covered}: assign one nearer to it, or doubt what is held"
+            f"the best value is at the end of the range tried, {covered}: start nearer to it, or check the values held"
         ]
     elif np.isnan(fit.low) or np.isnan(fit.high):
-        said += [f"the interval reaches beyond those that could be solved, {covered}"]
+        said += [f"the interval reaches beyond the values that could be solved, {covered}"]
     if fit.stretches > 1:
         said += [f"the interval falls into {fit.stretches} parts: more than one {fitted.words} predicts these forces"]
     if fit.left_out:

@@ -209,9 +209,9 @@ def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _
     if zero is not None:
         pull = pull._replace(**_contact(z, flat, zero, line))
     if not pulled or zero is None:
-        return pull._replace(reason="never pressed" if pulled else "no pull stands out of the noise")
+        return pull._replace(reason="never pressed" if pulled else "no pull exceeds the noise")
     if pull.contact_slope <= 0:
-        return pull._replace(reason="the force does not rise towards the surface where it is pressed")
+        return pull._replace(reason="the force does not rise in contact")
     if far[at]:
         return pull._replace(reason="the pull reaches into the baseline")
     if _clipped(force, at, far):
@@ -219,7 +219,7 @@ def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _
     travel = float(z[zero] - z[at] + (flat[at] - flat[zero]) / stiffness)
     work = float(np.trapezoid(flat[zero:], z[zero:]))
     if work < -_PULL_THRESHOLD * line.work_error(z[zero:]):
-        return pull._replace(reason="the baseline is not straight: it pushes more than the surface pulls")
+        return pull._replace(reason="the baseline is curved by more than the pull of the surface")
     lowest, own = _minimum(z, flat, at, line.noise)
     uncertainty = float(np.hypot(own, line.error(z[at])))
     return pull._replace(force=-lowest, uncertainty=uncertainty, distance=travel, work=work)

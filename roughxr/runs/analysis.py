@@ -105,14 +105,14 @@ class Plan(NamedTuple):
 #: The stages of a run, in words.
 _WORDS = {
     "asperities": "asperities",
-    "mesh": "how fine a mesh it takes",
+    "mesh": "choice of the mesh",
     "adhesive": "simulation with adhesion",
-    "continued": "the roughness continued below the scan",
-    "rigid": "the same bodies if they were rigid",
-    "humidity": "the same over humidity",
+    "continued": "roughness continued below the scan",
+    "rigid": "rigid bodies",
+    "humidity": "rigid bodies over humidity",
     "direct": "simulation without adhesion",
     "superposition": "superposed asperities",
-    "rolling": "what it takes to roll the sphere off",
+    "rolling": "resisting moments and detachment",
     "budget": "error budget",
     "waves": "shorter waves added or cut off",
     "pages": "figures and report",
@@ -232,9 +232,9 @@ def told(scan: xr.Dataset, plan: Plan, path: Path) -> Stages:
         words = ", ".join(_WORDS[name] for name in expected)
         time = about(sum(expected.values()))
         lines = fill(
-            f"{count} places on {scan.sizes['x']} x {scan.sizes['y']} pixels: {words}. {time.capitalize()} as most "
-            "runs take, several times that on surfaces with sharp or soft summits; the first places will tell. "
-            "Quicker: fewer subregions, or budget 0. What is finished is kept if it is interrupted.",
+            f"{count} places on {scan.sizes['x']} x {scan.sizes['y']} pixels: {words}. {time.capitalize()} for most "
+            "runs, several times as long on surfaces with sharp or soft summits; the first places will show it. "
+            "Quicker: fewer subregions, or budget 0. After an interruption finished places are kept.",
             100,
         )
         tell(lines)
@@ -370,7 +370,7 @@ def _below_the_scan(scan: xr.Dataset, plan: Plan, say: Stages) -> dict[str, xr.D
     if schema.is_wet(scan):
         return {"statistics/continued": not_continued(scan, _SLOW_IN_HUMID_AIR)}
     if not {"hardness", "hardness_estimate"} & set(scan.coords):  # and the simulation would take hours
-        why = "no hardness is known, and summits ever sharper would yield; give one, or named materials"
+        why = "no hardness is known, and ever sharper summits would yield; give a hardness, or named materials"
         return {"statistics/continued": not_continued(scan, why)}
     some = regions.sample(regions.centres(scan, plan.subregions), plan.continued)
     say("continued", f", at {some.sizes['subregion']} places")

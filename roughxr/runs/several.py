@@ -88,7 +88,7 @@ def _pooled_words(places: Mapping[str, xr.Dataset]) -> str:
     mean = sure(*(float(pooled_mean[name]) for name in ("pooled", "pooled_low", "pooled_high")))
     return (
         f"Pull-off force, mean over {len(enough)} scans: {mean}; "
-        f"from scan to scan {quantity(float(pooled_mean['between_std']))} beyond the scatter of their places."
+        f"standard deviation between scans {quantity(float(pooled_mean['between_std']))}, scatter of places taken off."
     )
 
 

@@ -90,7 +90,7 @@ def not_installed(package: str, found: Any, extra: str = "afm") -> ImportError:
     """Return the error that says how to install an extra."""
     return ImportError(
         f"this file needs {package}, found {found}; install it with: "
-        f'pip install {package}, or in a clone of roughxr with all of its kind: pip install ".[{extra}]"'
+        f'pip install {package}, or in a clone of roughxr, with all similar packages: pip install ".[{extra}]"'
     )
 
 

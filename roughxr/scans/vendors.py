@@ -55,7 +55,7 @@ def _length_doubt(path: Path, format_name: str, header: dict[str, Any]) -> str:
     expected = stated(path, header.get("raw_metadata") or {}) if stated else None
     if expected is None or expected == length:
         return ""
-    return f"its header accounts for {expected} of {length} bytes: damaged, or joined to something else"
+    return f"its header describes {expected} of {length} bytes: damaged, or other data appended"
 
 
 def _bruker_length(path: Path, _raw: Any) -> int | None:

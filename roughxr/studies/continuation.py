@@ -327,11 +327,11 @@ def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness: str, g
     )
     out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
     pixels = model.shown / max(schema.pixel(ds))
-    known = f"The scan shows waves of {model.shown:.3g} nm ({pixels:.2g} pixels) and longer truly."
+    known = f"The scan resolves waves of {model.shown:.3g} nm ({pixels:.2g} pixels) and longer."
     if model.measured is not None:
         last = 2 * np.pi * float(np.exp(-model.measured[0][-1]))
-        known += f" Other measurements of the surface tell its spectrum down to {last:.3g} nm."
-    goes_on = f"its spectrum is assumed to go on (Hurst exponent {model.hurst:.2g} ± {model.hurst_error:.2g}) "
+        known += f" Other measurements of the surface give its spectrum down to {last:.3g} nm."
+    goes_on = f"its spectrum is assumed to continue (Hurst exponent {model.hurst:.2g} ± {model.hurst_error:.2g}) "
     assumed = f"Below, {goes_on}down to {pilot.waves[-1]:.2g} nm{_why(pilot, end)}; {hardness}."
     out.attrs = {"known": known, "assumed": assumed, "longest_added": model.shown}
     arguments = {"preload": preload, "subregions": subregions, "seeds": seeds, "shortest": end}
@@ -342,4 +342,4 @@ def _why(pilot: _Pilot, end: float | None) -> str:
     """Return why no shorter waves were added."""
     if end is not None:
         return ", as asked"
-    return ", where shorter waves no longer matter" if pilot.converged else ", below which no continuum is"
+    return ", where shorter waves no longer matter" if pilot.converged else ", where continuum theory ends"

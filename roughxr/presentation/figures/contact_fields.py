@@ -105,10 +105,8 @@ def topography_map(
 
     Parameters
     ----------
-    ds : Dataset
-        A direct solution with fields.
-    scan : Dataset
-        The scan that it was solved on.
+    ds, scan : Dataset
+        A direct solution with fields, and the scan that it was solved on.
     subregion, delta, ax, location
         As for `field_map`.
 
@@ -153,10 +151,8 @@ def pressure_on_topography(
 
     Parameters
     ----------
-    ds : Dataset
-        A direct solution with fields.
-    scan : Dataset
-        The scan that it was solved on.
+    ds, scan : Dataset
+        A direct solution with fields, and the scan that it was solved on.
     subregion, delta, ax
         As for `field_map`.
 
@@ -201,10 +197,8 @@ def contact_section(
 
     Parameters
     ----------
-    ds : Dataset
-        A direct solution with fields.
-    scan : Dataset
-        The scan that it was solved on.
+    ds, scan : Dataset
+        A direct solution with fields, and the scan that it was solved on.
     subregion, delta, ax
         As for `field_map`.
 
@@ -261,10 +255,8 @@ def contact_maps(
 
     Parameters
     ----------
-    ds : Dataset
-        A direct solution with fields.
-    scan : Dataset
-        The scan that it was solved on.
+    ds, scan : Dataset
+        A direct solution with fields, and the scan that it was solved on.
     subregion, delta
         As for `field_map`.
     ax : sequence of four Axes, optional

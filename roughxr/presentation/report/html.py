@@ -147,7 +147,7 @@ def _heights(scan: xr.Dataset) -> str:
     low, high = float(scan["height"].min()), float(scan["height"].max())
     words = f"{number(low)} … {number(high)} nm"
     flat = float(np.ptp(level(schema.label(scan))["height"].values))
-    tilted = f", of which tilt is all but {number(flat, 'nm')}: level the scan first"
+    tilted = f", most of it tilt (when levelled {number(flat, 'nm')}): level the scan first"
     return words + (tilted if flat < 0.8 * (high - low) else "")
 
 
@@ -199,8 +199,8 @@ def _tables(run: Mapping[str, xr.Dataset]) -> list[tuple[str, list[str], list[li
     makers: dict[str, Any] = {
         "Scan and asperities": (scan_table, {"scan", "asperities", "reconstruction"}),
         "Contact, by method": (contact_table, {"solutions/energy", "statistics/energy", "solutions/direct"}),
-        "Predicted beside measured": (measured_table, {COMPARED}),
-        "What the usual formulas say": (formula_table, {"statistics/formulas"}),
+        "Predicted and measured": (measured_table, {COMPARED}),
+        "Usual formulas": (formula_table, {"statistics/formulas"}),
     }
     return [(title, *_as_text(make(run))) for title, (make, needs) in makers.items() if needs <= set(run)]
 

@@ -267,8 +267,8 @@ def _known(ds: xr.Dataset, changes: xr.Dataset, pulls: xr.DataArray, tip_radius:
 def _condition(shown: float) -> str:
     """Return a sentence on the surface for which the pull-off holds."""
     if not np.isfinite(shown):
-        return "for a surface as smooth as this scan shows it"
-    return f"for a surface as smooth below {shown:.3g} nm as this scan shows it"
+        return "for the surface as scanned, without finer roughness"
+    return f"for the surface as scanned, without roughness below {shown:.3g} nm"
 
 
 def _resolved(pixels: float) -> str:
@@ -276,4 +276,4 @@ def _resolved(pixels: float) -> str:
     words = f"At pull-off the smallest contact that matters has a radius of {pixels:.2g} pixels (median place)"
     if pixels >= 2:
         return f"{words}."
-    return f"{words}: what the surface does within a pixel, which the scan does not show, decides how hard it sticks."
+    return f"{words}: the pull-off depends on the surface within a pixel, which the scan does not show."
