@@ -189,7 +189,7 @@ def test_places_where_nothing_is_known_are_null(run):
     assert one(told["pulls"], "adhesive")["values"]["0;0.2"][0] is None
     assert [event["is"] for event in told["events"]["points"]["0;0.2"][0]] == ["turning point"]
     assert [row["name"] for row in told["maps"]] == ["direct"]  # the one place for a loop has none
-    assert "could not be followed" in told["doubts"][0][0] and told["doubts"][1] == []
+    assert "was not completed" in told["doubts"][0][0] and told["doubts"][1] == []
 
 
 @pytest.mark.parametrize(
@@ -312,9 +312,9 @@ def test_keys_alone_are_enough(browser, written):
     assert visited == [1, 3, 3, 2, 0, 3]
     browser.value("document.querySelector('#frame').focus()")
     browser.press("Home")
-    assert browser.value(SHOWN)["frame"] == "0" and "Way in" in browser.value(SHOWN)["words"]
+    assert browser.value(SHOWN)["frame"] == "0" and "Loading" in browser.value(SHOWN)["words"]
     browser.press("End")
-    assert "Way out" in browser.value(SHOWN)["words"]
+    assert "Retraction" in browser.value(SHOWN)["words"]
     assert browser.complaints() == []
 
 

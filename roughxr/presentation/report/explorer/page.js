@@ -142,10 +142,10 @@ function drawScan() {
   colourBar(svg, { left, top: height + 52, width, picture: told.scan.colours, low: `${digits(told.scan.low)} nm`, high: `${digits(told.scan.high)} nm`, words: "height" });
   svg.places = told.places.map(place => [sx(place.x), sy(place.y)]);
   const words = ["Click a place, or use the arrow keys."];
-  if (mostShare) words.push("Particles came to rest at these places; larger: more of them.");
-  if (told.pulls.length) words.push(`Darker: pulls harder (${method().label}); hollow: does not pull.`);
-  if (told.places.some(place => place.debris)) words.push("Red rim: holds debris by rule.");
-  if (told.maps.some(map => map.name === "adhesive")) words.push("Blue dot: its loop with adhesion was followed.");
+  if (mostShare) words.push("Particles come to rest at these places; a larger circle: more of them.");
+  if (told.pulls.length) words.push(`Darker: larger pull-off force (${method().label}); hollow: no pull-off.`);
+  if (told.places.some(place => place.debris)) words.push("Red rim: debris, by the rule.");
+  if (told.maps.some(map => map.name === "adhesive")) words.push("Blue dot: contact maps with adhesion.");
   at("scan-words").textContent = words.join(" ");
 }
 
@@ -155,7 +155,7 @@ function drawMap() {
   controls.style.display = sheet ? "" : "none";
   if (!sheet) {
     canvas(svg, 40);
-    at("map-words").textContent = told.maps.length ? "Nothing touches at this place." : "The archive holds no fields, and not what bodies they are, to solve for them again.";
+    at("map-words").textContent = told.maps.length ? "Nothing touches at this place." : "The archive holds no contact maps, nor the bodies to compute them.";
     return;
   }
   const k = chosenFrame(map, sheet), [x0, x1, y0, y1] = sheet.box, here = told.places[state.place];
@@ -171,17 +171,17 @@ function drawMap() {
   frame(svg, { left, top: 6, width, height, x: { low: x0, high: x1, size: 1, words: "x from the contact centre [nm]" }, y: { low: y0, high: y1, size: 1, words: "y from the contact centre [nm]" } });
   const pulls = map.pull > 0;
   colourBar(svg, { left, top: height + 52, width, picture: map.colours, low: pulls ? `−${digits(map.pull)} GPa` : "0", high: `${digits(map.push)} GPa or more`,
-    words: pulls ? "what pulls, what pushes" : "contact pressure", zero: pulls ? 127 / 255 : 0 });
+    words: pulls ? "traction: pull, push" : "contact pressure", zero: pulls ? 127 / 255 : 0 });
   const there = told.maps.filter(sheetOf);
   at("source").replaceChildren(...there.map(one => html("option", { value: one.name, selected: one === map }, one.label)));
   Object.assign(at("frame"), { max: sheet.delta.length - 1 });
   at("frame").value = k;
-  const way = sheet.branch.includes("retraction") ? `${sheet.branch[k] === "loading" ? "Way in" : "Way out"}, ` : "";
+  const way = sheet.branch.includes("retraction") ? `${sheet.branch[k] === "loading" ? "Loading" : "Retraction"}, ` : "";
   const words = `${way}δ = ${digits(sheet.delta[k], 4)} nm: force ${force(sheet.force[k])}, contact area ${digits(sheet.area[k])} nm². Grey: heights before contact.`;
   at("frame").setAttribute("aria-valuetext", words);
   at("map-words").textContent = words;
   if (told.maps.some(one => one.name === "adhesive") && !there.some(one => one.name === "adhesive"))
-    at("map-words").textContent += ` With adhesion it was followed at other places only: roughxr explore --loops ${told.places.length} follows all.`;
+    at("map-words").textContent += ` Maps with adhesion are at other places only: roughxr explore --loops ${told.places.length} computes all.`;
 }
 
 /** All lines of the place: what the archive holds as curves, and the loop that was followed again. */
@@ -231,8 +231,8 @@ function drawForce() {
     inner.append(draw("text", { x: sx(event.delta), y: sy(event.force) + 4, "text-anchor": "middle", style: "fill: #0173b2; stroke: none", class: "event" }, SIGNS[event.is], draw("title", {}, `${event.is}: δ = ${digits(event.delta, 4)} nm, ${force(event.force)}`)));
   svg.append(inner);
   const words = events.length ? [`With adhesion: ${events.map(event => `${SIGNS[event.is]} ${event.is}`).join(", ")}.`] : [];
-  if (all.some(one => one.lines.length > 1)) words.push("Thin dashes: the way in.");
-  if (sheet) words.push("Ringed: what the contact map shows.");
+  if (all.some(one => one.lines.length > 1)) words.push("Thin dashes: loading.");
+  if (sheet) words.push("Circle: the state of the contact map.");
   at("force-words").textContent = words.join(" ");
 }
 
@@ -257,9 +257,9 @@ const again = name => at("legend").querySelector(`[data-method="${name}"]`).focu
 function drawPulls() {
   const svg = at("pulls"), chosen = method();
   at("method").replaceChildren(...told.pulls.map(one => html("option", { value: one.name, selected: one === chosen }, one.label)));
-  if (!chosen) { canvas(svg, 10); at("method").parentElement.style.display = "none"; at("pulls-words").textContent = "The archive tells of no pull-off: bodies without adhesion."; return; }
+  if (!chosen) { canvas(svg, 10); at("method").parentElement.style.display = "none"; at("pulls-words").textContent = "The archive holds no pull-off: bodies without adhesion."; return; }
   const values = held(chosen, "values"), bins = held(chosen, "bins");
-  if (!values) { canvas(svg, 10); at("pulls-words").textContent = "Not held at these values."; return; }
+  if (!values) { canvas(svg, 10); at("pulls-words").textContent = "Not in the archive at these values."; return; }
   const known = values.filter(value => value !== null), last = bins.length - 2, rests = told.places.some(place => place.share);
   const weight = k => values[k] === null ? 0 : rests ? told.places[k].share : 1, sum = which => values.reduce((all, value, k) => all + (which(value) ? weight(k) : 0), 0);
   const counts = bins.slice(1).map((high, k) => sum(value => value >= bins[k] && (value < high || (k === last && value <= high * 1.0001))));
@@ -289,8 +289,8 @@ function drawFacts() {
   const columns = held(told.facts, "values") || [];
   (told.facts ? told.facts.rows : []).forEach((row, k) => rows.splice(2 + k, 0, [row.label, ...scaled((columns[k] || [])[state.place], row.unit)]));
   at("facts").replaceChildren(...rows.map(([words, value, unit]) => html("tr", {}, html("th", { scope: "row" }, words), html("td", {}, value), html("td", { className: "unit" }, unit))));
-  const doubts = [...told.doubts[state.place], ...(here.debris ? ["holds debris by rule"] : [])];
-  if (doubts.length) at("facts").append(html("tr", {}, html("th", { colSpan: 3 }, `Beware: ${doubts.join("; ")}.`)));
+  const doubts = [...told.doubts[state.place], ...(here.debris ? ["debris, by the rule"] : [])];
+  if (doubts.length) at("facts").append(html("tr", {}, html("th", { colSpan: 3 }, `Caution: ${doubts.join("; ")}.`)));
 }
 
 function scaled(value, unit) {

@@ -320,8 +320,8 @@ def doubts(at: Placed) -> list[list[str]]:
 
 
 _FLAGS = (
-    ("converged", False, "a solve did not converge"),
-    ("complete", False, "the cycle could not be followed to its end"),
+    ("converged", False, "a solution has not converged"),
+    ("complete", False, "the cycle was not completed"),
     ("truncated", True, "contact reaches the scan's edge"),
 )
 
