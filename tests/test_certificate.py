@@ -124,7 +124,7 @@ def test_without_fields_and_without_deformation(surface):
 def test_an_elastic_solve_that_stagnates_is_flagged_and_told_of(surface, monkeypatch, cut):
     monkeypatch.setattr(elastic, "LIMITS", elastic.LIMITS._replace(**cut))
     for asked in ({"delta": [1.5]}, {"load": [50.0]}):
-        with pytest.warns(UserWarning, match="direct: 1 of 1 solves have not converged"):
+        with pytest.warns(UserWarning, match="direct: 1 of 1 solutions have not converged"):
             solution = roughxr.direct(surface, subregions=([0.0], [0.0]), **asked)
         assert not solution.converged.any() and {"unconverged"} <= rows(solution)[1]
 

@@ -34,7 +34,7 @@ def test_direct_warns_once_and_what_rests_on_it_is_missing(surface, monkeypatch)
     poor, said = told(direct, surface, delta=deltas, subregions=(2, 2))
     lost = int((~poor.converged).sum())
     assert good.converged.all() and not nothing and lost > 0
-    assert len(said) == 1 and f"direct: {lost} of 48 solves have not converged" in said[0]
+    assert len(said) == 1 and f"direct: {lost} of 48 solutions have not converged" in said[0]
     assert elastic_pull_off(good).pull_off_force.notnull().all()
     assert elastic_pull_off(poor).pull_off_force.isnull().all() and not elastic_pull_off(poor).bracketed.any()
     beside = force_ratio(good, poor)
@@ -59,7 +59,7 @@ def test_rigid_bodies_held_apart_elastically_or_by_hardness(surface, monkeypatch
         rigid_places.displacement_control, "sweep_arrays", lambda *a, **k: solve(*a, **k | {"max_iterations": 1})
     )
     found, said = told(rigid, surface, limit="elastic", **options)
-    assert len(said) == 1 and "rigid: 2 of 2 solves have not converged" in said[0]
+    assert len(said) == 1 and "rigid: 2 of 2 solutions have not converged" in said[0]
     assert found.pull_off_force.isnull().all() and not found.converged.any()
 
 

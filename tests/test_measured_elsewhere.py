@@ -70,7 +70,7 @@ def test_superposed_asperities_say_less_of_other_surfaces(verdicts):
 
 def test_what_predicts_nothing_is_refused():
     own = surface(0)
-    with pytest.raises(ValueError, match="expected another beside 'own'"):
+    with pytest.raises(ValueError, match="expected at least one other than 'own'"):
         roughxr.measured.predict_others({"own": own}, fit_on="own")
     with pytest.raises(ValueError, match="fit_on: expected one of 'own', 'other'"):
         roughxr.measured.predict_others({"own": own, "other": own}, fit_on="third")
@@ -120,7 +120,7 @@ def test_a_fit_with_what_the_scan_does_not_show():
     unsure, sure = (np.log(float(one.fitted_work_high / one.fitted_work_of_adhesion)) for one in (more, halved))
     exponent = float(more.force_exponent)
     assert unsure * exponent == pytest.approx(np.hypot(sure * exponent, np.log(3.0)), rel=0.15)
-    assert "left out" in bare.not_identifiable and "counted" in more.not_identifiable
+    assert "is not included" in bare.not_identifiable and "is included" in more.not_identifiable
     for wrong in (told.assign_coords(work_of_adhesion=0.2), told * np.nan, xr.Dataset()):
         with pytest.raises(ValueError, match="below: expected what `continued` finds"):
             own.contact.fit_pair(pulls, below=wrong, **QUICK)

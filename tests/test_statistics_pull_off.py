@@ -154,7 +154,9 @@ def test_a_smooth_flat_holds_all_of_what_a_smooth_flat_holds_and_cells_too_coars
     assert "100 % of the pull-off from a smooth flat; for the surface as scanned" in capsys.readouterr().out
     found = roughxr.answer(1.22 * pull.assign(cell_error=("subregion", [0.22 / 1.22])).assign_attrs(method=method))
     told = capsys.readouterr().out
-    assert "too high by its cells, about 22 %" in told and float(found.mesh_error) == pytest.approx(0.22)
+    assert "overestimated through the size of cells by about 22 %" in told and float(found.mesh_error) == pytest.approx(
+        0.22
+    )
 
 
 def test_the_cells_error_of_rigid_bodies_reaches_the_answer(capsys):

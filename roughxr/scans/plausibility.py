@@ -49,7 +49,7 @@ def doubts(ds: xr.Dataset) -> list[str]:
     >>> ds = xr.Dataset({"height": (("x", "y"), np.zeros((3, 3)))}, x)
     >>> for doubt in doubts(ds):
     ...     print(doubt)
-    one pixel is exactly 1 nm along y: a size that may never have been set
+    one pixel is exactly 1 nm along y: the scan size may never have been set
     pixels are not square: 500 x 1 nm
     all heights are equal
     """
