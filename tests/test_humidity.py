@@ -66,7 +66,7 @@ def test_a_kelvin_radius_stands_for_the_humidity_that_has_it():
         ({"contact_angle": -5}, "from 0 to 90"),
         ({"contact_angle": (1, 2, 3)}, "a pair"),
         ({"film": -0.1}, "at least 0 nm"),
-        ({"humidity": 0.95, "sphere_radius": 60.0}, "thin against the sphere's radius"),
+        ({"humidity": 0.95, "sphere_radius": 60.0}, "small beside the sphere's radius"),
         ({"liquid": "oil"}, "'water', 'ethanol'"),
         ({"liquid": 3}, "molar volume"),
         ({"temperature": 25}, "25 degC"),
