@@ -422,7 +422,7 @@ def test_a_run_takes_a_humid_pair_through_all_its_parts(tmp_path, capsys):
     options = {"subregions": (2, 1), "delta": [1.0, 2.0], "mesh": 2, "budget": 0}
     groups = roughxr.run(pair, tmp_path / "run.nc", **options)
     explored = report.write_explorer(tmp_path / "run.nc").read_text(encoding="utf-8")
-    assert "How hard does it stick at 70 % relative humidity?" in explored and "Pull-off over humidity" in explored
+    assert "Mean pull-off at 70 % relative humidity:" in explored and "Pull-off over humidity" in explored
     assert {"solutions/adhesive", "solutions/rigid", "statistics/humidity", "statistics/regime"} <= set(groups)
     assert {"solutions/menisci", "solutions/rolling", "statistics/formulas", "statistics/detachment"} <= set(groups)
     assert not {"solutions/published", "solutions/energy"} & set(groups)

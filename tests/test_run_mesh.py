@@ -78,9 +78,7 @@ def test_a_run_ends_where_its_first_places_have_no_pull_off(tmp_path, monkeypatc
     for refine in ("auto", 2):
         with (
             pytest.warns(UserWarning, match=r"smooth sphere, 898 nm wide, does not fit on the scan.*what helps"),
-            pytest.raises(
-                ValueError, match=r"none \(4 not followed to their end, 4 in contact at.*what helps: a larger"
-            ),
+            pytest.raises(ValueError, match=r"none \(4 not completed, 4 in contact at.*what helps: a larger"),
         ):
             roughxr.run(soft, tmp_path / f"{refine}.nc", delta=[1.0], mesh=refine, budget=0)
     assert solved == [4, 4]
