@@ -13,13 +13,13 @@ from ..jobs import lazy as parallel
 from ..jobs.records import Layout, labelled
 from ..kernels.halfspace.products import surface_displacement
 from ..scans import regions
-from ..vocabulary import schema
 from .problem import Place, Problem, Surface, places, surface_at
+from .specimen import Specimen
 
 
 def solve(
     solver: Any,
-    ds: xr.Dataset,
+    specimen: Specimen,
     problem: Problem,
     layout: Layout,
     options: Any,
@@ -37,8 +37,7 @@ def solve(
     solver : callable
         ``solver(place, problem, layout, options)`` returns a filled `Layout.blank` record. At the top of a module,
         so that other processes can import it.
-    ds : Dataset
-        A valid scan.
+    specimen : Specimen
     problem : Problem
     layout : Layout
     options : NamedTuple
@@ -59,8 +58,7 @@ def solve(
     Dataset
         Lazy where the scan is; within a checkpointed run also not yet computed.
     """
-    ds, lazy = schema.complete(ds), parallel.is_lazy(ds)
-    found, shape = places(ds, positions, reach)
+    found, shape = places(specimen, positions, reach)
     if fields:
         layout = layout._replace(window=tuple(problem.refine * n for n in shape))
     records = parallel.spread(
@@ -73,9 +71,9 @@ def solve(
         options,
         name=name,
         cost=partial(_costs, found, problem, cost) if cost else None,
-        lazy=lazy,
+        lazy=specimen.lazy,
     )
-    out = labelled(records, layout, ds, positions)
+    out = labelled(records, layout, specimen.bodies, positions)
     return out.assign_coords(window_axes([place.window for place in found], problem, layout)) if fields else out
 
 

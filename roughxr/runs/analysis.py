@@ -34,9 +34,10 @@ from ..bodies.materials import elastic
 from ..contact.adhesion import adhesive
 from ..contact.elastic import direct
 from ..contact.mesh import MOST_REFINED, Mesh, mesh_of
-from ..contact.problem import default_deltas, indenter_of
+from ..contact.problem import default_deltas
 from ..contact.regimes import formulas, regime
 from ..contact.rigid_bodies import rigid
+from ..contact.specimen import specimen_of
 from ..detachment import critical_load, is_rests, leaving, resting
 from ..files import archive
 from ..files.disk import whole
@@ -255,7 +256,7 @@ def kept(scan: xr.Dataset, plan: Plan, path: Path, say: Stages):
 def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None, **adhesion: Any) -> Plan:
     """Return a plan whose displacements suit the heights of a scan."""
     ds = schema.validate(scan, "scan")
-    deltas = default_deltas(ds, regions.centres(ds, subregions), indenter_of(ds), "highest_peak")
+    deltas = default_deltas(specimen_of(ds), regions.centres(ds, subregions), "highest_peak")
     deepest = deltas[-1]
     if delta is not None:
         deltas = schema.ascending(delta, "nm", "delta")
