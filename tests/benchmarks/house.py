@@ -266,6 +266,7 @@ def passed(work):
 
 def print_rooms():
     """Print how many functions a scan passes under `adhesive` and `run`, and how often its asperities are searched."""
+    import contextlib
     import tempfile
     import warnings
 
@@ -285,7 +286,7 @@ def print_rooms():
     adhesive = passed(lambda: roughxr.adhesive(scan, subregions=(2, 1), mesh=roughxr.Mesh(1, step=1.0)))
     print(f"adhesive: a scan passes {len(adhesive)} functions")
     searched[0] = 0
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
         run = passed(lambda: roughxr.run(scan, Path(folder) / "run.nc", subregions=(2, 1), mesh=1, budget=1))
     asked = sum(count for name, count in run.items() if name == "catalogue.asperities")
     print(f"run: a scan passes {len(run)} functions; asperities asked for {asked} times, searched {searched[0]} times")
