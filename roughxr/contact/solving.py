@@ -30,33 +30,11 @@ def solve(
     fields: bool = False,
     cost: Any = None,
 ) -> xr.Dataset:
-    """Solve a problem at every contact centre and label what comes back.
+    """Solve a problem at every contact centre, and label what comes back; lazy where the scan is.
 
-    Parameters
-    ----------
-    solver : callable
-        ``solver(place, problem, layout, options)`` returns a filled `Layout.blank` record. At the top of a module,
-        so that other processes can import it.
-    specimen : Specimen
-    problem : Problem
-    layout : Layout
-    options : NamedTuple
-        Further options of the solver.
-    name : str
-        Name of the solve in logs and messages.
-    positions : Dataset
-        Contact centres, as `regions.centres` returns them.
-    reach : float
-        Half-width of the windows, nm.
-    fields : bool
-        Keep fields on the windows.
-    cost : callable, optional
-        ``cost(surface, problem)`` returns the cost of a centre, in any unit.
-
-    Returns
-    -------
-    Dataset
-        Lazy where the scan is; within a checkpointed run also not yet computed.
+    ``solver(place, problem, layout, options)`` returns a filled `Layout.blank` record; it stands at the top of a
+    module, so that other processes can import it. Windows around the centres are ``reach`` nm in half-width, on which
+    ``fields`` are kept. ``cost(surface, problem)`` is that of a centre, in any unit. ``name`` is the solve's in logs.
     """
     found, shape = places(specimen, positions, reach)
     if fields:
