@@ -94,7 +94,7 @@ def regime(
     ('adhesive', '`adhesive`')
     """
     specimen = in_memory(ds)
-    bodies = specimen.bodies
+    bodies, at = specimen.bodies, {"subregions": subregions, "refine": refine}
     radius, modulus = schema.pair(bodies, "sphere_radius", "contact_modulus")
     w, attractions, wet = liquid.work_of(bodies), attractions_of(bodies), schema.is_wet(bodies)
     tip = 1 / (1 / radius + 1 / _asperity_radius(specimen.catalogue))
@@ -106,7 +106,7 @@ def regime(
             if wet
             else median_tabor(specimen, range_of(bodies))
         ),
-        "pull_beyond_contact": _beyond(specimen, subregions, refine),
+        "pull_beyond_contact": float(rigid(specimen, **at, delta=[0.0]).pull_beyond_contact.median()),
         "pixels_per_contact": contact / specimen.pixel,
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
@@ -121,17 +121,12 @@ def regime(
     words = " ".join(filter(None, (_sentence(found, **kind), liquid.told(bodies))))
     told = {"recommendation": words, "law": law_of_range(found["asperity_tabor"], **kind)}
     out = xr.Dataset(found).assign_attrs(told, resolved=_resolved(float(found["pixels_per_contact"])))
-    return schema.record(schema.label(out), "regime", bodies, subregions=subregions, refine=refine)
+    return schema.record(schema.label(out), "regime", bodies, **at)
 
 
 def _tabor(radius: float, modulus: float, w: float, length: float) -> float:
     pair = {"contact_modulus": modulus, "work_of_adhesion": w, "adhesion_range": length}
     return reference.tabor_parameter(radius=radius, **pair) if w > 0 else 0.0
-
-
-def _beyond(specimen: Specimen, subregions: Any, refine: int) -> float:
-    """Return the share of the pull that comes from beyond contact, its median over places."""
-    return float(rigid(specimen, subregions=subregions, delta=[0.0], refine=refine).pull_beyond_contact.median())
 
 
 def _recommended(tabor: float, beyond: float) -> str:

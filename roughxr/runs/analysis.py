@@ -292,7 +292,8 @@ def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> dict[str, 
     say("direct", f", {plan.direct_deltas.size} displacements at {_count(specimen, plan)} places")
     groups |= _pressed(specimen, plan, options)
     groups["solutions/contact"] = _one_contact(specimen, plan, groups["solutions/direct"])
-    groups["solutions/smooth"] = loading(direct(_flat(scan), delta=plan.direct_deltas))
+    flat = scan.assign(height=xr.zeros_like(scan["height"]))
+    groups["solutions/smooth"] = loading(direct(flat, delta=plan.direct_deltas))
     # without yield, to show its effect beside it
     groups["solutions/hertz"] = superpose(elastic(catalogue), delta=plan.sweep, law="hertz", **options)
     say("superposition")
@@ -564,11 +565,6 @@ def _one_contact(specimen: Specimen, plan: Plan, solved: xr.Dataset) -> xr.Datas
         inner = last
     middle = inner.sortby("force").isel(subregion=[inner.sizes["subregion"] // 2])
     return loading(direct(specimen, delta=[plan.contact_delta], subregions=middle, fields=True))
-
-
-def _flat(scan: xr.Dataset) -> xr.Dataset:
-    """Return a flat as large as the scan, under the same sphere."""
-    return scan.assign(height=xr.zeros_like(scan["height"]).assign_attrs(scan["height"].attrs))
 
 
 def show(
