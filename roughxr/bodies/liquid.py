@@ -142,7 +142,30 @@ def angles(given: Any) -> tuple[float, float]:
 
 
 def kelvin_radius(humidity: Any, *, liquid: Any = "water", temperature: Any = _ROOM) -> float:
-    """Return the Kelvin radius (nm) of a liquid in its vapour; arguments as for `HumidAir`.
+    """Return the Kelvin radius of a liquid in its vapour.
+
+    Parameters
+    ----------
+    humidity : number or str
+        Relative vapour pressure, as 0.6 or "60 %".
+    liquid : str or pair
+        "water", "ethanol", or surface tension (J/m²) and molar volume (cm³/mol).
+    temperature : number or quantity
+        K, or as "25 degC".
+
+    Returns
+    -------
+    float
+        nm.
+
+    Raises
+    ------
+    ValueError
+        If the humidity does not lie between 0 and 0.99, or the liquid is unknown.
+
+    References
+    ----------
+    Butt & Kappl, Adv. Colloid Interface Sci. 146 (2009) 48.
 
     Examples
     --------

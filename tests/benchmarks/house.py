@@ -156,10 +156,9 @@ class Surface:
     def functions(self):
         """Return the public functions, each once."""
         root = min(self._trees, key=len)
-        root = f"{root}._public" if f"{root}._public" in self._trees else root
         found = {}
         for name in self._shown(root):
-            module = self._module(root, name)
+            module = f"{root}.{name}" if f"{root}.{name}" in self._trees else None
             meant = [(module, shown) for shown in self._shown(module)] if module else [(root, name)]
             for function in filter(None, (self._meant(*pair) for pair in meant)):
                 found[function.words] = function
@@ -182,15 +181,9 @@ class Surface:
             return Function(module, name, self.helpers(module)[name])
         for node in ast.walk(self._trees[module]):
             for alias in node.names if isinstance(node, ast.ImportFrom) else ():
-                if (alias.asname or alias.name) == name and self._absolute(module, node) != module:
+                if (alias.asname or alias.name) == name:
                     return self._meant(self._absolute(module, node), alias.name)
         return None
-
-    def _module(self, module, name):
-        """Return the module that a name of another means; None where it means none."""
-        imported = (node for node in ast.walk(self._trees[module]) if isinstance(node, ast.ImportFrom))
-        bound = (self._absolute(module, node) for node in imported for alias in node.names if alias.name == name)
-        return next((f"{where}.{name}" for where in (module, *bound) if f"{where}.{name}" in self._trees), None)
 
     def _absolute(self, module, node):
         if not node.level:
