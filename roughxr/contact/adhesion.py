@@ -291,7 +291,7 @@ def _law(specimen: Specimen, law: str) -> dict[str, Any]:
     if (menisci := menisci_of(ds)) is not None:
         return _law_with_liquid(ds, law, menisci, length)
     if law == "auto":
-        law = law_of_range(_tabor(specimen, length), yields=yields) if work > 0 else "griffith"
+        law = law_of_range(median_tabor(specimen, length), yields=yields) if work > 0 else "griffith"
     if yields:
         _need_hardness_above(float(ds["hardness"]), work, length, law)
     return {"law": law, "length": np.nan if law == "griffith" else length, "work": work}
@@ -319,11 +319,6 @@ def _need_hardness_above(hardness: float, work: float, length: float, law: str) 
             f"hardness: expected more than the pull of adhesion, {work / length:.3g} GPa over {length:.3g} nm, found "
             f"{hardness:.3g} GPa; give the adhesion_range that belongs to the work of adhesion, {advice}"
         )
-
-
-def _tabor(specimen: Specimen, length: float) -> float:
-    """Return the median of Tabor's parameter under the sphere; NaN where it is not known without all heights."""
-    return np.nan if specimen.indenter.map or specimen.lazy else median_tabor(specimen, length)
 
 
 def _preloads(preload: Any) -> np.ndarray:

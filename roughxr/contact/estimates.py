@@ -146,7 +146,9 @@ def tabor(ds: xr.Dataset) -> xr.Dataset:
 
 
 def median_tabor(specimen: Specimen, length: float) -> float:
-    """Return the median of Tabor's parameter over the asperities of a scan, at a range (nm); NaN without any peak."""
+    """Return the median of Tabor's parameter over the asperities, at a range (nm); NaN if unread, or no sphere's."""
+    if specimen.indenter.map or specimen.lazy:
+        return np.nan
     found = tabor(specimen.catalogue.assign_coords(adhesion_range=length))["tabor_parameter"].values
     found = found[np.isfinite(found)]
     return float(np.median(found)) if found.size else np.nan

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -48,7 +47,7 @@ def solve(
         layout,
         options,
         name=name,
-        cost=partial(_costs, found, problem, cost) if cost else None,
+        cost=(lambda: np.array([cost(surface_at(place, problem), problem) for place in found])) if cost else None,
         lazy=specimen.lazy,
     )
     out = labelled(records, layout, specimen.bodies, positions)
@@ -58,10 +57,6 @@ def solve(
 def _solve_one(height, datum, window, ends, solver, problem, layout, options) -> np.ndarray:
     """Solve one place; the function that a task runs."""
     return solver(Place(height, datum, window, ends), problem, layout, options)
-
-
-def _costs(found: list[Place], problem: Problem, cost: Any) -> np.ndarray:
-    return np.array([cost(surface_at(place, problem), problem) for place in found])
 
 
 def fields_of(pressure: np.ndarray, surface: Surface, deltas: np.ndarray, problem: Problem) -> dict[str, np.ndarray]:
