@@ -15,7 +15,7 @@ from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.superposition import superpose
 from roughxr.jobs.schedulers import NO_DASHBOARD, active_client
 from roughxr.scans import level
-from roughxr.scans.wavelength import shortest_wavelength
+from roughxr.scans.wavelength import later, waves
 
 from .surfaces import glass_pair, rough, scan
 
@@ -134,10 +134,11 @@ def test_the_patch_that_suits_costs_a_second_look_and_no_more(small_tiles, smoot
 
 
 def test_only_parts_of_a_large_scan_are_looked_at_twice():
-    lazy = Chunks(rough(2048, smooth=2.0), 256)
+    height, steps = rough(2048, smooth=2.0), (1.0, 1.0)
+    lazy = Chunks(height, 256)
     with dask.config.set(scheduler="synchronous"):
-        shortest = shortest_wavelength(lazy.scan)
-    assert lazy.made < 64 and shortest == shortest_wavelength(scan(rough(2048, smooth=2.0)))
+        found = later(lazy.scan.height.data, steps).compute()
+    assert lazy.made < 64 and found == waves(height, steps)
 
 
 @pytest.mark.parametrize("solve", [pull_off_map, superpose])

@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 from roughxr import adhesive, assign_pair, direct, pdf, pull_off, pull_off_map, summary, superpose
-from roughxr.contact import problem as down
 from roughxr.contact import solving as up
+from roughxr.contact import specimen as read
 from roughxr.vocabulary import schema
 
 from .surfaces import glass_pair, rough, scan
@@ -71,8 +71,8 @@ def test_a_blank_record_says_nothing():
 
 def test_reach_holds_all_that_lies_below_a_depth():
     heights = sphere_map(1000.0, 150)
-    of_map = down.Indenter(np.nan, 0, (heights.x.values, heights.y.values, heights.values))
-    of_sphere = down.Indenter(1000.0, 0, None)
+    of_map = read.Indenter(np.nan, 0, (heights.x.values, heights.y.values, heights.values))
+    of_sphere = read.Indenter(1000.0, 0, None)
     assert abs(of_map.reach(5.0) - of_sphere.reach(5.0)) <= 10.0
     assert of_map.reach(np.inf) == 150.0 and of_map.reach(-1.0) == 0.0 and of_sphere.reach(-1.0) == 0.0
 

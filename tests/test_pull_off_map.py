@@ -206,7 +206,7 @@ def test_results_do_not_depend_on_the_company(surface, formulation):
 def test_few_loads_are_needed(glass):
     """The bounds do their work: a search of all intervals would need some hundred thousand loads per centre."""
     options = options_of(glass, "jkr", "energy", "highest_peak")
-    forest = kernel.build_grid(catalogue_field(glass, options)[0], law("energy"), 3000.0, 0)
+    forest = kernel.build_grid(catalogue_field(roughxr.asperities(glass), options)[0], law("energy"), 3000.0, 0)
     rng = np.random.default_rng(3)
     x, y = rng.uniform(0, 5000, (2, 200))
     found = kernel.pull_offs(x, y, forest, law("energy").spline, 3000.0, 0)

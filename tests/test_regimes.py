@@ -6,6 +6,7 @@ import pytest
 import roughxr
 from roughxr import reference
 from roughxr.contact.adhesion import _law as adhesion_law
+from roughxr.contact.specimen import specimen_of
 from roughxr.scans.synthetic import self_affine
 
 from .surfaces import scan
@@ -168,8 +169,8 @@ def test_the_law_that_is_recommended_is_the_one_that_the_simulation_chooses(modu
     assert found.attrs["law"] == law
     assert found.recommended.item() == "adhesive"
     assert reason in found.attrs["recommendation"] and f"'{law}'" in found.attrs["recommendation"]
-    assert adhesion_law(ds, "auto")["law"] == law
-    assert ("as the range of adhesion" in found.attrs["recommendation"]) <= (float(found.asperity_tabor) < 5)
+    assert adhesion_law(specimen_of(ds), "auto")["law"] == law
+    assert ("reaches about as far" in found.attrs["recommendation"]) <= (float(found.asperity_tabor) < 5)
 
 
 def test_both_change_their_law_at_the_same_modulus():
@@ -179,4 +180,4 @@ def test_both_change_their_law_at_the_same_modulus():
     for factor, law in ((0.999, "griffith"), (1.001, "exponential")):
         ds = rubber(edge * factor)
         assert ds.contact.regime(subregions=(1, 1), refine=2).attrs["law"] == law
-        assert adhesion_law(ds, "auto")["law"] == law
+        assert adhesion_law(specimen_of(ds), "auto")["law"] == law

@@ -15,6 +15,7 @@ import xarray as xr
 
 import roughxr
 from roughxr import cli
+from roughxr.contact.specimen import specimen_of
 from roughxr.files import archive
 from roughxr.jobs.progress import Stages
 from roughxr.presentation import report
@@ -56,10 +57,11 @@ def run():
     bump = 14 * np.exp(-((surface.x - 160) ** 2 + (surface.y - 480) ** 2) / (2 * 25**2))
     surface = surface.assign(height=(surface.height + bump).assign_attrs(surface.height.attrs))
     scan = roughxr.assign_pair(surface, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.5)
-    plan = analysis.plan(scan, subregions=(3, 3), delta=[4, 8, 12, 16], mesh=roughxr.Mesh(1, step=0.4), budget=1)
-    told = Told(analysis._expected(scan, plan))
-    STAGES[:] = told, list(analysis._expected(scan, plan))
-    return analysis.analyse(scan, plan, told)
+    specimen = specimen_of(scan)
+    plan = analysis.plan(specimen, subregions=(3, 3), delta=[4, 8, 12, 16], mesh=roughxr.Mesh(1, step=0.4), budget=1)
+    told = Told(analysis._expected(specimen, plan))
+    STAGES[:] = told, list(analysis._expected(specimen, plan))
+    return analysis.analyse(specimen, plan, told)
 
 
 @pytest.fixture(scope="module")
@@ -397,7 +399,7 @@ def test_text_table_has_numbers_and_dashes(run):
 def test_a_real_scan_makes_a_whole_report(shared_scans, tmp_path):
     pytest.importorskip("SurfaceTopography", reason="Bruker files need the extra roughxr[afm]")
     scan = roughxr.level(roughxr.open_scan(shared_scans / "bruker_10um_512_rough.di"))
-    scan = roughxr.assign_pair(scan, sphere_radius=5000, contact_modulus=39.4, work_of_adhesion=0.1)
+    scan = specimen_of(roughxr.assign_pair(scan, sphere_radius=5000, contact_modulus=39.4, work_of_adhesion=0.1))
     run = analysis.analyse(scan, analysis.plan(scan, subregions=(2, 2), delta=[30, 60], budget=1))
     path = report.write_report(archive.save(run, tmp_path / "run.nc"), tmp_path / "report.html")
     text = path.read_text(encoding="utf-8")

@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import roughxr
+from roughxr.contact.specimen import specimen_of
 from roughxr.jobs.progress import Stages
 from roughxr.runs import analysis
 from roughxr.scans.synthetic import self_affine
@@ -22,10 +23,10 @@ def test_a_run_refines_until_the_pull_off_settles(cutoff, refined):
     """On waves of two pixels the coarsest mesh is off by a factor, on long ones it will do."""
     scan = self_affine((64, 64), 20.0, rms=8, hurst=0.9, rolloff=800, cutoff=cutoff, seed=3)
     scan = scan.contact.assign_pair(sphere_radius=4000, contact_modulus=40, work_of_adhesion=0.1)
-    plan = analysis.plan(scan, subregions=(2, 1))
+    plan = analysis.plan(specimen_of(scan), subregions=(2, 1))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
-        groups = analysis._with_adhesion(scan, plan, {"subregions": plan.subregions}, analysis._UNTOLD)
+        groups = analysis._with_adhesion(specimen_of(scan), plan, {"subregions": plan.subregions}, analysis._UNTOLD)
         rough, fine = replace(plan.mesh, accuracy=None), roughxr.Mesh(16 if refined else 4, step=0.5 * plan.mesh.step)
         coarse, finest = (scan.contact.adhesive(subregions=plan.subregions, mesh=mesh) for mesh in (rough, fine))
     solved, finer = groups["solutions/adhesive"], groups["solutions/finer"]
@@ -41,12 +42,12 @@ def test_a_run_refines_until_the_pull_off_settles(cutoff, refined):
 def test_a_run_tells_its_answer_from_the_first_places_on_and_solves_none_twice(tmp_path):
     scan = self_affine((64, 64), 20.0, rms=8, hurst=0.9, rolloff=800, cutoff=600, seed=3)
     scan = scan.contact.assign_pair(sphere_radius=4000, contact_modulus=40, work_of_adhesion=0.1)
-    plan, stream = analysis.plan(scan, subregions=(5, 4)), io.StringIO()
+    plan, stream = analysis.plan(specimen_of(scan), subregions=(5, 4)), io.StringIO()
     options = {"subregions": plan.subregions}
     with warnings.catch_warnings(), roughxr.progress(stream), Stages({"mesh": 1, "adhesive": 1}, {}) as stage:
         warnings.simplefilter("ignore", UserWarning)
         groups = roughxr.checkpointed(
-            lambda: analysis._with_adhesion(scan, plan, options, stage), tmp_path / "run.nc", scan=scan
+            lambda: analysis._with_adhesion(specimen_of(scan), plan, options, stage), tmp_path / "run.nc", scan=scan
         )
         alone = scan.contact.adhesive(mesh=replace(plan.mesh, accuracy=None), **options)
     told = [line for line in stream.getvalue().splitlines() if "pull-off" in line]

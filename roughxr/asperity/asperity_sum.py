@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
+import dask
 import numpy as np
 import xarray as xr
 
 from ..bodies.liquid import menisci_of, work_of
 from ..bodies.materials import range_of
+from ..jobs.lazy import is_lazy
 from ..kernels.asperity import largest_pull
 from ..kernels.asperity import superposition as sums
 from ..kernels.asperity.laws import ASPERITY_LAWS, RANGED, AsperityLaw, asperities_scales
 from ..kernels.asperity.laws import law as read_law
 from ..kernels.halfspace.separation import PROFILES
 from ..vocabulary import schema
-from .catalogue import asperities
+from .catalogue import asperities, later
 from .expectation import refuse_crowded
 
 #: The laws with adhesion, and all laws.
@@ -114,17 +119,41 @@ def fit_of(law: str | None) -> dict[str, str]:
     return {"patch": "paper", "vertex": "pixel"} if law == "published" else {}
 
 
-def catalogue_of(ds: xr.Dataset, options: SumOptions) -> xr.Dataset:
-    """Return the asperities of a scan, or the catalogue itself where one is given."""
-    return ds if "asperity" in ds.dims else asperities(ds, **fit_of(options.law))
+@dataclass(frozen=True, eq=False)
+class Summands:
+    """A valid scan or catalogue whose asperities are summed, and how: read once by each verb that sums them."""
+
+    ds: xr.Dataset
+    law: str
+    options: Options
+    lazy: bool
+    unread: bool  # a scan whose heights are not loaded
+
+    @cached_property
+    def catalogue(self) -> Any:
+        """The asperities: those given, those of the scan, or of an unread one a task that finds them."""
+        if "asperity" in self.ds.dims:
+            return self.ds
+        return (later if self.unread else asperities)(self.ds, **fit_of(self.options.law))
+
+    def prepared(self, make: Callable, *more: Any) -> Any:
+        """Return ``make(catalogue, options, …)``, of an unread scan as a task."""
+        return (dask.delayed(make) if self.unread else make)(self.catalogue, self.options, *more)
 
 
-def catalogue_field(ds: xr.Dataset, options: SumOptions) -> tuple:
+def summands_of(ds: xr.Dataset, law: str | None, formulation: str, datum: str = "highest_peak") -> Summands:
+    """Return what a verb that sums asperities was given; raise where it does not go together."""
+    kind = "asperities" if "asperity" in ds.dims else "scan"
+    ds = schema.validate(ds, kind)
+    law, lazy = law_for(ds, law), is_lazy(ds)
+    return Summands(ds, law, options_of(ds, law, formulation, datum), lazy, lazy and kind == "scan")
+
+
+def catalogue_field(catalogue: xr.Dataset, options: Options) -> tuple:
     """Return the asperities that are peaks, the half-width of their patch, and the number left out.
 
     The law decides whether the sphere's curvature is added to that of the asperities.
     """
-    catalogue = catalogue_of(ds, options)
     A, B = composite_curvatures(catalogue, options)
     scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, options.kernel_law())
     x, y = catalogue["x"].values, catalogue["y"].values
@@ -159,9 +188,9 @@ def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return out
 
 
-def asperity_grid(ds: xr.Dataset, options: SumOptions) -> largest_pull.AsperityGrid:
-    """Return the asperities of a scan or a catalogue as the grid in which the largest pull is searched."""
-    return grid_of(catalogue_field(ds, options), options)
+def asperity_grid(catalogue: xr.Dataset, options: Options) -> largest_pull.AsperityGrid:
+    """Return the asperities of a catalogue as the grid in which the largest pull is searched."""
+    return grid_of(catalogue_field(catalogue, options), options)
 
 
 def grid_of(prepared: tuple, options: SumOptions) -> largest_pull.AsperityGrid:

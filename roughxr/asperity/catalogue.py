@@ -140,12 +140,14 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
     >>> bool((catalogue.curvature_min <= catalogue.curvature_max).all())
     True
     """
-    ds, asked = _prepared(ds, patch, vertex)
-    setup = _setup(asked, wavelength.waves(ds) if asked.patch == "auto" else None)
-    if ds["height"].chunks:
-        out = _set_up_later(ds, setup).compute()
+    height, rest, asked = _prepared(ds, patch, vertex)
+    wanted = asked.patch == "auto"
+    if dask.is_dask_collection(height):
+        setup = _setup(asked, wavelength.later(height, asked.pixel).compute() if wanted else None)
+        out = _set_up_later(height, rest, setup).compute()
     else:
-        out = _catalogue(_searched(ds["height"].values, setup), _without_maps(ds), setup)
+        setup = _setup(asked, wavelength.waves(height, asked.pixel) if wanted else None)
+        out = _catalogue(_searched(height, setup), rest, setup)
     if not (isinstance(patch, str) and patch == "paper"):
         _warn(out)
     return out
@@ -153,23 +155,26 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
 
 def later(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -> Any:
     """Return `asperities` of a lazy scan as a dask task that is still to be computed."""
-    ds, asked = _prepared(ds, patch, vertex)
+    height, rest, asked = _prepared(ds, patch, vertex)
+    height = da.asarray(height)
     if asked.patch != "auto":
-        return _set_up_later(ds, _setup(asked, None))
-    height = da.asarray(ds["height"].data)
+        return _set_up_later(height, rest, _setup(asked, None))
     setup = dask.delayed(_setup, pure=False)(asked, wavelength.later(height, asked.pixel))
-    return dask.delayed(_catalogue)(_searched_finer_later(height, setup), _without_maps(ds), setup)
+    return dask.delayed(_catalogue)(_searched_finer_later(height, setup), rest, setup)
 
 
-def _set_up_later(ds: xr.Dataset, setup: _Setup) -> Any:
+def _set_up_later(height: da.Array, rest: xr.Dataset, setup: _Setup) -> Any:
     search = _searched_later if setup.refine == 1 else _searched_finer_later
-    return dask.delayed(_catalogue)(search(da.asarray(ds["height"].data), setup), _without_maps(ds), setup)
+    return dask.delayed(_catalogue)(search(height, setup), rest, setup)
 
 
-def _prepared(ds: xr.Dataset, patch: Any, vertex: str) -> tuple[xr.Dataset, _Request]:
+def _prepared(ds: xr.Dataset, patch: Any, vertex: str) -> tuple[Any, xr.Dataset, _Request]:
+    """Return heights, axes, scalars and attributes without any maps, for tasks to carry along, and what is asked."""
     ds = schema.validate(ds, "scan")
     schema.one_of(vertex, ("fitted", "pixel"), "vertex")
-    return ds, _Request(ds["height"].shape, schema.pixel(ds), _patch(ds, patch), vertex)
+    height, rest = ds["height"].data, ds.coords.to_dataset().assign_attrs(ds.attrs)
+    pixel = schema.pixel(rest)
+    return height, rest, _Request(height.shape, pixel, _patch(height.shape, pixel, patch), vertex)
 
 
 def _setup(asked: _Request, waves: Waves | None) -> _Setup:
@@ -199,11 +204,6 @@ def _pixels(width: float, asked: _Request) -> tuple[int, int]:
         if count >= _LEAST_PIXELS and count >= _NEAR * refine * pixels:
             return count, refine
     return _LEAST_PIXELS, _LIMIT
-
-
-def _without_maps(ds: xr.Dataset) -> xr.Dataset:
-    """Return the axes, scalars and attributes of a scan without its maps, for tasks to carry along."""
-    return ds.coords.to_dataset().assign_attrs(ds.attrs)
 
 
 def _searched_later(height: da.Array, setup: _Setup) -> Any:
@@ -312,13 +312,13 @@ def _catalogue(scan_peaks: ScanPeaks, ds: xr.Dataset, setup: _Setup) -> xr.Datas
     return schema.record(schema.label(out), "asperities", ds, **done)
 
 
-def _patch(ds: xr.Dataset, patch: Any) -> Any:
+def _patch(shape: tuple[int, int], pixel: tuple[float, float], patch: Any) -> Any:
     """Return "auto", pixels as an int, or nm as a float."""
     if isinstance(patch, str) and patch in ("auto", "paper"):
-        return "auto" if patch == "auto" else _patch(ds, PAPER_PATCH)
-    most = min(ds.sizes["x"], ds.sizes["y"])
+        return "auto" if patch == "auto" else _patch(shape, pixel, PAPER_PATCH)
+    most = min(shape)
     if isinstance(patch, str) or hasattr(patch, "units"):
-        finest = _LEAST_PIXELS * max(schema.pixel(ds)) / _LIMIT
+        finest = _FEWEST * max(pixel) / _LIMIT
         if (width := positive(patch, "nm", "patch")) < finest:
             raise ValueError(
                 f"patch: expected a length of at least {finest:.3g} nm, {_LEAST_PIXELS}/{_LIMIT} of a pixel, found "

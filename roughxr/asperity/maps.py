@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import dask
 import numpy as np
 import xarray as xr
 
@@ -13,19 +12,7 @@ from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import Places
 from ..vocabulary.verbs import verb
-from .asperity_sum import (
-    ADHESIVE,
-    PULL_OFF,
-    SumOptions,
-    asperity_grid,
-    catalogue_of,
-    fit_of,
-    largest_pulls,
-    law_for,
-    law_of,
-    options_of,
-)
-from .catalogue import later
+from .asperity_sum import ADHESIVE, PULL_OFF, Options, asperity_grid, largest_pulls, law_of, summands_of
 from .expectation import expectation, warn_above_smooth
 
 #: Centres in one task, which then takes some hundredths of a second.
@@ -94,28 +81,22 @@ def pull_off_map(
     >>> bool((found.pull_off_force > 0).all()), found.pull_off_force.units
     (True, 'nN')
     """
-    kind = "asperities" if "asperity" in ds.dims else "scan"
-    ds = schema.validate(ds, kind)
-    law = law_for(ds, law)
-    schema.one_of(law, ADHESIVE, "law")
-    options = options_of(ds, law, formulation, datum)
+    schema.one_of(law or ADHESIVE[0], ADHESIVE, "law")
+    summands = summands_of(ds, law, formulation, datum)
+    ds, law, options = summands.ds, summands.law, summands.options
     pixels = isinstance(subregions, str)
     positions = _pixels(ds, subregions) if pixels else regions.centres(ds, subregions)
-    lazy = parallel.is_lazy(ds)
-    later_on = lazy and kind == "scan"
-    catalogue = later(ds, **fit_of(options.law)) if later_on else catalogue_of(ds, options)
-    grid = dask.delayed(asperity_grid)(catalogue, options) if later_on else asperity_grid(catalogue, options)
-    out = _labelled(_records(positions, grid, options), ds)
+    out = _labelled(_records(positions, summands.prepared(asperity_grid), options), ds)
     out = _on_pixels(out, ds) if pixels else out.assign_coords(positions.coords)
     named = law_of(law, formulation, options)
     out.attrs = {"datum": datum, "method": "superpose", **named, "missing": "NaN where no displacement pulls"}
-    if not later_on:
-        out.attrs |= expectation(catalogue, options.law)
+    if not summands.unread:
+        out.attrs |= expectation(summands.catalogue, options.law)
     arguments = {"subregions": subregions, **named, "datum": datum}
     out = schema.record(schema.label(out), "pull_off_map", ds, **arguments)
-    out = parallel.finish(out, lazy=lazy)
-    if not lazy:
-        warn_above_smooth(out["pull_off_force"].values, catalogue, law)
+    out = parallel.finish(out, lazy=summands.lazy)
+    if not summands.lazy:
+        warn_above_smooth(out["pull_off_force"].values, summands.catalogue, law)
     return out
 
 

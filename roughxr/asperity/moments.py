@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import dask
 import numpy as np
 import xarray as xr
 
@@ -20,17 +19,14 @@ from ..vocabulary.verbs import verb
 from .asperity_sum import (
     ADHESIVE,
     DEFAULT,
-    SumOptions,
+    Options,
+    Summands,
     catalogue_field,
-    catalogue_of,
-    fit_of,
     grid_of,
     largest_pulls,
-    law_for,
     law_of,
-    options_of,
+    summands_of,
 )
-from .catalogue import later
 
 _MOMENTS = ("resisting_moment", "hinge_distance", "tipping_pull", "tipping_hinge_distance")
 _STATES = {name: float for name in (*_MOMENTS, "lever")}
@@ -148,16 +144,14 @@ def rolling(
     if "height" not in ds and "force" in ds:
         _no_contact_options(subregions, law, formulation)
         return _finished(_of_states(ds, angles, push), ds, "adhesive", {"directions": angles, "load": push})
-    kind = "asperities" if "asperity" in ds.dims else "scan"
-    ds = schema.validate(ds, kind)
-    law = law_for(ds, law)
-    options = options_of(ds, law, formulation, "highest_peak")
+    summands = summands_of(ds, law, formulation)
+    law = summands.law
     if law not in ADHESIVE and not push > 0:
-        raise ValueError(f"load: expected a positive load in nN without adhesion, found {push:g}; or take law='jkr'")
-    out = _of_asperities(ds, kind, options, angles, push, subregions)
-    named = law_of(law, formulation, options)
+        raise ValueError(f"load: expected a positive load (nN) where nothing adheres, found {push:g}; or law='jkr'")
+    out = _of_asperities(summands, angles, push, subregions)
+    named = law_of(law, formulation, summands.options)
     arguments = {"directions": angles, "load": push, "subregions": subregions, **named}
-    return _finished(out.assign_attrs(named), ds, "superpose", arguments)
+    return _finished(out.assign_attrs(named), summands.ds, "superpose", arguments)
 
 
 def _angles(directions: Any) -> np.ndarray:
@@ -185,19 +179,15 @@ def _finished(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: dict[str,
     return schema.record(schema.label(out), "rolling", ds, **arguments)
 
 
-def _of_asperities(ds, kind, options: SumOptions, angles, load, subregions) -> xr.Dataset:
+def _of_asperities(summands: Summands, angles, load, subregions) -> xr.Dataset:
     """Roll the sphere off the asperities at each contact centre."""
-    positions = regions.centres(ds, subregions)
-    lazy = parallel.is_lazy(ds)
-    later_on = lazy and kind == "scan"
-    catalogue = later(ds, **fit_of(options.law)) if later_on else catalogue_of(ds, options)
-    prepared = dask.delayed(_prepared)(catalogue, options) if later_on else _prepared(catalogue, options)
+    positions, prepared = regions.centres(summands.ds, subregions), summands.prepared(_prepared)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
-    layout = Layout({"direction": angles}, _STATES, _EVENTS | _ASPERITY_STATES)
-    when = {"name": "rolling", "lazy": lazy}
-    records = parallel.spread(_roll, centres, layout.dtype, prepared, options, layout, load, **when)
-    out = labelled(records, layout, ds, positions)
-    return parallel.finish(out.assign_attrs(datum="highest_peak"), lazy=lazy)
+    layout = Layout({"direction": angles}, _STATES, _EVENTS | _OF_ASPERITIES)
+    when = {"name": "rolling", "lazy": summands.lazy}
+    records = parallel.spread(_roll, centres, layout.dtype, prepared, summands.options, layout, load, **when)
+    out = labelled(records, layout, summands.ds, positions)
+    return parallel.finish(out.assign_attrs(datum="highest_peak"), lazy=summands.lazy)
 
 
 def _prepared(ds: xr.Dataset, options: SumOptions) -> tuple:

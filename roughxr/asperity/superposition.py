@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import dask
 import numpy as np
 import xarray as xr
 
@@ -19,20 +18,7 @@ from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantities, Quantity, positive
 from ..vocabulary.verbs import verb
 from . import flattening
-from .asperity_sum import (
-    ADHESIVE,
-    DEFAULT,
-    SumOptions,
-    catalogue_field,
-    catalogue_of,
-    fit_of,
-    grid_of,
-    largest_pulls,
-    law_for,
-    law_of,
-    options_of,
-)
-from .catalogue import later
+from .asperity_sum import ADHESIVE, DEFAULT, Options, catalogue_field, grid_of, largest_pulls, law_of, summands_of
 from .expectation import expectation, warn_above_smooth
 
 _STATES = {
@@ -151,21 +137,16 @@ def superpose(
     >>> bool((sweep.force.min("delta") < 0).all())
     True
     """
-    kind = "asperities" if "asperity" in ds.dims else "scan"
-    ds = schema.validate(ds, kind)
-    law = law_for(ds, law)
-    options = options_of(ds, law, formulation, datum)
+    summands = summands_of(ds, law, formulation, datum)
+    ds, law, options, lazy = summands.ds, summands.law, summands.options, summands.lazy
     positions = regions.centres(ds, subregions)
-    lazy = parallel.is_lazy(ds)
-    later_on = lazy and kind == "scan"
-    if delta is None and later_on:
+    if delta is None and summands.unread:
         raise ValueError(
             "delta: expected displacements in nm, found none; their default needs the heights in memory, load them "
             "(ds.load())"
         )
     hardness = _hardness(ds, preload)
-    catalogue = later(ds, **fit_of(options.law)) if later_on else catalogue_of(ds, options)
-    prepared = (dask.delayed(_prepared) if later_on else _prepared)(catalogue, options, hardness)
+    prepared = summands.prepared(_prepared, hardness)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     deltas = _default_sweep(prepared[0], centres, options) if delta is None else schema.ascending(delta, "nm", "delta")
     layout = Layout({"delta": deltas}, _STATES, _EVENTS | (_PULL_OFF if law in ADHESIVE else {}))
@@ -178,14 +159,14 @@ def superpose(
     out["excluded_asperities"] = out["excluded_asperities"].variable[0]
     named = law_of(law, formulation, options)
     out.attrs = {"datum": datum, "method": "superpose", **named}
-    if law in ADHESIVE and not later_on and not hardness.yields:
-        out.attrs |= expectation(catalogue, options.law)
+    if law in ADHESIVE and not summands.unread and not hardness.yields:
+        out.attrs |= expectation(summands.catalogue, options.law)
     arguments = {"subregions": subregions, **named, "datum": datum}
     arguments |= {"preload": hardness.preload if hardness.by_preload else None}
     out = schema.record(out, "superpose", ds, delta=deltas, **arguments)
     out = parallel.finish(out, lazy=lazy)
     if law in ADHESIVE and not lazy and not hardness.yields:
-        warn_above_smooth(out["pull_off_force"].values, catalogue, law)
+        warn_above_smooth(out["pull_off_force"].values, summands.catalogue, law)
     return out
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import dask.array as da
 import numpy as np
 import xarray as xr
 
@@ -19,8 +18,6 @@ from ..jobs.records import BRANCHES, Layout
 from ..kernels.adhesion import smooth_path as path
 from ..kernels.adhesion.smooth_laws import TAIL
 from ..kernels.adhesion.smooth_states import ON_THE_WAY, TOLERANCE
-from ..scans import regions
-from ..scans.wavelength import later, shortest_wavelength
 from ..vocabulary import schema
 from ..vocabulary.units import whole_number
 from ..vocabulary.verbs import verb, warn
@@ -44,6 +41,7 @@ from .estimates import law_of_range, median_tabor
 from .mesh import MOST_REFINED, Mesh, mesh_of
 from .problem import NOT_LOADED, Place, Problem, deepest, need_heights, read_problem
 from .solving import fields_of, put_fields, solve
+from .specimen import Specimen, specimen_of
 
 #: Laws of adhesion; "auto" chooses between the first two.
 LAWS_OF_ADHESION = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
@@ -218,40 +216,43 @@ def adhesive(
     >>> dict(cycle.force.sizes), bool(cycle.pull_off_force[0] > 0)
     ({'subregion': 1, 'branch': 2, 'delta': 3}, True)
     """
-    ds = schema.validate(ds, "scan")
+    specimen = specimen_of(ds)
     if preload is not None and delta is not None:
         raise ValueError("expected either preload or delta, found both")
     by_preload = delta is None
     datum = datum or ("first_contact" if by_preload else "highest_peak")
-    positions = regions.centres(ds, subregions)
+    positions = specimen.centres(subregions)
     adhesion = _adhesion_of(
-        _law(ds, law),
+        _law(specimen, law),
         preloads=_preloads(preload) if by_preload else np.zeros(0),
         mesh=mesh_of(mesh, Mesh()),
         cycles=cycles,
     )
-    delta = [_settling_depth(ds, adhesion)] if by_preload else delta
-    problem = read_problem(ds, positions, delta=delta, datum=datum, refine=max(adhesion.refine, 1))
+    delta = [_settling_depth(specimen, adhesion)] if by_preload else delta
+    problem = read_problem(specimen, positions, delta=delta, datum=datum, refine=max(adhesion.refine, 1))
     _need_resolved_law(adhesion, problem)
     if fields:
-        _need_one_mesh(ds, problem, adhesion, by_preload)
+        _need_one_mesh(specimen, problem, adhesion, by_preload)
     out = solve(
         _solve,
-        ds,
+        specimen,
         problem,
         _layout(problem, adhesion, preload),
         adhesion,
         name="adhesive",
         positions=positions,
-        reach=_reach(ds, problem, adhesion),
+        reach=_reach(specimen, problem, adhesion),
         fields=fields,
     )
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
     arguments = {"preload": preload, "delta": None if by_preload else problem.steps, "subregions": subregions}
     arguments |= {"datum": datum, "fields": fields, "mesh": mesh_of(mesh, Mesh())}
     arguments |= {"cycles": adhesion.cycles} if adhesion.cycles > 1 else {}
-    out = schema.record(out, "adhesive", ds, law=adhesion.law, **arguments)
-    return _finished(out, ds, adhesion)
+    out = schema.record(out, "adhesive", specimen.bodies, law=adhesion.law, **arguments)
+    out = parallel.finish(out, lazy=specimen.lazy)
+    if not specimen.lazy:
+        _warn(out, adhesion)
+    return schema.label(out.assign_coords(shortest_wavelength=specimen.shortest_wavelength))
 
 
 def _adhesion_of(law, *, preloads, mesh: Mesh, cycles) -> Adhesion:
@@ -271,36 +272,21 @@ def _adhesion_of(law, *, preloads, mesh: Mesh, cycles) -> Adhesion:
     return found
 
 
-def _finished(out: xr.Dataset, ds: xr.Dataset, adhesion: Adhesion) -> xr.Dataset:
-    """Return the result, computed where the scan is in memory, with its warnings and the scan's shortest wavelength."""
-    lazy = parallel.is_lazy(ds)
-    out = parallel.finish(out, lazy=lazy)
-    if not lazy:
-        _warn(out, adhesion)
-    return schema.label(out.assign_coords(shortest_wavelength=_shortest_wavelength(ds)))
-
-
-def _shortest_wavelength(ds: xr.Dataset) -> Any:
-    """Return the length (nm) of the shortest waves that a scan shows; lazy where the scan is."""
-    if not ds["height"].chunks:
-        return shortest_wavelength(ds)
-    found = later(ds["height"].data, schema.pixel(ds)).shortest
-    return (), da.from_delayed(found, (), dtype=float)
-
-
-def settling(ds: xr.Dataset, *, preload: Any = 0.0, step: float = 0.25) -> tuple[Problem, Adhesion]:
+def settling(ds: xr.Dataset | Specimen, *, preload: Any = 0.0, step: float = 0.25) -> tuple[Problem, Adhesion]:
     """Return how the indenter is followed to a preload (nN) and off again under the exponential law.
 
     The one displacement of the problem is the depth (nm beyond first contact) down to which the preload is looked for.
     """
-    law = _law(ds, "exponential")
+    specimen = specimen_of(ds)
+    law = _law(specimen, "exponential")
     adhesion = _adhesion_of(law, preloads=_preloads(preload), mesh=Mesh(1, None, step), cycles=1)
-    depth = [_settling_depth(ds, adhesion)]
-    return read_problem(ds, regions.centres(ds), delta=depth, datum="first_contact"), adhesion
+    depth = [_settling_depth(specimen, adhesion)]
+    return read_problem(specimen, specimen.centres(None), delta=depth, datum="first_contact"), adhesion
 
 
-def _law(ds: xr.Dataset, law: str) -> dict[str, Any]:
+def _law(specimen: Specimen, law: str) -> dict[str, Any]:
     """Return the law and its length; raise where law and yielding do not go together."""
+    ds = specimen.bodies
     schema.one_of(law, LAWS_OF_ADHESION, "law")
     yields = "hardness" in ds.coords
     (work,) = schema.pair(ds, "work_of_adhesion", wet=True)
@@ -308,7 +294,7 @@ def _law(ds: xr.Dataset, law: str) -> dict[str, Any]:
     if (menisci := menisci_of(ds)) is not None:
         return _law_with_liquid(ds, law, menisci, length)
     if law == "auto":
-        law = law_of_range(_tabor(ds, length), yields=yields) if work > 0 else "griffith"
+        law = law_of_range(median_tabor(specimen, length), yields=yields) if work > 0 else "griffith"
     if yields:
         _need_hardness_above(float(ds["hardness"]), work, length, law)
     return {"law": law, "length": np.nan if law == "griffith" else length, "work": work}
@@ -340,11 +326,6 @@ def _need_hardness_above(hardness: float, work: float, length: float, law: str) 
         )
 
 
-def _tabor(ds: xr.Dataset, length: float) -> float:
-    """Return the median of Tabor's parameter under the sphere; NaN where it is not known without all heights."""
-    return np.nan if "indenter_height" in ds or parallel.is_lazy(ds) else median_tabor(ds, length)
-
-
 def _preloads(preload: Any) -> np.ndarray:
     """Return preloads in nN, ascending; raise where one is negative."""
     given = 0.0 if preload is None else preload
@@ -354,21 +335,22 @@ def _preloads(preload: Any) -> np.ndarray:
     return values
 
 
-def _settling_depth(ds: xr.Dataset, adhesion: Adhesion) -> float:
+def _settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
     """Return the depth (nm) beyond first contact down to which loading is followed to find its preload.
 
     It is the depth to which the largest load and the adhesion press a smooth sphere, by Hertz's and JKR's formulas,
     and some standard deviations of the heights, so that nearly all of the surface lies higher.
     """
-    if parallel.is_lazy(ds):
-        raise ValueError(f"{NOT_LOADED}: they tell how deep a preload presses the sphere in")
+    if specimen.lazy:
+        raise ValueError(f"{NOT_LOADED}, so that it is known how deep a preload sinks in")
+    ds = specimen.bodies
     (modulus,) = schema.pair(ds, "contact_modulus")
     radius = float(ds["sphere_radius"]) if "sphere_radius" in ds.coords else _radius_of_map(ds)
     load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.whole * radius
     hertz = (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
     if "hardness" in ds.coords:  # a fully yielding sphere sinks in until the area, at the hardness, bears the load
         hertz += load / (2 * np.pi * radius * float(ds["hardness"]))
-    return float(hertz + _ROUGH_DEPTH * ds["height"].values.std() + 12 * np.nan_to_num(adhesion.length))
+    return float(hertz + _ROUGH_DEPTH * specimen.heights.std() + 12 * np.nan_to_num(adhesion.length))
 
 
 def _radius_of_map(ds: xr.Dataset) -> float:
@@ -392,18 +374,18 @@ def _need_resolved_law(adhesion: Adhesion, problem: Problem) -> None:
         )
 
 
-def _need_one_mesh(ds: xr.Dataset, problem: Problem, adhesion: Adhesion, by_preload: bool) -> None:
+def _need_one_mesh(specimen: Specimen, problem: Problem, adhesion: Adhesion, by_preload: bool) -> None:
     """Raise where fields are asked for without displacements, or on meshes that differ between places."""
     if by_preload or not adhesion.refine:
         raise ValueError("fields: expected displacements (delta) and one mesh for all places, such as mesh=4")
-    need_heights(ds, problem)
+    need_heights(specimen, problem)
 
 
-def _reach(ds: xr.Dataset, problem: Problem, adhesion: Adhesion) -> float:
+def _reach(specimen: Specimen, problem: Problem, adhesion: Adhesion) -> float:
     """Return the half-width (nm) of the windows: the overlap, and as far as adhesion draws the surface up."""
     if problem.indenter.map:
         return problem.indenter.reach(np.inf)
-    depth = deepest(ds, problem._replace(first_contact=problem.first_contact or adhesion.preloads.size > 0))
+    depth = deepest(specimen, problem._replace(first_contact=problem.first_contact or adhesion.preloads.size > 0))
     if np.isinf(depth):
         return np.inf
     attraction = reach_of_law(adhesion, problem)

@@ -15,11 +15,11 @@ import xarray as xr
 from ..jobs import lazy as parallel
 from ..jobs.records import BRANCHES, Layout, warn_unconverged
 from ..kernels.halfspace import displacement_control, load_control, yielding
-from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.verbs import verb, warn
 from .problem import Place, Problem, Surface, deepest, need_heights, read_problem, surface_at
 from .solving import fields_of, put_fields, solve
+from .specimen import specimen_of
 
 _STATES = {
     "force": float,
@@ -128,30 +128,30 @@ def direct(
     >>> dict(pressed.force.sizes), bool((pressed.plastic_work.sel(delta=15.4) > 0).all())
     ({'subregion': 4, 'branch': 2, 'delta': 2}, True)
     """
-    ds = schema.validate(ds, "scan")
-    positions = regions.centres(ds, subregions)
-    problem = read_problem(ds, positions, delta=delta, load=load, datum=datum)
+    specimen = specimen_of(ds)
+    positions = specimen.centres(subregions)
+    problem = read_problem(specimen, positions, delta=delta, load=load, datum=datum)
     if fields:
-        need_heights(ds, problem)
+        need_heights(specimen, problem)
     axes = {"load" if problem.by_load else "delta": problem.steps}
     out = solve(
         _sweep,
-        ds,
+        specimen,
         problem,
         _layout(axes, problem),
         LIMITS,
         name="direct",
         positions=positions,
-        reach=problem.indenter.reach(deepest(ds, problem)),
+        reach=problem.indenter.reach(deepest(specimen, problem)),
         fields=fields,
         cost=_overlapping,
     )
     out.attrs = {"datum": datum, "method": "direct", "tolerance": LIMITS.tolerance}
     arguments = {"subregions": subregions, "datum": datum, "fields": fields}
     steps = {"delta": None, "load": None, **axes}
-    out = schema.record(out, "direct", ds, **steps, **arguments)
-    out = parallel.finish(out, lazy=parallel.is_lazy(ds))
-    if not parallel.is_lazy(ds):
+    out = schema.record(out, "direct", specimen.bodies, **steps, **arguments)
+    out = parallel.finish(out, lazy=specimen.lazy)
+    if not specimen.lazy:
         warn_unconverged(out, "converged tells which, residual how far they are off")
         _warn_of_untouched(out)
     return out

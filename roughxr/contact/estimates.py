@@ -16,6 +16,7 @@ from ..kernels.asperity import maugis
 from ..vocabulary import schema
 from ..vocabulary.units import positive
 from ..vocabulary.verbs import verb
+from .specimen import Specimen
 
 #: Tabor's parameter from which on the range of adhesion may be neglected (Johnson & Greenwood, J. Colloid Interf. Sci.
 #: 192 (1997) 326); below, Griffith's limit is off by some per cent or more.
@@ -144,9 +145,11 @@ def tabor(ds: xr.Dataset) -> xr.Dataset:
     return schema.record(schema.label(out), "tabor", ds)
 
 
-def median_tabor(ds: xr.Dataset, length: float) -> float:
-    """Return the median of Tabor's parameter over the asperities of a scan, at a range (nm); NaN without any peak."""
-    found = tabor(ds.assign_coords(adhesion_range=length))["tabor_parameter"].values
+def median_tabor(specimen: Specimen, length: float) -> float:
+    """Return the median of Tabor's parameter over the asperities, at a range (nm); NaN if unread, or no sphere's."""
+    if specimen.indenter.map or specimen.lazy:
+        return np.nan
+    found = tabor(specimen.catalogue.assign_coords(adhesion_range=length))["tabor_parameter"].values
     found = found[np.isfinite(found)]
     return float(np.median(found)) if found.size else np.nan
 

@@ -11,43 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..bodies.materials import indenter_map
-from ..jobs.lazy import is_lazy
-from ..kernels.halfspace.separation import PARABOLA, PROFILES, map_separation, sphere_separation
 from ..kernels.topography.interpolation import band_limited, splined
 from ..scans import regions
 from ..vocabulary import schema
+from .specimen import Indenter, Specimen
 
 #: The message where default displacements are wanted of heights that are not in memory; the number of displacements.
 NOT_LOADED = "delta: expected displacements in nm, since the heights are not loaded; give them, or load the scan"
 _COUNT = 16
-
-
-class Indenter(NamedTuple):
-    """The body pressed into the surface: a sphere or a height map."""
-
-    radius: float  # nm, NaN for a map
-    profile: int
-    map: tuple[np.ndarray, np.ndarray, np.ndarray] | None  # x, y from the contact centre and height, nm
-
-    def separation(self, height: np.ndarray, datum: float, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the undeformed separation, nm, at x, y (nm) from the contact centre; inf beyond the indenter."""
-        if self.map is None:
-            return sphere_separation(height, datum, x, y, self.radius, self.profile)
-        return map_separation(height, datum, x, y, *self.map)
-
-    @property
-    def parabola(self) -> bool:
-        """Whether it is Hertz's paraboloid, as tests take it for its closed forms."""
-        return self.profile == PARABOLA
-
-    def reach(self, depth: float) -> float:
-        """Return the half-width, nm, within which the indenter lies less than ``depth`` above its lowest point."""
-        if self.map is None:
-            return float(np.sqrt(2 * self.radius * max(depth, 0.0)))
-        x, y, height = self.map
-        near = np.argwhere(height.max() - height < depth)
-        return float(max(np.abs(x[near[:, 0]]).max(), np.abs(y[near[:, 1]]).max())) if near.size else 0.0
 
 
 class Problem(NamedTuple):
@@ -71,7 +42,7 @@ class Problem(NamedTuple):
 
 
 def read_problem(
-    ds: xr.Dataset,
+    specimen: Specimen,
     positions: xr.Dataset,
     *,
     delta: Any = None,
@@ -83,22 +54,22 @@ def read_problem(
     if delta is not None and load is not None:
         raise ValueError("expected either delta or load, found both")
     if delta is None and load is None:
-        delta = default_deltas(ds, positions, indenter_of(ds), datum)
+        delta = default_deltas(specimen, positions, datum)
     by_load = delta is None
     steps = schema.ascending(load, "nN", "load") if by_load else schema.ascending(delta, "nm", "delta")
     if by_load and steps[0] <= 0:
         raise ValueError(f"load: expected positive loads, found {steps[0]:g} nN")
     schema.one_of(datum, schema.DATUMS, "datum")
-    (modulus,) = schema.pair(ds, "contact_modulus")
-    hardness, assigned = hardness_of(ds)
+    (modulus,) = schema.pair(specimen.bodies, "contact_modulus")
+    hardness, assigned = hardness_of(specimen.bodies)
     return Problem(
         steps=steps,
         by_load=by_load,
         first_contact=datum == "first_contact",
-        pixel=schema.square_pixel(ds),
+        pixel=specimen.pixel,
         refine=refine,
         contact_modulus=modulus,
-        indenter=indenter_of(ds),
+        indenter=specimen.indenter,
         hardness=hardness,
         yielding=assigned,
     )
@@ -110,38 +81,29 @@ def hardness_of(ds: xr.Dataset) -> tuple[float, bool]:
     return (float(ds[names[0]]) if names else np.inf), "hardness" in ds.coords
 
 
-def indenter_of(ds: xr.Dataset) -> Indenter:
-    """Return the indenter that is assigned to a scan."""
-    found = indenter_map(ds)
-    radius = np.nan if found else schema.pair(ds, "sphere_radius")[0]
-    return Indenter(radius, PROFILES["sphere"], found)
-
-
-def default_deltas(ds: xr.Dataset, positions: xr.Dataset, indenter: Indenter, datum: str) -> np.ndarray:
+def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.ndarray:
     """Return displacements (nm), evenly spaced, at the largest of which every centre is touched and most are pressed.
 
     From the highest peak: up to twice the median depth at which the indenter first touches, or to a fifth beyond the
     largest of these depths. From first contact: up to the median depth. In both cases at least up to the standard
     deviation of the heights.
     """
-    if is_lazy(ds):
+    if specimen.lazy:
         raise ValueError(NOT_LOADED)
-    touches, spread = first_touches(ds, positions, indenter), float(ds["height"].values.std())
+    touches, spread = first_touches(specimen, positions), float(specimen.heights.std())
     middle = float(np.median(touches))
     last = max(2 * middle, 1.2 * float(touches.max()), spread) if datum == "highest_peak" else max(middle, spread)
     return np.round(np.linspace(last / _COUNT, last, _COUNT), 3) if last > 0 else np.linspace(1 / _COUNT, 1, _COUNT)
 
 
-def first_touches(ds: xr.Dataset, positions: xr.Dataset, indenter: Indenter) -> np.ndarray:
+def first_touches(specimen: Specimen, positions: xr.Dataset) -> np.ndarray:
     """Return the depth (nm) below the highest point at which the indenter first touches, at each centre."""
-    reach = indenter.reach(float(np.ptp(schema.complete(ds)["height"].values)))
-    found, _ = places(ds, positions, reach)
-    pixel = schema.square_pixel(ds)
-    bare = Problem(np.zeros(1), False, False, pixel, 1, np.nan, indenter)
+    found, _ = places(specimen, positions, specimen.indenter.reach(float(np.ptp(specimen.heights))))
+    bare = Problem(np.zeros(1), False, False, specimen.pixel, 1, np.nan, specimen.indenter)
     return np.array([surface_at(place, bare).separation.min() for place in found])
 
 
-def deepest(ds: xr.Dataset, problem: Problem) -> float:
+def deepest(specimen: Specimen, problem: Problem) -> float:
     """Return a bound (nm below the datum) on how deep the indenter comes; inf where it takes heights not yet loaded.
 
     Under displacements from first contact, or under a load, it starts from the lowest height at worst. A load presses
@@ -151,18 +113,18 @@ def deepest(ds: xr.Dataset, problem: Problem) -> float:
     last = float(problem.steps[-1])
     if not problem.by_load and not problem.first_contact:
         return last
-    if is_lazy(ds) or (problem.by_load and problem.indenter.map):
+    if specimen.lazy or (problem.by_load and problem.indenter.map):
         return np.inf
     if problem.by_load:
         radius, load = problem.indenter.radius, last
         last = (0.75 * load / (problem.contact_modulus * np.sqrt(radius))) ** (2 / 3)
         last += load / (2 * np.pi * radius * problem.hardness) if problem.yielding else 0.0
-    return float(np.ptp(ds["height"].values)) + last
+    return float(np.ptp(specimen.heights)) + last
 
 
-def need_heights(ds: xr.Dataset, problem: Problem) -> None:
+def need_heights(specimen: Specimen, problem: Problem) -> None:
     """Raise where fields need windows whose size depends on heights that are not loaded."""
-    if is_lazy(ds) and (problem.by_load or problem.first_contact):
+    if specimen.lazy and (problem.by_load or problem.first_contact):
         raise ValueError(
             "fields: with a load or datum='first_contact' they need the heights in memory; load the scan first "
             "(ds.load())"
@@ -178,11 +140,12 @@ class Place(NamedTuple):
     ends: tuple[bool, bool, bool, bool]  # whether the scan ends at the window's first and last row and column
 
 
-def places(ds: xr.Dataset, positions: xr.Dataset, reach: float) -> tuple[list[Place], tuple[int, int]]:
+def places(specimen: Specimen, positions: xr.Dataset, reach: float) -> tuple[list[Place], tuple[int, int]]:
     """Return the place of each contact centre, and the shape in pixels of a window that no edge of the scan clips."""
-    x_min, x_max, y_min, y_max = regions.extent(ds)
-    windows, shape = regions.windows(ds, positions, min(reach, float(np.hypot(x_max - x_min, y_max - y_min))))
-    height = ds["height"].data
+    x_min, x_max, y_min, y_max = regions.extent(specimen.bodies)
+    widest = float(np.hypot(x_max - x_min, y_max - y_min))
+    windows, shape = regions.windows(specimen.bodies, positions, min(reach, widest))
+    height = specimen.heights
     datum, (nx, ny) = height.max(), height.shape
     return [
         Place(

@@ -7,10 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..asperity.catalogue import asperities
 from ..bodies import liquid
 from ..bodies.materials import closest_approach, range_of
-from ..jobs import lazy as parallel
 from ..kernels.adhesion import potentials
 from ..scans import level, regions, smooth
 from ..vocabulary import schema
@@ -21,6 +19,7 @@ from .estimates import SHORT_RANGE, attractions_of, law_of_range, median_tabor
 from .problem import hardness_of
 from .rigid_attraction import options_of
 from .rigid_bodies import rigid
+from .specimen import Specimen, specimen_of
 
 #: Tabor's parameter below which bodies may be taken as rigid (Johnson & Greenwood, J. Colloid Interface Sci. 192 (1997)
 #: 326).
@@ -31,6 +30,9 @@ _MAUGIS = 1.157
 
 #: Share of the pull from beyond contact above which a sum over the asperities in contact is not enough.
 _MUCH = 0.5
+
+#: A plane that falls by less than this part of the range of heights is rounding.
+_ROUNDING = 1e-12
 
 #: Height of summits over the mean plane, in rms heights, by Rabinovich et al.
 _ABOVE_PLANE = 1.82
@@ -91,42 +93,40 @@ def regime(
     >>> found.recommended.item(), found.attrs["recommendation"][34:44]
     ('adhesive', '`adhesive`')
     """
-    ds = in_memory(ds)
-    radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
-    w, attractions, wet = liquid.work_of(ds), attractions_of(ds), schema.is_wet(ds)
-    tip = 1 / (1 / radius + 1 / _asperity_radius(asperities(ds)))
+    specimen = in_memory(ds)
+    bodies, at = specimen.bodies, {"subregions": subregions, "refine": refine}
+    radius, modulus = schema.pair(bodies, "sphere_radius", "contact_modulus")
+    w, attractions, wet = liquid.work_of(bodies), attractions_of(bodies), schema.is_wet(bodies)
+    tip = 1 / (1 / radius + 1 / _asperity_radius(specimen.catalogue))
     contact = (9 * np.pi * w * tip**2 / (8 * modulus)) ** (1 / 3)
     found = {
         "sphere_tabor": max(_tabor(radius, modulus, *each) for each in attractions),
         "asperity_tabor": (
-            max(_tabor(tip, modulus, *each) for each in attractions) if wet else median_tabor(ds, range_of(ds))
+            max(_tabor(tip, modulus, *each) for each in attractions)
+            if wet
+            else median_tabor(specimen, range_of(bodies))
         ),
-        "pull_beyond_contact": _beyond(ds, subregions, refine),
-        "pixels_per_contact": contact / schema.square_pixel(ds),
+        "pull_beyond_contact": float(rigid(specimen, **at, delta=[0.0]).pull_beyond_contact.median()),
+        "pixels_per_contact": contact / specimen.pixel,
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
     if wet:
         found["sphere_maugis"] = _MAUGIS * _tabor(radius, modulus, *attractions[-1])
-    hardness, _ = hardness_of(ds)
+    hardness, _ = hardness_of(bodies)
     if np.isfinite(hardness):
         found["yields"] = found["peak_pressure"] > hardness
     beyond = 1.0 if wet else found["pull_beyond_contact"]
     found["recommended"] = _recommended(found["asperity_tabor"], beyond)
-    kind = {"yields": "hardness" in ds.coords, "wet": wet}
-    words = " ".join(filter(None, (_sentence(found, **kind), liquid.told(ds))))
+    kind = {"yields": "hardness" in bodies.coords, "wet": wet}
+    words = " ".join(filter(None, (_sentence(found, **kind), liquid.told(bodies))))
     told = {"recommendation": words, "law": law_of_range(found["asperity_tabor"], **kind)}
     out = xr.Dataset(found).assign_attrs(told, resolved=_resolved(float(found["pixels_per_contact"])))
-    return schema.record(schema.label(out), "regime", ds, subregions=subregions, refine=refine)
+    return schema.record(schema.label(out), "regime", bodies, **at)
 
 
 def _tabor(radius: float, modulus: float, w: float, length: float) -> float:
     pair = {"contact_modulus": modulus, "work_of_adhesion": w, "adhesion_range": length}
     return reference.tabor_parameter(radius=radius, **pair) if w > 0 else 0.0
-
-
-def _beyond(ds: xr.Dataset, subregions: Any, refine: int) -> float:
-    """Return the share of the pull that comes from beyond contact, its median over places."""
-    return float(rigid(ds, subregions=subregions, delta=[0.0], refine=refine).pull_beyond_contact.median())
 
 
 def _recommended(tabor: float, beyond: float) -> str:
@@ -221,19 +221,19 @@ def formulas(ds: xr.Dataset, *, subregions: Any = (4, 4), law: str = "hamaker", 
     >>> float(table.formula_ratio.sel(formula="sum")), bool(table.formula_ratio.sel(formula="bradley") > 5)
     (1.0, True)
     """
-    ds = in_memory(ds)
-    summed = rigid(ds, subregions=subregions, delta=[0.0], law=law, refine=refine)
-    found, inputs = (_of_liquid if schema.is_wet(ds) else _of_solids)(ds, law, _inputs(ds))
+    specimen = in_memory(ds)
+    summed = rigid(specimen, subregions=subregions, delta=[0.0], law=law, refine=refine)
+    found, inputs = (_of_liquid if schema.is_wet(specimen.bodies) else _of_solids)(specimen, law, _inputs(specimen))
     force = np.array([float(summed.pull_off_force.median()), *found.values()])
     columns = {"pull_off_force": ("formula", force), "formula_ratio": ("formula", force / force[0])}
     out = xr.Dataset(columns, {"formula": ["sum", *found]}, attrs=inputs)
-    return schema.record(schema.label(out), "formulas", ds, subregions=subregions, law=law, refine=refine)
+    return schema.record(schema.label(out), "formulas", specimen.bodies, subregions=subregions, law=law, refine=refine)
 
 
-def _of_solids(ds: xr.Dataset, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+def _of_solids(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
     """Return the formulas' pull-offs (nN) of a dry pair, and their inputs."""
-    radius, w = schema.pair(ds, "sphere_radius", "work_of_adhesion")
-    z0 = closest_approach(ds)
+    radius, w = schema.pair(specimen.bodies, "sphere_radius", "work_of_adhesion")
+    z0 = closest_approach(specimen.bodies)
     sphere = {"radius": radius, "hamaker_constant": 12 * np.pi * z0**2 * w, "closest_approach": z0}
     short = {"rms": given["short_rms"], "wavelength": given["wavelength"]}
     long = {name: given[name] for name in ("long_rms", "long_wavelength")}
@@ -249,12 +249,13 @@ def _of_solids(ds: xr.Dataset, law: str, given: dict[str, float]) -> tuple[dict[
     return found, given | {name: sphere[name] for name in ("hamaker_constant", "closest_approach")}
 
 
-def _of_liquid(ds: xr.Dataset, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+def _of_liquid(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
     """Return the same of a humid pair: thin menisci, beside the solids under them."""
-    (radius,), menisci, work = schema.pair(ds, "sphere_radius"), liquid.menisci_of(ds), liquid.work_of(ds)
+    bodies = specimen.bodies
+    (radius,), menisci, work = schema.pair(bodies, "sphere_radius"), liquid.menisci_of(bodies), liquid.work_of(bodies)
     summit = 1 / (1 / radius + 1 / given["asperity_radius"])
     open_gap = max(1 - _ABOVE_PLANE * given["rms"] / menisci.height, 0.0)
-    over_heights = potentials.gaussian_mean(options_of(ds, law, "cut_off").law, given["rms"])
+    over_heights = potentials.gaussian_mean(options_of(specimen, law, "cut_off").law, given["rms"])
     pulled = {
         "smooth": (radius, work),
         "summit": (summit, work),
@@ -265,26 +266,31 @@ def _of_liquid(ds: xr.Dataset, law: str, given: dict[str, float]) -> tuple[dict[
     return found, given | {"meniscus_height": menisci.height}
 
 
-def _inputs(ds: xr.Dataset) -> dict[str, float]:
+def _inputs(specimen: Specimen) -> dict[str, float]:
     """Return the formulas' inputs from a scan, nm."""
-    flat = level(ds, method="polynomial", order=1)
-    catalogue = asperities(flat)
-    distance = _mean_distance(flat, catalogue)
-    smoothed = smooth(flat, shortest=_LONG * distance)
-    fine = float((flat["height"] - smoothed["height"]).std())
+    flat = _flat(specimen)
+    distance = _mean_distance(flat.catalogue)
+    smoothed = Specimen(smooth(flat.scan, shortest=_LONG * distance))
     return {
-        "rms": float(flat["height"].std()),
+        "rms": float(flat.heights.std()),
         "wavelength": distance,
-        "asperity_radius": _asperity_radius(catalogue),
-        "short_rms": fine,
-        "long_rms": float(smoothed["height"].std()),
-        "long_wavelength": _mean_distance(smoothed, asperities(smoothed)),
+        "asperity_radius": _asperity_radius(flat.catalogue),
+        "short_rms": float((flat.heights - smoothed.heights).std()),
+        "long_rms": float(smoothed.heights.std()),
+        "long_wavelength": _mean_distance(smoothed.catalogue),
     }
 
 
-def _mean_distance(ds: xr.Dataset, catalogue: xr.Dataset) -> float:
+def _flat(specimen: Specimen) -> Specimen:
+    """Return the specimen without its plane; itself where no more than rounding is to be taken off."""
+    levelled = Specimen(level(specimen.scan, method="polynomial", order=1))
+    heights = specimen.heights
+    return specimen if np.ptp(levelled.heights - heights) <= _ROUNDING * np.ptp(heights) else levelled
+
+
+def _mean_distance(catalogue: xr.Dataset) -> float:
     """Return the mean distance (nm) between summits: the root of the area per summit."""
-    x_low, x_high, y_low, y_high = regions.extent(ds)
+    x_low, x_high, y_low, y_high = regions.extent(catalogue)
     return float(np.sqrt((x_high - x_low) * (y_high - y_low) / max(catalogue.sizes["asperity"], 1)))
 
 
@@ -297,10 +303,10 @@ def _asperity_radius(catalogue: xr.Dataset) -> float:
     return float(np.median(1 / np.sqrt(both[peaks])))
 
 
-def in_memory(ds: xr.Dataset) -> xr.Dataset:
+def in_memory(ds: xr.Dataset | Specimen) -> Specimen:
     """Return a scan that is complete, in memory and has a sphere with adhesion assigned; raise for any other."""
-    ds = schema.complete(schema.validate(ds, "scan"))
-    if parallel.is_lazy(ds):
+    specimen = specimen_of(ds)
+    if not isinstance(specimen.heights, np.ndarray):
         raise ValueError("height: expected heights in memory, found a lazy scan; load it first (ds.load())")
-    schema.pair(ds, "sphere_radius", "work_of_adhesion", wet=True)
-    return ds
+    schema.pair(specimen.bodies, "sphere_radius", "work_of_adhesion", wet=True)
+    return specimen

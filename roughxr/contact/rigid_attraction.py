@@ -9,11 +9,11 @@ import xarray as xr
 
 from ..bodies.liquid import Menisci, menisci_of
 from ..bodies.materials import DEFAULT_RANGE, closest_approach, range_of
-from ..jobs.lazy import is_lazy
 from ..kernels.adhesion import potentials
 from ..kernels.adhesion import rigid as kernels
 from ..vocabulary import schema
 from .problem import Problem
+from .specimen import Specimen
 
 #: How fast bodies part against the evaporation of liquid between them.
 RATES = ("slow", "fast")
@@ -44,8 +44,9 @@ class Options(NamedTuple):
     fast: bool = False  # whether its bridges keep their volume as the bodies part
 
 
-def options_of(ds, law, limit, rate="slow") -> Options:
+def options_of(specimen: Specimen, law: str, limit: str, rate: str = "slow") -> Options:
     """Return the options of `rigid`; raise where they do not go together."""
+    ds = specimen.bodies
     schema.one_of(law, RIGID_LAWS, "law")
     schema.one_of(limit, LIMITS, "limit")
     if limit != "cut_off" and law == "lennard_jones":
@@ -67,7 +68,7 @@ def options_of(ds, law, limit, rate="slow") -> Options:
         law=found,
         limit=limit,
         hardness=_hardness(ds, found) if limit == "hardness" else np.nan,
-        area=schema.square_pixel(ds) ** 2,
+        area=specimen.pixel**2,
         menisci=menisci,
         fast=rate == "fast",
     )
@@ -90,9 +91,9 @@ def length_of(ds: xr.Dataset, law: str) -> float:
     return closest_approach(ds) if law == "hamaker" else range_of(ds, law)
 
 
-def reach_of(ds: xr.Dataset, problem: Problem) -> float:
+def reach_of(specimen: Specimen, problem: Problem) -> float:
     """Return the half-width of the windows, nm."""
-    height_range = 0.0 if is_lazy(ds) else float(np.ptp(schema.complete(ds)["height"].values))
+    height_range = 0.0 if specimen.lazy else float(np.ptp(specimen.heights))
     return problem.indenter.reach(max(_RISE, _RANGES * height_range))
 
 

@@ -16,14 +16,14 @@ from ..jobs import lazy as parallel
 from ..jobs.records import warn_unconverged
 from ..kernels.adhesion import potentials
 from ..kernels.adhesion import rigid as kernels
-from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import whole_number
 from ..vocabulary.verbs import verb, warn
-from .problem import NOT_LOADED, Problem, first_touches, indenter_of, read_problem
+from .problem import NOT_LOADED, Problem, first_touches, read_problem
 from .rigid_attraction import Options, options_of
 from .rigid_map import every_pixel
 from .rigid_places import at_places
+from .specimen import Specimen, specimen_of
 
 #: Default displacements: their number, and the height (nm) above the first touch of all places where they start.
 _COUNT, _ABOVE = 60, 10.0
@@ -128,21 +128,21 @@ def rigid(
     >>> dict(found.force.sizes), bool((found.pull_off_force > 0).all())
     ({'subregion': 4, 'delta': 60}, True)
     """
-    ds = schema.validate(ds, "scan")
+    specimen = specimen_of(ds)
     pixels = isinstance(subregions, str)
     if pixels:
         schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
     refine = whole_number(refine, "refine", least=1, most=64)
-    options = options_of(ds, law, limit, rate)
+    options = options_of(specimen, law, limit, rate)
     options = options._replace(area=options.area / refine**2)
-    positions = regions.centres(ds, None if pixels else subregions)
-    given = [0.0] if pixels and delta is None else _default_deltas(ds) if delta is None else delta
-    problem = read_problem(ds, positions, delta=given, datum=datum, refine=refine)
+    positions = specimen.centres(None if pixels else subregions)
+    given = [0.0] if pixels and delta is None else _default_deltas(specimen) if delta is None else delta
+    problem = read_problem(specimen, positions, delta=given, datum=datum, refine=refine)
     if pixels:
         _refuse_on_pixels(options, problem, fields)
-        out = every_pixel(ds, problem, options, kept=delta is not None)
+        out = every_pixel(specimen, problem, options, kept=delta is not None)
     else:
-        out = at_places(ds, positions, problem, options, fields=fields)
+        out = at_places(specimen, positions, problem, options, fields=fields)
     named = {"law": law, "limit": limit, "refine": refine}
     length = {"closest_approach" if law == "hamaker" else "adhesion_range": options.law.length}
     out.attrs = {"datum": datum, "method": "rigid", **named, **length}
@@ -150,9 +150,9 @@ def rigid(
     arguments = {"delta": problem.steps, "subregions": subregions, "fields": fields}
     arguments |= {"datum": datum, **named}
     arguments |= {"rate": rate} if options.menisci is not None else {}
-    out = schema.record(schema.label(out), "rigid", ds, **arguments)
-    out = parallel.finish(out, lazy=parallel.is_lazy(ds))
-    if not parallel.is_lazy(ds):
+    out = schema.record(schema.label(out), "rigid", specimen.bodies, **arguments)
+    out = parallel.finish(out, lazy=specimen.lazy)
+    if not specimen.lazy:
         _warn(out, options)
         if not pixels:
             warn_unconverged(out, "their events are NaN: take a larger hardness, a smaller scan or limit='cut_off'")
@@ -174,12 +174,12 @@ def _warn(out: xr.Dataset, options: Options) -> None:
         )
 
 
-def _default_deltas(ds: xr.Dataset) -> np.ndarray:
+def _default_deltas(specimen: Specimen) -> np.ndarray:
     """Return displacements (nm) from above the highest touch of all places to where the lowest height is reached."""
-    if parallel.is_lazy(ds):
+    if specimen.lazy:
         raise ValueError(NOT_LOADED)
-    middle = regions.centres(ds, tuple(min(16, ds.sizes[axis]) for axis in "xy"))
-    deepest = float(first_touches(ds, middle, indenter_of(ds)).max())
+    middle = specimen.centres(tuple(min(16, count) for count in specimen.heights.shape))
+    deepest = float(first_touches(specimen, middle).max())
     return np.linspace(-_ABOVE, deepest, _COUNT)
 
 

@@ -31,12 +31,12 @@ class _Prepared(NamedTuple):
     fields: np.ndarray  # (terms, nx, ny)
 
 
-def every_pixel(ds, problem, options, *, kept) -> xr.Dataset:
+def every_pixel(specimen, problem, options, *, kept) -> xr.Dataset:
     """Return the pull-off at every pixel, and the forces there at given displacements."""
-    ds, lazy = schema.complete(ds), parallel.is_lazy(ds)
-    shape, half = ds["height"].shape, int(np.ceil(reach_of(ds, problem) / problem.pixel)) + 1
+    heights, bodies, lazy = specimen.heights, specimen.bodies, specimen.lazy
+    shape, half = heights.shape, int(np.ceil(reach_of(specimen, problem) / problem.pixel)) + 1
     steps = problem.steps if kept else np.zeros(0)
-    arguments = ds["height"].data, half, problem, options, float(steps[-1]) if kept else np.nan
+    arguments = heights, half, problem, options, float(steps[-1]) if kept else np.nan
     prepared = dask.delayed(_prepare, pure=False)(*arguments) if lazy else _prepare(*arguments)
     cell, rows = _cell(steps.size), min(_ROWS, shape[0])
     starts = [(start,) for start in range(0, shape[0], rows)]
@@ -47,8 +47,8 @@ def every_pixel(ds, problem, options, *, kept) -> xr.Dataset:
     names = [name for name in cell.names if name != "force" or kept]
     dims = {"force": ("x", "y", "delta")}
     out = xr.Dataset({name: (dims.get(name, ("x", "y")), records[name]) for name in names})
-    pair = {name: ds[name] for name in schema.TRAVELLING if name in ds.coords}
-    return out.assign_coords({"x": ds["x"], "y": ds["y"], **pair, **({"delta": steps} if kept else {})})
+    pair = {name: bodies[name] for name in schema.TRAVELLING if name in bodies.coords}
+    return out.assign_coords({"x": bodies["x"], "y": bodies["y"], **pair, **({"delta": steps} if kept else {})})
 
 
 def _prepare(height, half, problem, options, last) -> _Prepared:

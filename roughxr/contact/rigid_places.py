@@ -16,7 +16,6 @@ from ..jobs.records import Layout, labelled
 from ..kernels.adhesion import potentials
 from ..kernels.adhesion import rigid as kernels
 from ..kernels.halfspace import displacement_control
-from ..vocabulary import schema
 from . import menisci
 from .problem import Place, Problem, Surface, places, surface_at
 from .rigid_attraction import BEYOND_EDGE, NEAREST, Options, largest_pull, reach_of
@@ -42,18 +41,17 @@ _EVENTS = {
 _OF_LIQUID = {"meniscus_error": float, "work_of_separation": float}
 
 
-def at_places(ds, positions, problem, options, *, fields) -> xr.Dataset:
+def at_places(specimen, positions, problem, options, *, fields) -> xr.Dataset:
     """Return the curves and events at given places."""
-    ds, lazy = schema.complete(ds), parallel.is_lazy(ds)
-    found, shape = places(ds, positions, reach_of(ds, problem))
+    found, shape = places(specimen, positions, reach_of(specimen, problem))
     window = tuple(problem.refine * n for n in shape) if fields else None
     wet = {} if options.menisci is None else _OF_LIQUID
     layout = Layout({"delta": problem.steps}, {"force": float}, _EVENTS | wet, window)
-    mean = ds["height"].data.mean()
+    mean = specimen.heights.mean()
     arguments = [(*place, mean) for place in found]
     shared = problem, layout, options
-    records = parallel.spread(_place, arguments, layout.dtype, *shared, name="rigid", lazy=lazy)
-    out = labelled(records, layout, ds, positions)
+    records = parallel.spread(_place, arguments, layout.dtype, *shared, name="rigid", lazy=specimen.lazy)
+    out = labelled(records, layout, specimen.bodies, positions)
     return out.assign_coords(window_axes([place.window for place in found], problem, layout)) if fields else out
 
 

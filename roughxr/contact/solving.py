@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,13 +12,13 @@ from ..jobs import lazy as parallel
 from ..jobs.records import Layout, labelled
 from ..kernels.halfspace.products import surface_displacement
 from ..scans import regions
-from ..vocabulary import schema
 from .problem import Place, Problem, Surface, places, surface_at
+from .specimen import Specimen
 
 
 def solve(
     solver: Any,
-    ds: xr.Dataset,
+    specimen: Specimen,
     problem: Problem,
     layout: Layout,
     options: Any,
@@ -30,37 +29,13 @@ def solve(
     fields: bool = False,
     cost: Any = None,
 ) -> xr.Dataset:
-    """Solve a problem at every contact centre and label what comes back.
+    """Solve a problem at every contact centre, and label what comes back; lazy where the scan is.
 
-    Parameters
-    ----------
-    solver : callable
-        ``solver(place, problem, layout, options)`` returns a filled `Layout.blank` record. At the top of a module,
-        so that other processes can import it.
-    ds : Dataset
-        A valid scan.
-    problem : Problem
-    layout : Layout
-    options : NamedTuple
-        Further options of the solver.
-    name : str
-        Name of the solve in logs and messages.
-    positions : Dataset
-        Contact centres, as `regions.centres` returns them.
-    reach : float
-        Half-width of the windows, nm.
-    fields : bool
-        Keep fields on the windows.
-    cost : callable, optional
-        ``cost(surface, problem)`` returns the cost of a centre, in any unit.
-
-    Returns
-    -------
-    Dataset
-        Lazy where the scan is; within a checkpointed run also not yet computed.
+    ``solver(place, problem, layout, options)`` returns a filled `Layout.blank` record; it stands at the top of a
+    module, so that other processes can import it. Windows around the centres are ``reach`` nm in half-width, on which
+    ``fields`` are kept. ``cost(surface, problem)`` is that of a centre, in any unit. ``name`` is the solve's in logs.
     """
-    ds, lazy = schema.complete(ds), parallel.is_lazy(ds)
-    found, shape = places(ds, positions, reach)
+    found, shape = places(specimen, positions, reach)
     if fields:
         layout = layout._replace(window=tuple(problem.refine * n for n in shape))
     records = parallel.spread(
@@ -72,20 +47,16 @@ def solve(
         layout,
         options,
         name=name,
-        cost=partial(_costs, found, problem, cost) if cost else None,
-        lazy=lazy,
+        cost=(lambda: np.array([cost(surface_at(place, problem), problem) for place in found])) if cost else None,
+        lazy=specimen.lazy,
     )
-    out = labelled(records, layout, ds, positions)
+    out = labelled(records, layout, specimen.bodies, positions)
     return out.assign_coords(window_axes([place.window for place in found], problem, layout)) if fields else out
 
 
 def _solve_one(height, datum, window, ends, solver, problem, layout, options) -> np.ndarray:
     """Solve one place; the function that a task runs."""
     return solver(Place(height, datum, window, ends), problem, layout, options)
-
-
-def _costs(found: list[Place], problem: Problem, cost: Any) -> np.ndarray:
-    return np.array([cost(surface_at(place, problem), problem) for place in found])
 
 
 def fields_of(pressure: np.ndarray, surface: Surface, deltas: np.ndarray, problem: Problem) -> dict[str, np.ndarray]:

@@ -14,6 +14,7 @@ import xarray as xr
 
 from .._version import __version__
 from ..vocabulary import schema
+from ..vocabulary.provenance import as_json
 from .work import Work
 
 #: Longer texts are cut in messages.
@@ -26,7 +27,7 @@ def identity(scan: xr.Dataset, arguments: Mapping[str, Any]) -> dict[str, Any]:
     known |= {name: float(scan[name]) for name in schema.TRAVELLING if name in scan.coords}
     if "indenter_height" in scan:
         known["indenter"] = dask.base.tokenize(*(scan[f"indenter_{part}"].values for part in ("x", "y", "height")))
-    known |= {key: schema.as_json(value, _with_hash) for key, value in arguments.items()}
+    known |= {key: as_json(value, _with_hash) for key, value in arguments.items()}
     return json.loads(json.dumps({**known, "roughxr": __version__}))
 
 

@@ -55,13 +55,7 @@ _compiler = _quick()
 
 
 def kernel(function=None, *, reorder=False):
-    """Compile ``function`` on its first call, from Python or from another kernel.
-
-    Parameters
-    ----------
-    reorder : bool
-        Let sums be reordered, so that loops over cells vectorise.
-    """
+    """Compile ``function`` on its first call; with ``reorder`` sums may be reordered, so that loops vectorise."""
     if function is None:
         return lambda function: kernel(function, reorder=reorder)
     options = dict(_OPTIONS, fastmath=_REORDER) if reorder else _OPTIONS

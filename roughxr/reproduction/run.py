@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..bodies.materials import assign_pair
+from ..contact.specimen import specimen_of
 from ..runs.analysis import Plan, kept, show, told
 from ..scans import open_sample
 from ..vocabulary.units import whole_number
@@ -56,7 +57,7 @@ def paper(output: str | Path, *, budget: int = 4) -> dict[str, xr.Dataset]:
     >>> PLAN.subregions, PLAN.direct_deltas.size, PLAN.sweep.size
     ((8, 8), 18, 301)
     """
-    scan = assign_pair(open_sample("glass"), **PAIR)
+    scan = specimen_of(assign_pair(open_sample("glass"), **PAIR))
     folder = Path(output)
     path = folder / "paper.nc"
     wanted = PLAN._replace(budget=whole_number(budget, "budget", least=0))

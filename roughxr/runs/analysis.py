@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ..asperity.asperity_sum import fit_of
 from ..asperity.catalogue import asperities
 from ..asperity.expectation import CROWDED, crowding
 from ..asperity.moments import rolling
@@ -34,9 +35,10 @@ from ..bodies.materials import elastic
 from ..contact.adhesion import adhesive
 from ..contact.elastic import direct
 from ..contact.mesh import MOST_REFINED, Mesh, mesh_of
-from ..contact.problem import default_deltas, indenter_of
+from ..contact.problem import default_deltas
 from ..contact.regimes import formulas, regime
 from ..contact.rigid_bodies import rigid
+from ..contact.specimen import Specimen, specimen_of
 from ..detachment import critical_load, is_rests, leaving, resting
 from ..files import archive
 from ..files.disk import whole
@@ -208,54 +210,53 @@ def run(
     >>> dict(groups["solutions/direct"].force.sizes), "asperities" in printed.getvalue()
     ({'subregion': 2, 'delta': 2}, True)
     """
-    scan = scan if levelling == "none" else level(scan, method=levelling)
+    specimen = specimen_of(scan if levelling == "none" else level(scan, method=levelling))
     adhesion = {"preload": magnitude(preload, "nN", "preload"), "law": law, "mesh": mesh_of(mesh, _MESH)}
     adhesion["budget"] = whole_number(budget, "budget", least=0)
     if particle:
-        subregions = resting(scan, landings=subregions, on=asperities(scan))
+        subregions = resting(specimen.scan, landings=subregions, on=specimen.catalogue)
         if subregions.sizes["subregion"] == 0:
-            raise ValueError(f"particle: {subregions.attrs['missing']}; leave particle out to run it as a fixed probe")
-    wanted, output = plan(scan, subregions=subregions, delta=delta, **adhesion), Path(output)
+            raise ValueError(f"particle: {subregions.attrs['missing']}; without it the run takes it for a probe")
+    wanted, output = plan(specimen, subregions=subregions, delta=delta, **adhesion), Path(output)
     path = output if output.suffix == ".nc" else output / "run.nc"
-    with told(scan, wanted, path) as say:
-        groups = kept(scan, wanted, path, say)
+    with told(specimen, wanted, path) as say:
+        groups = kept(specimen, wanted, path, say)
         tables = report.scan_table(groups), report.contact_table(groups)
         show(groups, tables, None if path == output else output, say)
     return groups
 
 
-def told(scan: xr.Dataset, plan: Plan, path: Path) -> Stages:
+def told(specimen: Specimen, plan: Plan, path: Path) -> Stages:
     """Return the stages of a run; where its archive is not there yet say what it will do, and about how long."""
-    expected = _expected(scan, plan)
+    expected = _expected(specimen, plan)
     if is_told() and not path.exists():
-        count = _count(scan, plan)
+        count = _count(specimen, plan)
         words = ", ".join(_WORDS[name] for name in expected)
         time = about(sum(expected.values()))
         lines = fill(
-            f"{count} places on {scan.sizes['x']} x {scan.sizes['y']} pixels: {words}. {time.capitalize()} for most "
-            "runs, several times as long on surfaces with sharp or soft summits; the first places will show it. "
-            "Quicker: fewer subregions, or budget 0. After an interruption finished places are kept.",
+            f"{count} places on {' x '.join(map(str, specimen.heights.shape))} pixels: {words}. {time.capitalize()} as "
+            "most runs take, several times that on surfaces with sharp or soft summits; the first places will tell. "
+            "Quicker: fewer subregions, or budget 0. What is finished is kept if it is interrupted.",
             100,
         )
         tell(lines)
     return Stages(expected, _WORDS)
 
 
-def kept(scan: xr.Dataset, plan: Plan, path: Path, say: Stages):
+def kept(specimen: Specimen, plan: Plan, path: Path, say: Stages):
     """Return the groups of a run, read from its archive as far as they are there, else computed and kept."""
     return checkpointed(
-        lambda: analyse(scan, plan, say),
+        lambda: analyse(specimen, plan, say),
         path,
-        scan=scan,
+        scan=specimen.scan,
         arguments=plan._asdict(),
-        title=scan.attrs.get("title", ""),
+        title=specimen.bodies.attrs.get("title", ""),
     )
 
 
-def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None, **adhesion: Any) -> Plan:
+def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **adhesion: Any) -> Plan:
     """Return a plan whose displacements suit the heights of a scan."""
-    ds = schema.validate(scan, "scan")
-    deltas = default_deltas(ds, regions.centres(ds, subregions), indenter_of(ds), "highest_peak")
+    deltas = default_deltas(specimen, specimen.centres(subregions), "highest_peak")
     deepest = deltas[-1]
     if delta is not None:
         deltas = schema.ascending(delta, "nm", "delta")
@@ -264,10 +265,11 @@ def plan(scan: xr.Dataset, *, subregions: Any = (8, 8), delta: Any = None, **adh
     return Plan(subregions, deltas, sweep, float(deltas[-1]), patch="auto", vertex="fitted", **adhesion)
 
 
-def analyse(scan: xr.Dataset, plan: Plan, say: Stages = _UNTOLD) -> dict[str, xr.Dataset]:
+def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> dict[str, xr.Dataset]:
     """Compute all groups of a run."""
     say("asperities")
-    catalogue = asperities(scan, patch=plan.patch, vertex=plan.vertex)
+    scan, bodies, suited = specimen.scan, specimen.bodies, specimen.catalogue
+    catalogue = suited if plan.patch == "auto" else asperities(scan, patch=plan.patch, vertex=plan.vertex)
     if not bool((catalogue["curvature_min"] > 0).any()):
         raise ValueError(
             f"scan: expected asperities, found no peak among {catalogue.sizes['asperity']} (is it flat?); for a "
@@ -280,22 +282,22 @@ def analyse(scan: xr.Dataset, plan: Plan, say: Stages = _UNTOLD) -> dict[str, xr
         "statistics/roughness": roughness(scan, spectra=True),
     }
     options = {"subregions": plan.subregions}
-    if float(scan.coords.get("work_of_adhesion", 0.0)) > 0 or schema.is_wet(scan):
-        groups |= _with_adhesion(scan, plan, options, say)
-        groups |= _below_the_scan(scan, plan, say)
-        groups |= _rigid_bodies(scan, options, say)
-    if schema.is_wet(scan):
+    if float(bodies.coords.get("work_of_adhesion", 0.0)) > 0 or schema.is_wet(bodies):
+        groups |= _with_adhesion(specimen, plan, options, say)
+        groups |= _below_the_scan(specimen, plan, say)
+        groups |= _rigid_bodies(specimen, options, say)
+    if schema.is_wet(bodies):
         say("humidity")
-        groups["statistics/humidity"] = _over_humidity(scan, options)
-    say("direct", f", {plan.direct_deltas.size} displacements at {_count(scan, plan)} places")
-    groups |= _pressed(scan, plan, options)
-    groups["solutions/contact"] = _one_contact(scan, plan, groups["solutions/direct"])
-    groups["solutions/smooth"] = loading(direct(_flat(scan), delta=plan.direct_deltas))
+        groups["statistics/humidity"] = _over_humidity(specimen, options)
+    say("direct", f", {plan.direct_deltas.size} displacements at {_count(specimen, plan)} places")
+    groups |= _pressed(specimen, plan, options)
+    groups["solutions/contact"] = _one_contact(specimen, plan, groups["solutions/direct"])
+    flat = scan.assign(height=xr.zeros_like(scan["height"]))
+    groups["solutions/smooth"] = loading(direct(flat, delta=plan.direct_deltas))
     # without yield, to show its effect beside it
     groups["solutions/hertz"] = superpose(elastic(catalogue), delta=plan.sweep, law="hertz", **options)
-    suited = catalogue if plan.patch == "auto" else asperities(scan)
     say("superposition")
-    ways = OF_LIQUID if schema.is_wet(scan) else COMPARED
+    ways = OF_LIQUID if schema.is_wet(bodies) else COMPARED
     if crowding(suited) > CROWDED:
         warn(
             "superposed asperities and resisting moments are left out: at this humidity the menisci of neighbouring "
@@ -303,40 +305,41 @@ def analyse(scan: xr.Dataset, plan: Plan, say: Stages = _UNTOLD) -> dict[str, xr
         )
         ways = {}
     for name, way in ways.items():
-        summed = scan if name == "published" else suited  # the paper's own asperities for its own formulas
-        groups[f"solutions/{name}"] = superpose(elastic(summed), delta=_wide(plan, scan), **way, **options)
+        fit = fit_of(name)  # the paper's own asperities for its own formulas
+        summed = asperities(scan, **fit) if fit else suited
+        groups[f"solutions/{name}"] = superpose(elastic(summed), delta=_wide(plan, specimen), **way, **options)
     for name in ways:
         groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
-    if ways and "solutions/adhesive" in groups and "sphere_radius" in scan.coords:
+    if ways and "solutions/adhesive" in groups and "sphere_radius" in bodies.coords:
         say("rolling")
         groups |= _coming_off(suited, options, groups)
     if plan.budget and "solutions/adhesive" in groups:
-        groups |= _error_budget(scan, plan, groups["solutions/adhesive"], say)
+        groups |= _error_budget(specimen, plan, groups["solutions/adhesive"], say)
     return groups
 
 
-def _expected(scan: xr.Dataset, plan: Plan) -> dict[str, float]:
+def _expected(specimen: Specimen, plan: Plan) -> dict[str, float]:
     """Return the stages of a run, and about how long each takes, s: the median of runs on two cores."""
-    wet, places = schema.is_wet(scan), _count(scan, plan)
-    adheres = float(scan.coords.get("work_of_adhesion", 0.0)) > 0 or wet
-    seconds = {"asperities": 5.0}
+    wet, places = schema.is_wet(specimen.bodies), _count(specimen, plan)
+    adheres = float(specimen.bodies.coords.get("work_of_adhesion", 0.0)) > 0 or wet
+    found = {"asperities": 5.0}
     if adheres:
-        seconds |= {"mesh": 20.0} if plan.mesh.refine == "auto" else {}
-        seconds |= {"adhesive": _SECONDS_PER_PLACE * places}
-        some, hard = min(plan.continued, places), {"hardness", "hardness_estimate"} & set(scan.coords)
-        seconds |= {"continued": 30.0 + 6.0 * some} if some and hard and not wet else {}
-        seconds |= {"rigid": 5.0 + 0.3 * places}
-    seconds |= {"humidity": 10.0} if wet else {}
-    seconds |= {"direct": 3.0 + 0.1 * places, "superposition": 5.0}
+        found |= {"mesh": 20.0} if plan.mesh.refine == "auto" else {}
+        found |= {"adhesive": _PLACE * places}
+        some, hard = min(plan.continued, places), {"hardness", "hardness_estimate"} & set(specimen.bodies.coords)
+        found |= {"continued": 30.0 + 6.0 * some} if some and hard and not wet else {}
+        found |= {"rigid": 5.0 + 0.3 * places}
+    found |= {"humidity": 10.0} if wet else {}
+    found |= {"direct": 3.0 + 0.1 * places, "superposition": 5.0}
     if adheres:
-        seconds |= {"rolling": 5.0} if "sphere_radius" in scan.coords else {}
-        seconds |= _of_budget(plan, _SECONDS_PER_PLACE) if plan.budget else {}
-    return seconds | {"pages": 15.0}
+        found |= {"rolling": 5.0} if "sphere_radius" in specimen.bodies.coords else {}
+        found |= _of_budget(plan, _PLACE) if plan.budget else {}
+    return found | {"pages": 15.0}
 
 
-def _wide(plan: Plan, scan: xr.Dataset) -> np.ndarray:
+def _wide(plan: Plan, specimen: Specimen) -> np.ndarray:
     """Return the displacements of a superposition, from before liquid bridges the gap where there is any."""
-    menisci = liquid.menisci_of(scan)
+    menisci = liquid.menisci_of(specimen.bodies)
     if menisci is None or -menisci.height > plan.sweep[0]:
         return plan.sweep
     return np.append(np.linspace(-menisci.height, plan.sweep[0], 51)[:-1], plan.sweep)
@@ -347,37 +350,37 @@ def _of_budget(plan: Plan, place: float) -> dict[str, float]:
     return {"budget": 20 * plan.budget * place, "waves": 5.0 + 3 * plan.budget * place}
 
 
-def _error_budget(scan: xr.Dataset, plan: Plan, solved: xr.Dataset, say: Stages):
+def _error_budget(specimen: Specimen, plan: Plan, solved: xr.Dataset, say: Stages):
     """Return the sensitivity of the simulated pull-off, at a few of its places, and its error budget."""
     preload = float(np.min(plan.preload))
     mesh = replace(plan.mesh, refine=solved.attrs["refine"], accuracy=None)
     say("budget", f", {plan.budget} places again under each change")
-    places = regions.sample(regions.centres(scan, solved), plan.budget)
+    places = regions.sample(specimen.centres(solved), plan.budget)
     how = {"preload": preload, "law": solved.attrs["law"], "mesh": mesh}
-    changes = sensitivity(scan, method="adhesive", subregions=places, **how)
+    changes = sensitivity(specimen.scan, method="adhesive", subregions=places, **how)
     say("waves")
-    scales = cut_off_waves(scan, places=plan.budget, subregions=solved, preload=preload)
-    budget = budget_of(scan, changes, scales, pulls=solved["pull_off_force"])
-    budget = schema.record(budget, "error_budget", scan, places=plan.budget, **how)
-    groups = {"statistics/error_budget": budget, "statistics/sensitivity": changes}
-    return groups if scales is None else groups | {"statistics/shorter_waves": scales}
+    scales = cut_off_waves(specimen.scan, places=plan.budget, subregions=solved, preload=preload)
+    budget = budget_of(specimen.scan, changes, scales, pulls=solved["pull_off_force"])
+    budget = schema.record(budget, "error_budget", specimen.bodies, places=plan.budget, **how)
+    found = {"statistics/error_budget": budget, "statistics/sensitivity": changes}
+    return found if scales is None else found | {"statistics/shorter_waves": scales}
 
 
-def _below_the_scan(scan: xr.Dataset, plan: Plan, say: Stages) -> dict[str, xr.Dataset]:
+def _below_the_scan(specimen: Specimen, plan: Plan, say: Stages) -> dict[str, xr.Dataset]:
     """Return the pull-off with the roughness continued below the scan, at some of the places; or why there is none."""
     if not plan.continued:
         return {}
-    if schema.is_wet(scan):
-        return {"statistics/continued": not_continued(scan, _SLOW_IN_HUMID_AIR)}
-    if not {"hardness", "hardness_estimate"} & set(scan.coords):  # and the simulation would take hours
-        why = "no hardness is known, and ever sharper summits would yield; give a hardness, or named materials"
-        return {"statistics/continued": not_continued(scan, why)}
-    some = regions.sample(regions.centres(scan, plan.subregions), plan.continued)
+    if schema.is_wet(specimen.bodies):
+        return {"statistics/continued": not_continued(specimen.bodies, _SLOW_IN_HUMID_AIR)}
+    if not {"hardness", "hardness_estimate"} & set(specimen.bodies.coords):  # and the simulation would take hours
+        why = "no hardness is known, and summits ever sharper would yield; give one, or named materials"
+        return {"statistics/continued": not_continued(specimen.bodies, why)}
+    some = regions.sample(specimen.centres(plan.subregions), plan.continued)
     say("continued", f", at {some.sizes['subregion']} places")
     try:
-        estimate = continued(scan, subregions=some, preload=float(np.min(plan.preload)))
+        found = continued(specimen, subregions=some, preload=float(np.min(plan.preload)))
     except ValueError as error:
-        return {"statistics/continued": not_continued(scan, str(error))}
+        return {"statistics/continued": not_continued(specimen.bodies, str(error))}
     places = ["pull_off_force"]
     return {
         "solutions/continued": estimate[places],
@@ -413,44 +416,44 @@ def _of_particles(catalogue: xr.Dataset, places: xr.Dataset) -> dict[str, xr.Dat
     }
 
 
-def _pressed(scan: xr.Dataset, plan: Plan, options: dict[str, Any]) -> dict[str, xr.Dataset]:
+def _pressed(specimen: Specimen, plan: Plan, options: dict[str, Any]) -> dict[str, xr.Dataset]:
     """Return the direct simulation; where the body yields, with its retraction as a group of its own."""
-    solved = direct(scan, delta=plan.direct_deltas, **options)
+    solved = direct(specimen, delta=plan.direct_deltas, **options)
     if "branch" not in solved.dims:
         return {"solutions/direct": solved}
     back = solved.sel(branch="retraction", drop=True)
     return {"solutions/direct": loading(solved), "solutions/retraction": back}
 
 
-def _with_adhesion(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Stages) -> dict[str, xr.Dataset]:
+def _with_adhesion(specimen: Specimen, plan: Plan, options: dict[str, Any], say: Stages) -> dict[str, xr.Dataset]:
     """Return the simulation with adhesion at all places, and at some on a mesh twice as fine with half the steps."""
-    _warn_of_soft(scan)
+    _warn_of_soft(specimen)
     how = {"preload": plan.preload, "law": plan.law}
     mesh, finer, error = replace(plan.mesh, accuracy=None), None, None
     with warnings.catch_warnings():
         # the choice of the mesh and the report's page deal with small contacts
         warnings.filterwarnings("ignore", "[^:]*contacts of less than")
-        some = options | how | {"subregions": regions.sample(regions.centres(scan, plan.subregions), plan.checked)}
+        some = options | how | {"subregions": regions.sample(specimen.centres(plan.subregions), plan.checked)}
         if plan.mesh.refine == "auto":
-            mesh, finer, error = _fine_enough_mesh(scan, plan, some, say)
-        say("adhesive", f" at {_count(scan, plan)} places")
-        if plan.mesh.refine != "auto" and some["subregions"].sizes["subregion"] < _count(scan, plan):
-            _expect_pulls(first := adhesive(scan, mesh=mesh, **some))
+            mesh, finer, error = _fine_enough_mesh(specimen, plan, some, say)
+        say("adhesive", f" at {_count(specimen, plan)} places")
+        if plan.mesh.refine != "auto" and some["subregions"].sizes["subregion"] < _count(specimen, plan):
+            _expect_pulls(first := adhesive(specimen, mesh=mesh, **some))
             _tell_so_far(first, say)
-        solved = _in_shares(scan, plan, options | how | {"mesh": mesh}, say, error)
-        say.expect(**_of_budget(plan, say.passed() / _count(scan, plan)))
+        solved = _in_shares(specimen, plan, options | how | {"mesh": mesh}, say, error)
+        say.expect(**_of_budget(plan, say.passed() / _count(specimen, plan)))
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
     return groups if finer is None else groups | {"solutions/finer": finer}
 
 
-def _in_shares(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Stages, mesh_error: float | None):
+def _in_shares(specimen: Specimen, plan: Plan, options: dict[str, Any], say: Stages, mesh_error: float | None):
     """Return the simulation with adhesion at all places; the answer is told as their number grows."""
-    count = _TELLING_FACTOR * plan.checked
-    while count < _count(scan, plan):  # of these, what was solved already is not solved again
-        some = {"subregions": regions.sample(regions.centres(scan, plan.subregions), count)}
-        _tell_so_far(quietly(adhesive, scan, **options | some), say, mesh_error)
-        count *= _TELLING_FACTOR
-    solved = adhesive(scan, **options)
+    count = _MORE * plan.checked
+    while count < _count(specimen, plan):  # of these, what was solved already is not solved again
+        some = {"subregions": regions.sample(specimen.centres(plan.subregions), count)}
+        _tell_so_far(quietly(adhesive, specimen, **options | some), say, mesh_error)
+        count *= _MORE
+    solved = adhesive(specimen, **options)
     _tell_so_far(solved, say, mesh_error)
     return solved
 
@@ -476,14 +479,14 @@ def _expect_pulls(first: xr.Dataset) -> None:
     )
 
 
-def _warn_of_soft(scan: xr.Dataset) -> None:
+def _warn_of_soft(specimen: Specimen) -> None:
     """Warn before hours pass that JKR's contact of the smooth sphere, without load, is wider than the scan."""
-    if "sphere_radius" not in scan.coords:
+    if "sphere_radius" not in specimen.bodies.coords:
         return
-    radius, modulus = schema.pair(scan, "sphere_radius", "contact_modulus")
-    work = liquid.work_of(scan)
+    radius, modulus = schema.pair(specimen.bodies, "sphere_radius", "contact_modulus")
+    work = liquid.work_of(specimen.bodies)
     wide = 2 * (4.5 * np.pi * work * radius**2 / modulus) ** (1 / 3)
-    x_low, x_high, y_low, y_high = regions.extent(scan)
+    x_low, x_high, y_low, y_high = regions.extent(specimen.bodies)
     side = min(x_high - x_low, y_high - y_low)
     if wide > side:
         told = f"the contact of a smooth sphere, {wide:.3g} nm wide, does not fit on the scan of {side:.3g} nm"
@@ -492,7 +495,7 @@ def _warn_of_soft(scan: xr.Dataset) -> None:
         warn(f"{told}: the simulation may take long, and end without a pull-off; {_REMEDY}")
 
 
-def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say: Stages) -> tuple[Mesh, Any, Any]:
+def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], say: Stages) -> tuple[Mesh, Any, Any]:
     """Return the mesh on which the pull-off of most places has settled, results on a finer one, and the change there.
 
     On pixels wider than the contacts, the coarsest mesh on which the law can be solved may be off by a factor.
@@ -500,15 +503,16 @@ def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say
     count, before = options["subregions"].sizes["subregion"], 0.0
     say("mesh", f", the simulation with adhesion at {count} places")
     mesh = replace(plan.mesh, accuracy=None)
-    coarse = adhesive(scan, mesh=mesh, **options)
+    coarse = adhesive(specimen, mesh=mesh, **options)
     _expect_pulls(coarse)
     _tell_so_far(coarse, say)
     n = int(coarse["refinement"].max())
     while 2 * n <= MOST_REFINED:
         took, before = say.passed() - before, say.passed()
-        say.expect(mesh=before + 8 * took, adhesive=_count(scan, plan) * took / count, **_of_budget(plan, took / count))
+        each = took / count
+        say.expect(mesh=before + 8 * took, adhesive=_count(specimen, plan) * each, **_of_budget(plan, each))
         say.detail(f"{2 * n} cells to a pixel")
-        finer = adhesive(scan, mesh=Mesh(2 * n, step=0.5 * mesh.step), **options)
+        finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * mesh.step), **options)
         change = float(abs(coarse["pull_off_force"] / finer["pull_off_force"] - 1).median())
         _tell_so_far(finer, say, change)
         if not change > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:
@@ -517,52 +521,47 @@ def _fine_enough_mesh(scan: xr.Dataset, plan: Plan, options: dict[str, Any], say
     return mesh, None, None
 
 
-def _rigid_bodies(scan: xr.Dataset, options: dict[str, Any], say: Stages) -> dict[str, xr.Dataset]:
+def _rigid_bodies(specimen: Specimen, options: dict[str, Any], say: Stages) -> dict[str, xr.Dataset]:
     """Return the pull between rigid bodies and, for a sphere, the recommended model and the usual formulas."""
     say("rigid")
-    refine = _rigid_mesh(scan)
+    refine = _rigid_mesh(specimen)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about the size of cells: the report's page has it for all methods
-        summed = rigid(scan, delta=[0.0], refine=refine, **options)
+        summed = rigid(specimen, delta=[0.0], refine=refine, **options)
         groups = {"solutions/rigid": summed, "statistics/rigid": pull_off(summed)}
-        if "sphere_radius" in scan.coords:
-            some = regions.sample(regions.centres(scan, options["subregions"]), _FORMULA_PLACES)
-            groups["statistics/regime"] = regime(scan, subregions=some, refine=refine)
-            groups["statistics/formulas"] = formulas(scan, subregions=some, refine=refine)
+        if "sphere_radius" in specimen.bodies.coords:
+            some = regions.sample(specimen.centres(options["subregions"]), _FORMULA_PLACES)
+            groups["statistics/regime"] = regime(specimen, subregions=some, refine=refine)
+            groups["statistics/formulas"] = formulas(specimen, subregions=some, refine=refine)
     return groups
 
 
-def _rigid_mesh(scan: xr.Dataset) -> int:
-    return int(np.clip(np.ceil(schema.square_pixel(scan) / _RIGID_CELL), 1, 8))
+def _rigid_mesh(specimen: Specimen) -> int:
+    return int(np.clip(np.ceil(specimen.pixel / _RIGID_CELL), 1, 8))
 
 
-def _over_humidity(scan: xr.Dataset, options: dict[str, Any]) -> xr.Dataset:
+def _over_humidity(specimen: Specimen, options: dict[str, Any]) -> xr.Dataset:
     """Return the pull between rigid bodies over humidity, the scan's own among it, as far as menisci are thin."""
-    wanted = sorted({*HUMIDITIES, float(scan["humidity"])} if "humidity" in scan.coords else HUMIDITIES)
-    thin = [one for one in wanted if liquid.is_thin(scan, one)]
+    own = {float(one) for name, one in specimen.bodies.coords.items() if name == "humidity"}
+    thin = [one for one in sorted({*HUMIDITIES} | own) if liquid.is_thin(specimen.scan, one)]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        pull = vary(scan, rigid, humidity=thin, delta=[0.0], refine=_rigid_mesh(scan), **options)
-    return pull[["pull_off_force", "pull_off_delta", "meniscus_error"]]
+        found = vary(specimen.scan, rigid, humidity=thin, delta=[0.0], refine=_rigid_mesh(specimen), **options)
+    return found[["pull_off_force", "pull_off_delta", "meniscus_error"]]
 
 
-def _count(scan: xr.Dataset, plan: Plan) -> int:
-    return regions.centres(scan, plan.subregions).sizes["subregion"]
+def _count(specimen: Specimen, plan: Plan) -> int:
+    return specimen.centres(plan.subregions).sizes["subregion"]
 
 
-def _one_contact(scan: xr.Dataset, plan: Plan, solved: xr.Dataset) -> xr.Dataset:
+def _one_contact(specimen: Specimen, plan: Plan, solved: xr.Dataset) -> xr.Dataset:
     """Return the fields at the place of median force among those away from the scan's edge."""
     last = solved.isel(delta=-1)
     inner = last.where(~last["truncated"] & (last["force"] > 0), drop=True)
     if inner.sizes["subregion"] == 0:
         inner = last
     middle = inner.sortby("force").isel(subregion=[inner.sizes["subregion"] // 2])
-    return loading(direct(scan, delta=[plan.contact_delta], subregions=middle, fields=True))
-
-
-def _flat(scan: xr.Dataset) -> xr.Dataset:
-    """Return a flat as large as the scan, under the same sphere."""
-    return scan.assign(height=xr.zeros_like(scan["height"]).assign_attrs(scan["height"].attrs))
+    return loading(direct(specimen, delta=[plan.contact_delta], subregions=middle, fields=True))
 
 
 def show(

@@ -61,10 +61,13 @@ def centres(ds: xr.Dataset, subregions: Any = None) -> xr.Dataset:
     >>> centres(roughxr.open_sample("glass"), (8, 8)).sizes["subregion"]
     64
     """
-    x, y = _positions(ds, subregions)
+    if subregions is None:
+        subregions = ds if "subregion_x" in ds.coords else (1, 1)
+    edges = extent(ds)
+    x, y = _positions(subregions, edges, (ds.sizes["x"], ds.sizes["y"]) if "x" in ds.dims else (_MOST_TILES,) * 2)
     if x.size == 0:
         raise ValueError("subregions: expected at least one contact centre, found none")
-    _inside(ds, x, y)
+    _refuse_outside(x, y, edges)
     out = xr.Dataset(
         coords={
             "subregion": np.arange(x.size),
@@ -127,9 +130,8 @@ def windows(ds: xr.Dataset, positions: xr.Dataset, reach: float) -> tuple[list[W
     return cut, shape
 
 
-def _positions(ds: xr.Dataset, subregions: Any) -> tuple[np.ndarray, np.ndarray]:
-    if subregions is None:
-        subregions = ds if "subregion_x" in ds.coords else (1, 1)
+def _positions(subregions: Any, edges: tuple, sizes: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Return x and y of the centres on a scan with these edges (nm) and so many tiles along each axis at most."""
     if isinstance(subregions, xr.Dataset):
         return tuple(np.atleast_1d(subregions[name].values.astype(float)) for name in ("subregion_x", "subregion_y"))
     try:
@@ -139,26 +141,23 @@ def _positions(ds: xr.Dataset, subregions: Any) -> tuple[np.ndarray, np.ndarray]
             f"subregions: expected a grid such as (8, 8), or two arrays of centres in nm, found {subregions!r}"
         ) from None
     if np.ndim(first) == 0 and np.ndim(second) == 0:
-        return _grid(ds, first, second)
+        return _grid((first, second), edges, sizes)
     x, y = (np.atleast_1d(magnitude(v, "nm", "subregions")) for v in (first, second))
     if x.shape != y.shape or x.ndim != 1 or x.size == 0:
         raise ValueError(f"subregions: expected two arrays of equal length, found shapes {x.shape} and {y.shape}")
     return x, y
 
 
-def _grid(ds: xr.Dataset, nx: Any, ny: Any) -> tuple[np.ndarray, np.ndarray]:
-    sizes = (ds.sizes["x"], ds.sizes["y"]) if "x" in ds.dims else (_MOST_TILES, _MOST_TILES)
-    for n, size, axis in zip((nx, ny), sizes, "xy"):
+def _grid(counts: tuple[Any, Any], edges: tuple, sizes: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    for n, size, axis in zip(counts, sizes, "xy"):
         if not is_whole(n) or not 1 <= n <= size:
             raise ValueError(f"subregions: expected a whole number from 1 to {size} along {axis}, found {n!r}")
-    x_low, x_high, y_low, y_high = extent(ds)
-    x = x_low + (np.arange(nx) + 0.5) * (x_high - x_low) / nx
-    y = y_low + (np.arange(ny) + 0.5) * (y_high - y_low) / ny
-    return tuple(axis.ravel() for axis in np.meshgrid(x, y, indexing="ij"))
+    axes = [low + (np.arange(n) + 0.5) * (high - low) / n for n, low, high in zip(counts, edges[::2], edges[1::2])]
+    return tuple(axis.ravel() for axis in np.meshgrid(*axes, indexing="ij"))
 
 
-def _inside(ds: xr.Dataset, x: np.ndarray, y: np.ndarray) -> None:
-    x_low, x_high, y_low, y_high = extent(ds)
+def _refuse_outside(x: np.ndarray, y: np.ndarray, edges: tuple) -> None:
+    x_low, x_high, y_low, y_high = edges
     outside = (x < x_low) | (x > x_high) | (y < y_low) | (y > y_high)
     if outside.any():
         k = int(np.flatnonzero(outside)[0])

@@ -18,9 +18,7 @@ from typing import Any, NamedTuple
 import dask
 import dask.array as da
 import numpy as np
-import xarray as xr
 
-from ..vocabulary.schema import pixel, validate
 from .kept import once
 from .parts import taker
 
@@ -34,11 +32,6 @@ _SIDE, _PARTS = 256, 4
 _ROUNDING = 1e-11
 
 
-def shortest_wavelength(ds: xr.Dataset) -> float:
-    """Return the wavelength at which all but 5 % of a scan's mean square curvature have been summed."""
-    return waves(ds).shortest
-
-
 class Waves(NamedTuple):
     """The shortest waves and the slope of a scan, from its spectrum."""
 
@@ -46,16 +39,17 @@ class Waves(NamedTuple):
     slope: float  # root mean square, 1
 
 
-def waves(ds: xr.Dataset) -> Waves:
-    """Return shortest wavelength and slope of a scan, as `shortest_wavelength` computes it; NaN where there is none."""
-    scan = validate(ds, "scan")
-    if scan["height"].chunks:
-        return later(scan["height"].data, pixel(scan)).compute()
-    return _waves(scan["height"].values, pixel(scan))
-
-
 @once
-def _waves(heights: np.ndarray, steps: tuple[float, float]) -> Waves:
+def waves(heights: np.ndarray, steps: tuple[float, float]) -> Waves:
+    """Return shortest wavelength and slope of heights on pixels of these steps (nm); NaN where there are none.
+
+    Examples
+    --------
+    >>> from roughxr.scans.synthetic import self_affine
+    >>> scan = self_affine((256, 256), 10, rms=1.5, hurst=0.8, rolloff=300, cutoff=60, seed=1)
+    >>> 58 < waves(scan.height.values, (10.0, 10.0)).shortest < 63
+    True
+    """
     return together([spectrum(heights[part]) for part in parts(heights.shape)], steps)
 
 

@@ -117,7 +117,7 @@ def continued(
     >>> bool(found.pull_off_lower < found.pull_off_mean < found.pull_off_upper), float(found.shortest_wavelength)
     (True, 10.0)
     """
-    ds = in_memory(ds)
+    ds = in_memory(ds).scan
     count, accuracy = whole_number(seeds, "seeds", least=1), fraction(accuracy, "accuracy")
     end = None if shortest is None else positive(shortest, "nm", "shortest")
     if spectrum is None or "psd" in spectrum:

@@ -100,7 +100,7 @@ def scale_dependence(
     >>> dict(found.pull_off_force.sizes)
     {'subregion': 1, 'shortest_kept': 2, 'seed': 2}
     """
-    ds = in_memory(ds)
+    ds = in_memory(ds).scan
     schema.one_of(method, METHODS, "method")
     waves, count = schema.ascending(shortest, "nm", "shortest"), whole_number(seeds, "seeds", least=1)
     spectrum = self_affine_fit(ds, hurst=hurst)

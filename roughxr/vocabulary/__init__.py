@@ -1,6 +1,10 @@
 """The vocabulary: names, units and signs of everything that a Dataset holds.
 
-schema  the table of names, validation at the door, labels on results, history
-text    what stands in others' files, as it may be shown
-units   conversion of input, by pint
+variables   the table of names
+schema      validation at the door, labels on results, what a scan is asked first
+provenance  the steps that made a Dataset
+text        what stands in others' files, as it may be shown
+units       conversion of input, by pint
+numbers     numbers as they are printed
+verbs       the door of every public function, and warnings
 """

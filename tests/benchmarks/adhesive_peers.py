@@ -32,13 +32,15 @@ def window(place):
     """Return the separation (nm) of a square of cells around a place's first contact, and the cells' side (nm)."""
     import roughxr
     from roughxr.contact import problem
+    from roughxr.contact.specimen import specimen_of
 
     scan = roughxr.open_sample("glass").contact.assign_pair(
         sphere_radius=3000, contact_modulus=MODULUS, work_of_adhesion=WORK
     )
     here = roughxr.scans.regions.centres(scan, (8, 8)).isel(subregion=[place])
-    asked = problem.read_problem(scan, here, delta=[DEPTH], datum="first_contact", refine=REFINE)
-    (where,), _ = problem.places(scan, here, 1000.0)
+    specimen = specimen_of(scan)
+    asked = problem.read_problem(specimen, here, delta=[DEPTH], datum="first_contact", refine=REFINE)
+    (where,), _ = problem.places(specimen, here, 1000.0)
     separation = problem.surface_at(where, asked).separation
     first = [min(max(k - SIDE // 2, 0), n - SIDE) for k, n in zip(_lowest(separation), separation.shape)]
     part = separation[first[0] : first[0] + SIDE, first[1] : first[1] + SIDE]

@@ -249,32 +249,42 @@ def _largest(values, count=5):
 
 
 def passed(work):
-    """Return the functions of the package that receive a scan while a call is made, and how often each was called."""
+    """Return the functions of the package that receive a scan while a call is made, and how often each was called.
+
+    First those that receive its Dataset, then those that receive it or the specimen read from it.
+    """
     import sys
     from collections import Counter
 
     import xarray as xr
 
-    calls = Counter()
+    from roughxr.contact.specimen import Specimen
+
+    calls, wider = Counter(), Counter()
 
     def watch(frame, event, _):
         code = frame.f_code
         if event != "call" or not code.co_filename.startswith(str(PACKAGE)):
             return
         given = [frame.f_locals.get(name) for name in code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]]
+        name = f"{Path(code.co_filename).stem}.{code.co_qualname}"
         if any(isinstance(one, xr.Dataset) and "height" in one and "x" in one.dims for one in given):
-            calls[f"{Path(code.co_filename).stem}.{code.co_qualname}"] += 1
+            calls[name] += 1
+            wider[name] += 1
+        elif any(isinstance(one, Specimen) for one in given) and not code.co_qualname.startswith("Specimen."):
+            wider[name] += 1
 
     sys.setprofile(watch)
     try:
         work()
     finally:
         sys.setprofile(None)
-    return calls
+    return calls, wider
 
 
 def print_rooms():
     """Print how many functions a scan passes under `adhesive` and `run`, and how often its asperities are searched."""
+    import contextlib
     import tempfile
     import warnings
 
@@ -291,13 +301,14 @@ def print_rooms():
         return tiles(*arguments)
 
     catalogue.join_tiles = counted
-    adhesive = passed(lambda: roughxr.adhesive(scan, subregions=(2, 1), mesh=roughxr.Mesh(1, step=1.0)))
-    print(f"adhesive: a scan passes {len(adhesive)} functions")
+    adhesive, wider = passed(lambda: roughxr.adhesive(scan, subregions=(2, 1), mesh=roughxr.Mesh(1, step=1.0)))
+    print(f"adhesive: a scan passes {len(adhesive)} functions, with the specimen read from it {len(wider)}")
     searched[0] = 0
-    with tempfile.TemporaryDirectory() as folder:
-        run = passed(lambda: roughxr.run(scan, Path(folder) / "run.nc", subregions=(2, 1), mesh=1, budget=1))
+    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+        run, wider = passed(lambda: roughxr.run(scan, Path(folder) / "run.nc", subregions=(2, 1), mesh=1, budget=1))
     asked = sum(count for name, count in run.items() if name == "catalogue.asperities")
-    print(f"run: a scan passes {len(run)} functions; asperities asked for {asked} times, searched {searched[0]} times")
+    print(f"run: a scan passes {len(run)} functions, with the specimen {len(wider)}")
+    print(f"run: asperities asked for {asked} times, searched {searched[0]} times")
 
 
 def main():

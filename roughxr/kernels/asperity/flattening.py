@@ -43,14 +43,8 @@ _E = np.array([*_E, 0.9907, 1.0])
 def flattened(delta, stiffness, contact, hardness, *, middle=False):
     """Return κ and δ₀ (nm) of asperities that were pressed to a displacement, with ``middle`` those of their middle.
 
-    Parameters
-    ----------
-    delta : array
-        nm, of each asperity; for an untouched one any number up to 0, or -inf.
-    stiffness, contact : array
-        Hertz's force (nN) and contact area (nm²) at a displacement of 1 nm.
-    hardness : float
-        GPa.
+    Of each ``delta``, nm, for an untouched one any number up to 0 or -inf; Hertz's force (nN, ``stiffness``) and area
+    (nm², ``contact``) at a displacement of 1 nm; hardness in GPa.
     """
     delta, first = np.maximum(delta, 0.0), (hardness * contact / (1.5 * stiffness)) ** 2  # -inf beside the sphere
     s = np.sqrt(first / np.maximum(delta, first))

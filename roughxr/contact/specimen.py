@@ -1,0 +1,106 @@
+"""A scan and its pair of bodies, of which every question is asked once: what verbs hand down in place of the Dataset.
+
+A verb reads its Dataset at the door (`specimen_of`), and hands the specimen on; another verb that it calls takes the
+specimen as it is. What was found out is kept on it: its pixel, its indenter, its asperities.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import dask
+import dask.array as da
+import numpy as np
+import xarray as xr
+
+from ..asperity.catalogue import asperities
+from ..bodies.materials import indenter_map
+from ..jobs.lazy import is_lazy
+from ..kernels.halfspace.separation import PARABOLA, PROFILES, map_separation, sphere_separation
+from ..scans import regions, wavelength
+from ..vocabulary import schema
+
+
+class Indenter(NamedTuple):
+    """The body pressed into the surface: a sphere or a height map."""
+
+    radius: float  # nm, NaN for a map
+    profile: int
+    map: tuple[np.ndarray, np.ndarray, np.ndarray] | None  # x, y from the contact centre and height, nm
+
+    def separation(self, height: np.ndarray, datum: float, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the undeformed separation, nm, at x, y (nm) from the contact centre; inf beyond the indenter."""
+        if self.map is None:
+            return sphere_separation(height, datum, x, y, self.radius, self.profile)
+        return map_separation(height, datum, x, y, *self.map)
+
+    @property
+    def parabola(self) -> bool:
+        """Whether it is Hertz's paraboloid, as tests take it for its closed forms."""
+        return self.profile == PARABOLA
+
+    def reach(self, depth: float) -> float:
+        """Return the half-width, nm, within which the indenter lies less than ``depth`` above its lowest point."""
+        if self.map is None:
+            return float(np.sqrt(2 * self.radius * max(depth, 0.0)))
+        x, y, height = self.map
+        near = np.argwhere(height.max() - height < depth)
+        return float(max(np.abs(x[near[:, 0]]).max(), np.abs(y[near[:, 1]]).max())) if near.size else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Specimen:
+    """A valid scan with its pair of bodies; what is asked of them is found out once."""
+
+    scan: xr.Dataset
+
+    @cached_property
+    def bodies(self) -> xr.Dataset:
+        """All but the heights: axes, pair and indenter, contact centres, history."""
+        return self.scan.drop_vars("height")
+
+    @cached_property
+    def lazy(self) -> bool:
+        """Whether results are computed later, as the scan's heights are."""
+        return is_lazy(self.scan)
+
+    @cached_property
+    def heights(self) -> Any:
+        """Heights (nx, ny), nm: a NumPy or dask array, which raises where pixels are missing."""
+        return schema.complete(self.scan)["height"].data
+
+    @cached_property
+    def pixel(self) -> float:
+        """Side of the pixels, nm; raises where they are not square."""
+        return schema.square_pixel(self.bodies)
+
+    @cached_property
+    def indenter(self) -> Indenter:
+        """The assigned sphere or map."""
+        found = indenter_map(self.bodies)
+        radius = np.nan if found else schema.pair(self.bodies, "sphere_radius")[0]
+        return Indenter(radius, PROFILES["sphere"], found)
+
+    @cached_property
+    def catalogue(self) -> xr.Dataset:
+        """The asperities."""
+        return asperities(self.scan)
+
+    @cached_property
+    def shortest_wavelength(self) -> Any:
+        """Length (nm) of the shortest waves that the scan shows; lazy where its heights are."""
+        heights, steps = self.scan["height"].data, schema.pixel(self.bodies)
+        if not dask.is_dask_collection(heights):
+            return wavelength.waves(heights, steps).shortest
+        return (), da.from_delayed(wavelength.later(heights, steps).shortest, (), dtype=float)
+
+    def centres(self, subregions: Any) -> xr.Dataset:
+        """Return contact centres, see `regions.centres`."""
+        return regions.centres(self.bodies, subregions)
+
+
+def specimen_of(given: xr.Dataset | Specimen) -> Specimen:
+    """Return what a verb was given as a specimen: read from a Dataset, or that of the verb which called it."""
+    return given if isinstance(given, Specimen) else Specimen(schema.validate(given, "scan"))
