@@ -170,7 +170,7 @@ def test_the_law_that_is_recommended_is_the_one_that_the_simulation_chooses(modu
     assert found.recommended.item() == "adhesive"
     assert reason in found.attrs["recommendation"] and f"'{law}'" in found.attrs["recommendation"]
     assert adhesion_law(specimen_of(ds), "auto")["law"] == law
-    assert ("reaches about as far" in found.attrs["recommendation"]) <= (float(found.asperity_tabor) < 5)
+    assert ("as the range of adhesion" in found.attrs["recommendation"]) <= (float(found.asperity_tabor) < 5)
 
 
 def test_both_change_their_law_at_the_same_modulus():

@@ -125,7 +125,7 @@ class Summands:
 
     ds: xr.Dataset
     law: str
-    options: Options
+    options: SumOptions
     lazy: bool
     unread: bool  # a scan whose heights are not loaded
 
@@ -149,7 +149,7 @@ def summands_of(ds: xr.Dataset, law: str | None, formulation: str, datum: str = 
     return Summands(ds, law, options_of(ds, law, formulation, datum), lazy, lazy and kind == "scan")
 
 
-def catalogue_field(catalogue: xr.Dataset, options: Options) -> tuple:
+def catalogue_field(catalogue: xr.Dataset, options: SumOptions) -> tuple:
     """Return the asperities that are peaks, the half-width of their patch, and the number left out.
 
     The law decides whether the sphere's curvature is added to that of the asperities.
@@ -188,7 +188,7 @@ def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return out
 
 
-def asperity_grid(catalogue: xr.Dataset, options: Options) -> largest_pull.AsperityGrid:
+def asperity_grid(catalogue: xr.Dataset, options: SumOptions) -> largest_pull.AsperityGrid:
     """Return the asperities of a catalogue as the grid in which the largest pull is searched."""
     return grid_of(catalogue_field(catalogue, options), options)
 

@@ -318,7 +318,7 @@ def _patch(shape: tuple[int, int], pixel: tuple[float, float], patch: Any) -> An
         return "auto" if patch == "auto" else _patch(shape, pixel, PAPER_PATCH)
     most = min(shape)
     if isinstance(patch, str) or hasattr(patch, "units"):
-        finest = _FEWEST * max(pixel) / _LIMIT
+        finest = _LEAST_PIXELS * max(pixel) / _LIMIT
         if (width := positive(patch, "nm", "patch")) < finest:
             raise ValueError(
                 f"patch: expected a length of at least {finest:.3g} nm, {_LEAST_PIXELS}/{_LIMIT} of a pixel, found "

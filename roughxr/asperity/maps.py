@@ -12,7 +12,7 @@ from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import Places
 from ..vocabulary.verbs import verb
-from .asperity_sum import ADHESIVE, PULL_OFF, Options, asperity_grid, largest_pulls, law_of, summands_of
+from .asperity_sum import ADHESIVE, PULL_OFF, SumOptions, asperity_grid, largest_pulls, law_of, summands_of
 from .expectation import expectation, warn_above_smooth
 
 #: Centres in one task, which then takes some hundredths of a second.

@@ -19,8 +19,8 @@ from ..vocabulary.verbs import verb
 from .asperity_sum import (
     ADHESIVE,
     DEFAULT,
-    Options,
     Summands,
+    SumOptions,
     catalogue_field,
     grid_of,
     largest_pulls,
@@ -147,7 +147,7 @@ def rolling(
     summands = summands_of(ds, law, formulation)
     law = summands.law
     if law not in ADHESIVE and not push > 0:
-        raise ValueError(f"load: expected a positive load (nN) where nothing adheres, found {push:g}; or law='jkr'")
+        raise ValueError(f"load: expected a positive load in nN without adhesion, found {push:g}; or take law='jkr'")
     out = _of_asperities(summands, angles, push, subregions)
     named = law_of(law, formulation, summands.options)
     arguments = {"directions": angles, "load": push, "subregions": subregions, **named}
@@ -183,7 +183,7 @@ def _of_asperities(summands: Summands, angles, load, subregions) -> xr.Dataset:
     """Roll the sphere off the asperities at each contact centre."""
     positions, prepared = regions.centres(summands.ds, subregions), summands.prepared(_prepared)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
-    layout = Layout({"direction": angles}, _STATES, _EVENTS | _OF_ASPERITIES)
+    layout = Layout({"direction": angles}, _STATES, _EVENTS | _ASPERITY_STATES)
     when = {"name": "rolling", "lazy": summands.lazy}
     records = parallel.spread(_roll, centres, layout.dtype, prepared, summands.options, layout, load, **when)
     out = labelled(records, layout, summands.ds, positions)

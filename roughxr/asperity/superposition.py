@@ -18,7 +18,7 @@ from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantities, Quantity, positive
 from ..vocabulary.verbs import verb
 from . import flattening
-from .asperity_sum import ADHESIVE, DEFAULT, Options, catalogue_field, grid_of, largest_pulls, law_of, summands_of
+from .asperity_sum import ADHESIVE, DEFAULT, SumOptions, catalogue_field, grid_of, largest_pulls, law_of, summands_of
 from .expectation import expectation, warn_above_smooth
 
 _STATES = {

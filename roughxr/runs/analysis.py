@@ -216,7 +216,7 @@ def run(
     if particle:
         subregions = resting(specimen.scan, landings=subregions, on=specimen.catalogue)
         if subregions.sizes["subregion"] == 0:
-            raise ValueError(f"particle: {subregions.attrs['missing']}; without it the run takes it for a probe")
+            raise ValueError(f"particle: {subregions.attrs['missing']}; leave particle out to run it as a fixed probe")
     wanted, output = plan(specimen, subregions=subregions, delta=delta, **adhesion), Path(output)
     path = output if output.suffix == ".nc" else output / "run.nc"
     with told(specimen, wanted, path) as say:
@@ -325,7 +325,7 @@ def _expected(specimen: Specimen, plan: Plan) -> dict[str, float]:
     found = {"asperities": 5.0}
     if adheres:
         found |= {"mesh": 20.0} if plan.mesh.refine == "auto" else {}
-        found |= {"adhesive": _PLACE * places}
+        found |= {"adhesive": _SECONDS_PER_PLACE * places}
         some, hard = min(plan.continued, places), {"hardness", "hardness_estimate"} & set(specimen.bodies.coords)
         found |= {"continued": 30.0 + 6.0 * some} if some and hard and not wet else {}
         found |= {"rigid": 5.0 + 0.3 * places}
@@ -333,7 +333,7 @@ def _expected(specimen: Specimen, plan: Plan) -> dict[str, float]:
     found |= {"direct": 3.0 + 0.1 * places, "superposition": 5.0}
     if adheres:
         found |= {"rolling": 5.0} if "sphere_radius" in specimen.bodies.coords else {}
-        found |= _of_budget(plan, _PLACE) if plan.budget else {}
+        found |= _of_budget(plan, _SECONDS_PER_PLACE) if plan.budget else {}
     return found | {"pages": 15.0}
 
 
@@ -373,12 +373,12 @@ def _below_the_scan(specimen: Specimen, plan: Plan, say: Stages) -> dict[str, xr
     if schema.is_wet(specimen.bodies):
         return {"statistics/continued": not_continued(specimen.bodies, _SLOW_IN_HUMID_AIR)}
     if not {"hardness", "hardness_estimate"} & set(specimen.bodies.coords):  # and the simulation would take hours
-        why = "no hardness is known, and summits ever sharper would yield; give one, or named materials"
+        why = "no hardness is known, and ever sharper summits would yield; give a hardness, or named materials"
         return {"statistics/continued": not_continued(specimen.bodies, why)}
     some = regions.sample(specimen.centres(plan.subregions), plan.continued)
     say("continued", f", at {some.sizes['subregion']} places")
     try:
-        found = continued(specimen, subregions=some, preload=float(np.min(plan.preload)))
+        estimate = continued(specimen, subregions=some, preload=float(np.min(plan.preload)))
     except ValueError as error:
         return {"statistics/continued": not_continued(specimen.bodies, str(error))}
     places = ["pull_off_force"]
@@ -448,11 +448,11 @@ def _with_adhesion(specimen: Specimen, plan: Plan, options: dict[str, Any], say:
 
 def _in_shares(specimen: Specimen, plan: Plan, options: dict[str, Any], say: Stages, mesh_error: float | None):
     """Return the simulation with adhesion at all places; the answer is told as their number grows."""
-    count = _MORE * plan.checked
+    count = _TELLING_FACTOR * plan.checked
     while count < _count(specimen, plan):  # of these, what was solved already is not solved again
         some = {"subregions": regions.sample(specimen.centres(plan.subregions), count)}
         _tell_so_far(quietly(adhesive, specimen, **options | some), say, mesh_error)
-        count *= _MORE
+        count *= _TELLING_FACTOR
     solved = adhesive(specimen, **options)
     _tell_so_far(solved, say, mesh_error)
     return solved

@@ -23,10 +23,13 @@ __all__ = [
     "TRAVELLING",
     "VARIABLES",
     "Variable",
+    "attributes",
     "axis_label",
+    "height_hash",
     "history",
     "kind_of",
     "label",
+    "record",
     "validate",
 ]
 
