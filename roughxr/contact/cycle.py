@@ -176,16 +176,16 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     if np.isnan(adhesion.accuracy):
         return before, {"refinement": meshes[0]}
     of_step = _change(_cycles(place, problem, adhesion._replace(step=2 * adhesion.step), meshes[0]), before)
+    between = _between_pixels(place, problem, adhesion, before)
     if (of_step > 0.5 * adhesion.accuracy).any():  # longer steps pass over states that shorter ones find
         adhesion = adhesion._replace(step=0.5 * adhesion.step)
-    found, n, of_mesh, between = before, meshes[0], np.full_like(of_step, np.nan), None
+    found, n, of_mesh = before, meshes[0], np.full_like(of_step, np.nan)
     for finer in meshes[1:]:
         if _overlapping(before.surface, problem, adhesion) * (finer / n) ** 2 > MOST_CELLS:
             break
         found = _cycles(place, problem, adhesion, finer)
         of_mesh, n = np.fmax(np.fmax(_change(before, found), _apart(found)), _unseen(found)), finer
-        if between is None:
-            between = _change(_cycles(place, problem._replace(splined=True), adhesion, finer), found)
+        between = _between_pixels(place, problem, adhesion, found) if between is None else between
         if (of_mesh < adhesion.accuracy)[np.isfinite(of_mesh)].all():
             break
         before = found
@@ -193,6 +193,14 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     errors = {"mesh_error": of_mesh, "step_error": of_step, "interpolation_error": between}
     errors["pull_off_error"] = np.sqrt(of_mesh**2 + of_step**2 + between**2)
     return found, {"refinement": n, **errors}
+
+
+def _between_pixels(place: Place, problem: Problem, adhesion: Adhesion, found: Cycles) -> np.ndarray | None:
+    """Return what splines between the pixels change; None on cells of a pixel, which have nothing between them."""
+    refine = found.problem.refine
+    if refine == 1:
+        return None
+    return _change(_cycles(place, problem._replace(splined=True), adhesion, refine), found)
 
 
 def _unseen(found: Cycles) -> np.ndarray:
