@@ -517,10 +517,10 @@ def _add_budget(command) -> None:
     command.add_argument(
         "--budget",
         type=int,
-        default=4,
+        default=16,
         metavar="PLACES",
-        help="places at which the simulation with adhesion is repeated under each change of the error budget; 0: no "
-        "budget; default: %(default)s",
+        help="most places at which the simulation with adhesion is repeated under each change of the error budget; 0: "
+        "no budget; default: %(default)s",
     )
 
 

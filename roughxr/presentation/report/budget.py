@@ -13,6 +13,7 @@ from ...statistics import smooth_pull_off
 from ...statistics.sampling import by_share
 from ...vocabulary.numbers import percent, quantity
 from ...vocabulary.verbs import verb
+from ..answer import best_estimate
 
 Run = Mapping[str, xr.Dataset]
 
@@ -58,8 +59,7 @@ def headline(run: Run) -> str:
         f"{part if smooth > 0 else ''}, an upper bound."
     )
     estimate = _as_it_would_be(run)
-    known = "statistics/continued" in run and np.isfinite(float(run["statistics/continued"]["pull_off_mean"]))
-    said = [estimate, bound] if known else [bound, estimate]  # a number before why there is no other
+    said = [estimate, bound] if best_estimate(run) else [bound, estimate]  # a number before why there is no other
     return " ".join(filter(None, [_scan_too_small(run), *said]))
 
 
@@ -68,11 +68,9 @@ def _as_it_would_be(run: Run) -> str:
     if "statistics/continued" not in run:
         return ""
     found = run["statistics/continued"]
-    if not np.isfinite(float(found["pull_off_mean"])):
+    if (known := best_estimate(run)) is None:
         return str(found.attrs["known"])
-    mean, lower, upper = (
-        quantity(float(found[name])) for name in ("pull_off_mean", "pull_off_lower", "pull_off_upper")
-    )
+    mean, lower, upper = map(quantity, known)
     settled = "" if bool(found["converged"]) else " Shorter waves would still lower it."
     return (
         f"Best estimate, roughness finer than the pixel included: {mean} in the mean (95 % interval {lower} … {upper}, "
@@ -104,7 +102,7 @@ def _scan_too_small(run: Run) -> str:
 
 @verb
 def budget_table(run: Run) -> pd.DataFrame:
-    """Return the error budget: error of the mean pull-off in per cent, and how it was computed.
+    """Return the error budget: errors of the mean pull-off and what they rest on, in per cent, and how they were got.
 
     Parameters
     ----------
@@ -114,7 +112,9 @@ def budget_table(run: Run) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        One row for each entry; the total comes before those that are not part of it.
+        One row for each entry, with its error, how well that is known (one standard error), and the change of the mean
+        with its sign; the total comes before those that are not part of it, and its change is what all known biases
+        amount to.
 
     Raises
     ------
@@ -125,19 +125,22 @@ def budget_table(run: Run) -> pd.DataFrame:
     --------
     >>> entries = {"relative_error": ("entry", [0.03, 0.04, 0.1]), "how": ("entry", ["known", "solved again", "added"])}
     >>> names = {"entry": ["work of adhesion", "mesh and step", "shorter waves"]}
-    >>> budget_table({BUDGET: xr.Dataset(entries | {"total_error": 0.05}, names)})["error [%]"].to_dict()
+    >>> entries |= {"standard_error": ("entry", [0.01] * 3), "pull_off_change": ("entry", [-0.03, 0.08, -0.1])}
+    >>> total = {"total_error": 0.05, "total_standard_error": 0.01, "pull_off_mean": 10.0, "pull_off_corrected": 10.8}
+    >>> budget_table({BUDGET: xr.Dataset(entries | total, names)})["error [%]"].to_dict()
     {'work of adhesion': 3.0, 'mesh and step': 4.0, 'all of these': 5.0, 'shorter waves*': 10.0}
     """
     budget = run[BUDGET]
-    rows = {
-        str(name): (100 * float(value), str(how))
-        for name, value, how in zip(budget["entry"].values, budget["relative_error"].values, budget["how"].values)
-    }
+    numbers = (100 * budget[name].values for name in ("relative_error", "standard_error", "pull_off_change"))
+    rows = {str(name): row for name, *row in zip(budget["entry"].values, *numbers, budget["how"].values)}
     apart = rows.pop("shorter waves", None)
-    rows["all of these"] = (100 * float(budget["total_error"]), "root of the sum of squares of what was computed")
+    error, own = (100 * float(budget[name]) for name in ("total_error", "total_standard_error"))
+    shift = 100 * (float(budget["pull_off_corrected"] / budget["pull_off_mean"]) - 1)
+    words = f"root of the sum of squares of what was computed. {budget.attrs.get('decided', '')}".strip()
+    rows["all of these"] = [error, own, shift, words]
     if apart is not None:
-        rows["shorter waves*"] = (apart[0], f"not in the total: {apart[1]}")
-    table = pd.DataFrame.from_dict(rows, orient="index", columns=["error [%]", "how it was got"])
+        rows["shorter waves*"] = [*apart[:3], f"not in the total: {apart[3]}"]
+    table = pd.DataFrame.from_dict(rows, orient="index", columns=["error [%]", "± [%]", "change [%]", "how it was got"])
     table.index.name = "entry"
     return table
 

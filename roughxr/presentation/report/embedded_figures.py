@@ -163,8 +163,9 @@ def _rolls_off(run: Run):
 _BUDGET = _Drawing(
     ("statistics/error_budget",),
     lambda run: figures.error_budget(run["statistics/error_budget"]),
-    "By how much the mean pull-off may be off, and from what: one standard deviation each. *: by how much it would "
-    "change if the roughness went on for another octave; not in the total, which is for the surface as scanned.",
+    "By how much the mean pull-off may be off, and from what: one standard deviation each, known to ± one standard "
+    "error, with the sign of the change that it is; of what is known to be off, half is left once it is taken off. *: "
+    "the change if the roughness went on for another octave; not in the total, which is for the surface as scanned.",
 )
 
 _DRAWINGS = {
