@@ -8,7 +8,15 @@ from matplotlib.figure import Figure
 import roughxr
 from roughxr.files import archive
 from roughxr.presentation import figures, report
-from roughxr.studies.sensitivities import SIMULATED, budget_of, changes_of, cut_off_waves, error_budget, sensitivity
+from roughxr.studies.sensitivities import (
+    SIMULATED,
+    budget_of,
+    changes_of,
+    cut_off_waves,
+    error_budget,
+    sensitivity,
+    simulated,
+)
 from roughxr.studies.sensitivities.simulated import change_of
 
 QUICK = {"law": "exponential", "mesh": roughxr.Mesh(1, step=0.8)}
@@ -139,6 +147,17 @@ def test_places_are_added_until_the_total_is_known_to_a_quarter_of_itself(rough)
     where = {"subregions": at.to_dataset(), "settings": {"surface energy": [0.3]}}
     alone = sensitivity(rough, method="adhesive", **where, **QUICK)
     np.testing.assert_allclose(alone.pull_off_force.isel(case=1), at, rtol=1e-12)
+
+
+def test_what_a_run_has_solved_on_the_finer_mesh_is_not_solved_again(rough, monkeypatch):
+    mesh = roughxr.Mesh(1, None, 0.8)
+    every = roughxr.adhesive(rough, subregions=(3, 2), law="exponential", mesh=mesh)
+    some = every.isel(subregion=[0, 2, 3, 5])
+    finer = roughxr.adhesive(rough, subregions=some, law="exponential", mesh=roughxr.Mesh(2, None, 0.4))
+    monkeypatch.setattr(simulated, "pull_offs", None)
+    found = changes_of(rough, every, most=4, preload=0.0, mesh=mesh, settings={"mesh": [2]}, finer=finer)
+    shift = float(finer.pull_off_force.mean() / some.pull_off_force.mean()) - 1
+    assert float(found.pull_off_change[1]) == pytest.approx(shift, rel=1e-12) and int(found.places[1]) == 4
 
 
 def test_the_budget_computes_the_mean_that_the_simulation_does(rough):

@@ -306,7 +306,9 @@ def _as_columns(entries: Mapping[str, _Entry]) -> xr.Dataset:
         "missing_places": [entry.missing for entry in entries.values()],
         "how": [entry.how for entry in entries.values()],
     }
-    return xr.Dataset({name: ("entry", values) for name, values in columns.items()}, {"entry": list(entries)})
+    out = xr.Dataset({name: ("entry", values) for name, values in columns.items()}, {"entry": list(entries)})
+    out["standard_error"].attrs["units"] = "1"
+    return out
 
 
 def _sampling(force: xr.DataArray) -> _Entry:

@@ -133,6 +133,7 @@ class Comparison:
         }
         out = xr.Dataset({name: ("case", values) for name, values in told.items()}, self.way.places.coords)
         out = out.assign(pull_off_force=(("case", "subregion"), force))
+        out["standard_error"].attrs["units"] = "1"
         out = out.assign_coords(setting=("case", [plan.words for plan in self.plans]))
         ds = self.cases[0].ds
         out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
