@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -131,11 +132,11 @@ def budget_table(run: Run) -> pd.DataFrame:
     {'work of adhesion': 3.0, 'mesh and step': 4.0, 'all of these': 5.0, 'shorter waves*': 10.0}
     """
     budget = run[BUDGET]
-    numbers = (100 * budget[name].values for name in ("relative_error", "standard_error", "pull_off_change"))
+    numbers = (list(map(_percent, budget[name])) for name in ("relative_error", "standard_error", "pull_off_change"))
     rows = {str(name): row for name, *row in zip(budget["entry"].values, *numbers, budget["how"].values)}
     apart = rows.pop("shorter waves", None)
-    error, own = (100 * float(budget[name]) for name in ("total_error", "total_standard_error"))
-    shift = 100 * (float(budget["pull_off_corrected"] / budget["pull_off_mean"]) - 1)
+    error, own = (_percent(budget[name]) for name in ("total_error", "total_standard_error"))
+    shift = _percent(budget["pull_off_corrected"] / budget["pull_off_mean"] - 1)
     words = f"root of the sum of squares of what was computed. {budget.attrs.get('decided', '')}".strip()
     rows["all of these"] = [error, own, shift, words]
     if apart is not None:
@@ -143,6 +144,11 @@ def budget_table(run: Run) -> pd.DataFrame:
     table = pd.DataFrame.from_dict(rows, orient="index", columns=["error [%]", "± [%]", "change [%]", "how it was got"])
     table.index.name = "entry"
     return table
+
+
+def _percent(part: Any) -> float:
+    """Return a part in per cent, to three digits: it is known to no more."""
+    return float(f"{100 * float(part):.3g}")
 
 
 def resolution(run: Run) -> list[str]:

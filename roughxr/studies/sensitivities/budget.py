@@ -366,7 +366,7 @@ def _of_short_waves(scales: xr.Dataset | None) -> _Entry:
     least, own = force.isel(shortest_kept=0), force.sel(shortest_kept=shown, method="nearest")
     found = change_of(least.values, own.values, shares(scales).values)
     wave, missing = float(least["shortest_kept"]), scales.sizes["subregion"] - found.places
-    words = f"its spectrum continued from {shown:.3g} down to {wave:.3g} nm, {scales.sizes['seed']} surfaces"
+    words = f"its spectrum continued from {shown:.3g} down to {wave:.3g} nm, surfaces drawn: {scales.sizes['seed']}"
     return _Entry(found, f"{words}; {_count(found.places, missing)}", missing)
 
 
