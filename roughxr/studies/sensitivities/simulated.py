@@ -197,6 +197,8 @@ def _asked(case: Case, ask: _Ask, base: _Ask, way: Simulation) -> tuple[_Ask, _A
         beside = base._replace(cells=way.meshes)
         return beside._replace(cells=case.value * way.meshes, step=base.step / case.value), beside
     if case.factor == "preload":
+        if not np.isfinite(way.pull):
+            raise ValueError("no place pulls in the base case")
         return ask._replace(preload=base.preload + case.value * way.pull), base
     if case.factor == "range of adhesion" and way.law == "griffith":
         raise ValueError("this law, Griffith's limit, has no range")
