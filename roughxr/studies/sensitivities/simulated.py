@@ -8,7 +8,7 @@ be solved on small cells: a case that needs smaller ones gets them, and the base
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -106,50 +106,46 @@ class Comparison:
 
     def told(self) -> xr.Dataset:
         """Return the results of each case along ``case``, at those places where any is solved."""
-        places, weight = range(self.way.meshes.size), shares(self.way.places).values
-        force, base = (
-            np.array([[self._pull(plan[side], place) for place in places] for plan in self.plans]) for side in (2, 3)
-        )
-        tried = np.array([[self._is_tried(plan, place) for place in places] for plan in self.plans])
-        found = [change_of(*pulls, weight) for pulls in zip(force, base)]
-        means = [
-            np.average(one[known], weights=weight[known]) if (known := np.isfinite(one)).any() else np.nan
-            for one in force
-        ]
-        none = "no place could be followed in both cases"
-        reasons = [plan.reason or none * (not change.places) for plan, change in zip(self.plans, found)]
-        told = {
-            "pull_off_mean": means,
-            "pull_off_std": [np.nanstd(one, ddof=1) if np.isfinite(one).sum() > 1 else np.nan for one in force],
-            "pull_off_median": [np.nanmedian(one) if np.isfinite(one).any() else np.nan for one in force],
-            "pull_off_change": [change.value for change in found],
-            "standard_error": [change.error for change in found],
-            "places": [change.places for change in found],
-            "missing_places": [int(some.sum()) - change.places for some, change in zip(tried, found)],
-            "refinement": [
-                int(plan.changed.cells.max()) if plan.changed else self.way.mesh.refine for plan in self.plans
-            ],
-            "reason": reasons,
-        }
-        out = xr.Dataset({name: ("case", values) for name, values in told.items()}, self.way.places.coords)
-        out = out.assign(pull_off_force=(("case", "subregion"), force))
+        found, weight = [self._at_places(plan) for plan in self.plans], shares(self.way.places).values
+        rows = [_row(plan, *pulls, weight) for plan, pulls in zip(self.plans, found)]
+        out = xr.Dataset({name: ("case", [row[name] for row in rows]) for name in rows[0]}, self.way.places.coords)
         out["standard_error"].attrs["units"] = "1"
+        out = out.assign(pull_off_force=(("case", "subregion"), np.array([force for force, *_ in found])))
         out = out.assign_coords(setting=("case", [plan.words for plan in self.plans]))
         ds = self.cases[0].ds
         out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
         out.attrs = {"law": self.way.law, "preload_nN": self.way.preload}
-        return out.isel(subregion=np.flatnonzero(tried.any(axis=0)))
+        return out.isel(subregion=np.flatnonzero(np.any([tried for *_, tried in found], axis=0)))
+
+    def _at_places(self, plan: _Plan) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return a case's pull-offs and the base's beside it, and where both are solved, be it in vain."""
+        count = self.way.meshes.size
+        if plan.changed is None:
+            return np.full(count, np.nan), np.full(count, np.nan), np.zeros(count, bool)
+        keys = [[ask.key(place) for place in range(count)] for ask in plan[2:]]
+        force, base = (np.array([self.pulls.get(key, np.nan) for key in some]) for some in keys)
+        return force, base, np.array([all(key in self.pulls for key in both) for both in zip(*keys)])
 
     def known_at(self, k: int) -> int:
         """Return the number of places at which a case and the base beside it are solved."""
-        return sum(self._is_tried(self.plans[k], place) for place in range(self.way.meshes.size))
+        return int(self._at_places(self.plans[k])[2].sum())
 
-    def _pull(self, ask: _Ask | None, place: int) -> float:
-        return self.pulls.get(ask.key(place), np.nan) if ask else np.nan
 
-    def _is_tried(self, plan: _Plan, place: int) -> bool:
-        """Return whether a case and the base beside it are solved at a place, be it in vain."""
-        return all(ask is not None and ask.key(place) in self.pulls for ask in plan[2:])
+def _row(plan: _Plan, force: np.ndarray, base: np.ndarray, tried: np.ndarray, weight: np.ndarray) -> dict[str, Any]:
+    """Return the results of one case; NaN, and the reason, where it cannot be computed."""
+    change, known = change_of(force, base, weight), np.isfinite(force)
+    none = "" if change.places else "no place could be followed in both cases"
+    return {
+        "pull_off_mean": np.average(force[known], weights=weight[known]) if known.any() else np.nan,
+        "pull_off_std": force[known].std(ddof=1) if known.sum() > 1 else np.nan,
+        "pull_off_median": np.median(force[known]) if known.any() else np.nan,
+        "pull_off_change": change.value,
+        "standard_error": change.error,
+        "places": change.places,
+        "missing_places": int(tried.sum()) - change.places,
+        "refinement": int(plan.changed.cells.max()) if plan.changed else 0,
+        "reason": plan.reason or none,
+    }
 
 
 def change_of(force: np.ndarray, base: np.ndarray, weight: np.ndarray) -> Change:
