@@ -560,10 +560,10 @@ def _add_budget(command) -> None:
     command.add_argument(
         "--budget",
         type=int,
-        default=4,
+        default=16,
         metavar="PLACES",
-        help="number of places at which the simulation with adhesion is repeated for the error budget; 0: no budget; "
-        "default: %(default)s",
+        help="most places at which the simulation with adhesion is repeated under each change of the error budget; 0: "
+        "no budget; default: %(default)s",
     )
 
 

@@ -42,8 +42,12 @@ def test_the_estimate_lies_below_the_scan_and_inside_its_interval(surface, found
     shown = roughxr.adhesive(surface, subregions=(2, 2), law="exponential", mesh=2).pull_off_force
     assert float(found.pull_off_lower) < float(found.pull_off_mean) < float(shown.mean())
     assert float(found.pull_off_mean) == pytest.approx(float(found.pull_off_force.mean()))
-    log_width = np.log(float(found.pull_off_upper / found.pull_off_lower)) / (2 * 1.96)
-    assert log_width == pytest.approx(float(np.sqrt((found.relative_error**2).sum())))
+    below, above = (abs(np.log(float(found[f"pull_off_{end}"] / found.pull_off_mean))) for end in ("lower", "upper"))
+    assert below == pytest.approx(1.96 * float(np.sqrt((found.relative_error**2).sum())))
+    other = 1.96 * found.relative_error.drop_sel(entry=["spectrum", "shorter waves"])
+    waves = found.scale_pull_off.sortby("shortest_kept").values
+    took = np.log(waves[-1] / waves[0])
+    assert above <= np.hypot(float(np.sqrt((other**2).sum())), took) * (1 + 1e-9) and above < below
     assert {"spectrum", "range of adhesion", "places", "seeds"} <= set(found.entry.values)
     assert float(found.shortest_wavelength) == 8 and found.pull_off_force.dims == ("subregion", "seed")
     assert found.scale_pull_off.values[0] > found.scale_pull_off.values[-1]

@@ -8,7 +8,16 @@ from matplotlib.figure import Figure
 import roughxr
 from roughxr.files import archive
 from roughxr.presentation import figures, report
-from roughxr.studies.sensitivities import SIMULATED, budget_of, cut_off_waves, error_budget, sensitivity
+from roughxr.studies.sensitivities import (
+    SIMULATED,
+    budget_of,
+    changes_of,
+    cut_off_waves,
+    error_budget,
+    sensitivity,
+    simulated,
+)
+from roughxr.studies.sensitivities.simulated import change_of
 
 QUICK = {"law": "exponential", "mesh": roughxr.Mesh(1, step=0.8)}
 
@@ -27,10 +36,17 @@ def rough():
     return roughxr.assign_pair(surface, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.2)
 
 
+TRIED = {"mesh": [2], "surface energy": [0.9, 1.1], "modulus": [1.0], "tip radius": [-1.0]}
+
+
+@pytest.fixture(scope="module")
+def solved(rough):
+    return roughxr.adhesive(rough, subregions=(2, 1), **QUICK)
+
+
 @pytest.fixture(scope="module")
 def changes(rough):
-    tried = {"mesh": [2], "surface energy": [0.9, 1.1], "modulus": [1.0], "tip radius": [-1.0]}
-    return sensitivity(rough, method="adhesive", subregions=(2, 1), settings=tried, **QUICK)
+    return sensitivity(rough, method="adhesive", subregions=(2, 1), settings=TRIED, **QUICK)
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +55,8 @@ def scales(rough):
 
 
 @pytest.fixture(scope="module")
-def budget(rough, changes, scales):
-    return budget_of(rough, changes, scales)
+def budget(rough, solved, changes, scales):
+    return budget_of(rough, solved, changes, scales)
 
 
 def change(found, factor, setting):
@@ -83,21 +99,94 @@ def test_entries_are_the_tornados_longest_bars(budget, changes):
     longest = max(abs(change(changes, "surface energy", f"× {factor}")) for factor in (0.9, 1.1))
     assert float(budget.relative_error.sel(entry="work of adhesion")) == longest
     mesh = changes.isel(case=int(np.flatnonzero(changes.factor == "mesh")[0]))
-    assert float(budget.relative_error.sel(entry="mesh")) == abs(float(mesh.pull_off_change))
+    assert float(budget.pull_off_change.sel(entry="mesh")) == float(mesh.pull_off_change)
     at_all = changes.pull_off_force.isel(case=0).mean()
     assert float(mesh.pull_off_mean / at_all - 1) == pytest.approx(float(mesh.pull_off_change), rel=1e-9)
 
 
-def test_sampling_follows_the_interval_of_all_places(rough, changes):
+def test_a_known_bias_is_taken_off_the_mean_and_half_of_it_stays(rough, solved, budget):
+    mesh = budget.sel(entry="mesh")
+    finer = roughxr.adhesive(rough, subregions=(2, 1), law="exponential", mesh=roughxr.Mesh(2, step=0.4))
+    assert float(budget.pull_off_mean) == pytest.approx(float(solved.pull_off_force.mean()), rel=1e-12)
+    assert float(budget.pull_off_corrected) == pytest.approx(float(finer.pull_off_force.mean()), rel=1e-6)
+    assert budget.known_bias.to_series().loc[lambda one: one].index.tolist() == ["mesh"]
+    own = float(mesh.standard_error)
+    assert float(mesh.relative_error) == pytest.approx(np.hypot(float(mesh.pull_off_change) / 2, own), rel=1e-12)
+
+
+def test_an_entry_knows_how_well_it_is_known_and_by_how_many_places():
+    """The standard error of a ratio of means is that of many draws of the places."""
+    random = np.random.default_rng(3)
+    base = random.lognormal(5, 0.5, (4000, 12))
+    force = base * random.normal(0.8, 0.2, base.shape)
+    found = [change_of(*one, np.ones(12)) for one in zip(force, base)]
+    scatter = np.std([one.value for one in found])
+    assert np.sqrt(np.mean([one.error**2 for one in found])) == pytest.approx(scatter, rel=0.1)
+    assert np.mean([one.value for one in found]) == pytest.approx(-0.2, abs=0.005)
+    force[0, [1, 4]] = np.nan
+    assert change_of(force[0], base[0], np.ones(12)).places == 10
+    none = change_of(force[0][[1, 4]], base[0][[1, 4]], np.ones(2))
+    assert none.places == 0 and np.isnan(none.value)
+
+
+def test_places_are_added_until_the_total_is_known_to_a_quarter_of_itself(rough):
+    """Where one change alone decides, it is solved at more places, and the others are not."""
+    options = {"mesh": roughxr.Mesh(1, None, 0.8), "preload": 0.0}
+    every = roughxr.adhesive(rough, subregions=(4, 4), law="exponential", mesh=options["mesh"])
+    tried = {"surface energy": [0.3], "modulus": [1.0]}
+    some = changes_of(rough, every, most=16, settings=tried, **options)
+    told = budget_of(rough, every, some, None)
+    known = float(told.total_standard_error / told.total_error)
+    counts = dict(zip(some.factor.values.tolist(), some.places.values.tolist()))
+    assert (known <= 0.25) or counts["surface energy"] == 16
+    assert counts["modulus"] == 4 and counts["surface energy"] >= 4
+    assert "The total is known to" in told.attrs["decided"]
+    few = changes_of(rough, every, most=2, settings=tried, **options)
+    assert few.places.values[1:].max() == 2
+    at = few.pull_off_force.isel(case=1).dropna("subregion")
+    where = {"subregions": at.to_dataset(), "settings": {"surface energy": [0.3]}}
+    alone = sensitivity(rough, method="adhesive", **where, **QUICK)
+    np.testing.assert_allclose(alone.pull_off_force.isel(case=1), at, rtol=1e-12)
+
+
+def test_what_a_run_has_solved_on_the_finer_mesh_is_not_solved_again(rough, monkeypatch):
+    mesh = roughxr.Mesh(1, None, 0.8)
+    every = roughxr.adhesive(rough, subregions=(3, 2), law="exponential", mesh=mesh)
+    some = every.isel(subregion=[0, 2, 3, 5])
+    finer = roughxr.adhesive(rough, subregions=some, law="exponential", mesh=roughxr.Mesh(2, None, 0.4))
+    monkeypatch.setattr(simulated, "pull_offs", None)
+    found = changes_of(rough, every, most=4, preload=0.0, mesh=mesh, settings={"mesh": [2]}, finer=finer)
+    shift = float(finer.pull_off_force.mean() / some.pull_off_force.mean()) - 1
+    assert float(found.pull_off_change[1]) == pytest.approx(shift, rel=1e-12) and int(found.places[1]) == 4
+
+
+def test_the_budget_computes_the_mean_that_the_simulation_does(rough):
+    options = {"subregions": (2, 1), "law": "exponential"}
+    found = error_budget(rough, places=1, seeds=0, settings={"surface energy": [1.1]}, **options)
+    alone = roughxr.adhesive(rough, **options)
+    assert float(found.pull_off_mean) == float(alone.pull_off_force.mean())
+    assert found.places.sel(entry="work of adhesion") == 1 and "at so few places" in found.attrs["decided"]
+
+
+def test_places_that_cannot_be_followed_are_counted(rough, solved, changes):
+    lost = changes.copy(deep=True)
+    lost["missing_places"][1] = 3
+    told = budget_of(rough, solved, lost, None)
+    assert int(told.missing_places.sel(entry="mesh")) == 3
+    assert "2 places, 3 more could not be followed" in told.how.sel(entry="mesh").item()
+
+
+def test_sampling_follows_the_interval_of_all_places(rough, solved, changes):
     values = np.random.default_rng(1).normal(10, 2, 36)
     grid = roughxr.scans.regions.centres(rough, (6, 6))
-    solved = xr.Dataset({"pull_off_force": ("subregion", values)}, coords=grid.coords)
-    found = budget_of(rough, changes, None, pulls=solved.pull_off_force)
+    like = solved.isel(subregion=[0] * 36).drop_vars(["subregion", "subregion_x", "subregion_y"])
+    solved = like.assign(pull_off_force=("subregion", values)).assign_coords(grid.coords)
+    found = budget_of(rough, solved, changes, None)
     sampling = float(found.relative_error.sel(entry="sampling"))
     ends = roughxr.bootstrap(solved, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
     assert sampling == pytest.approx(float(ends.high - ends.low) / 4 / values.mean(), rel=1e-12)
     assert float(found.pull_off_mean) == pytest.approx(values.mean())
-    one = budget_of(rough, changes, None, pulls=solved.pull_off_force.isel(subregion=[0]))
+    one = budget_of(rough, solved.isel(subregion=[0]), changes, None)
     assert "it takes two places" in one.how.sel(entry="sampling").item()
 
 
@@ -140,6 +229,8 @@ def test_bars_stand_for_entries_and_words_for_what_is_missing(budget, changes, s
     finite = int(np.isfinite(budget.relative_error).sum())
     assert len(ax.patches) == finite + 1
     assert [text.get_text() for text in ax.texts].count("not computed") == budget.sizes["entry"] - finite
+    told = dict(zip(budget.entry.values.tolist(), (text.get_text() for text in ax.texts)))
+    assert told["mesh"].endswith("taken off") and told["work of adhesion"][0] in "+−" and "±" in told["sampling"]
     widths = [bar.get_width() for bar in ax.patches]
     assert widths[-1] == pytest.approx(100 * float(budget.relative_error.sel(entry="shorter waves")))
     labels = [tick.get_text() for tick in figures.tornado(changes, ax=Figure().subplots()).get_yticklabels()]
@@ -159,8 +250,7 @@ def test_saved_figures_hold_their_words_whole(budget, changes, scales):
         assert ax.xaxis.label.get_fontsize() == figures.style.TEXT
 
 
-def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, budget, scales):
-    solved = roughxr.adhesive(rough, subregions=(2, 1), **QUICK)
+def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, budget, scales):
     run = {"scan": rough, "solutions/adhesive": solved, "statistics/adhesive": roughxr.pull_off(solved)}
     run |= {"statistics/error_budget": budget, "statistics/shorter_waves": scales}
     words = report.headline(run)
@@ -168,6 +258,8 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, budget, s
     assert "does not resolve roughness finer than" in words and "of the pull-off from a smooth flat" in words
     table = report.budget_table(run)
     assert table.index[-1] == "shorter waves*" and "all of these" in table.index
+    assert table["change [%]"]["shorter waves*"] < 0 and table["± [%]"]["work of adhesion"] >= 0
+    assert budget.attrs["decided"] in table["how it was got"]["all of these"]
     blurred = budget.assign(contact_radius_pixels=0.7).assign_attrs(resolved="At pull-off … 0.7 pixels …")
     assert any("0.7 pixels" in said for said in report.cautions(run | {"statistics/error_budget": blurred}))
     assert report.headline({"scan": rough}) == ""

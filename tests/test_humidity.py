@@ -357,13 +357,15 @@ def test_sensitivity_and_budget_know_humidity_and_contact_angles(humid):
     assert drier < base < wetter and less < base
     at = humid.assign_coords(liquid.at_humidity(humid, 0.6)).contact.pull_off_map(subregions=(2, 2))
     assert wetter == pytest.approx(float(at.pull_off_force.mean()), rel=0.02)
-    budget = humid.contact.error_budget(places=1, seeds=0, settings=changed)
+    budget = humid.contact.error_budget(places=1, seeds=0, settings=changed, mesh=roughxr.Mesh(accuracy=None))
     rises = [humid.assign_coords(liquid.at_humidity(humid, one)) for one in (0.5, 0.6)]
     options = {"subregions": regions.sample(regions.centres(humid), 1), "mesh": roughxr.Mesh(accuracy=None)}
     low, high = (float(one.contact.adhesive(**options).pull_off_force[0]) for one in rises)
     assert float(budget.relative_error.sel(entry="humidity")) >= (high / low - 1) * 0.98
     thin = humid.contact.rigid(delta=[0.0]).meniscus_error
-    assert float(budget.relative_error.sel(entry="thin menisci")) == pytest.approx(float(thin[0]), rel=1e-6)
+    assert float(budget.pull_off_change.sel(entry="thin menisci")) == pytest.approx(-float(thin[0]), rel=1e-6)
+    assert float(budget.relative_error.sel(entry="thin menisci")) == pytest.approx(0.5 * float(thin[0]), rel=1e-6)
+    assert float(budget.pull_off_corrected) == pytest.approx(float(budget.pull_off_mean * (1 - thin[0])), rel=1e-6)
     with pytest.raises(ValueError, match="settings: expected a humid pair for 'humidity'"):
         humid.contact.assign_pair(sphere_radius=3000, materials="glass").contact.sensitivity(settings=changed)
 

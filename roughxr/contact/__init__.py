@@ -7,6 +7,7 @@ problem         specimen and options -> plain numbers, and the surface at each c
 solving         one problem solved at every centre
 elastic         `direct`: the half space without adhesion, at displacements or loads
 adhesion        `adhesive`: the half space with adhesion, through loading and retraction; cycle, one place of it
+many_cases      pull-offs of surfaces, pairs and meshes that differ a little, all in one batch
 rigid_bodies    `rigid`: bodies too stiff to deform; rigid_attraction, rigid_places and rigid_map, its parts
 menisci         condensed liquid between them: drawn off fast, and the error of thin menisci
 regimes         `regime`, `formulas`: the recommended model, and the usual formulas

@@ -96,6 +96,9 @@ _EXTRAPOLATED = ("force", "contact_area", "energy", "dissipated")
 #: many standard deviations of the heights.
 _ROUGH_DEPTH = 4.0
 
+#: The cells are the scan's pixels.
+_AS_SCANNED = Mesh(1, None)
+
 
 @verb
 def adhesive(
@@ -241,7 +244,7 @@ def adhesive(
         adhesion,
         name="adhesive",
         positions=positions,
-        reach=_reach(specimen, problem, adhesion),
+        reach=reach_of(specimen, problem, adhesion),
         fields=fields,
     )
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
@@ -272,16 +275,20 @@ def _adhesion_of(law, *, preloads, mesh: Mesh, cycles) -> Adhesion:
     return found
 
 
-def settling(ds: xr.Dataset | Specimen, *, preload: Any = 0.0, step: float = 0.25) -> tuple[Problem, Adhesion]:
-    """Return how the indenter is followed to a preload (nN) and off again under the exponential law.
+def settling(
+    ds: xr.Dataset | Specimen, *, preload: Any = 0.0, law: str = "exponential", mesh: Mesh = _AS_SCANNED
+) -> tuple[Problem, Adhesion]:
+    """Return how the indenter is followed to a preload (nN) and off again on one mesh.
 
     The one displacement of the problem is the depth (nm beyond first contact) down to which the preload is looked for.
     """
     specimen = specimen_of(ds)
-    law = _law(specimen, "exponential")
-    adhesion = _adhesion_of(law, preloads=_preloads(preload), mesh=Mesh(1, None, step), cycles=1)
+    adhesion = _adhesion_of(_law(specimen, law), preloads=_preloads(preload), mesh=mesh, cycles=1)
     depth = [_settling_depth(specimen, adhesion)]
-    return read_problem(specimen, specimen.centres(None), delta=depth, datum="first_contact"), adhesion
+    how = {"delta": depth, "datum": "first_contact", "refine": adhesion.refine}
+    problem = read_problem(specimen, specimen.centres(None), **how)
+    _need_resolved_law(adhesion, problem)
+    return problem, adhesion
 
 
 def _law(specimen: Specimen, law: str) -> dict[str, Any]:
@@ -381,7 +388,7 @@ def _need_one_mesh(specimen: Specimen, problem: Problem, adhesion: Adhesion, by_
     need_heights(specimen, problem)
 
 
-def _reach(specimen: Specimen, problem: Problem, adhesion: Adhesion) -> float:
+def reach_of(specimen: Specimen, problem: Problem, adhesion: Adhesion) -> float:
     """Return the half-width (nm) of the windows: the overlap, and as far as adhesion draws the surface up."""
     if problem.indenter.map:
         return problem.indenter.reach(np.inf)

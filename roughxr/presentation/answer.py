@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import xarray as xr
 
@@ -72,6 +74,23 @@ def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> tuple[xr.Dat
     out["places"].attrs = {"units": "1", "long_name": "number of places that pull"}
     out["mesh_error"].attrs = {"units": "1", "long_name": "relative error by mesh and step, median"}
     return schema.record(schema.label(out), "answer", pull), _in_words(told, force.size, pull)
+
+
+def best_estimate(run: Mapping[str, xr.Dataset]) -> tuple[float, float, float] | None:
+    """Return a run's mean pull-off with the roughness below the scan, and the ends of its interval, nN.
+
+    None where the run did not look for it, or found that it cannot be known.
+
+    Examples
+    --------
+    >>> best_estimate({}) is None
+    True
+    """
+    if "statistics/continued" not in run:
+        return None
+    found = run["statistics/continued"]
+    mean, lower, upper = (float(found[f"pull_off_{name}"]) for name in ("mean", "lower", "upper"))
+    return (mean, lower, upper) if np.isfinite(mean) else None
 
 
 def _refuse_several(force: xr.DataArray):

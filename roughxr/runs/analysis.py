@@ -53,7 +53,7 @@ from ..scans import level, regions, roughness
 from ..statistics import pull_off
 from ..studies.continuation import continued, not_continued
 from ..studies.parameter_grid import vary
-from ..studies.sensitivities import budget_of, cut_off_waves, sensitivity
+from ..studies.sensitivities import budget_of, changes_of, cut_off_waves
 from ..studies.short_waves import quietly
 from ..vocabulary import schema
 from ..vocabulary.numbers import interval, quantity
@@ -101,7 +101,7 @@ class Plan(NamedTuple):
     mesh: Mesh = _MESH
     checked: int = 4  # places also solved on a mesh twice as fine with half the steps
     continued: int = 16  # places at which the roughness is continued below the scan; 0: none
-    budget: int = 4  # places solved again under each change of the error budget; 0: no budget
+    budget: int = 16  # most places solved again under each change of the error budget; 0: no budget
 
 
 #: The stages of a run, in words.
@@ -148,7 +148,7 @@ def run(
     law: str = "auto",
     mesh: Mesh | int | str = "auto",
     levelling: str = "plane",
-    budget: int = 4,
+    budget: int = 16,
 ) -> dict[str, xr.Dataset]:
     """Analyse a scan, and write archive, figures and tables; called again after an interruption, it resumes.
 
@@ -178,7 +178,7 @@ def run(
     levelling : {"plane", "quadratic", "none"}
         What is subtracted from the scan first.
     budget : int
-        Number of places at which each change of the error budget is simulated; 0: no budget.
+        Most places at which each change of the error budget is simulated; 0: no budget.
 
     Returns
     -------
@@ -314,7 +314,7 @@ def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> dict[str, 
         say("rolling")
         groups |= _coming_off(suited, options, groups)
     if plan.budget and "solutions/adhesive" in groups:
-        groups |= _error_budget(specimen, plan, groups["solutions/adhesive"], say)
+        groups |= _error_budget(specimen, plan, groups, say)
     return groups
 
 
@@ -346,23 +346,27 @@ def _wide(plan: Plan, specimen: Specimen) -> np.ndarray:
 
 
 def _of_budget(plan: Plan, place: float) -> dict[str, float]:
-    """Return about how long the error budget takes, s, where a place takes so long: 14 changes, one on a finer mesh."""
-    return {"budget": 20 * plan.budget * place, "waves": 5.0 + 3 * plan.budget * place}
+    """Return about how long the error budget takes, s, where a place takes so long: twelve changes at a few."""
+    few = min(plan.budget, 4)
+    return {"budget": 14 * few * place, "waves": 5.0 + 3 * few * place}
 
 
-def _error_budget(specimen: Specimen, plan: Plan, solved: xr.Dataset, say: Stages):
+def _error_budget(specimen: Specimen, plan: Plan, groups: dict[str, xr.Dataset], say: Stages):
     """Return the sensitivity of the simulated pull-off, at a few of its places, and its error budget."""
-    preload = float(np.min(plan.preload))
+    solved, preload = groups["solutions/adhesive"], float(np.min(plan.preload))
     mesh = replace(plan.mesh, refine=solved.attrs["refine"], accuracy=None)
-    say("budget", f", {plan.budget} places again under each change")
-    places = regions.sample(specimen.centres(solved), plan.budget)
-    how = {"preload": preload, "law": solved.attrs["law"], "mesh": mesh}
-    changes = sensitivity(specimen.scan, method="adhesive", subregions=places, **how)
+    scan = specimen.scan
+    say("budget", f", up to {plan.budget} places again under each change")
+    how = {"preload": preload, "mesh": mesh}
+    changes = changes_of(scan, solved, most=plan.budget, finer=groups.get("solutions/finer"), **how)
     say("waves")
-    scales = cut_off_waves(specimen.scan, places=plan.budget, subregions=solved, preload=preload)
-    budget = budget_of(specimen.scan, changes, scales, pulls=solved["pull_off_force"])
-    budget = schema.record(budget, "error_budget", specimen.bodies, places=plan.budget, **how)
-    found = {"statistics/error_budget": budget, "statistics/sensitivity": changes}
+    scales = cut_off_waves(scan, places=min(plan.budget, 4), subregions=solved, preload=preload)
+    budget = budget_of(scan, solved, changes, scales)
+    how |= {"law": solved.attrs["law"], "places": plan.budget}
+    found = {
+        "statistics/error_budget": schema.record(budget, "error_budget", scan, **how),
+        "statistics/sensitivity": schema.record(changes, "sensitivity", scan, **how),
+    }
     return found if scales is None else found | {"statistics/shorter_waves": scales}
 
 

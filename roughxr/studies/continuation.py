@@ -93,7 +93,8 @@ def continued(
     Dataset
         ``pull_off_force`` (nN) along (subregion, seed); ``pull_off_mean`` with ``pull_off_lower`` and
         ``pull_off_upper``, its 95 % interval; ``shortest_wavelength`` (nm), the shortest wave that was added;
-        ``converged``; ``relative_error`` along ``entry``, the standard deviations of ln(mean) that the interval holds;
+        ``converged``; ``relative_error`` along ``entry``, the standard deviations of ln(mean) that the interval holds,
+        those of the spectrum and of shorter waves upwards only as far as the surface that the scan shows pulls;
         ``scale_pull_off`` along ``shortest_kept``, the mean at a few places as waves are added. The attributes
         ``known`` and ``assumed`` say so in a sentence each.
 
@@ -309,14 +310,14 @@ def _scatter(forces: np.ndarray, centres: xr.Dataset) -> dict[str, float]:
 
 def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness: str, given) -> xr.Dataset:
     preload, subregions, seeds, end = given
-    mean, spread = _mean(forces, centres), np.exp(1.96 * np.sqrt(np.nansum(np.square(list(entries.values())))))
+    mean, (below, above) = _mean(forces, centres), _spreads(entries, pilot)
     added = rms_of(model.at, model.shown, pilot.waves[-1])
     out = xr.Dataset(
         {
             "pull_off_force": (("subregion", "seed"), forces),
             "pull_off_mean": mean,
-            "pull_off_lower": mean / spread,
-            "pull_off_upper": mean * spread,
+            "pull_off_lower": mean * np.exp(-below),
+            "pull_off_upper": mean * np.exp(above),
             "shortest_wavelength": pilot.waves[-1],
             "converged": pilot.converged,
             "added_rms": added,
@@ -336,6 +337,19 @@ def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness: str, g
     out.attrs = {"known": known, "assumed": assumed, "longest_added": model.shown}
     arguments = {"preload": preload, "subregions": subregions, "seeds": seeds, "shortest": end}
     return schema.record(schema.label(out), "continued", ds, **arguments)
+
+
+def _spreads(entries: dict[str, float], pilot: _Pilot) -> tuple[float, float]:
+    """Return by how much ln(mean) may lie lower, and higher, than it is.
+
+    Where the added waves lowered the mean, other ones below the pixel may lower it as well: it lies higher by no more
+    than they took, and waves that are still missing do not raise it.
+    """
+    spread = {name: 1.96 * value for name, value in entries.items() if np.isfinite(value)}
+    below = float(np.hypot.reduce(list(spread.values())))
+    if (took := float(np.log(pilot.means[0] / pilot.means[-1]))) > 0:
+        spread |= {"spectrum": min(spread["spectrum"], took), "shorter waves": 0.0}
+    return below, float(np.hypot.reduce(list(spread.values())))
 
 
 def _why(pilot: _Pilot, end: float | None) -> str:

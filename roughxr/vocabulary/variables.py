@@ -304,6 +304,11 @@ VARIABLES: dict[str, Variable] = {
     "relative_error": Variable("1", "error of the mean pull-off force", "one standard deviation over the mean"),
     "how": Variable("1", "how it was computed"),
     "total_error": Variable("1", "error of the mean pull-off force, all entries", "root of the sum of squares"),
+    "total_standard_error": Variable("1", "standard error of that"),
+    "known_bias": Variable("1", "the change is a known bias, taken off the mean"),
+    "pull_off_corrected": Variable("nN", "mean pull-off force without known biases"),
+    "places": Variable("1", "places known in both cases"),
+    "missing_places": Variable("1", "places that could not be followed"),
     "contact_radius_pixels": Variable("1", "radius of the smallest contact that matters", "pixels of the scan"),
     # continued below the scan
     "pull_off_lower": Variable("nN", "mean pull-off force, lower end of its 95 % interval"),

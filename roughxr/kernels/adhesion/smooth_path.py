@@ -52,8 +52,8 @@ _MISSED, _LEAST_STEP = 0.005, 1.0 / 64
 #: The same where a smooth curve may have turned: the tangent is an upper bound, and the vertex is solved afterwards.
 _MISSED_IN_A_CURVE = 0.05
 
-#: Steps back over those of loading. Longer ones pass from one branch to another that shorter ones do not meet: places of
-#: the twin then pull off by up to 17 % less with steps of 0.4 nm, on four cells to a pixel.
+#: Steps back over those of loading. Longer ones pass from one branch to another that shorter ones do not meet: places
+#: of the twin then pull off by up to 17 % less with steps of 0.4 nm, on four cells to a pixel.
 _BACK = 0.5
 
 #: Part of a step by which the stiffness of a branch is measured.

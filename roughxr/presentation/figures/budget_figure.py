@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -34,7 +35,7 @@ _OUTSIDE_TOTAL = "shorter waves"
 @styled
 @verb
 def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
-    """Draw the entries of an error budget as bars, in per cent of the mean pull-off, their total below them.
+    """Draw the entries of an error budget as bars with their own errors, in per cent of the mean pull-off.
 
     Parameters
     ----------
@@ -45,29 +46,37 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     Returns
     -------
     Axes
-        In the order of the budget from the top. An entry that was not computed has no bar and says so; the waves that
-        the scan does not show come last, in another colour, since they are not part of the total.
+        In the order of the budget from the top, each with its standard error and the sign of the change that it is,
+        behind a known bias what was taken off the mean; then the total. An entry that was not computed has no bar and
+        says so; the waves that the scan does not show come last, in another colour, since they are not part of the
+        total.
 
     Examples
     --------
     >>> from matplotlib.figure import Figure
-    >>> entries = {"relative_error": ("entry", [0.03, np.nan]), "total_error": 0.03}
-    >>> ax = error_budget(xr.Dataset(entries, {"entry": ["mesh", "step"]}), ax=Figure().subplots())
-    >>> [float(round(bar.get_width(), 6)) for bar in ax.patches], ax.texts[1].get_text()
-    ([3.0, 3.0], 'not computed')
+    >>> values = {"relative_error": [0.03, np.nan], "standard_error": [0.01, np.nan], "known_bias": [False, False]}
+    >>> values |= {"pull_off_change": [-0.03, np.nan]}
+    >>> entries = {name: ("entry", one) for name, one in values.items()}
+    >>> totals = {"total_error": 0.03, "total_standard_error": 0.01}
+    >>> ax = error_budget(xr.Dataset(entries | totals, {"entry": ["modulus", "tip"]}), ax=Figure().subplots())
+    >>> [float(round(bar.get_width(), 6)) for bar in ax.patches], [text.get_text() for text in ax.texts]
+    ([3.0, 3.0], ['−3 ± 1', 'not computed', '3 ± 1'])
     """
-    names = [str(name) for name in ds["entry"].values]
-    values = dict(zip(names, 100 * ds["relative_error"].values))
-    rows = [(name, values[name], BLUE) for name in names if name != _OUTSIDE_TOTAL]
-    rows.append(("all of these", 100 * float(ds["total_error"]), BLACK))
-    if _OUTSIDE_TOTAL in values:
-        rows.append((_words(ds), values[_OUTSIDE_TOTAL], ORANGE))
+    numbers = [100 * ds[name].values for name in ("relative_error", "standard_error", "pull_off_change")]
+    bars = {str(name): _Bar(*told) for name, *told in zip(ds["entry"].values, *numbers, ds["known_bias"].values)}
+    apart = bars.pop(_OUTSIDE_TOTAL, None)
+    rows = [(name, bar, BLUE) for name, bar in bars.items()]
+    rows.append(
+        ("all of these", _Bar(*(100 * float(ds[f"total_{name}"]) for name in ("error", "standard_error"))), BLACK)
+    )
+    if apart is not None:
+        rows.append((_words(ds), apart, ORANGE))
     ax = axes(ax, aspect=0.16 + 0.058 * len(rows))
-    for row, (_, value, color) in enumerate(rows):
-        _bar(ax, row, value, color)
+    for row, (_, bar, color) in enumerate(rows):
+        bar.draw(ax, row, color)
     ax.set_yticks(range(len(rows)), [name for name, *_ in rows])
     ax.set_ylim(len(rows) - 0.5, -0.5)
-    ax.set_xlim(0, 1.22 * max([value for _, value, _ in rows if np.isfinite(value)], default=1.0) or 1.0)
+    ax.set_xlim(0, 1.4 * max([bar.end for _, bar, _ in rows if np.isfinite(bar.value)], default=1.0) or 1.0)
     ax.tick_params(axis="y", length=0)
     ax.spines["left"].set_visible(False)
     ax.set_xlabel("error of the mean pull-off force [%]")
@@ -79,13 +88,40 @@ def _words(ds: xr.Dataset) -> str:
     return f"waves below {shown:.3g} nm*" if np.isfinite(shown) else "shorter waves*"
 
 
-def _bar(ax, row: int, value: float, color: str) -> None:
-    words = "not computed" if not np.isfinite(value) else f"{value:.2g}" if value < 100 else f"{value:.0f}"
-    if np.isfinite(value):
-        ax.barh(row, value, height=0.62, color=color, edgecolor="none")
-    at = value if np.isfinite(value) else 0.0
-    style = {"fontsize": SMALL - 0.5, "va": "center", "textcoords": "offset points"}
-    ax.annotate(words, (at, row), (3, 0), color=BLACK if np.isfinite(value) else GREY, **style)
+class _Bar(NamedTuple):
+    """One entry, in per cent of the mean."""
+
+    value: float
+    error: float
+    change: float = np.nan
+    is_bias: bool = False
+
+    @property
+    def end(self) -> float:
+        return self.value + np.nan_to_num(self.error)
+
+    def draw(self, ax, row: int, color: str) -> None:
+        """Draw the bar with its own error, or say that there is none."""
+        known = np.isfinite(self.value)
+        if known:
+            ax.barh(row, self.value, height=0.62, color=color, edgecolor="none")
+        if known and self.error > 0:
+            ax.plot([max(self.value - self.error, 0.0), self.end], [row, row], color=GREY, linewidth=1.2)
+        style = {"fontsize": SMALL - 0.5, "va": "center", "textcoords": "offset points"}
+        at = self.end if known else 0.0
+        ax.annotate(self._told(), (at, row), (3, 0), color=BLACK if known else GREY, **style)
+
+    def _told(self) -> str:
+        if not np.isfinite(self.value):
+            return "not computed"
+        sign = "" if self.is_bias or not abs(self.change) > 0 else "−" if self.change < 0 else "+"
+        own = f" ± {_number(self.error)}" if np.isfinite(self.error) else ""
+        off = f", {self.change:+.2g} taken off".replace("-", "−") if self.is_bias else ""
+        return f"{sign}{_number(self.value)}{own}{off}"
+
+
+def _number(value: float) -> str:
+    return f"{value:.2g}" if value < 100 else f"{value:.0f}"
 
 
 @styled
@@ -166,7 +202,9 @@ def budget_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]
 
     Examples
     --------
-    >>> budget = xr.Dataset({"relative_error": ("entry", [0.03]), "total_error": 0.03}, {"entry": ["mesh"]})
+    >>> entries = {name: ("entry", [0.03]) for name in ("relative_error", "standard_error", "pull_off_change")}
+    >>> totals = {"known_bias": ("entry", [True]), "total_error": 0.03, "total_standard_error": 0.01}
+    >>> budget = xr.Dataset(entries | totals, {"entry": ["mesh"]})
     >>> [name for name, _ in budget_figures({"statistics/error_budget": budget})]
     ['error-budget']
     """

@@ -15,6 +15,7 @@ from ...scans import regions
 from ...statistics import debris
 from ...vocabulary.numbers import number, quantity
 from ...vocabulary.verbs import verb
+from ..answer import best_estimate
 from .contact_fields import contact_maps
 from .distributions import asperity_statistics, distribution
 from .forces import force_ratio, mean_force, mean_ratio
@@ -291,8 +292,8 @@ def pull_offs(run: Groups, methods: Mapping[str, str], title: str):
         for key, words in methods.items()
         if pulls[key].attrs.get("datum") != "first_contact"  # counted from elsewhere than the others'
     ]
-    if "solutions/continued" in run:
-        forces = [("mean force, best estimate", quantity(float(run["statistics/continued"]["pull_off_mean"]))), *forces]
+    if known := best_estimate(run):
+        forces = [("mean force, best estimate", quantity(known[0])), *forces]
     options = {"shape": (len(methods), 1), "aspect": 0.4 * len(methods), "rows": forces + deltas, "sharex": True}
     figure, axes = run.sheet(title, **options)
     largest = max(float(one["pull_off_force"].max()) for one in pulls.values())

@@ -7,15 +7,17 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from ...vocabulary.numbers import number
+from ...statistics.sampling import by_share
+from ...vocabulary.numbers import number, quantity
 from ...vocabulary.verbs import verb
+from ..answer import best_estimate
 from .contact_fields import field_map
 from .distributions import distribution
 from .maps import contact_grid
 from .style import BLACK, PAGE, TITLE, legend, styled
 
 #: The methods that are drawn, and their labels.
-_METHODS = {"adhesive": "direct simulation with adhesion", "energy": "superposed, least energy"}
+_METHODS = {"adhesive": "simulation, as the scan shows it", "energy": "superposed, least energy"}
 
 
 @styled
@@ -53,13 +55,20 @@ def overview(run: Mapping[str, xr.Dataset]):
     contact = run["solutions/contact"]
     field_map(contact, "pressure", ax=pressure)
     shown = {label: run[f"statistics/{name}"] for name, label in _METHODS.items() if f"statistics/{name}" in run}
-    _pull_offs(shown, pull)
+    _pull_offs({_with_mean(label, ds): ds for label, ds in shown.items()}, pull)
     _best_estimate(run, pull)
     delta = float(contact["delta"][0])
     titles = "The scan and the places", f"How hard it presses, at δ = {number(delta, 'nm')}", "How hard it sticks"
     for ax, title in zip((where, pressure, pull), titles):
         ax.set_title(title, fontsize=TITLE, fontweight="bold", pad=22)
     return figure
+
+
+def _with_mean(label: str, pull: xr.Dataset) -> str:
+    """Return a method's name with its mean; that of the simulation as the scan shows the surface."""
+    force = by_share(pull["pull_off_force"].isel(preload=0) if "preload" in pull.dims else pull["pull_off_force"])
+    mean = float(force.mean())
+    return f"{label}, mean {quantity(mean)}" if np.isfinite(mean) else label
 
 
 def _pull_offs(pulls: Mapping[str, xr.Dataset], ax) -> None:
@@ -77,11 +86,10 @@ def _pull_offs(pulls: Mapping[str, xr.Dataset], ax) -> None:
 
 def _best_estimate(run: Mapping[str, xr.Dataset], ax) -> None:
     """Mark the mean with the roughness below the scan, and its interval, where the run continued it."""
-    estimate = run.get("statistics/continued")
-    if estimate is None or not np.isfinite(estimate["pull_off_mean"]):
+    if (known := best_estimate(run)) is None:
         return
-    mean, *ends = (float(estimate[f"pull_off_{name}"]) for name in ("mean", "lower", "upper"))
-    words = "best estimate of the mean,\nroughness below the scan included"
+    mean, *ends = known
+    words = f"best estimate of the mean, {quantity(mean)}:\nroughness below the scan included"
     style = {"transform": ax.get_xaxis_transform(), "color": BLACK, "zorder": 5}
     ax.plot(ends, [0.04, 0.04], linewidth=1.2, **style)
     ax.plot([mean], [0.04], marker="D", markersize=4, linestyle="none", label=words, **style)

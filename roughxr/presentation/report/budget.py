@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,6 +14,7 @@ from ...statistics import smooth_pull_off
 from ...statistics.sampling import by_share
 from ...vocabulary.numbers import percent, quantity
 from ...vocabulary.verbs import verb
+from ..answer import best_estimate
 
 Run = Mapping[str, xr.Dataset]
 
@@ -58,8 +60,7 @@ def headline(run: Run) -> str:
         f"{part if smooth > 0 else ''}, an upper bound."
     )
     estimate = _as_it_would_be(run)
-    known = "statistics/continued" in run and np.isfinite(float(run["statistics/continued"]["pull_off_mean"]))
-    said = [estimate, bound] if known else [bound, estimate]  # a number before why there is no other
+    said = [estimate, bound] if best_estimate(run) else [bound, estimate]  # a number before why there is no other
     return " ".join(filter(None, [_scan_too_small(run), *said]))
 
 
@@ -68,11 +69,9 @@ def _as_it_would_be(run: Run) -> str:
     if "statistics/continued" not in run:
         return ""
     estimate = run["statistics/continued"]
-    if not np.isfinite(float(estimate["pull_off_mean"])):
+    if (known := best_estimate(run)) is None:
         return str(estimate.attrs["known"])
-    mean, lower, upper = (
-        quantity(float(estimate[name])) for name in ("pull_off_mean", "pull_off_lower", "pull_off_upper")
-    )
+    mean, lower, upper = map(quantity, known)
     settled = "" if bool(estimate["converged"]) else " Shorter waves would still lower it."
     return (
         f"Best estimate, roughness finer than the pixel included: a mean pull-off of {mean} (95 % interval {lower} … "
@@ -106,19 +105,54 @@ def _scan_too_small(run: Run) -> str:
 
 @verb
 def budget_table(run: Run) -> pd.DataFrame:
-    """Return the error budget: error of the mean pull-off in per cent, and how it was computed."""
+    """Return the error budget in per cent of the mean pull-off: each error, how well it is known, and its source.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        With the group ``statistics/error_budget``.
+
+    Returns
+    -------
+    DataFrame
+        One row for each entry, with its error, how well that is known (one standard error), and the change of the mean
+        with its sign; the total comes before those that are not part of it, and its change is what all known biases
+        amount to.
+
+    Raises
+    ------
+    KeyError
+        If the run holds no error budget.
+
+    Examples
+    --------
+    >>> entries = {"relative_error": ("entry", [0.03, 0.04, 0.1]), "how": ("entry", ["known", "solved again", "added"])}
+    >>> names = {"entry": ["work of adhesion", "mesh and step", "shorter waves"]}
+    >>> entries |= {"standard_error": ("entry", [0.01] * 3), "pull_off_change": ("entry", [-0.03, 0.08, -0.1])}
+    >>> total = {"total_error": 0.05, "total_standard_error": 0.01, "pull_off_mean": 10.0, "pull_off_corrected": 10.8}
+    >>> budget_table({BUDGET: xr.Dataset(entries | total, names)})["error [%]"].to_dict()
+    {'work of adhesion': 3.0, 'mesh and step': 4.0, 'all of these': 5.0, 'shorter waves*': 10.0}
+    """
     budget = run[BUDGET]
-    rows = {
-        str(name): (100 * float(value), str(how))
-        for name, value, how in zip(budget["entry"].values, budget["relative_error"].values, budget["how"].values)
-    }
+    numbers = (list(map(_percent, budget[name])) for name in ("relative_error", "standard_error", "pull_off_change"))
+    rows = {str(name): row for name, *row in zip(budget["entry"].values, *numbers, budget["how"].values)}
     apart = rows.pop("shorter waves", None)
-    rows["all of these"] = (100 * float(budget["total_error"]), "root of the sum of squares of what was computed")
+    error, own = (_percent(budget[name]) for name in ("total_error", "total_standard_error"))
+    shift = _percent(budget["pull_off_corrected"] / budget["pull_off_mean"] - 1)
+    words = f"root of the sum of squares of what was computed. {budget.attrs.get('decided', '')}".strip()
+    rows["all of these"] = [error, own, shift, words]
     if apart is not None:
-        rows["shorter waves*"] = (apart[0], f"not in the total: {apart[1]}")
-    table = pd.DataFrame.from_dict(rows, orient="index", columns=["error [%]", "how it was computed"])
+        rows["shorter waves*"] = [*apart[:3], f"not in the total: {apart[3]}"]
+    table = pd.DataFrame.from_dict(
+        rows, orient="index", columns=["error [%]", "± [%]", "change [%]", "how it was computed"]
+    )
     table.index.name = "entry"
     return table
+
+
+def _percent(part: Any) -> float:
+    """Return a part in per cent, to three digits: it is known to no more."""
+    return float(f"{100 * float(part):.3g}")
 
 
 def resolution(run: Run) -> list[str]:

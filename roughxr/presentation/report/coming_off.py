@@ -14,6 +14,7 @@ from ...detachment.loads import AIR_DENSITY
 from ...statistics.sampling import shares
 from ...vocabulary.numbers import quantity
 from ...vocabulary.verbs import verb
+from ..answer import best_estimate
 
 Run = Mapping[str, xr.Dataset]
 
@@ -65,7 +66,7 @@ def moments_of(run: Run, method: str | None = None) -> xr.Dataset:
 
 def leading(run: Run) -> str:
     """Return the method of a run's best estimate: the roughness continued below the scan, or as scanned."""
-    return "continued" if "solutions/continued" in run else "adhesive"
+    return "continued" if best_estimate(run) else "adhesive"
 
 
 def _as_continued(held: xr.Dataset, run: Run) -> xr.Dataset:

@@ -163,7 +163,8 @@ def _rolls_off(run: Run):
 _BUDGET = _Drawing(
     ("statistics/error_budget",),
     lambda run: figures.error_budget(run["statistics/error_budget"]),
-    "Error of the mean pull-off by source, one standard deviation each. *: change if the roughness continued for "
+    "Error of the mean pull-off by source, one standard deviation each, ± its standard error; the sign is that of the "
+    "change. A known bias is taken off, and half of it stays as its error. *: change if the roughness continued for "
     "another octave below the scan; not part of the total, which is for the surface as scanned.",
 )
 

@@ -12,6 +12,7 @@ from ... import statistics
 from ...vocabulary import schema
 from ...vocabulary.numbers import number, prefixed
 from ...vocabulary.verbs import verb
+from ..answer import best_estimate
 
 #: The main numbers of pull-off: words, variable, statistic.
 _PULL_OFF = (
@@ -32,8 +33,9 @@ def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> 
     rows = {}
     flags = flagged(run)
     pull = _pull_off(run, method or ("adhesive" if "statistics/adhesive" in run else "energy"))
-    if "solutions/continued" in run:
-        rows["pull-off force, mean, best estimate [nN]", PLACES[0]] = _best(run["statistics/continued"], run)
+    if known := best_estimate(run):
+        count = float(run["solutions/continued"].sizes["subregion"])  # its interval is no bootstrap's
+        rows["pull-off force, mean, best estimate [nN]", PLACES[0]] = [*known, np.nan, np.nan, count]
     for words, name, what in _PULL_OFF if pull is not None else ():
         if name not in pull:
             continue
@@ -51,12 +53,6 @@ def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> 
     table = pd.DataFrame.from_dict(rows, orient="index", columns=_COLUMNS)
     table.index = pd.MultiIndex.from_tuples(rows, names=["quantity", "places"])
     return table
-
-
-def _best(estimate: xr.Dataset, run: Mapping[str, xr.Dataset]) -> list[float]:
-    """Return the row of the roughness continued below the scan, whose interval is no bootstrap's."""
-    ends = [float(estimate[f"pull_off_{name}"]) for name in ("mean", "lower", "upper")]
-    return [*ends, np.nan, np.nan, float(run["solutions/continued"].sizes["subregion"])]
 
 
 def _pull_off(run: Mapping[str, xr.Dataset], method: str) -> xr.Dataset | None:

@@ -1,9 +1,11 @@
 """An error budget of the simulated pull-off: the known uncertainties of its mean, and their sources.
 
-Each entry is one relative standard deviation of the mean pull-off. The entry of sampling is the scatter between places
-on this scan. Every other entry is the change of the mean, over a sample of places, when one assumption is changed by
-about its uncertainty (`sensitivity`): the length of its bar in the tornado plot, nothing is computed twice. An entry
-that was not computed is NaN and says why.
+Each entry is one relative standard deviation of the mean pull-off, with its own standard error. The entry of sampling
+is the scatter between places on this scan. Every other entry is the change of the mean, over a sample of places, when
+one assumption is changed by about its uncertainty (`sensitivity`): the length of its bar in the tornado plot, nothing
+is computed twice. Where the change is a known bias, as from the mesh to one twice as fine, it is taken off the mean,
+and half of it stays as the entry. An entry that was not computed is NaN and says why. Each change is solved at more
+places until the total is known to a quarter of itself.
 
 The effect of waves shorter than the scan shows is no such entry, since their heights are unknown rather than uncertain.
 It is reported beside the total, which holds for a surface without such waves.
@@ -18,24 +20,28 @@ import numpy as np
 import xarray as xr
 
 from ...asperity.catalogue import asperities
-from ...contact.mesh import COARSE, Mesh, mesh_of
+from ...contact.adhesion import adhesive
+from ...contact.mesh import Mesh, mesh_of
 from ...contact.rigid_bodies import rigid
 from ...scans import regions, self_affine_fit
 from ...scans.tip import tip_flags
 from ...statistics import bootstrap
+from ...statistics.sampling import by_share, shares
 from ...vocabulary import schema
-from ...vocabulary.units import positive, whole_number
+from ...vocabulary.numbers import percent
+from ...vocabulary.units import magnitude, positive, whole_number
 from ...vocabulary.verbs import verb
-from ..short_waves import mean_over_waves, quietly, scale_dependence
-from .verb import sensitivity
+from ..short_waves import quietly, scale_dependence
+from .changes import Case
+from .simulated import Change, change_of
+from .verb import cases_of, compared, first_preload, need_factors
 
 #: Entries given by a change of `sensitivity`: the factor, and a description into which its settings are put.
 CHANGED: dict[str, tuple[str, str]] = {
-    "mesh": ("mesh", "cells {}"),
-    "step": ("step", "steps of the displacement {}"),
+    "mesh": ("mesh", "cells {}, steps as much shorter"),
     "preload": ("preload", "preload {}"),
     "levelling": ("levelling", "another levelling: {}"),
-    "pixel": ("interpolation", "heights between the pixels by {} in place of splines"),
+    "pixel": ("interpolation", "heights between the pixels by {}"),
     "tip": ("tip radius", "a tip of {} taken off the scan"),
     "range of the law": ("range of adhesion", "range of adhesion {}"),
     "work of adhesion": ("surface energy", "work of adhesion {}"),
@@ -43,9 +49,19 @@ CHANGED: dict[str, tuple[str, str]] = {
     "sphere radius": ("sphere radius", "radius {}"),
 }
 
+#: The same of a body that yields.
+OF_HARDNESS = {"hardness": ("hardness", "hardness {}")}
+
 #: The same of a humid pair, and the entry of what the law of thin menisci leaves out.
 OF_LIQUID = {"humidity": ("humidity", "humidity {}"), "contact angle": ("contact angle", "contact angles {}")}
 THIN = "thin menisci"
+
+#: Entries whose change is a known bias, taken off the mean, and the part of it that stays as uncertainty: about as much
+#: as still finer meshes add, whose order lies between the first and the second.
+BIASES, _LEFT = ("mesh", THIN), 0.5
+
+#: Places at which changes are solved first, and the part of itself to which the total is to be known.
+_FIRST, _ENOUGH = 4, 0.25
 
 #: The entries given by the scan's own places, and by its shortest waves.
 SAMPLING, SHORT_WAVES = "sampling", "shorter waves"
@@ -62,10 +78,23 @@ _WITHIN = 4.0
 
 
 class _Entry(NamedTuple):
-    """One entry: relative standard deviation, NaN if not known, and how it was computed, or why it was not."""
+    """One entry: the change of the mean, how it was computed, or why it was not, and what it leaves uncertain."""
 
-    value: float
+    change: Change
     how: str
+    missing: int = 0  # places that are known in one case only, or in none
+    bias: bool = False
+
+    @property
+    def value(self) -> float:
+        """The relative standard deviation; of a bias what is left of it, and how well it is known."""
+        if self.bias:
+            return float(np.hypot(_LEFT * self.change.value, np.nan_to_num(self.change.error)))
+        return abs(self.change.value)
+
+
+def _none(why: str) -> _Entry:
+    return _Entry(Change(np.nan, np.nan, 0), f"not computed: {why}")
 
 
 @verb
@@ -73,10 +102,10 @@ def error_budget(
     ds: xr.Dataset,
     *,
     subregions: Any = None,
-    places: int = 4,
+    places: int = 16,
     preload: Any = 0.0,
     law: str = "auto",
-    mesh: Mesh | int | str | None = None,
+    mesh: Mesh | int | str = "auto",
     settings: Mapping[str, Sequence] | None = None,
     seeds: int = 2,
     tip_radius: Any = 10.0,
@@ -90,9 +119,10 @@ def error_budget(
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
     places : int
-        Number of centres, spread evenly, at which each change is solved again.
+        Most places at which each change is solved: 4, 8, 16, … until the total is known to a quarter of itself.
     preload, law, mesh
-        Options of `adhesive`, as for `sensitivity`.
+        Options of `adhesive`, which computes the mean at all centres. Changes are solved on the coarsest mesh on which
+        the law can be solved, and compared to the same there.
     settings : mapping of str to sequence, optional
         The uncertainty of each factor, see `sensitivity`: a factor that is left out is not computed, and one that is
         known to be exact, such as ``{"modulus": [1.0]}``, gives 0.
@@ -105,12 +135,16 @@ def error_budget(
     Returns
     -------
     Dataset
-        ``relative_error`` and ``how`` along ``entry``, of a humid pair also for its humidity, its contact angles and
-        what the law of thin menisci leaves out; ``total_error``, the root of the sum of squares of all computed
-        entries except "shorter waves"; ``pull_off_mean`` (nN), ``shortest_wavelength`` (nm) that the scan shows,
-        ``contact_radius_pixels``, the median radius at pull-off of the smallest relevant contact, in pixels of the
-        scan, and ``sharper_than_tip``, the share of asperities. The attribute ``condition`` says for which surface the
-        total holds, and ``resolved`` whether the contacts are larger than the pixels.
+        Along ``entry``, of a humid pair also for its humidity, its contact angles and what the law of thin menisci
+        leaves out: ``relative_error``, and its own ``standard_error`` by the scatter over places; ``pull_off_change``,
+        with its sign, of which those where ``known_bias`` is true are taken off; ``places`` that it rests on,
+        ``missing_places``, at which a case could not be followed, and ``how``. ``total_error``, the root of the sum of
+        squares of all computed entries except "shorter waves", and ``total_standard_error``; ``pull_off_mean`` (nN),
+        that of `adhesive`, and ``pull_off_corrected``, the same without known biases; ``shortest_wavelength`` (nm)
+        that the scan shows, ``contact_radius_pixels``, the median radius at pull-off of the smallest relevant contact,
+        in pixels of the scan, and ``sharper_than_tip``, the share of asperities. The attribute ``condition`` says for
+        which surface the total holds, ``resolved`` whether the contacts are larger than the pixels, and ``decided``
+        how well the total is known, by how many places.
 
     Raises
     ------
@@ -120,7 +154,8 @@ def error_budget(
     Notes
     -----
     For a factor that is changed both up and down, the larger change is used. The changes are taken as independent and
-    as one standard deviation each; the entry of sampling is a quarter of its 95 % interval.
+    as one standard deviation each; the entry of sampling is a quarter of its 95 % interval. Half of a known bias, and
+    its standard error, stay as its entry.
 
     References
     ----------
@@ -136,35 +171,101 @@ def error_budget(
     >>> bool(budget.relative_error.sel(entry="work of adhesion") > 0.05), budget.how.sel(entry="mesh").item()
     (True, 'not computed: left out of the settings')
     """
-    ds = schema.validate(ds, "scan")
-    some = regions.sample(regions.centres(ds, subregions), whole_number(places, "places", least=1))
-    how = {"preload": preload, "law": law, "mesh": mesh_of(mesh, COARSE)}
-    changes = sensitivity(ds, method="adhesive", subregions=some, settings=settings, **how)
+    ds, most = schema.validate(ds, "scan"), whole_number(places, "places", least=1)
+    need_factors(ds, settings, "adhesive")
+    how = {"preload": magnitude(preload, "nN", "preload"), "law": law, "mesh": mesh_of(mesh, Mesh())}
+    solved = quietly(adhesive, ds, subregions=regions.centres(ds, subregions), **how)
+    changes = changes_of(ds, solved, most=most, settings=settings, preload=how["preload"], mesh=how["mesh"])
     scales = None
     if whole_number(seeds, "seeds", least=0):
-        scales = cut_off_waves(ds, seeds=seeds, places=places, subregions=some, preload=preload)
-    out = budget_of(ds, changes, scales, tip_radius=tip_radius)
+        scales = cut_off_waves(ds, seeds=seeds, places=min(most, _FIRST), subregions=solved, preload=how["preload"])
+    out = budget_of(ds, solved, changes, scales, tip_radius=tip_radius)
     how |= {"subregions": subregions, "places": places, "settings": settings, "seeds": seeds}
     return schema.record(out, "error_budget", ds, **how)
 
 
-def budget_of(ds: xr.Dataset, changes: xr.Dataset, scales: Any, *, pulls: Any = None, tip_radius: Any = 10.0):
-    """Return the budget of what `sensitivity` and `cut_off_waves` found, with all places' pull-offs if given."""
-    pulls = changes["pull_off_force"].isel(case=0) if pulls is None else pulls
-    pulls = pulls.isel(preload=0) if "preload" in pulls.dims else pulls
-    entries = {SAMPLING: _sampling(pulls)}
-    entries |= {entry: _of_changes(changes, *told) for entry, told in CHANGED.items()}
-    if "hardness" in ds.coords:
-        entries["hardness"] = _of_changes(changes, "hardness", "hardness {}")
+def changes_of(
+    ds: xr.Dataset,
+    solved: xr.Dataset,
+    *,
+    most: int,
+    preload: float,
+    mesh: Mesh,
+    settings: Mapping[str, Sequence] | None = None,
+    finer: xr.Dataset | None = None,
+) -> xr.Dataset:
+    """Return what `sensitivity` does, each case at as many places as make the total known to a quarter of itself.
+
+    ``solved`` is the simulation on ``mesh`` at all places; ``finer``, if given, at some with cells and steps halved.
+    """
+    tried = cases_of(ds, settings)
+    found = compared(tried, solved, preload=preload, mesh=mesh, finer=finer)
+    count, sampling = solved.sizes["subregion"], _sampling(first_preload(solved))
+    order, done = _spread(count)[:most], 0
+    cases = [k for k in range(len(tried)) if found.known_at(k) < min(_FIRST, count)]
+    while True:
+        some = order[done : max(2 * done, _FIRST)]
+        found.solve(cases, some)
+        done += len(some)
+        out = found.told().assign_coords(factor=("case", [case.factor for case in tried]))
+        entries = _entries(ds, out, sampling)
+        cases = _undecided(entries, tried)
+        if done == len(order) or not cases:
+            return out
+
+
+def _spread(count: int) -> list[int]:
+    """Return all places, those of the first few far apart from each other, along a grid's rows and columns too."""
+    step = next(n for n in range(round(0.382 * count) or 1, count + 2) if np.gcd(n, count) == 1)
+    return [k * step % count for k in range(count)]
+
+
+def _undecided(entries: Mapping[str, _Entry], tried: Sequence[Case]) -> list[int]:
+    """Return the cases of those entries that leave the total unknown; none where it is known well enough."""
+    off, total = _unsure(entries), _total(entries)
+    if not np.sqrt(sum(off.values())) > _ENOUGH * total:
+        return []
+    factors = {factor: entry for entry, (factor, _) in (CHANGED | OF_HARDNESS | OF_LIQUID).items()}
+    few = {entry for entry, variance in off.items() if variance > (_ENOUGH * total) ** 2 / len(off)}
+    return [k for k, case in enumerate(tried) if factors.get(case.factor) in few]
+
+
+def _total(entries: Mapping[str, _Entry]) -> float:
+    """Return the root of the sum of squares of all computed entries."""
+    values = np.array([entry.value for entry in entries.values()])
+    return float(np.sqrt(np.nansum(values**2))) if np.isfinite(values).any() else np.nan
+
+
+def _unsure(entries: Mapping[str, _Entry]) -> dict[str, float]:
+    """Return the variance that each computed entry leaves in the total; inf where its own error is not known.
+
+    That of the square of a normal number of mean m and deviation s is 4 m² s² + 2 s⁴.
+    """
+    total, known = _total(entries), {name: entry for name, entry in entries.items() if np.isfinite(entry.value)}
+    out = {}
+    for name, entry in known.items():
+        error = entry.change.error
+        out[name] = np.inf if np.isnan(error) else (entry.value**2 + 0.5 * error**2) * (error / max(total, 1e-300)) ** 2
+    return out
+
+
+def budget_of(
+    ds: xr.Dataset, solved: xr.Dataset, changes: xr.Dataset, scales: Any, *, tip_radius: Any = 10.0
+) -> xr.Dataset:
+    """Return the budget of the simulation at all places, and of what `changes_of` and `cut_off_waves` found."""
+    pulls, radius = first_preload(solved), positive(tip_radius, "nm", "tip_radius")
+    entries = _entries(ds, changes, _sampling(pulls))
     if schema.is_wet(ds):
-        entries |= {entry: _of_changes(changes, *told) for entry, told in OF_LIQUID.items()}
-        entries[THIN] = _of_thin_menisci(ds, changes)
-    entries[SHORT_WAVES] = _of_short_waves(scales)
-    out = _budget(entries).assign(_known(ds, changes, pulls, positive(tip_radius, "nm", "tip_radius")))
+        entries[THIN] = _of_thin_menisci(ds, solved)
+    apart = {SHORT_WAVES: _of_short_waves(scales)}
+    total, unsure = _total(entries), float(np.sqrt(sum(_unsure(entries).values())))
+    mean, shifts = float(by_share(pulls).mean()), [entry.change.value for entry in entries.values() if entry.bias]
+    out = _as_columns(entries | apart).assign(_known(ds, solved, radius))
+    out = out.assign(total_error=total, total_standard_error=unsure if np.isfinite(unsure) else np.nan)
+    out = out.assign(pull_off_mean=mean, pull_off_corrected=mean * float(np.prod(1 + np.nan_to_num(shifts))))
     out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
-    shown = float(out["shortest_wavelength"])
-    out.attrs = {"law": changes.attrs["law"], "places": changes.sizes["subregion"]}
-    out.attrs |= {"condition": _condition(shown), "resolved": _resolved(float(out["contact_radius_pixels"]))}
+    out.attrs = {"law": solved.attrs["law"], "condition": _condition(float(out["shortest_wavelength"]))}
+    out.attrs |= {"resolved": _resolved(float(out["contact_radius_pixels"])), "decided": _decided(entries, pulls.size)}
     return schema.label(out)
 
 
@@ -189,79 +290,115 @@ def cut_off_waves(
     return scale_dependence(ds, shortest=sorted(waves), seeds=seeds, method="adhesive", **options)
 
 
-def _budget(entries: Mapping[str, _Entry]) -> xr.Dataset:
-    """Return the entries and their total."""
-    values = np.array([entries[name].value for name in entries])
-    known = np.array([entries[name].value for name in entries if name != SHORT_WAVES])
-    total = float(np.sqrt(np.nansum(known**2))) if np.isfinite(known).any() else np.nan
-    how = [entries[name].how for name in entries]
-    columns = {"relative_error": ("entry", values), "how": ("entry", how), "total_error": total}
-    return xr.Dataset(columns, {"entry": list(entries)})
+def _entries(ds: xr.Dataset, changes: xr.Dataset, sampling: _Entry) -> dict[str, _Entry]:
+    """Return the entries of the total, but for what is known of thin menisci."""
+    told = CHANGED | (OF_HARDNESS if "hardness" in ds.coords else {}) | (OF_LIQUID if schema.is_wet(ds) else {})
+    return {SAMPLING: sampling} | {entry: _of_changes(changes, entry, *how) for entry, how in told.items()}
+
+
+def _as_columns(entries: Mapping[str, _Entry]) -> xr.Dataset:
+    columns = {
+        "relative_error": [entry.value for entry in entries.values()],
+        "standard_error": [entry.change.error for entry in entries.values()],
+        "pull_off_change": [np.nan if name == SAMPLING else entry.change.value for name, entry in entries.items()],
+        "known_bias": [entry.bias for entry in entries.values()],
+        "places": [entry.change.places for entry in entries.values()],
+        "missing_places": [entry.missing for entry in entries.values()],
+        "how": [entry.how for entry in entries.values()],
+    }
+    out = xr.Dataset({name: ("entry", values) for name, values in columns.items()}, {"entry": list(entries)})
+    out["standard_error"].attrs["units"] = "1"
+    return out
 
 
 def _sampling(force: xr.DataArray) -> _Entry:
     """Return the uncertainty from the choice of places on this surface."""
     count = int(force.notnull().sum())
     if count < 2:
-        return _Entry(np.nan, f"not computed: it takes two places that pull, there are {count}")
+        return _none(f"it takes two places that pull, there are {count}")
     found = bootstrap(force.to_dataset(name="pull_off_force"), "pull_off_force", statistics=["mean"]).isel(statistic=0)
     block = found.sel(resampling="block")
-    half = float(block["high"] - block["low"]) / _WITHIN
+    value = float(block["high"] - block["low"]) / _WITHIN / float(found["estimate"])
     independent = float(block["independent_places"])
     words = f"bootstrap of blocks of the {count} places, worth {independent:.3g} independent ones"
-    return _Entry(half / float(found["estimate"]), words)
+    error = value / np.sqrt(2 * max(independent - 1, 1))  # of a standard deviation by so many
+    return _Entry(Change(value, float(error), count), words, int(force.isnull().sum()))
 
 
-def _of_changes(changes: xr.Dataset, factor: str, words: str) -> _Entry:
+def _of_changes(changes: xr.Dataset, entry: str, factor: str, words: str) -> _Entry:
     """Return the largest change among a factor's settings."""
     cases = changes.isel(case=np.flatnonzero(changes["factor"].values == factor))
     if not cases.sizes["case"]:
-        return _Entry(np.nan, "not computed: left out of the settings")
+        return _none("left out of the settings")
     change = np.abs(cases["pull_off_change"].values)
     if not np.isfinite(change).any():
-        return _Entry(np.nan, f"not computed: {cases['reason'].values[0]}")
+        return _none(cases["reason"].values[0])
+    one = cases.isel(case=int(np.nanargmax(change)))
     told = " and ".join(map(str, cases["setting"].values[np.isfinite(change)]))
     unseen = factor == "tip radius" and np.nanmax(change) < _UNSEEN
     seen = ", which is too sharp for the pixels to show" if unseen else ""
-    return _Entry(float(np.nanmax(change)), f"{words.format(told)}{seen}; {_count(changes)}")
+    found = Change(*(float(one[name]) for name in ("pull_off_change", "standard_error")), int(one["places"]))
+    missing = int(one["missing_places"])
+    off = ", taken off the mean, of which half stays" * (entry in BIASES)
+    return _Entry(found, f"{words.format(told)}{seen}{off}; {_count(found.places, missing)}", missing, entry in BIASES)
 
 
-def _count(ds: xr.Dataset) -> str:
-    count = ds.sizes["subregion"]
-    return f"{count} place{'s' * (count > 1)}"
+def _count(places: int, missing: int = 0) -> str:
+    return f"{places} place{'s' * (places > 1)}" + f", {missing} more could not be followed" * bool(missing)
 
 
-def _of_thin_menisci(ds: xr.Dataset, changes: xr.Dataset) -> _Entry:
-    """Return by how much the law of thin menisci is too high between rigid bodies at the same places."""
-    found = quietly(rigid, ds, subregions=changes, delta=[0.0])
-    words = f"the energy of the menisci's edges, which their law leaves out, between rigid bodies; {_count(changes)}"
-    return _Entry(float(found["meniscus_error"].mean()), words)
+def _of_thin_menisci(ds: xr.Dataset, solved: xr.Dataset) -> _Entry:
+    """Return by how much the law of thin menisci is too high, between rigid bodies at a few of the places."""
+    some = regions.sample(regions.centres(ds, solved), _FIRST)
+    found = quietly(rigid, ds, subregions=some, delta=[0.0])["meniscus_error"].values
+    found = found[np.isfinite(found)]
+    error = float(found.std(ddof=1) / np.sqrt(found.size)) if found.size > 1 else np.nan
+    words = "the energy of the menisci's edges, which their law leaves out, between rigid bodies, taken off the mean"
+    change = Change(-float(found.mean()), error, found.size)
+    return _Entry(change, f"{words}; {_count(found.size)}", some.sizes["subregion"] - found.size, bias=True)
 
 
 def _of_short_waves(scales: xr.Dataset | None) -> _Entry:
     """Return the change when the scan's spectrum is continued by one octave."""
     if scales is None:
-        return _Entry(np.nan, "not computed: left out, no sphere, or a scan without a spectrum to continue")
-    means = mean_over_waves(scales)
-    shown = scales.attrs["shortest_wavelength"]
-    least = means.isel(shortest_kept=0)
-    wave, ratios = float(least["shortest_kept"]), least / means.sel(shortest_kept=shown, method="nearest").mean()
-    scatter = f", ± {100 * float(ratios.std()):.2g} % over {ratios.size} seeds" if ratios.size > 1 else ""
-    words = f"its spectrum continued from {shown:.3g} down to {wave:.3g} nm{scatter}; {_count(scales)}"
-    return _Entry(abs(float(ratios.mean()) - 1), words)
+        return _none("left out, no sphere, or a scan without a spectrum to continue")
+    shown, force = scales.attrs["shortest_wavelength"], scales["pull_off_force"].mean("seed")
+    least, own = force.isel(shortest_kept=0), force.sel(shortest_kept=shown, method="nearest")
+    found = change_of(least.values, own.values, shares(scales).values)
+    wave, missing = float(least["shortest_kept"]), scales.sizes["subregion"] - found.places
+    words = f"its spectrum continued from {shown:.3g} down to {wave:.3g} nm, surfaces drawn: {scales.sizes['seed']}"
+    return _Entry(found, f"{words}; {_count(found.places, missing)}", missing)
 
 
-def _known(ds: xr.Dataset, changes: xr.Dataset, pulls: xr.DataArray, tip_radius: float) -> dict[str, float]:
+def _known(ds: xr.Dataset, solved: xr.Dataset, tip_radius: float) -> dict[str, float]:
     """Return further variables that a reader should see beside the entries."""
     found = quietly(asperities, ds)
     sharp = tip_flags(found, tip_radius=tip_radius)["sharper_than_tip"]
+    resolution = solved["pull_off_resolution"] / solved["refinement"]
     return {
-        "pull_off_mean": float(pulls.mean()),
         "shortest_wavelength": float(found.coords.get("shortest_wavelength", np.nan)),
-        "contact_radius_pixels": float(changes.attrs["contact_radius_pixels"]),
+        "contact_radius_pixels": float(resolution.median()),
         "sharper_than_tip": float(sharp.mean()) if sharp.size else np.nan,
         "tip_radius": tip_radius,
     }
+
+
+def _decided(entries: Mapping[str, _Entry], places: int) -> str:
+    """Return a sentence on how well the total is known, and by how many places."""
+    solved = [entry.change.places for name, entry in entries.items() if name != SAMPLING and entry.change.places]
+    if not solved:
+        return "No change was computed."
+    least, most = min(solved), max(solved)
+    count = f"{least}" if least == most else f"{least} to {most}"
+    part = np.sqrt(sum(_unsure(entries).values())) / max(_total(entries), 1e-300)
+    if not np.isfinite(part):
+        return (
+            f"How well the total is known does not show at so few places: each change is solved at {count} of {places}."
+        )
+    enough = "" if part <= _ENOUGH else ", as many as were allowed"
+    return (
+        f"The total is known to {percent(part)} of itself: each change is solved at {count} of {places} places{enough}."
+    )
 
 
 def _condition(shown: float) -> str:

@@ -8,17 +8,21 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from ...bodies.liquid import work_of
 from ...bodies.materials import range_of
+from ...contact.adhesion import adhesive
 from ...contact.mesh import COARSE, Mesh, mesh_of
 from ...scans import regions
+from ...statistics.sampling import by_share
 from ...vocabulary import schema
 from ...vocabulary.units import magnitude
 from ...vocabulary.verbs import verb
-from .changes import CHANGES, OF_FITS, OF_LIQUID, OF_SOLVES, OF_YIELD, SETTINGS, SIMULATED, cases
-from .simulated import Simulation, simulated
+from ..short_waves import quietly
+from .changes import CHANGES, OF_FITS, OF_LIQUID, OF_SOLVES, OF_YIELD, SETTINGS, SIMULATED, Case, cases
+from .simulated import Comparison, Simulation, cells_for
 from .superposed import Sweep, superposed, sweep_of
 
 METHODS = ("superpose", "adhesive")
@@ -52,9 +56,9 @@ def sensitivity(
         radius" (nm, of a tip removed from the scan), "surface energy", "modulus" and "sphere radius" (factors), of a
         humid pair "humidity" and "contact angle" (added, the latter in degrees on both bodies); for "superpose" also
         "fit window" (pixels) and "vertex" (as for `asperities`); for "adhesive" also "mesh" (factor by which cells are
-        finer), "step" (factor), "preload" (in mean pull-offs, added), "interpolation" ("waves": heights between the
-        pixels by cosine series in place of splines), "range of adhesion" and "hardness" (factors; the last by default
-        where one is assigned, and on request of the one estimated for named materials, at which they then yield).
+        finer and steps shorter), "preload" (in mean pull-offs, added), "interpolation" ("splines": heights between the
+        pixels by splines), "range of adhesion" and "hardness" (factors; the last by default where one is assigned, and
+        on request of the one estimated for named materials, at which they then yield).
     preload, law, mesh
         For "adhesive", see there: by default 0 nN, "auto" and ``Mesh(accuracy=None, step=0.4)``, the coarsest mesh on
         which the law can be solved.
@@ -66,8 +70,9 @@ def sensitivity(
         coordinates ``factor`` and ``setting``. For "superpose" also the ends ``pull_off_mean_low`` and
         ``pull_off_mean_high`` (95 %, block bootstrap), ``asperities``, ``unbracketed`` (places whose sweep was too
         short), and ``sharper_than_tip``, the share of asperities flagged (NaN except for the tip). For "adhesive" also
-        ``pull_off_change``, that of the mean from the base case on cells of the same size, ``refinement``, the
-        ``pull_off_force`` of each place, and ``reason``, why a case was not computed (its results are NaN then).
+        ``pull_off_change``, that of the mean from the base case on cells of the same size, over the ``places`` known in
+        both, with its ``standard_error`` by their scatter, ``missing_places``, the number of others, ``refinement``,
+        the ``pull_off_force`` of each place, and ``reason``, why a case was not computed (its results are NaN then).
 
     Raises
     ------
@@ -84,36 +89,80 @@ def sensitivity(
     (['as given', '× 2'], True)
     """
     ds = schema.validate(ds, "scan")
-    if work_of(ds) <= 0:
-        raise ValueError("expected a pair with work_of_adhesion > 0, found 0; assign one with assign_pair")
-    known, wet = _factors(schema.one_of(method, METHODS, "method")), OF_LIQUID if schema.is_wet(ds) else {}
-    for factor in settings or ():
-        schema.one_of(factor, known, "settings")
-        if factor in OF_LIQUID and not wet:
-            raise ValueError(
-                f"settings: expected a humid pair for {factor!r}, found a dry one; assign_pair(humidity=…) first"
-            )
+    method = schema.one_of(method, METHODS, "method")
+    need_factors(ds, settings, method)
     centres = regions.centres(ds, subregions)
     if method == "superpose":
         schema.refuse_unused("method='superpose'", preload=preload, law=law, mesh=mesh)
-        tried = cases(ds, SETTINGS | wet if settings is None else settings)
+        more = OF_LIQUID if schema.is_wet(ds) else {}
+        tried = cases(ds, SETTINGS | more if settings is None else settings)
         out, arguments = superposed(ds, tried, Sweep(centres, sweep_of(ds))), {}
     else:
         load = magnitude(0.0 if preload is None else preload, "nN", "preload")
-        way = Simulation(centres, load, law or "auto", mesh_of(mesh, COARSE))
-        usual = SIMULATED | (OF_YIELD if "hardness" in ds.coords else {}) | wet
-        tried = cases(_with_range(ds), usual if settings is None else settings)
-        out = simulated(tried[0].ds, tried, way)
-        arguments = {name: getattr(way, name) for name in ("preload", "law", "mesh")}
+        how = {"preload": load, "law": law or "auto", "mesh": mesh_of(mesh, COARSE)}
+        solved = quietly(adhesive, ds, subregions=centres, **how)
+        tried = cases_of(ds, settings)
+        found = compared(tried, solved, preload=load, mesh=how["mesh"], cells=int(solved["refinement"].max()))
+        found.solve(range(len(tried)), range(centres.sizes["subregion"]))
+        out, arguments = found.told(), how
     out = out.assign_coords(factor=("case", [case.factor for case in tried])).assign_attrs(method=method)
     arguments |= {"method": method, "settings": settings}
     return schema.record(schema.label(out), "sensitivity", ds, subregions=subregions, **arguments)
 
 
-def _factors(method: str) -> tuple[str, ...]:
-    """Return the factors that can be changed with a method."""
-    both = tuple(factor for factor in CHANGES if factor not in OF_SOLVES)
-    return (*(OF_FITS if method == "superpose" else OF_SOLVES), *both)
+def need_factors(ds: xr.Dataset, settings: Mapping[str, Sequence] | None, method: str) -> None:
+    """Raise where bodies do not adhere, or a factor is none of the method's or of a dry pair's."""
+    if work_of(ds) <= 0:
+        raise ValueError("expected a pair with work_of_adhesion > 0, found 0; assign one with assign_pair")
+    known = *(OF_FITS if method == "superpose" else OF_SOLVES), *(name for name in CHANGES if name not in OF_SOLVES)
+    for factor in settings or ():
+        schema.one_of(factor, known, "settings")
+        if factor in OF_LIQUID and not schema.is_wet(ds):
+            raise ValueError(
+                f"settings: expected a humid pair for {factor!r}, found a dry one; assign_pair(humidity=…) first"
+            )
+
+
+def cases_of(ds: xr.Dataset, settings: Mapping[str, Sequence] | None) -> list[Case]:
+    """Return the base and the changes of the simulation, by default all that a scan and its pair have."""
+    more = (OF_YIELD if "hardness" in ds.coords else {}) | (OF_LIQUID if schema.is_wet(ds) else {})
+    return cases(_with_range(ds), SIMULATED | more if settings is None else settings)
+
+
+def compared(
+    tried: Sequence[Case],
+    solved: xr.Dataset,
+    *,
+    preload: float,
+    mesh: Mesh,
+    cells: int | None = None,
+    finer: xr.Dataset | None = None,
+) -> Comparison:
+    """Return cases to be compared to the simulation of a scan, by default on the largest cells that the law bears.
+
+    ``finer``, if given, is the simulation at some of the places with cells and steps halved.
+    """
+    ds, law, meshes, step = tried[0].ds, solved.attrs["law"], solved["refinement"].values, float(mesh.step)
+    cells, pulls = cells or min(cells_for(ds, preload, law), int(meshes.max())), first_preload(solved)
+    way = Simulation(
+        regions.centres(ds, solved), preload, law, Mesh(cells, None, step), float(by_share(pulls).mean()), meshes
+    )
+    alike = mesh.refine != "auto" or mesh.accuracy is None  # else some places took shorter steps
+    known = {(n, step): np.where(meshes == n, pulls.values, np.nan) for n in np.unique(meshes).tolist() if alike}
+    if finer is not None:
+        some = dict(zip(_places_of(finer), first_preload(finer).values))
+        known[2 * int(meshes.max()), step / 2] = np.array([some.get(place, np.nan) for place in _places_of(solved)])
+    return Comparison(tried, way, known)
+
+
+def first_preload(solved: xr.Dataset) -> xr.DataArray:
+    """Return the pull-off at each place, of several preloads that from the first."""
+    pulls = solved["pull_off_force"]
+    return pulls.isel(preload=0) if "preload" in pulls.dims else pulls
+
+
+def _places_of(solved: xr.Dataset) -> list[tuple[float, float]]:
+    return list(zip(*(solved[name].values.tolist() for name in ("subregion_x", "subregion_y"))))
 
 
 def _with_range(ds: xr.Dataset) -> xr.Dataset:

@@ -1,0 +1,66 @@
+"""Pull-offs of many cases in one batch: surfaces, pairs and meshes that differ a little, at the same places.
+
+A task holds all cases of one place on cells of one size, and tasks on the finest cells are begun first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ..jobs import lazy as parallel
+from .adhesion import reach_of, settling
+from .cycle import Adhesion, cycles_at, events, reached
+from .mesh import Mesh
+from .problem import Place, Problem, places
+from .specimen import specimen_of
+
+
+class Case(NamedTuple):
+    """One surface with its bodies at one place, and how it is solved."""
+
+    place: Place
+    problem: Problem
+    adhesion: Adhesion
+
+    def on(self, refine: int) -> Case:
+        """Return the case on cells of another size."""
+        return self._replace(adhesion=self.adhesion._replace(refine=refine))
+
+
+def cases_at(
+    ds: xr.Dataset, positions: xr.Dataset, *, preload: float, law: str, mesh: Mesh, splined: bool = False
+) -> list[Case]:
+    """Return the case of each place of a scan; raise where the mesh or the bodies are not fit for the law."""
+    specimen = specimen_of(ds)
+    problem, adhesion = settling(specimen, preload=preload, law=law, mesh=mesh)
+    found, _ = places(specimen, positions, reach_of(specimen, problem, adhesion))
+    return [Case(place, problem._replace(splined=splined), adhesion) for place in found]
+
+
+def pull_offs(groups: Sequence[Sequence[Case]]) -> np.ndarray:
+    """Return the pull-off (group, case), nN; NaN beyond a group's cases and where a cycle could not be completed."""
+    most = max(map(len, groups))
+
+    def cost() -> np.ndarray:
+        return np.array([sum(case.adhesion.refine**2 / case.adhesion.step for case in group) for group in groups])
+
+    tasks = [(tuple(group), most) for group in groups]
+    return np.asarray(parallel.spread(_pull_offs_of, tasks, (most,), cost=cost, name="changes", lazy=False))
+
+
+def _pull_offs_of(group: tuple[Case, ...], most: int) -> np.ndarray:
+    """Return the pull-offs of one group; the function that a task runs."""
+    found = np.full(most, np.nan)
+    found[: len(group)] = [_pull_off(case) for case in group]
+    return found
+
+
+def _pull_off(case: Case) -> float:
+    cycles, _ = cycles_at(*case, fields=False)
+    if not reached(cycles.paths[0], case.adhesion, 0):
+        return np.nan
+    return events(cycles, 0).get("pull_off_force", np.nan)
