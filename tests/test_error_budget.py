@@ -259,7 +259,7 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, b
     table = report.budget_table(run)
     assert table.index[-1] == "shorter waves*" and "all of these" in table.index
     assert table["change [%]"]["shorter waves*"] < 0 and table["± [%]"]["work of adhesion"] >= 0
-    assert budget.attrs["decided"] in table["how it was got"]["all of these"]
+    assert budget.attrs["decided"] in table["how it was computed"]["all of these"]
     blurred = budget.assign(contact_radius_pixels=0.7).assign_attrs(resolved="At pull-off … 0.7 pixels …")
     assert any("0.7 pixels" in said for said in report.cautions(run | {"statistics/error_budget": blurred}))
     assert report.headline({"scan": rough}) == ""
