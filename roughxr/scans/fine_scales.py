@@ -117,18 +117,27 @@ def model_of(spectra: list, steps: tuple[float, float], hurst: float | None, sho
     """Return the model of the spectra of a scan's parts; NaN where they show nothing."""
     least = wavelength.together(spectra, steps).shortest
     shown = max(least, 2.0 * max(steps)) if shown is None else shown
-    known = [one for one in spectra if one is not None]
-    if not known or not np.isfinite(shown):
+    if all(one is None for one in spectra) or not np.isfinite(shown):
         return Spectrum(np.nan, np.nan, np.nan, shown, np.nan, np.nan)
+    return _fitted(*in_band(spectra, steps, shown), shown, pixel=max(steps), hurst=hurst)
+
+
+def in_band(spectra: list, steps: tuple[float, float], shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return `_rings` of the spectra of a scan's parts together, of the waves next to the shortest that is shown."""
+    known = [one for one in spectra if one is not None]
     q, psd, modes = _rings(np.mean(known, axis=0), steps)
-    return _fitted(q, psd, modes * len(known), shown, pixel=max(steps), hurst=hurst)
+    return _next_to(q, psd, modes * len(known), shown)
+
+
+def _next_to(q, psd, modes, shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a spectrum's waves next to the shortest that is shown."""
+    inside = (2 * np.pi / q >= shown) & (2 * np.pi / q <= _BAND * shown)
+    return q[inside], psd[inside], modes[inside]
 
 
 def _fitted(q, psd, modes, shown: float, *, pixel: float = 0.0, hurst: float | None = None) -> Spectrum:
-    """Return the model of a spectrum (nm⁻¹, nm⁴), and its errors, from the waves next to the shortest that is shown."""
-    waves = 2 * np.pi / q
-    inside = (waves >= shown) & (waves <= _BAND * shown)
-    model, spread = fit_k_correlation(q[inside], psd[inside], modes[inside], pixel, hurst)
+    """Return the model of these waves of a spectrum (nm⁻¹, nm⁴), and its errors."""
+    model, spread, _ = fit_k_correlation(q, psd, modes, pixel, hurst)
     steeper = np.sqrt(max(spread[0, 0] + spread[1, 1] - 2 * spread[0, 1], 0.0)) / (2 * np.log(8))
     return Spectrum(*model.tolist(), shown, float(np.sqrt(spread[0, 0])), float(steeper))
 
@@ -267,7 +276,8 @@ def known_spectrum(found: xr.Dataset, shown: float = np.nan) -> Spectrum:
         return Spectrum(*(float(found[name]) for name in _NAMES))
     q, psd = (found[name].values for name in ("wavevector", "psd"))
     modes = found["psd_modes"].values / _SHARED if "psd_modes" in found else np.ones(q.size)
-    model = _fitted(q, psd, modes, 2 * np.pi / q[-1] * (1 - 1e-9))
+    last = 2 * np.pi / q[-1] * (1 - 1e-9)
+    model = _fitted(*_next_to(q, psd, modes, last), last)
     return model._replace(shown=shown, measured=(np.log(q), np.log(psd)))
 
 
