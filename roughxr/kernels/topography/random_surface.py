@@ -92,14 +92,26 @@ def nested_waves(x, y, spectrum, longest, shortest, seed):
 
     The same seed gives the same waves at any points; a smaller ``shortest`` adds waves and changes none.
     """
-    out, band = np.zeros((x.size, y.size)), 0
+    return sum_of(bands(spectrum, longest, shortest, seed), x, y)
+
+
+def bands(spectrum, longest, shortest, seed):
+    """Return `_modes` of each band of nested waves."""
+    out = []
     while longest > shortest * (1.0 + 1e-9):
         least = max(longest / _BAND, shortest)
-        amplitude, kx, ky = _modes(spectrum, longest, least, seed, band)
+        out.append(_modes(spectrum, longest, least, seed, len(out)))
+        longest = least
+    return out
+
+
+def sum_of(bands, x, y):
+    """Return the heights (x, y), nm, of bands of waves at points x, y (nm)."""
+    out = np.zeros((x.size, y.size))
+    for amplitude, kx, ky in bands:
         along_x, along_y = np.exp(1j * np.outer(x, kx)), np.exp(1j * np.outer(ky, y))
         inner = along_x @ amplitude
         out += inner.real @ along_y.real - inner.imag @ along_y.imag
-        longest, band = least, band + 1
     return out
 
 
