@@ -6,7 +6,7 @@ import pytest
 import roughxr
 from roughxr import reference, report
 from roughxr.contact.adhesion import settling
-from roughxr.contact.below_pixel import Below, pull_off_below
+from roughxr.contact.below_pixel import Below, _finer, _patches, _side_by_side, pull_off_below
 from roughxr.kernels.topography.random_surface import k_correlation, rms_of
 from roughxr.scans import synthetic
 from roughxr.scans.fine_scales import known_spectrum
@@ -47,6 +47,27 @@ def test_a_surface_without_added_waves_is_that_of_the_simulation(surface):
     mine = [pull_off_below(*task, 0, float(problem.steps[-1]), 0.0, problem, adhesion, end)[0] for task in tasks]
     whole = roughxr.adhesive(surface, subregions=centres, law="exponential", mesh=2)
     np.testing.assert_allclose(mine, whole.pull_off_force, rtol=0.03)
+
+
+def test_patches_packed_side_by_side_hold_every_cell_once():
+    draw = np.random.default_rng(1)
+    sheet = np.where(draw.random((120, 90)) < 0.02, draw.random((120, 90)), np.inf)
+    patches = _patches(sheet, 2)
+    packed = _side_by_side(patches)
+    assert len(patches) > 20 and packed.size < sheet.size * 1.5
+    for whole in (packed, np.concatenate([one.ravel() for one in patches])):
+        np.testing.assert_array_equal(np.sort(whole[np.isfinite(whole)]), np.sort(sheet[np.isfinite(sheet)]))
+
+
+def test_finer_boxes_hold_what_is_near_and_share_no_point():
+    near = np.random.default_rng(2).random((60, 50)) < 0.03
+    box = tuple(3.0 * (np.arange(n) + 0.5) for n in near.shape)
+    finer = _finer(box, near, 3.0, 1.0, 2.0)
+    points = [(x, y) for part in finer for x in part[0] for y in part[1]]
+    assert len(set(points)) == len(points)
+    offsets = [(dx, dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
+    wanted = {(box[0][i] + dx, box[1][j] + dy) for i, j in np.argwhere(near) for dx, dy in offsets}
+    assert wanted <= set(points)
 
 
 def test_the_estimate_lies_below_the_scan_and_inside_its_interval(surface, found):

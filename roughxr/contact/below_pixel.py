@@ -45,7 +45,7 @@ _FIRST_CELL, _MOST_FIRST = 4.0, 400
 class Below(NamedTuple):
     """The surface that a place is solved on: what the scan shows, and the waves that are added."""
 
-    spectrum: object  # with ``at(q)``: C(q), nm⁴
+    spectrum: object  # with ``at(q)``, C(q), nm⁴, and ``of(kx, ky)`` in a direction
     longest: float  # nm, of the waves that are added
     shortest: float  # nm
 
@@ -93,7 +93,7 @@ def _surface(patch, seed, depth, pull, problem, adhesion, below) -> tuple[Surfac
     apart = pull / (np.pi * problem.contact_modulus * _FELT * adhesion.span)
 
     def separations(boxes, shortest):
-        waves = bands(below.spectrum.at, below.longest, shortest, seed)
+        waves = bands(below.spectrum.of, below.longest, shortest, seed)
         aside = [(x - patch.centre[0], y - patch.centre[1]) for x, y in boxes]
         heights = [shown(*box) + sum_of(waves, *box) for box in boxes]
         return [problem.indenter.separation(one, 0.0, *off) for one, off in zip(heights, aside)]

@@ -127,8 +127,8 @@ def continued(
     count, accuracy = whole_number(seeds, "seeds", least=1), fraction(accuracy, "accuracy")
     end = None if shortest is None else positive(shortest, "nm", "shortest")
     if spectrum is None or "psd" in spectrum:
-        shown = shown_truly(ds)
-        model = known_spectrum(shown if spectrum is None else spectrum, float(shown["shortest_wavelength"]))
+        own = known_spectrum(shown_truly(ds))
+        model = own if spectrum is None else known_spectrum(spectrum, own.shown, own.lay)
     else:
         model = known_spectrum(spectrum)
     if not np.isfinite(model.plateau):
