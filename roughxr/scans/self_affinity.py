@@ -23,9 +23,8 @@ _BEYOND = HURST[0] - 1.0, HURST[1] + 1.0
 #: off by more than so many squared errors in the mean is fitted by no power law.
 _LOWER, _MISFIT = 2.71, 2.0
 
-#: Skewness and excess kurtosis of a curvature that is no longer Gaussian, and at least so many standard errors.
-#: Of self-affine surfaces on 50² pixels or more, drawn by a tip of 5 to 10 nm on pixels of 4 to 10 nm with noise, none
-#: of 200 has more than 0.4 of either.
+#: Skewness and excess kurtosis of a curvature that is no longer Gaussian, and at least so many standard errors. With
+#: these limits few self-affine surfaces are refused that a tip of 5 to 10 nm draws on pixels of 4 to 10 nm with noise.
 _SKEWED, _PEAKED, _ERRORS = 0.5, 1.0, 3.0
 
 #: Pixels along a side of the parts whose median is taken, so that debris on a few of them does not count.
