@@ -16,8 +16,9 @@ self-affine surface describes the picture, only the bound remains: the picture's
 the truth's. At the end the shares inside, the bias, and of how many cases the bound holds.
 
 The settings of the first cases lie on a grid, and were looked at while `continued` was built. With ``--held-out`` they
-are drawn at random over wider ranges, and measured maps follow (where ``../shared/scans`` has them): on these nothing
-was tuned. With a cache a truth is solved once and a case asked once, unless ``--again``; a figure shows all it holds.
+are drawn at random over wider ranges: on these nothing was tuned. Measured maps follow (where ``../shared/scans`` has
+them), with which at hand it was settled what is refused. With a cache a truth is solved once and a case asked once,
+unless ``--again``; a figure shows all it holds.
 
 With ``--cost`` it prints how long `continued` takes on the glass twin, down to where its waves end: at 16 places on two
 surfaces, as a run asks, and at 64 on four. The first call has its kernels at hand.
@@ -259,7 +260,7 @@ def draw(truths, answers, path):
     groups = {
         "looked at while building": ("tab:gray", lambda told: told["seed"] < 1000),
         "held out": ("tab:blue", lambda told: 1000 <= told["seed"] < 2000),
-        "held out, measured maps": ("tab:orange", lambda told: told["seed"] >= 2000),
+        "measured maps": ("tab:orange", lambda told: told["seed"] >= 2000),
     }
     for name, (colour, belongs) in groups.items():
         chosen = [key for key in answers if key in truths and belongs(json.loads(key))]
