@@ -6,13 +6,24 @@ import pytest
 import roughxr
 from roughxr import reference, report
 from roughxr.contact.adhesion import settling
-from roughxr.contact.below_pixel import Below, pull_off_below
+from roughxr.contact.below_pixel import Below, _finer, _patches, _side_by_side, pull_off_below
 from roughxr.kernels.topography.random_surface import k_correlation, rms_of
 from roughxr.scans import synthetic
 from roughxr.scans.fine_scales import known_spectrum
+from roughxr.scans.self_affinity import unlike_self_affine
 from roughxr.studies.continuation import Surface, not_continued, shown_truly
 
 PAIR = {"sphere_radius": 300, "contact_modulus": 40, "work_of_adhesion": 0.15}
+
+
+def picture(truth, tip, averaged):
+    """Return what a microscope draws with a round tip, on pixels of four cells, sampled or averaged."""
+    drawn = roughxr.scans.dilate(truth, tip_radius=tip)
+    return drawn.coarsen(x=4, y=4).mean() if averaged else drawn.isel(x=slice(2, None, 4), y=slice(2, None, 4))
+
+
+def found_unlike(scan):
+    return unlike_self_affine(scan, float(shown_truly(scan).shortest_wavelength))
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +47,27 @@ def test_a_surface_without_added_waves_is_that_of_the_simulation(surface):
     mine = [pull_off_below(*task, 0, float(problem.steps[-1]), 0.0, problem, adhesion, end)[0] for task in tasks]
     whole = roughxr.adhesive(surface, subregions=centres, law="exponential", mesh=2)
     np.testing.assert_allclose(mine, whole.pull_off_force, rtol=0.03)
+
+
+def test_patches_packed_side_by_side_hold_every_cell_once():
+    draw = np.random.default_rng(1)
+    sheet = np.where(draw.random((120, 90)) < 0.02, draw.random((120, 90)), np.inf)
+    patches = _patches(sheet, 2)
+    packed = _side_by_side(patches)
+    assert len(patches) > 20 and packed.size < sheet.size * 1.5
+    for whole in (packed, np.concatenate([one.ravel() for one in patches])):
+        np.testing.assert_array_equal(np.sort(whole[np.isfinite(whole)]), np.sort(sheet[np.isfinite(sheet)]))
+
+
+def test_finer_boxes_hold_what_is_near_and_share_no_point():
+    near = np.random.default_rng(2).random((60, 50)) < 0.03
+    box = tuple(3.0 * (np.arange(n) + 0.5) for n in near.shape)
+    finer = _finer(box, near, 3.0, 1.0, 2.0)
+    points = [(x, y) for part in finer for x in part[0] for y in part[1]]
+    assert len(set(points)) == len(points)
+    offsets = [(dx, dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
+    wanted = {(box[0][i] + dx, box[1][j] + dy) for i, j in np.argwhere(near) for dx, dy in offsets}
+    assert wanted <= set(points)
 
 
 def test_the_estimate_lies_below_the_scan_and_inside_its_interval(surface, found):
@@ -93,9 +125,7 @@ def test_the_continued_spectrum_is_that_of_the_surface_that_a_microscope_draws(a
     for seed in range(6):
         hurst = (0.5, 0.7, 0.9)[seed % 3]
         truth = synthetic.self_affine((480, 480), 2, rms=1.5, hurst=hurst, rolloff=150, cutoff=6, seed=seed)
-        drawn = roughxr.scans.dilate(truth, tip_radius=6)
-        seen = drawn.coarsen(x=4, y=4).mean() if averaged else drawn.isel(x=slice(2, None, 4), y=slice(2, None, 4))
-        model = known_spectrum(shown_truly(seen))
+        model = known_spectrum(shown_truly(picture(truth, 6, averaged)))
         q = 2 * np.pi / 16
         power = 1.5**2 / rms_of(lambda q, H=hurst: k_correlation(q, 1.0, 150, H), 960, 6) ** 2
         off.append(np.log(model.at(q) / (power * k_correlation(q, 1.0, 150, hurst))))
@@ -139,6 +169,57 @@ def test_what_cannot_be_continued_says_so(surface):
     words = report.headline({"statistics/adhesive": solved, "statistics/continued": said})
     assert "Roughness finer than the pixel is not included: noise to the pixel." in words and "upper bound" in words
     assert np.isnan(said.pull_off_mean) and not bool(said.converged)
+
+
+def test_at_most_five_of_a_hundred_self_affine_surfaces_are_refused():
+    refused = 0
+    for seed in range(100):
+        draw = np.random.default_rng(seed)
+        made = {"rms": draw.uniform(0.7, 3), "hurst": draw.uniform(0.4, 0.95), "rolloff": draw.uniform(80, 250)}
+        cell = draw.choice([1.0, 2.0])
+        truth = synthetic.self_affine((256, 256), cell, cutoff=4, seed=seed, **made)
+        seen = picture(truth, draw.uniform(5, 10), bool(draw.integers(2)))
+        refused += bool(found_unlike(seen.assign(height=seen.height + draw.normal(0, 0.05, seen.height.shape))))
+    assert refused <= 5
+
+
+def test_debris_on_a_self_affine_surface_does_not_count():
+    assert not found_unlike(roughxr.open_sample("glass"))
+
+
+def grains(seed):
+    """Return round grains of 20 nm, their tops at different heights, on cells of 1 nm."""
+    draw, at = np.random.default_rng(seed), np.arange(256.0)
+    tops = zip(*draw.uniform(0, 256, (2, 300)), draw.normal(0, 3, 300))
+    height = np.max([z - ((at[:, None] - x) ** 2 + (at - y) ** 2) / 40 for x, y, z in tops], axis=0)
+    return synthetic.self_affine((256, 256), 1, rms=1, hurst=0.5, rolloff=99, seed=0).assign(
+        height=(("x", "y"), height)
+    )
+
+
+def of_steps(seed):
+    base = synthetic.self_affine((512, 512), 1, rms=1.5, hurst=0.9, rolloff=200, cutoff=20, seed=seed)
+    return base.assign(height=0.8 * np.floor(base.height / 0.8))
+
+
+def of_noise(seed):
+    base = synthetic.self_affine((512, 512), 1, rms=0.2, hurst=0.9, rolloff=200, seed=seed)
+    return base.assign(height=base.height + np.random.default_rng(seed).normal(0, 0.5, base.height.shape))
+
+
+@pytest.mark.parametrize(
+    ("make", "why"), [(grains, "curvature of skewness -"), (of_steps, "no power law"), (of_noise, "no power law")]
+)
+def test_other_surfaces_are_refused(make, why):
+    assert all(why in found_unlike(picture(make(seed), 8, averaged=False)) for seed in range(4))
+
+
+def test_a_measured_map_is_refused_with_what_to_do_unless_its_spectrum_is_given():
+    scan = roughxr.open_sample("rough").isel(x=slice(64), y=slice(64)).contact.assign_pair(**PAIR)
+    with pytest.raises(ValueError, match=r"expected a self-affine surface .* measure a finer scan, or give a measured"):
+        roughxr.continued(scan)
+    told = roughxr.continued(scan, subregions=(1, 1), seeds=1, shortest=76, spectrum=shown_truly(scan))
+    assert float(told.pull_off_mean) > 0
 
 
 def test_the_first_words_are_both_answers(surface, found):

@@ -176,3 +176,44 @@ def test_debris_does_not_spoil_the_spectrum():
     assert float(roughxr.scans.self_affine_fit(roughxr.open_sample("glass")).hurst_exponent) == pytest.approx(
         0.4, abs=0.06
     )
+
+
+def drawn_out(seed, by=2.0):
+    """Return a self-affine surface whose waves are drawn out along x."""
+    narrow = self_affine((int(256 / by), 256), 4, rms=1.5, hurst=0.7, rolloff=150, seed=seed).height.values
+    long = np.fft.irfft(np.fft.rfft(narrow, axis=0), 256, axis=0) * by
+    whole = self_affine((256, 256), 4, rms=1.5, hurst=0.7, rolloff=150, seed=seed)
+    return whole.assign(height=whole.height.copy(data=long))
+
+
+def slopes(added):
+    return np.array([np.std(np.diff(added, axis=axis)) for axis in (0, 1)])
+
+
+def added_to(ds):
+    fine = roughxr.scans.add_fine_roughness(ds, shortest=17, seed=1, refine=1, shown=24)
+    return (fine.height - roughxr.scans.smooth(fine, shortest=24).height).values[20:-20, 20:-20]
+
+
+def test_waves_are_added_with_the_lay_of_those_that_are_shown():
+    """The ratio of slopes across and along, of a surface drawn out by two; and turned as its scan is turned."""
+    for seed in range(3):
+        truth = drawn_out(seed)
+        seen = roughxr.scans.smooth(truth, shortest=24)
+        fits = [roughxr.scans.self_affine_fit(one, shown=24) for one in (seen, roughxr.scans.rotate90(seen))]
+        assert float(fits[1].lay_strength) == pytest.approx(float(fits[0].lay_strength), rel=1e-6)
+        lays = [float(one.lay_direction) for one in fits]
+        assert abs(np.sin(np.radians(lays[0]))) < 0.15 and abs(lays[0] - lays[1]) == pytest.approx(90, abs=1e-6)
+        along, across = slopes(added_to(seen))
+        turned_along, turned_across = slopes(added_to(roughxr.scans.rotate90(seen)))
+        rest = (roughxr.scans.smooth(truth, shortest=17).height - seen.height).values[20:-20, 20:-20]
+        assert 0.8 < across / along / np.divide(*slopes(rest)[::-1]) < 1.15
+        assert turned_along / turned_across == pytest.approx(across / along, rel=0.1)
+
+
+def test_by_chance_no_lay_is_found():
+    fits = [
+        roughxr.scans.self_affine_fit(self_affine((64, 64), 5, rms=1, hurst=0.6, rolloff=100, seed=seed), shown=20)
+        for seed in range(30)
+    ]
+    assert sum(float(one.lay_strength) > 0 for one in fits) <= 2

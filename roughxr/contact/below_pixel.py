@@ -2,8 +2,8 @@
 
 Waves of one octave lift the sphere off all but the highest summits of the next longer ones. So few cells are within
 reach, a few hundred, in patches that lie far apart. They are found step by step: on coarse cells with the longer waves,
-then only where shorter ones may still touch. Rows and columns of cells in which nothing is within reach are left out,
-and the patches moved together, but for a distance at which they hardly feel each other through the solid.
+then only where shorter ones may still touch, and moved together, but for a distance at which they hardly feel each
+other through the solid.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels.adhesion import smooth_path as path
-from ..kernels.topography.random_surface import nested_waves, rms_of
+from ..kernels.topography.random_surface import bands, rms_of, sum_of
 from .cycle import bearing_cell, cycles_on, largest_pull, reach_of_law, reached
 from .problem import Surface
 
@@ -45,7 +45,7 @@ _FIRST_CELL, _MOST_FIRST = 4.0, 400
 class Below(NamedTuple):
     """The surface that a place is solved on: what the scan shows, and the waves that are added."""
 
-    spectrum: object  # with ``at(q)``: C(q), nm⁴
+    spectrum: object  # with ``at(q)``, C(q), nm⁴, and ``of(kx, ky)`` in a direction
     longest: float  # nm, of the waves that are added
     shortest: float  # nm
 
@@ -92,27 +92,32 @@ def _surface(patch, seed, depth, pull, problem, adhesion, below) -> tuple[Surfac
         within = max(within, depth + reach_of_law(alone, problem._replace(pixel=last, refine=1)))
     apart = pull / (np.pi * problem.contact_modulus * _FELT * adhesion.span)
 
-    def separation(points, shortest):
-        x, y = points
-        heights = shown(x, y) + nested_waves(x, y, below.spectrum.at, below.longest, shortest, seed)
-        return problem.indenter.separation(heights, 0.0, x - patch.centre[0], y - patch.centre[1])
+    def separations(boxes, shortest):
+        waves = bands(below.spectrum.of, below.longest, shortest, seed)
+        aside = [(x - patch.centre[0], y - patch.centre[1]) for x, y in boxes]
+        heights = [shown(*box) + sum_of(waves, *box) for box in boxes]
+        return [problem.indenter.separation(one, 0.0, *off) for one, off in zip(heights, aside)]
 
     cell = max(min(_FIRST_CELL, patch.pixel), patch.pixel * max(patch.height.shape) / _MOST_FIRST)
-    points = [_between(axis[0] - 0.5 * patch.pixel, axis[-1] + 0.5 * patch.pixel, cell) for axis in pixels]
-    wave = below.longest
-    while wave > _SHORTER * below.shortest:
-        left = rms_of(below.spectrum.at, wave, below.shortest)
-        near = separation(points, wave)
-        near = near < near.min() + within + _HIGH * left
-        wave = wave / _SHORTER
-        finer = min(cell, wave / _PER_WAVE_LOOKED)
-        points, cell = [_kept(p, near.any(1 - k), cell, finer, apart) for k, p in enumerate(points)], finer
-    near = separation(points, wave)
-    near = near < near.min() + within + _HIGH * rms_of(below.spectrum.at, wave, below.shortest)
-    points = [_kept(p, near.any(1 - k), cell, last, apart) for k, p in enumerate(points)]
-    found = separation(points, below.shortest)
-    found = np.where(found < found.min() + within, found, np.inf)
-    return Surface(found, float(found.min()), np.inf, (0, 0)), last
+    boxes = [tuple(_between(axis[0] - 0.5 * patch.pixel, axis[-1] + 0.5 * patch.pixel, cell) for axis in pixels)]
+    wave, looked = below.longest, False
+    while not looked:
+        near = _near(separations(boxes, wave), within + _HIGH * rms_of(below.spectrum.at, wave, below.shortest))
+        looked, wave = wave <= _SHORTER * below.shortest, wave / _SHORTER
+        finer = last if looked else min(cell, wave / _PER_WAVE_LOOKED)
+        boxes = [one for box, part in zip(boxes, near) for one in _finer(box, part, cell, finer, apart)]
+        cell = finer
+    found = separations(boxes, below.shortest)
+    parts = [np.where(part, one, np.inf) for part, one in zip(_near(found, within), found)]
+    margin = int(np.ceil(apart / last)) + 1
+    sheet = _side_by_side([patch for part in parts for patch in _patches(part, margin)])
+    return Surface(sheet, float(sheet.min()), np.inf, (0, 0)), last
+
+
+def _near(separations: list[np.ndarray], within: float) -> list[np.ndarray]:
+    """Return where boxes come as near as this (nm) to the nearest of all."""
+    least = min(one.min() for one in separations)
+    return [one < least + within for one in separations]
 
 
 def _between(low: float, high: float, cell: float) -> np.ndarray:
@@ -120,13 +125,61 @@ def _between(low: float, high: float, cell: float) -> np.ndarray:
     return cell * (np.arange(np.floor(low / cell), np.ceil(high / cell)) + 0.5)
 
 
-def _kept(points: np.ndarray, near: np.ndarray, cell: float, finer: float, apart: float) -> np.ndarray:
-    """Return finer points along one axis, where any coarser point is near, and a distance around them."""
-    known = points[near]
-    breaks = np.flatnonzero(np.diff(known) > 2 * apart + 3 * cell)
-    firsts, lasts = known[np.r_[0, breaks + 1]], known[np.r_[breaks, -1]]
-    margin = apart + cell
-    ranges = [_between(low - margin, high + margin, finer) for low, high in zip(firsts, lasts)]
-    found = np.unique(np.rint(np.concatenate(ranges) / finer - 0.5))
-    found = finer * (found + 0.5)
-    return found[(found > points[0] - 0.5 * cell) & (found < points[-1] + 0.5 * cell)]
+def _finer(box: tuple, near: np.ndarray, cell: float, finer: float, apart: float) -> list[tuple]:
+    """Return boxes of finer points around the coarser ones that are near, and a distance; no two share a point."""
+    around = _around(near, int(np.ceil(apart / cell)) + 1)
+    parts = _boxes_of(around)
+    while sum(around[part].size for part in parts) > around.sum():
+        for part in parts:
+            around[part] = True
+        parts = _boxes_of(around)
+    return [tuple(_within(axis[one], cell, finer) for axis, one in zip(box, part)) for part in parts]
+
+
+def _boxes_of(cells: np.ndarray) -> list[tuple[slice, slice]]:
+    """Return the boxes around what hangs together, also across corners."""
+    from scipy import ndimage
+
+    return ndimage.find_objects(ndimage.label(cells, np.ones((3, 3)))[0])
+
+
+def _within(points: np.ndarray, cell: float, finer: float) -> np.ndarray:
+    """Return the finer points inside a range of cells."""
+    low, high = points[0] - 0.5 * cell, points[-1] + 0.5 * cell
+    found = _between(low, high, finer)
+    return found[(found >= low) & (found < high)]
+
+
+def _around(near: np.ndarray, margin: int) -> np.ndarray:
+    from scipy import ndimage
+
+    return ndimage.maximum_filter(near, 2 * margin + 1, mode="constant")
+
+
+def _patches(separation: np.ndarray, margin: int) -> list[np.ndarray]:
+    """Return the patches of finite separation that are apart by more than two margins (cells), each with one around."""
+    from scipy import ndimage
+
+    padded = np.pad(separation, margin, constant_values=np.inf)
+    labels, _ = ndimage.label(_around(np.isfinite(padded), margin), np.ones((3, 3)))
+    boxes = enumerate(ndimage.find_objects(labels), 1)
+    return [np.where(labels[box] == label, padded[box], np.inf) for label, box in boxes]
+
+
+def _side_by_side(patches: list[np.ndarray]) -> np.ndarray:
+    """Return patches side by side, in rows about as long as all are together high."""
+    patches = sorted(patches, key=len, reverse=True)
+    width = max(int(np.sqrt(sum(one.size for one in patches))), *(one.shape[1] for one in patches))
+    rows: list[list[np.ndarray]] = [[]]
+    for one in patches:
+        if sum(other.shape[1] for other in rows[-1]) + one.shape[1] > width and rows[-1]:
+            rows.append([])
+        rows[-1].append(one)
+    out, low = np.full((sum(len(row[0]) for row in rows), width), np.inf), 0
+    for row in rows:
+        left = 0
+        for one in row:
+            out[low : low + len(one), left : left + one.shape[1]] = one
+            left += one.shape[1]
+        low += len(row[0])
+    return out

@@ -327,7 +327,7 @@ def _expected(specimen: Specimen, plan: Plan) -> dict[str, float]:
         found |= {"mesh": 20.0} if plan.mesh.refine == "auto" else {}
         found |= {"adhesive": _SECONDS_PER_PLACE * places}
         some, hard = min(plan.continued, places), {"hardness", "hardness_estimate"} & set(specimen.bodies.coords)
-        found |= {"continued": 30.0 + 6.0 * some} if some and hard and not wet else {}
+        found |= {"continued": 10.0 + some} if some and hard and not wet else {}
         found |= {"rigid": 5.0 + 0.3 * places}
     found |= {"humidity": 10.0} if wet else {}
     found |= {"direct": 3.0 + 0.1 * places, "superposition": 5.0}

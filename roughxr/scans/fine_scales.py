@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from ..kernels.topography.interpolation import band_limited
-from ..kernels.topography.random_surface import HURST, fit_k_correlation, k_correlation, nested_waves
+from ..kernels.topography.random_surface import HURST, fit_k_correlation, k_correlation, lay_factor, nested_waves
 from ..vocabulary.schema import label, pixel, record, square_pixel, validate
 from ..vocabulary.units import Quantity, magnitude, positive, whole_number
 from ..vocabulary.verbs import verb
@@ -31,6 +31,9 @@ _NAMES = ("psd_plateau", "rolloff_wavelength", "hurst_exponent", "shortest_wavel
 
 #: Waves of a windowed spectrum that are as good as one: two of opposite sign are the same, and neighbours share theirs.
 _WAVES_PER_SAMPLE = 4.0
+
+#: Standard errors beyond which a lay is no chance.
+_LAY = 3.0
 
 #: Cells along the shortest added wave.
 _CELLS = 4
@@ -49,6 +52,7 @@ class Spectrum(NamedTuple):
     )
     tilt: float = 0.0  # ln C(q) is changed by so many of these errors
     measured: tuple[np.ndarray, np.ndarray] | None = None  # ln q and ln C, used as far as they go
+    lay: complex = 0.0  # see `lay_factor`
 
     def at(self, q):
         """Return C(q), nm⁴."""
@@ -58,6 +62,10 @@ class Spectrum(NamedTuple):
             density = np.where(np.log(q) <= known, np.exp(np.interp(np.log(q), *self.measured)), density)
         shorter = np.maximum(np.log(q) - known, 0.0)
         return density * np.exp(self.tilt * (self.error + 2 * self.hurst_error * shorter))
+
+    def of(self, kx, ky):
+        """Return C of wavevectors, nm⁴, with the lay of the waves that are shown."""
+        return self.at(np.hypot(kx, ky)) * lay_factor(kx, ky, self.lay)
 
 
 @verb
@@ -79,7 +87,8 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
     Dataset
         ``hurst_exponent``, ``rolloff_wavelength`` (nm), ``psd_plateau`` (nm⁴) and ``shortest_wavelength`` (nm), the
         last as it was used; ``psd_error``, the standard error of ln C at the shortest wave, and ``hurst_error``, that
-        of H for shorter waves. NaN where the scan is flat or pixels are missing in every part.
+        of H for shorter waves. ``lay_strength``, 0 where the waves are alike in all directions as far as they tell, and
+        ``lay_direction`` (°), along which grooves lie. NaN where the scan is flat or pixels are missing in every part.
 
     Raises
     ------
@@ -110,6 +119,8 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
     spectra = [dask.delayed(wavelength.spectrum, pure=False)(heights[part]) for part in wavelength.parts(heights.shape)]
     (model,) = dask.compute(dask.delayed(model_of, pure=False)(spectra, pixel(scan), hurst, shown))
     out = xr.Dataset(dict(zip(_NAMES, model[: len(_NAMES)])))
+    across = np.degrees(np.angle(model.lay)) / 2 if model.lay else np.nan
+    out = out.assign(lay_strength=abs(model.lay), lay_direction=(across + 90) % 180)
     return record(label(out), "self_affine_fit", scan, hurst=hurst, shown=shown)
 
 
@@ -117,18 +128,42 @@ def model_of(spectra: list, steps: tuple[float, float], hurst: float | None, sho
     """Return the model of the spectra of a scan's parts; NaN where they show nothing."""
     least = wavelength.together(spectra, steps).shortest
     shown = max(least, 2.0 * max(steps)) if shown is None else shown
-    known = [one for one in spectra if one is not None]
-    if not known or not np.isfinite(shown):
+    if all(one is None for one in spectra) or not np.isfinite(shown):
         return Spectrum(np.nan, np.nan, np.nan, shown, np.nan, np.nan)
+    model = _fitted(*in_band(spectra, steps, shown), shown, pixel=max(steps), hurst=hurst)
+    return model._replace(lay=_lay_of(spectra, steps, shown))
+
+
+def _lay_of(spectra: list, steps: tuple[float, float], shown: float) -> complex:
+    """Return the mean of exp(2iθ), weighted by power, of the waves next to the shortest that is shown; 0 by chance."""
+    known = [one for one in spectra if one is not None]
+    per_nm = [np.fft.fftfreq(n, step) for n, step in zip(known[0].shape, steps)]
+    across = (per_nm[0][:, None] + 1j * per_nm[1]).ravel()
+    inside = (np.abs(across) * shown <= 1) & (np.abs(across) * _BAND * shown >= 1)
+    across, power = across[inside], np.mean(known, axis=0).ravel()[inside]
+    ring = np.rint(np.log(np.abs(across)) / np.log(1.1)).astype(int)
+    ring -= ring.min()
+    alike = (np.bincount(ring, power) / np.maximum(np.bincount(ring), 1))[ring]
+    lay = np.mean(power / alike * (across / np.abs(across)) ** 2)
+    return complex(lay) if abs(lay) > _LAY * np.sqrt(_WAVES_PER_SAMPLE / (across.size * len(known))) else 0.0
+
+
+def in_band(spectra: list, steps: tuple[float, float], shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return `_rings` of the spectra of a scan's parts together, of the waves next to the shortest that is shown."""
+    known = [one for one in spectra if one is not None]
     q, psd, modes = _rings(np.mean(known, axis=0), steps)
-    return _fitted(q, psd, modes * len(known), shown, pixel=max(steps), hurst=hurst)
+    return _next_to(q, psd, modes * len(known), shown)
+
+
+def _next_to(q, psd, modes, shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a spectrum's waves next to the shortest that is shown."""
+    inside = (2 * np.pi / q >= shown) & (2 * np.pi / q <= _BAND * shown)
+    return q[inside], psd[inside], modes[inside]
 
 
 def _fitted(q, psd, modes, shown: float, *, pixel: float = 0.0, hurst: float | None = None) -> Spectrum:
-    """Return the model of a spectrum (nm⁻¹, nm⁴), and its errors, from the waves next to the shortest that is shown."""
-    waves = 2 * np.pi / q
-    inside = (waves >= shown) & (waves <= _FIT_BAND * shown)
-    model, spread = fit_k_correlation(q[inside], psd[inside], modes[inside], pixel, hurst)
+    """Return the model of these waves of a spectrum (nm⁻¹, nm⁴), and its errors."""
+    model, spread, _ = fit_k_correlation(q, psd, modes, pixel, hurst)
     steeper = np.sqrt(max(spread[0, 0] + spread[1, 1] - 2 * spread[0, 1], 0.0)) / (2 * np.log(8))
     return Spectrum(*model.tolist(), shown, float(np.sqrt(spread[0, 0])), float(steeper))
 
@@ -255,20 +290,22 @@ def _known(spectrum: xr.Dataset | None, hurst: Any, shown: Any, scan: xr.Dataset
         raise ValueError("spectrum: cannot be combined with hurst or shown; leave these out")
     if not measured:
         return known_spectrum(spectrum)
-    own = self_affine_fit(scan)["shortest_wavelength"] if shown is None else _shown(shown, scan)
-    return known_spectrum(spectrum, float(own))
+    own = known_spectrum(self_affine_fit(scan, shown=shown))
+    return known_spectrum(spectrum, own.shown, own.lay)
 
 
-def known_spectrum(fit: xr.Dataset, shown: float = np.nan) -> Spectrum:
+def known_spectrum(fit: xr.Dataset, shown: float = np.nan, lay: complex = 0.0) -> Spectrum:
     """Return the model that `self_affine_fit` has found; or a measured spectrum, continued by the model of its last
-    waves, below the shortest wave (nm) that a scan shows.
+    waves, below the shortest wave (nm) that a scan shows, with the scan's lay.
     """
     if "psd" not in fit:
-        return Spectrum(*(float(fit[name]) for name in _NAMES))
+        lay = float(fit["lay_strength"]) * np.exp(2j * np.radians(float(fit["lay_direction"]) - 90))
+        return Spectrum(*(float(fit[name]) for name in _NAMES), lay=complex(lay) if np.isfinite(lay) else 0.0)
     q, psd = (fit[name].values for name in ("wavevector", "psd"))
     modes = fit["psd_modes"].values / _WAVES_PER_SAMPLE if "psd_modes" in fit else np.ones(q.size)
-    model = _fitted(q, psd, modes, 2 * np.pi / q[-1] * (1 - 1e-9))
-    return model._replace(shown=shown, measured=(np.log(q), np.log(psd)))
+    last = 2 * np.pi / q[-1] * (1 - 1e-9)
+    model = _fitted(*_next_to(q, psd, modes, last), last)
+    return model._replace(shown=shown, lay=lay, measured=(np.log(q), np.log(psd)))
 
 
 def _finer(height, shown, *, axes, side, n, shortest, seed, hurst, model) -> tuple[np.ndarray, dict[str, float]]:
@@ -281,7 +318,7 @@ def _finer(height, shown, *, axes, side, n, shortest, seed, hurst, model) -> tup
     if not np.isfinite(model.plateau):
         raise ValueError("height: expected a spectrum to continue, found none in a flat or nearly flat scan")
     fine = band_limited(height, n)
-    added = nested_waves(*axes, model.at, model.shown, shortest, seed)
+    added = nested_waves(*axes, model.of, model.shown, shortest, seed)
     made = {"shortest": shortest, "longest": model.shown, "hurst": model.hurst, "rms": float(added.std()), "seed": seed}
     return fine + added, {f"fine_{name}": value for name, value in made.items()}
 

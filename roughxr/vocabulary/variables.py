@@ -79,6 +79,8 @@ VARIABLES: dict[str, Variable] = {
     "psd_plateau": Variable("nm4", "power spectrum above the roll-off wavelength"),
     "psd_error": Variable("1", "standard error of the logarithm of the power spectrum", "at the shortest wavelength"),
     "hurst_error": Variable("1", "standard error of the Hurst exponent", "towards shorter waves"),
+    "lay_strength": Variable("1", "how far grooves lie along one direction", "0 none, 1 all"),
+    "lay_direction": Variable("degree", "direction along which grooves lie", "from x towards y, 0 to 180"),
     "pixel_x": Variable("nm", "pixel size along x"),
     "pixel_y": Variable("nm", "pixel size along y"),
     "size_x": Variable("nm", "scan size along x", "pixels times pixel size"),

@@ -1,6 +1,7 @@
 """What is said of a surface from a coarse picture of it, against the surface itself.
 
     python tests/benchmarks/below_the_pixel.py [--held-out] [--cases 24] [--cache FOLDER] [--again] [--figure FILE]
+    python tests/benchmarks/below_the_pixel.py --cost
 
 Each case makes a self-affine surface with waves down to 2 or 4 nm, or takes a measured map as it is: the truth. It is
 drawn as a microscope would (a round tip, larger pixels, sampled or averaged, noise of 0.05 nm), and `roughxr.continued`
@@ -10,12 +11,17 @@ continued are asked to end there too; so they are on a measured map, which ends 
 
 Printed for each case: the truth, the picture as it is, what is said with its 95 % interval, and by how many of the
 stated standard deviations it is off, once of all that the interval holds and once of what a truth at the same places,
-of the same range and hardness, can show: spectrum, surfaces drawn, waves left out. At the end the shares inside, and
-the bias.
+of the same range and hardness, can show: spectrum, surfaces drawn, waves left out. Where `continued` says that no
+self-affine surface describes the picture, only the bound remains: the picture's own pull-off, which must not lie below
+the truth's. At the end the shares inside, the bias, and of how many cases the bound holds.
 
 The settings of the first cases lie on a grid, and were looked at while `continued` was built. With ``--held-out`` they
-are drawn at random over wider ranges, and measured maps follow (where ``../shared/scans`` has them): on these nothing
-was tuned. With a cache a truth is solved once and a case asked once, unless ``--again``; a figure shows all it holds.
+are drawn at random over wider ranges: on these nothing was tuned. Measured maps follow (where ``../shared/scans`` has
+them), with which at hand it was settled what is refused. With a cache a truth is solved once and a case asked once,
+unless ``--again``; a figure shows all it holds.
+
+With ``--cost`` it prints how long `continued` takes on the glass twin, down to where its waves end: at 16 places on two
+surfaces, as a run asks, and at 64 on four. The first call has its kernels at hand.
 """
 
 import argparse
@@ -174,7 +180,13 @@ def asked(told, known):
     """Return what is said of the truth from the picture."""
     seen, places = looked_at(told)[1:]
     ends = "map" not in told and abs(np.log(known["octave before"] / known["truth"])) < 0.1
-    said = roughxr.continued(seen, subregions=places, seeds=2, shortest=None if ends else told["shortest"])
+    try:
+        said = roughxr.continued(seen, subregions=places, seeds=2, shortest=None if ends else told["shortest"])
+    except ValueError as error:
+        return {"lower": 0.0, "mean": np.nan, "upper": known["picture"], "end": np.nan, "free": bool(ends)} | {
+            "entries": dict.fromkeys(SHOWN, np.nan),
+            "words": str(error),
+        }
     entries = dict(zip(said.entry.values.tolist(), said.relative_error.values.tolist()))
     out = {name: float(said[f"pull_off_{name}"]) for name in ("lower", "mean", "upper")}
     return out | {"end": float(said.shortest_wavelength), "free": bool(ends), "entries": entries, "words": said.assumed}
@@ -211,9 +223,13 @@ def row(told, known, said):
     what = told["map"] if "map" in told else f"H {told['hurst']:.1f} {told['rms']:3g}/{told['rolloff']:3g}"
     drawn = f"{told['tip']:4.1f} {told['pixel']:3g} {'mean' if told['averaged'] else 'point'}"
     whole, shown = off(known, said)
-    return (
+    first = (
         f"{told['seed']:4d} {what:14s} {told['pair']:14s} {told['radius']:4g} {drawn} {told.get('stretch', 1):3g} "
         f"{said['end']:5.1f}{'*' if said['free'] else ' '} | {known['truth']:7.2f} {known['picture']:8.2f}  "
+    )
+    if np.isnan(said["mean"]):
+        return f"{first}not continued, the bound holds: {'yes' if known['truth'] <= said['upper'] else 'NO '}"
+    return first + (
         f"{said['mean']:7.2f} ({said['lower']:7.2f} … {said['upper']:7.2f})  {whole:5.1f} {shown:5.1f}  "
         f"{'yes' if abs(whole) < 1.96 else 'NO '} {known['seconds']:4.0f} {said['seconds']:4.0f}"
     )
@@ -222,13 +238,16 @@ def row(told, known, said):
 def sums(rows):
     """Return what all cases together say: truth, answer, picture and how far off, a row each."""
     truth, said, coarse, whole, shown = np.array(rows).T
+    bounds = coarse[np.isnan(said)] >= truth[np.isnan(said)]
+    truth, said, coarse, whole, shown = np.array(rows)[np.isfinite(said)].T
     inside = [int((abs(one) < 1.96).sum()) for one in (whole, shown)]
     middle = np.exp(np.mean(np.log([said / truth, coarse / truth]), axis=1))
     return (
         f"inside the stated interval: {inside[0]} of {whole.size}, of what can be shown alone: {inside[1]}; "
         f"standard deviation in stated ones: {np.sqrt(np.mean(whole**2)):.2f} and {np.sqrt(np.mean(shown**2)):.2f}\n"
         f"said over truth: {np.mean(said / truth):.2f} in the mean, {middle[0]:.2f} in the geometric mean; "
-        f"the picture's: {middle[1]:.2f}"
+        f"the picture's: {middle[1]:.2f}\n"
+        f"not continued: {bounds.size}, of which the bound holds for {bounds.sum()}"
     )
 
 
@@ -241,7 +260,7 @@ def draw(truths, answers, path):
     groups = {
         "looked at while building": ("tab:gray", lambda told: told["seed"] < 1000),
         "held out": ("tab:blue", lambda told: 1000 <= told["seed"] < 2000),
-        "held out, measured maps": ("tab:orange", lambda told: told["seed"] >= 2000),
+        "measured maps": ("tab:orange", lambda told: told["seed"] >= 2000),
     }
     for name, (colour, belongs) in groups.items():
         chosen = [key for key in answers if key in truths and belongs(json.loads(key))]
@@ -251,15 +270,34 @@ def draw(truths, answers, path):
         low, mean, high = (np.array([answers[key][one] for key in chosen]) for one in ("lower", "mean", "upper"))
         style = {"color": colour, "fmt": "o", "markersize": 4, "linewidth": 1, "label": f"continued: {name}"}
         axes.errorbar(truth, mean, [mean - low, high - mean], **style)
+        axes.plot(truth[np.isnan(mean)], high[np.isnan(mean)], "v", color=colour, markersize=5)
         axes.plot(truth, picture, "x", color=colour, markersize=4, alpha=0.6)
     known = [truths[key]["truth"] for key in answers if key in truths]
     ends = np.array([0.7 * min(known), 1.4 * max(known)])
     axes.plot(ends, ends, color="black", linewidth=0.8)
     axes.plot([], [], "x", color="tab:gray", label="the picture as it is")
+    axes.plot([], [], "v", color="tab:gray", label="not continued: the bound alone")
     axes.set(xscale="log", yscale="log", xlabel="truth, nN", ylabel="said from the coarse picture, nN")
     axes.set(xlim=ends, ylim=ends * [0.1, 4])
     axes.legend(fontsize=8, loc="lower right")
     figure.savefig(path, dpi=90)
+
+
+def cost():
+    """Print what `continued` takes on the glass twin."""
+    scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    roughxr.continued(scan, subregions=(1, 1), seeds=1, shortest=20)
+    for side, seeds in ((4, 2), (8, 4)):
+        processor, wall = time.process_time(), time.monotonic()
+        found = roughxr.continued(scan, subregions=(side, side), seeds=seeds)
+        processor, wall = time.process_time() - processor, time.monotonic() - wall
+        print(
+            f"{side * side} places, {seeds} surfaces, waves to {float(found.shortest_wavelength):.2g} nm: "
+            f"{processor:.0f} s of processor time ({side * side * seeds / processor:.2g} places a second), "
+            f"{wall:.0f} s of wall time; {float(found.pull_off_mean):.3g} nN "
+            f"({float(found.pull_off_lower):.3g} … {float(found.pull_off_upper):.3g})",
+            flush=True,
+        )
 
 
 def main():
@@ -269,8 +307,11 @@ def main():
     parser.add_argument("--cache", help="a folder for truths and answers")
     parser.add_argument("--again", action="store_true", help="ask anew what the cache holds")
     parser.add_argument("--figure", help="a picture of all cases in the cache")
+    parser.add_argument("--cost", action="store_true", help="how long it takes on the glass twin, in place of cases")
     given = parser.parse_args()
     warnings.simplefilter("ignore")
+    if given.cost:
+        return cost()
     cases = [on_grid(k) for k in range(given.cases or 14)]
     if given.held_out:
         cases = [at_random(k) for k in range(given.cases or 22)] + (measured() if MAPS.exists() else [])

@@ -48,11 +48,11 @@ def k_correlation(q, plateau, rolloff, hurst):
     return plateau * (1.0 + (rolloff * q / (2.0 * np.pi)) ** 2) ** -(1.0 + hurst)
 
 
-def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, least=HURST[0]):
+def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, bounds=HURST):
     """Return the (C₀, ℓ₀, H) of a spectrum seen at wavevectors q, and the covariance of ln C at q₁ and 8q₁, with q₁ the
-    largest: how uncertain its continuation is.
+    largest: how uncertain its continuation is. And by how much the fit is off, squared and summed, in errors.
 
-    ``modes`` says of how many independent waves each value is the mean, ``hurst`` fixes H, which is ``least`` or more.
+    ``modes`` says of how many independent waves each value is the mean, ``hurst`` fixes H, which lies in ``bounds``.
     Heights averaged over a pixel of side a keep exp(−(qa)²/12) of their power, over a part of it exp(−u(qa)²/12): u,
     from 0 to 1, is found with the rest. Wavevectors without power are left out; NaN where fewer than four have any.
     """
@@ -60,12 +60,12 @@ def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, least=HURST[0]):
 
     known = (q > 0) & (psd > 0)
     if known.sum() < 4:
-        return np.full(3, np.nan), np.full((2, 2), np.nan)
+        return np.full(3, np.nan), np.full((2, 2), np.nan), np.nan
     q, modes = q[known], modes[known]
     wanted = np.log(psd[known]) + 0.5 / modes  # the mean logarithm of a mean over m waves is 1/2m too low
     error = np.sqrt(1.0 / modes + _MODEL_ERROR**2 * q / np.gradient(q))
     longest, shortest = 2.0 * np.pi / q[0], 2.0 * np.pi / q[-1]
-    likely, unsure = np.array([0.0, np.log(longest), least + 0.5]), np.array([1.0, 2.0, 0.5])  # of u, ln ℓ₀ and H
+    likely, unsure = np.array([0.0, np.log(longest), np.mean(bounds)]), np.array([1.0, 2.0, 0.5])  # of u, ln ℓ₀ and H
 
     def model(unknown, q):
         H = hurst if hurst is not None else unknown[3]
@@ -75,31 +75,57 @@ def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, least=HURST[0]):
         seen = model(unknown, q) - unknown[1] * (q * pixel) ** 2 / 12.0
         return np.concatenate([(seen - wanted) / error, (unknown[1:] - likely[: count - 1]) / unsure[: count - 1]])
 
-    low = [-np.inf, 0.0, np.log(shortest), least - 1e-9]
-    high = [np.inf, 1.0, np.log(100.0 * longest), HURST[1]]
-    start, count = [wanted[0], 0.1, np.log(np.sqrt(longest * shortest)), 0.5], 4 if hurst is None else 3
+    low = [-np.inf, 0.0, np.log(shortest), bounds[0] - 1e-9]
+    high = [np.inf, 1.0, np.log(100.0 * longest), bounds[1]]
+    start, count = [wanted[0], 0.1, np.log(np.sqrt(longest * shortest)), np.mean(bounds)], 4 if hurst is None else 3
     solved = least_squares(off, start[:count], bounds=(low[:count], high[:count]))
     found, beyond, small = solved.x, q[-1] * np.array([1.0, 8.0]), 1e-4
     moved = (found + small * unit for unit in np.eye(count))
     gradient = np.array([model(one, beyond) - model(found, beyond) for one in moved]) / small
     spread = gradient.T @ np.linalg.inv(solved.jac.T @ solved.jac) @ gradient
-    H = hurst if hurst is not None else max(found[3], least)
-    return np.array([np.exp(found[0]), np.exp(found[2]), H]), spread
+    H = hurst if hurst is not None else max(found[3], bounds[0])
+    return np.array([np.exp(found[0]), np.exp(found[2]), H]), spread, 2.0 * solved.cost
+
+
+def lay_factor(kx, ky, lay):
+    """Return by what factor the power at wavevectors exceeds that in the mean of all directions.
+
+    ``lay`` is the mean of exp(2iθ), weighted by power, over directions θ of wavevectors: 0 where all are alike. The
+    factor is von Mises' distribution of 2θ, near to that of a self-affine surface drawn out along one direction.
+    """
+    from scipy.special import i0
+
+    strength = min(abs(lay), 0.95)
+    sharp = strength * (2.0 - strength**2) / (1.0 - strength**2)
+    return np.exp(sharp * np.cos(2.0 * np.arctan2(ky, kx) - np.angle(lay))) / i0(sharp)
 
 
 def nested_waves(x, y, spectrum, longest, shortest, seed):
     """Return the heights (x, y), nm, of waves from ``longest`` down to ``shortest`` at points x, y (nm).
 
-    The same seed gives the same waves at any points; a smaller ``shortest`` adds waves and changes none.
+    ``spectrum`` gives C of wavevectors kx, ky. The same seed gives the same waves at any points; a smaller ``shortest``
+    adds waves and changes none.
     """
-    out, band = np.zeros((x.size, y.size)), 0
+    return sum_of(bands(spectrum, longest, shortest, seed), x, y)
+
+
+def bands(spectrum, longest, shortest, seed):
+    """Return `_modes` of each band of nested waves."""
+    out = []
     while longest > shortest * (1.0 + 1e-9):
         least = max(longest / _BAND, shortest)
-        amplitude, kx, ky = _modes(spectrum, longest, least, seed, band)
+        out.append(_modes(spectrum, longest, least, seed, len(out)))
+        longest = least
+    return out
+
+
+def sum_of(bands, x, y):
+    """Return the heights (x, y), nm, of bands of waves at points x, y (nm)."""
+    out = np.zeros((x.size, y.size))
+    for amplitude, kx, ky in bands:
         along_x, along_y = np.exp(1j * np.outer(x, kx)), np.exp(1j * np.outer(ky, y))
         inner = along_x @ amplitude
         out += inner.real @ along_y.real - inner.imag @ along_y.imag
-        longest, band = least, band + 1
     return out
 
 
@@ -112,7 +138,8 @@ def _modes(spectrum, longest, shortest, seed, band):
     inside &= (kx[:, None] > 0) | (ky > 0)
     parts = normal((2, periods.size), seed, _NESTED + band).reshape(2, *periods.shape)
     amplitude = np.zeros(periods.shape, complex)
-    root = np.sqrt(2.0 * spectrum(unit * periods[inside])) * unit / (2.0 * np.pi)
+    wavevectors = [unit * part[inside] for part in np.broadcast_arrays(kx[:, None], ky)]
+    root = np.sqrt(2.0 * spectrum(*wavevectors)) * unit / (2.0 * np.pi)
     amplitude[inside] = root * (parts[0][inside] + 1j * parts[1][inside])
     return amplitude, unit * kx, unit * ky
 
