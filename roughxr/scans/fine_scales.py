@@ -139,7 +139,7 @@ def _lay_of(spectra: list, steps: tuple[float, float], shown: float) -> complex:
     known = [one for one in spectra if one is not None]
     per_nm = [np.fft.fftfreq(n, step) for n, step in zip(known[0].shape, steps)]
     across = (per_nm[0][:, None] + 1j * per_nm[1]).ravel()
-    inside = (np.abs(across) * shown <= 1) & (np.abs(across) * _BAND * shown >= 1)
+    inside = (np.abs(across) * shown <= 1) & (np.abs(across) * _FIT_BAND * shown >= 1)
     across, power = across[inside], np.mean(known, axis=0).ravel()[inside]
     ring = np.rint(np.log(np.abs(across)) / np.log(1.1)).astype(int)
     ring -= ring.min()
@@ -157,7 +157,7 @@ def in_band(spectra: list, steps: tuple[float, float], shown: float) -> tuple[np
 
 def _next_to(q, psd, modes, shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a spectrum's waves next to the shortest that is shown."""
-    inside = (2 * np.pi / q >= shown) & (2 * np.pi / q <= _BAND * shown)
+    inside = (2 * np.pi / q >= shown) & (2 * np.pi / q <= _FIT_BAND * shown)
     return q[inside], psd[inside], modes[inside]
 
 
