@@ -7,7 +7,7 @@ The displacement moves in steps, and the pull-off must not depend on what lies b
 - retraction goes back in whole steps first. Then, from the first state beyond which a larger pull may lie, it is
   repeated, and only states near the extrapolation are accepted. Where there is none, a branch has ended or the last
   contact of a stiff body is lost; this end is located by shorter steps, and passed by a leap. Once the path is again
-  the one known, it leads on from there. That ends are looked for only where they may matter saves two thirds of the
+  the one known, it leads on from there. That ends are looked for only where they may matter saves more than half of the
   work (``tests/benchmarks/adhesive_cost.py pressed``).
 - at the largest pull, states are solved at the vertices of parabolas through three.
 - a preload is located by regula falsi.
@@ -270,6 +270,48 @@ class _Loading(_Stepper):
         return float(target) if target - delta < _SAME * self.step else float(delta)
 
 
+class _EndSearch:
+    """How far to go back where the end of a branch is looked for: by shorter steps up to it, then a leap past it."""
+
+    def __init__(self, path, step):
+        self.path, self.step, self.beyond, self.least = path, step, None, _LEAST_STEP * path.step
+
+    def ahead(self, target):
+        """Return the next displacement, up to a target, and whether only a state near the extrapolation will do."""
+        path, last = self.path, self.path.last
+        leaps = self.beyond is not None and last.delta - self.beyond < 2.0 * self.least
+        back = min(self._leap() if leaps else self.step, last.delta - target)
+        delta = float(target) if last.delta - back - target < _SAME * path.step else last.delta - back
+        near = not leaps and back > self.least and not path.is_lost() and path.leads_to_more(back)
+        return delta, near
+
+    def fails(self, found):
+        """Note that a branch ends before this state, or a larger pull was passed."""
+        self.step, self.beyond = self._shorter(found), found.delta
+
+    def passes(self, found, near):
+        """Note that the path goes on to this state, from the present one."""
+        back = self.path.last.delta - found.delta
+        if near and self.beyond is not None and self.beyond < found.delta:
+            self.step = 0.5 * (found.delta - self.beyond)
+        else:
+            self.step, self.beyond = min(self.path.step, max(self.step, 2.0 * back)), None
+
+    def _leap(self):
+        """Return how far to leap beyond the end of a branch."""
+        far = _PASSED * self.path.largest / max(self.path.stiffness, _TINY)
+        return min(max(far, self.least), _LEAP * self.path.step)
+
+    def _shorter(self, found):
+        """Return a step to where the extrapolation has the pull that was found, or half as far as that state.
+
+        A stiff body lets go within a small part of a step, which is so found in three tries instead of ten.
+        """
+        last = self.path.last
+        half, leads = 0.5 * (last.delta - found.delta), (last.force - found.force) / (self.path.stiffness or np.inf)
+        return max(min(half, leads) if leads > 0.0 and found.fine else half, self.least)
+
+
 class _Retraction(_Stepper):
     """The way back from where the loading stands, until contact is lost; it finds the largest pull."""
 
@@ -296,9 +338,9 @@ class _Retraction(_Stepper):
 
     def _walk(self, ahead):
         """Go back in whole steps through the displacements ahead, and on until contact is lost."""
-        while ahead or not self._is_lost():
+        while ahead or not self.is_lost():
             last, (target, asked) = self.last, ahead[0] if ahead else (-np.inf, False)
-            back = last.delta - target if self._is_lost() else min(_BACK * self.step, last.delta - target)
+            back = last.delta - target if self.is_lost() else min(_BACK * self.step, last.delta - target)
             delta = target if last.delta - back - target < _SAME * self.step else last.delta - back
             found = self.solver.seek(delta, self.before, last, well=asked and delta == target)
             if not np.isfinite(found.force):
@@ -345,39 +387,30 @@ class _Retraction(_Stepper):
     def _repeat(self, place):
         """Go back from a state once more, and find where branches end, until the path is the known one again."""
         known, self.visited = self.visited[place + 1 :], self.visited[: place + 1]
-        start = self.visited[-1]
-        start.most = -np.inf
-        self.before, self.last, self.stiffness = start.before, start.known, start.stiffness
-        change, beyond, least = self.step, None, _LEAST_STEP * self.step
-        while known or not self._is_lost():
-            if self._is_lost():  # nothing happens on the way
-                known, change, beyond = [one for one in known if one.row[ASKED]], np.inf, None
+        start, search = self.visited[-1], _EndSearch(self, self.step)
+        self.before, self.last, self.stiffness, start.most = start.before, start.known, start.stiffness, -np.inf
+        while known or not self.is_lost():
+            if self.is_lost():  # nothing happens on the way
+                known, search = [one for one in known if one.row[ASKED]], _EndSearch(self, np.inf)
                 if not known:
                     break
-            last, target = self.last, known[0].row[DELTA] if known else -np.inf
-            leaps = beyond is not None and last.delta - beyond < 2.0 * least
-            back = min(self._leap() if leaps else change, last.delta - target)
-            delta = float(target) if last.delta - back - target < _SAME * self.step else last.delta - back
-            near = not leaps and back > least and not self._is_lost() and self._leads_to_more(back)
+            target = known[0].row[DELTA] if known else -np.inf
+            delta, near = search.ahead(target)
             asked = delta == target and bool(known[0].row[ASKED])
-            found = self.solver.seek(delta, self.before, last, near=near, well=asked)
+            found = self.solver.seek(delta, self.before, self.last, near=near, well=asked)
             if not np.isfinite(found.force):
                 return False
             if near and (not found.fine or self._passed_more(found)):
-                beyond, change = delta, self._shorter(found)
+                search.fails(found)
                 continue
+            search.passes(found, near)
             self.accept(found, asked)
             self._forget()
-            if near and beyond is not None and beyond < delta:
-                change = 0.5 * (delta - beyond)
-            else:
-                change, beyond = min(self.step, max(change, 2.0 * back)), None
-            if delta == target:
-                if self._is_same(known[0]):
-                    self.visited[-1].most = known[0].most
-                    self.visited += known[1:]
-                    return True
-                known = known[1:]
+            if delta == target and self._is_same(known[0]):
+                self.visited[-1].most = known[0].most
+                self.visited += known[1:]
+                break
+            known = known[1:] if delta == target else known
         return True
 
     def _is_same(self, other):
@@ -387,16 +420,11 @@ class _Retraction(_Stepper):
             0.01 * there[AREA], 1.0
         )
 
-    def _leap(self):
-        """Return how far to leap beyond the end of a branch."""
-        far = _PASSED * self.largest / max(self.stiffness, _TINY)
-        return min(max(far, _LEAST_STEP * self.step), _LEAP * self.step)
-
-    def _leads_to_more(self, back):
+    def leads_to_more(self, back):
         """Return whether the branch, with its last stiffness, leads to a larger pull than any before within a step."""
         return self.stiffness * back - self.last.force > (1.0 + _MISSED) * self.largest
 
-    def _is_lost(self):
+    def is_lost(self):
         """Return whether nothing touches, and almost nothing pulls."""
         last = self.last
         if last.state.touching.any():
@@ -418,15 +446,6 @@ class _Retraction(_Stepper):
         missed = _MISSED_IN_A_CURVE if smooth else _MISSED
         most = self.stiffness * (last.delta - found.delta) - last.force
         return most > (1.0 + missed) * max(self.largest, -found.force)
-
-    def _shorter(self, found):
-        """Return a step to where the extrapolation has the pull that was found, or half as far as that state.
-
-        A stiff body lets go within a small part of a step, which is so found in three tries instead of ten.
-        """
-        last = self.last
-        half, leads = 0.5 * (last.delta - found.delta), (last.force - found.force) / (self.stiffness or np.inf)
-        return max(min(half, leads) if leads > 0.0 and found.fine else half, _LEAST_STEP * self.step)
 
     def _largest_pull(self):
         """Solve the state of the largest pull as well as is asked, and those at vertices of parabolas through three."""
