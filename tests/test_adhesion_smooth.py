@@ -7,7 +7,7 @@ from scipy.optimize import minimize
 
 from roughxr.kernels.adhesion import smooth_laws as laws
 from roughxr.kernels.adhesion import smooth_states
-from roughxr.kernels.adhesion.smooth_path import AREA, ASKED, DELTA, DISSIPATED, ENERGY, FORCE, OK, follow_smooth
+from roughxr.kernels.adhesion.smooth_path import follow_smooth
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.kernels.halfspace.products import coefficients_for, surface_displacement
 
@@ -36,7 +36,7 @@ def follow(separation, deltas, law, step=0.25, **options):
 
 
 def pull_off(path):
-    return -path.states[path.turn :, FORCE].min()
+    return -path.states["force"][path.turn :].min()
 
 
 @pytest.fixture(scope="module")
@@ -99,13 +99,13 @@ def test_force_is_that_of_an_independent_minimisation(seed, law):
     separation = rough(seed, 48)
     deltas = np.array([0.5, 1.0, 1.5])
     (path,) = follow(separation, deltas, law)
-    ours = path.states[(path.states[:, ASKED] > 0)][: deltas.size]
+    ours = path.states[(path.states["asked"] > 0)][: deltas.size]
     oracle, u = Oracle(separation, W, LENGTH), np.zeros((96, 96))
     theirs = []
     for delta in deltas:
         force, u = oracle.force(delta, u)
         theirs.append(force)
-    np.testing.assert_allclose(ours[:, FORCE], theirs, rtol=0.01, atol=0.01 * pull_off(path))
+    np.testing.assert_allclose(ours["force"], theirs, rtol=0.01, atol=0.01 * pull_off(path))
 
 
 def test_short_range_pulls_off_as_jkr():
@@ -115,7 +115,7 @@ def test_short_range_pulls_off_as_jkr():
         length = (radius * w**2) ** (1 / 3) / tabor
         (path,) = follow(sphere(100, radius), [0.5], laws.law_of(exponential=(w, length)), step=0.1)
         errors.append(pull_off(path) / (1.5 * np.pi * w * radius) - 1)
-        assert path.states[:, OK].all()
+        assert path.states["converged"].all()
     assert 0 < errors[1] < errors[0] < 0.12
     assert errors[1] < 0.06
 
@@ -132,7 +132,7 @@ def test_without_adhesion_it_presses_as_the_elastic_contact():
     errors = []
     for w in (1e-2 * W, 1e-3 * W, 1e-4 * W):
         (path,) = follow(separation, [1.0], laws.law_of(exponential=(w, LENGTH)))
-        errors.append(1 - path.states[path.turn - 1, FORCE] / elastic)
+        errors.append(1 - path.states["force"][path.turn - 1] / elastic)
     np.testing.assert_allclose(errors[1:], np.array(errors[:-1]) / 10, rtol=0.1)  # in proportion to w, to nothing
     assert 0 < errors[-1] < 5e-4
 
@@ -141,34 +141,34 @@ def test_every_state_is_an_equilibrium(law):
     separation = rough(4)
     deltas = np.array([0.5, 1.0])
     (path,) = follow(separation, deltas, law, fields=True)
-    asked = path.states[path.states[:, ASKED] > 0]
+    asked = path.states[path.states["asked"] > 0]
     assert len(asked) == len(path.pressures) == 4
-    assert path.states[:, OK].all()
+    assert path.states["converged"].all()
     for state, pressure in zip(asked, path.pressures):
-        gap = separation - state[DELTA] + surface_displacement(pressure, 1.0, 1.0)
+        gap = separation - state["delta"] + surface_displacement(pressure, 1.0, 1.0)
         pull = np.array([laws.traction(max(g, 0.0), law)[0] for g in gap.ravel()]).reshape(gap.shape)
         touching = pressure + pull > 1e-4 * law.strength
         assert gap.min() > -1e-4 * law.strength
         assert np.abs(gap[touching]).max(initial=0) < 1e-4 * law.strength
         assert np.abs(pressure + pull)[~touching].max() < 2e-4 * law.strength
-        assert state[FORCE] == pytest.approx(pressure.sum())
+        assert state["force"] == pytest.approx(pressure.sum())
 
 
 def test_work_of_the_force_is_energy_and_what_is_lost(law):
     (path,) = follow(rough(5), [1.0], law, step=0.05)
     s = path.states
-    work = np.sum(0.5 * (s[1:, FORCE] + s[:-1, FORCE]) * np.diff(s[:, DELTA]))
-    assert s[-1, DISSIPATED] == pytest.approx(work, abs=1e-2 * np.abs(s[:, ENERGY]).max())
-    assert abs(s[-1, ENERGY]) < 1e-2 * np.abs(s[:, ENERGY]).max()
-    assert s[-1, DISSIPATED] > -1e-2 * np.abs(s[:, ENERGY]).max()
+    work = np.sum(0.5 * (s["force"][1:] + s["force"][:-1]) * np.diff(s["delta"]))
+    assert s["dissipated"][-1] == pytest.approx(work, abs=1e-2 * np.abs(s["energy"]).max())
+    assert abs(s["energy"][-1]) < 1e-2 * np.abs(s["energy"]).max()
+    assert s["dissipated"][-1] > -1e-2 * np.abs(s["energy"]).max()
 
 
 def test_force_is_the_slope_of_the_energy():
     (path,) = follow(sphere(), [0.5], laws.law_of(exponential=(0.1 * W, 1.0), cut=6.0 * 1.0), step=0.05)
     s = path.states[: path.turn]
-    slope = np.gradient(s[:, ENERGY], s[:, DELTA])
+    slope = np.gradient(s["energy"], s["delta"])
     smooth = slice(len(s) // 2, -1)
-    assert np.abs(slope - s[:, FORCE])[smooth].max() < 0.02 * pull_off(path)
+    assert np.abs(slope - s["force"])[smooth].max() < 0.02 * pull_off(path)
 
 
 def test_step_shift_and_window_do_not_matter(law):
@@ -185,14 +185,14 @@ def test_step_shift_and_window_do_not_matter(law):
 def test_preloads_share_one_loading_and_are_met(law):
     separation = rough(7)
     (deep,) = follow(separation, [2.0], law)
-    most = deep.states[:, FORCE].max()
+    most = deep.states["force"].max()
     preloads = np.array([0.0, 0.3, 0.6]) * most
     paths = follow(separation, [2.0], law, preloads=preloads)
     assert len(paths) == 3
     for preload, one in zip(preloads, paths):
-        assert one.states[one.turn - 1, FORCE] == pytest.approx(preload, abs=5e-3 * most)
-        assert one.states[one.turn - 1, AREA] > 0
-        assert one.states[-1, AREA] == 0
+        assert one.states["force"][one.turn - 1] == pytest.approx(preload, abs=5e-3 * most)
+        assert one.states["contact_area"][one.turn - 1] > 0
+        assert one.states["contact_area"][-1] == 0
     turns = [one.turn for one in paths]
     for one, turn in zip(paths[1:], turns):
         np.testing.assert_array_equal(one.states[:turn], paths[-1].states[:turn])
@@ -211,14 +211,14 @@ def test_a_preload_that_the_force_jumps_past_is_met_beyond_the_jump(law, monkeyp
     monkeypatch.setattr(smooth_states.Solver, "seek", on_the_lower_branch)
     (path,) = follow(rough(7), [2.0], law, preloads=[0.0])
     turn = path.states[path.turn - 2 : path.turn]
-    assert turn[0, FORCE] < 0 <= turn[1, FORCE]
-    assert 0 <= np.diff(turn[:, DELTA])[0] < 0.01
-    assert path.states[-1, AREA] == 0
+    assert turn["force"][0] < 0 <= turn["force"][1]
+    assert 0 <= np.diff(turn["delta"])[0] < 0.01
+    assert path.states["contact_area"][-1] == 0
 
 
 def test_a_preload_out_of_reach_turns_at_the_last_displacement(law):
     (path,) = follow(rough(8), [0.5], law, preloads=[1e6])
-    assert path.states[path.turn - 1, DELTA] == 0.5
+    assert path.states["delta"][path.turn - 1] == 0.5
 
 
 def test_more_cells_than_allowed_are_refused_as_data(law):
@@ -229,5 +229,5 @@ def test_more_cells_than_allowed_are_refused_as_data(law):
 
 def test_what_is_never_touched_has_no_force(law):
     (path,) = follow(sphere() + 50.0, [1.0, 2.0], law)
-    assert not path.states[:, [FORCE, AREA]].any()
-    assert path.states[:, ASKED].sum() == 4
+    assert not path.states["force"].any() and not path.states["contact_area"].any()
+    assert path.states["asked"].sum() == 4

@@ -32,8 +32,8 @@ def compliance(places):
 
 def asked(found):
     """Return the states at DELTAS on loading, and on retraction in the same order."""
-    states = found.states[found.states[:, path.ASKED] > 0]
-    np.testing.assert_array_equal(states[:, path.DELTA], [*DELTAS, *DELTAS[::-1]])
+    states = found.states[found.states["asked"] > 0]
+    np.testing.assert_array_equal(states["delta"], [*DELTAS, *DELTAS[::-1]])
     return states[: DELTAS.size], states[DELTAS.size :][::-1]
 
 
@@ -61,19 +61,19 @@ def test_cells_under_a_smooth_law_balance_its_traction(name, places):
     energies = 0.5 * pressures * (DELTAS - HEIGHT + gaps) - left
     number, atol = len(places), 1e-6 * law.strength
     for states in asked(found):
-        np.testing.assert_allclose(states[:, path.FORCE], number * pressures, atol=atol)
-        np.testing.assert_allclose(states[:, path.ENERGY], number * energies, atol=atol)
-        np.testing.assert_array_equal(states[:, path.AREA], number * (gaps == 0.0))
-        np.testing.assert_array_equal(states[:, path.CONTACTS], number * (gaps == 0.0))
+        np.testing.assert_allclose(states["force"], number * pressures, atol=atol)
+        np.testing.assert_allclose(states["energy"], number * energies, atol=atol)
+        np.testing.assert_array_equal(states["contact_area"], number * (gaps == 0.0))
+        np.testing.assert_array_equal(states["contact_patches"], number * (gaps == 0.0))
         closed, attracts = np.maximum(left, 0.0) / (w - law.cut), pressures < -0.02 * law.strength
-        np.testing.assert_allclose(states[attracts, path.RESOLUTION], np.sqrt(closed[attracts] / np.pi), atol=1e-6)
-        np.testing.assert_allclose(states[:, path.DISSIPATED], 0.0, atol=0.06 * number * w)  # of long steps
-        assert states[:, path.OK].all()
+        np.testing.assert_allclose(states["resolution"][attracts], np.sqrt(closed[attracts] / np.pi), atol=1e-6)
+        np.testing.assert_allclose(states["dissipated"], 0.0, atol=0.06 * number * w)  # of long steps
+        assert states["converged"].all()
     rows, columns = np.transpose(places)
     for p, there, back in zip(pressures, found.pressures, found.pressures[::-1]):
         np.testing.assert_allclose([there[rows, columns], back[rows, columns]], p, atol=atol)
     most = max(smooth_laws.traction(gap, law)[0] for gap in np.linspace(0, 2, 2001))
-    assert -found.states[:, path.FORCE].min() == pytest.approx(number * most, rel=5e-3)
+    assert -found.states["force"].min() == pytest.approx(number * most, rel=5e-3)
 
 
 @pytest.mark.parametrize("places", PLACES.values(), ids=PLACES)
@@ -85,13 +85,13 @@ def test_cells_under_a_smooth_law_yield_as_they_do_under_any(places):
             separation, deltas, 0.5, coefficients_for(separation.shape), law, cap=cap, limit=cap, fields=True
         )
     dent = deltas[-1] - HEIGHT - sinks * cap
-    states = found.states[found.states[:, path.ASKED] > 0]
+    states = found.states[found.states["asked"] > 0]
     after = [smooth_cell(d - HEIGHT - dent, law, sinks)[0] for d in deltas[::-1]]
-    np.testing.assert_allclose(states[deltas.size :, path.FORCE], number * np.array(after), atol=5e-3)
-    turned, first = found.hard[found.turn - 1], found.hard[0]
-    np.testing.assert_allclose(turned[[path.HARD_FORCE, path.HARD_AREA]], 1.0)
-    assert turned[path.DENT_AREA] == number
-    assert turned[path.DENT] == pytest.approx(number * dent, abs=5e-3)
-    assert not first.any()
+    np.testing.assert_allclose(states["force"][deltas.size :], number * np.array(after), atol=5e-3)
+    turned, first = found.states[found.turn - 1], found.states[0]
+    assert turned["yielded_fraction"] == turned["yielded_area_fraction"] == 1.0
+    assert turned["yielded_area"] == number
+    assert turned["plastic_work"] == pytest.approx(number * dent, abs=5e-3)
+    assert not any(first[name] for name in ("yielded_fraction", "yielded_area", "plastic_work"))
     assert found.left[-1][places[0]] == pytest.approx(-dent, abs=5e-3)
     assert not found.left[0].any()  # not at the first displacement

@@ -6,7 +6,7 @@ import pytest
 from roughxr.kernels.adhesion import newton_system, smooth_laws
 from roughxr.kernels.adhesion.smooth_equilibrium import State, closed_parts
 from roughxr.kernels.adhesion.smooth_patches import contacts_and_resolution
-from roughxr.kernels.adhesion.smooth_path import FORCE, ITERATIONS, OK, follow_smooth
+from roughxr.kernels.adhesion.smooth_path import follow_smooth
 from roughxr.kernels.adhesion.smooth_prediction import ahead
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.kernels.halfspace.products import DENSE_LIMIT
@@ -171,11 +171,11 @@ def test_a_long_contact_may_lie_along_either_axis():
     paths = []
     for turned in (separation, np.ascontiguousarray(separation.T)):
         (found,) = follow_smooth(turned, [0.5], 0.25, LOVE, LAW, fields=True)
-        assert found.states[:, OK].all()
+        assert found.states["converged"].all()
         assert np.count_nonzero(found.pressures[0]) > DENSE_LIMIT
         paths.append(found)
     one, other = paths
-    assert one.states[:, FORCE].min() == pytest.approx(other.states[:, FORCE].min(), rel=1e-3)
+    assert one.states["force"].min() == pytest.approx(other.states["force"].min(), rel=1e-3)
     np.testing.assert_allclose(one.pressures[0], other.pressures[0].T, atol=1e-4 * LAW.strength)
-    rounds = sorted(found.states[:, ITERATIONS].sum() for found in paths)
+    rounds = sorted(found.states["iterations"].sum() for found in paths)
     assert rounds[1] <= 1.2 * rounds[0]

@@ -12,7 +12,7 @@ from roughxr.contact.elastic import direct
 from roughxr.contact.mesh import Mesh
 from roughxr.contact.reference import flattened_pull_off, punch_pull_off
 from roughxr.kernels.adhesion import smooth_laws
-from roughxr.kernels.adhesion.smooth_path import AREA, FORCE, follow_smooth
+from roughxr.kernels.adhesion.smooth_path import follow_smooth
 from roughxr.kernels.halfspace import displacement_control
 from roughxr.kernels.halfspace.products import coefficients_for
 from roughxr.kernels.halfspace.yielding import residual_heights
@@ -129,7 +129,7 @@ def test_a_sphere_that_yields_pulls_as_its_flattened_curvature_says(deep):
     law = smooth_laws.law_of(exponential=(0.05 * dx / E, 0.3))
     options = {"cap": H * dx / E, "limit": H * dx / E}
     (found,) = follow_smooth(separation, np.array([deep]), 0.1, coefficients_for(separation.shape), law, **options)
-    pull, contact = -found.states[:, FORCE].min() * E * dx, found.states[found.turn - 1, AREA] * dx**2
+    pull, contact = -found.states["force"].min() * E * dx, found.states["contact_area"][found.turn - 1] * dx**2
     flattened = E * np.sqrt(contact / np.pi) / H
     assert flattened > 1.2 * radius
     assert 1.3 * np.pi * 0.05 * flattened < pull < 2.0 * np.pi * 0.05 * flattened
@@ -147,7 +147,7 @@ def test_what_gave_way_while_the_contact_was_small_is_taken_back(step):
     known, *fields = displacement_control.sweep_arrays(separation, deltas, 1.0, 1.0, **limits)
     left = residual_heights(*fields, separation, deltas, 0.05)[0]
     np.testing.assert_allclose(found.left[-1], left, atol=1e-6 * np.ptp(left))
-    assert found.states[found.turn - 1, FORCE] == pytest.approx(known[0, displacement_control.FORCE], rel=1e-6)
+    assert found.states["force"][found.turn - 1] == pytest.approx(known[0, displacement_control.FORCE], rel=1e-6)
 
 
 #: Radius of a flat punch, nm.
@@ -166,7 +166,7 @@ def exponential_pull(cells, length):
     separation, dx = punch(cells)
     law = smooth_laws.law_of(exponential=(W * dx / E, length))
     (found,) = follow_smooth(separation, np.array([0.2]), 0.02, coefficients_for(separation.shape), law)
-    return -found.states[:, FORCE].min() * E * dx
+    return -found.states["force"].min() * E * dx
 
 
 def edged_pull(separation, dx, law_of, delta=0.2):
@@ -175,7 +175,7 @@ def edged_pull(separation, dx, law_of, delta=0.2):
     for fall in (0.25, 0.125):
         law = law_of(W * dx / E, fall)
         (found,) = follow_smooth(separation, np.array([delta]), 0.02, love, law)
-        pulls.append(-found.states[:, FORCE].min() * E * dx)
+        pulls.append(-found.states["force"].min() * E * dx)
     return pulls
 
 

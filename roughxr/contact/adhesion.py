@@ -76,19 +76,6 @@ _EVENTS = {
 }
 _AT_PRELOAD = {"preload_delta": float, "contact_area": float, "residual": float, "converged": bool}
 
-#: Which column of the path each variable along (branch, delta) comes from.
-_COLUMNS = {
-    "force": path.FORCE,
-    "contact_area": path.AREA,
-    "energy": path.ENERGY,
-    "dissipated": path.DISSIPATED,
-    "contact_patches": path.CONTACTS,
-    "resolution": path.RESOLUTION,
-    "iterations": path.ITERATIONS,
-    "residual": path.RESIDUAL,
-    "converged": path.OK,
-}
-
 #: States of a law with an edge that are extrapolated.
 _EXTRAPOLATED = ("force", "contact_area", "energy", "dissipated")
 
@@ -425,10 +412,11 @@ def _solve(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -
         told |= {name: np.broadcast_to(value, len(found.paths))[k] for name, value in errors.items()}
         if adhesion.preloads.size and told["complete"]:
             turns = [one[k].states[one[k].turn - 1] for one in (found.paths, found.wider or found.paths)]
-            turn = sharper(*turns, gain(found, k)) if found.wider else turns[0]
-            told |= {"preload_delta": turn[path.DELTA], "contact_area": max(turn[path.AREA], 0.0)}
-            told |= {"converged": bool(followed.states[:, path.OK].all())}
-            told |= {"residual": followed.states[:, path.RESIDUAL].max()}
+            added = gain(found, k) if found.wider else 0.0
+            depth, area = (sharper(*(turn[name] for turn in turns), added) for name in ("delta", "contact_area"))
+            told |= {"preload_delta": depth, "contact_area": max(area, 0.0)}
+            told |= {"converged": bool(followed.states["converged"].all())}
+            told |= {"residual": followed.states["residual"].max()}
             hard = yield_told(followed, found.problem)
             told |= {name: values[followed.turn - 1] for name, values in hard.items()}
         for name, value in told.items():
@@ -463,8 +451,8 @@ def _put_states(record: np.ndarray, found: Cycles, *, sharpened: bool) -> None:
 
 def _at_displacements(followed: path.Path, problem: Problem) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return loading and retraction of each quantity at the prescribed displacements."""
-    told = {name: followed.states[:, column] for name, column in _COLUMNS.items()} | yield_told(followed, problem)
-    asked, on_loading = followed.states[:, path.ASKED] > 0, np.arange(len(followed.states)) < followed.turn
+    told = {name: followed.states[name] for name in _STATES} | yield_told(followed, problem)
+    asked, on_loading = followed.states["asked"], np.arange(len(followed.states)) < followed.turn
     return {name: (values[asked & on_loading], values[asked & ~on_loading]) for name, values in told.items()}
 
 

@@ -75,7 +75,7 @@ def pull_off_below(height, first, pixel, centre, seed, depth, pull, problem, adh
         depth = depth * _DEEPER
     if not (followed.turn and reached(followed, adhesion, 0)):
         return np.full(2, np.nan)
-    return np.array([largest_pull(found, 0), followed.states[followed.turn - 1, path.DELTA]])
+    return np.array([largest_pull(found, 0), followed.states["delta"][followed.turn - 1]])
 
 
 def _surface(patch, seed, depth, pull, problem, adhesion, below) -> tuple[Surface, float]:

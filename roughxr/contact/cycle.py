@@ -267,7 +267,7 @@ def deltas_of(surface: Surface, problem: Problem, adhesion: Adhesion) -> np.ndar
 
 def deepest_of(followed: path.Path, found: Cycles) -> float:
     """Return the largest displacement of a cycle, nm below the datum."""
-    return found.surface.zero + (followed.states[followed.turn - 1, path.DELTA] if followed.turn else -np.inf)
+    return found.surface.zero + (followed.states["delta"][followed.turn - 1] if followed.turn else -np.inf)
 
 
 def reached(followed: path.Path, adhesion: Adhesion, k: int) -> bool:
@@ -276,9 +276,9 @@ def reached(followed: path.Path, adhesion: Adhesion, k: int) -> bool:
         return True
     if not followed.turn:
         return False
-    turn, largest = followed.states[followed.turn - 1], -followed.states[:, path.FORCE].min()
+    turn, largest = followed.states[followed.turn - 1], -followed.states["force"].min()
     goal = adhesion.preloads[k % adhesion.preloads.size]
-    return turn[path.AREA] > 0 and turn[path.FORCE] >= goal - _MET * max(goal, largest)
+    return turn["contact_area"] > 0 and turn["force"] >= goal - _MET * max(goal, largest)
 
 
 def largest_pull(found: Cycles, k: int) -> float:
@@ -341,23 +341,22 @@ def _bounds(problem: Problem) -> tuple[float, float]:
 def _in_units(followed: path.Path, surface: Surface, problem: Problem) -> path.Path:
     """Return a path in nm, nN and GPa, its displacements counted from the datum of the result."""
     states, stiffness = followed.states.copy(), problem.contact_modulus * problem.dx
-    states[:, [path.FORCE, path.ENERGY, path.DISSIPATED]] *= stiffness
-    states[:, path.AREA] *= problem.dx * problem.dx
-    states[:, path.DELTA] -= surface.zero
-    volume = problem.dx**2
-    hard = followed.hard * [1.0, 1.0, volume, volume * (problem.hardness if problem.yielding else 0.0)]
+    for name in ("force", "energy", "dissipated"):
+        states[name] *= stiffness
+    for name in ("contact_area", "yielded_area", "plastic_work"):
+        states[name] *= problem.dx**2
+    states["plastic_work"] *= problem.hardness if problem.yielding else 0.0
+    states["delta"] -= surface.zero
     pressures = followed.pressures * problem.contact_modulus / problem.dx
-    return followed._replace(states=states, pressures=pressures, hard=hard)
+    return followed._replace(states=states, pressures=pressures)
 
 
 def yield_told(followed: path.Path, problem: Problem) -> dict[str, np.ndarray]:
     """Return what the states of a path have yielded, as far as a hardness is known."""
     if not np.isfinite(problem.hardness):
         return {}
-    told = {"yielded_fraction": path.HARD_FORCE, "yielded_area_fraction": path.HARD_AREA}
-    if problem.yielding:
-        told |= {"yielded_area": path.DENT_AREA, "plastic_work": path.DENT}
-    return {name: followed.hard[:, column] for name, column in told.items()}
+    names = ("yielded_fraction", "yielded_area_fraction", *(("yielded_area", "plastic_work") * problem.yielding))
+    return {name: followed.states[name] for name in names}
 
 
 def gain(found: Cycles, k: int) -> float:
@@ -414,21 +413,21 @@ def events(found: Cycles, k: int) -> dict[str, float]:
 def _events(followed: path.Path) -> dict[str, float]:
     """Return the events of one path: missing where a state that they rest on has not converged."""
     states, back = followed.states, followed.states[followed.turn :]
-    touching = states[:, path.AREA] > 0
+    touching = states["contact_area"] > 0
     if followed.status != path.CONVERGED or not touching.any():
         return {}
-    lowest = followed.turn + int(np.argmin(back[:, path.FORCE]))
+    lowest = followed.turn + int(np.argmin(back["force"]))
     first, last = int(np.argmax(touching)), len(touching) - 1 - int(np.argmax(touching[::-1]))
-    delta, force, fine = states[:, path.DELTA], states[:, path.FORCE], states[:, path.OK] > 0
+    delta, force, fine = states["delta"], states["force"], states["converged"]
     told = {
         "snap_in_force": (max(-force[first], 0.0), fine[first]),
         "snap_in_delta": (delta[first], fine[first]),
         "pull_off_force": (max(-force[lowest], 0.0), fine[lowest]),
         "pull_off_delta": (delta[lowest], fine[lowest]),
         "detachment_delta": (delta[touching].min() if last >= followed.turn else np.nan, fine[last]),
-        "work_of_separation": (_work(np.minimum(back[:, path.FORCE], 0.0), back[:, path.DELTA]), fine.all()),
+        "work_of_separation": (_work(np.minimum(back["force"], 0.0), back["delta"]), fine.all()),
         "hysteresis": (_work(force, delta), fine.all()),
-        "pull_off_resolution": (states[lowest, path.RESOLUTION], True),
+        "pull_off_resolution": (states["resolution"][lowest], True),
     }
     return {name: value if rests else np.nan for name, (value, rests) in told.items()}
 

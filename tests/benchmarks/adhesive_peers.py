@@ -62,8 +62,8 @@ def ours(separation, dx, deltas=(DEPTH,)):
         separation, np.array(deltas), STEP, coefficients_for(separation.shape), law, max_rounds=1000
     )
     back = path.states[path.turn :]
-    back = back[back[:, smooth_path.ASKED] > 0] if len(deltas) > 1 else back
-    return -back[:, smooth_path.FORCE].min() * MODULUS * dx, time.process_time() - began
+    back = back[back["asked"] > 0] if len(deltas) > 1 else back
+    return -back["force"].min() * MODULUS * dx, time.process_time() - began
 
 
 def peers(separation, dx):

@@ -26,7 +26,7 @@ import numpy as np
 import roughxr
 from roughxr.contact import reference
 from roughxr.kernels.adhesion import smooth_laws
-from roughxr.kernels.adhesion.smooth_path import FORCE, follow_smooth
+from roughxr.kernels.adhesion.smooth_path import follow_smooth
 from roughxr.kernels.halfspace.load_control import loaded_arrays
 from roughxr.kernels.halfspace.products import coefficients_for
 from roughxr.kernels.halfspace.yielding import residual_heights
@@ -151,11 +151,11 @@ def punch_rows():
             ),
         ):
             (found,) = follow_smooth(separation, np.array([0.2]), 0.02, coefficients_for(separation.shape), law)
-            row.append(f"{words} {-found.states[:, FORCE].min() * MODULUS * dx / exact:.3f} of the closed form")
+            row.append(f"{words} {-found.states['force'].min() * MODULUS * dx / exact:.3f} of the closed form")
         for length in (0.3, 0.1):
             law = smooth_laws.law_of(exponential=(w, length))
             (found,) = follow_smooth(separation, np.array([0.2]), 0.02, coefficients_for(separation.shape), law)
-            pull = -found.states[:, FORCE].min() * MODULUS * dx
+            pull = -found.states["force"].min() * MODULUS * dx
             row.append(f"exponential over {length} nm {pull / griffith:.3f} of Griffith's")
         print(f"flat punch, {cells:2d} cells in radius: {', '.join(row)}")
 
@@ -184,7 +184,7 @@ def flattened_rows(edge=10.0, work=0.1):
             w = work * edge / cells / MODULUS
             law, love = smooth_laws.without_range(w, 0.25), coefficients_for(separation.shape)
             (found,) = follow_smooth(separation, np.array([delta]), 0.02, love, law)
-            pull = -found.states[:, FORCE].min() * MODULUS * edge / cells
+            pull = -found.states["force"].min() * MODULUS * edge / cells
             exact = reference.flattened_pull_off(radius=radius, hardness=hard * unit, **flat)
             row.append(f"{cells} cells in radius {pull / exact:.3f} of the closed form")
         print(f"pressed flat, H = {hard:4g} sqrt(w E*/a): {', '.join(row)}")

@@ -27,8 +27,18 @@ from .smooth_states import TOLERANCE, Solver
 #: Outcomes of a path.
 CONVERGED, NOT_FINITE, CELL_LIMIT = range(3)
 
-#: Columns of a state.
-DELTA, FORCE, AREA, ENERGY, DISSIPATED, CONTACTS, RESOLUTION, ITERATIONS, OK, ASKED, RESIDUAL = range(11)
+#: What is told of a state: of yielding, the shares of pushing force and touching cells at the hardness or above, and
+#: area and volume of what has given way, in cells.
+STATE = np.dtype(
+    [
+        *((name, float) for name in ("delta", "force", "contact_area", "energy", "dissipated", "contact_patches")),
+        *((name, float) for name in ("resolution", "residual", "yielded_fraction", "yielded_area_fraction")),
+        *((name, float) for name in ("yielded_area", "plastic_work")),
+        ("iterations", int),
+        ("converged", bool),
+        ("asked", bool),
+    ]
+)
 
 #: Retraction ends where nothing touches and the pull is below this part of the largest.
 _LOST = 1e-3
@@ -69,19 +79,13 @@ _MET = 1e-3
 _SAME = 1e-9
 
 
-#: Yield of a state: force and area of the cells at the hardness or above, over those of all cells that push or touch;
-#: the area that has given way, in cells, and its volume.
-HARD_FORCE, HARD_AREA, DENT_AREA, DENT = range(4)
-
-
 class Path(NamedTuple):
     """All states of one cycle in order, and how it ended."""
 
-    states: np.ndarray  # (state, DELTA … ASKED)
+    states: np.ndarray  # (state,) of STATE; asked: at a prescribed displacement
     turn: int  # first state of the retraction
     status: int
     pressures: np.ndarray  # (asked or 0, nx, ny) p dx/E*, nm, at the prescribed displacements, in the order of the path
-    hard: np.ndarray  # (state, HARD_FORCE … DENT)
     left: np.ndarray  # (asked or 1, nx, ny) nm ≤ 0, residual height after loading to the prescribed displacements
 
 
@@ -147,7 +151,7 @@ def follow_smooth(
     goals = preloads if preloads.size else [np.inf]
     if np.count_nonzero(separation < deltas[-1] + law.range) > max_cells:
         no_fields = np.zeros((0, *separation.shape))
-        return [Path(np.zeros((0, 11)), 0, CELL_LIMIT, no_fields, np.zeros((0, 4)), no_fields) for _ in goals]
+        return [Path(np.zeros(0, STATE), 0, CELL_LIMIT, no_fields, no_fields) for _ in goals]
     solver = Solver(separation, coefficients, law, tolerance, max_rounds, cap, limit, from_contact)
     left = np.zeros(separation.shape) if left is None else left
     loading = _Loading(solver, step, deltas, left, fields=fields)
@@ -159,13 +163,13 @@ def _path(loading, fine):
     back = _Retraction(loading)
     fine = fine and back.retract()
     visited, shape = loading.visited + back.visited, (0, *loading.solver.separation.shape)
-    rows = np.array([one.row for one in visited]).reshape(-1, 15)
-    rows[:, DISSIPATED] = np.cumsum(rows[:, DISSIPATED])
+    states = np.array([one.row for one in visited], STATE)
+    states["dissipated"] = np.cumsum(states["dissipated"])
     pressures = [one.pressure for one in visited if one.pressure is not None]
     left = [one.left for one in loading.visited if one.left is not None] or [loading.last.left]
     status = CONVERGED if fine else NOT_FINITE
     pressures = np.array(pressures) if pressures else np.zeros(shape)
-    return Path(rows[:, :11], len(loading.visited), status, pressures, rows[:, 11:], np.array(left))
+    return Path(states, len(loading.visited), status, pressures, np.array(left))
 
 
 class _Visited:
@@ -207,11 +211,13 @@ class _Stepper:
 
     def row(self, found, asked, freed):
         """Return what is told of a state, with the energy that the step to it has freed in place of their sum."""
-        row = np.zeros(15)
-        row[DELTA], row[FORCE], row[ENERGY], row[DISSIPATED] = found.delta, found.force, found.energy, freed
-        row[AREA], row[ITERATIONS], row[OK], row[ASKED] = found.state.touching.sum(), found.rounds, found.fine, asked
-        row[CONTACTS], row[RESOLUTION] = self.solver.contacts(found.state)
-        row[RESIDUAL], row[11:] = found.residual, self.solver.yielded(found)
+        row, state = np.zeros(1, STATE)[0], found.state
+        row["delta"], row["force"], row["energy"], row["dissipated"] = found.delta, found.force, found.energy, freed
+        row["contact_patches"], row["resolution"] = self.solver.contacts(state)
+        row["contact_area"], row["residual"], row["iterations"] = state.touching.sum(), found.residual, found.rounds
+        row["converged"], row["asked"] = found.fine, asked
+        for name, value in self.solver.yielded(found).items():
+            row[name] = value
         return row
 
     def _is_smooth(self, found):
@@ -322,7 +328,7 @@ class _Retraction(_Stepper):
         if loading.visited:  # it begins with the present state
             turn = loading.visited[-1]
             row = turn.row.copy()
-            row[DISSIPATED] = 0.0
+            row["dissipated"] = 0.0
             self.visited.append(_Visited(row, self.last, self.before, self.stiffness, turn.pressure))
 
     def retract(self):
@@ -372,14 +378,14 @@ class _Retraction(_Stepper):
         """Let go of states beyond which no larger pull can lie, but for the largest pull's own and the one after it."""
         before = None
         for one in self.visited[:-2]:
-            pulls_most = any(-each.row[FORCE] >= self.largest for each in (one, before or one))
+            pulls_most = any(-each.row["force"] >= self.largest for each in (one, before or one))
             if one.most <= (1.0 + _MISSED) * self.largest and not pulls_most:
                 one.forget()
             before = one
 
     def _doubtful(self):
         """Return the place of the state beyond which the largest pull may lie; None where it is known already."""
-        self.largest = max((-one.row[FORCE] for one in self.visited), default=0.0)
+        self.largest = max((-one.row["force"] for one in self.visited), default=0.0)
         asked = [(one.most, k) for k, one in enumerate(self.visited) if one.known is not None]
         most, place = max(asked, default=(0.0, 0))
         return place if most > (1.0 + _MISSED) * self.largest else None
@@ -391,12 +397,12 @@ class _Retraction(_Stepper):
         self.before, self.last, self.stiffness, start.most = start.before, start.known, start.stiffness, -np.inf
         while known or not self.is_lost():
             if self.is_lost():  # nothing happens on the way
-                known, search = [one for one in known if one.row[ASKED]], _EndSearch(self, np.inf)
+                known, search = [one for one in known if one.row["asked"]], _EndSearch(self, np.inf)
                 if not known:
                     break
-            target = known[0].row[DELTA] if known else -np.inf
+            target = known[0].row["delta"] if known else -np.inf
             delta, near = search.ahead(target)
-            asked = delta == target and bool(known[0].row[ASKED])
+            asked = delta == target and bool(known[0].row["asked"])
             found = self.solver.seek(delta, self.before, self.last, near=near, well=asked)
             if not np.isfinite(found.force):
                 return False
@@ -416,9 +422,9 @@ class _Retraction(_Stepper):
     def _is_same(self, other):
         """Return whether the present state is another one at the same displacement."""
         here, there = self.visited[-1].row, other.row
-        return abs(here[FORCE] - there[FORCE]) <= _MISSED * self.largest and abs(here[AREA] - there[AREA]) <= max(
-            0.01 * there[AREA], 1.0
-        )
+        cells = abs(here["contact_area"] - there["contact_area"])
+        pulls_alike = abs(here["force"] - there["force"]) <= _MISSED * self.largest
+        return pulls_alike and cells <= max(0.01 * there["contact_area"], 1.0)
 
     def leads_to_more(self, back):
         """Return whether the branch, with its last stiffness, leads to a larger pull than any before within a step."""
@@ -433,7 +439,7 @@ class _Retraction(_Stepper):
 
     def _largest_at(self):
         """Return the displacement of the largest pull so far: a force of zero before it is one that turns to a pull."""
-        return min(self.visited, key=lambda one: one.row[FORCE]).row[DELTA] if self.visited else np.inf
+        return min(self.visited, key=lambda one: one.row["force"]).row["delta"] if self.visited else np.inf
 
     def _passed_more(self, found):
         """Return whether a step may have passed over a larger pull.
@@ -449,15 +455,15 @@ class _Retraction(_Stepper):
 
     def _largest_pull(self):
         """Solve the state of the largest pull as well as is asked, and those at vertices of parabolas through three."""
-        best = int(np.argmin([one.row[FORCE] for one in self.visited])) if self.visited else 0
+        best = int(np.argmin([one.row["force"] for one in self.visited])) if self.visited else 0
         if not 0 < best < len(self.visited) - 1:
             return
         if self.visited[best].known is None:  # what pulled more was replaced by another branch
             return
         state, beyond = self._mended(best), self.visited[best + 1].known
         for _ in range(_VERTICES):
-            around = np.array([one.row for one in self.visited[best - 1 : best + 2]])
-            (x0, x1, x2), (f0, f1, f2) = around[:, DELTA], around[:, FORCE]
+            around = np.array([one.row for one in self.visited[best - 1 : best + 2]], STATE)
+            (x0, x1, x2), (f0, f1, f2) = around["delta"], around["force"]
             if not (x0 > x1 > x2 and f1 < f0 and f1 < f2):
                 return
             first, second = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1)
@@ -478,9 +484,9 @@ class _Retraction(_Stepper):
         close to it as its residual is small.
         """
         one = self.visited[place]
-        if one.row[ASKED]:
+        if one.row["asked"]:
             return one.known
         found = self.solver.seek(one.known.delta, None, one.known)
-        if found.fine and abs(found.force - one.row[FORCE]) < _MISSED * self.largest:
-            one.row, one.known = self.row(found, False, one.row[DISSIPATED]), found
+        if found.fine and abs(found.force - one.row["force"]) < _MISSED * self.largest:
+            one.row, one.known = self.row(found, False, one.row["dissipated"]), found
         return one.known

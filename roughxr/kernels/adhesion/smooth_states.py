@@ -185,11 +185,15 @@ class Solver:
         return contacts_and_resolution(state, closed_parts(state, self.law), self.law)
 
     def yielded(self, found):
-        """Return ``HARD_FORCE`` … ``DENT`` of a state."""
+        """Return which shares of a state are at the hardness, and how much has given way."""
         pressure, least = found.state.pressure, self.limit * (1.0 - 2.0 * _OVER if self.cap < np.inf else 1.0)
         hard, pushes, touching = pressure >= least, max(pressure.clip(min=0.0).sum(), 1e-300), found.state.touching
-        shares = pressure[hard].sum() / pushes, np.count_nonzero(hard) / max(np.count_nonzero(touching), 1)
-        return *shares, np.count_nonzero(found.left), np.abs(found.left).sum()
+        return {
+            "yielded_fraction": pressure[hard].sum() / pushes,
+            "yielded_area_fraction": np.count_nonzero(hard) / max(np.count_nonzero(touching), 1),
+            "yielded_area": np.count_nonzero(found.left),
+            "plastic_work": np.abs(found.left).sum(),
+        }
 
     def _box(self, delta, last=None, margin=0):
         """Return the rows and columns of the box that holds all cells within range, and those that pulled before."""
