@@ -66,6 +66,9 @@ _MISSED_IN_A_CURVE = 0.05
 #: of the twin then pull off by up to 17 % less with steps of 0.4 nm, on four cells to a pixel.
 _BACK = 0.5
 
+#: Part of a step within which the last contact is seen to let go: a longer step may let go of what still holds.
+_LETS_GO = 1.0 / 16
+
 #: Part of a step by which the stiffness of a branch is measured.
 _PROBE = 1.0 / 16
 
@@ -343,22 +346,25 @@ class _Retraction(_Stepper):
         return fine
 
     def _walk(self, ahead):
-        """Go back in whole steps through the displacements ahead, and on until contact is lost."""
+        """Go back in whole steps through the displacements ahead, and on by shorter ones until contact is lost."""
+        whole = change = _BACK * self.step
         while ahead or not self.is_lost():
             last, (target, asked) = self.last, ahead[0] if ahead else (-np.inf, False)
-            back = last.delta - target if self.is_lost() else min(_BACK * self.step, last.delta - target)
+            back = last.delta - target if self.is_lost() else min(change, last.delta - target)
             delta = target if last.delta - back - target < _SAME * self.step else last.delta - back
             found = self.solver.seek(delta, self.before, last, well=asked and delta == target)
             if not np.isfinite(found.force):
                 return False
+            if self._lets_go(found):
+                change = 0.5 * back
+                continue
             self._judge(found)
             jumped = not self._is_smooth(found)
             self.accept(found, asked and delta == target)
             if jumped:
                 self._measure_stiffness()
             self._forget()
-            if delta == target:
-                ahead = ahead[1:]
+            ahead, change = ahead[1:] if delta == target else ahead, min(whole, 2.0 * back)
         return True
 
     def _measure_stiffness(self):
@@ -406,18 +412,29 @@ class _Retraction(_Stepper):
             found = self.solver.seek(delta, self.before, self.last, near=near, well=asked)
             if not np.isfinite(found.force):
                 return False
-            if near and (not found.fine or self._passed_more(found)):
+            if self._lets_go(found) or (near and (not found.fine or self._passed_more(found))):
                 search.fails(found)
                 continue
             search.passes(found, near)
             self.accept(found, asked)
             self._forget()
             if delta == target and self._is_same(known[0]):
-                self.visited[-1].most = known[0].most
-                self.visited += known[1:]
+                self._join(known)
                 break
             known = known[1:] if delta == target else known
         return True
+
+    def _join(self, known):
+        """Go on by the known path, of which a larger pull is expected only if the present stiffness says so, too."""
+        here = self.visited[-1]
+        if known[1:] and known[0].most > -np.inf:
+            here.most = min(known[0].most, self.stiffness * (self.last.delta - known[1].row["delta"]) - self.last.force)
+        self.visited += known[1:]
+
+    def _lets_go(self, found):
+        """Return whether a step loses the last contact, and is too long to tell where."""
+        lost = self.last.state.touching.any() and not found.state.touching.any()
+        return bool(lost and self.last.delta - found.delta > _LETS_GO * self.step)
 
     def _is_same(self, other):
         """Return whether the present state is another one at the same displacement."""
