@@ -180,7 +180,7 @@ def test_the_paper_by_name_is_five_pixels():
 
 def test_a_paraboloid_that_is_none_is_told():
     surface = self_affine((128, 128), 10, rms=1.5, hurst=0.4, rolloff=90, cutoff=25, seed=2)
-    with pytest.warns(UserWarning, match="no paraboloids on a patch of 50 nm.*take patch='auto'"):
+    with pytest.warns(UserWarning, match="do not fit a paraboloid on a patch of 50 nm.*take patch='auto'"):
         asperities(surface, patch=5)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

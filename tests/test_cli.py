@@ -371,7 +371,10 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     monkeypatch.setattr(analysis, "_below_the_scan", lambda *_: {})  # what takes long is of each scan alone
     assert main(["run", *files, "--config", "wafer.toml", "-o", "wafer", "-q"]) == 0
     printed = capsys.readouterr()
-    assert printed.err.startswith("roughxr: torn.nc: will be left out: ") and "torn.nc: left out" in printed.err
+    assert (
+        printed.err.startswith("roughxr: torn.nc: cannot be read and is left out: ")
+        and "torn.nc: left out" in printed.err
+    )
     assert printed.out.endswith(" 1 of 3 files were left out.\n")
     assert printed.out.splitlines()[-1].startswith("Pull-off force, mean over 2 scans: ")
     table = pd.read_csv("wafer/places.csv")
@@ -400,7 +403,9 @@ def test_the_options_of_a_run_are_written_as_toml_that_is_read(tmp_path, capsys)
     path.write_text('humidty = "50 %"', encoding="utf-8")
     assert main(["run", "scan.nc", "--config", str(path)]) == 1
     told = capsys.readouterr().err
-    assert "run.toml: expected options of run, found 'humidty'" in told and "did you mean '--humidity'?" in told
+    assert (
+        "run.toml: expected options of `roughxr run`, found 'humidty'" in told and "did you mean '--humidity'?" in told
+    )
     path.write_text("budget = [", encoding="utf-8")
     assert main(["run", "scan.nc", "--config", str(path)]) == 1 and "expected TOML" in capsys.readouterr().err
 

@@ -60,7 +60,7 @@ def test_one_species_for_each_class(pulls, code):
 def test_what_cannot_be_handed_over_is_refused(pulls):
     with pytest.raises(ValueError, match="code: expected one of 'lammps'"):
         detachment.to_dem(pulls, code="lamps")
-    with pytest.raises(ValueError, match="classes: expected at most as many as places that pull, 6, found 7"):
+    with pytest.raises(ValueError, match="classes: expected at most 6, the number of places that pull, found 7"):
         detachment.to_dem(pulls, code="lammps", classes=7)
     few = detachment.to_dem(pulls.isel(subregion=slice(3)), code="lammps")  # no classes asked for: as many as there are
     assert "group class3 " in few and "group class4 " not in few

@@ -120,7 +120,7 @@ def test_what_cannot_be_pooled_is_refused(scans):
         roughxr.statistics.pooled(ds, "force")
     with pytest.raises(ValueError, match="scans: expected at least one"):
         roughxr.over_scans([], roughxr.roughness)
-    with pytest.raises(ValueError, match=r"expected Datasets, found 'one.gwy'; take open_scan"):
+    with pytest.raises(ValueError, match=r"expected Datasets, found 'one.gwy'; use open_scan"):
         roughxr.over_scans(["one.gwy"], roughxr.roughness)
     at_speeds = ds.expand_dims(friction_velocity=[1.0, 2.0])
     with pytest.raises(ValueError, match="found also friction_velocity; select one"):

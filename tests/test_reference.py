@@ -153,7 +153,10 @@ def test_formulas_for_rough_surfaces_have_the_limits_that_their_papers_name():
         (lambda: reference.jkr_pull_off(work_of_adhesion=1, curvature_min=2, curvature_max=1), "at most curvature_max"),
         (lambda: reference.rigid_sphere([0.0], radius=1, work_of_adhesion=1, length=1), "positive distances"),
         (lambda: reference.rigid_sphere([1], radius=1, work_of_adhesion=1, length=1, law="jkr"), "law: expected one"),
-        (lambda: reference.rabinovich(radius=1, rms=1, wavelength=1, hamaker_constant=1, long_rms=1), "together"),
+        (
+            lambda: reference.rabinovich(radius=1, rms=1, wavelength=1, hamaker_constant=1, long_rms=1),
+            "both or neither",
+        ),
         (lambda: reference.dmt_pull_off(radius="3 GPa", work_of_adhesion=1), "radius"),
     ],
 )

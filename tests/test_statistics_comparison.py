@@ -46,7 +46,7 @@ def test_the_superposed_sweep_is_read_at_the_direct_displacements():
 
 def test_solutions_that_cannot_be_compared_are_refused_in_words():
     one = solution([[1, 2]], [1, 2])
-    with pytest.raises(ValueError, match="same subregions"):
+    with pytest.raises(ValueError, match="same number of subregions"):
         force_ratio(solution([[1, 2], [1, 2]], [1, 2]), one)
     with pytest.raises(ValueError, match="same datum"):
         force_ratio(one.assign_attrs(datum="first_contact"), one)

@@ -85,7 +85,7 @@ def test_of_a_map_some_pixels_tell_whether_the_fit_is_good():
     ds = xr.Dataset(
         {"pull_off_force": (("x", "y"), values, {"units": "nN"})}, {axis: np.arange(120.0) for axis in "xy"}
     )
-    with pytest.warns(UserWarning, match="14400 samples; ks_p_value is that of 2000"):
+    with pytest.warns(UserWarning, match="14400 samples; ks_p_value is computed from 2000"):
         found = fit(ds, "pull_off_force", laws=["normal", "gumbel"], simulations=19)
     assert float(found.ks_p_value.sel(law="gumbel")) > 0.05 >= float(found.ks_p_value.sel(law="normal"))
     assert found.attrs["samples"] == 14400

@@ -90,8 +90,8 @@ def regime(
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> found = regime(scan)
-    >>> found.recommended.item(), found.attrs["recommendation"][34:44]
-    ('adhesive', '`adhesive`')
+    >>> found.recommended.item(), "`adhesive`" in found.attrs["recommendation"]
+    ('adhesive', True)
     """
     specimen = in_memory(ds)
     bodies, at = specimen.bodies, {"subregions": subregions, "refine": refine}

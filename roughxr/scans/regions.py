@@ -63,10 +63,10 @@ def centres(ds: xr.Dataset, subregions: Any = None) -> xr.Dataset:
     """
     if subregions is None:
         subregions = ds if "subregion_x" in ds.coords else (1, 1)
+    if isinstance(subregions, xr.Dataset) and subregions["subregion_x"].size == 0:
+        raise ValueError("subregions: expected at least one contact centre, found none")
     edges = extent(ds)
     x, y = _positions(subregions, edges, (ds.sizes["x"], ds.sizes["y"]) if "x" in ds.dims else (_MOST_TILES,) * 2)
-    if x.size == 0:
-        raise ValueError("subregions: expected at least one contact centre, found none")
     _refuse_outside(x, y, edges)
     out = xr.Dataset(
         coords={
