@@ -560,7 +560,7 @@ def _add_budget(command) -> None:
     command.add_argument(
         "--budget",
         type=int,
-        default=16,
+        default=8,
         metavar="PLACES",
         help="most places at which the simulation with adhesion is repeated under each change of the error budget; 0: "
         "no budget; default: %(default)s",

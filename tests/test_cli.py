@@ -397,7 +397,7 @@ def test_the_options_of_a_run_are_written_as_toml_that_is_read(tmp_path, capsys)
     assert "# sphere-radius = " in text and "# subregions = [8, 8]" in text
     assert tomllib.loads(text) == {}
     assert (
-        tomllib.loads("\n".join(line.removeprefix("# ") for line in text.splitlines() if " = " in line))["budget"] == 16
+        tomllib.loads("\n".join(line.removeprefix("# ") for line in text.splitlines() if " = " in line))["budget"] == 8
     )
     assert main(["config", "-o", str(path)]) == 1 and "exists already" in capsys.readouterr().err
     path.write_text('humidty = "50 %"', encoding="utf-8")

@@ -27,7 +27,7 @@ PLAN = Plan(
 )
 
 
-def paper(output: str | Path, *, budget: int = 16) -> dict[str, xr.Dataset]:
+def paper(output: str | Path, *, budget: int = 8) -> dict[str, xr.Dataset]:
     """Repeat the paper on the glass twin: archive, figures 2–16 and the table of all methods.
 
     Parameters

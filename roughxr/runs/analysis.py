@@ -101,7 +101,7 @@ class Plan(NamedTuple):
     mesh: Mesh = _MESH
     checked: int = 4  # places also solved on a mesh twice as fine with half the steps
     continued: int = 16  # places at which the roughness is continued below the scan; 0: none
-    budget: int = 16  # most places solved again under each change of the error budget; 0: no budget
+    budget: int = 8  # most places solved again under each change of the error budget; 0: no budget
 
 
 #: The stages of a run, in words.
@@ -148,7 +148,7 @@ def run(
     law: str = "auto",
     mesh: Mesh | int | str = "auto",
     levelling: str = "plane",
-    budget: int = 16,
+    budget: int = 8,
 ) -> dict[str, xr.Dataset]:
     """Analyse a scan, and write archive, figures and tables; called again after an interruption, it resumes.
 
