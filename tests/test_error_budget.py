@@ -263,3 +263,11 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, b
     blurred = budget.assign(contact_radius_pixels=0.7).assign_attrs(resolved="At pull-off … 0.7 pixels …")
     assert any("0.7 pixels" in said for said in report.cautions(run | {"statistics/error_budget": blurred}))
     assert report.headline({"scan": rough}) == ""
+
+
+def test_figure_over_waves_says_that_no_place_has_a_pull_off():
+    waves = {"shortest_kept": [10.0, 20.0]}
+    scales = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), np.full((1, 2, 1), np.nan))}, waves)
+    ((_, figure),) = figures.budget_figures({"statistics/shorter_waves": scales})
+    figure.canvas.draw()
+    assert "no place" in figure.axes[0].get_title("left")

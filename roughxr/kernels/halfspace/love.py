@@ -26,15 +26,9 @@ def love_coefficients(rows, columns):
     >>> round(float(love_coefficients(1, 1)[0, 0]), 6)
     1.1222
     """
-    x, y = np.arange(rows)[:, None], np.arange(columns)[None, :]
-    corners = (
-        _corner(x + 0.5, y + 0.5) - _corner(x + 0.5, y - 0.5) - _corner(x - 0.5, y + 0.5) + _corner(x - 0.5, y - 0.5)
-    )
-    table = corners / np.pi
+    # neighbouring cells share their corners; none passes through a centre, so s, t ≠ 0
+    s, t = np.arange(rows + 1)[:, None] - 0.5, np.arange(columns + 1)[None, :] - 0.5
+    corners = s * np.arcsinh(t / np.abs(s)) + t * np.arcsinh(s / np.abs(t))
+    table = (corners[1:, 1:] - corners[1:, :-1] - corners[:-1, 1:] + corners[:-1, :-1]) / np.pi
     table.setflags(write=False)
     return table
-
-
-def _corner(s, t):
-    """Return s asinh(t/|s|) + t asinh(s/|t|); cell edges never pass through a centre, so s, t ≠ 0."""
-    return s * np.arcsinh(t / np.abs(s)) + t * np.arcsinh(s / np.abs(t))

@@ -138,8 +138,9 @@ def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
     Returns
     -------
     Axes
-        Both axes logarithmic. Bars are the standard deviation of the mean over seeds; the line is the shortest wave
-        that the scan shows: left of it waves were added, right of it cut off.
+        Both axes logarithmic; where no place has a pull-off the title says so. Bars are the standard deviation of the
+        mean over seeds; the line is the shortest wave that the scan shows: left of it waves were added, right of it
+        cut off.
 
     Examples
     --------
@@ -170,9 +171,13 @@ def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
     shown = ds.attrs.get("shortest_wavelength", np.nan)
     if np.isfinite(shown):
         ax.axvline(shown, color=VERMILION, linewidth=0.9, linestyle=(0, (4, 2)), label="shown by the scan", zorder=0)
-    ax.set(xscale="log", yscale="log")
+    ax.set(xscale="log")
     _plain_ticks(ax, waves)
-    log_ticks(ax.yaxis)
+    if (means > 0).any():
+        ax.set(yscale="log")
+        log_ticks(ax.yaxis)
+    else:  # a logarithmic axis without a value cannot be drawn
+        ax.set_title("not computed: no place has a pull-off")
     label_axis(ax.yaxis, "pull_off_force")
     ax.set_xlabel("shortest wavelength of the surface [nm]")
     return legend(ax, loc="best")
