@@ -217,7 +217,9 @@ def test_other_surfaces_are_refused(make, why):
 
 def test_a_measured_map_is_refused_with_what_to_do_unless_its_spectrum_is_given():
     scan = roughxr.open_sample("rough").isel(x=slice(64), y=slice(64)).contact.assign_pair(**PAIR)
-    with pytest.raises(ValueError, match=r"expected a self-affine surface .* measure a finer scan, or give a measured"):
+    with pytest.raises(
+        ValueError, match=r"only a self-affine surface can be continued.* measure a finer scan, or give a measured"
+    ):
         roughxr.continued(scan)
     told = roughxr.continued(scan, subregions=(1, 1), seeds=1, shortest=76, spectrum=shown_truly(scan))
     assert float(told.pull_off_mean) > 0

@@ -136,7 +136,7 @@ def continued(
         raise ValueError("height: expected a spectrum to continue, found none in a flat or nearly flat scan")
     unlike = "" if spectrum is not None else unlike_self_affine(ds, model.shown)
     if unlike:
-        raise ValueError(f"height: expected a self-affine surface to continue, found {unlike}; {_INSTEAD}")
+        raise ValueError(f"only a self-affine surface can be continued, and this scan has {unlike}; {_INSTEAD}")
     bodies, hardness = with_hardness(ds)
     centres = regions.centres(ds, subregions)
     problem, adhesion = settling(bodies, preload=preload)

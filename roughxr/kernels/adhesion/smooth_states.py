@@ -75,6 +75,7 @@ class Solver:
     def __init__(self, separation, coefficients, law, tolerance, max_rounds, cap, limit, from_contact):
         self.separation, self.coefficients, self.law = separation, coefficients, law
         self.cap, self.limit = cap, limit
+        self.lowest = [separation.min(axis=axis) for axis in (1, 0)]  # of whole rows and columns: windows are wide
         self.tolerance, self.max_rounds = float(tolerance), int(max_rounds)
         self.transfers = {}
         self.around = int(np.ceil(_OPENS / law.steepest)) + 2 if from_contact and law.work > 0 else 0
@@ -188,19 +189,22 @@ class Solver:
         """Return which shares of a state are at the hardness, and how much has given way."""
         pressure, least = found.state.pressure, self.limit * (1.0 - 2.0 * _OVER if self.cap < np.inf else 1.0)
         hard, pushes, touching = pressure >= least, max(pressure.clip(min=0.0).sum(), 1e-300), found.state.touching
+        left = found.left if self.cap < np.inf else found.left[:0]  # of the whole window: not where nothing yields
         return {
             "yielded_fraction": pressure[hard].sum() / pushes,
             "yielded_area_fraction": np.count_nonzero(hard) / max(np.count_nonzero(touching), 1),
-            "yielded_area": np.count_nonzero(found.left),
-            "plastic_work": np.abs(found.left).sum(),
+            "yielded_area": np.count_nonzero(left),
+            "plastic_work": np.abs(left).sum(),
         }
 
     def _box(self, delta, last=None, margin=0):
         """Return the rows and columns of the box that holds all cells within range, and those that pulled before."""
-        within = self.separation < delta + self.law.range
+        within = [lowest < delta + self.law.range for lowest in self.lowest]
         if last is not None:
-            within[last.rows, last.columns] |= np.abs(last.state.pressure) > _PULLS * self.law.strength
-        return tuple(_rounded(np.flatnonzero(within.any(axis)), within.shape[1 - axis], margin) for axis in (1, 0))
+            pulls = np.abs(last.state.pressure) > _PULLS * self.law.strength
+            within[0][last.rows] |= pulls.any(axis=1)
+            within[1][last.columns] |= pulls.any(axis=0)
+        return tuple(_rounded(np.flatnonzero(one), one.size, margin) for one in within)
 
     def _pulls_at_edge(self, found):
         """Return whether adhesion draws the surface up as far as a side of the box beyond which there is more of it."""
