@@ -79,6 +79,9 @@ _AT_PRELOAD = {"preload_delta": float, "contact_area": float, "residual": float,
 #: States of a law with an edge that are extrapolated.
 _EXTRAPOLATED = ("force", "contact_area", "energy", "dissipated")
 
+#: By these words a warning is known that a run gives on its page.
+SMALL_CONTACTS = "contacts with a radius below"
+
 #: Below first contact, a body under a preload is followed as deep as a smooth sphere would sink in, and deeper by so
 #: many standard deviations of the heights.
 _ROUGH_DEPTH = 4.0
@@ -502,7 +505,7 @@ def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
     if adhesion.refine and (resolution < LEAST_RADIUS).any():
         few = int((resolution < LEAST_RADIUS).sum())
         warn(
-            f"{few} of {size} subregions have contacts with a radius below {LEAST_RADIUS:g} "
+            f"{few} of {size} subregions have {SMALL_CONTACTS} {LEAST_RADIUS:g} "
             f"pixels at pull-off (smallest {np.nanmin(resolution):.2g}): compare with a finer mesh, or "
             "take mesh='auto'"
         )

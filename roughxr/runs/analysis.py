@@ -32,7 +32,7 @@ from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
 from ..bodies import liquid
 from ..bodies.materials import elastic
-from ..contact.adhesion import adhesive
+from ..contact.adhesion import SMALL_CONTACTS, adhesive
 from ..contact.elastic import direct
 from ..contact.mesh import MOST_REFINED, Mesh, mesh_of
 from ..contact.problem import default_deltas
@@ -436,7 +436,7 @@ def _with_adhesion(specimen: Specimen, plan: Plan, options: dict[str, Any], say:
     mesh, finer, error = replace(plan.mesh, accuracy=None), None, None
     with warnings.catch_warnings():
         # the choice of the mesh and the report's page deal with small contacts
-        warnings.filterwarnings("ignore", "[^:]*contacts of less than")
+        warnings.filterwarnings("ignore", f"[^:]*{SMALL_CONTACTS}")
         some = options | how | {"subregions": regions.sample(specimen.centres(plan.subregions), plan.checked)}
         if plan.mesh.refine == "auto":
             mesh, finer, error = _fine_enough_mesh(specimen, plan, some, say)

@@ -4,7 +4,7 @@ Each state is searched from an extrapolation of the last two: of gaps where cell
 touch. So the path follows a branch to its end and then descends to another one, as a body held by a stiff device does.
 The displacement moves in steps, and the pull-off must not depend on what lies between two of them:
 
-- retraction goes back in whole steps first. Then, from the first state beyond which a larger pull may lie, it is
+- retraction goes back in whole steps first. Then, from the state beyond which the largest pull may lie, it is
   repeated, and only states near the extrapolation are accepted. Where there is none, a branch has ended or the last
   contact of a stiff body is lost; this end is located by shorter steps, and passed by a leap. Once the path is again
   the one known, it leads on from there. That ends are looked for only where they may matter saves more than half of the
@@ -165,7 +165,7 @@ def _path(loading, fine):
     """Return the `Path` that turns back where the loading has arrived."""
     back = _Retraction(loading)
     fine = fine and back.retract()
-    visited, shape = loading.visited + back.visited, (0, *loading.solver.separation.shape)
+    visited, shape = loading.visited + (back.visited if fine else []), (0, *loading.solver.separation.shape)
     states = np.array([one.row for one in visited], STATE)
     states["dissipated"] = np.cumsum(states["dissipated"])
     pressures = [one.pressure for one in visited if one.pressure is not None]
@@ -304,7 +304,7 @@ class _EndSearch:
         if near and self.beyond is not None and self.beyond < found.delta:
             self.step = 0.5 * (found.delta - self.beyond)
         else:
-            self.step, self.beyond = min(self.path.step, max(self.step, 2.0 * back)), None
+            self.step, self.beyond = min(_BACK * self.path.step, max(self.step, 2.0 * back)), None
 
     def _leap(self):
         """Return how far to leap beyond the end of a branch."""
@@ -364,7 +364,7 @@ class _Retraction(_Stepper):
             if jumped:
                 self._measure_stiffness()
             self._forget()
-            ahead, change = ahead[1:] if delta == target else ahead, min(whole, 2.0 * back)
+            ahead, change = ahead[1:] if delta == target else ahead, min(whole, max(change, 2.0 * back))
         return True
 
     def _measure_stiffness(self):
@@ -399,7 +399,7 @@ class _Retraction(_Stepper):
     def _repeat(self, place):
         """Go back from a state once more, and find where branches end, until the path is the known one again."""
         known, self.visited = self.visited[place + 1 :], self.visited[: place + 1]
-        start, search = self.visited[-1], _EndSearch(self, self.step)
+        start, search = self.visited[-1], _EndSearch(self, _BACK * self.step)
         self.before, self.last, self.stiffness, start.most = start.before, start.known, start.stiffness, -np.inf
         while known or not self.is_lost():
             if self.is_lost():  # nothing happens on the way
@@ -410,26 +410,30 @@ class _Retraction(_Stepper):
             delta, near = search.ahead(target)
             asked = delta == target and bool(known[0].row["asked"])
             found = self.solver.seek(delta, self.before, self.last, near=near, well=asked)
-            if not np.isfinite(found.force):
+            lost = not np.isfinite(found.force)
+            if lost and not near:
                 return False
-            if self._lets_go(found) or (near and (not found.fine or self._passed_more(found))):
+            if lost or self._lets_go(found) or (near and (not found.fine or self._passed_more(found))):
                 search.fails(found)
                 continue
             search.passes(found, near)
             self.accept(found, asked)
             self._forget()
-            if delta == target and self._is_same(known[0]):
-                self._join(known)
+            if delta == target and self._is_same(known[0]) and (known[1:] or self.is_lost()):
+                self._join(known[0], known[1:])
                 break
             known = known[1:] if delta == target else known
         return True
 
-    def _join(self, known):
+    def _join(self, same, beyond):
         """Go on by the known path, of which a larger pull is expected only if the present stiffness says so, too."""
-        here = self.visited[-1]
-        if known[1:] and known[0].most > -np.inf:
-            here.most = min(known[0].most, self.stiffness * (self.last.delta - known[1].row["delta"]) - self.last.force)
-        self.visited += known[1:]
+        here, last = self.visited[-1], self.last
+        if beyond:
+            row = beyond[0].row
+            here.most = min(same.most, self.stiffness * (last.delta - row["delta"]) - last.force)
+            work = 0.5 * (row["force"] + last.force) * (row["delta"] - last.delta)
+            row["dissipated"] = work - (row["energy"] - last.energy)
+        self.visited += beyond
 
     def _lets_go(self, found):
         """Return whether a step loses the last contact, and is too long to tell where."""

@@ -173,7 +173,7 @@ _DRAWINGS = {
         ("statistics/sensitivity",),
         lambda run: figures.tornado(run["statistics/sensitivity"]),
         "Change of the mean simulated pull-off at a sample of places when one assumption is changed as written at the "
-        "bar; the longer of two bars enters the error budget.",
+        "bar; the error budget uses the longer of two bars.",
     ),
     "Pull-off and the shortest wave": _Drawing(
         ("statistics/shorter_waves",),
@@ -233,7 +233,7 @@ _DRAWINGS = {
         ("statistics/energy or statistics/adhesive",),
         lambda run: figures.fitted_distribution(prediction(run)),
         "Histogram with a 95 % interval for each bar, the mean with its interval on top, and fitted distributions, "
-        "the best first; a larger ΔAIC is a worse fit. Method as of the main numbers.",
+        "the best first; a larger ΔAIC is a worse fit. Same method as the main numbers.",
     ),
     "Where it sticks": _Drawing(
         ("statistics/energy or statistics/adhesive",),

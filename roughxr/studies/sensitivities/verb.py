@@ -142,7 +142,8 @@ def compared(
 
     ``finer``, if given, is the simulation at some of the places with cells and steps halved.
     """
-    ds, law, meshes, step = tried[0].ds, solved.attrs["law"], solved["refinement"].values, float(mesh.step)
+    ds, law, step = tried[0].ds, solved.attrs["law"], float(mesh.step)
+    meshes = first_preload(solved, "refinement").values
     cells, pulls = cells or min(cells_for(ds, preload, law), int(meshes.max())), first_preload(solved)
     way = Simulation(
         regions.centres(ds, solved), preload, law, Mesh(cells, None, step), float(by_share(pulls).mean()), meshes
@@ -155,10 +156,10 @@ def compared(
     return Comparison(tried, way, known)
 
 
-def first_preload(solved: xr.Dataset) -> xr.DataArray:
-    """Return the pull-off at each place, of several preloads that from the first."""
-    pulls = solved["pull_off_force"]
-    return pulls.isel(preload=0) if "preload" in pulls.dims else pulls
+def first_preload(solved: xr.Dataset, name: str = "pull_off_force") -> xr.DataArray:
+    """Return the pull-off, or another variable, at each place, of several preloads that from the first."""
+    values = solved[name]
+    return values.isel(preload=0) if "preload" in values.dims else values
 
 
 def _places_of(solved: xr.Dataset) -> list[tuple[float, float]]:
