@@ -7,7 +7,7 @@ The displacement moves in steps, and the pull-off must not depend on what lies b
 - retraction goes back in whole steps first. Then, from the state beyond which the largest pull may lie, it is
   repeated, and only states near the extrapolation are accepted. Where there is none, a branch has ended or the last
   contact of a stiff body is lost; this end is located by shorter steps, and passed by a leap. Once the path is again
-  the one known, it leads on from there. That ends are looked for only where they may matter saves more than half of the
+  the one known, it leads on from there. That ends are looked for only where they may matter saves a third of the
   work (``tests/benchmarks/adhesive_cost.py pressed``).
 - at the largest pull, states are solved at the vertices of parabolas through three.
 - a preload is located by regula falsi.
