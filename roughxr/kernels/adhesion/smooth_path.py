@@ -164,13 +164,13 @@ def follow_smooth(
 def _path(loading, fine):
     """Return the `Path` that turns back where the loading has arrived."""
     back = _Retraction(loading)
-    fine = fine and back.retract()
+    whole = fine and back.retract()
     visited, shape = loading.visited + (back.visited if fine else []), (0, *loading.solver.separation.shape)
     states = np.array([one.row for one in visited], STATE)
     states["dissipated"] = np.cumsum(states["dissipated"])
     pressures = [one.pressure for one in visited if one.pressure is not None]
     left = [one.left for one in loading.visited if one.left is not None] or [loading.last.left]
-    status = CONVERGED if fine else NOT_FINITE
+    status = CONVERGED if whole else NOT_FINITE
     pressures = np.array(pressures) if pressures else np.zeros(shape)
     return Path(states, len(loading.visited), status, pressures, np.array(left))
 

@@ -133,7 +133,7 @@ class Solver:
             rows, columns = self._box(delta, last, margin)
             found = self._seek_in(rows, columns, delta, before, last, near=near, well=well)
             while found.opens and np.isfinite(found.force):
-                before, last = None, found._replace(near=found.near)
+                before, last = None, found
                 found = self._seek_in(rows, columns, delta, before, last, near=near, well=well)
             if not self._pulls_at_edge(found):
                 return found
