@@ -13,7 +13,7 @@ import xarray as xr
 
 from ..jobs import lazy as parallel
 from .adhesion import reach_of, settling
-from .cycle import Adhesion, cycles_at, events, reached
+from .cycle import Adhesion, cycles_at, largest_pull, reached
 from .mesh import Mesh
 from .problem import Place, Problem, places
 from .specimen import specimen_of
@@ -61,6 +61,4 @@ def _pull_offs_of(group: tuple[Case, ...], most: int) -> np.ndarray:
 
 def _pull_off(case: Case) -> float:
     cycles, _ = cycles_at(*case, fields=False)
-    if not reached(cycles.paths[0], case.adhesion, 0):
-        return np.nan
-    return events(cycles, 0).get("pull_off_force", np.nan)
+    return largest_pull(cycles, 0) if reached(cycles.paths[0], case.adhesion, 0) else np.nan
