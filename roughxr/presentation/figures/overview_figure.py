@@ -68,7 +68,7 @@ def _with_mean(label: str, pull: xr.Dataset) -> str:
     """Return a method's name with its mean; that of the simulation as the scan shows the surface."""
     force = by_share(pull["pull_off_force"].isel(preload=0) if "preload" in pull.dims else pull["pull_off_force"])
     mean = float(force.mean())
-    return f"{label}, mean {quantity(mean)}" if np.isfinite(mean) else label
+    return f"{label},\nmean {quantity(mean)}" if np.isfinite(mean) else label
 
 
 def _pull_offs(pulls: Mapping[str, xr.Dataset], ax) -> None:
