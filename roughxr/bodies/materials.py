@@ -49,6 +49,7 @@ _RANGES = {
     "contact_modulus": _MODULUS,
     "hardness": _Range("GPa", 1e-6, 1e-3, 100.0, 1e3, "PTFE has 0.05 GPa, gold 1, glass 6, diamond 100"),
     "adhesion_range": _Range("nm", 0.01, 0.1, 50.0, 1e4, "dry solids have 0.2 to 0.4 nm, capillary bridges some nm"),
+    "retardation": _Range("nm", 1.0, 10.0, 1e3, 1e5, "bodies absorb light of some 100 nm"),
     "hamaker_constant": _Range("nN nm", 1e-4, 1e-3, 1.0, 5.0, "solids have 0.03 to 0.5 nN nm, which are 30 to 500 zJ"),
     "work_of_adhesion": _Range("J m-2", 0.0, 1e-6, 6.0, 30.0, "dry glass has 0.06 J/m², cleaved diamond 11"),
 }
@@ -177,7 +178,7 @@ def assign_pair(
         Names, such as "glass/silicon" or "glass" for two bodies of it: moduli from handbooks and, unless it is
         given, the work of adhesion of clean, dry bodies by van der Waals forces alone; see `substances`.
     young_modulus, poisson_ratio : number or pair
-        Of both bodies alike, or of each; GPa. Either these, ``materials`` or ``contact_modulus``.
+        Of both bodies alike, or of each; GPa. Either these two, ``materials`` or ``contact_modulus``.
     contact_modulus : number or quantity
         E*, GPa.
     surface_energy : number or quantity, optional
@@ -218,9 +219,10 @@ def assign_pair(
     Raises
     ------
     ValueError
-        If a quantity is given twice or not at all, is not a positive number (w may be zero) or impossible for any body,
-        the hardness is no larger than the pull of adhesion w/ρ, or an indenter's map does not have the contact
-        centre in its middle; or if the air is saturated, the liquid does not wet or its menisci are not thin.
+        If a quantity is given twice, not at all or without what it belongs to, is not a positive number (w may be zero)
+        or impossible for any body, the hardness is no larger than the pull of adhesion w/ρ, or an indenter's map does
+        not have the contact centre in its middle; or if the air is saturated, the liquid does not wet or its menisci
+        are not thin.
 
     Warns
     -----
@@ -237,40 +239,30 @@ def assign_pair(
     >>> round(float(assign_pair(scan, sphere_radius="3 um", materials="glass").work_of_adhesion), 4)
     0.0633
     """
-    given = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
-    given |= {"surface_energy": surface_energy}
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
     bodies = None if materials is None else substances.pair_of(materials)
-    work_of_adhesion, under_liquid = _dry_and_wet(work_of_adhesion, humidity)
-    attraction = _attraction(bodies, _work_of_adhesion(surface_energy, work_of_adhesion), hamaker_constant)
-    if bodies is not None:
-        young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
-    values = {"contact_modulus": _contact_modulus(contact_modulus, young_modulus, poisson_ratio)}
-    if sphere_radius is not None:
-        values["sphere_radius"] = _radius(sphere_radius, ds)
-    values |= attraction
-    adhesion = values.get("work_of_adhesion")
-    if adhesion_range is not None:
-        length = positive(adhesion_range, "nm", "adhesion_range")
-        values["adhesion_range"] = _plausible(length, "adhesion_range", adhesion_range)
-    if retardation is not None:
-        values["retardation"] = positive(retardation, "nm", "retardation")
-    if hardness is not None:
-        values["hardness"] = _hardness(hardness, adhesion, values.get("adhesion_range"))
-    elif bodies is not None:
-        values["hardness_estimate"] = substances.softer_hardness(*bodies)
-    if humidity is not None:
+    air = humidity if humidity is None or isinstance(humidity, HumidAir) else HumidAir(humidity)
+    adhesion, under_liquid = _dry_and_wet(surface_energy, work_of_adhesion, air)
+    values = _stated(
+        contact_modulus=_contact_modulus(bodies, contact_modulus, young_modulus, poisson_ratio),
+        sphere_radius=None if sphere_radius is None else _radius(sphere_radius, ds),
+        **_attraction(bodies, adhesion, hamaker_constant),
+        adhesion_range=_length(adhesion_range, "adhesion_range"),
+        retardation=_length(retardation, "retardation"),
+    )
+    values |= _hardness(bodies, hardness, values)
+    if air is not None:
         values = {"work_of_adhesion": 0.0} | values | under_liquid
-        own = bodies if "hamaker_constant" in attraction and hamaker_constant is None else None
-        air = humidity if isinstance(humidity, liquids.HumidAir) else liquids.HumidAir(humidity)
+        own = bodies if adhesion is None and hamaker_constant is None else None
         values |= liquids.condensed(ds, values, air, bodies=own)
-        given |= {name: value for name, value in vars(air).items() if name != "humidity"}
     out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
     out = out.assign_coords(values)
     if indenter is not None:
         out = out.assign(indenter_height=_indenter(indenter))
-    told = {name: _recordable(value) for name, value in given.items() if value is not None}
+    given = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
+    given |= {"surface_energy": surface_energy} | (vars(air) if air else {})
+    told = {name: _recordable(value) for name, value in given.items() if value is not None and name not in values}
     return schema.record(schema.label(out), "assign_pair", **values, **told)
 
 
@@ -341,8 +333,7 @@ def _attraction(bodies: tuple | None, adhesion: float | None, given: Any) -> dic
     if constant is not None:
         adhesion = substances.work_of(constant) if adhesion is None else adhesion
         _check_cut_off(constant, adhesion)
-    stated = {"work_of_adhesion": adhesion, "hamaker_constant": constant}
-    return {name: value for name, value in stated.items() if value is not None}
+    return _stated(work_of_adhesion=adhesion, hamaker_constant=constant)
 
 
 def _check_cut_off(constant: float, work: float) -> None:
@@ -363,7 +354,11 @@ def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | 
     return tuple(ds[name].values.astype(float) for name in ("indenter_x", "indenter_y", "indenter_height"))
 
 
-def _contact_modulus(given: Any, young_modulus: Any, poisson_ratio: Any) -> float:
+def _contact_modulus(bodies: tuple | None, given: Any, young_modulus: Any, poisson_ratio: Any) -> float:
+    if poisson_ratio is not None and young_modulus is None:
+        raise ValueError("poisson_ratio: used with young_modulus only, found none; leave it out")
+    if bodies is not None:
+        young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
     if given is not None:
         return _plausible(positive(given, "GPa", "contact_modulus"), "contact_modulus", given)
     if poisson_ratio is None:
@@ -418,20 +413,32 @@ def _closest_approach(constant: float, work: float) -> float:
     return math.sqrt(constant / (12 * math.pi * work)) if work > 0 else math.inf
 
 
-def _dry_and_wet(given: Any, humidity: Any) -> tuple[Any, dict[str, float]]:
+def _dry_and_wet(surface_energy: Any, given: Any, air: HumidAir | None) -> tuple[float | None, dict[str, float]]:
     """Return the work of adhesion without liquid, and the share of it under liquid where both are given."""
-    if humidity is None or not isinstance(given, (tuple, list)):
-        return given, {}
+    if air is None or not isinstance(given, (tuple, list)):
+        return _work_of_adhesion(surface_energy, given), {}
     if len(given) != 2:
         raise ValueError(f"work_of_adhesion: expected one value, or a pair (dry, under the liquid), found {given!r}")
-    dry, wet = (_work_of_adhesion(None, one) for one in given)
+    dry, wet = (_work_of_adhesion(surface_energy, one) for one in given)
     return dry, {"share_under_liquid": wet / dry if dry else 1.0}
 
 
-def _hardness(given: Any, work: float | None, length: float | None) -> float:
-    """Return the hardness (GPa); raise unless it exceeds the pull of adhesion."""
-    value = _plausible(positive(given, "GPa", "hardness"), "hardness", given)
-    strength = (work or 0.0) / (length or DEFAULT_RANGE)
+def _stated(**values: float | None) -> dict[str, float]:
+    """Return the values that are known."""
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _length(given: Any, name: str) -> float | None:
+    """Return a length (nm) that may be left out; raise or warn where it is none that bodies have."""
+    return None if given is None else _plausible(positive(given, "nm", name), name, given)
+
+
+def _hardness(bodies: tuple | None, given: Any, pair: dict[str, float]) -> dict[str, float]:
+    """Return the hardness (GPa), else named materials' estimate; raise unless it exceeds the pull of adhesion."""
+    if given is None:
+        return {} if bodies is None else {"hardness_estimate": substances.softer_hardness(*bodies)}
+    value, length = _plausible(positive(given, "GPa", "hardness"), "hardness", given), pair.get("adhesion_range")
+    strength = pair.get("work_of_adhesion", 0.0) / (length or DEFAULT_RANGE)
     words = (
         f"hardness: {value:.3g} GPa does not exceed the adhesive traction w/rho = {strength:.3g} GPa (rho = "
         f"{length or DEFAULT_RANGE:g} nm): such a body would yield by adhesion alone"
@@ -443,7 +450,7 @@ def _hardness(given: Any, work: float | None, length: float | None) -> float:
             f"{words}; is this intended? (else assign the adhesion_range that belongs to this work of adhesion)",
             ImplausiblePair,
         )
-    return value
+    return {"hardness": value}
 
 
 def _radius(given: Any, ds: xr.Dataset) -> float:
