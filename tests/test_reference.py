@@ -1,6 +1,5 @@
 """Closed forms against numbers derived apart from them."""
 
-import inspect
 import itertools
 
 import numpy as np
@@ -157,6 +156,8 @@ def test_formulas_for_rough_surfaces_have_the_limits_that_their_papers_name():
             lambda: reference.rabinovich(radius=1, rms=1, wavelength=1, hamaker_constant=1, long_rms=1),
             "both or neither",
         ),
+        (lambda: reference.rumpf(radius=1, hamaker_constant=1), "asperity_radius or rms, found none"),
+        (lambda: reference.rumpf(radius=1, hamaker_constant=1, rms=1, asperity_radius=1), "found both"),
         (lambda: reference.dmt_pull_off(radius="3 GPa", work_of_adhesion=1), "radius"),
     ],
 )
@@ -166,7 +167,7 @@ def test_what_is_wrong_is_said(call, words):
 
 
 def test_all_of_it_is_documented():
-    public = [f for name, f in vars(reference).items() if inspect.isfunction(f) and f.__module__ == reference.__name__]
-    for function in (f for f in public if f.__name__[0] != "_"):
+    public = [getattr(reference, name) for name in reference.__all__]
+    for function in public:
         assert all(part in function.__doc__ for part in ("Parameters", "Returns", "Examples", ">>>")), function
     assert roughxr.reference is reference

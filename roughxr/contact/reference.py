@@ -43,7 +43,6 @@ __all__ = [
     "rabinovich",
     "rigid_sphere",
     "rumpf",
-    "rumpf_rms",
     "tabor",
     "tabor_parameter",
     "work_from_hamaker",
@@ -682,67 +681,49 @@ def work_from_hamaker(*, hamaker_constant: Quantity, closest_approach: Quantity 
 
 @_formula
 def rumpf(
-    *, radius: Quantity, asperity_radius: Quantity, hamaker_constant: Quantity, closest_approach: Quantity = 0.165
+    *,
+    radius: Quantity,
+    asperity_radius: Quantity | None = None,
+    rms: Quantity | None = None,
+    hamaker_constant: Quantity,
+    closest_approach: Quantity = 0.165,
 ) -> float:
     """Return Rumpf's pull of a sphere on a plane with one hemispherical asperity.
 
     Parameters
     ----------
-    radius, asperity_radius : number or quantity
-        Of the sphere and of the asperity, whose centre lies in the plane, nm.
-    hamaker_constant : number or quantity
-        nN nm.
-    closest_approach : number or quantity
-        z₀ between sphere and asperity, nm.
+    radius : number or quantity
+        Of the sphere, nm.
+    asperity_radius, rms : number or quantity
+        Radius of the asperity, whose centre lies in the plane, or the roughness that hemispheres of radius 1.48 rms
+        give a surface; nm, one of them.
+    hamaker_constant, closest_approach : number or quantity
+        A, nN nm, and z₀ between sphere and asperity, nm.
 
     Returns
     -------
     float
         nN, positive: (A/6z₀²) [rR/(r + R) + R/(1 + r/z₀)²].
 
+    Raises
+    ------
+    ValueError
+        If a number is not positive, or both or none are given of radius and roughness.
+
     References
     ----------
-    Rumpf, Particle Technology (1990).
+    Rumpf, Particle Technology (1990); Rabinovich, Adler, Ata, Singh & Moudgil, J. Colloid Interface Sci. 232 (2000) 10.
 
     Examples
     --------
-    >>> round(rumpf(radius=1000, asperity_radius=10, hamaker_constant="1e-19 J", closest_approach=0.3), 3)
-    1.991
+    >>> sphere = {"radius": 1000, "hamaker_constant": "1e-19 J", "closest_approach": 0.3}
+    >>> round(rumpf(asperity_radius=10, **sphere), 3), rumpf(rms=2, **sphere) == rumpf(asperity_radius=2.96, **sphere)
+    (1.991, True)
     """
-    R, r, z = radius, asperity_radius, closest_approach
+    if (asperity_radius is None) == (rms is None):
+        raise ValueError(f"expected asperity_radius or rms, found {'none of them' if rms is None else 'both'}")
+    R, z, r = radius, closest_approach, _HEMISPHERE * rms if asperity_radius is None else asperity_radius
     return hamaker_constant / (6 * z**2) * (r * R / (r + R) + R / (1 + r / z) ** 2)
-
-
-@_formula
-def rumpf_rms(
-    *, radius: Quantity, rms: Quantity, hamaker_constant: Quantity, closest_approach: Quantity = 0.165
-) -> float:
-    """Return Rumpf's pull, with hemispheres whose radius 1.48 rms gives a surface its roughness.
-
-    Parameters
-    ----------
-    radius, rms : number or quantity
-        nm.
-    hamaker_constant, closest_approach : number or quantity
-        nN nm, nm.
-
-    Returns
-    -------
-    float
-        nN, positive: (AR/6z₀²) [1/(1 + R/(1.48 rms)) + 1/(1 + 1.48 rms/z₀)²].
-
-    References
-    ----------
-    Rabinovich, Adler, Ata, Singh & Moudgil, J. Colloid Interface Sci. 232 (2000) 10.
-
-    Examples
-    --------
-    >>> arguments = {"radius": 1000, "hamaker_constant": "1e-19 J", "closest_approach": 0.3}
-    >>> rumpf_rms(rms=2, **arguments) == rumpf(asperity_radius=2.96, **arguments)
-    True
-    """
-    given = {"hamaker_constant": hamaker_constant, "closest_approach": closest_approach}
-    return rumpf(radius=radius, asperity_radius=_HEMISPHERE * rms, **given)
 
 
 @_formula

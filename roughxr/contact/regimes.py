@@ -241,7 +241,7 @@ def _of_solids(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[d
     found = {
         "bradley": reference.dmt_pull_off(radius=radius, work_of_adhesion=w),
         "rumpf": reference.rumpf(asperity_radius=given["asperity_radius"], **sphere),
-        "rumpf_rms": reference.rumpf_rms(rms=given["rms"], **sphere),
+        "rumpf_rms": reference.rumpf(rms=given["rms"], **sphere),
         "rabinovich": reference.rabinovich(rms=given["rms"], wavelength=given["wavelength"], **sphere),
         "rabinovich_two_scales": reference.rabinovich(**short, **long, **sphere),
         "gaussian_heights": 2 * np.pi * radius * left,
