@@ -178,6 +178,11 @@ class HumidAir:
     film: Any = None
 
 
+def humid_air(given: Any) -> HumidAir | None:
+    """Return the air that a pair is given, by its humidity alone or whole; None where the pair is dry."""
+    return given if given is None or isinstance(given, HumidAir) else HumidAir(given)
+
+
 def condensed(ds: xr.Dataset, pair: dict[str, float], air: HumidAir, *, bodies: tuple | None) -> dict[str, float]:
     """Return what a pair carries of condensed liquid, see `assign_pair`.
 

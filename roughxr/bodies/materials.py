@@ -168,15 +168,15 @@ def assign_pair(
     ds : Dataset
         A scan or an asperity catalogue.
     sphere_radius : number or quantity
-        nm. Either this or ``indenter``.
+        nm; either this or ``indenter``.
     indenter : Dataset or DataArray
         A scan of the indenter's face, such as of a colloidal probe: its highest point is put at the contact
         centre, and it is turned over about the x axis to face the surface (its y runs against the surface's).
-        Or its heights (x, y), pointing out of it, nm or with ``units``, with x, y (nm) counted from the contact
-        centre along the surface's axes. It must be larger than any contact with it.
+        Or its heights (x, y), pointing out of it, with x, y counted from the contact centre along the surface's
+        axes. It must be larger than any contact with it.
     materials : str or pair of str
         Names, such as "glass/silicon" or "glass" for two bodies of it: moduli from handbooks and, unless it is
-        given, the work of adhesion of clean, dry bodies by van der Waals forces alone; see `substances`.
+        given, the work of adhesion of clean bodies by van der Waals forces alone; see `substances`.
     young_modulus, poisson_ratio : number or pair
         Of both bodies alike, or of each; GPa. Either these two, ``materials`` or ``contact_modulus``.
     contact_modulus : number or quantity
@@ -189,22 +189,20 @@ def assign_pair(
         ρ, nm: how far the surfaces pull on each other, the work of adhesion over the largest pull; 0.2 to 0.4 nm for
         dry solids, more where liquids or charges pull. All verbs take 0.3 nm where none is assigned (`range_of`).
     hamaker_constant : number or quantity, optional
-        A of the bodies across what lies between them, nN nm (1e-18 J) or text such as "6.5e-20 J"; see
-        `hamaker_constant`. Together with a work of adhesion it sets the closest approach, z₀ = √(A/(12πw)); without one
-        w = A/(12π z₀²) with z₀ = 0.165 nm. Named materials have their own across air, unless a work of adhesion is
-        given; across another medium give ``hamaker_constant("silica", medium="water")``.
+        A of the bodies across what lies between them, nN nm (1e-18 J), such as "6.5e-20 J" or
+        ``reference.hamaker_constant("silica", medium="water")``. With a work of adhesion it sets the closest approach,
+        z₀ = √(A/(12πw)); without one w = A/(12π z₀²) with z₀ = 0.165 nm. Named materials have their own across air,
+        unless a work of adhesion is given.
     retardation : number or quantity, optional
         Wavelength, nm, of retarded van der Waals forces (`rigid` by Hamaker's law), about 100 nm; by default they are
         not retarded, which overestimates the contribution of gaps of more than some 10 nm.
     hardness : number or quantity, optional
-        H of the softer body, GPa: the largest pressure that it bears, beyond which it yields; see `direct`. Without it
-        the bodies stay elastic, and for named materials results report how much of them lies above the hardness
-        estimated for these (`substances`).
+        H of the softer body, GPa: the largest pressure that it bears, see `direct`. Without it the bodies stay elastic,
+        and results with named materials report how much of them lies above the hardness estimated for these.
     humidity : number, str or HumidAir, optional
         Relative humidity, as 0.6 or "60 %": water condenses in gaps below r_K (cos θ₁ + cos θ₂) and pulls with γ/r_K
-        (see `liquid`), beside the solids' own attraction, which is weaker under it. Or Kelvin's radius r_K, as
-        "0.8 nm"; or `HumidAir`, which also states contact angles, temperature, liquid and film, where they are not
-        those of water at 25 °C that wets both bodies. Without it the pair is dry.
+        beside the solids' own attraction, which is weaker under it. Or Kelvin's radius r_K, as "0.8 nm"; or `HumidAir`,
+        where the liquid is not water at 25 °C that wets both bodies. Without it the pair is dry.
 
     Returns
     -------
@@ -242,7 +240,7 @@ def assign_pair(
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
     bodies = None if materials is None else substances.pair_of(materials)
-    air = humidity if humidity is None or isinstance(humidity, HumidAir) else HumidAir(humidity)
+    air = liquids.humid_air(humidity)
     adhesion, under_liquid = _dry_and_wet(surface_energy, work_of_adhesion, air)
     values = _stated(
         contact_modulus=_contact_modulus(bodies, contact_modulus, young_modulus, poisson_ratio),
@@ -253,24 +251,25 @@ def assign_pair(
     )
     values |= _hardness(bodies, hardness, values)
     if air is not None:
+        own = bodies if adhesion is hamaker_constant is None else None  # whose own constants set the attraction
         values = {"work_of_adhesion": 0.0} | values | under_liquid
-        own = bodies if adhesion is None and hamaker_constant is None else None
         values |= liquids.condensed(ds, values, air, bodies=own)
     out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
     out = out.assign_coords(values)
     if indenter is not None:
         out = out.assign(indenter_height=_indenter(indenter))
     given = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
-    given |= {"surface_energy": surface_energy} | (vars(air) if air else {})
-    told = {name: _recordable(value) for name, value in given.items() if value is not None and name not in values}
-    return schema.record(schema.label(out), "assign_pair", **values, **told)
+    given |= {"surface_energy": surface_energy} | (vars(air) | {"humidity": None} if air else {})
+    return schema.record(schema.label(out), "assign_pair", **values, **_recordable(given))
 
 
-def _recordable(value: Any) -> Any:
-    """Return a given value in a form that text can hold: numbers, words, or a pair of them."""
-    if isinstance(value, (tuple, list)):
-        return [_recordable(one) for one in value]
-    return value if isinstance(value, (int, float, str)) else str(value)
+def _recordable(given: Any) -> Any:
+    """Return what was given, by name, in a form that text can hold: numbers, words, or pairs of them."""
+    if isinstance(given, dict):
+        return {name: _recordable(value) for name, value in given.items() if value is not None}
+    if isinstance(given, (tuple, list)):
+        return [_recordable(one) for one in given]
+    return given if isinstance(given, (int, float, str)) else str(given)
 
 
 def hamaker_constant(first: Quantity, second: Quantity | None = None, *, medium: Quantity = "vacuum") -> float:
@@ -369,15 +368,16 @@ def _contact_modulus(bodies: tuple | None, given: Any, young_modulus: Any, poiss
 def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | None:
     if surface_energy is not None and work_of_adhesion is not None:
         raise ValueError("expected surface_energy or work_of_adhesion (= 2 surface_energy), found both; leave one out")
-    if surface_energy is None and work_of_adhesion is None:
+    name, given, times = "surface_energy", surface_energy, 2.0
+    if surface_energy is None:
+        name, given, times = "work_of_adhesion", work_of_adhesion, 1.0
+    if given is None:
         return None
-    given, times = (work_of_adhesion, 1.0) if surface_energy is None else (surface_energy, 2.0)
-    name = "surface_energy" if times == 2.0 else "work_of_adhesion"
     value = magnitude(given, "J m-2", name)
     if not isinstance(value, float) or value < 0:
         raise ValueError(f"{name}: expected one number >= 0 in J/m², found {given!r}")
     if value > 0:
-        _plausible(times * value, "work_of_adhesion", given, name if times == 2.0 else "")
+        _plausible(times * value, "work_of_adhesion", given, name)
     return times * value
 
 
@@ -475,7 +475,8 @@ def _radius(given: Any, ds: xr.Dataset) -> float:
 def _plausible(value: float, quantity: str, given: Any, name: str = "") -> float:
     """Return a value; raise if no body can have it, warn if it is improbable."""
     known = _RANGES[quantity]
-    words = f"{name or quantity}: {given!r} is {value:.4g} {known.units}" + (f" of {quantity}" if name else "")
+    words = f"{name or quantity}: {given!r} is {value:.4g} {known.units}"
+    words += f" of {quantity}" if name not in ("", quantity) else ""
     advice = f"{known.known}; plain numbers are in {known.units}, other units are written as in '3 um' or '70e9 Pa'"
     if not known.least <= value <= known.greatest:
         raise ValueError(f"{words}, which no body has ({advice})")
