@@ -207,12 +207,9 @@ def assign_pair(
     Returns
     -------
     Dataset
-        With scalar coordinates ``sphere_radius``, ``contact_modulus``, ``work_of_adhesion``, ``adhesion_range``,
-        ``hamaker_constant``, ``hardness`` as far as given, ``hardness_estimate`` of named materials whose hardness is
-        not given, the indenter's map where there is one, and for a humid pair ``humidity``, ``kelvin_radius``,
-        ``surface_tension``, ``contact_angle_1`` and ``contact_angle_2`` (rad), ``liquid_film``, and
-        ``share_under_liquid``, the share of the work of adhesion left to the solids under the liquid: by Hamaker
-        constants across it, of the named materials or of two equal bodies with this work of adhesion.
+        With what is given, or follows from named materials, as scalar coordinates (`schema.TRAVELLING`), and the
+        indenter's map. Of a humid pair ``share_under_liquid`` is the share of the work of adhesion left to the solids
+        under the liquid: by Hamaker constants across it, of the named materials or of two equal bodies with this work.
 
     Raises
     ------

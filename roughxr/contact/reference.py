@@ -31,7 +31,6 @@ __all__ = [
     "gaussian_work",
     "gilman_surface_energy",
     "hamaker_constant",
-    "hamaker_sphere",
     "hertz",
     "jkr_curve",
     "jkr_pull_off",
@@ -276,7 +275,8 @@ def maugis_pull_off(
     >>> round(pull / (3.14159 * 1.35 * 100), 2)
     1.54
     """
-    parameter = _maugis_parameter(radius, contact_modulus, work_of_adhesion, adhesion_range)
+    pair = {"contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion, "adhesion_range": adhesion_range}
+    parameter = maugis.parameter(tabor_parameter(radius=radius, **pair))
     return float(np.pi * work_of_adhesion * radius * maugis.pull_off(parameter))
 
 
@@ -308,8 +308,8 @@ def maugis_sphere(
     >>> bool(curve.force.min() < 0 < curve.force[-1])
     True
     """
-    units = _jkr_units(radius, contact_modulus, work_of_adhesion)
-    parameter = _maugis_parameter(radius, contact_modulus, work_of_adhesion, adhesion_range)
+    pair = {"radius": radius, "contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion}
+    units, parameter = _jkr_units(**pair), maugis.parameter(tabor_parameter(**pair, adhesion_range=adhesion_range))
     P, a, delta = maugis.contact_at(parameter, 1 + np.geomspace(1e-5, 1e7, points))
     order = np.argsort(a)
     return _along("semi_axis_a", units.a * a[order], {"delta": units.delta * delta[order], "force": units.P * P[order]})
@@ -388,7 +388,7 @@ def punch_pull_off(
 
     Notes
     -----
-    Range matters to a punch that is small beside the cohesive zone, π E* w/(4σ₀²), here 28 nm. An asperity flattened at
+    Range matters to a punch that is small beside the cohesive zone, π E* w/(4σ₀²). An asperity flattened at
     a hardness above the pull of adhesion recovers on unloading, and is no flat punch: see `flattened_pull_off`.
 
     References
@@ -502,6 +502,8 @@ def rigid_sphere(
 ) -> xr.Dataset:
     """Return the force between a rigid sphere and a flat half space across a gap, integrated over the true sphere.
 
+    By law="hamaker" it is Hamaker's 2A R³/(3D²(D + 2R)²), with A = 12π z₀² w (`work_from_hamaker`).
+
     Parameters
     ----------
     distance : array_like or quantity
@@ -580,9 +582,8 @@ def meniscus_sphere(
 
     Notes
     -----
-    Along the meridian, inclined by φ, Young's and Laplace's equation has the integral C = 2r sin φ + r²/r_K, so that
-    r and z are known of φ, and the pull is πγC. It starts from the plane at φ = π − θ₂ and ends on the sphere, at the
-    angle β from its axis, at β + θ₁, which sets β.
+    Along the meridian, inclined by φ, Young's and Laplace's equation has the integral C = 2r sin φ + r²/r_K, the pull
+    being πγC. It starts from the plane at φ = π − θ₂ and ends on the sphere at φ = β + θ₁, β from its axis.
 
     References
     ----------
@@ -625,31 +626,6 @@ def _meniscus(distance: float, R: float, r_K: float, sphere: float, plane: float
     if above.size == 0 or above[-1] + 1 == tried.size:
         return 0.0
     return float(constant(brentq(excess, tried[above[-1]], tried[above[-1] + 1], xtol=1e-14)))
-
-
-@_formula
-def hamaker_sphere(distance: Quantity, *, radius: Quantity, hamaker_constant: Quantity) -> float:
-    """Return Hamaker's pull of a sphere on a half space, 2A R³/(3D²(D + 2R)²).
-
-    Parameters
-    ----------
-    distance, radius : number or quantity
-        nm.
-    hamaker_constant : number or quantity
-        nN nm, that is 1e-18 J.
-
-    Returns
-    -------
-    float
-        nN, positive; Derjaguin's approximation is A R/(6D²).
-
-    Examples
-    --------
-    >>> round(hamaker_sphere(0.3, radius=1000, hamaker_constant="1e-19 J"), 4)
-    185.1296
-    """
-    D = positive(distance, "nm", "distance")
-    return 2 * hamaker_constant * radius**3 / (3 * D**2 * (D + 2 * radius) ** 2)
 
 
 @_formula
@@ -853,12 +829,6 @@ def _paraboloid(radius: float | None, flat: float | None, sharp: float | None) -
 
 def _jkr_units(radius: float, contact_modulus: float, work_of_adhesion: float) -> jkr.Units:
     return jkr.self_similar_units(0.5 / radius, 0.5 / radius, contact_modulus, work_of_adhesion)
-
-
-def _maugis_parameter(radius: float, contact_modulus: float, work_of_adhesion: float, adhesion_range: float) -> float:
-    return maugis.parameter(
-        float(maugis.tabor(0.5 / radius, 0.5 / radius, contact_modulus, work_of_adhesion, adhesion_range))
-    )
 
 
 def _along(axis: str, values: np.ndarray, curves: dict[str, Any]) -> xr.Dataset:
