@@ -40,14 +40,7 @@ _FEW_MOLECULES = 0.75
 
 #: The angles, on the scan's body and on the other, and all that the pair carries of the liquid.
 ANGLES = ("contact_angle_1", "contact_angle_2")
-COORDINATES = (
-    "humidity",
-    "kelvin_radius",
-    "surface_tension",
-    *ANGLES,
-    "liquid_film",
-    "share_under_liquid",
-)
+COORDINATES = ("humidity", "kelvin_radius", "surface_tension", *ANGLES, "liquid_film", "share_under_liquid")
 
 
 class Liquid(NamedTuple):

@@ -19,11 +19,7 @@ from . import words
 MEASURED_FORMATS = (
     ("table of pull-offs, any separator, names above", ".csv, .txt, .dat, .tsv", "roughxr measured"),
     ("workbook of pull-offs", ".xlsx", "roughxr measured (extra excel)"),
-    (
-        "force-distance curves and force volumes",
-        ".jpk-force, .ibw, .h5, .tab, .csv",
-        "roughxr measured (extra curves)",
-    ),
+    ("force-distance curves and force volumes", ".jpk-force, .ibw, .h5, .tab, .csv", "roughxr measured (extra curves)"),
     ("Bruker's force curves (NanoScope)", ".spm, .pfc", "not read; export as text"),
 )
 

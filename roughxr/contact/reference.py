@@ -765,12 +765,7 @@ def rabinovich(
 
 @_formula
 def gaussian_work(
-    *,
-    rms: Quantity,
-    length: Quantity,
-    work_of_adhesion: Quantity = 1.0,
-    law: str = "lennard_jones",
-    cut: float = 4.0,
+    *, rms: Quantity, length: Quantity, work_of_adhesion: Quantity = 1.0, law: str = "lennard_jones", cut: float = 4.0
 ) -> float:
     """Return the work of adhesion between Gaussian heights and a rigid flat: the largest mean of the potential.
 
