@@ -499,6 +499,12 @@ def test_the_formats_that_are_read_are_listed_and_on_the_page(capsys):
         assert endings in told and f"| {name} | {endings} |" in page
 
 
+def test_a_mesh_is_a_number_of_cells_or_auto(capsys):
+    with pytest.raises(SystemExit):
+        main(["run", "scan.nc", "--radius", "1 um", "--mesh", "fine"])
+    assert "--mesh: expected auto or a number of cells, found 'fine'" in capsys.readouterr().err
+
+
 def test_an_unknown_option_is_named_before_what_is_missing(capsys):
     with pytest.raises(SystemExit):
         main(["run", "scan.nc", "--sphere-diameter", "1 um"])

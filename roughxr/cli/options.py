@@ -141,6 +141,8 @@ def _add_adhesion(group: Any) -> None:
 
 
 def _cells(text: str) -> int | str:
+    if text != "auto" and not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"expected auto or a number of cells, found {text!r}")
     return text if text == "auto" else int(text)
 
 
