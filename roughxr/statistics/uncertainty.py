@@ -119,7 +119,7 @@ def bootstrap(
     others = other_dimensions(ds, name)
     if others:
         given = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "block": block}
-        return bootstrap_sweep(ds, name, along=others[0], seed=seed, within=within, **given)
+        return _sweep(ds, name, along=others[0], seed=seed, within=within, **given)
     every = samples(ds, name)
     _between(confidence, "confidence")
     if resamples < 1 / (1 - confidence):
@@ -156,15 +156,8 @@ def _fewer(found: Samples, seed: int) -> Samples:
     return Samples(*parts, found.missing)
 
 
-def bootstrap_sweep(ds: xr.Dataset, name: str = "force", *, along: str = "delta", **options: Any) -> xr.Dataset:
-    """Return `bootstrap` of a variable at each entry of a second dimension.
-
-    Examples
-    --------
-    >>> ds = xr.Dataset({"force": (("subregion", "delta"), np.arange(12.0).reshape(6, 2))}, {"delta": [1.0, 2.0]})
-    >>> bootstrap_sweep(ds, statistics=["mean"], resamples=99).estimate.values.tolist()
-    [[5.0], [6.0]]
-    """
+def _sweep(ds: xr.Dataset, name: str, *, along: str, **options: Any) -> xr.Dataset:
+    """Return `bootstrap` of a variable at each entry of a second dimension."""
     within, n = options.pop("within", None), ds.sizes[along]
     surfaces = [within if within is None or along not in within.dims else within.isel({along: k}) for k in range(n)]
     parts = [bootstrap(ds.isel({along: k}), name, within=surfaces[k], **options) for k in range(n)]

@@ -174,7 +174,7 @@ def _error_bars(ax, ds: xr.Dataset, statistic: str, confidence: float, color: st
     if ds.sizes["subregion"] < 2:
         return
     some = ds.isel(delta=slice(None, None, -(-ds.sizes["delta"] // _MOST_BARS)))
-    intervals = statistics.bootstrap_sweep(some, statistics=[statistic], confidence=confidence, resamples=399)
+    intervals = statistics.bootstrap(some, "force", statistics=[statistic], confidence=confidence, resamples=399)
     low, high = (intervals[end].sel(resampling="block", statistic=statistic) for end in ("low", "high"))
     style = {"color": color, "linewidth": 0.8, "label": label}
     ax.vlines(some["delta"].values, low.values, high.values, **style)
