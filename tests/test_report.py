@@ -162,7 +162,7 @@ def test_the_command_line_asks_for_what_is_missing(run, written, tmp_path, capsy
 
 
 def test_a_run_without_moments_says_nothing_of_a_flow(run, monkeypatch):
-    monkeypatch.setattr(report.html, "pictures", lambda run: [])  # of words only
+    monkeypatch.setattr(report.html, "pictures", lambda *_: [])  # of words only
     assert "Coming off" in report.page(run)
     less = {name: ds for name, ds in run.items() if name != "solutions/rolling"}
     assert report.coming_off_words(less) == [] and "Coming off" not in report.page(less)

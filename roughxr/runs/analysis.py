@@ -598,7 +598,8 @@ def show(
     for name, figure in figures.budget_figures(groups):
         figures.save(figure, folder / f"{name}.png", dpi=220)
     with whole(folder / "report.html") as temporary:
-        temporary.write_text(report.page(groups, archive_name=archive.of_run(folder).name), encoding="utf-8")
+        text = report.page(groups, archive_name=archive.of_run(folder).name, folder=folder)
+        temporary.write_text(text, encoding="utf-8")
 
 
 def _write_places(places: xr.Dataset, folder: Path) -> None:

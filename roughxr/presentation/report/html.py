@@ -91,8 +91,8 @@ def write_report(
 
 
 @verb
-def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
-    """Return the page as text."""
+def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc", folder: Path | None = None) -> str:
+    """Return the page as text; figures of the error budget that were just written to a folder are taken from there."""
     run = compared(run)
     return filled(
         "roughxr.presentation.report",
@@ -103,13 +103,13 @@ def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
         numbers=list(_numbers(run)),
         headline=" ".join(filter(None, (headline(run), humid_words(run)))),
         budget=_as_text(budget_table(run))[1] if BUDGET in run else [],
-        budget_picture=budget_picture(run),
+        budget_picture=budget_picture(run, folder),
         adhesion=_adhesion(run),
         model=_model(run),
         measured=measured_words(run),
         coming_off=coming_off_words(run),
         coming_off_table=_as_text(detachment_table(run)) if set(COMING_OFF) <= set(run) else None,
-        pictures=list(pictures(run)),
+        pictures=list(pictures(run, folder)),
         tables=_tables(run),
         steps=_steps(run),
         command=command(run),
