@@ -106,7 +106,7 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
         with raw(temporary, "a") as file:
             for name in set(attrs) - set(there) & set(file.ncattrs()):
                 file.delncattr(name)
-            file.comment = f"in groups, open with xarray.open_datatree: {', '.join(names_in(file))}"
+            file.comment = f"in groups, open with xarray.open_datatree: {', '.join(sorted(names_in(file)))}"
             checksums.write(file)
     return path
 

@@ -83,7 +83,7 @@ def write_report(
         found = ", ".join(run) or "none"
         raise ValueError(f"{path}: expected the archive of a run, found groups: {found}; make one with roughxr run")
     run = run if measured is None else {**run, MEASURED: measured}
-    text = page(run, archive_name=path.name)
+    text = page(run, archive_name=path.name, missing=archive.root_of(path).get(archive.UNFINISHED, ""))
     output = path.with_name("report.html") if output is None else Path(output)
     with whole(output) as temporary:
         temporary.write_text(text, encoding="utf-8")
@@ -91,7 +91,9 @@ def write_report(
 
 
 @verb
-def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc", folder: Path | None = None) -> str:
+def page(
+    run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc", folder: Path | None = None, missing: str = ""
+) -> str:
     """Return the page as text; figures of the error budget that were just written to a folder are taken from there."""
     run = compared(run)
     return filled(
@@ -99,7 +101,7 @@ def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc", folder:
         title=_title(run),
         archive_name=archive_name,
         facts=_facts(run),
-        cautions=cautions(run),
+        cautions=[f"The run is not finished, {missing}."] * bool(missing) + cautions(run),
         numbers=list(_numbers(run)),
         headline=" ".join(filter(None, (headline(run), humid_words(run)))),
         budget=_as_text(budget_table(run))[1] if BUDGET in run else [],
