@@ -78,7 +78,9 @@ def test_an_interrupted_run_reads_says_what_is_missing_and_resumes(
             found = archive.load(path)
         assert there in found and "log" not in found
         assert cli.main(["report", str(path)]) == 0
-        assert "is not finished" in capsys.readouterr().err
+        assert cli.main(["info", str(path)]) == 0
+        said = capsys.readouterr()
+        assert "is not finished" in said.err and "run: not finished, missing: " in said.out
         assert "The run is not finished" in (tmp_path / "report.html").read_text(encoding="utf-8")
     with warnings.catch_warnings():
         warnings.filterwarnings("error", ".*not finished")
