@@ -232,9 +232,9 @@ class Stages:
         return time.monotonic() - self._begun
 
     def later(self) -> list[str]:
-        """Return the stages after this one in words, without the last, whose pages are drawn of a whole run."""
+        """Return the stages after this one in words."""
         names = list(self._expected)
-        return [self._names[name] for name in names[names.index(self._name) + 1 : -1]] if self._name in names else []
+        return [self._names[name] for name in names[names.index(self._name) + 1 :]] if self._name in names else []
 
     def refresh(self) -> None:
         """Tell again if enough time has passed."""

@@ -252,7 +252,7 @@ def kept(specimen: Specimen, plan: Plan, path: Path, say: Stages):
         scan=specimen.scan,
         arguments=plan._asdict(),
         title=specimen.bodies.attrs.get("title", ""),
-        missing=lambda: f"missing: {', '.join(say.later()) or 'its log'}",
+        missing=lambda: f"missing: {', '.join(w for w in say.later() if w != _WORDS['pages']) or 'its log'}",
     )
 
 
@@ -455,19 +455,20 @@ def _with_adhesion(specimen: Specimen, plan: Plan, options: dict[str, Any], say:
 
 
 def _in_shares(specimen: Specimen, plan: Plan, options: dict[str, Any], say: Stages, mesh_error: float | None):
-    """Return the simulation with adhesion at all places; the answer is told as their number grows."""
-    count = _TELLING_FACTOR * plan.checked
+    """Return the simulation with adhesion at all places; the answer is told as their number grows, and at Ctrl-C."""
+    shares, count = [], _TELLING_FACTOR * plan.checked
     while count < _count(specimen, plan):  # of these, what was solved already is not solved again
-        some = {"subregions": regions.sample(specimen.centres(plan.subregions), count)}
-        _tell_so_far(quietly(adhesive, specimen, **options | some), say, mesh_error)
+        shares.append(regions.sample(specimen.centres(plan.subregions), count))
         count *= _TELLING_FACTOR
-    try:
-        solved = adhesive(specimen, **options)
-    except KeyboardInterrupt:
-        with only_kept():
-            _tell_so_far(quietly(adhesive, specimen, **options), say, mesh_error)
-        raise
-    _tell_so_far(solved, say, mesh_error)
+    for places in (*shares, plan.subregions):
+        asked = options | {"subregions": places}
+        try:
+            solved = adhesive(specimen, **asked) if places is plan.subregions else quietly(adhesive, specimen, **asked)
+        except KeyboardInterrupt:
+            with only_kept():
+                _tell_so_far(quietly(adhesive, specimen, **asked), say, mesh_error)
+            raise
+        _tell_so_far(solved, say, mesh_error)
     return solved
 
 
