@@ -1,7 +1,4 @@
-"""``ds.contact``: every verb of the library as a method, nothing more; shown, it says which verbs there are.
-
-Each method is the plain function of the same name with the Dataset as its first argument.
-"""
+"""``ds.contact``: each verb is the plain function of the same name, with the Dataset as its first argument."""
 
 from __future__ import annotations
 

@@ -150,10 +150,7 @@ def summands_of(ds: xr.Dataset, law: str | None, formulation: str, datum: str = 
 
 
 def catalogue_field(catalogue: xr.Dataset, options: SumOptions) -> tuple:
-    """Return the asperities that are peaks, the half-width of their patch, and the number left out.
-
-    The law decides whether the sphere's curvature is added to that of the asperities.
-    """
+    """Return the peaks of a catalogue, as the law sees them, the half-width of their patch, and the number left out."""
     A, B = composite_curvatures(catalogue, options)
     scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, options.kernel_law())
     x, y = catalogue["x"].values, catalogue["y"].values

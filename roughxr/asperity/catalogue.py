@@ -1,7 +1,4 @@
-"""Asperities: the peaks of a scan, each with the paraboloid that fits it best.
-
-The catalogue keeps what superposition needs of its scan: the datum, the outer edges, and the size of the fitted patch.
-"""
+"""Asperities: the peaks of a scan, each with the paraboloid that fits it best."""
 
 from __future__ import annotations
 
@@ -190,10 +187,7 @@ def _setup(asked: _Request, waves: Waves | None) -> _Setup:
 
 
 def _pixels(width: float, asked: _Request) -> tuple[int, int]:
-    """Return the pixels of a patch, an odd number, and the refinement of the scan's pixels, for a width in nm.
-
-    The first refinement for which a patch of at least three pixels comes within `_NEAR` of the width, from below.
-    """
+    """Return a patch's pixels (odd, at least 3) and the refinement by which it comes within `_NEAR` of a width (nm)."""
     pixels = width / max(asked.pixel) * (1 + 1e-9)
     most = int(min(pixels, _MOST_PIXELS, *asked.shape))
     if most >= _UNREFINED_PIXELS:
@@ -334,11 +328,7 @@ def _patch(shape: tuple[int, int], pixel: tuple[float, float], patch: Any) -> An
 
 
 def poorly_fitted(catalogue: xr.Dataset) -> float:
-    """Return the share of asperities whose patch a paraboloid fits poorly.
-
-    For these the rms residual exceeds `POOR_FIT` of the paraboloid's drop from its vertex to the middle of the patch's
-    sides, as on a patch as wide as the shortest wave or wider.
-    """
+    """Return the share of asperities whose rms residual exceeds `POOR_FIT` of the paraboloid's drop on their patch."""
     if catalogue.sizes["asperity"] == 0:
         return np.nan
     mean_curvature = 0.5 * np.abs(catalogue["curvature_min"] + catalogue["curvature_max"])

@@ -222,10 +222,7 @@ def _roll(x: float, y: float, prepared: tuple, options: SumOptions, layout: Layo
 
 
 def _rest(field: sums.Field, offset: np.ndarray, pull_off: float, load: float, spline: np.ndarray) -> tuple:
-    """Return the nearby asperities and the displacement (nm) at which the sphere rests under ``load``, NaN if none.
-
-    Asperities are added in the order in which the sphere meets them, until it rests above those left out.
-    """
+    """Return the nearby asperities and the displacement (nm) at which the sphere rests under ``load``, NaN if none."""
     onset = offset + field.scales.end * field.scales.delta
     if offset.size == 0:
         return np.arange(0), np.nan
@@ -307,10 +304,9 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
 
 
 def _area_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> float:
-    """Return the contact area (nm²) at the first state on retraction whose force does not exceed the load.
+    """Return the contact area (nm²) at rest: where, on retraction, the force first comes down to the load.
 
-    Of that state and the one before, the one nearer to the load counts. States further out are left aside: there the
-    force may be near the load again, but the sphere hangs on little or has come off. NaN where nothing touches.
+    States further out are left aside: there the force may be near the load again, but the sphere hangs on little.
     """
     back = np.flatnonzero(area > 0)[::-1]
     if not back.size:
@@ -324,9 +320,8 @@ def _area_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> float:
 def _of_state(push, touching, x, y, reach, angles, load, largest) -> None:
     """Update results (4, direction) with one state's moment about the front of its contact, where it is larger.
 
-    The moment of an even load on a cell is that of its sum at the cell's centre. The front of the foremost cell lies
-    beyond its centre by ``reach`` (nm), the radius of a disc of its area: about centres, directions along and across
-    the cells would tie, and about corners the diagonals of small contacts would be the stiffest.
+    The front lies beyond the foremost cell's centre by ``reach`` (nm), the radius of a disc of its area: about centres
+    directions along and across the cells would tie, about corners the diagonals of small contacts be the stiffest.
     """
     for k, angle in enumerate(angles):
         along = x * np.cos(angle) + y * np.sin(angle)

@@ -1,8 +1,6 @@
-"""Ridges that pixels break up into several peaks.
+"""Ridges, narrow and oblique to the pixels' rows, which break up into several peaks: the highest of each is kept.
 
-A ridge much narrower than long that crosses the pixels' rows passes some of their centres more closely than others,
-and each of these is higher than its neighbours: a paraboloid of B/A = 50 turned by 0.5 rad is three peaks, of 100 five,
-each with the whole ridge's paraboloid. One of them, the highest, is kept.
+A paraboloid of B/A = 50 turned by 0.5 rad is three peaks, of 100 five, each with the whole ridge's paraboloid.
 """
 
 from __future__ import annotations

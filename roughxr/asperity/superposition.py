@@ -1,7 +1,4 @@
-"""Superposition: the contact of a sphere with a scan's asperities, each as if it stood alone.
-
-The quick way from a scan to adhesion, and the paper's; its limits are measured against `direct` and `adhesive`.
-"""
+"""Superposition: the contact of a sphere with a scan's asperities, each as if it stood alone."""
 
 from __future__ import annotations
 

@@ -1,9 +1,7 @@
 """The pull-off at one place of a surface whose roughness is continued below what its scan shows.
 
-Waves of one octave lift the sphere off all but the highest summits of the next longer ones. So few cells are within
-reach, a few hundred, in patches that lie far apart. They are found step by step: on coarse cells with the longer waves,
-then only where shorter ones may still touch, and moved together, but for a distance at which they hardly feel each
-other through the solid.
+The few cells within reach lie in patches far apart. They are found on coarse cells with the longer waves, then only
+where shorter ones may still touch; patches are moved together, but for a distance at which they hardly interact.
 """
 
 from __future__ import annotations
@@ -60,10 +58,7 @@ class Patch(NamedTuple):
 
 
 def pull_off_below(height, first, pixel, centre, seed, depth, pull, problem, adhesion, below) -> np.ndarray:
-    """Return the pull-off (nN) at a place, and how deep (nm beyond first contact) the preload is met; a task.
-
-    ``depth`` and ``pull`` are guesses of them; NaN where the preload is not met.
-    """
+    """Return the pull-off (nN) at a place, and how deep (nm beyond first contact) the preload is met; a task."""
     patch = Patch(height, first, pixel, centre)
     for _ in range(_TRIES):
         surface, cell = _surface(patch, int(seed), float(depth), float(pull), problem, adhesion, below)

@@ -1,8 +1,6 @@
-"""The contact of an indenter with the scan itself, without adhesion, at every place.
+"""The contact of an indenter with the scan itself, without adhesion, at every place; elastic, or yielding on loading.
 
-Both bodies stay elastic, or the softer one yields on loading where the pressure reaches an assigned hardness; unloading
-is then elastic on the shape that is left. One task holds all displacements of one subregion, so that each solve starts
-from the one before.
+One task holds all displacements of one subregion, so that each solve starts from the one before.
 """
 
 from __future__ import annotations

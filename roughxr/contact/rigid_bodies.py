@@ -1,8 +1,4 @@
-"""Bodies too stiff to deform: the pull of the whole surface that faces the indenter, in contact or not.
-
-The options are read by `rigid_attraction`; the sum is taken at given places (`rigid_places`) or at every pixel
-(`rigid_map`).
-"""
+"""Bodies too stiff to deform: the pull of the whole surface that faces the indenter, in contact or not."""
 
 from __future__ import annotations
 

@@ -1,10 +1,4 @@
-"""`resting`: where particles lie still, with the share of them that does so there, and the pass over which each leaves.
-
-A probe is pulled off where the instrument puts it; a particle settles on what holds it. Its height over a scan is the
-scan's dilation by the sphere; a place of rest is a minimum of it, and the basin from which the sphere gets there its
-chance to lie there. Both limits are told: gravity alone, which rolls every sphere to the bottom of its basin, and
-adhesion, by which it stays wherever the resisting moment exceeds that of its weight and of the flow.
-"""
+"""`resting`: where particles lie still, the share of them that does so there, and the pass over which each leaves."""
 
 from __future__ import annotations
 

@@ -1,12 +1,10 @@
 """`parameters`: adhesion and moments reduced to the parameters that other codes need.
 
-    Rock'n'Roll    log-normal pull-off over the smooth sphere's, and a lever over the radius (Reeks & Hall 2001)
-    LAMMPS         pair_style granular, normal jkr: E_eff and γ, pull-off 3πγR; rolling sds: μ_roll, whose largest
-                   moment is μ_roll R (N + 2 · 3πγR) (its manual, "pair_style granular")
-    code_saturne   deposition with resuspension: denasp, rayasp, espasg, rayasg of cs_lagr_reentrained_model_t, of
-                   hemispheres at two scales (src/lagr/cs_lagr_adh.c)
-
-LIGGGHTS' sjkr has a pull that grows with the overlap and no pull-off force of its own, so that nothing can be fitted.
+Rock'n'Roll    log-normal pull-off over the smooth sphere's, and a lever over the radius (Reeks & Hall 2001)
+LAMMPS         pair_style granular, normal jkr: E_eff and γ, pull-off 3πγR; rolling sds: μ_roll, whose largest
+               moment is μ_roll R (N + 2 · 3πγR) (its manual, "pair_style granular")
+code_saturne   deposition with resuspension: denasp, rayasp, espasg, rayasg of cs_lagr_reentrained_model_t, of
+               hemispheres at two scales (src/lagr/cs_lagr_adh.c)
 """
 
 from __future__ import annotations

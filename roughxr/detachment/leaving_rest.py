@@ -1,9 +1,4 @@
-"""`leaving`: what it takes to drive a particle out of its place of rest and over the lowest pass, not only to rock it.
-
-A particle that begins to roll may fall back into its basin, or stop at the pass. It leaves where the load overcomes the
-resisting moment towards the pass both at rest and on the pass, where it stands on two summits or one; its weight, and
-with it the height of the pass, is in both moments.
-"""
+"""`leaving`: what drives a particle out of its place of rest and over the lowest pass, instead of only rocking it."""
 
 from __future__ import annotations
 

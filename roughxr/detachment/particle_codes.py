@@ -1,14 +1,11 @@
 """`to_dem`: adhesion as text for the input of a discrete-element code or a resuspension model, in SI units.
 
-Every code gets the pull-off force of the places through the formula by which it makes a pull-off force of its own
-parameters; what it cannot hold (scatter, other laws) is said in the text.
-
-    lammps          pair_style granular and fix wall/gran, jkr: 3 π γ R (manual, "pair_style granular")
-    4c              AdhesionRegDMT: 4 π γ R_eff, γ normally distributed (particle_interaction_dem_adhesion_law)
-    liggghts        cohesion sjkr: cohesion energy density times the area of overlap (its page of that name)
-    mercurydpm      ReversibleAdhesive: a spring with a largest force (AdhesionForceMax)
-    yade            ViscElCapMat: a bridge of liquid, 4 π R γ cosθ at contact with a plane (examples/capillary)
-    rock_n_roll     the places' own distribution of the pull-off, and the lever (Reeks & Hall 2001)
+lammps          pair_style granular and fix wall/gran, jkr: 3 π γ R (manual, "pair_style granular")
+4c              AdhesionRegDMT: 4 π γ R_eff, γ normally distributed (particle_interaction_dem_adhesion_law)
+liggghts        cohesion sjkr: cohesion energy density times the area of overlap (its page of that name)
+mercurydpm      ReversibleAdhesive: a spring with a largest force (AdhesionForceMax)
+yade            ViscElCapMat: a bridge of liquid, 4 π R γ cosθ at contact with a plane (examples/capillary)
+rock_n_roll     the places' own distribution of the pull-off, and the lever (Reeks & Hall 2001)
 """
 
 from __future__ import annotations

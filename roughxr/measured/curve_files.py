@@ -1,9 +1,4 @@
-"""Force-distance curves and force volumes in microscopes' files, read through afmformats (extra ``curves``).
-
-The content of a file decides its format. It is read in a process that is ended when it takes too long. Sensitivity and
-spring constant, which turn recorded values into forces, are stated by the file or by the caller, never by both and
-never by default.
-"""
+"""Force-distance curves and force volumes in microscopes' files, read through afmformats (extra ``curves``)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Fits of one number of the pair, so that predicted pull-offs agree with the measured ones.
-
-One mean determines one number, and for a smooth sphere not even the range: the results say what a fit leaves open.
-"""
+"""Fits of one number of the pair, so that predicted pull-offs agree with the measured ones."""
 
 from __future__ import annotations
 

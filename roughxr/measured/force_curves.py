@@ -1,8 +1,4 @@
-"""The pull-off force of each retraction in force-distance curves, and its uncertainty due to noise and baseline.
-
-Far from the surface no force acts: what is recorded there is offset, drift, tilt and virtual deflection, a straight
-line in the piezo's travel. It is fitted there and subtracted everywhere.
-"""
+"""The pull-off force of each retraction in force-distance curves, and its uncertainty due to noise and baseline."""
 
 from __future__ import annotations
 
@@ -239,10 +235,7 @@ def _unusable(z: np.ndarray, share: float) -> str:
 
 
 def _zero(flat: np.ndarray, end: int, noise: float) -> int | None:
-    """Return the last sample that pushes before the largest pull, None where no sample pushes by more than the noise.
-
-    Without a pull, the sample before the first that does not push.
-    """
+    """Return the last sample that pushes before the largest pull, None where none pushes by more than the noise."""
     if flat[:end].max(initial=0.0) <= _PULL_THRESHOLD * noise:
         return None
     if end < flat.size:
@@ -284,9 +277,7 @@ class _Minimum(NamedTuple):
 def _minimum(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[float, float]:
     """Return the least force and its standard error, by a parabola through the samples around the lowest one.
 
-    The samples are chosen by the parabola and not by their own noise, since to drop those that noise lifts would bias
-    the rest downwards. If the force still falls at the last sample, the surface let go at some time before the next
-    one.
+    Chosen by the parabola and not by their own noise: to drop samples that noise lifts would bias the rest downwards.
     """
     end = _torn_off(force, at, noise)
     ends = max(at - _HALF_WIDTH, 0), min(at + _HALF_WIDTH, end)

@@ -1,8 +1,4 @@
-"""One image of a file, in the form that every reader returns, and the choice among several.
-
-Whatever the vendor, a reader returns a list of :class:`Channel`: rows from the top of the picture, values
-and lateral size each in the units that the file states. Labels are added once, in ``files``.
-"""
+"""One image of a file, in the form that every reader returns, and the choice among several."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
 """Containers of contact.engineering: the zip of a published surface, its maps and lines with their metadata.
 
-``index.json`` or ``meta.yml`` lists the topographies of each surface, with the names of their files. YAML may carry
-tags of Python objects: they are ignored, so that nothing is ever made that a file names. A file ``squeezed-netcdf``
-holds the heights as contact.engineering shows them; without it the instrument's own file is read, and levelled as
-stated.
+``index.json`` or ``meta.yml`` lists the topographies of each surface, with the names of their files. A file
+``squeezed-netcdf`` holds the heights as contact.engineering shows them; without it the instrument's own file is read,
+and levelled as stated.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Scales that a scan does not show: its spectrum continued below its pixels, or cut off above them.
 
-A scan shows waves down to its shortest wavelength (`wavelength`), limited by its pixels or its tip. The surface has
-shorter ones. The simplest assumption is that its spectrum continues like that of the scan: the K-correlation model,
-self-affine at short wavelengths, fitted to the scan's longer ones. One random surface of these waves, from a seed, is
-one of many that agree with the scan; the scatter of results over seeds is the uncertainty.
+The simplest assumption is that the spectrum continues as the K-correlation model fitted to the scan's longer waves. One
+random surface of these waves, from a seed, is one of many that agree with the scan; the scatter of results over seeds
+is the uncertainty.
 """
 
 from __future__ import annotations
@@ -295,9 +294,7 @@ def _known(spectrum: xr.Dataset | None, hurst: Any, shown: Any, scan: xr.Dataset
 
 
 def known_spectrum(fit: xr.Dataset, shown: float = np.nan, lay: complex = 0.0) -> Spectrum:
-    """Return the model that `self_affine_fit` has found; or a measured spectrum, continued by the model of its last
-    waves, below the shortest wave (nm) that a scan shows, with the scan's lay.
-    """
+    """Return the model of `self_affine_fit`, or a measured spectrum with the model below the shortest wave shown."""
     if "psd" not in fit:
         lay = float(fit["lay_strength"]) * np.exp(2j * np.radians(float(fit["lay_direction"]) - 90))
         return Spectrum(*(float(fit[name]) for name in _NAMES), lay=complex(lay) if np.isfinite(lay) else 0.0)

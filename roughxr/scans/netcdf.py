@@ -1,8 +1,7 @@
 """NetCDF: roughxr's own, SurfaceTopography's, and plain CF files, all without reading the heights.
 
-Own and CF files are labelled: dimensions x and y (or ``axis`` attributes), coordinates with ``units``, and
-a variable in units of length. SurfaceTopography's carry ``heights`` as (x, y) with y counted downwards from
-the top of the picture, the lateral size in the attribute ``length`` of x and y, and one ``unit`` for all.
+SurfaceTopography's carry ``heights`` as (x, y) with y counted downwards from the top of the picture, the lateral size
+in the attribute ``length`` of x and y, and one ``unit`` for all.
 """
 
 from __future__ import annotations
@@ -91,10 +90,7 @@ def open_netcdf(path: Path, *, channel: str | int | None = None) -> xr.Dataset:
 
 
 def unread(path: Path) -> xr.Dataset:
-    """Return a file's Dataset, unread; of an archive with groups, the group ``scan``.
-
-    NetCDF 3 goes through scipy: the C library silently fills what is cut off a file with zeros.
-    """
+    """Return a file's Dataset, unread; of an archive with groups, the group ``scan``."""
     with path.open("rb") as file:
         engine = "scipy" if file.read(4) in (b"CDF\1", b"CDF\2") else "netcdf4"
     if engine == "netcdf4":

@@ -1,8 +1,4 @@
-"""Contact centres on a scan, and the window of pixels that each of them needs.
-
-A subregion's tile only places its centre; the window around the centre extends as far as the indenter can
-overlap the surface, beyond the tile.
-"""
+"""Contact centres on a scan, and the window of pixels that each of them needs."""
 
 from __future__ import annotations
 

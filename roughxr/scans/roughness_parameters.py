@@ -1,9 +1,8 @@
 """Roughness numbers: the paper's two, the height and hybrid parameters of ISO 25178-2, and two spectra.
 
-The paper (equations 44 and 45) takes heights from a datum, Z = 0, and not from their mean:
-R_a = mean |Z|, R_q = sqrt(mean Z²), so that R_q >= R_a. (The values that it prints, R_q = 0.0253 nm beside
-R_a = 12.842 nm, are sqrt(sum Z²) / MN instead, too small by the factor 512 for its 512 x 512 pixels.)
-ISO 25178-2 takes heights from the mean plane; so do all numbers here whose name begins with ``s_``.
+The paper (equations 44 and 45) takes heights from a datum, Z = 0, and not from their mean: R_a = mean |Z|,
+R_q = sqrt(mean Z²). (The values that it prints are sqrt(sum Z²) / MN instead, too small by 512 for its 512 x 512
+pixels.) ISO 25178-2 takes heights from the mean plane; so do all numbers here whose name begins with ``s_``.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
 """Whether a scan looks like a self-affine surface, which alone can be continued below its pixels.
 
-The spectrum of one falls as that of Hurst exponents from 0 to 1: where an exponent beyond them fits better, the surface
-is smoother at its short waves than any self-affine one, or noise ends it. And its curvature is Gaussian. Grains, or a
-blunt tip, make broad summits and sharp valleys, which skews it; sharp edges of a few particles or steps raise its
-kurtosis.
+Its spectrum falls as that of Hurst exponents from 0 to 1, and its curvature is Gaussian: grains or a blunt tip skew it,
+sharp edges of a few particles or steps raise its kurtosis.
 """
 
 from __future__ import annotations

@@ -1,12 +1,8 @@
 """Surfaces made from a seed: a self-affine scan, and the synthetic twin of a published glass scan.
 
-A seed means the same surface anywhere, whatever the versions of libraries.
-
 The glass is a twin of the scan that Cheng, Dunn & Brach (Contact between a smooth microsphere and an
 anisotropic rough surface) worked on and never published. It is no measurement. ``datasets/calibrate_glass.py``
-fitted its constants, and prints how near it comes to each printed figure.
-
-``python -m roughxr.scans.synthetic`` writes it to ``datasets/glass.nc``.
+fitted its constants; ``python -m roughxr.scans.synthetic`` writes it to ``datasets/glass.nc``.
 """
 
 from __future__ import annotations
@@ -34,10 +30,7 @@ _COMPRESSED = {"zlib": True, "complevel": 9, "shuffle": False}
 
 
 class GlassModel(NamedTuple):
-    """The constants of the synthetic glass; the defaults are the calibrated ones.
-
-    "Published formulas" below are superposition with the paper's own λ², its 5 × 5 patch and its sphere.
-    """
+    """Constants of the synthetic glass; "published formulas": superposition with the paper's λ², patch, sphere."""
 
     #: Pixels along each side, and their size, nm: the published 512 × 512 pixels on 5 × 5 µm.
     pixels: int = 512

@@ -1,9 +1,6 @@
-"""Vendors' formats, read through SurfaceTopography (extra ``afm``).
+"""Vendors' formats, read through SurfaceTopography (extra ``afm``) in a process that is ended when it takes too long.
 
-SurfaceTopography indexes heights as [x, y] with y counted downwards from the top of the picture; its
-heights, sizes and orientation agree with Gwyddion's. Added here: a reader is used only where
-the first bytes are those of its format, and redundant statements in a header must agree. Files are read in a
-process that is ended when it takes too long (see `files.reader_process`).
+A reader is used only where the first bytes are those of its format, and redundant statements in a header must agree.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Places on debris, found by a rule: their highest peak is far above what is usual for the scan.
-
-The rule uses medians only, so that debris on up to half of the places does not affect it.
-"""
+"""Places on debris, found by a rule of medians: their highest peak is far above what is usual for the scan."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""Laws of distribution, fitted by maximum likelihood and compared.
-
-All have two parameters, so that none fits better for having more. Log-normal and Weibull are defined for positive
-samples only, and are NaN for others.
-"""
+"""Laws of distribution, each of two parameters, fitted by maximum likelihood and compared."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
 """Several scans of one surface, or several placements, as one sample: their common mean, and how much they differ.
 
-Scans of a surface differ by more than the scatter of their places. Each statistic is computed scan by scan, and pooled
-as random effects: y_i = μ + b_i + e_i, where b varies from scan to scan with variance τ², and the variance of e within
-each scan is estimated by the bootstrap.
+Each statistic is computed scan by scan, and pooled as random effects: y_i = μ + b_i + e_i, where b varies from scan to
+scan with variance τ², and the variance of e within each scan is estimated by the bootstrap.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The samples of a distribution: one variable along ``subregion`` or ``asperity``, with places and weights.
-
-NaN marks a place where there was nothing to measure; it is left out, and counted.
-"""
+"""The samples of a distribution: a variable along ``subregion`` or ``asperity`` without its NaN, places and weights."""
 
 from __future__ import annotations
 

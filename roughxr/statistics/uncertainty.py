@@ -1,16 +1,12 @@
 """Bootstrap intervals of statistics over many places, by blocks of places and by single ones.
 
-A block bootstrap draws whole neighbourhoods, so that correlated samples stay together (Künsch 1989;
-Politis & Romano 1992 for blocks that wrap around). On few places its percentiles are too narrow for two reasons,
-which are both corrected here. Blocks cut the correlation at their edges and leave too little spread: deviations are
-therefore widened until resampled means spread as s/√n, n the number of independent places. And percentiles ignore
-that this spread is itself estimated from few blocks: their levels are therefore moved out to those of Student's t with
-one degree of freedom less than there are blocks (Hesterberg 2015, "expanded percentile"). Spreads are widened by their
-logarithms, which stay positive. Quantiles need no resamples: the share of samples below one is binomial among as many
-draws as there are independent places, and the samples at the ends of that share's interval (Clopper & Pearson's) are
-those of the quantile (Woodruff 1952; Korn & Graubard 1998). No such interval leaves the range of what the samples
-allow, and fewer than thirty samples allow too little, since they show no tail: theirs are Cox's of a log-normal law
-(Zhou & Gao 1997; Olsson 2005) or, where a sample is negative, Student's; χ² for std; and Owen's (1968) for quantiles.
+A block bootstrap draws whole neighbourhoods, so that correlated samples stay together (Künsch 1989; Politis & Romano
+1992 for blocks that wrap around). Blocks cut the correlation at their edges: deviations are therefore widened until
+resampled means spread as s/√n, n the number of independent places. On few blocks percentiles are too narrow: their
+levels are moved out to those of Student's t (Hesterberg 2015, "expanded percentile"). Quantiles need no resamples: the
+share of samples below one is binomial (Clopper & Pearson; Woodruff 1952; Korn & Graubard 1998). Fewer than thirty
+samples show no tail: theirs are Cox's of a log-normal law (Zhou & Gao 1997; Olsson 2005), Student's where a sample is
+negative, χ² for std, and Owen's (1968) for quantiles.
 """
 
 from __future__ import annotations
@@ -382,10 +378,7 @@ def _levels(count: float, confidence: float) -> list[float]:
 
 
 def _widening(found: Samples, way: Resampling, means: np.ndarray) -> float:
-    """Return the factor on deviations with which resampled means spread as those of independent places.
-
-    It also corrects the samples' own variance, which is too small by one part in n because their mean was subtracted.
-    """
+    """Return the factor on deviations with which resampled means spread as those of independent places."""
     if means.std() == 0:
         return 1.0
     off = found.values - _mean(found.values, -1, found.weights)

@@ -1,10 +1,8 @@
 """The pull-off of the surface as it would be: its roughness continued below the scan, down to where nothing changes.
 
-Two things end the fall of the pull-off with ever shorter waves: waves whose height is well below the range of the
-attraction no longer part the surfaces, and summits sharper than the hardness bears flatten. From the shortest wave that
-the scan shows truly, half an octave is added after the other, at a few places, until the mean pull-off settles. All
-places are then solved with all these waves, and the few places once more with every assumption changed, for the
-interval of the mean.
+From the shortest wave that the scan shows truly, half an octave is added after the other, at a few places, until the
+mean pull-off settles. All places are then solved with all these waves, and the few places once more with every
+assumption changed, for the interval of the mean.
 """
 
 from __future__ import annotations
@@ -349,11 +347,7 @@ def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness: str, g
 
 
 def _spreads(entries: dict[str, float], pilot: _Pilot) -> tuple[float, float]:
-    """Return by how much ln(mean) may lie lower, and higher, than it is.
-
-    Where the added waves lowered the mean, other ones below the pixel may lower it as well: it lies higher by no more
-    than they took, and waves that are still missing do not raise it.
-    """
+    """Return by how much ln(mean) may lie lower, and higher: by no more than the added waves took."""
     spread = {name: 1.96 * value for name, value in entries.items() if np.isfinite(value)}
     below = float(np.hypot.reduce(list(spread.values())))
     if (took := float(np.log(pilot.means[0] / pilot.means[-1]))) > 0:

@@ -1,9 +1,7 @@
 """Runs over parameters: radii, moduli, works of adhesion and rough indenters as further dimensions of one result.
 
-The scan fixes all lengths, so that the modulus is the only unit of stress. Where everything else that a verb reads and
-that holds a mass (works of adhesion, hardness, Hamaker constant; options such as a load or a strength) is the same in
-units of the modulus, the shapes are the same, and forces and pressures are proportional to E*. Such combinations of the
-same radius share one solve; all others are solved each by itself.
+Where everything that holds a mass (works of adhesion, hardness, options such as a load) is the same in units of the
+modulus, forces and pressures are proportional to E*: such combinations of the same radius share one solve.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""What a roughxr Dataset must hold: validation at the door, labels on results, and what a scan is asked first.
-
-Names, units and signs stand in `variables`, the steps that made a Dataset in `provenance`; both are public here.
-"""
+"""What a roughxr Dataset must hold: validation at the door, labels on results, and what a scan is asked first."""
 
 from __future__ import annotations
 
@@ -86,11 +83,7 @@ def kind_of(ds: xr.Dataset) -> str | None:
 
 
 def entered(data: Any) -> Any:
-    """Return a Dataset or DataArray in the units of `VARIABLES`; itself where it already is.
-
-    Every variable and coordinate of a known name that states other units is converted, be it by its attribute or as a
-    pint array; what states none is taken to be in the table's.
-    """
+    """Return a Dataset or DataArray with every known name in the units of `VARIABLES`; itself where it already is."""
     coords = _in_table(data.coords)
     if isinstance(data, xr.DataArray):
         own = _in_table({data.name: data}).get(data.name)
@@ -260,10 +253,7 @@ def finite(height: np.ndarray) -> np.ndarray:
 
 
 def complete(ds: xr.Dataset) -> xr.Dataset:
-    """Return a scan; raise where pixels are missing, for a lazy one when it is computed.
-
-    Each chunk of a lazy scan raises when it is computed and pixels are missing in it, and so does what needs it.
-    """
+    """Return a scan; raise where pixels are missing, for a lazy one when it is computed."""
     height = ds["height"].variable
     if not hasattr(height.data, "map_blocks"):
         finite(height.values)

@@ -1,8 +1,4 @@
-"""Conversion of input: every length, force or modulus leaves here in coherent nano-units.
-
-Inside roughxr lengths are nm, forces nN, moduli and pressures GPa = nN/nm², energies per area
-J/m² = nN/nm, so that no conversion factor occurs in any formula. Conversion is done by pint, never by hand.
-"""
+"""Conversion of input by pint: every length, force or modulus leaves here in coherent nano-units."""
 
 from __future__ import annotations
 
@@ -155,10 +151,7 @@ def fraction(value: Any, name: str) -> float:
 
 
 def in_units(variable: xr.Variable, units: str, name: str) -> xr.Variable:
-    """Return a variable in ``units``: converted if it states others, as it is if it states none.
-
-    The units are those of its pint array or of its attribute ``units``. Lazy arrays stay lazy.
-    """
+    """Return a variable in ``units``: converted if it states others, as it is if it states none; lazy as it was."""
     stated = variable.attrs.get("units")
     if stated == units or variable.dtype.kind not in "fiu":
         return variable

@@ -1,8 +1,7 @@
 """The door of every public verb: whatever enters is in the units of the vocabulary's table before the verb sees it.
 
-`verb` decorates the public functions. Datasets and DataArrays are converted by the names of their variables and
-coordinates, also within lists and mappings; options by their own names: a pint quantity, text such as "3 um", a
-DataArray with ``units``, or several of these. Plain numbers pass as they are, in the units of the documentation.
+Datasets and DataArrays are converted by the names of their variables, options by their own names: a pint quantity, text
+such as "3 um", a DataArray with ``units``, or several of these. Plain numbers pass as they are.
 """
 
 from __future__ import annotations

@@ -122,10 +122,7 @@ FORMULATIONS = {"johnson_greenwood": _johnson_greenwood, "energy": _energy}
 
 
 def contact_at(formulation, ratio, s):
-    """States of contact at the points ``s`` in (0, 1) of the branch, for one B/A = ``ratio`` > 1.
-
-    On the true ellipse intensities grow as a, loads as a³ and displacements as a² of those on a = 1.
-    """
+    """States of contact at the points ``s`` in (0, 1) of the branch, for one B/A = ``ratio`` > 1."""
     k = axis_ratio(ratio) ** (1 - np.asarray(s))
     on_unit = fit(k, ratio)
     m, a_cubed = FORMULATIONS[formulation](k, on_unit.d)

@@ -373,10 +373,7 @@ def hertz_error(ds: xr.Dataset) -> np.ndarray:
 
 
 def jkr_sphere(ds: xr.Dataset, delta: np.ndarray) -> np.ndarray:
-    """Return the stable JKR force (nN) of the pair on ``ds`` against a flat; 0 beyond the end of the branch.
-
-    NaN for a humid pair, whose liquid it leaves out.
-    """
+    """Return the stable JKR force (nN) of the pair on ``ds`` against a flat, 0 beyond its branch; NaN if humid."""
     if schema.is_wet(ds):
         return np.full(np.shape(delta), np.nan)
     radius, modulus, work = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion")

@@ -1,7 +1,4 @@
-"""The figures of a run, named by what they show; `roughxr.reproduction` puts numbers of the paper beside some of them.
-
-A run is a mapping of group names, such as "solutions/direct", to Datasets.
-"""
+"""The figures of a run, a mapping of group names to Datasets."""
 
 from __future__ import annotations
 

@@ -131,11 +131,7 @@ def styled(function: Callable) -> Callable:
 
 @contextmanager
 def _settings() -> Iterator[None]:
-    """Apply this module's settings within the block, and restore only these after it.
-
-    matplotlib's own rc_context would also reset the backend, which a notebook chooses with its first figure: all later
-    ones would not appear.
-    """
+    """Apply this module's settings within the block; matplotlib's rc_context would also reset a notebook's backend."""
     from matplotlib import rcParams
 
     before = {name: rcParams[name] for name in SETTINGS}

@@ -1,7 +1,4 @@
-"""A run as one page: what was analysed and how, the main numbers with intervals, figures, and caveats.
-
-The page is self-contained: it needs no network and no script, and can be printed.
-"""
+"""A run as one self-contained page: what was analysed and how, main numbers with intervals, figures, and caveats."""
 
 from __future__ import annotations
 
