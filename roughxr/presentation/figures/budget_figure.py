@@ -33,7 +33,6 @@ _OUTSIDE_TOTAL = "shorter waves"
 
 
 @styled
-@verb
 def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw the entries of an error budget as bars with their own errors, in per cent of the mean pull-off.
 
@@ -125,7 +124,6 @@ def _number(value: float) -> str:
 
 
 @styled
-@verb
 def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw the pull-off over the shortest wave of the surface: every place, and the mean with its scatter.
 

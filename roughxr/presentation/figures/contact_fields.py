@@ -7,7 +7,6 @@ import xarray as xr
 
 from ...scans import regions
 from ...vocabulary import schema
-from ...vocabulary.verbs import verb
 from .images import COLOURS, image
 from .style import (
     BLACK,
@@ -28,7 +27,6 @@ from .style import (
 
 
 @styled
-@verb
 def field_map(
     ds: xr.Dataset,
     name: str = "pressure",
@@ -91,7 +89,6 @@ def _nothing_touches(ax, one: xr.Dataset):
 
 
 @styled
-@verb
 def topography_map(
     ds: xr.Dataset,
     scan: xr.Dataset,
@@ -136,7 +133,6 @@ def topography_map(
 
 
 @styled
-@verb
 def pressure_on_topography(
     ds: xr.Dataset,
     scan: xr.Dataset,
@@ -186,7 +182,6 @@ def pressure_on_topography(
 
 
 @styled
-@verb
 def contact_section(
     ds: xr.Dataset, scan: xr.Dataset, *, subregion: int = 0, delta: float | None = None, ax: Axes | None = None
 ):
@@ -242,7 +237,6 @@ def contact_section(
 
 
 @styled
-@verb
 def contact_maps(
     ds: xr.Dataset,
     scan: xr.Dataset,

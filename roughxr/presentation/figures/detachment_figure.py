@@ -11,7 +11,6 @@ from ...detachment.balance import MODES, NEITHER, NO_CONTACT, critical_load
 from ...statistics.sampling import shares
 from ...vocabulary import schema
 from ...vocabulary.numbers import number
-from ...vocabulary.verbs import verb
 from .maps import draw_places
 from .rose import polar
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, Axes, axes, label_axes, legend, log_ticks, stroke, styled
@@ -24,7 +23,6 @@ _LETTERED = 150
 
 
 @styled
-@verb
 def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw the resisting moment over the direction of rolling: the median place, and half of all places around it.
 
@@ -81,7 +79,6 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
 
 
 @styled
-@verb
 def mode_map(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw how the sphere comes off at each place: it rolls, slides or lifts, whichever needs the least load.
 
@@ -133,7 +130,6 @@ def mode_map(ds: xr.Dataset, *, ax: Axes | None = None):
 
 
 @styled
-@verb
 def fraction_remaining(ds: xr.Dataset, *, measured: dict[str, tuple[Any, Any]] | None = None, ax: Axes | None = None):
     """Draw the fraction of particles left over friction velocity, with its band, a line for each time.
 
@@ -187,7 +183,6 @@ def fraction_remaining(ds: xr.Dataset, *, measured: dict[str, tuple[Any, Any]] |
 
 
 @styled
-@verb
 def landed_and_at_rest(landed: xr.Dataset, rested: xr.Dataset):
     """Draw how particles that rolled to rest differ from the same where they landed.
 

@@ -11,13 +11,11 @@ from numpy.typing import ArrayLike
 from ...scans import regions
 from ...vocabulary import schema
 from ...vocabulary.units import Places
-from ...vocabulary.verbs import verb
 from .images import COLOURS, colorbar, colour_map, image
 from .style import BLACK, ORANGE, Axes, axes, label_axes, styled
 
 
 @styled
-@verb
 def scan_map(
     ds: xr.Dataset,
     *,
@@ -65,7 +63,6 @@ def scan_map(
 
 
 @styled
-@verb
 def contact_grid(
     ds: xr.Dataset,
     subregions: Places = None,
@@ -109,7 +106,6 @@ def contact_grid(
 
 
 @styled
-@verb
 def asperity_map(
     ds: xr.Dataset,
     catalogue: xr.Dataset,
@@ -170,7 +166,6 @@ def asperity_map(
 
 
 @styled
-@verb
 def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Axes | None = None, cmap: str = "rocket_r"):
     """Draw one value for each contact centre, such as the pull-off force, at its place on the scan.
 

@@ -9,7 +9,6 @@ import xarray as xr
 
 from ...statistics.sampling import by_share
 from ...vocabulary.numbers import number, quantity
-from ...vocabulary.verbs import verb
 from ..answer import best_estimate
 from .contact_fields import field_map
 from .distributions import distribution
@@ -21,7 +20,6 @@ _METHODS = {"adhesive": "simulation, as the scan shows it", "energy": "superpose
 
 
 @styled
-@verb
 def overview(run: Mapping[str, xr.Dataset]):
     """Draw the scan with its contact centres, the pressure under one of them, and the pull-off forces.
 

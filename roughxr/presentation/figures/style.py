@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 
 from ...vocabulary import schema
+from ...vocabulary.verbs import verb
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -116,12 +117,13 @@ def log_ticks(axis, subs: tuple[int, ...] = (1, 2, 5)) -> None:
 
 
 def styled(function: Callable) -> Callable:
-    """Return ``function`` with this module's style, after which the caller's rcParams are restored."""
+    """Return a verb that draws in this module's style, after which the caller's rcParams are restored."""
+    draw = verb(function)
 
-    @functools.wraps(function)
+    @functools.wraps(draw)
     def inside(*arguments: Any, **options: Any):
         with _settings():
-            drawn = function(*arguments, **options)
+            drawn = draw(*arguments, **options)
             if options.get("ax") is None:
                 settle(drawn)
             return drawn
