@@ -89,16 +89,13 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
     Parameters
     ----------
     ds : Dataset
-        A scan. A lazy one is read now, since only then the number of asperities is known: tile by tile, each chunk
-        once, with bit for bit the same result; with ``patch="auto"`` parts of it are read once more, before. Held in
-        memory, besides the catalogue, are one tile for each of dask's threads, and the heights near the seams between
-        tiles and around flat tops that reach across one.
+        A scan. A lazy one is read now, tile by tile, each chunk once, with bit for bit the same result; with
+        ``patch="auto"`` parts of it are read once more, before.
     patch : "auto", "paper", int or length
         Side of the fitted patch. "auto": at most three quarters of the `shortest_wavelength`, as an odd number of
-        pixels from 3 to 31; where this is less than three pixels, or cannot be met closely, heights are interpolated by
-        splines on finer pixels, on which peaks are searched and fitted. A scan whose shortest wave is below two pixels
-        cannot be interpolated, and is fitted on 3 × 3 of its own pixels. "paper": 5 × 5 pixels. An odd whole number, at
-        least 3: this many pixels. A length such as "15 nm": the largest patch that does not exceed it.
+        pixels from 3 to 31, on pixels that splines have made finer where that is too few; a scan whose shortest wave is
+        below two pixels is fitted on 3 × 3 of its own. "paper": 5 × 5 pixels. An odd whole number, at least 3: this
+        many pixels. A length such as "15 nm": the largest patch that does not exceed it.
     vertex : {"fitted", "pixel"}
         Let the fit place the vertex, between pixels, or fix it at the peak's pixel, as the paper does.
         A free fit that is no summit, or more than one pixel away, is replaced by a fixed one (``vertex_fixed``).

@@ -68,14 +68,9 @@ def rolling(
     """Return the largest moment that contact, adhesion and load resist as the sphere begins to roll, by direction.
 
     From a scan or a catalogue: the sphere rests on its asperities under ``load``, then turns as a rigid body about the
-    foremost edge of its contact, and the asperities behind let go one after the other. The largest moment on the way
-    is the resisting moment. The reaction acts at the foremost edge, which draws back as the contact there shrinks.
-    Asperities further ahead, onto which the sphere would come down, are left out.
-
-    From a solution by `adhesive` with fields: the largest moment about the front of the foremost cell in contact, over
-    the states of the retraction. Each cell is loaded evenly, and reaches as far in all directions as a disc of its
-    area. Each state is an equilibrium between the pull on the sphere and a push at that edge, so that the contact
-    resists at least its moment; what more it would resist when turned rather than lifted is not counted.
+    foremost edge of its contact, and the asperities behind let go one after the other. From a solution by `adhesive`
+    with fields: the largest moment about the front of the foremost cell in contact, over the states of the retraction,
+    each an equilibrium between the pull on the sphere and a push at that edge: the contact resists at least this.
 
     Parameters
     ----------
@@ -113,22 +108,17 @@ def rolling(
 
     Notes
     -----
-    For one JKR contact the moment is the largest −P a = (15/16)(5/4)^(2/3) P_c a_c = 1.087872 P_c a_c, at
-    a = 1.160397 a_c; for two contacts far apart P_c times their distance; for N equal ones on a ring of radius ρ ≫ a_c
-    0.8770 N P_c ρ, between 3/4 (brittle springs) and 1 (a constant pull up to the end). Without adhesion, stiff
-    contacts under a load L resist L times the edge's distance, and the sphere tips where the line of the load leaves
-    the support polygon.
+    For one JKR contact the moment is the largest −P a = (15/16)(5/4)^(2/3) P_c a_c = 1.087872 P_c a_c; for two contacts
+    far apart P_c times their distance; for N equal ones on a ring of radius ρ ≫ a_c 0.8770 N P_c ρ. Without adhesion,
+    stiff contacts under a load L resist L times the edge's distance. Asperities stay elastic, whatever hardness is
+    assigned.
 
     Of a humid pair (law="menisci") the sphere turns about the foremost contact of the solids, while liquid pulls behind
-    it and ahead of it; asperities ahead that are wetted at rest bear it once it comes down on them. Liquid follows the
-    gap at constant humidity: what it resists where its edge sticks is left out. For one contact, of a radius a₀ under
-    the whole pull P₀, the moment is 0.4725 P₀a₀, for stiff ones far apart P₀ times their distances from the foremost.
+    it and ahead of it, at constant humidity. For one contact, of a radius a₀ under the whole pull P₀, the moment is
+    0.4725 P₀a₀, for stiff ones far apart P₀ times their distances from the foremost.
 
-    Asperities stay elastic, whatever hardness is assigned.
-
-    The sphere is put down at each place as it is, and does not settle sideways. Where ``contacts`` is one or two, a
-    real sphere would roll on until it rests on three; such places resist little, and detach first in `critical_load`
-    and `resuspension`.
+    The sphere does not settle sideways (but see `resting`). Where ``contacts`` is one or two, a real sphere would roll
+    on until it rests on three; such places resist little, and detach first in `critical_load` and `resuspension`.
 
     Examples
     --------
