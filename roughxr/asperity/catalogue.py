@@ -46,16 +46,7 @@ _LIMIT, _NEAR = 16, 0.8
 POOR_FIT = 0.15
 
 #: Variables of a catalogue that have the same names in the fit.
-_FITTED = (
-    "height",
-    "curvature_min",
-    "curvature_max",
-    "orientation",
-    "fit_rms",
-    "saddle",
-    "edge",
-    "vertex_fixed",
-)
+_FITTED = ("height", "curvature_min", "curvature_max", "orientation", "fit_rms", "saddle", "edge", "vertex_fixed")
 
 
 class _Request(NamedTuple):
@@ -229,8 +220,7 @@ def _searched_finer_later(height: da.Array, setup: Any) -> Any:
     search, join = (dask.delayed(function, pure=False) for function in (_search_finer, _join))
     take = taker(height)
     return join(
-        [[search(take(part), corner, halo, setup) for part, corner, halo in row] for row in _tiles(height.shape)],
-        setup,
+        [[search(take(part), corner, halo, setup) for part, corner, halo in row] for row in _tiles(height.shape)], setup
     )
 
 

@@ -62,8 +62,5 @@ def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None, *, reach: Q
     envelope = upper_envelope(ds["x"].values.astype(float), ds["y"].values.astype(float), rows)
     residual = envelope - ds["height"].values
     out = ds.assign(height=(("x", "y"), envelope))
-    out.attrs |= {
-        "residual_rms": float(np.sqrt(np.nanmean(residual**2))),
-        "residual_mean": float(np.nanmean(residual)),
-    }
+    out.attrs |= {"residual_rms": float(np.sqrt(np.nanmean(residual**2))), "residual_mean": float(np.nanmean(residual))}
     return schema.record(schema.label(out), "reconstruct", ds, reach=reach)

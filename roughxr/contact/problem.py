@@ -38,13 +38,7 @@ class Problem(NamedTuple):
 
 
 def read_problem(
-    specimen: Specimen,
-    positions: xr.Dataset,
-    *,
-    delta: Any = None,
-    load: Any = None,
-    datum: str,
-    refine: int = 1,
+    specimen: Specimen, positions: xr.Dataset, *, delta: Any = None, load: Any = None, datum: str, refine: int = 1
 ) -> Problem:
     """Return the problem posed by a scan, its pair and the options; raise where they do not define one."""
     if delta is not None and load is not None:

@@ -42,12 +42,7 @@ _LONG = 4.0
 
 
 @verb
-def regime(
-    ds: xr.Dataset,
-    *,
-    subregions: Any = (4, 4),
-    refine: int = 8,
-) -> xr.Dataset:
+def regime(ds: xr.Dataset, *, subregions: Any = (4, 4), refine: int = 8) -> xr.Dataset:
     """Recommend a model for a scan and its pair: rigid bodies, the adhesive simulation, or a sum over asperities.
 
     Parameters

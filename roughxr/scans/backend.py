@@ -28,14 +28,7 @@ class RoughxrBackend(BackendEntrypoint):
     """Opens AFM files as scans: ``height(x, y)`` in nm on pixel centres in nm."""
 
     description = "AFM images as scans in nm (Bruker, Asylum, Park, Gwyddion, text, NetCDF and others)"
-    open_dataset_parameters = (
-        "filename_or_obj",
-        "drop_variables",
-        "channel",
-        "direction",
-        "size",
-        "height_units",
-    )
+    open_dataset_parameters = ("filename_or_obj", "drop_variables", "channel", "direction", "size", "height_units")
 
     def open_dataset(
         self,

@@ -193,8 +193,7 @@ def sized(channel: Channel, size: Any, path: Path) -> Channel:
     wanted = None if size is None else _given_size(size, channel.shape)
     if stated is None and wanted is None:
         raise UnreadableScan(
-            path,
-            "expected a lateral size, found none in the file; give it, for example size=('5 um', '5 um')",
+            path, "expected a lateral size, found none in the file; give it, for example size=('5 um', '5 um')"
         )
     if stated and wanted and not np.allclose(stated, wanted, rtol=1e-6):
         raise ValueError(f"{path}: size: the file states {stated} nm, given was {wanted} nm; leave size= out")

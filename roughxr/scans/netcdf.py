@@ -141,8 +141,7 @@ def _variable_name(ds: xr.Dataset, channel: str | int | None, path: Path) -> str
         raise UnreadableScan(path, f"expected {wanted} over two dimensions, found {found}; name it with channel=")
     if names[0] not in lengths:
         raise UnreadableScan(
-            path,
-            f"{names[0]}: expected a 'units' attribute of a length, found {_units(maps[names[0]])!r}",
+            path, f"{names[0]}: expected a 'units' attribute of a length, found {_units(maps[names[0]])!r}"
         )
     return names[0]
 

@@ -70,14 +70,7 @@ GLASS_SEED = 25
 
 
 def self_affine(
-    shape: tuple[int, int],
-    pixel: Any,
-    *,
-    rms: Any,
-    hurst: float,
-    rolloff: Any,
-    cutoff: Any = None,
-    seed: int,
+    shape: tuple[int, int], pixel: Any, *, rms: Any, hurst: float, rolloff: Any, cutoff: Any = None, seed: int
 ) -> xr.Dataset:
     """Return a Gaussian random surface with a power-law spectrum.
 

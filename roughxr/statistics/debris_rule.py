@@ -18,11 +18,7 @@ THRESHOLD = 6.0
 
 @verb
 def debris(
-    catalogue: xr.Dataset,
-    subregions: xr.Dataset | None = None,
-    *,
-    name: str = "height",
-    threshold: float = THRESHOLD,
+    catalogue: xr.Dataset, subregions: xr.Dataset | None = None, *, name: str = "height", threshold: float = THRESHOLD
 ) -> xr.DataArray:
     """Return which asperities, or which subregions, are debris: far higher than all others.
 

@@ -83,10 +83,7 @@ def _least_depth(a, u0, u1, v0, v1):
 @kernel
 def _greatest_depth(a, u0, u1, v0, v1):
     """Greatest depth (nm) over a rectangle: a convex function is greatest at a corner."""
-    return max(
-        max(_depth(a, u0, v0), _depth(a, u0, v1)),
-        max(_depth(a, u1, v0), _depth(a, u1, v1)),
-    )
+    return max(max(_depth(a, u0, v0), _depth(a, u0, v1)), max(_depth(a, u1, v0), _depth(a, u1, v1)))
 
 
 @kernel

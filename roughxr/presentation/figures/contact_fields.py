@@ -134,12 +134,7 @@ def topography_map(
 
 @styled
 def pressure_on_topography(
-    ds: xr.Dataset,
-    scan: xr.Dataset,
-    *,
-    subregion: int = 0,
-    delta: float | None = None,
-    ax: Axes | None = None,
+    ds: xr.Dataset, scan: xr.Dataset, *, subregion: int = 0, delta: float | None = None, ax: Axes | None = None
 ):
     """Draw the pressure of one contact over the undeformed heights in grey, with the outline of the contact.
 
@@ -238,12 +233,7 @@ def contact_section(
 
 @styled
 def contact_maps(
-    ds: xr.Dataset,
-    scan: xr.Dataset,
-    *,
-    subregion: int = 0,
-    delta: float | None = None,
-    ax: Panels | None = None,
+    ds: xr.Dataset, scan: xr.Dataset, *, subregion: int = 0, delta: float | None = None, ax: Panels | None = None
 ) -> np.ndarray:
     """Draw one contact: topography, pressure and displacement, each with the contact's outline, and a section.
 

@@ -150,15 +150,7 @@ def asperity_map(
     x, y = catalogue["x"], catalogue["y"]
     shown = catalogue.isel(asperity=((x >= x_low) & (x <= x_high) & (y >= y_low) & (y <= y_high)).values)
     if shape == "vertices":
-        ax.plot(
-            shown["x"],
-            shown["y"],
-            "o",
-            color="white",
-            markeredgecolor=BLACK,
-            markersize=2.2,
-            markeredgewidth=0.3,
-        )
+        ax.plot(shown["x"], shown["y"], "o", color="white", markeredgecolor=BLACK, markersize=2.2, markeredgewidth=0.3)
     else:
         _ellipses(ax, shown, depth)
     ax.set(xlim=(x_low, x_high), ylim=(y_low, y_high))

@@ -58,11 +58,7 @@ def quantile_quantile(ds: xr.Dataset, *, ax: Axes | None = None):
 
 @styled
 def predicted_and_measured(
-    predicted: xr.Dataset,
-    measured: xr.Dataset,
-    *,
-    comparison: xr.Dataset | None = None,
-    ax: Panels | None = None,
+    predicted: xr.Dataset, measured: xr.Dataset, *, comparison: xr.Dataset | None = None, ax: Panels | None = None
 ):
     """Draw both distributions, and their quantiles against each other.
 

@@ -131,10 +131,7 @@ def places(run: Groups):
     """Draw the contact centres on the scan."""
     direct = run["solutions/direct"]
     flags = run.debris()
-    rows = [
-        ("contact centres", str(flags.size)),
-        ("of which on debris (framed)", str(int(flags.sum()))),
-    ]
+    rows = [("contact centres", str(flags.size)), ("of which on debris (framed)", str(int(flags.sum())))]
     title = f"The {flags.size} contact centres, those on debris framed"
     figure, (ax,) = run.sheet(title, aspect=0.84, rows=rows)
     contact_grid(run["scan"], direct, highlight=flags, ax=ax)
@@ -253,9 +250,7 @@ def superposed_over_direct(run: Groups, *, deltas: Sequence[float] = ()):
     figure, (upper, lower) = _stacked(run, title, rows)
     span = slice(0, float(direct["delta"].max()))
     mean_force(
-        {"direct simulation": direct, "superposed asperities": superposed.sel(delta=span)},
-        where=clean,
-        ax=upper,
+        {"direct simulation": direct, "superposed asperities": superposed.sel(delta=span)}, where=clean, ax=upper
     )
     upper.set_yscale("log")
     highest = upper.get_ylim()[1]

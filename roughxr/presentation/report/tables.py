@@ -27,11 +27,7 @@ _PARTING = "displacement beyond which superposition differs by over 10 %, median
 
 
 @verb
-def contact_table(
-    run: Run,
-    *,
-    deltas: Sequence[float] = (),
-) -> pd.DataFrame:
+def contact_table(run: Run, *, deltas: Sequence[float] = ()) -> pd.DataFrame:
     """Return the contact's main numbers by method."""
     pulls = [run[f"statistics/{method}"]["pull_off_force"] for method in METHODS if f"statistics/{method}" in run]
     unit = prefixed(max((float(pull.mean()) for pull in pulls if pull.notnull().any()), default=0.0))
