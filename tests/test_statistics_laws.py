@@ -5,7 +5,8 @@ import pytest
 import xarray as xr
 from scipy import stats
 
-from roughxr.statistics import LAWS, fit, law_density
+from roughxr.statistics import LAWS, fit
+from roughxr.statistics.laws import law_density
 
 KNOWN = {
     "normal": (stats.norm(15, 2), (np.nan, 15, 2)),

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.statistics import bootstrap, density_intervals, pull_off, reduction
+from roughxr.statistics import bootstrap, pull_off, reduction
 from roughxr.statistics.places import blocks, correlogram, independent_places
 from roughxr.statistics.sampling import Samples
-from roughxr.statistics.uncertainty import _ends_of_few
+from roughxr.statistics.uncertainty import _ends_of_few, density_intervals
 
 from .fields import field, on_grid
 

@@ -235,12 +235,9 @@ def _join(tiles: list[list[Tile]], setup: _Setup) -> ScanPeaks:
 def _tiles(shape: tuple[int, int]) -> list[list[tuple]]:
     """Return rows of tiles, the same however a scan is chunked: pixels with their halo, first pixel, and halo."""
     side = max(_TILE_SIDE, _MOST_PIXELS)
-    x, y = ([(i, min(i + side, n) if n - i >= 2 * side else n) for i in _starts(n, side)] for n in shape)
+    starts = (range(0, max(n - side, 0) + 1, side) for n in shape)
+    x, y = ([(i, min(i + side, n) if n - i >= 2 * side else n) for i in each] for each, n in zip(starts, shape))
     return [[_with_halo(shape, (i, j), (ends_x, ends_y)) for j, ends_y in y] for i, ends_x in x]
-
-
-def _starts(n: int, side: int) -> range:
-    return range(0, max(n - side, 0) + 1, side)
 
 
 def _with_halo(shape: tuple[int, int], start: tuple[int, int], stop: tuple[int, int]) -> tuple:
@@ -281,7 +278,8 @@ def _catalogue(scan_peaks: ScanPeaks, ds: xr.Dataset, setup: _Setup) -> xr.Datas
         datum_height=scan_peaks.highest,
         patch_radius=0.5 * frame.patch * max(frame.pixel),
         **dict(zip(regions.EDGES, regions.extent(ds))),
-        **{name: ds[name] for name in (*schema.TRAVELLING, "subregion_x", "subregion_y") if name in ds.coords},
+        **{name: ds[name] for name in ("subregion_x", "subregion_y") if name in ds.coords},
+        **schema.travelling(ds),
     )
     if frame.vertex == "fitted":
         out = out.isel(asperity=~repeated(out, max(frame.pixel)))

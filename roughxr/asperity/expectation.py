@@ -38,15 +38,21 @@ WIDEST = 0.8
 def expectation(catalogue: xr.Dataset, law: str) -> dict[str, Any]:
     """Return what to expect of the pull-off from these asperities, as attributes of the sum."""
     if law == "menisci":
-        words = f"pull-off over that of `rigid` on such a surface: {WET_RATIO:.2g}, {WET_LOW:g} … {WET_HIGH:g}"
-        known = {"expected_ratio": WET_RATIO, "expected_ratio_low": WET_LOW, "expected_ratio_high": WET_HIGH}
-        return {"expectation": f"{words} for nine of ten surfaces, since menisci merge", **known}
+        return _told("of `rigid`", WET_RATIO, WET_LOW, WET_HIGH, why=", since menisci merge")
     unknown = _unknown(catalogue, law)
     if unknown:
         return {"expectation": f"its ratio to the simulation with adhesion is not known: {unknown}"}
-    words = f"pull-off over that of the adhesive simulation on such a surface: {RATIO:.2g}, {LOW:g} … {HIGH:g}"
-    known = {"expected_ratio": RATIO, "expected_ratio_low": LOW, "expected_ratio_high": HIGH}
-    return {"expectation": f"{words} for nine of ten surfaces", **known}
+    return _told("of the adhesive simulation", RATIO, LOW, HIGH)
+
+
+def _told(of: str, ratio: float, low: float, high: float, why: str = "") -> dict[str, Any]:
+    words = f"pull-off over that {of} on such a surface: {ratio:.2g}, {low:g} … {high:g} for nine of ten surfaces{why}"
+    return {
+        "expectation": words,
+        "expected_ratio": ratio,
+        "expected_ratio_low": low,
+        "expected_ratio_high": high,
+    }
 
 
 def _unknown(catalogue: xr.Dataset, law: str) -> str:

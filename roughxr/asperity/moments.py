@@ -132,7 +132,8 @@ def rolling(
     angles = _angles(directions)
     push = float(magnitude(load, "nN", "load"))
     if "height" not in ds and "force" in ds:
-        _no_contact_options(subregions, law, formulation)
+        if subregions is not None or (law, formulation) != (None, DEFAULT):
+            raise ValueError("subregions, law, formulation: a solution has its own, leave them out")
         return _finished(_of_states(ds, angles, push), ds, "adhesive", {"directions": angles, "load": push})
     summands = summands_of(ds, law, formulation)
     law = summands.law
@@ -151,14 +152,6 @@ def _angles(directions: Any) -> np.ndarray:
             raise ValueError(f"directions: expected at least one, found {directions}")
         return 2 * np.pi * np.arange(directions) / directions
     return schema.ascending(directions, "rad", "directions")
-
-
-def _no_contact_options(subregions: Any, *given: Any) -> None:
-    """Raise where contact options are given for a solution, which has its own."""
-    if subregions is not None or given != (None, DEFAULT):
-        raise ValueError(
-            "subregions, law, formulation: used with a scan or a catalogue only; a solution has its own, leave them out"
-        )
 
 
 def _finished(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: dict[str, Any]) -> xr.Dataset:
@@ -264,12 +257,8 @@ def _of_states(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dataset:
     layout = Layout({"direction": angles}, _STATES, _EVENTS)
     out = ds.sel(branch="retraction", drop=True)
     records = np.stack([_of_place(out.isel(subregion=k), layout, load) for k in range(ds.sizes["subregion"])])
-    return labelled(records, layout, ds, _centres(ds))
-
-
-def _centres(ds: xr.Dataset) -> xr.Dataset:
-    """Return a solution's contact centres."""
-    return xr.Dataset(coords={name: ds[name] for name in ("subregion", "subregion_x", "subregion_y")})
+    centres = xr.Dataset(coords={name: ds[name] for name in ("subregion", "subregion_x", "subregion_y")})
+    return labelled(records, layout, ds, centres)
 
 
 def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:

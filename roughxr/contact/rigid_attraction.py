@@ -61,7 +61,8 @@ def options_of(specimen: Specimen, law: str, limit: str, rate: str = "slow") -> 
     if not w > 0 and menisci is None:
         raise ValueError(f"work_of_adhesion: expected more than 0 J/m² for bodies that attract, found {w:g}")
     wavelength = float(ds["retardation"]) if law == "hamaker" and "retardation" in ds.coords else np.inf
-    found = potentials.potential(law, w, length_of(ds, law) if w > 0 else DEFAULT_RANGE, wavelength)
+    length = DEFAULT_RANGE if not w > 0 else closest_approach(ds) if law == "hamaker" else range_of(ds, law)
+    found = potentials.potential(law, w, length, wavelength)
     if menisci is not None:
         found = potentials.with_liquid(found, menisci.height, menisci.pull, menisci.share)
     return Options(
@@ -84,11 +85,6 @@ def _hardness(ds: xr.Dataset, law: potentials.Potential) -> float:
             f"hardness: expected more than the law's largest traction, {largest:.3g} GPa, found {value:g} GPa"
         )
     return value
-
-
-def length_of(ds: xr.Dataset, law: str) -> float:
-    """Return the law's length, nm: the closest approach of Hamaker's, the pair's range of any other."""
-    return closest_approach(ds) if law == "hamaker" else range_of(ds, law)
 
 
 def reach_of(specimen: Specimen, problem: Problem) -> float:

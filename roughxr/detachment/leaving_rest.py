@@ -72,7 +72,8 @@ def leaving(
     rest, over = (rolling(catalogue, directions=_DIRECTIONS, load=down, subregions=at) for at in (places, passes))
     off = [there - places[f"subregion_{axis}"].values for there, axis in zip(passes, "xy")]
     towards = np.arctan2(off[1], off[0])
-    share = _only(rest["direction"].values, towards)
+    angles = rest["direction"].values  # the one nearest to the pass counts alone
+    share = np.eye(angles.size)[np.cos(angles - towards[:, None]).argmax(axis=1)]
     strengths = [
         first_strength(kind, body, held_of(one, 0.0, None, None)._replace(share=share))[0] for one in (rest, over)
     ]
@@ -85,8 +86,3 @@ def leaving(
     return schema.record(
         schema.label(out), "leaving", ds, load=out.attrs["load"], particle_density=particle_density, **recorded(body)
     )
-
-
-def _only(angles: np.ndarray, towards: np.ndarray) -> np.ndarray:
-    """Return (place, direction): 1 in the direction nearest to the pass, 0 in all others."""
-    return np.eye(angles.size)[np.cos(angles - towards[:, None]).argmax(axis=1)]

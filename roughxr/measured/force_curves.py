@@ -74,10 +74,9 @@ def curves_pull_off(
     Parameters
     ----------
     ds : Dataset
-        ``piezo`` (units of a length, growing towards the surface, from any zero) and either ``force`` (units of a
-        force, > 0 pushes) or ``deflection`` (units of a length, > 0 pushes). Along ``sample`` or (subregion, sample)
-        they are retractions, whose first sample is the most pressed one; along (subregion, branch, sample) the branch
-        "retraction" is used. Coordinates of places are kept.
+        ``piezo`` (units of a length, growing towards the surface, from any zero) and either ``force`` or ``deflection``
+        (> 0 pushes). Along ``sample`` or (subregion, sample) they are retractions, the most pressed sample first; along
+        (subregion, branch, sample) the branch "retraction" is used. Coordinates of places are kept.
     spring_constant : number or quantity, optional
         N/m, where ``ds`` does not state it; needed for deflections. For forces it is used to subtract the bending of
         the cantilever from the distance.
@@ -91,12 +90,11 @@ def curves_pull_off(
     -------
     Dataset
         Along ``subregion``: ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_uncertainty``, its standard
-        error due to noise and baseline (not to the spring constant); ``pull_off_distance`` (nm), from where the force
-        is zero to the largest pull, less the bending of the cantilever where its spring constant is known;
-        ``work_of_separation`` (nN nm), done by the piezo against the pull; ``force_noise`` (nN); ``contact_point``
-        (nm), the piezo's travel where the force is zero; ``contact_slope`` (nN/nm), the slope of the force over the
-        travel in the upper half of the contact; ``baseline_offset`` (nN) at the contact point and ``baseline_tilt``
-        (nN/nm); ``reason``, why a curve has no pull-off, which then is NaN.
+        error due to noise and baseline; ``pull_off_distance`` (nm), from zero force to the largest pull, less the
+        bending of the cantilever where its spring constant is known; ``work_of_separation`` (nN nm), done by the piezo
+        against the pull; ``force_noise`` (nN); ``contact_point`` (nm), the piezo's travel at zero force;
+        ``contact_slope`` (nN/nm), in the upper half of the contact; ``baseline_offset`` (nN) at the contact point and
+        ``baseline_tilt`` (nN/nm); ``reason``, why a curve has no pull-off, which then is NaN.
 
     Raises
     ------
@@ -107,14 +105,12 @@ def curves_pull_off(
     Warns
     -----
     ImplausibleCurves
-        If the median slope in contact is more than 1.1 times the spring constant: spring and surface in series cannot
-        be stiffer than the spring, so that the sensitivity is too large by at least that factor.
+        If the median slope in contact is more than 1.1 times the spring constant: the sensitivity is then too large.
 
     Notes
     -----
-    The uncertainty leaves out two errors: that of a curved baseline, which is extrapolated as a straight line, and that
-    of the parabola through the samples before the jump, about 0.1 % where a soft spring tears a sphere off close to its
-    largest pull.
+    The uncertainty leaves out that of a curved baseline, which is extrapolated as a straight line, and that of the
+    parabola through the samples before the jump, about 0.1 % where a soft spring tears a sphere off.
 
     Examples
     --------

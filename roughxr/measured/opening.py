@@ -44,9 +44,8 @@ def open_pull_off(
     ----------
     path : str, path or sequence of them
         A table (CSV and the like, .xlsx) with names above its columns, such as ``x [um], y [um], force [nN]``; any AFM
-        file that `open_scan` reads and that holds an image of adhesion; or a file of curves, see `open_curves`, of
-        which `curves_pull_off` also takes other baselines and keeps the curves. The content decides, not the extension.
-        Several files, such as one for each curve, are read alike and concatenated.
+        file that `open_scan` reads and that holds an image of adhesion; or a file of curves, see `open_curves`. The
+        content decides, not the extension. Several files are read alike and concatenated.
     channel : str or int, optional
         Name of the column, or name or number of the image; needed where there is more than one candidate.
     direction : {"trace", "retrace"}, optional
@@ -68,17 +67,16 @@ def open_pull_off(
     -------
     Dataset
         ``pull_off_force`` (nN, a positive magnitude) along ``subregion``, NaN where nothing was measured; coordinates
-        ``subregion_x``, ``subregion_y`` (nm) where places are known, for an image from its lower left corner as in a
-        scan of the same file, and ``file`` where there are several. For curves also the other variables of
-        `curves_pull_off`, with the ``reason`` of each curve that could not be used. The attribute ``measured`` is
-        "table", "adhesion image" or "force-distance curves"; others hold file name, SHA-256, channel, and the
+        ``subregion_x``, ``subregion_y`` (nm) where places are known, for an image as in a scan of the same file, and
+        ``file`` where there are several. For curves also the other variables of `curves_pull_off`. Attributes:
+        ``measured`` ("table", "adhesion image" or "force-distance curves"), file name, SHA-256, channel, and the
         conversion to forces.
 
     Raises
     ------
     UnreadableScan
-        If a file holds no pull-off forces, is damaged, or has several columns or images that could be meant; also where
-        units, a sensitivity or a spring constant are missing: none of them is ever guessed. It is a ValueError.
+        If a file holds no pull-off forces, is damaged, or has several columns or images that could be meant; or if
+        units, a sensitivity or a spring constant are missing. It is a ValueError.
     ImportError
         If a file needs a package that is not installed; the message says how to install it.
     OSError

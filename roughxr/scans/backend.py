@@ -98,8 +98,8 @@ def open_scan(
     Raises
     ------
     UnreadableScan
-        If the file is no scan or damaged, or its vendor's reader takes longer than a minute and a second per MB: the
-        reader runs in a process of its own, which is then ended. It is a ValueError, as for options that do not fit.
+        If the file is no scan or damaged, or its vendor's reader takes longer than a minute and a second per MB. It is
+        a ValueError, as for options that do not fit.
     OSError
         If the file is absent, a directory, or may not be read.
     ImportError
@@ -108,8 +108,7 @@ def open_scan(
     Warns
     -----
     ImplausibleScan
-        If what the file states is improbable, judged by its length or by the heights themselves. A header that states
-        another possible scale or size than the true one is believed: most formats have no checksum.
+        If what the file states is improbable, judged by its length or by the heights themselves.
 
     Examples
     --------

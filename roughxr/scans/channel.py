@@ -102,7 +102,8 @@ def choose(channels: list[Channel], channel: str | int | None, direction: str | 
     if not fitting or (isinstance(channel, str) and len(fitting) > 1):
         found = "several" if fitting else "none"
         advice = "name one or its number" if any(one.units for one in channels) else _STATE_UNITS
-        wanted = _wanted(channel, direction)
+        wanted = "a topography" if channel is None else f"channel {channel!r}"
+        wanted += f" with direction {direction!r}" if direction else ""
         raise UnreadableScan(path, f"expected {wanted}, found {found} among {listing(channels)}; {advice}")
     first = fitting[0]
     if not first.is_length:
@@ -110,12 +111,6 @@ def choose(channels: list[Channel], channel: str | int | None, direction: str | 
         found = f"{first.name!r} in units of {first.units or 'nothing'}"
         raise UnreadableScan(path, f"expected a channel of heights, found {found}; {advice}")
     return first
-
-
-def _wanted(channel: str | int | None, direction: str | None) -> str:
-    """Return the wanted channel in words."""
-    wanted = "a topography" if channel is None else f"channel {channel!r}"
-    return f"{wanted} with direction {direction!r}" if direction else wanted
 
 
 def named(channels: list[Channel], channel: str | int | None) -> list[Channel]:

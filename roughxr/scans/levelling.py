@@ -227,10 +227,6 @@ def _offsets(background: xr.DataArray, method: str, lines: str) -> xr.DataArray:
     if method == "median":
         return medians.fillna(0.0)
     steps = background.diff(across).median(lines).rename({across: "step"}).drop_vars("step")
-    return _drifts(medians, steps, across)
-
-
-def _drifts(medians: xr.DataArray, steps: xr.DataArray, across: str) -> xr.DataArray:
     if medians.chunks:
         medians, steps = medians.chunk({across: -1}), steps.chunk({"step": -1})
     return xr.apply_ufunc(

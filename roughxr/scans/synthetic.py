@@ -7,8 +7,8 @@ fitted its constants; ``python -m roughxr.scans.synthetic`` writes it to ``datas
 
 from __future__ import annotations
 
-import argparse
 import os
+import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,7 +18,8 @@ import xarray as xr
 from ..files.disk import uninterrupted, whole
 from ..kernels.topography.random_surface import normal, uniform
 from ..vocabulary import schema
-from ..vocabulary.units import is_whole, magnitude, positive, whole_number
+from ..vocabulary.units import is_whole, positive, whole_number
+from .fine_scales import hurst_exponent
 
 __all__ = ["GLASS_SEED", "GlassModel", "glass", "particle_centres", "self_affine", "write_glass"]
 
@@ -115,12 +116,19 @@ def self_affine(
     >>> dict(scan.sizes), scan.height.units, round(float(scan.height.std()), 6)
     ({'x': 64, 'y': 32}, 'nm', 1.5)
     """
-    shape, seed = _shape(shape), _seed(seed)
+    shape, seed = _shape(shape), whole_number(seed, "seed", least=0)
     pixel, rms, rolloff = (
         positive(value, "nm", name) for value, name in ((pixel, "pixel"), (rms, "rms"), (rolloff, "rolloff"))
     )
     cutoff = None if cutoff is None else positive(cutoff, "nm", "cutoff")
-    made = {"pixel": pixel, "rms": rms, "hurst": _hurst(hurst), "rolloff": rolloff, "cutoff": cutoff, "seed": seed}
+    made = {
+        "pixel": pixel,
+        "rms": rms,
+        "hurst": hurst_exponent(hurst),
+        "rolloff": rolloff,
+        "cutoff": cutoff,
+        "seed": seed,
+    }
     height = rms * _unit_surface(shape, pixel, made["hurst"], rolloff, cutoff, seed)
     out = _scan(height, pixel, "Self-affine random surface", made)
     return schema.record(out, "self_affine", shape=shape, **made)
@@ -158,7 +166,7 @@ def glass(*, seed: int = GLASS_SEED, model: GlassModel = GlassModel()) -> xr.Dat
     >>> dict(scan.sizes), scan.attrs["synthetic"], float(scan.height.max())
     ({'x': 512, 'y': 512}, 'yes', 27.0)
     """
-    seed = _seed(seed)
+    seed = whole_number(seed, "seed", least=0)
     counts = [len(part) for part in (model.tops, model.offsets, model.half_widths)]
     if len(set(counts)) > 1 or counts[0] > model.tiles**2:
         raise ValueError(
@@ -168,7 +176,8 @@ def glass(*, seed: int = GLASS_SEED, model: GlassModel = GlassModel()) -> xr.Dat
     shape = model.pixels, model.pixels
     rough = model.rms * _unit_surface(shape, model.pixel, model.hurst, model.rolloff, model.cutoff, seed)
     height = np.round(_with_particles(rough, model, seed) / model.quantum) * model.quantum
-    height = np.round(height, _decimals(model.quantum))  # 0.1 * 128 is not the number that "12.8" is read as
+    decimals = max(0, int(np.ceil(-np.log10(model.quantum) - 1e-9)))
+    height = np.round(height, decimals)  # 0.1 * 128 is not the number that "12.8" is read as
     out = _scan(height, model.pixel, "Synthetic twin of a glass surface with debris", {**model._asdict(), "seed": seed})
     out.attrs["comment"] = (
         "No measurement: made from a seed and fitted to the figures that Cheng, Dunn & Brach print about their "
@@ -279,10 +288,6 @@ def _rise(height: np.ndarray, shape: np.ndarray, top: float) -> float:
     return rise
 
 
-def _decimals(quantum: float) -> int:
-    return max(0, int(np.ceil(-np.log10(quantum) - 1e-9)))
-
-
 def _scan(height: np.ndarray, pixel: float, title: str, made: dict[str, Any]) -> xr.Dataset:
     axes = {axis: (axis, (np.arange(n) + 0.5) * pixel) for axis, n in zip("xy", height.shape)}
     attrs = {"title": title, "synthetic": "yes", "source": "roughxr.scans.synthetic"}
@@ -297,25 +302,5 @@ def _shape(shape: Any) -> tuple[int, int]:
     return int(sizes[0]), int(sizes[1])
 
 
-def _seed(seed: Any) -> int:
-    return whole_number(seed, "seed", least=0)
-
-
-def _hurst(hurst: Any) -> float:
-    value = magnitude(hurst, "1", "hurst")
-    if not isinstance(value, float) or not 0 <= value <= 1:
-        raise ValueError(f"hurst: expected a number from 0 to 1, found {hurst!r}")
-    return value
-
-
-def main(arguments: list[str] | None = None) -> None:
-    """Write the synthetic glass to the file named on the command line."""
-    parser = argparse.ArgumentParser(
-        prog="python -m roughxr.scans.synthetic", description="Write the synthetic glass scan."
-    )
-    parser.add_argument("-o", "--output", default="datasets/glass.nc", help="NetCDF file to write (%(default)s)")
-    print(write_glass(parser.parse_args(arguments).output))
-
-
 if __name__ == "__main__":
-    main()
+    print(write_glass(*sys.argv[1:] or ["datasets/glass.nc"]))

@@ -15,24 +15,19 @@ comparison        superposed pull-offs beside those of the simulation
 from .comparison import force_ratio
 from .debris_rule import debris, with_and_without
 from .densities import cdf, pdf
-from .laws import LAWS, fit, law_density
+from .laws import LAWS, fit
 from .pooling import pooled
 from .pull_off_events import pull_off, reduction, smooth_pull_off
-from .sampling import SAMPLES
 from .summaries import summary
-from .uncertainty import bootstrap, bootstrap_sweep, density_intervals
+from .uncertainty import bootstrap
 
 __all__ = [
     "LAWS",
-    "SAMPLES",
     "bootstrap",
-    "bootstrap_sweep",
     "cdf",
     "debris",
-    "density_intervals",
     "fit",
     "force_ratio",
-    "law_density",
     "pdf",
     "pooled",
     "pull_off",

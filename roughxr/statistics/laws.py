@@ -69,9 +69,8 @@ def fit(
     laws : sequence of {"normal", "log_normal", "weibull", "gumbel"}
         "gumbel" is the law of largest values.
     simulations : int
-        Number of samples drawn from each fitted law, and fitted again, to find how far a true sample lies from its own
-        fit: the tables of Kolmogorov and Smirnov do not hold for fitted parameters, and would call every fit good.
-        For more than 2000 samples, such as a map's, ``ks_p_value`` is that of 2000 drawn from them, with a warning.
+        Number of samples drawn from each fitted law, and fitted again, since Kolmogorov's tables do not hold for fitted
+        parameters. For more than 2000 samples ``ks_p_value`` is that of 2000 drawn from them, with a warning.
     seed : int
         Seed of the simulations.
 
@@ -138,14 +137,7 @@ def _labelled(out: xr.Dataset, ds: xr.Dataset, name: str, size: int) -> xr.Datas
 
 
 def law_density(fits: xr.Dataset, law: str, points: np.ndarray) -> np.ndarray:
-    """Return the probability density of a fitted law.
-
-    Examples
-    --------
-    >>> found = xr.Dataset({"shape": ("law", [np.nan]), "location": ("law", [0.0]), "scale": ("law", [1.0])})
-    >>> float(law_density(found.assign_coords(law=["normal"]), "normal", np.array([0.0]))[0].round(4))
-    0.3989
-    """
+    """Return the probability density of a fitted law."""
     one = fits.sel(law=law)
     names = ("shape", "location", "scale") if LAWS[law].positive else ("location", "scale")
     return LAWS[law].frozen([float(one[name]) for name in names]).pdf(points)

@@ -72,9 +72,8 @@ def pooled(
 
     Notes
     -----
-    τ² is Paule and Mandel's. The interval is Hartung and Knapp's, with Student's t for one degree of freedom less than
-    there are scans, never narrower than the scans' own errors require, and that of the logarithm where no sample is
-    negative. For two scans it is wide, because two scans say little about others.
+    τ² is Paule and Mandel's. The interval is Hartung and Knapp's, with Student's t, never narrower than the scans' own
+    errors require, and that of the logarithm where no sample is negative. For two scans it is wide.
 
     References
     ----------

@@ -55,6 +55,11 @@ def known_samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     return Samples(values[finite], None if weight is None else weight[finite], places, int((~finite).sum()))
 
 
+def at_first_preload(ds: Any) -> Any:
+    """Return a result, of several preloads that of the first."""
+    return ds.isel(preload=0) if "preload" in ds.dims else ds
+
+
 def shares(ds: xr.Dataset | xr.DataArray) -> xr.DataArray:
     """Return the weights of places: the shares of particles that rest there, else all alike."""
     return ds[SHARE] if SHARE in ds.coords else xr.ones_like(ds["subregion"], float)

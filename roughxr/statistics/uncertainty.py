@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.units import fraction, positive
 from ..vocabulary.verbs import verb, warn
 from .places import block_side, blocks, independent_places
 from .sampling import Samples, other_dimensions, samples
@@ -93,16 +94,14 @@ def bootstrap(
     -----
     Below thirty samples, of log-normal ones with σ = 0.5, intervals of a nominal 95 % contained the mean and the
     quantiles in 92 to 97 % of trials, std in 78 to 91 %. From there on, on normal fields of 8 to 22 independent places
-    among 64 to 256, intervals by blocks contained the mean and the median in 95 to 98 % of trials, naive ones in
-    45 to 71 %. Those of std and of the 95 % quantile did in 76 to 95 %, since few places say little about a tail; for
-    a law as skewed as exp(normal), that of the mean did in 91 %, that of std in 64 %: trust them less. "min" and "max"
-    have no confidence interval at all, since no resample extends beyond the samples.
+    among 64 to 256, intervals by blocks contained the mean and the median in 95 to 98 %, naive ones in 45 to 71 %;
+    those of std and of the 95 % quantile did in 76 to 95 %, of a law as skewed as exp(normal) that of std in 64 %.
+    "min" and "max" have no confidence interval at all, since no resample extends beyond the samples.
 
     References
     ----------
-    Künsch, Ann. Statist. 17 (1989) 1217; Politis & Romano (1992), A circular block-resampling procedure;
-    Hesterberg, The American Statistician 69 (2015) 371; Woodruff, J. Am. Stat. Assoc. 47 (1952) 635; Korn & Graubard,
-    Survey Methodology 24 (1998) 193.
+    Künsch, Ann. Statist. 17 (1989) 1217; Politis & Romano (1992), A circular block-resampling procedure; Hesterberg,
+    Am. Stat. 69 (2015) 371; Woodruff, J. Am. Stat. Assoc. 47 (1952) 635; Korn & Graubard, Surv. Meth. 24 (1998) 193.
 
     Examples
     --------
@@ -117,14 +116,14 @@ def bootstrap(
         given = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "block": block}
         return bootstrap_sweep(ds, name, along=others[0], seed=seed, within=within, **given)
     every = samples(ds, name)
-    _between(confidence, "confidence")
+    fraction(confidence, "confidence")
     if resamples < 1 / (1 - confidence):
         raise ValueError(f"resamples: expected at least {1 / (1 - confidence):.0f} of them, found {resamples}")
     functions = {label: statistic(label) for label in statistics}
     found = _fewer(every, seed)
     if found is not every:
-        words = f"{name}: {every.values.size} samples; intervals are those of {_MOST} drawn from them, estimates of all"
-        warn(words)
+        count = every.values.size
+        warn(f"{name}: {count} samples; intervals are those of {_MOST} drawn from them, estimates of all")
     ways = {
         "block": _resampling(found, block, None if within is None else samples(within, name)),
         "naive": Resampling(_equal_count(found.weights, size=found.values.size), 0.0, None),
@@ -153,14 +152,7 @@ def _fewer(found: Samples, seed: int) -> Samples:
 
 
 def bootstrap_sweep(ds: xr.Dataset, name: str = "force", *, along: str = "delta", **options: Any) -> xr.Dataset:
-    """Return `bootstrap` of a variable at each entry of a second dimension.
-
-    Examples
-    --------
-    >>> ds = xr.Dataset({"force": (("subregion", "delta"), np.arange(12.0).reshape(6, 2))}, {"delta": [1.0, 2.0]})
-    >>> bootstrap_sweep(ds, statistics=["mean"], resamples=99).estimate.values.tolist()
-    [[5.0], [6.0]]
-    """
+    """Return `bootstrap` of a variable at each entry of a second dimension."""
     within, n = options.pop("within", None), ds.sizes[along]
     surfaces = [within if within is None or along not in within.dims else within.isel({along: k}) for k in range(n)]
     parts = [bootstrap(ds.isel({along: k}), name, within=surfaces[k], **options) for k in range(n)]
@@ -178,18 +170,7 @@ def _labelled(out, ds, name, found: Samples, way: Resampling, confidence, resamp
 
 
 def statistic(label: str) -> Callable[..., Any]:
-    """Return the function of (values, axis) that a statistic's name stands for.
-
-    Raises
-    ------
-    ValueError
-        If the name is none of mean, std, min, max or q with a number from 0 to 100.
-
-    Examples
-    --------
-    >>> float(statistic("q25")(np.array([0.0, 1.0, 2.0, 3.0, 4.0])))
-    1.0
-    """
+    """Return the function of (values, axis) that a statistic's name stands for; raise where it stands for none."""
     known = {
         "mean": _mean,
         "std": _std,
@@ -287,8 +268,6 @@ def _one_drawn(members: list[np.ndarray], size: int, rng) -> np.ndarray:
 
 
 def _resampling(found: Samples, block: Any, within: Samples | None = None) -> Resampling:
-    from ..vocabulary.units import positive
-
     effective = independent_places(found.values, found.places)
     if within is not None:
         effective = min(effective, independent_places(within.values, within.places))
@@ -384,8 +363,3 @@ def _widening(found: Samples, way: Resampling, means: np.ndarray) -> float:
     off = found.values - _mean(found.values, -1, found.weights)
     spread = float(np.sqrt(_mean(off**2, -1, found.weights)))
     return max(1.0, spread / float(np.sqrt(max(way.independent, 2.0) - 1) * means.std()))
-
-
-def _between(value: float, name: str):
-    if not 0 < value < 1:
-        raise ValueError(f"{name}: expected a number between 0 and 1, found {value!r}")

@@ -152,7 +152,7 @@ def not_continued(ds: xr.Dataset, why: str) -> xr.Dataset:
     """Return what `continued` finds of a scan that cannot be continued: nothing, and the reason."""
     names = ("pull_off_mean", "pull_off_lower", "pull_off_upper", "shortest_wavelength")
     out = xr.Dataset({**dict.fromkeys(names, np.nan), "converged": False})
-    out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
+    out = out.assign_coords(schema.travelling(ds))
     known = f"Roughness finer than the pixel is not included: {why}."
     return schema.label(out.assign_attrs(known=known, assumed=""))
 
@@ -333,7 +333,7 @@ def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness: str, g
         },
         {"entry": list(entries), "shortest_kept": pilot.waves, "seed": np.arange(forces.shape[1]), **centres.coords},
     )
-    out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
+    out = out.assign_coords(schema.travelling(ds))
     pixels = model.shown / max(schema.pixel(ds))
     known = f"The scan resolves waves of {model.shown:.3g} nm ({pixels:.2g} pixels) and longer."
     if model.measured is not None:

@@ -115,8 +115,8 @@ def scale_dependence(
         law, preload = "exponential", 0.0 if preload is None else preload
         forces = _simulated(with_hardness(ds)[0], centres, waves, count, preload, known_spectrum(spectrum))
     out = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), forces)})
-    pair = {name: ds[name] for name in schema.TRAVELLING if name in ds.coords}
-    out = out.assign_coords({**centres.coords, "shortest_kept": waves, "seed": np.arange(count), **pair})
+    along = {"shortest_kept": waves, "seed": np.arange(count)}
+    out = out.assign_coords({**centres.coords, **along, **schema.travelling(ds)})
     out.attrs = {"method": method, "law": law} | {str(name): float(spectrum[name]) for name in spectrum.data_vars}
     arguments = {"shortest": waves, "seeds": count, "subregions": subregions, "method": method, "law": law}
     return schema.record(schema.label(out), "scale_dependence", ds, **arguments, preload=preload, hurst=hurst)

@@ -35,9 +35,9 @@ def _finite(value: float, digits: int) -> str:
     return "0" if text == "-0" else text
 
 
-def percent(share: float, digits: int = 2) -> str:
+def percent(share: float) -> str:
     """Return a share as per cent."""
-    return number(100 * share, "%", digits)
+    return number(100 * share, "%", 2)
 
 
 def prefixed(largest: float, units: str = "nN") -> tuple[str, float]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .provenance import height_hash, history, record
+from .provenance import arguments_of, height_hash, history, record  # noqa: F401
 from .text import did_you_mean
 from .units import in_units, magnitude
 from .variables import KINDS, PAIR, TRAVELLING, VARIABLES, Variable, attributes, axis_label
@@ -221,6 +221,11 @@ def square_pixel(ds: xr.Dataset) -> float:
     if abs(dx - dy) > 1e-6 * dx:
         raise ValueError(f"expected square pixels, found {dx:g} x {dy:g} nm; resample first (roughxr.scans.resample)")
     return dx
+
+
+def travelling(ds: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Return those of `TRAVELLING` that a Dataset has, as coordinates of what is made of it."""
+    return {name: ds[name] for name in TRAVELLING if name in ds.coords}
 
 
 def is_wet(ds: xr.Dataset) -> bool:

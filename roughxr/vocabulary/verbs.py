@@ -24,13 +24,11 @@ _R = TypeVar("_R")
 
 #: Units of options: of those named as variables are, and of the others.
 OPTIONS = {name: known.units for name, known in VARIABLES.items() if known.units not in ("", "1")} | {
-    "amplitude": "nm",
     "atomic_radius": "nm",
     "block": "nm",
     "closest_approach": "nm",
     "density": "kg m-3",
     "exclude_above": "nm",
-    "frequency": "Hz",
     "friction_coefficient": "1",
     "gravity": "m s-2",
     "length": "nm",

@@ -75,17 +75,11 @@ def field_map(
     ax = axes(ax, aspect=0.85)
     values = one[name].where(one["pressure"] > 0) if name == "pressure" else one[name]
     if not bool((one["pressure"] > 0).any()) and name in ("pressure", "displacement"):
-        return _nothing_touches(ax, one)
+        ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
+        return _centred(ax, one)  # without a colour bar, which would show values that do not exist
     image(ax, values, regions.extent(one), name, cmap or COLOURS[name], location=location)
     _outline(ax, one)
     return _centred(ax, one)
-
-
-def _nothing_touches(ax, one: xr.Dataset):
-    """Write that nothing touches on an empty map: a colour bar would show values that do not exist."""
-    _centred(ax, one)
-    ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
-    return ax
 
 
 @styled

@@ -9,6 +9,8 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from ... import statistics
+from ...statistics.laws import law_density
+from ...statistics.uncertainty import density_intervals
 from .distributions import bin_edges, label_density, mean_interval
 from .style import BLACK, GREY, Axes, axes, legend, stroke, styled
 
@@ -55,7 +57,7 @@ def fitted_distribution(
     density = statistics.pdf(ds, name, bins=bin_edges(values, bins))
     edges = density.attrs["bin_edges"]
     ax.stairs(density.values, edges, fill=True, color=GREY, alpha=0.3)
-    low, high = statistics.density_intervals(ds, name, bins=edges, confidence=confidence)
+    low, high = density_intervals(ds, name, bins=edges, confidence=confidence)
     ax.vlines(density[name], low, high, color=GREY, linewidth=0.8)
     fits = laws if isinstance(laws, xr.Dataset) else statistics.fit(ds, name, laws=laws, simulations=0)
     least = edges[0] - 0.3 * np.ptp(edges)
@@ -74,6 +76,6 @@ def _curves(ax, fits: xr.Dataset, points: np.ndarray, highest: float):
         words = statistics.LAWS[str(law)].words.partition(",")[0]
         words += f" (ΔAIC {worse:.1f})" if order else ""
         at = points[1:] if not statistics.LAWS[str(law)].positive else points[points > 0]
-        curve = statistics.law_density(ranked, str(law), at)
+        curve = law_density(ranked, str(law), at)
         shown = np.where(curve > 1.5 * highest, np.nan, curve)  # a Weibull law of shape < 1 diverges at zero
         ax.plot(at, shown, label=words, **stroke(order))

@@ -23,7 +23,6 @@ def scan_map(
     cmap: str = COLOURS["height"],
     robust: bool = False,
     limits: tuple[float, float] | None = None,
-    colorbar: bool = True,
 ):
     """Draw the heights of a scan.
 
@@ -39,8 +38,6 @@ def scan_map(
         Let the colour scale cover the middle 99 % of the heights.
     limits : (float, float), optional
         Heights (nm) at the ends of the colours.
-    colorbar : bool
-        Draw the colour bar.
 
     Returns
     -------
@@ -58,7 +55,7 @@ def scan_map(
     ax = axes(ax, aspect=0.85)
     if robust and limits is None:
         limits = np.nanquantile(ds["height"].values, (0.005, 0.995))
-    image(ax, ds["height"], regions.extent(ds), "height", cmap, limits=limits, bar=colorbar)
+    image(ax, ds["height"], regions.extent(ds), "height", cmap, limits=limits)
     return label_axes(ax, "x", "y")
 
 
@@ -256,11 +253,8 @@ def _frames(ax, x: np.ndarray, y: np.ndarray, chosen: np.ndarray):
 
 
 def _tile_lines(ax, x, y, extent):
-    grid = _grid(x, y)
-    if grid is None:
-        return
     style = {"color": "white", "linewidth": 0.5, "alpha": 0.7}
-    for middle, line, low in zip(grid, (ax.axvline, ax.axhline), (extent[0], extent[2])):
+    for middle, line, low in zip(_grid(x, y) or (), (ax.axvline, ax.axhline), (extent[0], extent[2])):
         for between in (middle[1:] + middle[:-1]) / 2:
             if between > low:
                 line(between, **style)

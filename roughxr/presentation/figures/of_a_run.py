@@ -10,6 +10,7 @@ import xarray as xr
 
 from ...scans import regions
 from ...statistics import debris
+from ...statistics.sampling import at_first_preload
 from ...vocabulary.numbers import number, quantity
 from ...vocabulary.verbs import verb
 from ..answer import best_estimate
@@ -103,8 +104,7 @@ class Groups:
 
     def pull_off(self, method: str) -> xr.Dataset:
         """Return the pull-off by a method, at the first preload."""
-        pull = self[f"statistics/{method}"]
-        return pull.isel(preload=0) if "preload" in pull.dims else pull
+        return at_first_preload(self[f"statistics/{method}"])
 
     def solved_delta(self, share: float) -> float:
         """Return the displacement at this share of those of the direct simulation: 1, the last."""

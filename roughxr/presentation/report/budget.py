@@ -11,7 +11,7 @@ import xarray as xr
 
 from ...scans.regions import extent
 from ...statistics import smooth_pull_off
-from ...statistics.sampling import by_share
+from ...statistics.sampling import at_first_preload, by_share
 from ...vocabulary.numbers import percent, quantity
 from ...vocabulary.verbs import verb
 from ..answer import best_estimate
@@ -46,8 +46,7 @@ def headline(run: Run) -> str:
     """
     if "statistics/adhesive" not in run:
         return ""
-    pull = run["statistics/adhesive"]
-    pull = pull.isel(preload=0) if "preload" in pull.dims else pull
+    pull = at_first_preload(run["statistics/adhesive"])
     mean, count = float(by_share(pull["pull_off_force"]).mean()), int(pull["pull_off_force"].notnull().sum())
     if not count:
         return "The sphere sticks at no place."

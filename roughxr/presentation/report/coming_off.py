@@ -11,7 +11,7 @@ import xarray as xr
 from ...detachment import resuspension, with_pull_off
 from ...detachment.balance import MODES
 from ...detachment.loads import AIR_DENSITY
-from ...statistics.sampling import shares
+from ...statistics.sampling import at_first_preload, shares
 from ...vocabulary.numbers import quantity
 from ...vocabulary.verbs import verb
 from ..answer import best_estimate
@@ -60,8 +60,7 @@ def moments_of(run: Run, method: str | None = None) -> xr.Dataset:
         return held
     if method == "continued":
         return _as_continued(held, run)
-    pulled = run["statistics/adhesive"]
-    return with_pull_off(held, pulled.isel(preload=0) if "preload" in pulled.dims else pulled)
+    return with_pull_off(held, at_first_preload(run["statistics/adhesive"]))
 
 
 def leading(run: Run) -> str:

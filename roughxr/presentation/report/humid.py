@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import xarray as xr
 
 from ...bodies import liquid
+from ...statistics.sampling import at_first_preload
 from ...vocabulary import schema
 from ...vocabulary.numbers import percent, quantity
 
@@ -20,8 +21,7 @@ def humid_words(run: Mapping[str, xr.Dataset]) -> str:
         return ""
     scan, over = run["scan"], run[HUMIDITY]
     own = run.get("statistics/adhesive", over.sel(humidity=float(scan["humidity"]), method="nearest"))
-    own = own.isel(preload=0) if "preload" in own.dims else own
-    mean = quantity(float(own["pull_off_force"].mean()))
+    mean = quantity(float(at_first_preload(own)["pull_off_force"].mean()))
     ends = over["pull_off_force"].isel(humidity=[0, -1]).mean("subregion")
     said = [
         f"Mean pull-off at {percent(scan['humidity'])} relative humidity: {mean}.",
