@@ -40,7 +40,7 @@ RESOLVED = 2.0
 _LEAST_PIXELS, _UNREFINED_PIXELS, _MOST_PIXELS = 3, 5, 31
 
 #: Largest refinement of the pixels, and how near the patch must come to the wanted width.
-_LIMIT, _NEAR = 16, 0.8
+_MOST_REFINED, _LEAST_WIDTH = 16, 0.8
 
 #: Largest residual of a fit, as a part of the paraboloid's own drop across the patch; above it the fit is poor.
 POOR_FIT = 0.15
@@ -175,17 +175,17 @@ def _setup(asked: _Request, waves: Waves | None) -> _Setup:
 
 
 def _pixels(width: float, asked: _Request) -> tuple[int, int]:
-    """Return a patch's pixels (odd, at least 3) and the refinement by which it comes within `_NEAR` of a width (nm)."""
+    """Return a patch's pixels (odd, at least 3) and the refinement by which it comes near to a width (nm)."""
     pixels = width / max(asked.pixel) * (1 + 1e-9)
     most = int(min(pixels, _MOST_PIXELS, *asked.shape))
     if most >= _UNREFINED_PIXELS:
         return most - (most + 1) % 2, 1
-    for refine in range(1, _LIMIT + 1):
+    for refine in range(1, _MOST_REFINED + 1):
         count = int(refine * pixels)
         count -= (count + 1) % 2
-        if count >= _LEAST_PIXELS and count >= _NEAR * refine * pixels:
+        if count >= _LEAST_PIXELS and count >= _LEAST_WIDTH * refine * pixels:
             return count, refine
-    return _LEAST_PIXELS, _LIMIT
+    return _LEAST_PIXELS, _MOST_REFINED
 
 
 def _searched_later(height: da.Array, setup: _Setup) -> Any:
@@ -297,12 +297,10 @@ def _patch(shape: tuple[int, int], pixel: tuple[float, float], patch: Any) -> An
         return "auto" if patch == "auto" else _patch(shape, pixel, PAPER_PATCH)
     most = min(shape)
     if isinstance(patch, str) or hasattr(patch, "units"):
-        finest = _LEAST_PIXELS * max(pixel) / _LIMIT
+        finest = _LEAST_PIXELS * max(pixel) / _MOST_REFINED
         if (width := positive(patch, "nm", "patch")) < finest:
-            raise ValueError(
-                f"patch: expected a length of at least {finest:.3g} nm, {_LEAST_PIXELS}/{_LIMIT} of a pixel, found "
-                f"{patch!r}"
-            )
+            least = f"{finest:.3g} nm, {_LEAST_PIXELS}/{_MOST_REFINED} of a pixel"
+            raise ValueError(f"patch: expected a length of at least {least}, found {patch!r}")
         return width
     if not is_whole(patch) or patch % 2 != 1 or not 3 <= patch <= most:
         raise ValueError(

@@ -26,14 +26,14 @@ from ..kernels.adhesion import rigid as kernels
 _LEVELS, _RISES = 65, np.geomspace(1e-3, 3e3, 61)
 
 #: Relative change of the level by which the growth of the edge is found.
-_APART = 0.1
+_LEVEL_STEP = 0.1
 
 
 def relative_error(
     cells: kernels.Cells, delta: float, law: potentials.Potential, menisci: Menisci, cell, pull
 ) -> float:
     """Return the part of a pull (nN) at a displacement that thin menisci leave out, from the growth of their edge."""
-    step = _APART * menisci.height
+    step = _LEVEL_STEP * menisci.height
     high, low = (kernels.wet_area(cells, law.wet + delta + one)[1] for one in (step, -step))
     return abs(menisci.edge * cell * (high - low) / (2 * step)) / pull
 

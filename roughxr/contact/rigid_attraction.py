@@ -24,13 +24,13 @@ LIMITS = ("cut_off", "hardness", "elastic")
 
 #: Height (nm) to which the indenter rises within a window, or this many times the range of heights if that is more
 #: (for heights in memory); the ground further out is taken as its mean plane.
-_RISE, _RANGES = 300.0, 10.0
+_RISE, _HEIGHT_RANGES = 300.0, 10.0
 
 #: Share of the pull from beyond the scan above which a place counts as truncated.
 BEYOND_EDGE = 0.01
 
 #: Gaps of the nearest cell, in ε, between which Lennard-Jones's largest pull is searched.
-NEAREST = np.linspace(0.31, 1.35, 27)
+NEAREST_GAPS = np.linspace(0.31, 1.35, 27)
 
 
 class Options(NamedTuple):
@@ -90,7 +90,7 @@ def _hardness(ds: xr.Dataset, law: potentials.Potential) -> float:
 def reach_of(specimen: Specimen, problem: Problem) -> float:
     """Return the half-width of the windows, nm."""
     height_range = 0.0 if specimen.lazy else float(np.ptp(specimen.heights))
-    return problem.indenter.reach(max(_RISE, _RANGES * height_range))
+    return problem.indenter.reach(max(_RISE, _HEIGHT_RANGES * height_range))
 
 
 def largest_pull(deltas: np.ndarray, pulls: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -22,10 +22,10 @@ from .rigid_places import at_places
 from .specimen import Specimen, specimen_of
 
 #: Default displacements: their number, and the height (nm) above the first touch of all places where they start.
-_COUNT, _ABOVE = 60, 10.0
+_COUNT, _START_HEIGHT = 60, 10.0
 
 #: Share of the pull in one cell above which the result depends on the size of cells.
-_ONE_CELL = 0.2
+_ONE_CELL_SHARE = 0.2
 
 
 @verb
@@ -157,7 +157,7 @@ def _warn(out: xr.Dataset, options: Options) -> None:
     law = options.law
     largest = law.closest if law.closest is not None else potentials.LARGEST_AT * law.length
     share = options.area * potentials.traction(max(largest, kernels.floor(law)), law) / float(pull.median())
-    if share > _ONE_CELL:
+    if share > _ONE_CELL_SHARE:
         warn(
             f"rigid: a single cell at closest approach makes up {min(share, 1):.0%} of the median pull-off, which so "
             "depends on the size of the cells; take refine, or a scan with add_fine_roughness"
@@ -170,7 +170,7 @@ def _default_deltas(specimen: Specimen) -> np.ndarray:
         raise ValueError(NOT_LOADED)
     middle = specimen.centres(tuple(min(16, count) for count in specimen.heights.shape))
     deepest = float(first_touches(specimen, middle).max())
-    return np.linspace(-_ABOVE, deepest, _COUNT)
+    return np.linspace(-_START_HEIGHT, deepest, _COUNT)
 
 
 def _refuse_on_pixels(options: Options, problem: Problem, fields: bool) -> None:

@@ -12,7 +12,7 @@ from ..jobs import lazy as parallel
 from ..kernels.adhesion import rigid as kernels
 from ..vocabulary import schema
 from .problem import Problem
-from .rigid_attraction import BEYOND_EDGE, NEAREST, Options, largest_pull, reach_of
+from .rigid_attraction import BEYOND_EDGE, NEAREST_GAPS, Options, largest_pull, reach_of
 
 #: Rows of places in one task of a map.
 _ROWS = 16
@@ -104,7 +104,7 @@ def _some_rows(start, shape, problem, options, prepared) -> np.ndarray:
     stop = min(start + rows, shape[0])
     touches = _touches(prepared.height, prepared.near_rise, prepared.rise, shape, slice(start, stop))
     datum = touches if problem.first_contact else float(prepared.height.max())
-    offsets = options.law.length * NEAREST if options.law.closest is None else [kernels.floor(options.law)]
+    offsets = options.law.length * NEAREST_GAPS if options.law.closest is None else [kernels.floor(options.law)]
     heights = touches[..., None] + np.asarray(offsets)
     pulls = _pulls(heights, start, problem, options, prepared)
     found = records[: stop - start]

@@ -14,7 +14,7 @@ from ..kernels.adhesion import rigid as kernels
 from ..kernels.halfspace import displacement_control
 from . import menisci
 from .problem import Place, Problem, Surface, places, surface_at
-from .rigid_attraction import BEYOND_EDGE, NEAREST, Options, largest_pull, reach_of
+from .rigid_attraction import BEYOND_EDGE, NEAREST_GAPS, Options, largest_pull, reach_of
 from .solving import fields_of, put_fields, window_axes
 
 #: Gap, in units of the law's length, up to which a cell counts as in contact.
@@ -168,7 +168,7 @@ def _cut_off(here: _Setting) -> tuple[float, tuple[float, float]]:
     if law.closest is not None:
         closest = here.touch() - kernels.floor(law)
         return closest, (float(here.pulls(np.array([closest]))[0]), closest)
-    deltas = here.touch() - law.length * NEAREST
+    deltas = here.touch() - law.length * NEAREST_GAPS
     return np.inf, tuple(map(float, largest_pull(deltas, here.pulls(deltas))))
 
 

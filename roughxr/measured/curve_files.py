@@ -12,16 +12,13 @@ import xarray as xr
 from ..files import reader_process
 from ..scans.channel import UnreadableScan, not_installed
 from ..scans.netcdf import HDF5, refuse_harmful
-from ..scans.not_images import TEXTS, is_wave_of_columns, refuse_nanoscope
+from ..scans.not_images import TEXTS, ZIP, is_wave_of_columns, refuse_nanoscope
 from ..scans.plain import decoded, separators
 from ..vocabulary.units import factor, positive
 from . import curve_reader
 from .forces import Calibration, has_units
 
 BRANCHES = ("loading", "retraction")
-
-#: First bytes of an archive.
-_ZIP = b"PK\x03\x04"
 
 
 class CurveFile(NamedTuple):
@@ -39,7 +36,7 @@ def curve_kind(path: Path, family: str, given: Calibration) -> str | None:
     refuse_nanoscope(path)
     with path.open("rb") as file:
         head = file.read(4096)
-    if head.startswith(_ZIP):
+    if head.startswith(ZIP):
         return "zip"
     if head.startswith(HDF5):
         return "hdf5" if _software(path) == "afmformats" else None

@@ -28,7 +28,7 @@ from .netcdf import is_netcdf, unread
 from .not_images import METADATA
 
 #: The largest metadata and the largest other file, bytes.
-_MOST_TOLD, _MOST = 2**24, 2**30
+_LARGEST_METADATA, _LARGEST_FILE = 2**24, 2**30
 
 #: Polynomials that are subtracted: their order along a line, and the method for a map.
 _DETRENDED = {"center": (0, None), "height": (1, "plane"), "curvature": (2, "quadratic")}
@@ -102,8 +102,8 @@ def _metadata(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
     there = [name for name in METADATA if name in archive.namelist()]
     if not there:
         raise UnreadableScan(path, "expected a container of contact.engineering, found a zip file without meta.yml")
-    if archive.getinfo(there[0]).file_size > _MOST_TOLD:
-        raise UnreadableScan(path, f"{there[0]}: expected at most {_MOST_TOLD >> 20} MiB, found more")
+    if archive.getinfo(there[0]).file_size > _LARGEST_METADATA:
+        raise UnreadableScan(path, f"{there[0]}: expected at most {_LARGEST_METADATA >> 20} MiB, found more")
     text = archive.read(there[0])
     return json.loads(text) if there[0] == METADATA[0] else _plain_yaml(text)
 
@@ -128,8 +128,8 @@ def _topography(archive: zipfile.ZipFile, one: dict[str, Any], path: Path) -> xr
     """Return one map or line."""
     names = one["datafile"]
     name = names.get("squeezed-netcdf") or names["original"]
-    if archive.getinfo(name).file_size > _MOST:
-        raise UnreadableScan(path, f"{name}: expected at most {_MOST >> 20} MiB, found more")
+    if archive.getinfo(name).file_size > _LARGEST_FILE:
+        raise UnreadableScan(path, f"{name}: expected at most {_LARGEST_FILE >> 20} MiB, found more")
     with tempfile.TemporaryDirectory() as folder:
         own = re.sub(r"[^\w.-]", "_", f"{path.name}, {name}")[-80:]  # never a path of its own
         file = Path(folder) / own.lstrip(".")

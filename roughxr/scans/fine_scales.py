@@ -32,7 +32,7 @@ _NAMES = ("psd_plateau", "rolloff_wavelength", "hurst_exponent", "shortest_wavel
 _WAVES_PER_SAMPLE = 4.0
 
 #: Standard errors beyond which a lay is no chance.
-_LAY = 3.0
+_LAY_ERRORS = 3.0
 
 #: Cells along the shortest added wave.
 _CELLS = 4
@@ -143,7 +143,7 @@ def _lay_of(spectra: list, steps: tuple[float, float], shown: float) -> complex:
     ring -= ring.min()
     alike = (np.bincount(ring, power) / np.maximum(np.bincount(ring), 1))[ring]
     lay = np.mean(power / alike * (across / np.abs(across)) ** 2)
-    return complex(lay) if abs(lay) > _LAY * np.sqrt(_WAVES_PER_SAMPLE / (across.size * len(known))) else 0.0
+    return complex(lay) if abs(lay) > _LAY_ERRORS * np.sqrt(_WAVES_PER_SAMPLE / (across.size * len(known))) else 0.0
 
 
 def in_band(spectra: list, steps: tuple[float, float], shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

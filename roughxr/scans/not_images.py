@@ -14,7 +14,8 @@ NANOSCOPE = b"\\*Force file list"
 #: Words in the first lines of text files of curves, by the name of their format.
 TEXTS = {"afmformats": b"# afmformats", "workshop": b"Force-Distance Curve", "chiaro": b"Device:\tChiaro"}
 
-_ZIP = b"PK\x03\x04"
+#: First bytes of a zip file.
+ZIP = b"PK\x03\x04"
 
 #: Names of the metadata of a container of contact.engineering, the first that is there.
 METADATA = ("index.json", "meta.yml")
@@ -33,7 +34,7 @@ def curves_in(path: Path) -> str:
         head = file.read(4096)
     if head.startswith(NANOSCOPE):
         return "nanoscope"
-    if head.startswith(_ZIP):
+    if head.startswith(ZIP):
         return "jpk" if _is_jpk(path) else ""
     if is_wave_of_columns(head):
         return "igor"

@@ -24,16 +24,16 @@ from .places import block_side, blocks, independent_places
 from .sampling import Samples, other_dimensions, samples
 
 #: Largest number of samples that are resampled: neighbours on a map are correlated, and more only take longer.
-_MOST = 20_000
+_MOST_SAMPLES = 20_000
 
 #: Number of samples below which their law is taken to be normal or log-normal, since they show too little of it.
-_FEW = 30
+_FEWEST_SAMPLES = 30
 
 #: Number of values held at once while resampling: 40 MB.
-_AT_ONCE = 5_000_000
+_VALUES_AT_ONCE = 5_000_000
 
 #: Smaller samples than this part of the mean count as that much, so that they have a logarithm.
-_NEXT_TO_NOTHING = 0.01
+_SMALLEST_SHARE = 0.01
 
 
 class Resampling(NamedTuple):
@@ -123,7 +123,7 @@ def bootstrap(
     found = _fewer(every, seed)
     if found is not every:
         count = every.values.size
-        warn(f"{name}: {count} samples; intervals are those of {_MOST} drawn from them, estimates of all")
+        warn(f"{name}: {count} samples; intervals are those of {_MOST_SAMPLES} drawn from them, estimates of all")
     ways = {
         "block": _resampling(found, block, None if within is None else samples(within, name)),
         "naive": Resampling(_equal_count(found.weights, size=found.values.size), 0.0, None),
@@ -144,9 +144,9 @@ def bootstrap(
 
 def _fewer(found: Samples, seed: int) -> Samples:
     """Return the samples, or a part of them where there are more than intervals need."""
-    if found.values.size <= _MOST:
+    if found.values.size <= _MOST_SAMPLES:
         return found
-    chosen = np.sort(np.random.default_rng(seed).choice(found.values.size, _MOST, replace=False))
+    chosen = np.sort(np.random.default_rng(seed).choice(found.values.size, _MOST_SAMPLES, replace=False))
     parts = (None if part is None else part[chosen] for part in found[:3])
     return Samples(*parts, found.missing)
 
@@ -239,7 +239,7 @@ def resampled(found: Samples, way: Resampling, resamples: int, *, seed: int) -> 
     """Yield resamples of the values and of their weights, or None, some (resamples, samples) at a time."""
     rng = np.random.default_rng(seed)
     size = found.values.size
-    step = max(1, _AT_ONCE // size)
+    step = max(1, _VALUES_AT_ONCE // size)
     for start in range(0, resamples, step):
         count = min(step, resamples - start)
         each = way.members is None
@@ -298,7 +298,7 @@ def _ends(label: str, found: Samples, estimate: float, ends: np.ndarray, times: 
     """Return the ends of one statistic's interval, from those of its resamples."""
     values = found.values
     n, low, high = values.size, values.min(), values.max()
-    if n < _FEW and (label in ("mean", "std") or label.startswith("q")):
+    if n < _FEWEST_SAMPLES and (label in ("mean", "std") or label.startswith("q")):
         return _ends_of_few(label, found, estimate, max(way.independent, 2.0), confidence)
     if label.startswith("q"):
         levels = _share_levels(float(label[1:]) / 100, way.independent, confidence)
@@ -319,7 +319,7 @@ def _ends_of_few(label: str, found: Samples, estimate: float, count: float, conf
     if label == "std":
         return estimate * np.sqrt((count - 1) / chi2.ppf(tails[::-1], count - 1))
     positive = values.min() >= 0 and values.max() > 0
-    law = np.log(np.maximum(values, _NEXT_TO_NOTHING * values.mean())) if positive else values
+    law = np.log(np.maximum(values, _SMALLEST_SHARE * values.mean())) if positive else values
     middle, variance = _mean(law, -1, weights), _std(law, -1, weights) ** 2
     if label == "mean":
         own = variance if positive else 0.0  # ln E[exp z] = E[z] + var(z)/2 of a normal z

@@ -26,7 +26,7 @@ METHODS = ("rigid", "adhesive")
 _RISE = 30.0
 
 #: Largest cells (nm), between rigid bodies, on which finer scales are added and cut off.
-_CELL = 1.0
+_LARGEST_CELL = 1.0
 
 #: Cells along the shortest added wave.
 _PER_WAVE = 8
@@ -149,7 +149,7 @@ def _on_surfaces(ds: xr.Dataset, centres: xr.Dataset, wave: float, way: _Rigid) 
 def _over_seeds(part: xr.Dataset, centre: tuple[float, float], wave: float, way: _Rigid) -> np.ndarray:
     """Return the pull at a place on surfaces with one shortest wave, one for each seed."""
     at, side = {"subregions": ([centre[0]], [centre[1]])}, schema.square_pixel(part)
-    cells = int(np.ceil(side / _CELL))
+    cells = int(np.ceil(side / _LARGEST_CELL))
     if wave >= float(way.spectrum["shortest_wavelength"]):
         smoother = smooth(part, shortest=wave)
         return np.full(way.seeds, float(rigid(smoother, refine=cells, **at, **way.options).pull_off_force[0]))

@@ -38,7 +38,7 @@ _UDUNITS_POWER = re.compile(r"(?<![\d.][eE])(?<=[A-Za-zµμ])(?=[-+]?\d)")
 
 
 #: Letters, powers, products and quotients; pint would read "~m" as m to the power of -1.
-_WRITTEN = re.compile(r"[\w\s.*/^()°ÅµμΩ%+-]+")
+_UNIT_TEXT = re.compile(r"[\w\s.*/^()°ÅµμΩ%+-]+")
 
 
 #: A quantity in words begins with its number: pint would read "um" as one micrometre.
@@ -60,7 +60,7 @@ def factor(source: str, target: str) -> float:
     if source == target:
         return 1.0
     try:
-        if not _WRITTEN.fullmatch(source):
+        if not _UNIT_TEXT.fullmatch(source):
             raise ValueError("not written as units are")
         ratio = float(_registry().Quantity(1.0, source).to(target).magnitude)
     except (pint.errors.PintError, pint.errors.UndefinedUnitError, AttributeError, TypeError, ValueError) as error:

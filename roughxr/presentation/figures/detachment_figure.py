@@ -19,7 +19,7 @@ from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, Axes, axes, label_ax
 _MODES = dict(zip((*MODES, NEITHER, NO_CONTACT), (BLUE, ORANGE, GREEN, "#f2f2f2", "#c8c8c8")))
 
 #: Largest number of places at which each is marked by its mode's first letter, for print in grey.
-_LETTERED = 150
+_MOST_LETTERS = 150
 
 
 @styled
@@ -118,7 +118,7 @@ def mode_map(ds: xr.Dataset, *, ax: Axes | None = None):
     order = np.array([list(_MODES).index(word) for word in mode], float)
     colours = {"cmap": ListedColormap(list(_MODES.values())), "vmin": -0.5, "vmax": len(_MODES) - 0.5}
     drawn = draw_places(ax, ds, order, **colours)
-    if mode.size <= _LETTERED and isinstance(drawn, QuadMesh):
+    if mode.size <= _MOST_LETTERS and isinstance(drawn, QuadMesh):
         for x, y, word in zip(ds["subregion_x"].values, ds["subregion_y"].values, mode):
             ax.text(x, y, word[0] if word in MODES else "", ha="center", va="center", color="white", fontsize=SMALL)
     shown = [word for word, count in counts.items() if count]

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 
 from ...vocabulary import schema
+from ...vocabulary.numbers import SUPERSCRIPTS
 from ...vocabulary.verbs import verb
 
 if TYPE_CHECKING:
@@ -75,8 +76,6 @@ STROKES = (
 
 #: Units that are replaced by the thousandfold (areas by the millionfold) where values are large.
 _LARGER = {"nm": ("µm", 1e3), "nN": ("µN", 1e3), "nm2": ("µm2", 1e6)}
-
-_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 class Unit(NamedTuple):
@@ -206,7 +205,7 @@ def in_words(name: str, unit: Unit | None = None) -> str:
 
 def superscripts(text: str) -> str:
     """Return ``text`` with the exponents in its brackets raised, as in nm⁻¹."""
-    raised = lambda found: found.group().translate(_SUPERSCRIPTS)  # noqa: E731
+    raised = lambda found: found.group().translate(SUPERSCRIPTS)  # noqa: E731
     return re.sub(r"\[.*\]", lambda bracket: re.sub(r"(?<=[A-Za-zµ])-?\d+", raised, bracket.group()), text)
 
 

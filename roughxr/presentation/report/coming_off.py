@@ -32,10 +32,10 @@ _CRITICAL = {
 }
 
 #: Number of speeds for the fraction remaining, and how far they extend beyond the critical ones.
-_SPEEDS, _BEYOND = 40, 3.0
+_SPEEDS, _SPEED_FACTOR = 40, 3.0
 
 #: Number of contacts from which on a sphere does not settle sideways.
-_RESTS = 3
+_STABLE_CONTACTS = 3
 
 
 @verb
@@ -98,12 +98,12 @@ def _column(held: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
     for mode in MODES:
         rows[f"places that {mode} first"] = float((critical["mode"] == mode).sum())
     rows["places where the flow's formulas hold (r⁺ ≤ 1)"] = float(critical["in_range"].sum())
-    rows[f"places on fewer than {_RESTS} asperities"] = float(_not_settled(held).sum())
+    rows[f"places on fewer than {_STABLE_CONTACTS} asperities"] = float(_not_settled(held).sum())
     return rows
 
 
 def _not_settled(held: xr.Dataset) -> xr.DataArray:
-    return (held["contacts"] < _RESTS) & held["resisting_moment"].notnull().all("direction")
+    return (held["contacts"] < _STABLE_CONTACTS) & held["resisting_moment"].notnull().all("direction")
 
 
 @verb
@@ -145,7 +145,7 @@ def _particles(run: Run) -> str:
     """Return how particles at rest differ from the same where they landed, in a sentence."""
     rested, landed = (_middle(run[f"statistics/detachment_{which}"]) for which in ("superposed", "landed"))
     held = run["solutions/rolling"], run["solutions/rolling_landed"]
-    stands = [100 * float((ds["contacts"] >= _RESTS).weighted(shares(ds)).mean()) for ds in held]
+    stands = [100 * float((ds["contacts"] >= _STABLE_CONTACTS).weighted(shares(ds)).mean()) for ds in held]
     return (
         f"Particles rolled from where they landed to where they rest: {stands[0]:.0f} % of them then rest on three "
         f"asperities or more, against {stands[1]:.0f} % where they landed. By superposition half of them begin to roll "
@@ -166,5 +166,5 @@ def remaining(run: Run) -> xr.Dataset:
     speed = speed[speed > 0]
     if not speed.size:
         raise ValueError("the sphere comes off at no place in a flow")
-    speeds = np.geomspace(speed.min() / _BEYOND, speed.max() * _BEYOND, _SPEEDS)
+    speeds = np.geomspace(speed.min() / _SPEED_FACTOR, speed.max() * _SPEED_FACTOR, _SPEEDS)
     return resuspension(moments_of(run), friction_velocity=speeds, time=1.0)
