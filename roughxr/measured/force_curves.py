@@ -10,8 +10,7 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, converted, fraction, positive
 from ..vocabulary.verbs import verb, warn
-from .baselines import Baseline, baseline_of, fitted
-from .kept_curves import kept
+from .baselines import Baseline, baseline_of, fitted, kept
 
 #: Smallest numbers of samples: of a retraction, of its baseline, and of the part in which the surface is pressed.
 _LEAST_SAMPLES, _LEAST_BASELINE, _LEAST_PRESSED = 50, 10, 5

@@ -12,6 +12,7 @@ from xarray.backends import BackendEntrypoint
 
 from ..vocabulary.units import Quantities
 from . import gwyddion, vendors
+from .channel import first_bytes
 from .files import read_scan
 
 #: First bytes that only AFM images have. NetCDF is left to its own engines, a Park file (a TIFF) and an Igor wave are
@@ -53,8 +54,7 @@ class RoughxrBackend(BackendEntrypoint):
             path = Path(filename_or_obj)
             if not path.is_file():
                 return False
-            with path.open("rb") as file:
-                head = file.read(512)
+            head = first_bytes(path, 512)
             return head.startswith(_CERTAIN) or vendors.is_igor(head) or vendors.is_park(path)
         except Exception:
             return False  # a guess may not fail: xarray asks about anything, even what is no path

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
+import importlib.util
 import re
 import warnings
 from collections.abc import Callable, Mapping
@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..files import reader_process
 from ..vocabulary.text import printable
 from ..vocabulary.units import factor
 
@@ -88,6 +89,24 @@ def not_installed(package: str, found: Any, extra: str = "afm") -> ImportError:
         f"this file needs {package}, found {found}; install it with: "
         f'pip install {package}, or in a clone of roughxr, with all similar packages: pip install ".[{extra}]"'
     )
+
+
+def asked(path: Path, reader: ModuleType, package: str, *, extra: str = "afm", **question: Any) -> dict[str, Any]:
+    """Return what a reader says of a file, in a process that can be ended; raise where its package is missing."""
+    if importlib.util.find_spec(package) is None:
+        raise not_installed(package, "none", extra)
+    try:
+        return reader_process.ask(path, reader.__file__, **question)
+    except reader_process.ReadingFailed as failure:
+        raise UnreadableScan(path, str(failure)) from None
+    except ImportError as error:
+        raise not_installed(package, error, extra) from error
+
+
+def first_bytes(path: Path, count: int) -> bytes:
+    """Return the first bytes of a file, at most so many."""
+    with path.open("rb") as file:
+        return file.read(count)
 
 
 #: What to do where a file states no units.

@@ -21,7 +21,7 @@ import xarray as xr
 
 from ..vocabulary.schema import label, record
 from ..vocabulary.units import factor
-from .channel import UnreadableScan
+from .channel import UnreadableScan, first_bytes
 from .files import file_hash, guarded, list_channels, read_scan, regular_file
 from .levelling import level
 from .netcdf import is_netcdf, unread
@@ -143,9 +143,7 @@ def _topography(archive: zipfile.ZipFile, one: dict[str, Any], path: Path) -> xr
 
 def _heights(file: Path, one: dict[str, Any]) -> xr.Dataset:
     """Return the map or line in a file, levelled."""
-    with file.open("rb") as member:
-        squeezed = is_netcdf(member.read(8))
-    if squeezed:
+    if is_netcdf(first_bytes(file, 8)):
         line = _squeezed_line(file)
         return read_scan(file).load().drop_encoding() if line is None else line
     order, method = _DETRENDED[one.get("detrend_mode", "center")]

@@ -17,7 +17,7 @@ from xarray.core import indexing
 from ..files import netcdf_reader, reader_process
 from ..vocabulary.schema import spacing
 from ..vocabulary.units import factor
-from .channel import UnreadableScan, is_length
+from .channel import UnreadableScan, first_bytes, is_length
 from .plausibility import refuse_absurd
 
 CLASSIC = b"CDF"
@@ -91,8 +91,7 @@ def open_netcdf(path: Path, *, channel: str | int | None = None) -> xr.Dataset:
 
 def unread(path: Path) -> xr.Dataset:
     """Return a file's Dataset, unread; of an archive with groups, the group ``scan``."""
-    with path.open("rb") as file:
-        engine = "scipy" if file.read(4) in (b"CDF\1", b"CDF\2") else "netcdf4"
+    engine = "scipy" if first_bytes(path, 4) in (b"CDF\1", b"CDF\2") else "netcdf4"
     if engine == "netcdf4":
         refuse_harmful(path)
     options = {"engine": engine, "cache": False, "decode_times": False}

@@ -6,7 +6,7 @@ import struct
 import zipfile
 from pathlib import Path
 
-from .channel import UnreadableScan
+from .channel import UnreadableScan, first_bytes
 
 #: First bytes of NanoScope's force curves and force volumes; its images begin with "\*File list".
 NANOSCOPE = b"\\*Force file list"
@@ -30,8 +30,7 @@ _NOT_READ = (
 
 def curves_in(path: Path) -> str:
     """Return the format of the force curves that a file holds, empty where it holds none that are known."""
-    with path.open("rb") as file:
-        head = file.read(4096)
+    head = first_bytes(path, 4096)
     if head.startswith(NANOSCOPE):
         return "nanoscope"
     if head.startswith(ZIP):
@@ -57,9 +56,8 @@ def refuse_curves(path: Path) -> None:
 
 def refuse_nanoscope(path: Path) -> None:
     """Raise for NanoScope's force curves, which nothing here reads."""
-    with path.open("rb") as file:
-        if file.read(len(NANOSCOPE)) == NANOSCOPE:
-            raise UnreadableScan(path, f"found Bruker's force curves (NanoScope), which are {_NOT_READ}")
+    if first_bytes(path, len(NANOSCOPE)) == NANOSCOPE:
+        raise UnreadableScan(path, f"found Bruker's force curves (NanoScope), which are {_NOT_READ}")
 
 
 def is_wave_of_columns(head: bytes) -> bool:

@@ -19,10 +19,9 @@ from ...vocabulary import schema
 from ...vocabulary.numbers import interval, number
 from ...vocabulary.verbs import verb
 from .beside_measured import COMPARED, MEASURED, compared, measured_table, measured_words
-from .budget import BUDGET, budget_table, headline
+from .budget import BUDGET, budget_table, headline, humid_words
 from .coming_off import COMING_OFF, coming_off_words, detachment_table
-from .embedded_figures import budget_picture, pictures
-from .humid import humid_words
+from .embedded_figures import picture_of, pictures
 from .intervals import interval_table
 from .repeat import command
 from .tables import contact_table, formula_table, scan_table
@@ -96,7 +95,7 @@ def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
         numbers=list(_numbers(run)),
         headline=" ".join(filter(None, (headline(run), humid_words(run)))),
         budget=_as_text(budget_table(run))[1] if BUDGET in run else [],
-        budget_picture=budget_picture(run),
+        budget_picture=picture_of("Error budget", run),
         adhesion=_adhesion(run),
         model=_model(run),
         measured=measured_words(run),

@@ -15,9 +15,8 @@ from ....files import archive
 from ....vocabulary import schema
 from ....vocabulary.units import whole_number
 from ....vocabulary.verbs import verb
-from ..budget import headline
-from ..embedded_figures import humidity_picture
-from ..humid import humid_words
+from ..budget import headline, humid_words
+from ..embedded_figures import picture_of
 from ..template import filled, title, written
 from ..warnings_shown import cautions
 from . import images, places
@@ -91,7 +90,7 @@ def explorer_page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc"
         count=len(told["places"]),
         cautions=cautions(run),
         humid=humid_words(run),
-        humidity_picture=humidity_picture(run),
+        humidity_picture=picture_of("Pull-off over humidity", run),
         # within a script, escape whatever could end it, since a file's own text may hold anything
         told=json.dumps(told, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
     )
