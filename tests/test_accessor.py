@@ -96,7 +96,7 @@ def test_import_takes_little_more_than_that_of_xarray():
     """What reads, solves and draws is imported by the first name that is used; the shell's help needs none of it."""
     program = """
 import sys, roughxr, roughxr.cli
-roughxr.cli._parser()
+roughxr.cli.command_line()
 assert "contact" in dir(__import__("xarray").Dataset)
 assert not {"numba", "scipy", "dask.array", "matplotlib", "netCDF4"} & set(sys.modules), "imported too early"
 import roughxr.figures

@@ -12,8 +12,11 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from roughxr import cli, scans
+from roughxr import scans
 from roughxr.cli import main
+from roughxr.cli.config import with_config
+from roughxr.cli.files import MEASURED_FORMATS
+from roughxr.cli.options import LAWS
 from roughxr.contact.mesh import Mesh
 from roughxr.presentation import figures
 from roughxr.presentation.report import embedded_figures
@@ -270,10 +273,9 @@ def test_a_finished_run_is_recognised_and_another_refused(finished, capsys):
 
 
 def test_laws_of_the_command_line_are_those_of_the_simulation():
-    from roughxr import cli
     from roughxr.contact.adhesion import LAWS_OF_ADHESION
 
-    assert cli.LAWS == LAWS_OF_ADHESION
+    assert LAWS == LAWS_OF_ADHESION
 
 
 def test_help_names_every_command():
@@ -285,9 +287,8 @@ def test_help_names_every_command():
 
 def test_cite_gives_balanced_entries_of_this_version(capsys):
     import roughxr
-    from roughxr import cli
 
-    assert cli.main(["cite"]) == 0
+    assert main(["cite"]) == 0
     said = capsys.readouterr().out
     entries = [entry for entry in said.split("@") if entry]
     assert [entry.split("{")[0] for entry in entries] == ["software", "article"]
@@ -411,6 +412,31 @@ def test_the_options_of_a_run_are_written_as_toml_that_is_read(tmp_path, capsys)
 
 
 @pytest.mark.parametrize(
+    "typed",
+    [
+        ["a.nc", "b.nc", "--config", "FILE", "--delta", "-5", "1e-3", "-q"],
+        ["a.nc", "--config=FILE", "b.nc", "--delta", "-5", "1e-3", "-q"],
+        ["a.nc", "b.nc", "--delta", "-5", "1e-3", "-q", "--config", "FILE"],
+    ],
+)
+def test_options_of_a_file_stand_before_those_that_are_typed(typed, tmp_path):
+    path = tmp_path / "run.toml"
+    path.write_text(
+        'particle = true\nprobe = false\nsubregions = [2, 1]\nhumidity = ["50 %"]\nmesh = 2', encoding="utf-8"
+    )
+    stated = ["--particle", "--subregions", "2", "1", "--humidity=50 %", "--mesh=2"]
+    words = with_config(["run", *(word.replace("FILE", str(path)) for word in typed)])
+    assert words == ["run", "a.nc", "b.nc", *stated, "--delta", "-5", "1e-3", "-q"]
+
+
+def test_an_option_without_a_value_is_refused_in_a_file_as_in_the_shell(tmp_path, capsys):
+    (tmp_path / "run.toml").write_text("delta = []", encoding="utf-8")
+    with pytest.raises(SystemExit):
+        main(["run", "a.nc", "--radius", "1 um", "--config", str(tmp_path / "run.toml")])
+    assert "--delta: expected at least one argument" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
     ("given", "meant"), [("--modulus", "--contact-modulus or --young-modulus"), ("--sphere-radus", "--sphere-radius")]
 )
 def test_an_unknown_option_is_asked_back(given, meant, capsys):
@@ -469,8 +495,14 @@ def test_the_formats_that_are_read_are_listed_and_on_the_page(capsys):
     page = (Path(__file__).parents[1] / "notebooks" / "site" / "how-to.md").read_text(encoding="utf-8")
     assert all(name in told for name, *_ in scans.formats())
     own = [one for one in scans.formats() if "SurfaceTopography (" not in one[2]]  # the others are of its version
-    for name, endings, _ in [*own, *cli._MEASURED_FORMATS]:
+    for name, endings, _ in [*own, *MEASURED_FORMATS]:
         assert endings in told and f"| {name} | {endings} |" in page
+
+
+def test_a_mesh_is_a_number_of_cells_or_auto(capsys):
+    with pytest.raises(SystemExit):
+        main(["run", "scan.nc", "--radius", "1 um", "--mesh", "fine"])
+    assert "--mesh: expected auto or a number of cells, found 'fine'" in capsys.readouterr().err
 
 
 def test_an_unknown_option_is_named_before_what_is_missing(capsys):

@@ -11,6 +11,8 @@ from scipy.special import ndtr, ndtri
 import roughxr
 from roughxr import cli, reference
 from roughxr.bodies import liquid
+from roughxr.cli.options import command_line
+from roughxr.cli.running import paired
 from roughxr.kernels.adhesion import potentials
 from roughxr.kernels.adhesion import rigid as kernels
 from roughxr.kernels.asperity import maugis
@@ -457,12 +459,12 @@ def test_the_command_line_takes_the_humid_air(tmp_path):
         "--temperature",
         "20 degC",
     ]
-    options = cli._parser().parse_args(["run", str(tmp_path / "scan.nc"), *given, "--humidity", "60 %"])
-    pair = cli._paired(roughxr.open_sample("glass"), options)
+    options = command_line().parse_args(["run", str(tmp_path / "scan.nc"), *given, "--humidity", "60 %"])
+    pair = paired(roughxr.open_sample("glass"), options)
     assert float(pair.humidity) == 0.6 and float(pair.contact_angle_2) == pytest.approx(np.pi / 3)
     again = repeat._pair(pair, schema.history(pair)[-1]["arguments"])
-    options = cli._parser().parse_args(["run", str(tmp_path / "scan.nc"), *again])
-    repeated = cli._paired(roughxr.open_sample("glass"), options)
+    options = command_line().parse_args(["run", str(tmp_path / "scan.nc"), *again])
+    repeated = paired(roughxr.open_sample("glass"), options)
     for name in ("kelvin_radius", "contact_angle_1", "share_under_liquid", "work_of_adhesion"):
         assert float(repeated[name]) == pytest.approx(float(pair[name]), rel=1e-9)
 

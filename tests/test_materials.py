@@ -71,6 +71,7 @@ def test_the_pair_survives_a_file(tmp_path):
         ({"sphere_radius": [1, 2], "contact_modulus": 1}, "one positive number"),
         ({"sphere_radius": np.nan, "contact_modulus": 1}, "finite"),
         ({"sphere_radius": 3000, "young_modulus": 75}, "poisson_ratio"),
+        ({"sphere_radius": 3000, "materials": "glass", "poisson_ratio": 0.2}, "poisson_ratio: used with young_modulus"),
         ({"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.7}, "poisson_ratio"),
         ({"sphere_radius": 3000, "young_modulus": (1, 2, 3), "poisson_ratio": 0.2}, "pair"),
         ({"sphere_radius": 3000, "young_modulus": np.inf, "poisson_ratio": 0.2}, "elastic"),

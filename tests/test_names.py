@@ -29,7 +29,8 @@ def public():
     return {name: value for name, value in found.items() if inspect.isfunction(value)}
 
 
-#: The one verb with more than eight options: what belongs to the bodies is asked for in one place, and nowhere else.
+#: The one verb with more than eight options: each is one property of the bodies, with its own unit and a coordinate of
+#: its own, asked for in one place and nowhere else. An object in between would be one more name to import for a number.
 MORE = {"assign_pair": 13}
 
 

@@ -15,6 +15,8 @@ import xarray as xr
 
 import roughxr
 from roughxr import cli
+from roughxr.cli.options import command_line
+from roughxr.cli.running import paired
 from roughxr.contact.specimen import specimen_of
 from roughxr.files import archive
 from roughxr.jobs.progress import Stages
@@ -281,25 +283,21 @@ def test_the_command_repeats_the_run(run, tmp_path):
 )
 def test_the_command_names_the_bodies_as_they_were_given(run, pair, words):
     """Run by the command line, it makes the same pair."""
-    from roughxr import cli
-
     scan = roughxr.assign_pair(run["scan"].drop_vars(schema.PAIR), sphere_radius="0.5 um", **pair)
     scan = scan.assign_attrs(source_file="a.gsf")
     line = report.command({"scan": scan})
     assert words in line
-    options = cli._parser().parse_args(shlex.split(line)[1:])
-    again = cli._paired(run["scan"].drop_vars(schema.PAIR), options)
+    options = command_line().parse_args(shlex.split(line)[1:])
+    again = paired(run["scan"].drop_vars(schema.PAIR), options)
     for name in (name for name in schema.TRAVELLING if name in scan.coords):
         assert float(again[name]) == pytest.approx(float(scan[name]), rel=1e-12)
 
 
 def test_the_command_says_how_adhesion_was_asked_for(run):
-    from roughxr import cli
-
     given = {"law": "lennard_jones", "preload": 5.0, "mesh": 4}
     solved = schema.record(xr.Dataset(), "adhesive", **given | {"mesh": roughxr.Mesh(4)})
     scan = run["scan"].assign_attrs(source_file="a.gsf")
-    options = cli._parser().parse_args(shlex.split(report.command({"scan": scan, "solutions/adhesive": solved}))[1:])
+    options = command_line().parse_args(shlex.split(report.command({"scan": scan, "solutions/adhesive": solved}))[1:])
     assert {name: getattr(options, name) for name in given} == given
 
 

@@ -240,7 +240,7 @@ def test_hamaker_constant_and_work_of_adhesion_go_together():
     assert both.contact.rigid(delta=[-1.0]).attrs["closest_approach"] == pytest.approx(z0)
     same = [float(both.contact.rigid(delta=[-9.0], law=law).force[0, 0]) for law in ("hamaker", "lennard_jones")]
     assert same[0] == pytest.approx(same[1], rel=1e-6)
-    closed = reference.hamaker_sphere(9.0, radius=RADIUS, hamaker_constant=0.1)
+    closed = 2 * 0.1 * RADIUS**3 / (3 * 9.0**2 * (9.0 + 2 * RADIUS) ** 2)
     assert -same[0] == pytest.approx(closed, rel=1e-4)
     with pytest.warns(roughxr.bodies.materials.ImplausiblePair, match="closest approach of 0.0"):
         pair(ground, hamaker_constant=0.065, work_of_adhesion=1.35)

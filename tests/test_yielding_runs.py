@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 
 import roughxr
 from roughxr import cli, statistics
+from roughxr.cli.options import command_line
+from roughxr.cli.running import paired
 from roughxr.files import archive
 from roughxr.presentation import figures, report
 from roughxr.presentation.report import embedded_figures
@@ -65,8 +67,8 @@ def test_its_report_says_what_yields(groups, monkeypatch):
 
 def test_the_command_names_the_hardness(groups):
     words = shlex.split(report.command(groups))
-    options = cli._parser().parse_args([*words[1:], "-o", "again"])
-    again = cli._paired(surface(), options)
+    options = command_line().parse_args([*words[1:], "-o", "again"])
+    again = paired(surface(), options)
     assert float(again.hardness) == 3.0 and options.preload == 3000.0
 
 

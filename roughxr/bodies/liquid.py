@@ -40,14 +40,7 @@ _FEW_MOLECULES = 0.75
 
 #: The angles, on the scan's body and on the other, and all that the pair carries of the liquid.
 ANGLES = ("contact_angle_1", "contact_angle_2")
-COORDINATES = (
-    "humidity",
-    "kelvin_radius",
-    "surface_tension",
-    *ANGLES,
-    "liquid_film",
-    "share_under_liquid",
-)
+COORDINATES = ("humidity", "kelvin_radius", "surface_tension", *ANGLES, "liquid_film", "share_under_liquid")
 
 
 class Liquid(NamedTuple):
@@ -176,6 +169,11 @@ class HumidAir:
     temperature: Any = _ROOM
     liquid: Any = "water"
     film: Any = None
+
+
+def humid_air(given: Any) -> HumidAir | None:
+    """Return the air that a pair is given, by its humidity alone or whole; None where the pair is dry."""
+    return given if given is None or isinstance(given, HumidAir) else HumidAir(given)
 
 
 def condensed(ds: xr.Dataset, pair: dict[str, float], air: HumidAir, *, bodies: tuple | None) -> dict[str, float]:

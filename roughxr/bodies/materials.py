@@ -49,6 +49,7 @@ _RANGES = {
     "contact_modulus": _MODULUS,
     "hardness": _Range("GPa", 1e-6, 1e-3, 100.0, 1e3, "PTFE has 0.05 GPa, gold 1, glass 6, diamond 100"),
     "adhesion_range": _Range("nm", 0.01, 0.1, 50.0, 1e4, "dry solids have 0.2 to 0.4 nm, capillary bridges some nm"),
+    "retardation": _Range("nm", 1.0, 10.0, 1e3, 1e5, "bodies absorb light of some 100 nm"),
     "hamaker_constant": _Range("nN nm", 1e-4, 1e-3, 1.0, 5.0, "solids have 0.03 to 0.5 nN nm, which are 30 to 500 zJ"),
     "work_of_adhesion": _Range("J m-2", 0.0, 1e-6, 6.0, 30.0, "dry glass has 0.06 J/m², cleaved diamond 11"),
 }
@@ -167,17 +168,17 @@ def assign_pair(
     ds : Dataset
         A scan or an asperity catalogue.
     sphere_radius : number or quantity
-        nm. Either this or ``indenter``.
+        nm; either this or ``indenter``.
     indenter : Dataset or DataArray
         A scan of the indenter's face, such as of a colloidal probe: its highest point is put at the contact
         centre, and it is turned over about the x axis to face the surface (its y runs against the surface's).
-        Or its heights (x, y), pointing out of it, nm or with ``units``, with x, y (nm) counted from the contact
-        centre along the surface's axes. It must be larger than any contact with it.
+        Or its heights (x, y), pointing out of it, with x, y counted from the contact centre along the surface's
+        axes. It must be larger than any contact with it.
     materials : str or pair of str
         Names, such as "glass/silicon" or "glass" for two bodies of it: moduli from handbooks and, unless it is
-        given, the work of adhesion of clean, dry bodies by van der Waals forces alone; see `substances`.
+        given, the work of adhesion of clean bodies by van der Waals forces alone; see `substances`.
     young_modulus, poisson_ratio : number or pair
-        Of both bodies alike, or of each; GPa. Either these, ``materials`` or ``contact_modulus``.
+        Of both bodies alike, or of each; GPa. Either these two, ``materials`` or ``contact_modulus``.
     contact_modulus : number or quantity
         E*, GPa.
     surface_energy : number or quantity, optional
@@ -188,39 +189,35 @@ def assign_pair(
         ρ, nm: how far the surfaces pull on each other, the work of adhesion over the largest pull; 0.2 to 0.4 nm for
         dry solids, more where liquids or charges pull. All verbs take 0.3 nm where none is assigned (`range_of`).
     hamaker_constant : number or quantity, optional
-        A of the bodies across what lies between them, nN nm (1e-18 J) or text such as "6.5e-20 J"; see
-        `hamaker_constant`. Together with a work of adhesion it sets the closest approach, z₀ = √(A/(12πw)); without one
-        w = A/(12π z₀²) with z₀ = 0.165 nm. Named materials have their own across air, unless a work of adhesion is
-        given; across another medium give ``hamaker_constant("silica", medium="water")``.
+        A of the bodies across what lies between them, nN nm (1e-18 J), such as "6.5e-20 J" or
+        ``reference.hamaker_constant("silica", medium="water")``. With a work of adhesion it sets the closest approach,
+        z₀ = √(A/(12πw)); without one w = A/(12π z₀²) with z₀ = 0.165 nm. Named materials have their own across air,
+        unless a work of adhesion is given.
     retardation : number or quantity, optional
         Wavelength, nm, of retarded van der Waals forces (`rigid` by Hamaker's law), about 100 nm; by default they are
         not retarded, which overestimates the contribution of gaps of more than some 10 nm.
     hardness : number or quantity, optional
-        H of the softer body, GPa: the largest pressure that it bears, beyond which it yields; see `direct`. Without it
-        the bodies stay elastic, and for named materials results report how much of them lies above the hardness
-        estimated for these (`substances`).
+        H of the softer body, GPa: the largest pressure that it bears, see `direct`. Without it the bodies stay elastic,
+        and results with named materials report how much of them lies above the hardness estimated for these.
     humidity : number, str or HumidAir, optional
         Relative humidity, as 0.6 or "60 %": water condenses in gaps below r_K (cos θ₁ + cos θ₂) and pulls with γ/r_K
-        (see `liquid`), beside the solids' own attraction, which is weaker under it. Or Kelvin's radius r_K, as
-        "0.8 nm"; or `HumidAir`, which also states contact angles, temperature, liquid and film, where they are not
-        those of water at 25 °C that wets both bodies. Without it the pair is dry.
+        beside the solids' own attraction, which is weaker under it. Or Kelvin's radius r_K, as "0.8 nm"; or `HumidAir`,
+        where the liquid is not water at 25 °C that wets both bodies. Without it the pair is dry.
 
     Returns
     -------
     Dataset
-        With scalar coordinates ``sphere_radius``, ``contact_modulus``, ``work_of_adhesion``, ``adhesion_range``,
-        ``hamaker_constant``, ``hardness`` as far as given, ``hardness_estimate`` of named materials whose hardness is
-        not given, the indenter's map where there is one, and for a humid pair ``humidity``, ``kelvin_radius``,
-        ``surface_tension``, ``contact_angle_1`` and ``contact_angle_2`` (rad), ``liquid_film``, and
-        ``share_under_liquid``, the share of the work of adhesion left to the solids under the liquid: by Hamaker
-        constants across it, of the named materials or of two equal bodies with this work of adhesion.
+        With what is given, or follows from named materials, as scalar coordinates (`schema.TRAVELLING`), and the
+        indenter's map. Of a humid pair ``share_under_liquid`` is the share of the work of adhesion left to the solids
+        under the liquid: by Hamaker constants across it, of the named materials or of two equal bodies with this work.
 
     Raises
     ------
     ValueError
-        If a quantity is given twice or not at all, is not a positive number (w may be zero) or impossible for any body,
-        the hardness is no larger than the pull of adhesion w/ρ, or an indenter's map does not have the contact
-        centre in its middle; or if the air is saturated, the liquid does not wet or its menisci are not thin.
+        If a quantity is given twice, not at all or without what it belongs to, is not a positive number (w may be zero)
+        or impossible for any body, the hardness is no larger than the pull of adhesion w/ρ, or an indenter's map does
+        not have the contact centre in its middle; or if the air is saturated, the liquid does not wet or its menisci
+        are not thin.
 
     Warns
     -----
@@ -237,48 +234,39 @@ def assign_pair(
     >>> round(float(assign_pair(scan, sphere_radius="3 um", materials="glass").work_of_adhesion), 4)
     0.0633
     """
-    given = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
-    given |= {"surface_energy": surface_energy}
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
     bodies = None if materials is None else substances.pair_of(materials)
-    work_of_adhesion, under_liquid = _dry_and_wet(work_of_adhesion, humidity)
-    attraction = _attraction(bodies, _work_of_adhesion(surface_energy, work_of_adhesion), hamaker_constant)
-    if bodies is not None:
-        young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
-    values = {"contact_modulus": _contact_modulus(contact_modulus, young_modulus, poisson_ratio)}
-    if sphere_radius is not None:
-        values["sphere_radius"] = _radius(sphere_radius, ds)
-    values |= attraction
-    adhesion = values.get("work_of_adhesion")
-    if adhesion_range is not None:
-        length = positive(adhesion_range, "nm", "adhesion_range")
-        values["adhesion_range"] = _plausible(length, "adhesion_range", adhesion_range)
-    if retardation is not None:
-        values["retardation"] = positive(retardation, "nm", "retardation")
-    if hardness is not None:
-        values["hardness"] = _hardness(hardness, adhesion, values.get("adhesion_range"))
-    elif bodies is not None:
-        values["hardness_estimate"] = substances.softer_hardness(*bodies)
-    if humidity is not None:
+    air = liquids.humid_air(humidity)
+    adhesion, under_liquid = _dry_and_wet(surface_energy, work_of_adhesion, air)
+    values = _stated(
+        contact_modulus=_contact_modulus(bodies, contact_modulus, young_modulus, poisson_ratio),
+        sphere_radius=None if sphere_radius is None else _radius(sphere_radius, ds),
+        **_attraction(bodies, adhesion, hamaker_constant),
+        adhesion_range=_length(adhesion_range, "adhesion_range"),
+        retardation=_length(retardation, "retardation"),
+    )
+    values |= _hardness(bodies, hardness, values)
+    if air is not None:
+        own = bodies if adhesion is hamaker_constant is None else None  # whose own constants set the attraction
         values = {"work_of_adhesion": 0.0} | values | under_liquid
-        own = bodies if "hamaker_constant" in attraction and hamaker_constant is None else None
-        air = humidity if isinstance(humidity, liquids.HumidAir) else liquids.HumidAir(humidity)
         values |= liquids.condensed(ds, values, air, bodies=own)
-        given |= {name: value for name, value in vars(air).items() if name != "humidity"}
     out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
     out = out.assign_coords(values)
     if indenter is not None:
         out = out.assign(indenter_height=_indenter(indenter))
-    told = {name: _recordable(value) for name, value in given.items() if value is not None}
-    return schema.record(schema.label(out), "assign_pair", **values, **told)
+    given = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
+    given |= {"surface_energy": surface_energy} | (vars(air) | {"humidity": None} if air else {})
+    return schema.record(schema.label(out), "assign_pair", **values, **_recordable(given))
 
 
-def _recordable(value: Any) -> Any:
-    """Return a given value in a form that text can hold: numbers, words, or a pair of them."""
-    if isinstance(value, (tuple, list)):
-        return [_recordable(one) for one in value]
-    return value if isinstance(value, (int, float, str)) else str(value)
+def _recordable(given: Any) -> Any:
+    """Return what was given, by name, in a form that text can hold: numbers, words, or pairs of them."""
+    if isinstance(given, dict):
+        return {name: _recordable(value) for name, value in given.items() if value is not None}
+    if isinstance(given, (tuple, list)):
+        return [_recordable(one) for one in given]
+    return given if isinstance(given, (int, float, str)) else str(given)
 
 
 def hamaker_constant(first: Quantity, second: Quantity | None = None, *, medium: Quantity = "vacuum") -> float:
@@ -341,8 +329,7 @@ def _attraction(bodies: tuple | None, adhesion: float | None, given: Any) -> dic
     if constant is not None:
         adhesion = substances.work_of(constant) if adhesion is None else adhesion
         _check_cut_off(constant, adhesion)
-    stated = {"work_of_adhesion": adhesion, "hamaker_constant": constant}
-    return {name: value for name, value in stated.items() if value is not None}
+    return _stated(work_of_adhesion=adhesion, hamaker_constant=constant)
 
 
 def _check_cut_off(constant: float, work: float) -> None:
@@ -363,7 +350,11 @@ def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | 
     return tuple(ds[name].values.astype(float) for name in ("indenter_x", "indenter_y", "indenter_height"))
 
 
-def _contact_modulus(given: Any, young_modulus: Any, poisson_ratio: Any) -> float:
+def _contact_modulus(bodies: tuple | None, given: Any, young_modulus: Any, poisson_ratio: Any) -> float:
+    if poisson_ratio is not None and young_modulus is None:
+        raise ValueError("poisson_ratio: used with young_modulus only, found none; leave it out")
+    if bodies is not None:
+        young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
     if given is not None:
         return _plausible(positive(given, "GPa", "contact_modulus"), "contact_modulus", given)
     if poisson_ratio is None:
@@ -374,15 +365,16 @@ def _contact_modulus(given: Any, young_modulus: Any, poisson_ratio: Any) -> floa
 def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | None:
     if surface_energy is not None and work_of_adhesion is not None:
         raise ValueError("expected surface_energy or work_of_adhesion (= 2 surface_energy), found both; leave one out")
-    if surface_energy is None and work_of_adhesion is None:
+    name, given, times = "surface_energy", surface_energy, 2.0
+    if surface_energy is None:
+        name, given, times = "work_of_adhesion", work_of_adhesion, 1.0
+    if given is None:
         return None
-    given, times = (work_of_adhesion, 1.0) if surface_energy is None else (surface_energy, 2.0)
-    name = "surface_energy" if times == 2.0 else "work_of_adhesion"
     value = magnitude(given, "J m-2", name)
     if not isinstance(value, float) or value < 0:
         raise ValueError(f"{name}: expected one number >= 0 in J/m², found {given!r}")
     if value > 0:
-        _plausible(times * value, "work_of_adhesion", given, name if times == 2.0 else "")
+        _plausible(times * value, "work_of_adhesion", given, name)
     return times * value
 
 
@@ -418,20 +410,32 @@ def _closest_approach(constant: float, work: float) -> float:
     return math.sqrt(constant / (12 * math.pi * work)) if work > 0 else math.inf
 
 
-def _dry_and_wet(given: Any, humidity: Any) -> tuple[Any, dict[str, float]]:
+def _dry_and_wet(surface_energy: Any, given: Any, air: HumidAir | None) -> tuple[float | None, dict[str, float]]:
     """Return the work of adhesion without liquid, and the share of it under liquid where both are given."""
-    if humidity is None or not isinstance(given, (tuple, list)):
-        return given, {}
+    if air is None or not isinstance(given, (tuple, list)):
+        return _work_of_adhesion(surface_energy, given), {}
     if len(given) != 2:
         raise ValueError(f"work_of_adhesion: expected one value, or a pair (dry, under the liquid), found {given!r}")
-    dry, wet = (_work_of_adhesion(None, one) for one in given)
+    dry, wet = (_work_of_adhesion(surface_energy, one) for one in given)
     return dry, {"share_under_liquid": wet / dry if dry else 1.0}
 
 
-def _hardness(given: Any, work: float | None, length: float | None) -> float:
-    """Return the hardness (GPa); raise unless it exceeds the pull of adhesion."""
-    value = _plausible(positive(given, "GPa", "hardness"), "hardness", given)
-    strength = (work or 0.0) / (length or DEFAULT_RANGE)
+def _stated(**values: float | None) -> dict[str, float]:
+    """Return the values that are known."""
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _length(given: Any, name: str) -> float | None:
+    """Return a length (nm) that may be left out; raise or warn where it is none that bodies have."""
+    return None if given is None else _plausible(positive(given, "nm", name), name, given)
+
+
+def _hardness(bodies: tuple | None, given: Any, pair: dict[str, float]) -> dict[str, float]:
+    """Return the hardness (GPa), else named materials' estimate; raise unless it exceeds the pull of adhesion."""
+    if given is None:
+        return {} if bodies is None else {"hardness_estimate": substances.softer_hardness(*bodies)}
+    value, length = _plausible(positive(given, "GPa", "hardness"), "hardness", given), pair.get("adhesion_range")
+    strength = pair.get("work_of_adhesion", 0.0) / (length or DEFAULT_RANGE)
     words = (
         f"hardness: {value:.3g} GPa does not exceed the adhesive traction w/rho = {strength:.3g} GPa (rho = "
         f"{length or DEFAULT_RANGE:g} nm): such a body would yield by adhesion alone"
@@ -443,7 +447,7 @@ def _hardness(given: Any, work: float | None, length: float | None) -> float:
             f"{words}; is this intended? (else assign the adhesion_range that belongs to this work of adhesion)",
             ImplausiblePair,
         )
-    return value
+    return {"hardness": value}
 
 
 def _radius(given: Any, ds: xr.Dataset) -> float:
@@ -468,7 +472,8 @@ def _radius(given: Any, ds: xr.Dataset) -> float:
 def _plausible(value: float, quantity: str, given: Any, name: str = "") -> float:
     """Return a value; raise if no body can have it, warn if it is improbable."""
     known = _RANGES[quantity]
-    words = f"{name or quantity}: {given!r} is {value:.4g} {known.units}" + (f" of {quantity}" if name else "")
+    words = f"{name or quantity}: {given!r} is {value:.4g} {known.units}"
+    words += f" of {quantity}" if name not in ("", quantity) else ""
     advice = f"{known.known}; plain numbers are in {known.units}, other units are written as in '3 um' or '70e9 Pa'"
     if not known.least <= value <= known.greatest:
         raise ValueError(f"{words}, which no body has ({advice})")

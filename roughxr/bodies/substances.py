@@ -24,8 +24,15 @@ CUT_OFF = 0.165
 _HANDBOOK = "Callister & Rethwisch, Materials Science and Engineering, appendix B"
 _BERGSTROM = "Bergström, Adv. Colloid Interface Sci. 70 (1997) 125"
 _ISRAELACHVILI = "Israelachvili, Intermolecular and Surface Forces, 3rd ed., table 13.2"
-_OLIVER = "Oliver & Pharr, J. Mater. Res. 7 (1992) 1564"
-_THIRD = "three times the handbook's yield strength, Tabor, The Hardness of Metals (1951)"
+_PAPER = "Cheng, Dunn & Brach (2003)"
+_HOPCROFT = "Hopcroft, Nix & Kenny, J. MEMS 19 (2010) 229, <100>"
+_OLIVER = "estimate: Oliver & Pharr, J. Mater. Res. 7 (1992) 1564"
+_THIRD = "estimate: three times the handbook's yield strength, Tabor, The Hardness of Metals (1951)"
+_LESS_THAN_SAPPHIRE = f"{_OLIVER}, less than sapphire's; 25 to 30 of dense fine grain"
+_OF_A_FILM = "estimate: a film of 504 nm has 1.3, Zhou et al. (2007); annealed bulk 0.3"
+_OF_ITS_OXIDE = f"{_BERGSTROM}, of silica, its native oxide; bare silicon 0.18 to 0.26"
+_OF_IRON_OXIDE = f"{_ISRAELACHVILI}, of iron oxide"
+_OF_NOBLE_METALS = f"{_ISRAELACHVILI}, 0.25 to 0.40 of noble metals; computed ones are at its upper end"
 
 
 class Material(NamedTuple):
@@ -64,54 +71,14 @@ class Material(NamedTuple):
 #: grain has 25 to 30 at small loads (Krell & Schädlich, Nanoindentation hardness of submicrometer alumina ceramics).
 #: Not looked up again: glass's, silica's and silicon's, and the yield strengths of steel and the polymers.
 MATERIALS = {
-    "glass": Material(
-        75.0,
-        0.22,
-        "Cheng, Dunn & Brach (2003)",
-        6.0,
-        f"estimate: {_OLIVER}, of soda-lime glass",
-        0.065,
-        f"{_BERGSTROM}, of silica",
-    ),
-    "silica": Material(73.0, 0.17, _HANDBOOK, 9.0, f"estimate: {_OLIVER}; 7.3 of large indents", 0.065, _BERGSTROM),
-    "alumina": Material(
-        380.0,
-        0.22,
-        _HANDBOOK,
-        20.0,
-        f"estimate: {_OLIVER}, less than sapphire's; 25 to 30 of dense fine grain",
-        0.152,
-        _BERGSTROM,
-    ),
-    "polystyrene": Material(2.8, 0.33, _HANDBOOK, 0.2, f"estimate: {_THIRD}", 0.065, _ISRAELACHVILI),
-    "ptfe": Material(0.5, 0.46, _HANDBOOK, 0.05, f"estimate: {_THIRD}", 0.038, _ISRAELACHVILI),
-    "silicon": Material(
-        130.0,
-        0.28,
-        "Hopcroft, Nix & Kenny, J. MEMS 19 (2010) 229, <100>",
-        12.0,
-        f"estimate: {_OLIVER} and others",
-        0.065,
-        f"{_BERGSTROM}, of silica, its native oxide; bare silicon 0.18 to 0.26",
-    ),
-    "steel": Material(
-        207.0,
-        0.30,
-        _HANDBOOK,
-        2.0,
-        f"estimate: {_THIRD}, annealed; 8 if hardened",
-        0.21,
-        f"{_ISRAELACHVILI}, of iron oxide",
-    ),
-    "gold": Material(
-        77.0,
-        0.42,
-        _HANDBOOK,
-        1.0,
-        "estimate: a film of 504 nm has 1.3, Zhou et al. (2007); annealed bulk 0.3",
-        0.40,
-        f"{_ISRAELACHVILI}, 0.25 to 0.40 of noble metals; computed ones are at its upper end",
-    ),
+    "glass": Material(75.0, 0.22, _PAPER, 6.0, f"{_OLIVER}, of soda-lime glass", 0.065, f"{_BERGSTROM}, of silica"),
+    "silica": Material(73.0, 0.17, _HANDBOOK, 9.0, f"{_OLIVER}; 7.3 of large indents", 0.065, _BERGSTROM),
+    "alumina": Material(380.0, 0.22, _HANDBOOK, 20.0, _LESS_THAN_SAPPHIRE, 0.152, _BERGSTROM),
+    "polystyrene": Material(2.8, 0.33, _HANDBOOK, 0.2, _THIRD, 0.065, _ISRAELACHVILI),
+    "ptfe": Material(0.5, 0.46, _HANDBOOK, 0.05, _THIRD, 0.038, _ISRAELACHVILI),
+    "silicon": Material(130.0, 0.28, _HOPCROFT, 12.0, f"{_OLIVER} and others", 0.065, _OF_ITS_OXIDE),
+    "steel": Material(207.0, 0.30, _HANDBOOK, 2.0, f"{_THIRD}, annealed; 8 if hardened", 0.21, _OF_IRON_OXIDE),
+    "gold": Material(77.0, 0.42, _HANDBOOK, 1.0, _OF_A_FILM, 0.40, _OF_NOBLE_METALS),
 }
 
 #: Hamaker constants (nN nm) of media, across vacuum.

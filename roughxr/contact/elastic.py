@@ -14,6 +14,7 @@ from ..jobs import lazy as parallel
 from ..jobs.records import BRANCHES, Layout, warn_unconverged
 from ..kernels.halfspace import displacement_control, load_control, yielding
 from ..vocabulary import schema
+from ..vocabulary.units import Places, Quantities
 from ..vocabulary.verbs import verb, warn
 from .problem import Place, Problem, Surface, deepest, need_heights, read_problem, surface_at
 from .solving import fields_of, put_fields, solve
@@ -50,9 +51,9 @@ LIMITS = _Limits(1e-6, 5000)
 def direct(
     ds: xr.Dataset,
     *,
-    delta: Any = None,
-    load: Any = None,
-    subregions: Any = None,
+    delta: Quantities | None = None,
+    load: Quantities | None = None,
+    subregions: Places = None,
     datum: str = "highest_peak",
     fields: bool = False,
 ) -> xr.Dataset:

@@ -2,12 +2,15 @@
 
 Lengths in nm, moduli in GPa, works of adhesion in J/m², Hamaker constants in nN nm (1e-18 J), or quantities such as
 "3 um" and "6.5e-20 J"; forces are returned in nN. For two spheres ``radius`` is the composite one, 1/R = 1/R₁ + 1/R₂.
-A function of one state returns a float, a function of a curve a labelled Dataset.
+A function of one state returns a float, a function of a curve a labelled Dataset. What is not positive is refused.
 """
 
 from __future__ import annotations
 
-from typing import Any
+import functools
+import inspect
+from collections.abc import Callable
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -17,7 +20,8 @@ from ..bodies.materials import contact_modulus, gilman_surface_energy, hamaker_c
 from ..kernels.adhesion import potentials
 from ..kernels.asperity import ellipse, elliptic_jkr, jkr, maugis
 from ..vocabulary import schema
-from ..vocabulary.units import positive
+from ..vocabulary.units import Quantities, Quantity, positive
+from ..vocabulary.verbs import OPTIONS
 from .estimates import tabor
 
 __all__ = [
@@ -27,7 +31,6 @@ __all__ = [
     "gaussian_work",
     "gilman_surface_energy",
     "hamaker_constant",
-    "hamaker_sphere",
     "hertz",
     "jkr_curve",
     "jkr_pull_off",
@@ -39,7 +42,6 @@ __all__ = [
     "rabinovich",
     "rigid_sphere",
     "rumpf",
-    "rumpf_rms",
     "tabor",
     "tabor_parameter",
     "work_from_hamaker",
@@ -52,9 +54,34 @@ FORMULATIONS = ("energy", "self_similar", "johnson_greenwood")
 #: Rabinovich's geometry: caps of height 1.82 rms and radius λ²/(58 rms); hemispheres of radius 1.48 rms.
 _CAP_HEIGHT, _CAP_RADIUS, _HEMISPHERE = 1.82, 58.0, 1.48
 
+#: Units of the options, by name.
+_UNITS = OPTIONS | dict.fromkeys(("rms", "wavelength", "long_rms", "long_wavelength"), "nm")
 
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+
+
+def _formula(function: Callable[_P, _R]) -> Callable[_P, _R]:
+    """Return a closed form whose options with units enter as positive numbers in them."""
+    options = inspect.signature(function).parameters.values()
+    units = {one.name: _UNITS[one.name] for one in options if one.kind is one.KEYWORD_ONLY and one.name in _UNITS}
+
+    @functools.wraps(function)
+    def called(*arguments: _P.args, **given: _P.kwargs) -> _R:
+        stated = {name: value for name, value in given.items() if name in units and value is not None}
+        return function(*arguments, **given | {name: positive(one, units[name], name) for name, one in stated.items()})
+
+    return called
+
+
+@_formula
 def hertz(
-    delta: Any, *, contact_modulus: Any, radius: Any = None, curvature_min: Any = None, curvature_max: Any = None
+    delta: Quantities,
+    *,
+    contact_modulus: Quantity,
+    radius: Quantity | None = None,
+    curvature_min: Quantity | None = None,
+    curvature_max: Quantity | None = None,
 ) -> xr.Dataset:
     """Return Hertz's contact of a paraboloid with a half space.
 
@@ -91,13 +118,15 @@ def hertz(
     """
     delta = schema.ascending(delta, "nm", "delta")
     A, B = _paraboloid(radius, curvature_min, curvature_max)
-    modulus = positive(contact_modulus, "GPa", "contact_modulus")
-    found = [ellipse.hertz(d, A, B, modulus) for d in delta]
+    found = [ellipse.hertz(d, A, B, contact_modulus) for d in delta]
     names = {"P": "force", "a": "semi_axis_a", "b": "semi_axis_b", "area": "contact_area", "p0": "pressure"}
     return _along("delta", delta, {name: [getattr(state, key) for state in found] for key, name in names.items()})
 
 
-def jkr_sphere(delta: Any, *, radius: Any, contact_modulus: Any, work_of_adhesion: Any) -> xr.Dataset:
+@_formula
+def jkr_sphere(
+    delta: Quantities, *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity
+) -> xr.Dataset:
     """Return JKR's sphere on its stable branch under displacement control.
 
     Parameters
@@ -133,8 +162,9 @@ def jkr_sphere(delta: Any, *, radius: Any, contact_modulus: Any, work_of_adhesio
     return out.assign_attrs(end_of_branch=jkr.END_DELTA * units.delta)
 
 
+@_formula
 def jkr_curve(
-    *, radius: Any, contact_modulus: Any, work_of_adhesion: Any, largest: float = 2.0, points: int = 201
+    *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity, largest: float = 2.0, points: int = 201
 ) -> xr.Dataset:
     """Return the whole curve of JKR's sphere, unstable branch included, along its contact radius.
 
@@ -163,12 +193,13 @@ def jkr_curve(
     return _along("semi_axis_a", units.a * a, found)
 
 
+@_formula
 def jkr_pull_off(
     *,
-    work_of_adhesion: Any,
-    radius: Any = None,
-    curvature_min: Any = None,
-    curvature_max: Any = None,
+    work_of_adhesion: Quantity,
+    radius: Quantity | None = None,
+    curvature_min: Quantity | None = None,
+    curvature_max: Quantity | None = None,
     formulation: str = "energy",
 ) -> float:
     """Return the pull-off force of JKR's sphere, 3/2 π w R, or of an adhesive ellipse.
@@ -189,6 +220,11 @@ def jkr_pull_off(
     float
         nN, positive.
 
+    Raises
+    ------
+    ValueError
+        If a number is not positive, the paraboloid is given twice or not at all, or the formulation is unknown.
+
     References
     ----------
     Johnson & Greenwood, J. Phys. D 38 (2005) 1042; Giudici, Vella & Griffiths, arXiv 2407.00378.
@@ -202,42 +238,19 @@ def jkr_pull_off(
     """
     schema.one_of(formulation, FORMULATIONS, "formulation")
     A, B = _paraboloid(radius, curvature_min, curvature_max)
-    w = positive(work_of_adhesion, "J m-2", "work_of_adhesion")
-    sphere = 0.75 * np.pi * w / np.sqrt(A * B)
     if B == A:
-        return float(sphere)
+        return 0.75 * np.pi * work_of_adhesion / A
+    self_similar = float(jkr.self_similar_units(A, B, 1.0, work_of_adhesion).P)
     if formulation == "self_similar":
-        return float(jkr.self_similar_units(A, B, 1.0, w).P)
+        return self_similar
     state = elliptic_jkr.contact_at(formulation, B / A, elliptic_jkr.largest_tension(formulation, B / A))
-    return float(-state.P * jkr.self_similar_units(A, B, 1.0, w).P)
+    return float(-state.P * self_similar)
 
 
-def dmt_pull_off(*, radius: Any, work_of_adhesion: Any) -> float:
-    """Return the pull-off force 2πwR of a sphere that is rigid (any law), or whose adhesion has a long range.
-
-    Parameters
-    ----------
-    radius, work_of_adhesion : number or quantity
-        nm, J/m².
-
-    Returns
-    -------
-    float
-        nN, positive.
-
-    References
-    ----------
-    Bradley, Phil. Mag. 13 (1932) 853; Derjaguin, Muller & Toporov, J. Colloid Interface Sci. 53 (1975) 314.
-
-    Examples
-    --------
-    >>> round(dmt_pull_off(radius=100, work_of_adhesion=0.1), 3)
-    62.832
-    """
-    return 2 * np.pi * positive(work_of_adhesion, "J m-2", "work_of_adhesion") * positive(radius, "nm", "radius")
-
-
-def maugis_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, adhesion_range: Any = 0.3) -> float:
+@_formula
+def maugis_pull_off(
+    *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity, adhesion_range: Quantity = 0.3
+) -> float:
     """Return the pull-off force of Maugis's sphere with Dugdale's law, between JKR's and DMT's.
 
     Parameters
@@ -262,13 +275,19 @@ def maugis_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any,
     >>> round(pull / (3.14159 * 1.35 * 100), 2)
     1.54
     """
-    radius, w = positive(radius, "nm", "radius"), positive(work_of_adhesion, "J m-2", "work_of_adhesion")
-    parameter = _maugis_parameter(radius, contact_modulus, w, adhesion_range)
-    return float(np.pi * w * radius * maugis.pull_off(parameter))
+    pair = {"contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion, "adhesion_range": adhesion_range}
+    parameter = maugis.parameter(tabor_parameter(radius=radius, **pair))
+    return float(np.pi * work_of_adhesion * radius * maugis.pull_off(parameter))
 
 
+@_formula
 def maugis_sphere(
-    *, radius: Any, contact_modulus: Any, work_of_adhesion: Any, adhesion_range: Any = 0.3, points: int = 801
+    *,
+    radius: Quantity,
+    contact_modulus: Quantity,
+    work_of_adhesion: Quantity,
+    adhesion_range: Quantity = 0.3,
+    points: int = 801,
 ) -> xr.Dataset:
     """Return the curve of Maugis's sphere with Dugdale's law, along its contact radius.
 
@@ -289,14 +308,17 @@ def maugis_sphere(
     >>> bool(curve.force.min() < 0 < curve.force[-1])
     True
     """
-    units = _jkr_units(radius, contact_modulus, work_of_adhesion)
-    parameter = _maugis_parameter(radius, contact_modulus, work_of_adhesion, adhesion_range)
+    pair = {"radius": radius, "contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion}
+    units, parameter = _jkr_units(**pair), maugis.parameter(tabor_parameter(**pair, adhesion_range=adhesion_range))
     P, a, delta = maugis.contact_at(parameter, 1 + np.geomspace(1e-5, 1e7, points))
     order = np.argsort(a)
     return _along("semi_axis_a", units.a * a[order], {"delta": units.delta * delta[order], "force": units.P * P[order]})
 
 
-def tabor_parameter(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, adhesion_range: Any = 0.3) -> float:
+@_formula
+def tabor_parameter(
+    *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity, adhesion_range: Quantity = 0.3
+) -> float:
     """Return Tabor's parameter (R w²/(E*² z₀³))^{1/3} of a sphere: large for JKR, small for DMT.
 
     Parameters
@@ -317,19 +339,170 @@ def tabor_parameter(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any,
     >>> round(tabor_parameter(radius=3000, contact_modulus=39.407, work_of_adhesion=1.35), 1)
     5.1
     """
-    return _tabor(radius, contact_modulus, work_of_adhesion, adhesion_range)
+    return float(maugis.tabor(0.5 / radius, 0.5 / radius, contact_modulus, work_of_adhesion, adhesion_range))
 
 
+@_formula
+def yield_load(*, radius: Quantity, contact_modulus: Quantity, hardness: Quantity) -> float:
+    """Return the load at which a sphere first yields, π³R²H³/(6E*²): there Hertz's largest pressure is H.
+
+    Parameters
+    ----------
+    radius, contact_modulus, hardness : number or quantity
+        nm, GPa, GPa.
+
+    Returns
+    -------
+    float
+        nN.
+
+    Examples
+    --------
+    >>> round(yield_load(radius=100, contact_modulus=39.4, hardness=6.0), 0)
+    7191.0
+    """
+    return np.pi**3 * radius**2 * hardness**3 / (6 * contact_modulus**2)
+
+
+@_formula
+def punch_pull_off(
+    *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity, adhesion_range: Quantity | None = None
+) -> float:
+    """Return the pull-off force of a flat punch whose edge is sharp.
+
+    Parameters
+    ----------
+    radius : number or quantity
+        Of the punch, nm.
+    contact_modulus, work_of_adhesion : number or quantity
+        E*, GPa, and w, J/m².
+    adhesion_range : number or quantity, optional
+        nm: the adhesion pulls with σ₀ = w over this range up to a gap of the range (Dugdale's law). By default none.
+
+    Returns
+    -------
+    float
+        nN: √(8π w E* a³) without range. With a range, a cohesive zone from c to the edge a carries part of the pull:
+        with m = a/c it is 2σ₀ [c √(a² − c²) + a² arccos(1/m)], where c is such that the gap at the edge, (4σ₀c/πE*)
+        [√(m² − 1) arccos(1/m) + 1 − m], is w/σ₀. Where the gap stays below this with the whole punch pulling, π a² σ₀.
+
+    Notes
+    -----
+    Range matters to a punch that is small beside the cohesive zone, π E* w/(4σ₀²). An asperity flattened at
+    a hardness above the pull of adhesion recovers on unloading, and is no flat punch: see `flattened_pull_off`.
+
+    References
+    ----------
+    Kendall, J. Phys. D 4 (1971) 1186. The zone is that of Maugis, J. Colloid Interface Sci. 150 (1992) 243, for a flat.
+
+    Examples
+    --------
+    >>> flat = {"radius": 10, "contact_modulus": 39.4, "work_of_adhesion": 0.1}
+    >>> round(punch_pull_off(**flat), 1), round(punch_pull_off(adhesion_range=0.3, **flat), 1)
+    (314.7, 104.7)
+    """
+    from scipy.optimize import brentq
+
+    if adhesion_range is None:
+        return float(np.sqrt(8 * np.pi * work_of_adhesion * contact_modulus * radius**3))
+    pull = work_of_adhesion / adhesion_range
+
+    def opens_too_far(inner: float) -> float:
+        m = radius / inner
+        gap = 4 * pull * inner / (np.pi * contact_modulus) * (np.sqrt(m * m - 1) * np.arccos(1 / m) + 1 - m)
+        return gap - adhesion_range
+
+    least, most = 1e-9 * radius, radius * (1 - 1e-12)
+    if opens_too_far(least) < 0:
+        return float(np.pi * radius**2 * pull)
+    inner = brentq(opens_too_far, least, most)
+    return float(2 * pull * (inner * np.sqrt(radius**2 - inner**2) + radius**2 * np.arccos(inner / radius)))
+
+
+@_formula
+def flattened_pull_off(
+    *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity, hardness: Quantity
+) -> float:
+    """Return the pull-off force of an asperity that was pressed flat, its whole contact at the hardness.
+
+    Parameters
+    ----------
+    radius : number or quantity
+        Radius of the contact under the largest load, nm.
+    contact_modulus, work_of_adhesion, hardness : number or quantity
+        E*, GPa, w, J/m², and H, GPa.
+
+    Returns
+    -------
+    float
+        nN: the largest of √(8π w E* a³) s^{3/2} − 2Ha² [arcsin s − s √(1 − s²)] over s ≤ 1, where s a is the contact's
+        radius on unloading. Adhesion has no range.
+
+    Notes
+    -----
+    A contact that bore H everywhere recovers to a convex shape, 0.73 H a/E* higher in its middle than at its rim, and
+    peels from the rim. It acts as a flat punch, `punch_pull_off`, where H is small compared with √(w E*/a) (2 % less at
+    0.03 times this, half at 1.2 times), and as JKR's sphere of radius E* a/H where H is large (3 % less at ten times).
+
+    References
+    ----------
+    Own, from the pressures of Sneddon, Int. J. Eng. Sci. 3 (1965) 47, on the shape that a uniform pressure leaves, and
+    Johnson, Kendall & Roberts (1971).
+
+    Examples
+    --------
+    >>> flat = {"radius": 10, "contact_modulus": 39.4, "work_of_adhesion": 0.1}
+    >>> [round(flattened_pull_off(hardness=H, **flat), 1) for H in (0.001, 0.6, 6.0)]
+    [314.4, 181.4, 29.9]
+    """
+    from scipy.optimize import brentq
+
+    punch = punch_pull_off(radius=radius, contact_modulus=contact_modulus, work_of_adhesion=work_of_adhesion)
+    load = hardness * radius**2
+    part = 3 * punch / (8 * load)  # where the pull is largest, s^{3/2}/√(1 − s²)
+    s = brentq(lambda s: (s / part) ** 2 * s + s * s - 1, 0.0, 1.0, xtol=1e-15)
+    return float(punch * s**1.5 - 2 * load * (np.arcsin(s) - s * s**1.5 / part))
+
+
+@_formula
+def dmt_pull_off(*, radius: Quantity, work_of_adhesion: Quantity) -> float:
+    """Return the pull-off force 2πwR of a sphere that is rigid (any law), or whose adhesion has a long range.
+
+    Parameters
+    ----------
+    radius, work_of_adhesion : number or quantity
+        nm, J/m².
+
+    Returns
+    -------
+    float
+        nN, positive.
+
+    References
+    ----------
+    Bradley, Phil. Mag. 13 (1932) 853; Derjaguin, Muller & Toporov, J. Colloid Interface Sci. 53 (1975) 314.
+
+    Examples
+    --------
+    >>> round(dmt_pull_off(radius=100, work_of_adhesion=0.1), 3)
+    62.832
+    """
+    return 2 * np.pi * work_of_adhesion * radius
+
+
+@_formula
 def rigid_sphere(
-    distance: Any,
+    distance: Quantities,
     *,
-    radius: Any,
-    work_of_adhesion: Any,
-    length: Any,
+    radius: Quantity,
+    work_of_adhesion: Quantity,
+    length: Quantity,
     law: str = "hamaker",
-    retardation: Any = None,
+    retardation: Quantity | None = None,
 ) -> xr.Dataset:
     """Return the force between a rigid sphere and a flat half space across a gap, integrated over the true sphere.
+
+    By law="hamaker" it is Hamaker's 2A R³/(3D²(D + 2R)²), with A = 12π z₀² w (`work_from_hamaker`).
 
     Parameters
     ----------
@@ -370,13 +543,18 @@ def rigid_sphere(
     z = schema.ascending(distance, "nm", "distance")
     if z[0] <= 0:
         raise ValueError(f"distance: expected positive distances, found {z[0]:g} nm")
-    found = _potential(law, work_of_adhesion, length, retardation)
-    pull = potentials.sphere_pull(z, positive(radius, "nm", "radius"), found)
-    return _along("distance", z, {"force": -pull})
+    attraction = _potential(law, work_of_adhesion, length, retardation)
+    return _along("distance", z, {"force": -potentials.sphere_pull(z, radius, attraction)})
 
 
+@_formula
 def meniscus_sphere(
-    distance: Any, *, radius: Any, kelvin_radius: Any, surface_tension: Any = 0.072, contact_angle: Any = 0.0
+    distance: Quantities,
+    *,
+    radius: Quantity,
+    kelvin_radius: Quantity,
+    surface_tension: Quantity = 0.072,
+    contact_angle: Quantities = 0.0,
 ) -> xr.Dataset:
     """Return the pull of liquid that has condensed between a rigid sphere and a plane, by its exact surface.
 
@@ -404,9 +582,8 @@ def meniscus_sphere(
 
     Notes
     -----
-    Along the meridian, inclined by φ, Young's and Laplace's equation has the integral C = 2r sin φ + r²/r_K, so that
-    r and z are known of φ, and the pull is πγC. It starts from the plane at φ = π − θ₂ and ends on the sphere, at the
-    angle β from its axis, at β + θ₁, which sets β.
+    Along the meridian, inclined by φ, Young's and Laplace's equation has the integral C = 2r sin φ + r²/r_K, the pull
+    being πγC. It starts from the plane at φ = π − θ₂ and ends on the sphere at φ = β + θ₁, β from its axis.
 
     References
     ----------
@@ -421,13 +598,11 @@ def meniscus_sphere(
     D = schema.ascending(distance, "nm", "distance")
     if D[0] < 0:
         raise ValueError(f"distance: expected distances of at least 0 nm, found {D[0]:g} nm")
-    R, r_K = positive(radius, "nm", "radius"), positive(kelvin_radius, "nm", "kelvin_radius")
-    tension, angles = positive(surface_tension, "J m-2", "surface_tension"), liquid.angles(contact_angle)
-    constants = np.array([_meniscus(one, R, r_K, *angles) for one in D])
-    thin = np.maximum(sum(np.cos(angles)) - D / r_K, 0.0)
-    return _along(
-        "distance", D, {"force": 0 - np.pi * tension * constants, "thin_force": 0 - 2 * np.pi * R * tension * thin}
-    )
+    angles = liquid.angles(contact_angle)
+    constants = np.array([_meniscus(one, radius, kelvin_radius, *angles) for one in D])
+    thin = 2 * radius * np.maximum(sum(np.cos(angles)) - D / kelvin_radius, 0.0)
+    forces = {"force": constants, "thin_force": thin}
+    return _along("distance", D, {name: 0 - np.pi * surface_tension * each for name, each in forces.items()})
 
 
 def _meniscus(distance: float, R: float, r_K: float, sphere: float, plane: float) -> float:
@@ -453,31 +628,8 @@ def _meniscus(distance: float, R: float, r_K: float, sphere: float, plane: float
     return float(constant(brentq(excess, tried[above[-1]], tried[above[-1] + 1], xtol=1e-14)))
 
 
-def hamaker_sphere(distance: Any, *, radius: Any, hamaker_constant: Any) -> float:
-    """Return Hamaker's pull of a sphere on a half space, 2A R³/(3D²(D + 2R)²).
-
-    Parameters
-    ----------
-    distance, radius : number or quantity
-        nm.
-    hamaker_constant : number or quantity
-        nN nm, that is 1e-18 J.
-
-    Returns
-    -------
-    float
-        nN, positive; Derjaguin's approximation is A R/(6D²).
-
-    Examples
-    --------
-    >>> round(hamaker_sphere(0.3, radius=1000, hamaker_constant="1e-19 J"), 4)
-    185.1296
-    """
-    D, R = positive(distance, "nm", "distance"), positive(radius, "nm", "radius")
-    return 2 * _hamaker(hamaker_constant) * R**3 / (3 * D**2 * (D + 2 * R) ** 2)
-
-
-def work_from_hamaker(*, hamaker_constant: Any, closest_approach: Any = 0.165) -> float:
+@_formula
+def work_from_hamaker(*, hamaker_constant: Quantity, closest_approach: Quantity = 0.165) -> float:
     """Return the work of adhesion A/(12π z₀²) (J/m²) of a Hamaker constant and a cut-off z₀.
 
     Parameters
@@ -500,86 +652,66 @@ def work_from_hamaker(*, hamaker_constant: Any, closest_approach: Any = 0.165) -
     >>> round(work_from_hamaker(hamaker_constant="6.5e-20 J"), 4)
     0.0633
     """
-    return _hamaker(hamaker_constant) / (12 * np.pi * positive(closest_approach, "nm", "closest_approach") ** 2)
+    return hamaker_constant / (12 * np.pi * closest_approach**2)
 
 
-def rumpf(*, radius: Any, asperity_radius: Any, hamaker_constant: Any, closest_approach: Any = 0.165) -> float:
+@_formula
+def rumpf(
+    *,
+    radius: Quantity,
+    asperity_radius: Quantity | None = None,
+    rms: Quantity | None = None,
+    hamaker_constant: Quantity,
+    closest_approach: Quantity = 0.165,
+) -> float:
     """Return Rumpf's pull of a sphere on a plane with one hemispherical asperity.
 
     Parameters
     ----------
     radius : number or quantity
         Of the sphere, nm.
-    asperity_radius : number or quantity
-        nm; its centre lies in the plane.
-    hamaker_constant : number or quantity
-        nN nm.
-    closest_approach : number or quantity
-        z₀ between sphere and asperity, nm.
+    asperity_radius, rms : number or quantity
+        Radius of the asperity, whose centre lies in the plane, or the roughness that hemispheres of radius 1.48 rms
+        give a surface; nm, one of them.
+    hamaker_constant, closest_approach : number or quantity
+        A, nN nm, and z₀ between sphere and asperity, nm.
 
     Returns
     -------
     float
         nN, positive: (A/6z₀²) [rR/(r + R) + R/(1 + r/z₀)²].
 
-    References
-    ----------
-    Rumpf, Particle Technology (1990).
-
-    Examples
-    --------
-    >>> round(rumpf(radius=1000, asperity_radius=10, hamaker_constant="1e-19 J", closest_approach=0.3), 3)
-    1.991
-    """
-    R, r = positive(radius, "nm", "radius"), positive(asperity_radius, "nm", "asperity_radius")
-    z = positive(closest_approach, "nm", "closest_approach")
-    return _hamaker(hamaker_constant) / (6 * z**2) * (r * R / (r + R) + R / (1 + r / z) ** 2)
-
-
-def rumpf_rms(*, radius: Any, rms: Any, hamaker_constant: Any, closest_approach: Any = 0.165) -> float:
-    """Return Rumpf's pull, with hemispheres whose radius 1.48 rms gives a surface its roughness.
-
-    Parameters
-    ----------
-    radius, rms : number or quantity
-        nm.
-    hamaker_constant : number or quantity
-        nN nm.
-    closest_approach : number or quantity
-        nm.
-
-    Returns
-    -------
-    float
-        nN, positive: (AR/6z₀²) [1/(1 + R/(1.48 rms)) + 1/(1 + 1.48 rms/z₀)²].
+    Raises
+    ------
+    ValueError
+        If a number is not positive, or both or none are given of radius and roughness.
 
     References
     ----------
-    Rabinovich, Adler, Ata, Singh & Moudgil, J. Colloid Interface Sci. 232 (2000) 10.
+    Rumpf, Particle Technology (1990); Rabinovich, Adler, Ata, Singh & Moudgil, J. Colloid Interface Sci. 232 (2000) 10.
 
     Examples
     --------
-    >>> arguments = {"radius": 1000, "hamaker_constant": "1e-19 J", "closest_approach": 0.3}
-    >>> rumpf_rms(rms=2, **arguments) == rumpf(asperity_radius=2.96, **arguments)
-    True
+    >>> sphere = {"radius": 1000, "hamaker_constant": "1e-19 J", "closest_approach": 0.3}
+    >>> round(rumpf(asperity_radius=10, **sphere), 3), rumpf(rms=2, **sphere) == rumpf(asperity_radius=2.96, **sphere)
+    (1.991, True)
     """
-    return rumpf(
-        radius=radius,
-        asperity_radius=_HEMISPHERE * positive(rms, "nm", "rms"),
-        hamaker_constant=hamaker_constant,
-        closest_approach=closest_approach,
-    )
+    if (asperity_radius is None) == (rms is None):
+        raise ValueError(f"expected asperity_radius or rms, found {'none of them' if rms is None else 'both'}")
+    R, z, r = radius, closest_approach, _HEMISPHERE * rms if asperity_radius is None else asperity_radius
+    return hamaker_constant / (6 * z**2) * (r * R / (r + R) + R / (1 + r / z) ** 2)
 
 
+@_formula
 def rabinovich(
     *,
-    radius: Any,
-    rms: Any,
-    wavelength: Any,
-    hamaker_constant: Any,
-    closest_approach: Any = 0.165,
-    long_rms: Any = None,
-    long_wavelength: Any = None,
+    radius: Quantity,
+    rms: Quantity,
+    wavelength: Quantity,
+    hamaker_constant: Quantity,
+    closest_approach: Quantity = 0.165,
+    long_rms: Quantity | None = None,
+    long_wavelength: Quantity | None = None,
 ) -> float:
     """Return Rabinovich's pull of a sphere on a surface of spherical caps, of one or two scales.
 
@@ -621,21 +753,19 @@ def rabinovich(
     >>> round(rabinovich(**arguments, long_rms=10, long_wavelength=1000), 2)
     10.0
     """
-    R, z = positive(radius, "nm", "radius"), positive(closest_approach, "nm", "closest_approach")
-    rms, wavelength = positive(rms, "nm", "rms"), positive(wavelength, "nm", "wavelength")
-    flat = _hamaker(hamaker_constant) * R / (6 * z**2)
-    cap = 1 / (1 + _CAP_RADIUS * R * rms / wavelength**2)
+    flat = hamaker_constant * radius / (6 * closest_approach**2)
+    near = 1 / (1 + _CAP_HEIGHT * rms / closest_approach) ** 2
+    cap = 1 / (1 + _CAP_RADIUS * radius * rms / wavelength**2)
     if (long_rms is None) != (long_wavelength is None):
         raise ValueError("long_rms, long_wavelength: expected both or neither, found one")
     if long_rms is None:
-        return flat * (cap + 1 / (1 + _CAP_HEIGHT * rms / z) ** 2)
-    long_rms = positive(long_rms, "nm", "long_rms")
-    long_cap = 1 / (1 + _CAP_RADIUS * R * long_rms / positive(long_wavelength, "nm", "long_wavelength") ** 2)
-    return flat * (cap + long_cap / (1 + _CAP_HEIGHT * rms / z) ** 2)
+        return flat * (cap + near)
+    return flat * (cap + near / (1 + _CAP_RADIUS * radius * long_rms / long_wavelength**2))
 
 
+@_formula
 def gaussian_work(
-    *, rms: Any, length: Any, work_of_adhesion: Any = 1.0, law: str = "lennard_jones", cut: float = 4.0
+    *, rms: Quantity, length: Quantity, work_of_adhesion: Quantity = 1.0, law: str = "lennard_jones", cut: float = 4.0
 ) -> float:
     """Return the work of adhesion between Gaussian heights and a rigid flat: the largest mean of the potential.
 
@@ -657,183 +787,46 @@ def gaussian_work(
     float
         J/m²; a large rigid sphere pulls with 2πR times it.
 
+    Raises
+    ------
+    ValueError
+        If a number is not positive, or the law is unknown.
+
     Examples
     --------
     >>> round(gaussian_work(rms=0.3, length=0.3), 4)
     0.0795
     """
-    return potentials.gaussian_mean(_potential(law, work_of_adhesion, length, None), positive(rms, "nm", "rms"), cut)
+    return potentials.gaussian_mean(_potential(law, work_of_adhesion, length), rms, cut)
 
 
-def yield_load(*, radius: Any, contact_modulus: Any, hardness: Any) -> float:
-    """Return the load at which a sphere first yields, π³R²H³/(6E*²): there Hertz's largest pressure is H.
-
-    Parameters
-    ----------
-    radius, contact_modulus, hardness : number or quantity
-        nm, GPa, GPa.
-
-    Returns
-    -------
-    float
-        nN.
-
-    Examples
-    --------
-    >>> round(yield_load(radius=100, contact_modulus=39.4, hardness=6.0), 0)
-    7191.0
-    """
-    R, modulus = positive(radius, "nm", "radius"), positive(contact_modulus, "GPa", "contact_modulus")
-    return np.pi**3 * R**2 * positive(hardness, "GPa", "hardness") ** 3 / (6 * modulus**2)
-
-
-def punch_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, adhesion_range: Any = None) -> float:
-    """Return the pull-off force of a flat punch whose edge is sharp.
-
-    Parameters
-    ----------
-    radius : number or quantity
-        Of the punch, nm.
-    contact_modulus, work_of_adhesion : number or quantity
-        E*, GPa, and w, J/m².
-    adhesion_range : number or quantity, optional
-        nm: the adhesion pulls with σ₀ = w over this range up to a gap of the range (Dugdale's law). By default none.
-
-    Returns
-    -------
-    float
-        nN: √(8π w E* a³) without range. With a range, a cohesive zone from c to the edge a carries part of the pull:
-        with m = a/c it is 2σ₀ [c √(a² − c²) + a² arccos(1/m)], where c is such that the gap at the edge, (4σ₀c/πE*)
-        [√(m² − 1) arccos(1/m) + 1 − m], is w/σ₀. Where the gap stays below this with the whole punch pulling, π a² σ₀.
-
-    Notes
-    -----
-    With a range of 0.3 nm, w = 0.1 J/m² and E* = 39.4 GPa a punch of 10 nm holds a third of what it would without
-    range, because the cohesive zone, π E* w/(4σ₀²), is 28 nm. An asperity flattened at a hardness above the pull of
-    adhesion is no such punch: it recovers, see `flattened_pull_off`.
-
-    References
-    ----------
-    Kendall, J. Phys. D 4 (1971) 1186. The zone is that of Maugis, J. Colloid Interface Sci. 150 (1992) 243, for a flat.
-
-    Examples
-    --------
-    >>> flat = {"radius": 10, "contact_modulus": 39.4, "work_of_adhesion": 0.1}
-    >>> round(punch_pull_off(**flat), 1), round(punch_pull_off(adhesion_range=0.3, **flat), 1)
-    (314.7, 104.7)
-    """
-    from scipy.optimize import brentq
-
-    edge, modulus = positive(radius, "nm", "radius"), positive(contact_modulus, "GPa", "contact_modulus")
-    work = positive(work_of_adhesion, "J m-2", "work_of_adhesion")
-    if adhesion_range is None:
-        return float(np.sqrt(8 * np.pi * work * modulus * edge**3))
-    pull = work / positive(adhesion_range, "nm", "adhesion_range")
-
-    def opens_too_far(inner: float) -> float:
-        m = edge / inner
-        gap = 4 * pull * inner / (np.pi * modulus) * (np.sqrt(m * m - 1) * np.arccos(1 / m) + 1 - m)
-        return gap - work / pull
-
-    least, most = 1e-9 * edge, edge * (1 - 1e-12)
-    if opens_too_far(least) < 0:
-        return float(np.pi * edge**2 * pull)
-    inner = brentq(opens_too_far, least, most)
-    return float(2 * pull * (inner * np.sqrt(edge**2 - inner**2) + edge**2 * np.arccos(inner / edge)))
-
-
-def flattened_pull_off(*, radius: Any, contact_modulus: Any, work_of_adhesion: Any, hardness: Any) -> float:
-    """Return the pull-off force of an asperity that was pressed flat, its whole contact at the hardness.
-
-    Parameters
-    ----------
-    radius : number or quantity
-        Radius of the contact under the largest load, nm.
-    contact_modulus, work_of_adhesion, hardness : number or quantity
-        E*, GPa, w, J/m², and H, GPa.
-
-    Returns
-    -------
-    float
-        nN: the largest of √(8π w E* a³) s^{3/2} − 2Ha² [arcsin s − s √(1 − s²)] over s ≤ 1, where s a is the contact's
-        radius on unloading. Adhesion has no range.
-
-    Notes
-    -----
-    A contact that bore H everywhere recovers to a convex shape, 0.73 H a/E* higher in its middle than at its rim, and
-    peels from the rim. It acts as a flat punch, `punch_pull_off`, only where H is small compared with √(w E*/a): its
-    pull-off is 2 % less at 0.03 times this, half at 1.2 times. Where H is large it acts as JKR's sphere of radius
-    E* a/H, with 3/2 π w E* a/H, and 3 % less than this at ten times √(w E*/a). A body that its own adhesion does not
-    tear, w/ρ < H, has H/√(w E*/a) above √(w a/(E* ρ²)): the shorter the range, the farther it is from a flat punch.
-
-    References
-    ----------
-    Own, from the pressures of Sneddon, Int. J. Eng. Sci. 3 (1965) 47, on the shape that a uniform pressure leaves, and
-    Johnson, Kendall & Roberts (1971).
-
-    Examples
-    --------
-    >>> flat = {"radius": 10, "contact_modulus": 39.4, "work_of_adhesion": 0.1}
-    >>> [round(flattened_pull_off(hardness=H, **flat), 1) for H in (0.001, 0.6, 6.0)]
-    [314.4, 181.4, 29.9]
-    """
-    from scipy.optimize import brentq
-
-    edge, pressed = positive(radius, "nm", "radius"), positive(hardness, "GPa", "hardness")
-    punch = punch_pull_off(radius=edge, contact_modulus=contact_modulus, work_of_adhesion=work_of_adhesion)
-    load = pressed * edge**2
-    part = 3 * punch / (8 * load)  # where the pull is largest, s^{3/2}/√(1 − s²)
-    s = brentq(lambda s: (s / part) ** 2 * s + s * s - 1, 0.0, 1.0, xtol=1e-15)
-    return float(punch * s**1.5 - 2 * load * (np.arcsin(s) - s * s**1.5 / part))
-
-
-def _potential(law: str, work: Any, length: Any, retardation: Any) -> potentials.Potential:
+def _potential(law: str, work: float, length: float, retardation: float | None = None) -> potentials.Potential:
+    """Return a law of attraction whose work from ``length`` on is ``work``, retarded or not."""
     schema.one_of(law, tuple(potentials.POTENTIALS), "law")
-    wavelength = np.inf if retardation is None else positive(retardation, "nm", "retardation")
-    if law != "hamaker" and np.isfinite(wavelength):
+    if law != "hamaker" and retardation is not None:
         raise ValueError(f"retardation: used by law='hamaker' only, found law={law!r}; leave it out")
-    w = positive(work, "J m-2", "work_of_adhesion")
-    length = positive(length, "nm", "length")
-    found = potentials.potential(law, w, length, wavelength)
-    if found.code == potentials.RETARDED:  # w is the work from z₀ on, retarded or not
-        return found._replace(work=w * w / float(potentials.energy(length, found)))
+    found = potentials.potential(law, work, length, np.inf if retardation is None else retardation)
+    if found.code == potentials.RETARDED:
+        return found._replace(work=work**2 / float(potentials.energy(length, found)))
     return found
 
 
-def _hamaker(value: Any) -> float:
-    return positive(value, "nN nm", "hamaker_constant")
-
-
-def _tabor(radius: Any, contact_modulus: Any, work: Any, distance: Any) -> float:
-    A = 0.5 / positive(radius, "nm", "radius")
-    modulus = positive(contact_modulus, "GPa", "contact_modulus")
-    w, z0 = positive(work, "J m-2", "work_of_adhesion"), positive(distance, "nm", "adhesion_range")
-    return float(maugis.tabor(A, A, modulus, w, z0))
-
-
-def _maugis_parameter(radius: Any, contact_modulus: Any, work: Any, distance: Any) -> float:
-    return maugis.parameter(_tabor(radius, contact_modulus, work, distance))
-
-
-def _paraboloid(radius: Any, curvature_min: Any, curvature_max: Any) -> tuple[float, float]:
+def _paraboloid(radius: float | None, flat: float | None, sharp: float | None) -> tuple[float, float]:
     """Return half the principal curvatures, nm⁻¹."""
-    if (radius is None) == (curvature_min is None) or (curvature_min is None) != (curvature_max is None):
+    if (radius is None) == (flat is None) or (flat is None) != (sharp is None):
         raise ValueError("expected either radius, or curvature_min and curvature_max")
     if radius is not None:
-        return (0.5 / positive(radius, "nm", "radius"),) * 2
-    flat, sharp = positive(curvature_min, "nm-1", "curvature_min"), positive(curvature_max, "nm-1", "curvature_max")
+        return 0.5 / radius, 0.5 / radius
     if flat > sharp:
         raise ValueError(f"curvature_min: expected at most curvature_max = {sharp:g}, found {flat:g}")
     return 0.5 * flat, 0.5 * sharp
 
 
-def _jkr_units(radius: Any, contact_modulus: Any, work_of_adhesion: Any) -> jkr.Units:
-    A = 0.5 / positive(radius, "nm", "radius")
-    modulus = positive(contact_modulus, "GPa", "contact_modulus")
-    return jkr.self_similar_units(A, A, modulus, positive(work_of_adhesion, "J m-2", "work_of_adhesion"))
+def _jkr_units(radius: float, contact_modulus: float, work_of_adhesion: float) -> jkr.Units:
+    return jkr.self_similar_units(0.5 / radius, 0.5 / radius, contact_modulus, work_of_adhesion)
 
 
-def _along(axis: str, values: np.ndarray, found: dict[str, Any]) -> xr.Dataset:
-    """Return a labelled curve along an axis with these values."""
-    data = {name: (axis, np.asarray(numbers, dtype=float)) for name, numbers in found.items()}
+def _along(axis: str, values: np.ndarray, curves: dict[str, Any]) -> xr.Dataset:
+    """Return labelled curves along an axis with these values."""
+    data = {name: (axis, np.asarray(numbers, dtype=float)) for name, numbers in curves.items()}
     return schema.label(xr.Dataset(data, {axis: values}))

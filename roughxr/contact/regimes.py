@@ -13,6 +13,7 @@ from ..kernels.adhesion import potentials
 from ..scans import level, regions, smooth
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent
+from ..vocabulary.units import Places
 from ..vocabulary.verbs import verb
 from . import reference
 from .estimates import SHORT_RANGE, attractions_of, law_of_range, median_tabor
@@ -42,7 +43,7 @@ _LONG_WAVE = 4.0
 
 
 @verb
-def regime(ds: xr.Dataset, *, subregions: Any = (4, 4), refine: int = 8) -> xr.Dataset:
+def regime(ds: xr.Dataset, *, subregions: Places = (4, 4), refine: int = 8) -> xr.Dataset:
     """Recommend a model for a scan and its pair: rigid bodies, the adhesive simulation, or a sum over asperities.
 
     Parameters
@@ -170,7 +171,7 @@ def _peak_pressure(radius: float, modulus: float, w: float) -> float:
 
 
 @verb
-def formulas(ds: xr.Dataset, *, subregions: Any = (4, 4), law: str = "hamaker", refine: int = 8) -> xr.Dataset:
+def formulas(ds: xr.Dataset, *, subregions: Places = (4, 4), law: str = "hamaker", refine: int = 8) -> xr.Dataset:
     """Return the pull-off on a scan by the usual formulas, beside the sum over the scan itself.
 
     Parameters
@@ -236,7 +237,7 @@ def _of_solids(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[d
     found = {
         "bradley": reference.dmt_pull_off(radius=radius, work_of_adhesion=w),
         "rumpf": reference.rumpf(asperity_radius=given["asperity_radius"], **sphere),
-        "rumpf_rms": reference.rumpf_rms(rms=given["rms"], **sphere),
+        "rumpf_rms": reference.rumpf(rms=given["rms"], **sphere),
         "rabinovich": reference.rabinovich(rms=given["rms"], wavelength=given["wavelength"], **sphere),
         "rabinovich_two_scales": reference.rabinovich(**short, **long, **sphere),
         "gaussian_heights": 2 * np.pi * radius * left,

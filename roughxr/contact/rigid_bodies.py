@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
@@ -13,7 +11,7 @@ from ..jobs.records import warn_unconverged
 from ..kernels.adhesion import potentials
 from ..kernels.adhesion import rigid as kernels
 from ..vocabulary import schema
-from ..vocabulary.units import whole_number
+from ..vocabulary.units import Places, Quantities, whole_number
 from ..vocabulary.verbs import verb, warn
 from .problem import NOT_LOADED, Problem, first_touches, read_problem
 from .rigid_attraction import Options, options_of
@@ -32,8 +30,8 @@ _ONE_CELL_SHARE = 0.2
 def rigid(
     ds: xr.Dataset,
     *,
-    delta: Any = None,
-    subregions: Any = None,
+    delta: Quantities | None = None,
+    subregions: Places | str = None,
     law: str = "hamaker",
     limit: str = "cut_off",
     refine: int = 1,

@@ -13,7 +13,7 @@ A new load is one function ``(strength, body) -> Push`` and its row in `LOADS`, 
 """
 
 from .balance import critical_load, with_pull_off
-from .coming_to_rest import is_rests, resting
+from .coming_to_rest import resting
 from .for_codes import parameters
 from .kinetics import LogNormal, biasi_adhesion, resuspension_rate, rock_n_roll
 from .leaving_rest import leaving
@@ -32,7 +32,6 @@ __all__ = [
     "critical_load",
     "drag",
     "friction_reynolds",
-    "is_rests",
     "leaving",
     "lift",
     "parameters",

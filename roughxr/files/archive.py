@@ -148,10 +148,26 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
 def verify(path: Path) -> dict[str, dict[str, Any]]:
     """Return the checksums that an archive keeps, all but those of its fields verified.
 
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    dict
+        By group, the checksum of each variable, and those of each part of a field; empty where the file keeps none.
+
     Raises
     ------
     ValueError
         If it is damaged.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     sorted(verify(save({"scan": xr.Dataset({"height": ("x", [1.0])})}, Path(folder) / "run.nc")))
+    ['/', '/scan']
     """
     with _in_words(path):
         reader_process.ask(path, netcdf_reader.__file__)

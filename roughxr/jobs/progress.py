@@ -43,6 +43,10 @@ def progress(stream: TextIO | None = None) -> Iterator[None]:
     stream : file, optional
         Where to tell; by default standard error.
 
+    Yields
+    ------
+    None
+
     Examples
     --------
     >>> import roughxr, sys

@@ -39,7 +39,8 @@ from ..contact.problem import default_deltas
 from ..contact.regimes import formulas, regime
 from ..contact.rigid_bodies import rigid
 from ..contact.specimen import Specimen, specimen_of
-from ..detachment import critical_load, is_rests, leaving, resting
+from ..detachment import critical_load, leaving, resting
+from ..detachment.coming_to_rest import is_rests
 from ..files import archive
 from ..files.disk import whole
 from ..jobs.progress import Stages, about, is_told

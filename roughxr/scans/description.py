@@ -31,6 +31,15 @@ _NUMBERS = {
 def describe(path: str | os.PathLike) -> xr.Dataset:
     """Return what a file holds: one entry per image along ``channel``.
 
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    Dataset
+        Name, direction and units of each image, its shape and size (nm), and, of heights, their range and roughness.
+
     Raises
     ------
     UnreadableScan, OSError, ImportError

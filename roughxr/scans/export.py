@@ -39,6 +39,16 @@ def _map(ds: xr.Dataset, name: str) -> xr.Dataset:
 def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     """Write a scan as roughxr's own NetCDF-4: everything it holds, in chunks, each with a checksum.
 
+    Parameters
+    ----------
+    ds : Dataset
+    path : path
+
+    Returns
+    -------
+    Path
+        The file.
+
     Examples
     --------
     >>> import tempfile, numpy as np, xarray as xr

@@ -61,7 +61,12 @@ def reader_of(path: Path) -> tuple[str, Callable[[Path], list[Channel]]]:
 
 
 def formats() -> list[tuple[str, str, str]]:
-    """Return the formats of scans that are read: name, endings (the content decides), and through what.
+    """Return the formats of scans that are read.
+
+    Returns
+    -------
+    list of tuple
+        Name, endings (the content decides), and what reads it.
 
     Examples
     --------

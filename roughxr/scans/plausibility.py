@@ -40,7 +40,16 @@ def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
 
 
 def doubts(ds: xr.Dataset) -> list[str]:
-    """Return what is implausible about a scan, one sentence with numbers each; empty if nothing is.
+    """Return what is implausible about a scan.
+
+    Parameters
+    ----------
+    ds : Dataset
+
+    Returns
+    -------
+    list of str
+        One sentence with numbers each; empty if nothing is.
 
     Examples
     --------

@@ -93,6 +93,24 @@ def with_and_without(
 ) -> xr.Dataset:
     """Return a statistic of all samples, and of those that are not debris.
 
+    Parameters
+    ----------
+    ds : Dataset
+    flags : DataArray of bool
+        True on debris, along the dimension of the samples; see `debris`.
+    statistic : function
+        Of a Dataset, such as `summary`; further arguments and options are passed on to it.
+
+    Returns
+    -------
+    Dataset
+        Its results along ``places``: "all" and "no debris".
+
+    Raises
+    ------
+    ValueError
+        If there are not as many flags as samples.
+
     Examples
     --------
     >>> ds = xr.Dataset({"height": ("asperity", [1.0, 2.0, 30.0], {"units": "nm"})})

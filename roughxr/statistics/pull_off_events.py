@@ -160,6 +160,15 @@ def smooth_pull_off(ds: xr.Dataset) -> float:
     The latter for `rigid` and laws with a range, and for a humid pair with the work of the liquid and of the solids
     under it: thick menisci reach further than the bodies bend.
 
+    Parameters
+    ----------
+    ds : Dataset
+        Anything with the pair on it.
+
+    Returns
+    -------
+    float
+
     References
     ----------
     Johnson, Kendall & Roberts (1971); Bradley (1932) for rigid bodies.

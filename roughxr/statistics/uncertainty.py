@@ -114,7 +114,7 @@ def bootstrap(
     others = other_dimensions(ds, name)
     if others:
         given = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "block": block}
-        return bootstrap_sweep(ds, name, along=others[0], seed=seed, within=within, **given)
+        return _sweep(ds, name, along=others[0], seed=seed, within=within, **given)
     every = samples(ds, name)
     fraction(confidence, "confidence")
     if resamples < 1 / (1 - confidence):
@@ -151,7 +151,7 @@ def _fewer(found: Samples, seed: int) -> Samples:
     return Samples(*parts, found.missing)
 
 
-def bootstrap_sweep(ds: xr.Dataset, name: str = "force", *, along: str = "delta", **options: Any) -> xr.Dataset:
+def _sweep(ds: xr.Dataset, name: str, *, along: str, **options: Any) -> xr.Dataset:
     """Return `bootstrap` of a variable at each entry of a second dimension."""
     within, n = options.pop("within", None), ds.sizes[along]
     surfaces = [within if within is None or along not in within.dims else within.isel({along: k}) for k in range(n)]

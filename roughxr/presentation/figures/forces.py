@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from ... import statistics
 from ...contact import reference
-from ...statistics.uncertainty import bootstrap_sweep
 from ...vocabulary import schema
 from .style import BLACK, BLUE, GREY, ORANGE, Axes, Panels, axes, label_axes, label_axis, legend, panels, stroke, styled
 
@@ -171,7 +171,7 @@ def _error_bars(ax, ds: xr.Dataset, statistic: str, confidence: float, color: st
     if ds.sizes["subregion"] < 2:
         return
     some = ds.isel(delta=slice(None, None, -(-ds.sizes["delta"] // _MOST_BARS)))
-    intervals = bootstrap_sweep(some, statistics=[statistic], confidence=confidence, resamples=399)
+    intervals = statistics.bootstrap(some, "force", statistics=[statistic], confidence=confidence, resamples=399)
     low, high = (intervals[end].sel(resampling="block", statistic=statistic) for end in ("low", "high"))
     style = {"color": color, "linewidth": 0.8, "label": label}
     ax.vlines(some["delta"].values, low.values, high.values, **style)

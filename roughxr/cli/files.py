@@ -1,0 +1,82 @@
+"""`info` and `convert`: what a file holds, and the same in another format."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from .. import scans
+from ..presentation import figures
+from ..vocabulary.numbers import number
+from ..vocabulary.schema import one_of
+from ..vocabulary.text import printable
+from . import words
+
+#: What `measured` reads besides adhesion images in the formats of scans.
+MEASURED_FORMATS = (
+    ("table of pull-offs, any separator, names above", ".csv, .txt, .dat, .tsv", "roughxr measured"),
+    ("workbook of pull-offs", ".xlsx", "roughxr measured (extra excel)"),
+    ("force-distance curves and force volumes", ".jpk-force, .ibw, .h5, .tab, .csv", "roughxr measured (extra curves)"),
+    ("Bruker's force curves (NanoScope)", ".spm, .pfc", "not read; export as text"),
+)
+
+
+def opened(file: str, options: Namespace) -> xr.Dataset:
+    """Return the scan in a file, read with the given options."""
+    scan = scans.open_scan(file, **image(options), height_units=options.height_units)
+    return scan if options.fill is None else scans.fill(scan, method=words.number(options.fill))
+
+
+def image(options: Namespace) -> dict[str, Any]:
+    """Return which image of a file is meant, and the size that the file does not state."""
+    channel = int(options.channel) if (options.channel or "").isdecimal() else options.channel
+    size = None if options.size is None else tuple(map(words.number, options.size))
+    return {"channel": channel, "direction": options.direction, "size": size}
+
+
+def info(options: Namespace) -> None:
+    """Print the channels of a file and the roughness of the one that is read, or the formats that are read at all."""
+    if options.formats or options.file is None:
+        for name, endings, through in [*scans.formats(), *MEASURED_FORMATS]:
+            print(f"{name:50s} {endings:36s} {through}")
+        return
+    channels = scans.describe(options.file)
+    tell_attributes(channels)
+    print("sizes and heights in nm, s_q about the mean plane:")
+    print(channels.rename(units="units in file").to_dataframe().to_string(float_format=lambda v: number(v, digits=6)))
+    scan = opened(options.file, options).load()
+    channel = printable(str(scan.attrs.get("channel", "height")))
+    print(f"\nroughness of {channel}, nm about its mean plane where not said otherwise:")
+    for name, value in scans.roughness(scan, spectra=False).data_vars.items():
+        if value.ndim == 0:
+            print(f"  {name:10s} {float(value):12.6g} {value.attrs['units']:5s} {value.attrs['long_name']}")
+    if options.picture:
+        from matplotlib.figure import Figure
+
+        axes = figures.scan_map(scans.level(scan), ax=Figure(figsize=(4, 3.4), layout="constrained").subplots())
+        drawn(axes.figure, options.picture)
+
+
+def convert(options: Namespace) -> None:
+    """Write a scan in another format."""
+    endings = (".nc",) if options.surfacetopography else (".nc", ".gsf")
+    suffix = one_of(Path(options.output).suffix, endings, "output")
+    scan = opened(options.file, options)
+    own = suffix == ".nc" and not options.surfacetopography
+    (scans.to_netcdf if own else scans.to_file)(scan, options.output)
+    print(f"written to {options.output}")
+
+
+def tell_attributes(ds: xr.Dataset) -> None:
+    """Print what is stated of a file, a line each."""
+    told = {key: value for key, value in ds.attrs.items() if key != "history"}
+    print("\n".join(f"{key}: {printable(str(value)) or 'none'}" for key, value in told.items()))
+
+
+def drawn(figure: Any, path: str) -> None:
+    """Write a picture, and say so."""
+    figures.save(figure, path, dpi=150)
+    print(f"drawn in {path}")

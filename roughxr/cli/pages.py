@@ -1,0 +1,23 @@
+"""`report` and `explore`: the pages of a finished run."""
+
+from __future__ import annotations
+
+import webbrowser
+from argparse import Namespace
+
+from ..presentation.report import write_explorer, write_report
+from .measurements import measurement
+
+
+def report(options: Namespace) -> None:
+    """Write the report, with measured pull-offs beside the prediction where they are given."""
+    measured = measurement(options.measured, options) if options.measured else None
+    print(f"written to {write_report(options.run, options.output, measured=measured)}")
+
+
+def explore(options: Namespace) -> None:
+    """Write the page to click through, and show it if asked to."""
+    page = write_explorer(options.run, options.output, loops=options.loops)
+    print(f"written to {page}")
+    if options.open:
+        webbrowser.open(page.resolve().as_uri())

@@ -1,0 +1,108 @@
+"""`paper` and `run`: the whole analysis of the paper's sample, of a scan, or of several."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from .. import reproduction, scans
+from ..bodies.liquid import HumidAir
+from ..bodies.materials import assign_pair
+from ..bodies.substances import MATERIALS
+from ..jobs.schedulers import on
+from ..presentation import report
+from ..runs import analysis, several
+from .files import opened
+from .options import AIR, BODIES
+from .words import REFUSALS, in_words, numbers, tell
+
+
+def paper(options: Namespace) -> None:
+    """Repeat the paper's analysis."""
+    _tell_answer(reproduction.paper(options.output, budget=options.budget), options.output)
+
+
+def run(options: Namespace) -> None:
+    """Analyse a scan, or each of several."""
+    output = Path(options.output)
+    if output.is_file() and output.suffix != ".nc":
+        raise ValueError(f"{options.output}: expected a folder or a file ending in .nc for -o, found another file")
+    if len(options.scan) == 1:
+        _tell_answer(_run_one(options, options.scan[0], options.output), options.output)
+    else:
+        _run_each(options, output)
+
+
+def _run_each(options: Namespace, output: Path) -> None:
+    for file in options.scan:  # before minutes are spent on those before it
+        try:
+            scans.describe(file)
+        except REFUSALS as error:
+            tell(f"{file}: cannot be read and is left out: {in_words(error)}")
+    folders = several.folders(options.scan, output)
+    runs = several.run_each(folders, lambda scan, folder: _run_one(options, str(scan), folder))
+    answer = several.together(*runs, output)
+    print(f"written to {output}: index.html, places.csv, and a folder for each scan")
+    for name, reason in runs[1].items():
+        tell(f"{name}: left out: {reason}")
+    print(f"{answer} {len(runs[1])} of {len(options.scan)} files were left out." if runs[1] else answer)
+
+
+def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, xr.Dataset]:
+    scan = paired(opened(file, options), options)
+    same = ("particle", "delta", "preload", "law", "mesh", "budget")
+    with on(options.scheduler):
+        return analysis.run(
+            scan,
+            output,
+            subregions=_both(options.subregions),
+            levelling=options.level,
+            **{name: getattr(options, name) for name in same},
+        )
+
+
+def _tell_answer(groups: Mapping[str, xr.Dataset], output: str) -> None:
+    """Print where a run was written, and its answer on the last line."""
+    print(f"written to {output}")
+    if answer := report.headline(groups):
+        print(answer)
+
+
+def _both(counts: Sequence[int]) -> tuple[int, int]:
+    """Return the places along x and y: one number stands for both."""
+    if len(counts) > 2:
+        raise ValueError(f"--subregions: expected places along x and y, or one number for both, found {len(counts)}")
+    return counts[0], counts[-1]
+
+
+def paired(scan: xr.Dataset, options: Namespace) -> xr.Dataset:
+    """Return the scan with the bodies that the options name; ask for what has no default."""
+    if not (options.materials or options.young_modulus or options.contact_modulus):
+        raise ValueError(
+            "expected the bodies' elastic constants, found none: give --materials A/B (one or two of "
+            f"{', '.join(MATERIALS)}), or --young-modulus and --poisson-ratio, or --contact-modulus"
+        )
+    pair, air = _stated(options, ["sphere_radius", *BODIES]), _stated(options, AIR)
+    if options.indenter:
+        pair["indenter"] = scans.open_scan(options.indenter)
+    if "humidity" in air:
+        pair["humidity"] = HumidAir(**air)
+    elif air:
+        raise ValueError(f"--humidity: needed by {', '.join(air)}, found none; give it, or leave these options out")
+    scan = assign_pair(scan, **pair)
+    if "work_of_adhesion" not in scan.coords:
+        raise ValueError(
+            "expected the adhesion of the bodies, found none: give --work-of-adhesion (or --surface-energy) in J/m²; "
+            "clean dry solids have about 0.05 to 0.1 by van der Waals forces alone, and more with water films or bonds"
+        )
+    return scan
+
+
+def _stated(options: Namespace, names: Sequence[str]) -> dict[str, Any]:
+    """Return the options that are given, as numbers, quantities or pairs."""
+    given = {name: getattr(options, name) for name in names}
+    return {name: numbers(value) for name, value in given.items() if value is not None}

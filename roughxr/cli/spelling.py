@@ -1,0 +1,47 @@
+"""The parser: it asks back what an option or a choice that it does not know was meant to be."""
+
+from __future__ import annotations
+
+import argparse
+import re
+
+from ..vocabulary.text import did_you_mean
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that asks back."""
+
+    def parse_known_args(self, args=None, namespace=None):
+        """Parse as argparse does, and keep what was given."""
+        self.given = args
+        return super().parse_known_args(args, namespace)
+
+    def error(self, message: str):
+        """End with the error and the question."""
+        options = option_names(self)
+        unknown = [word for word in self.given or () if word.startswith("--") and word.split("=")[0][2:] not in options]
+        if "required" in message and unknown:  # what is required may be misspelt
+            message = f"unrecognized arguments: {' '.join(unknown)}"
+        if chosen := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
+            message += did_you_mean(chosen[1], re.findall(r"[\w-]+", chosen[2]))
+        asked = [word.split("=")[0] for word in message.split() if word.startswith("--")]
+        if message.startswith("unrecognized") and asked:
+            message += meant(asked[0].lstrip("-"), options)
+        super().error(message)
+
+
+def option_names(parser: argparse.ArgumentParser) -> set[str]:
+    """Return the long options of a parser and of its commands."""
+    known: set[str] = set()
+    for action in parser._actions:
+        known |= {one.removeprefix("--") for one in action.option_strings if one.startswith("--")}
+        if isinstance(action, argparse._SubParsersAction):
+            known |= set().union(*(option_names(one) for one in action.choices.values()))
+    return known
+
+
+def meant(word: str, known: set[str]) -> str:
+    """Return the question after the option that holds a word, or is spelt like it."""
+    options = [f"--{one}" for one in sorted(known)]
+    holding = [option for option in options if word and word in option[2:].split("-")]
+    return f"; did you mean {' or '.join(holding)}?" if holding else did_you_mean(f"--{word}", options)

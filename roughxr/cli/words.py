@@ -1,0 +1,71 @@
+"""Words from the shell as numbers, and others' errors and warnings as words for it."""
+
+from __future__ import annotations
+
+import errno
+import sys
+from typing import Any, TextIO
+
+from ..vocabulary.text import printable
+
+#: Errors of the input, reported in one line; any other error is a bug and shows its traceback.
+REFUSALS = (ValueError, TypeError, OSError, ImportError, RuntimeError)
+
+#: Control characters that may be printed.
+_LINES = "\n\t"
+
+#: The system's own errors.
+_ERRORS = {
+    errno.ENOENT: "expected a file or a folder, found none of this name",
+    errno.EACCES: "you have no permission to read or write it",
+    errno.EPERM: "you have no permission to read or write it",
+    errno.EISDIR: "expected a file, found a folder",
+    errno.ENOTDIR: "expected a folder, found a file of this name",
+    errno.ENOSPC: "the disk is full: make room and call again; what was finished is kept",
+    errno.EROFS: "is on a read-only disk: choose another place with -o",
+}
+
+
+class Printable:
+    """A stream for others' text: nothing in it moves the terminal's cursor or changes its colours."""
+
+    def __init__(self, stream: TextIO):
+        self.stream = stream
+
+    def write(self, text: str) -> int:
+        """Write text with its control characters written out."""
+        return self.stream.write(printable(text, keep=_LINES))
+
+    def __getattr__(self, name: str):
+        return getattr(self.stream, name)
+
+
+def in_words(error: BaseException) -> str:
+    """Return an error's text; the system's own errors in words, with the file's name first."""
+    name = getattr(error, "filename", None)
+    if not isinstance(error, OSError) or error.errno is None or name is None:
+        return str(error)
+    return f"{name}: {_ERRORS.get(error.errno, str(error.strerror).lower())}"
+
+
+def tell(message: object, said: set[str] | None = None) -> None:
+    """Print an error's or a warning's text without its place in the code; once, where what was said is kept."""
+    if said is None or str(message) not in said:
+        print(f"roughxr: {printable(str(message), keep=_LINES)}", file=sys.stderr)
+    if said is not None:
+        said.add(str(message))
+
+
+def number(text: str) -> float | str:
+    """Return plain numbers as numbers; anything else is a quantity with its own units."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def numbers(value: Any) -> Any:
+    """Return the value of a word or of several: a number, a quantity, or a pair of them; others as they are."""
+    if isinstance(value, list):
+        return numbers(value[0]) if len(value) == 1 else tuple(map(number, value))
+    return number(value) if isinstance(value, str) else value
