@@ -2,7 +2,7 @@
 
 ``python datasets/calibrate_glass.py`` prints the table for the glass that comes with the library.
 ``python datasets/calibrate_glass.py --search 200`` tries as many random models and prints the best of them;
-from such a search the model in ``roughxr.scans.synthetic`` was rounded and varied by hand, over some sixty seeds.
+from such a search the model in ``make_glass.py`` was rounded and varied by hand, over some sixty seeds.
 
 A figure "fits" within its tolerance or does not; those that the search weighs, through the published formulas, are
 marked with a star: that they fit shows how well they were fitted, and nothing else. Those without were not fitted.
@@ -28,8 +28,9 @@ from roughxr.asperity.superposition import superpose
 from roughxr.bodies.materials import assign_pair
 from roughxr.contact.elastic import direct
 from roughxr.reproduction.tables import second_group
-from roughxr.scans.synthetic import GLASS_SEED, GlassModel, glass, particle_centres
 from roughxr.statistics import pull_off
+
+from make_glass import GLASS_SEED, GlassModel, glass, particle_centres  # isort: skip
 
 #: The published pair of bodies: nm, GPa, J/m².
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.6747}
@@ -144,7 +145,7 @@ def _pull_off(catalogue: xr.Dataset, clean: np.ndarray) -> Iterator[float]:
 
 def _forces(scan: xr.Dataset, catalogue: xr.Dataset, clean: np.ndarray) -> Iterator[float]:
     options = {"delta": DEPTHS, "subregions": SUBREGIONS}
-    force = MICRO * direct(scan, tolerance=1e-3, **options)["force"]
+    force = MICRO * direct(scan, **options)["force"]
     summed = MICRO * superpose(catalogue, law="hertz", formulation="published", **options)["force"]
     smooth = MICRO * 4 / 3 * float(scan["contact_modulus"]) * PAIR["sphere_radius"] ** 0.5 * force["delta"] ** 1.5
     for depth in (5.08, 15.4):

@@ -1,7 +1,4 @@
-"""``ds.contact``: every verb of the library as a method, nothing more; shown, it says which verbs there are.
-
-Each method is the plain function of the same name with the Dataset as its first argument.
-"""
+"""``ds.contact``: each verb is the plain function of the same name, with the Dataset as its first argument."""
 
 from __future__ import annotations
 
@@ -53,20 +50,14 @@ class ContactAccessor:
         self._of = ds
 
     def __repr__(self) -> str:
-        tasks = _fitting(self._of)
         lines = [
             f"{title}\n" + "\n".join(f"  .{name:20s} {_words(type(self), name)}" for name in names)
-            for title, names in tasks
+            for title, names in _fitting(self._of)
         ]
         return "\n".join([f"<roughxr: {_described(self._of)}>", *lines])
 
     def _repr_html_(self) -> str:
-        rows = "".join(
-            f"<tr><th colspan=2 style='text-align:left'>{title}</th></tr>"
-            + "".join(f"<tr><td><code>.{name}</code></td><td>{_words(type(self), name)}</td></tr>" for name in names)
-            for title, names in _fitting(self._of)
-        )
-        return f"<b>roughxr</b>: {escape(_described(self._of))}<table>{rows}</table>"
+        return f"<pre>{escape(repr(self))}</pre>"
 
     def __dir__(self) -> list[str]:
         return sorted(name for _, names in _fitting(self._of) for name in names)
@@ -119,11 +110,6 @@ class ContactAccessor:
     to_table = _method(exports.to_table)
 
 
-def _assigned(ds: xr.Dataset) -> list[str]:
-    """Return which of the pair's scalars are on a Dataset."""
-    return [name for name in schema.TRAVELLING if name in ds.coords and ds[name].ndim == 0]
-
-
 #: Verbs by task, and the kinds of Dataset that they take, see `_kinds`.
 _TASKS: tuple[tuple[str, set[str], str], ...] = (
     ("the bodies", {"scan"}, "assign_pair fit_sphere placements"),
@@ -167,7 +153,8 @@ def _described(ds: xr.Dataset) -> str:
     kind = schema.kind_of(ds) or (
         f"result of {last[-1]['operation']}" if last else "Dataset of no kind that roughxr knows"
     )
-    pair = [f"{name} {number(ds[name], schema.VARIABLES[name].units)}" for name in _assigned(ds)]
+    scalars = {name: one for name, one in schema.travelling(ds).items() if one.ndim == 0}
+    pair = [f"{name} {number(one, schema.VARIABLES[name].units)}" for name, one in scalars.items()]
     return f"{kind}; {', '.join(pair) or 'no pair of bodies assigned'}"
 
 

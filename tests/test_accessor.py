@@ -116,7 +116,7 @@ def test_the_accessor_says_what_it_is_about_and_what_it_can_do(surface):
     assert {"adhesive", "assign_pair", "level"} <= fitting <= set(VERBS)
     assert not {"answer", "critical_load", "compare"} & fitting
     assert all((f"  .{verb} " in shown) == (verb in fitting) for verb in VERBS)
-    assert "<code>.adhesive</code>" in surface.contact._repr_html_()
+    assert ".adhesive" in surface.contact._repr_html_()
     pull = xr.Dataset({"pull_off_force": ("subregion", [1.0, 2.0])}).contact
     assert {"answer", "bootstrap", "compare", "plot"} <= set(dir(pull)) and "level" not in dir(pull)
     assert "no pair of bodies assigned" in repr(xr.Dataset().contact)

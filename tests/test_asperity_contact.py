@@ -21,6 +21,7 @@ from roughxr.kernels.asperity.laws import (
 )
 
 from .asperity_loops import Events, asperities_contact, asperities_events, asperity_events
+from .asperity_tables import elliptic_row, stable_state
 
 E_STAR, W = 39.407, 1.349  # GPa, J/m²
 ADHESIVE = ASPERITY_LAWS[1:]
@@ -189,7 +190,7 @@ def test_plain_edge_moments():
 @pytest.mark.parametrize("ratio", [1.5, 10.0])
 def test_energy_is_stationary_in_both_axes(ratio):
     """Vary a and b of U = U_E − wπab at fixed δ, with U_E from the ansatz fitted on any ellipse."""
-    state = elliptic_jkr.stable_state("energy", ratio, 0.2)
+    state = stable_state("energy", ratio, 0.2)
     unit = jkr.self_similar_units(1.0, ratio, 1.0, 1.0)
     a, b, delta = state.a * unit.a, state.b * unit.a, state.delta * unit.delta
 
@@ -272,7 +273,7 @@ def test_table_against_direct_solution(name, tolerance):
         assert elliptic_table.mark(table.marks, row, 1) == pytest.approx(pull_off.P, abs=tolerance)
         for q in 10 ** rng.uniform(-3, 2, 4):
             P, a, b = elliptic_table.lookup(table.spline, row, q**2)
-            state = elliptic_jkr.stable_state(name, ratio, end.delta + q**2, s_end)
+            state = stable_state(name, ratio, end.delta + q**2, s_end)
             assert pytest.approx(state.P, abs=tolerance * (1 + q) ** 3) == P
             assert a == pytest.approx(state.a, abs=tolerance * (1 + q))
             assert b == pytest.approx(state.b / lam, abs=tolerance * (1 + q))
@@ -282,7 +283,7 @@ def test_table_is_what_the_code_computes():
     """One row of samples, computed anew, is met by the shipped file; and the file is small."""
     ratio = 20.0
     z = np.array([0.1, 0.5, 1.0])
-    samples, marks = elliptic_table._elliptic_row("energy", ratio, z)
+    samples, marks = elliptic_row("energy", ratio, z)
     table, row = elliptic_table.table("energy"), elliptic_table.row_of(ratio)
     for (P, a, b), size in zip(samples, 1 / z**2):
         stored = np.array(elliptic_table.lookup(table.spline, row, (size - 1) ** 2))

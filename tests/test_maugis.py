@@ -6,6 +6,8 @@ import pytest
 from roughxr.kernels.asperity import jkr, maugis
 from roughxr.kernels.asperity.elliptic_table import lookup, mark
 
+from . import asperity_tables
+
 
 @pytest.mark.parametrize("parameter, pull", [(0.1, 1.95059), (0.5, 1.71825), (1, 1.60073), (2, 1.53460), (5, 1.50635)])
 def test_pull_off_between_the_limits(parameter, pull):
@@ -43,10 +45,9 @@ def test_tabor_parameter_of_glass(radius, expected):
     assert maugis.tabor(0.5 / radius, 0.5 / radius, 39.407, 2 * 0.6421, 0.3) == pytest.approx(expected, abs=0.05)
 
 
-def test_a_table_made_again_begins_with_hertz_and_keeps_its_rows(monkeypatch):
+def test_a_table_made_again_begins_with_hertz_and_keeps_its_rows():
     """Of two cells across: far above its end a branch is Hertz's, and at a row's own parameter the marks are exact."""
-    monkeypatch.setattr(maugis, "_ACROSS", 2)
-    made = maugis.compute()
+    made = asperity_tables.of_maugis(2)
     for row in (0.0, 1.0, 2.0):
         P, a, _ = lookup(made.spline, row, 1e8)
         assert pytest.approx(1e12, rel=2e-3) == P and a == pytest.approx(1e4, rel=2e-3)

@@ -1,5 +1,6 @@
 """Curves in microscopes' files are what was written, by the file's calibration or the caller's and by no other."""
 
+import importlib.util
 import os
 import time
 from pathlib import Path
@@ -230,7 +231,8 @@ def _tab_head(*columns):
 
 
 def test_without_afmformats_the_extra_is_named(volume, monkeypatch):
-    monkeypatch.setattr(roughxr.measured.curve_files, "find_spec", lambda name: None)
+    found = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "afmformats" else found(name))
     with pytest.raises(ImportError, match=r'pip install afmformats, .*pip install "\.\[curves\]"'):
         roughxr.open_pull_off(volume[0])
 

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.scans.synthetic import particle_centres
+from datasets.make_glass import particle_centres
 from roughxr.statistics import bootstrap, debris, fit, summary, with_and_without
 
 

@@ -54,13 +54,6 @@ class SumOptions(NamedTuple):
         return read_law(self.law, self.adhesion_range) if self.law in RANGED else read_law(self.law)
 
 
-def law_for(ds: xr.Dataset, law: str | None) -> str:
-    """Return the name of a law: by default that of liquid for a humid pair, else JKR's."""
-    if law == "menisci" and not schema.is_wet(ds):
-        raise ValueError("law='menisci': expected a humid pair, found a dry one; assign_pair(humidity=…) first")
-    return law or ("menisci" if schema.is_wet(ds) else "jkr")
-
-
 def options_of(ds, law, formulation, datum) -> SumOptions:
     """Return the options of a sum over asperities; raise where they do not go together."""
     _check(law, formulation)
@@ -145,15 +138,14 @@ def summands_of(ds: xr.Dataset, law: str | None, formulation: str, datum: str = 
     """Return what a verb that sums asperities was given; raise where it does not go together."""
     kind = "asperities" if "asperity" in ds.dims else "scan"
     ds = schema.validate(ds, kind)
-    law, lazy = law_for(ds, law), is_lazy(ds)
+    if law == "menisci" and not schema.is_wet(ds):
+        raise ValueError("law='menisci': expected a humid pair, found a dry one; assign_pair(humidity=…) first")
+    law, lazy = law or ("menisci" if schema.is_wet(ds) else "jkr"), is_lazy(ds)
     return Summands(ds, law, options_of(ds, law, formulation, datum), lazy, lazy and kind == "scan")
 
 
 def catalogue_field(catalogue: xr.Dataset, options: SumOptions) -> tuple:
-    """Return the asperities that are peaks, the half-width of their patch, and the number left out.
-
-    The law decides whether the sphere's curvature is added to that of the asperities.
-    """
+    """Return the peaks of a catalogue, as the law sees them, the half-width of their patch, and the number left out."""
     A, B = composite_curvatures(catalogue, options)
     scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, options.kernel_law())
     x, y = catalogue["x"].values, catalogue["y"].values

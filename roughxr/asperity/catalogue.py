@@ -1,7 +1,4 @@
-"""Asperities: the peaks of a scan, each with the paraboloid that fits it best.
-
-The catalogue keeps what superposition needs of its scan: the datum, the outer edges, and the size of the fitted patch.
-"""
+"""Asperities: the peaks of a scan, each with the paraboloid that fits it best."""
 
 from __future__ import annotations
 
@@ -43,7 +40,7 @@ RESOLVED = 2.0
 _LEAST_PIXELS, _UNREFINED_PIXELS, _MOST_PIXELS = 3, 5, 31
 
 #: Largest refinement of the pixels, and how near the patch must come to the wanted width.
-_LIMIT, _NEAR = 16, 0.8
+_MOST_REFINED, _LEAST_WIDTH = 16, 0.8
 
 #: Largest residual of a fit, as a part of the paraboloid's own drop across the patch; above it the fit is poor.
 POOR_FIT = 0.15
@@ -83,16 +80,13 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
     Parameters
     ----------
     ds : Dataset
-        A scan. A lazy one is read now, since only then the number of asperities is known: tile by tile, each chunk
-        once, with bit for bit the same result; with ``patch="auto"`` parts of it are read once more, before. Held in
-        memory, besides the catalogue, are one tile for each of dask's threads, and the heights near the seams between
-        tiles and around flat tops that reach across one.
+        A scan. A lazy one is read now, tile by tile, each chunk once, with bit for bit the same result; with
+        ``patch="auto"`` parts of it are read once more, before.
     patch : "auto", "paper", int or length
         Side of the fitted patch. "auto": at most three quarters of the `shortest_wavelength`, as an odd number of
-        pixels from 3 to 31; where this is less than three pixels, or cannot be met closely, heights are interpolated by
-        splines on finer pixels, on which peaks are searched and fitted. A scan whose shortest wave is below two pixels
-        cannot be interpolated, and is fitted on 3 × 3 of its own pixels. "paper": 5 × 5 pixels. An odd whole number, at
-        least 3: this many pixels. A length such as "15 nm": the largest patch that does not exceed it.
+        pixels from 3 to 31, on pixels that splines have made finer where that is too few; a scan whose shortest wave is
+        below two pixels is fitted on 3 × 3 of its own. "paper": 5 × 5 pixels. An odd whole number, at least 3: this
+        many pixels. A length such as "15 nm": the largest patch that does not exceed it.
     vertex : {"fitted", "pixel"}
         Let the fit place the vertex, between pixels, or fix it at the peak's pixel, as the paper does.
         A free fit that is no summit, or more than one pixel away, is replaced by a fixed one (``vertex_fixed``).
@@ -181,20 +175,17 @@ def _setup(asked: _Request, waves: Waves | None) -> _Setup:
 
 
 def _pixels(width: float, asked: _Request) -> tuple[int, int]:
-    """Return the pixels of a patch, an odd number, and the refinement of the scan's pixels, for a width in nm.
-
-    The first refinement for which a patch of at least three pixels comes within `_NEAR` of the width, from below.
-    """
+    """Return a patch's pixels (odd, at least 3) and the refinement by which it comes near to a width (nm)."""
     pixels = width / max(asked.pixel) * (1 + 1e-9)
     most = int(min(pixels, _MOST_PIXELS, *asked.shape))
     if most >= _UNREFINED_PIXELS:
         return most - (most + 1) % 2, 1
-    for refine in range(1, _LIMIT + 1):
+    for refine in range(1, _MOST_REFINED + 1):
         count = int(refine * pixels)
         count -= (count + 1) % 2
-        if count >= _LEAST_PIXELS and count >= _NEAR * refine * pixels:
+        if count >= _LEAST_PIXELS and count >= _LEAST_WIDTH * refine * pixels:
             return count, refine
-    return _LEAST_PIXELS, _LIMIT
+    return _LEAST_PIXELS, _MOST_REFINED
 
 
 def _searched_later(height: da.Array, setup: _Setup) -> Any:
@@ -244,12 +235,9 @@ def _join(tiles: list[list[Tile]], setup: _Setup) -> ScanPeaks:
 def _tiles(shape: tuple[int, int]) -> list[list[tuple]]:
     """Return rows of tiles, the same however a scan is chunked: pixels with their halo, first pixel, and halo."""
     side = max(_TILE_SIDE, _MOST_PIXELS)
-    x, y = ([(i, min(i + side, n) if n - i >= 2 * side else n) for i in _starts(n, side)] for n in shape)
+    starts = (range(0, max(n - side, 0) + 1, side) for n in shape)
+    x, y = ([(i, min(i + side, n) if n - i >= 2 * side else n) for i in each] for each, n in zip(starts, shape))
     return [[_with_halo(shape, (i, j), (ends_x, ends_y)) for j, ends_y in y] for i, ends_x in x]
-
-
-def _starts(n: int, side: int) -> range:
-    return range(0, max(n - side, 0) + 1, side)
 
 
 def _with_halo(shape: tuple[int, int], start: tuple[int, int], stop: tuple[int, int]) -> tuple:
@@ -290,7 +278,8 @@ def _catalogue(scan_peaks: ScanPeaks, ds: xr.Dataset, setup: _Setup) -> xr.Datas
         datum_height=scan_peaks.highest,
         patch_radius=0.5 * frame.patch * max(frame.pixel),
         **dict(zip(regions.EDGES, regions.extent(ds))),
-        **{name: ds[name] for name in (*schema.TRAVELLING, "subregion_x", "subregion_y") if name in ds.coords},
+        **{name: ds[name] for name in ("subregion_x", "subregion_y") if name in ds.coords},
+        **schema.travelling(ds),
     )
     if frame.vertex == "fitted":
         out = out.isel(asperity=~repeated(out, max(frame.pixel)))
@@ -308,12 +297,10 @@ def _patch(shape: tuple[int, int], pixel: tuple[float, float], patch: Any) -> An
         return "auto" if patch == "auto" else _patch(shape, pixel, PAPER_PATCH)
     most = min(shape)
     if isinstance(patch, str) or hasattr(patch, "units"):
-        finest = _LEAST_PIXELS * max(pixel) / _LIMIT
+        finest = _LEAST_PIXELS * max(pixel) / _MOST_REFINED
         if (width := positive(patch, "nm", "patch")) < finest:
-            raise ValueError(
-                f"patch: expected a length of at least {finest:.3g} nm, {_LEAST_PIXELS}/{_LIMIT} of a pixel, found "
-                f"{patch!r}"
-            )
+            least = f"{finest:.3g} nm, {_LEAST_PIXELS}/{_MOST_REFINED} of a pixel"
+            raise ValueError(f"patch: expected a length of at least {least}, found {patch!r}")
         return width
     if not is_whole(patch) or patch % 2 != 1 or not 3 <= patch <= most:
         raise ValueError(
@@ -324,11 +311,7 @@ def _patch(shape: tuple[int, int], pixel: tuple[float, float], patch: Any) -> An
 
 
 def poorly_fitted(catalogue: xr.Dataset) -> float:
-    """Return the share of asperities whose patch a paraboloid fits poorly.
-
-    For these the rms residual exceeds `POOR_FIT` of the paraboloid's drop from its vertex to the middle of the patch's
-    sides, as on a patch as wide as the shortest wave or wider.
-    """
+    """Return the share of asperities whose rms residual exceeds `POOR_FIT` of the paraboloid's drop on their patch."""
     if catalogue.sizes["asperity"] == 0:
         return np.nan
     mean_curvature = 0.5 * np.abs(catalogue["curvature_min"] + catalogue["curvature_max"])

@@ -1,19 +1,14 @@
 """How far the superposed pull-off may be from that of the adhesive simulation at the same places.
 
-``tests/benchmarks/superposition_regime.py`` measured it: self-affine surfaces of Hurst exponents 0.4 and 0.8, two
-roll-offs, two cutoffs and two rms heights (slopes of 0.03 to 0.3), each under two spheres with two works of adhesion.
-With a patch that suits the scan, the ratio of superposed to direct pull-off, each the mean over four places, was
-between 0.43 and 1.33 for nine surfaces of ten, 0.78 in the median. Six other surfaces, which nothing was tuned on, gave
-0.33, 0.32, 0.34, 0.52, 0.71 and 0.90: `LOW` to `HIGH` hold for both, single places are off by more. Slope, spacing,
-overlap and Tabor's parameter do not predict where in this interval a surface lies. The ratio is least where the sphere,
-nearly on one contact, holds almost as well as on a flat.
-A patch wider than `WIDEST` of the shortest wave adds a factor that grows with it, up to some forty on three waves.
+Measured by ``tests/benchmarks/superposition_regime.py`` on self-affine surfaces (Hurst exponents 0.4 and 0.8, slopes of
+0.03 to 0.3), each under two spheres with two works of adhesion: with a patch that suits the scan superposed over direct
+was between 0.43 and 1.33 for nine surfaces of ten, and 0.32 to 0.90 for six others, which nothing was tuned on. Slope,
+spacing, overlap and Tabor's parameter do not predict where in `LOW` to `HIGH` a surface lies. A patch wider than
+`WIDEST` of the shortest wave adds a factor that grows with it, up to some forty on three waves.
 
-Liquid (law "menisci") was compared with `rigid`, which sums every pixel, on the first eight shapes of these surfaces at
-two rms heights and on four others, under both spheres, at 30, 50, 70 and 90 % humidity (``--humid`` there). Menisci of
-neighbours merge, and the sum counts what they share twice. What tells is their crowding: the area that all menisci
-would wet, each whole, over that of the surface. Below `CROWDED` the ratio was 0.72 to 1.5 in nine of ten, 1.0 in the
-median (the four others: 0.55 to 1.45, 0.9); above, it grows to 4.5, and the sum is refused.
+Liquid (law "menisci") was compared with `rigid`, which sums every pixel (``--humid`` there). Neighbours' menisci merge,
+and the sum counts what they share twice: their crowding is the area that all of them would wet, each whole, over that
+of the surface. Below `CROWDED` the ratio was 0.72 to 1.5 in nine of ten; above it grows to 4.5, and the sum is refused.
 """
 
 from __future__ import annotations
@@ -43,15 +38,21 @@ WIDEST = 0.8
 def expectation(catalogue: xr.Dataset, law: str) -> dict[str, Any]:
     """Return what to expect of the pull-off from these asperities, as attributes of the sum."""
     if law == "menisci":
-        words = f"pull-off over that of `rigid` on such a surface: {WET_RATIO:.2g}, {WET_LOW:g} … {WET_HIGH:g}"
-        known = {"expected_ratio": WET_RATIO, "expected_ratio_low": WET_LOW, "expected_ratio_high": WET_HIGH}
-        return {"expectation": f"{words} for nine of ten surfaces, since menisci merge", **known}
+        return _told("of `rigid`", WET_RATIO, WET_LOW, WET_HIGH, why=", since menisci merge")
     unknown = _unknown(catalogue, law)
     if unknown:
         return {"expectation": f"its ratio to the simulation with adhesion is not known: {unknown}"}
-    words = f"pull-off over that of the adhesive simulation on such a surface: {RATIO:.2g}, {LOW:g} … {HIGH:g}"
-    known = {"expected_ratio": RATIO, "expected_ratio_low": LOW, "expected_ratio_high": HIGH}
-    return {"expectation": f"{words} for nine of ten surfaces", **known}
+    return _told("of the adhesive simulation", RATIO, LOW, HIGH)
+
+
+def _told(of: str, ratio: float, low: float, high: float, why: str = "") -> dict[str, Any]:
+    words = f"pull-off over that {of} on such a surface: {ratio:.2g}, {low:g} … {high:g} for nine of ten surfaces{why}"
+    return {
+        "expectation": words,
+        "expected_ratio": ratio,
+        "expected_ratio_low": low,
+        "expected_ratio_high": high,
+    }
 
 
 def _unknown(catalogue: xr.Dataset, law: str) -> str:

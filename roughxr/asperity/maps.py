@@ -32,10 +32,8 @@ def pull_off_map(
 ) -> xr.Dataset:
     """Return the largest pull of the superposed asperities at each contact centre, whatever the displacement.
 
-    The sum over asperities that `superpose` takes at given displacements is here minimised over all displacements. It
-    is convex between the displacements at which asperities come into contact, and proven bounds tell which of these
-    intervals must be searched, so that the result is the global minimum of the force to rounding. (With law="maugis" to
-    1e-6 of an asperity's own pull, since its tabulated branches are convex only to that accuracy.)
+    The sum over asperities of `superpose` is minimised over all displacements, to rounding (with law="maugis" to 1e-6
+    of an asperity's own pull): `kernels.asperity.largest_pull` says how.
 
     Parameters
     ----------
@@ -67,10 +65,6 @@ def pull_off_map(
     --------
     superpose : the whole curve of force over displacement.
     pull_off : the largest pull among the displacements of a sweep.
-
-    References
-    ----------
-    Cheng, Dunn & Brach, eqs. 20–24 and 35.
 
     Examples
     --------
@@ -127,7 +121,7 @@ def _tile(x: np.ndarray, y: np.ndarray, grid: Any, options: SumOptions, size: in
 
 def _labelled(records: Any, ds: xr.Dataset) -> xr.Dataset:
     out = xr.Dataset({name: ("subregion", records[name]) for name in PULL_OFF.names})
-    return out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
+    return out.assign_coords(schema.travelling(ds))
 
 
 def _on_pixels(out: xr.Dataset, ds: xr.Dataset) -> xr.Dataset:

@@ -68,14 +68,9 @@ def rolling(
     """Return the largest moment that contact, adhesion and load resist as the sphere begins to roll, by direction.
 
     From a scan or a catalogue: the sphere rests on its asperities under ``load``, then turns as a rigid body about the
-    foremost edge of its contact, and the asperities behind let go one after the other. The largest moment on the way
-    is the resisting moment. The reaction acts at the foremost edge, which draws back as the contact there shrinks.
-    Asperities further ahead, onto which the sphere would come down, are left out.
-
-    From a solution by `adhesive` with fields: the largest moment about the front of the foremost cell in contact, over
-    the states of the retraction. Each cell is loaded evenly, and reaches as far in all directions as a disc of its
-    area. Each state is an equilibrium between the pull on the sphere and a push at that edge, so that the contact
-    resists at least its moment; what more it would resist when turned rather than lifted is not counted.
+    foremost edge of its contact, and the asperities behind let go one after the other. From a solution by `adhesive`
+    with fields: the largest moment about the front of the foremost cell in contact, over the states of the retraction,
+    each an equilibrium between the pull on the sphere and a push at that edge: the contact resists at least this.
 
     Parameters
     ----------
@@ -113,22 +108,17 @@ def rolling(
 
     Notes
     -----
-    For one JKR contact the moment is the largest −P a = (15/16)(5/4)^(2/3) P_c a_c = 1.087872 P_c a_c, at
-    a = 1.160397 a_c; for two contacts far apart P_c times their distance; for N equal ones on a ring of radius ρ ≫ a_c
-    0.8770 N P_c ρ, between 3/4 (brittle springs) and 1 (a constant pull up to the end). Without adhesion, stiff
-    contacts under a load L resist L times the edge's distance, and the sphere tips where the line of the load leaves
-    the support polygon.
+    For one JKR contact the moment is the largest −P a = (15/16)(5/4)^(2/3) P_c a_c = 1.087872 P_c a_c; for two contacts
+    far apart P_c times their distance; for N equal ones on a ring of radius ρ ≫ a_c 0.8770 N P_c ρ. Without adhesion,
+    stiff contacts under a load L resist L times the edge's distance. Asperities stay elastic, whatever hardness is
+    assigned.
 
     Of a humid pair (law="menisci") the sphere turns about the foremost contact of the solids, while liquid pulls behind
-    it and ahead of it; asperities ahead that are wetted at rest bear it once it comes down on them. Liquid follows the
-    gap at constant humidity: what it resists where its edge sticks is left out. For one contact, of a radius a₀ under
-    the whole pull P₀, the moment is 0.4725 P₀a₀, for stiff ones far apart P₀ times their distances from the foremost.
+    it and ahead of it, at constant humidity. For one contact, of a radius a₀ under the whole pull P₀, the moment is
+    0.4725 P₀a₀, for stiff ones far apart P₀ times their distances from the foremost.
 
-    Asperities stay elastic, whatever hardness is assigned.
-
-    The sphere is put down at each place as it is, and does not settle sideways. Where ``contacts`` is one or two, a
-    real sphere would roll on until it rests on three; such places resist little, and detach first in `critical_load`
-    and `resuspension`.
+    The sphere does not settle sideways (but see `resting`). Where ``contacts`` is one or two, a real sphere would roll
+    on until it rests on three; such places resist little, and detach first in `critical_load` and `resuspension`.
 
     Examples
     --------
@@ -142,7 +132,8 @@ def rolling(
     angles = _angles(directions)
     push = float(magnitude(load, "nN", "load"))
     if "height" not in ds and "force" in ds:
-        _no_contact_options(subregions, law, formulation)
+        if subregions is not None or (law, formulation) != (None, DEFAULT):
+            raise ValueError("subregions, law, formulation: a solution has its own, leave them out")
         return _finished(_of_states(ds, angles, push), ds, "adhesive", {"directions": angles, "load": push})
     summands = summands_of(ds, law, formulation)
     law = summands.law
@@ -161,14 +152,6 @@ def _angles(directions: Any) -> np.ndarray:
             raise ValueError(f"directions: expected at least one, found {directions}")
         return 2 * np.pi * np.arange(directions) / directions
     return schema.ascending(directions, "rad", "directions")
-
-
-def _no_contact_options(subregions: Any, *given: Any) -> None:
-    """Raise where contact options are given for a solution, which has its own."""
-    if subregions is not None or given != (None, DEFAULT):
-        raise ValueError(
-            "subregions, law, formulation: used with a scan or a catalogue only; a solution has its own, leave them out"
-        )
 
 
 def _finished(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: dict[str, Any]) -> xr.Dataset:
@@ -222,10 +205,7 @@ def _roll(x: float, y: float, prepared: tuple, options: SumOptions, layout: Layo
 
 
 def _rest(field: sums.Field, offset: np.ndarray, pull_off: float, load: float, spline: np.ndarray) -> tuple:
-    """Return the nearby asperities and the displacement (nm) at which the sphere rests under ``load``, NaN if none.
-
-    Asperities are added in the order in which the sphere meets them, until it rests above those left out.
-    """
+    """Return the nearby asperities and the displacement (nm) at which the sphere rests under ``load``, NaN if none."""
     onset = offset + field.scales.end * field.scales.delta
     if offset.size == 0:
         return np.arange(0), np.nan
@@ -277,12 +257,8 @@ def _of_states(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dataset:
     layout = Layout({"direction": angles}, _STATES, _EVENTS)
     out = ds.sel(branch="retraction", drop=True)
     records = np.stack([_of_place(out.isel(subregion=k), layout, load) for k in range(ds.sizes["subregion"])])
-    return labelled(records, layout, ds, _centres(ds))
-
-
-def _centres(ds: xr.Dataset) -> xr.Dataset:
-    """Return a solution's contact centres."""
-    return xr.Dataset(coords={name: ds[name] for name in ("subregion", "subregion_x", "subregion_y")})
+    centres = xr.Dataset(coords={name: ds[name] for name in ("subregion", "subregion_x", "subregion_y")})
+    return labelled(records, layout, ds, centres)
 
 
 def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
@@ -307,10 +283,9 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
 
 
 def _area_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> float:
-    """Return the contact area (nm²) at the first state on retraction whose force does not exceed the load.
+    """Return the contact area (nm²) at rest: where, on retraction, the force first comes down to the load.
 
-    Of that state and the one before, the one nearer to the load counts. States further out are left aside: there the
-    force may be near the load again, but the sphere hangs on little or has come off. NaN where nothing touches.
+    States further out are left aside: there the force may be near the load again, but the sphere hangs on little.
     """
     back = np.flatnonzero(area > 0)[::-1]
     if not back.size:
@@ -324,9 +299,8 @@ def _area_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> float:
 def _of_state(push, touching, x, y, reach, angles, load, largest) -> None:
     """Update results (4, direction) with one state's moment about the front of its contact, where it is larger.
 
-    The moment of an even load on a cell is that of its sum at the cell's centre. The front of the foremost cell lies
-    beyond its centre by ``reach`` (nm), the radius of a disc of its area: about centres, directions along and across
-    the cells would tie, and about corners the diagonals of small contacts would be the stiffest.
+    The front lies beyond the foremost cell's centre by ``reach`` (nm), the radius of a disc of its area: about centres
+    directions along and across the cells would tie, about corners the diagonals of small contacts be the stiffest.
     """
     for k, angle in enumerate(angles):
         along = x * np.cos(angle) + y * np.sin(angle)

@@ -1,8 +1,6 @@
-"""Ridges that pixels break up into several peaks.
+"""Ridges, narrow and oblique to the pixels' rows, which break up into several peaks: the highest of each is kept.
 
-A ridge much narrower than long that crosses the pixels' rows passes some of their centres more closely than others,
-and each of these is higher than its neighbours: a paraboloid of B/A = 50 turned by 0.5 rad is three peaks, of 100 five,
-each with the whole ridge's paraboloid. One of them, the highest, is kept.
+A paraboloid of B/A = 50 turned by 0.5 rad is three peaks, of 100 five, each with the whole ridge's paraboloid.
 """
 
 from __future__ import annotations
@@ -16,10 +14,10 @@ _RIDGE_RATIO = 20.0
 
 #: How much of one ridge two paraboloids are: largest relative difference of their curvatures across it, and of their
 #: directions (rad). Of 17,800 asperities of the glass twin five are on another's ridge.
-_ALIKE = 0.1
+_RIDGE_TOLERANCE = 0.1
 
 #: Among so many nearest peaks a higher one of the same ridge is looked for.
-_NEAREST = 8
+_NEIGHBOURS = 8
 
 
 def repeated(catalogue: xr.Dataset, pixel: float) -> np.ndarray:
@@ -31,7 +29,7 @@ def repeated(catalogue: xr.Dataset, pixel: float) -> np.ndarray:
     if x.size < 2 or long.size == 0:
         return out
     places = np.column_stack((x, y))
-    near = cKDTree(places).query(places[long], k=min(_NEAREST + 1, x.size))[1]
+    near = cKDTree(places).query(places[long], k=min(_NEIGHBOURS + 1, x.size))[1]
     i, j = np.repeat(long, near.shape[1]), near.ravel()
     first = (height[j] > height[i]) | ((height[j] == height[i]) & (j < i))
     u = np.cos(direction[j]) * (x[i] - x[j]) + np.sin(direction[j]) * (y[i] - y[j])
@@ -39,6 +37,6 @@ def repeated(catalogue: xr.Dataset, pixel: float) -> np.ndarray:
     fall = along[j] * u**2 + across[j] * v**2
     # a vertex fixed at a pixel may lie beside the true one: hence as much as the fall along the ridge, twice
     on_it = (along[j] > 0) & (np.abs(v) < pixel) & (np.abs(height[j] - height[i] - fall) <= 2 * along[j] * u**2)
-    alike = np.abs(across[j] - across[i]) < _ALIKE * across[j]
-    out[i[first & on_it & alike & (np.abs(np.sin(direction[i] - direction[j])) < _ALIKE)]] = True
+    alike = np.abs(across[j] - across[i]) < _RIDGE_TOLERANCE * across[j]
+    out[i[first & on_it & alike & (np.abs(np.sin(direction[i] - direction[j])) < _RIDGE_TOLERANCE)]] = True
     return out

@@ -1,7 +1,4 @@
-"""Superposition: the contact of a sphere with a scan's asperities, each as if it stood alone.
-
-The quick way from a scan to adhesion, and the paper's; its limits are measured against `direct` and `adhesive`.
-"""
+"""Superposition: the contact of a sphere with a scan's asperities, each as if it stood alone."""
 
 from __future__ import annotations
 
@@ -63,16 +60,10 @@ def superpose(
         Contact centres, see `regions.centres`.
     law : {"jkr", "maugis", "menisci", "hertz"}, optional
         Adhesion without range, with a range, condensed liquid, or no adhesion; by default "jkr", of a humid pair
-        "menisci": asperities too stiff to bend under the liquid, which pulls across the gaps around those that touch,
-        too; their own work of adhesion under it is counted over the same range. "jkr" and "maugis" of a humid pair take
-        the work of both, "maugis" the liquid's range: for bodies that bend. "maugis" is Maugis's and Dugdale's law
-        between JKR and DMT, tabulated and read for each asperity at its own λ = 1.157 μ, Tabor's μ taken with R =
-        1/(2√(AB)) and the pair's range of adhesion (see `tabor`). It is the law of a sphere. An ellipse keeps Hertz's
-        shape; for large μ its load is that of "self_similar", and for small μ 2πwR reduced by the same factor (by 0.2 %
-        at B/A = 1.5, 3 % at 5, 6 % at 10). The pull across a gap, before an asperity touches and after it lets go, is
-        left out: on a surface of 1.5 nm rms this is less than 1 % of the pull-off for λ > 0.5, some 5 % at λ = 0.2, and
-        half of it where z₀ reaches the roughness (3 nm, λ = 0.02). Below λ = 0.02 and above 50 the ends of the table
-        stand for DMT and JKR.
+        "menisci": asperities too stiff to bend under the liquid, which pulls across gaps too, with the solids' own work
+        under it over the same range. "jkr" and "maugis" of a humid pair take the work of both, "maugis" the liquid's
+        range. "maugis" is Maugis's law between JKR and DMT, of a sphere, tabulated for 0.02 < λ < 50 and read for each
+        asperity at its own λ = 1.157 μ (see `tabor`); an ellipse keeps Hertz's shape.
     formulation : {"energy", "self_similar", "johnson_greenwood", "published"}
         For law="jkr", how adhesion acts on an ellipse. "energy": the shape that minimises the energy over both axes;
         "self_similar": Hertz's shape (the paper's derivation, corrected); "johnson_greenwood": the edge condition at
@@ -88,18 +79,15 @@ def superpose(
     -------
     Dataset
         ``force`` (nN, negative pulls) and ``contact_area`` (nm²) along (subregion, delta); the number of ``contacts``
-        (by "menisci" those that are wetted, of which not all touch),
-        how many of them reach beyond the patch that their paraboloid was fitted to, and how many overlap one of their
-        eight nearest neighbours, so that superposition no longer holds; ``truncated`` where an asperity at the scan's
-        edge is in contact. ``excluded_asperities`` counts the saddles left out. Laws with adhesion also give the exact
-        ``pull_off_force`` (nN, NaN where nothing pulls) and ``pull_off_delta`` (nm) along subregion, whatever the
-        displacements, as `pull_off_map` finds them. Where asperities yield the states lie along (subregion, branch,
-        delta), retraction is NaN beyond the displacement where the sphere turned back (``preload_delta``), and the
-        pull-off is that of the retraction. Lazy where the scan is a dask array.
+        (by "menisci" those that are wetted), of those beyond the patch of their paraboloid, and of those that overlap
+        one of eight nearest neighbours, so that superposition no longer holds; ``truncated`` where an asperity at the
+        scan's edge is in contact; ``excluded_asperities``, the saddles left out. Laws with adhesion also give the exact
+        ``pull_off_force`` (nN, NaN where nothing pulls) and ``pull_off_delta`` (nm) along subregion, as `pull_off_map`.
+        Where asperities yield the states lie along (subregion, branch, delta), retraction is NaN beyond
+        ``preload_delta``, and the pull-off is that of the retraction. Lazy where the scan is a dask array.
 
         Attributes say what to expect of the pull-off in comparison with `adhesive`, except for a lazy scan:
-        ``expectation`` in words and, where they are known, ``expected_ratio``, ``expected_ratio_low`` and
-        ``expected_ratio_high`` of superposed over direct pull-off.
+        ``expectation`` in words and, where known, ``expected_ratio`` with ``expected_ratio_low`` and ``…_high``.
 
     Raises
     ------
@@ -115,13 +103,14 @@ def superpose(
 
     Notes
     -----
-    An asperity that yields follows a paraboloid under a capped pressure, and on retraction a flatter paraboloid: that
-    with the force and area at which it turned back or, where it adheres, that of the curvature left in its middle
-    (`kernels.asperity.flattening` derives both). The load that adhesion adds on loading is left out. For a single
-    summit the force agrees with that of `direct` within 0.3 % on loading and within 8 % of the largest on retraction,
-    and the pull-off after yield with that of `adhesive` within a fifth (`tests/test_flattening.py`). On the glass twin
-    the mean pull-off is 0.54 of `adhesive`'s without yield, 0.56 to 0.59 at 6 GPa and 1.16 to 1.36 at 1.5 GPa, where
-    most of the contact yields (`tests/benchmarks/yielding.py`).
+    By "maugis" the pull across a gap, before an asperity touches and after it lets go, is left out: on a surface of
+    1.5 nm rms less than 1 % of the pull-off for λ > 0.5, some 5 % at λ = 0.2, and half of it at λ = 0.02.
+
+    An asperity that yields follows a paraboloid under a capped pressure, and on retraction a flatter paraboloid
+    (`kernels.asperity.flattening`). For a single summit the force agrees with that of `direct` within 0.3 % on loading
+    and 8 % of the largest on retraction, and the pull-off after yield with that of `adhesive` within a fifth
+    (`tests/test_flattening.py`). On the glass twin the mean pull-off is 0.54 of `adhesive`'s without yield, 0.56 to
+    0.59 at 6 GPa and 1.16 to 1.36 at 1.5 GPa, where most of the contact yields (`tests/benchmarks/yielding.py`).
 
     References
     ----------

@@ -1,9 +1,7 @@
 """The pull-off at one place of a surface whose roughness is continued below what its scan shows.
 
-Waves of one octave lift the sphere off all but the highest summits of the next longer ones. So few cells are within
-reach, a few hundred, in patches that lie far apart. They are found step by step: on coarse cells with the longer waves,
-then only where shorter ones may still touch, and moved together, but for a distance at which they hardly feel each
-other through the solid.
+The few cells within reach lie in patches far apart. They are found on coarse cells with the longer waves, then only
+where shorter ones may still touch; patches are moved together, but for a distance at which they hardly interact.
 """
 
 from __future__ import annotations
@@ -18,28 +16,28 @@ from .cycle import bearing_cell, cycles_on, largest_pull, reach_of_law, reached
 from .problem import Surface
 
 #: Cells along the shortest wave, and on the meshes on which the cells within reach are looked for.
-PER_WAVE, _PER_WAVE_LOOKED = 8.0, 3.0
+PER_WAVE, _COARSE_PER_WAVE = 8.0, 3.0
 
 #: Cells need not be smaller than this (nm), as long as the shortest wave has four: such short waves are low.
 _LEAST_CELL = 0.5
 
 #: Factor from the shortest wave of one such mesh to the next.
-_SHORTER = 3.0
+_WAVE_FACTOR = 3.0
 
 #: Lengths of the law beyond which its pull is not counted: a part of 0.4 % of the largest.
-_REACH = 5.5
+_REACH_OF_LAW = 5.5
 
 #: Standard deviations of the waves that are still missing by which a place may rise.
-_HIGH = 3.0
+_RISE_DEVIATIONS = 3.0
 
 #: Patches keep the distance at which their pull lifts the surface by at most this part of the range.
-_FELT = 0.3
+_ELASTIC_LIFT = 0.3
 
 #: A preload that is not reached is looked for this factor deeper, at most so many times.
-_DEEPER, _TRIES = 2.0, 6
+_DEPTH_FACTOR, _MOST_DEPTHS = 2.0, 6
 
 #: Cells (nm) on which the surface that the scan shows is looked at first, and at most so many of them along a side.
-_FIRST_CELL, _MOST_FIRST = 4.0, 400
+_FIRST_CELL, _MOST_FIRST_CELLS = 4.0, 400
 
 
 class Below(NamedTuple):
@@ -60,19 +58,16 @@ class Patch(NamedTuple):
 
 
 def pull_off_below(height, first, pixel, centre, seed, depth, pull, problem, adhesion, below) -> np.ndarray:
-    """Return the pull-off (nN) at a place, and how deep (nm beyond first contact) the preload is met; a task.
-
-    ``depth`` and ``pull`` are guesses of them; NaN where the preload is not met.
-    """
+    """Return the pull-off (nN) at a place, and how deep (nm beyond first contact) the preload is met; a task."""
     patch = Patch(height, first, pixel, centre)
-    for _ in range(_TRIES):
+    for _ in range(_MOST_DEPTHS):
         surface, cell = _surface(patch, int(seed), float(depth), float(pull), problem, adhesion, below)
         here = problem._replace(steps=np.array([depth]), pixel=cell, refine=1)
         found = cycles_on(surface, here, adhesion)
         followed = found.paths[0]
         if reached(followed, adhesion, 0) or followed.status != path.CONVERGED:
             break
-        depth = depth * _DEEPER
+        depth = depth * _DEPTH_FACTOR
     if not (followed.turn and reached(followed, adhesion, 0)):
         return np.full(2, np.nan)
     return np.array([largest_pull(found, 0), followed.states["delta"][followed.turn - 1]])
@@ -86,11 +81,11 @@ def _surface(patch, seed, depth, pull, problem, adhesion, below) -> tuple[Surfac
     shown = RectBivariateSpline(*pixels, patch.height)
     softest = bearing_cell(adhesion, problem.contact_modulus)
     last = min(max(below.shortest / PER_WAVE, min(_LEAST_CELL, 2 * below.shortest / PER_WAVE)), softest)
-    within = depth + _REACH * adhesion.length
+    within = depth + _REACH_OF_LAW * adhesion.length
     if adhesion.liquid is not None:
         alone = adhesion._replace(work=0.0)
         within = max(within, depth + reach_of_law(alone, problem._replace(pixel=last, refine=1)))
-    apart = pull / (np.pi * problem.contact_modulus * _FELT * adhesion.span)
+    apart = pull / (np.pi * problem.contact_modulus * _ELASTIC_LIFT * adhesion.span)
 
     def separations(boxes, shortest):
         waves = bands(below.spectrum.of, below.longest, shortest, seed)
@@ -98,13 +93,15 @@ def _surface(patch, seed, depth, pull, problem, adhesion, below) -> tuple[Surfac
         heights = [shown(*box) + sum_of(waves, *box) for box in boxes]
         return [problem.indenter.separation(one, 0.0, *off) for one, off in zip(heights, aside)]
 
-    cell = max(min(_FIRST_CELL, patch.pixel), patch.pixel * max(patch.height.shape) / _MOST_FIRST)
+    cell = max(min(_FIRST_CELL, patch.pixel), patch.pixel * max(patch.height.shape) / _MOST_FIRST_CELLS)
     boxes = [tuple(_between(axis[0] - 0.5 * patch.pixel, axis[-1] + 0.5 * patch.pixel, cell) for axis in pixels)]
     wave, looked = below.longest, False
     while not looked:
-        near = _near(separations(boxes, wave), within + _HIGH * rms_of(below.spectrum.at, wave, below.shortest))
-        looked, wave = wave <= _SHORTER * below.shortest, wave / _SHORTER
-        finer = last if looked else min(cell, wave / _PER_WAVE_LOOKED)
+        near = _near(
+            separations(boxes, wave), within + _RISE_DEVIATIONS * rms_of(below.spectrum.at, wave, below.shortest)
+        )
+        looked, wave = wave <= _WAVE_FACTOR * below.shortest, wave / _WAVE_FACTOR
+        finer = last if looked else min(cell, wave / _COARSE_PER_WAVE)
         boxes = [one for box, part in zip(boxes, near) for one in _finer(box, part, cell, finer, apart)]
         cell = finer
     found = separations(boxes, below.shortest)

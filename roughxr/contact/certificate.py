@@ -12,7 +12,7 @@ from ..vocabulary import schema
 from ..vocabulary.verbs import verb
 
 #: What is only rounded may be off by this part; the pressure of a body that yields with adhesion by the second.
-_ROUNDING, _OVER = 1e-9, 1.1e-3
+_ROUNDING, _YIELD_TOLERANCE = 1e-9, 1.1e-3
 
 #: Relative error of a pull-off by mesh and step that is kept, unless the solution was asked for another.
 _ACCURACY = 0.05
@@ -112,7 +112,7 @@ def _of_fields(ds: xr.Dataset, adheres: bool) -> Iterator[tuple[str, xr.DataArra
     yield "force_balance", off / _over(np.abs(forces).sum(_PLANE)), _ROUNDING
     if "plastic_work" in ds:
         beyond = pressure.max(_PLANE) / float(ds["hardness"]) - 1
-        yield "hardness", beyond.clip(min=0), _OVER if adheres else _ROUNDING
+        yield "hardness", beyond.clip(min=0), _YIELD_TOLERANCE if adheres else _ROUNDING
 
 
 def _over(scale: xr.DataArray) -> xr.DataArray:

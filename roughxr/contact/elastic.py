@@ -1,8 +1,6 @@
-"""The contact of an indenter with the scan itself, without adhesion, at every place.
+"""The contact of an indenter with the scan itself, without adhesion, at every place; elastic, or yielding on loading.
 
-Both bodies stay elastic, or the softer one yields on loading where the pressure reaches an assigned hardness; unloading
-is then elastic on the shape that is left. One task holds all displacements of one subregion, so that each solve starts
-from the one before.
+One task holds all displacements of one subregion, so that each solve starts from the one before.
 """
 
 from __future__ import annotations
@@ -84,14 +82,12 @@ def direct(
     Dataset
         ``force`` (nN), ``contact_area`` (nm²), ``converged``, ``iterations``, ``residual``, ``truncated`` along
         (subregion, delta) or (subregion, load); fields along (subregion, delta, x, y) with x, y from the contact
-        centre. The area is that of whole cells (2.4 % above Hertz's for a round contact of eight cells in radius, less
-        for more cells). Where a hardness is assigned, or estimated for named materials, also ``yielded_fraction`` and
-        ``yielded_area_fraction``, the shares of the force and of the area at that pressure or above.
-
-        Where the body yields, all these lie along (subregion, branch, delta), for loading and for retraction from the
-        largest delta, with ``yielded_area`` (nm²), ``plastic_work`` (nN nm) and the field ``residual_height`` (nm,
-        along (subregion, delta, x, y)), the height that is left after loading to delta and unloading. Lazy where the
-        scan is a dask array.
+        centre. The area is that of whole cells (2.4 % above Hertz's for a round contact of eight cells in radius). With
+        a hardness, assigned or estimated, also ``yielded_fraction`` and ``yielded_area_fraction``, the shares of the
+        force and of the area at that pressure or above. Where the body yields, all these lie along (subregion, branch,
+        delta), for loading and for retraction from the largest delta, with ``yielded_area`` (nm²), ``plastic_work``
+        (nN nm) and the field ``residual_height`` (nm), left after loading to delta and unloading. Lazy where the scan
+        is a dask array.
 
     Raises
     ------
@@ -107,9 +103,8 @@ def direct(
     Notes
     -----
     A body that yields bears no more than its hardness, and where it does it gives way by as much as the indenter would
-    penetrate it: no strain hardening, no pile-up beside the contact, no plastic flow below the surface before the
-    pressure at the surface reaches the hardness. Retraction is elastic on the shape that loading to the largest
-    displacement left, so that it dissipates nothing.
+    penetrate it: no strain hardening, no pile-up, no plastic flow below the surface before. Retraction is elastic on
+    the shape that loading to the largest displacement left.
 
     References
     ----------
@@ -120,10 +115,6 @@ def direct(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass")
-    >>> scan = roughxr.assign_pair(scan, sphere_radius=3000, young_modulus=75, poisson_ratio=0.22)
-    >>> elastic = direct(scan, delta=[5.08, 15.4], subregions=(2, 2))
-    >>> dict(elastic.force.sizes), elastic.force.units
-    ({'subregion': 4, 'delta': 2}, 'nN')
     >>> scan = roughxr.assign_pair(scan, sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, hardness="6 GPa")
     >>> pressed = direct(scan, delta=[5.08, 15.4], subregions=(2, 2))
     >>> dict(pressed.force.sizes), bool((pressed.plastic_work.sel(delta=15.4) > 0).all())

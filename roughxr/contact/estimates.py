@@ -29,10 +29,7 @@ _LEAST_CURVATURE = 0.25
 
 @verb
 def elastic_pull_off(ds: xr.Dataset, *, smoothing: Any = 2.0) -> xr.Dataset:
-    """Estimate the pull-off from a sweep without adhesion by Ciavarella's rule (`pull_off`, method="ciavarella").
-
-    The derivatives are those of cubics (P) and parabolas (A) in the root of the depth, fitted near each displacement.
-    """
+    """Estimate the pull-off from a sweep without adhesion by Ciavarella's rule (`pull_off`, method="ciavarella")."""
     if not all(name in ds and "delta" in ds[name].dims for name in ("force", "contact_area")):
         found = ", ".join(map(str, ds.variables))
         raise ValueError(f"expected a sweep with 'force' and 'contact_area' along 'delta', found variables: {found}")

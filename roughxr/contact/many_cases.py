@@ -1,7 +1,4 @@
-"""Pull-offs of many cases in one batch: surfaces, pairs and meshes that differ a little, at the same places.
-
-A task holds all cases of one place on cells of one size, and tasks on the finest cells are begun first.
-"""
+"""Pull-offs of many cases in one batch: surfaces, pairs and meshes that differ a little, at the same places."""
 
 from __future__ import annotations
 

@@ -1,18 +1,15 @@
 """Condensed liquid between rigid bodies at one place: drawn off fast, the work of it, and the error of thin menisci.
 
 Slowly drawn off, liquid evaporates so that Kelvin's radius stays (`kernels.adhesion.rigid` sums that law). Drawn off
-fast, each bridge keeps its volume. With A(l) the area below a level l over contact at the turning point, the level at
+fast, each bridge keeps its volume: with A(l) the area below a level l over contact at the turning point, the level at
 which it stands after a rise z, and its pull, are
 
     l A(l) − ∫₀ˡ A dl′ + z A(l) = the same at z = 0,     γ (cos θ₁ + cos θ₂) A(l)/(l + z − 2f)
 
-for a sphere 2πRγ(cos θ₁ + cos θ₂)(1 − z/√(z² + h²)) (Rabinovich, Esayanur & Moudgil, Langmuir 21 (2005) 10992). A
-bridge is what hangs together at the turning point; where it splits, its parts stay at one pressure, and none breaks.
-
-The next order of a thin meniscus is the energy ε of its edge (own; `bodies.liquid.Menisci.edge`): the arc's energy less
-what the sharp edge counts, ε L for an edge of length L. It takes ε dL/dh off the pull; on a sphere in contact, at
-θ = 0, (π/8)√(r_K/R) of it. Exact menisci (`reference.meniscus_sphere`) differ from the law by this to a few per cent
-of it for r_K < R/20.
+(for a sphere: Rabinovich, Esayanur & Moudgil, Langmuir 21 (2005) 10992). Where a bridge splits, its parts stay at one
+pressure, and none breaks. The next order of a thin meniscus is the energy ε L of its edge of length L (own;
+`bodies.liquid.Menisci.edge`), which takes ε dL/dh off the pull; exact menisci (`reference.meniscus_sphere`) differ from
+the law by this to a few per cent of it for r_K < R/20.
 """
 
 from __future__ import annotations
@@ -29,14 +26,14 @@ from ..kernels.adhesion import rigid as kernels
 _LEVELS, _RISES = 65, np.geomspace(1e-3, 3e3, 61)
 
 #: Relative change of the level by which the growth of the edge is found.
-_APART = 0.1
+_LEVEL_STEP = 0.1
 
 
 def relative_error(
     cells: kernels.Cells, delta: float, law: potentials.Potential, menisci: Menisci, cell, pull
 ) -> float:
     """Return the part of a pull (nN) at a displacement that thin menisci leave out, from the growth of their edge."""
-    step = _APART * menisci.height
+    step = _LEVEL_STEP * menisci.height
     high, low = (kernels.wet_area(cells, law.wet + delta + one)[1] for one in (step, -step))
     return abs(menisci.edge * cell * (high - low) / (2 * step)) / pull
 

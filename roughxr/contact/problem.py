@@ -1,8 +1,4 @@
-"""The input of a solve: a scan, its pair of bodies and the options, read once into plain numbers.
-
-A `Problem` holds what all contact centres share. A `Place` is the input of one centre's task: the pixels around it.
-Within the task, `surface_at` turns a place into a `Surface`: the undeformed separation on the cells of the solve.
-"""
+"""The input of a solve: a scan, its pair of bodies and the options, read once into plain numbers."""
 
 from __future__ import annotations
 
@@ -76,12 +72,7 @@ def hardness_of(ds: xr.Dataset) -> tuple[float, bool]:
 
 
 def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.ndarray:
-    """Return displacements (nm), evenly spaced, at the largest of which every centre is touched and most are pressed.
-
-    From the highest peak: up to twice the median depth at which the indenter first touches, or to a fifth beyond the
-    largest of these depths. From first contact: up to the median depth. In both cases at least up to the standard
-    deviation of the heights.
-    """
+    """Return displacements (nm), evenly spaced: at the largest every centre is touched and most are pressed."""
     if specimen.lazy:
         raise ValueError(NOT_LOADED)
     touches, spread = first_touches(specimen, positions), float(specimen.heights.std())
@@ -100,9 +91,8 @@ def first_touches(specimen: Specimen, positions: xr.Dataset) -> np.ndarray:
 def deepest(specimen: Specimen, problem: Problem) -> float:
     """Return a bound (nm below the datum) on how deep the indenter comes; inf where it takes heights not yet loaded.
 
-    Under displacements from first contact, or under a load, it starts from the lowest height at worst. A load presses
-    it no deeper into a rough surface than into a flat one at that height: (3 F/(4 E* √R))^{2/3} by Hertz's sphere, and
-    up to F/(2π R H) more where the body yields.
+    A load presses it no deeper into a rough surface than into a flat at its lowest height: (3 F/(4 E* √R))^{2/3} by
+    Hertz's sphere, and up to F/(2π R H) more where the body yields.
     """
     last = float(problem.steps[-1])
     if not problem.by_load and not problem.first_contact:

@@ -24,13 +24,13 @@ from .specimen import Specimen, specimen_of
 
 #: Tabor's parameter below which bodies may be taken as rigid (Johnson & Greenwood, J. Colloid Interface Sci. 192 (1997)
 #: 326).
-_STIFF = 0.1
+_RIGID_TABOR = 0.1
 
 #: Maugis's λ over Tabor's μ of the same work and range.
-_MAUGIS = 1.157
+_MAUGIS_OVER_TABOR = 1.157
 
 #: Share of the pull from beyond contact above which a sum over the asperities in contact is not enough.
-_MUCH = 0.5
+_MOST_BEYOND_CONTACT = 0.5
 
 #: A plane that falls by less than this part of the range of heights is rounding.
 _ROUNDING = 1e-12
@@ -39,7 +39,7 @@ _ROUNDING = 1e-12
 _ABOVE_PLANE = 1.82
 
 #: Wavelength, in mean distances between summits, that divides Rabinovich's two scales.
-_LONG = 4.0
+_LONG_WAVE = 4.0
 
 
 @verb
@@ -107,7 +107,7 @@ def regime(ds: xr.Dataset, *, subregions: Places = (4, 4), refine: int = 8) -> x
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
     if wet:
-        found["sphere_maugis"] = _MAUGIS * _tabor(radius, modulus, *attractions[-1])
+        found["sphere_maugis"] = _MAUGIS_OVER_TABOR * _tabor(radius, modulus, *attractions[-1])
     hardness, _ = hardness_of(bodies)
     if np.isfinite(hardness):
         found["yields"] = found["peak_pressure"] > hardness
@@ -126,9 +126,9 @@ def _tabor(radius: float, modulus: float, w: float, length: float) -> float:
 
 
 def _recommended(tabor: float, beyond: float) -> str:
-    if tabor < _STIFF:
+    if tabor < _RIGID_TABOR:
         return "rigid"
-    return "superpose" if tabor >= SHORT_RANGE and beyond < _MUCH else "adhesive"
+    return "superpose" if tabor >= SHORT_RANGE and beyond < _MOST_BEYOND_CONTACT else "adhesive"
 
 
 def _sentence(found: dict[str, Any], *, yields: bool, wet: bool) -> str:
@@ -266,7 +266,7 @@ def _inputs(specimen: Specimen) -> dict[str, float]:
     """Return the formulas' inputs from a scan, nm."""
     flat = _flat(specimen)
     distance = _mean_distance(flat.catalogue)
-    smoothed = Specimen(smooth(flat.scan, shortest=_LONG * distance))
+    smoothed = Specimen(smooth(flat.scan, shortest=_LONG_WAVE * distance))
     return {
         "rms": float(flat.heights.std()),
         "wavelength": distance,

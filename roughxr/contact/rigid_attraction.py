@@ -24,13 +24,13 @@ LIMITS = ("cut_off", "hardness", "elastic")
 
 #: Height (nm) to which the indenter rises within a window, or this many times the range of heights if that is more
 #: (for heights in memory); the ground further out is taken as its mean plane.
-_RISE, _RANGES = 300.0, 10.0
+_RISE, _HEIGHT_RANGES = 300.0, 10.0
 
 #: Share of the pull from beyond the scan above which a place counts as truncated.
 BEYOND_EDGE = 0.01
 
 #: Gaps of the nearest cell, in ε, between which Lennard-Jones's largest pull is searched.
-NEAREST = np.linspace(0.31, 1.35, 27)
+NEAREST_GAPS = np.linspace(0.31, 1.35, 27)
 
 
 class Options(NamedTuple):
@@ -61,7 +61,8 @@ def options_of(specimen: Specimen, law: str, limit: str, rate: str = "slow") -> 
     if not w > 0 and menisci is None:
         raise ValueError(f"work_of_adhesion: expected more than 0 J/m² for bodies that attract, found {w:g}")
     wavelength = float(ds["retardation"]) if law == "hamaker" and "retardation" in ds.coords else np.inf
-    found = potentials.potential(law, w, length_of(ds, law) if w > 0 else DEFAULT_RANGE, wavelength)
+    length = DEFAULT_RANGE if not w > 0 else closest_approach(ds) if law == "hamaker" else range_of(ds, law)
+    found = potentials.potential(law, w, length, wavelength)
     if menisci is not None:
         found = potentials.with_liquid(found, menisci.height, menisci.pull, menisci.share)
     return Options(
@@ -86,15 +87,10 @@ def _hardness(ds: xr.Dataset, law: potentials.Potential) -> float:
     return value
 
 
-def length_of(ds: xr.Dataset, law: str) -> float:
-    """Return the law's length, nm: the closest approach of Hamaker's, the pair's range of any other."""
-    return closest_approach(ds) if law == "hamaker" else range_of(ds, law)
-
-
 def reach_of(specimen: Specimen, problem: Problem) -> float:
     """Return the half-width of the windows, nm."""
     height_range = 0.0 if specimen.lazy else float(np.ptp(specimen.heights))
-    return problem.indenter.reach(max(_RISE, _RANGES * height_range))
+    return problem.indenter.reach(max(_RISE, _HEIGHT_RANGES * height_range))
 
 
 def largest_pull(deltas: np.ndarray, pulls: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,8 +1,4 @@
-"""Bodies too stiff to deform: the pull of the whole surface that faces the indenter, in contact or not.
-
-The options are read by `rigid_attraction`; the sum is taken at given places (`rigid_places`) or at every pixel
-(`rigid_map`).
-"""
+"""Bodies too stiff to deform: the pull of the whole surface that faces the indenter, in contact or not."""
 
 from __future__ import annotations
 
@@ -24,10 +20,10 @@ from .rigid_places import at_places
 from .specimen import Specimen, specimen_of
 
 #: Default displacements: their number, and the height (nm) above the first touch of all places where they start.
-_COUNT, _ABOVE = 60, 10.0
+_COUNT, _START_HEIGHT = 60, 10.0
 
 #: Share of the pull in one cell above which the result depends on the size of cells.
-_ONE_CELL = 0.2
+_ONE_CELL_SHARE = 0.2
 
 
 @verb
@@ -57,22 +53,20 @@ def rigid(
     law : {"hamaker", "lennard_jones", "exponential", "dugdale"}
         Traction across a gap, see `reference.rigid_sphere`; all laws have the same work of adhesion. "hamaker" ends at
         the closest approach z₀ = √(A/(12πw)), 0.165 nm where no Hamaker constant is assigned, and is retarded where a
-        wavelength of retardation is; the others have the
-        pair's range of adhesion, see `assign_pair`.
+        wavelength of retardation is; the others have the pair's range of adhesion.
     limit : {"cut_off", "hardness", "elastic"}
         What keeps the bodies apart. "cut_off": the closest approach of the nearest cell (for law="lennard_jones" its
         own repulsion). "hardness": summits are flattened until they bear the pull at the assigned hardness, which must
-        exceed the largest traction; the other limits leave it unused. "elastic": summits
-        deform elastically under the pull, solved as in `direct`, while the attraction acts across the gaps that are
-        left (as in the theory of Derjaguin, Muller & Toporov).
+        exceed the largest traction. "elastic": summits deform as in `direct`, while the attraction acts across the gaps
+        that are left (as in the theory of Derjaguin, Muller & Toporov).
     refine : int
         Sum over refine × refine cells in each pixel, heights interpolated without waves shorter than two pixels; not
         for every pixel.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, as in `direct`.
     rate : {"slow", "fast"}
-        Of drawing off a humid pair: "slow", at constant humidity; "fast", each bridge of liquid keeps the volume that
-        it has where the bodies are closest. The largest pull is the same, forces after it and the work are not.
+        Of drawing off a humid pair: "slow", at constant humidity; "fast", each bridge of liquid keeps its volume. The
+        largest pull is the same, forces after it and the work are not.
     fields : bool
         Keep pressure and gap on the window around each centre.
 
@@ -80,14 +74,13 @@ def rigid(
     -------
     Dataset
         ``force`` (nN) along (subregion, delta), NaN where the bodies cannot come so close; along subregion
-        ``pull_off_force`` and ``pull_off_delta``, the largest pull at any displacement, ``touch_delta`` (nm, where they
-        first touch), ``pull_beyond_contact``, the share of that pull from cells more than twice the law's length apart,
-        ``cell_error``, the part by which it is too high since bodies touch at the middles of cells (where a closest
-        approach limits it: divide by 1 + ``cell_error``), ``truncated``, where more than 1 % of it comes from beyond
-        the scan, and ``converged``, without which these are NaN. For every pixel along (x, y), without
-        ``pull_beyond_contact``, ``cell_error`` and ``converged``. Of a humid pair also ``meniscus_error``, the part of
-        the pull by which the law of thin menisci is probably too high, and, for limit="cut_off", ``work_of_separation``
-        (nN nm, from the largest pull on). Lazy where the scan is a dask array.
+        ``pull_off_force`` and ``pull_off_delta``, the largest pull at any displacement, ``touch_delta`` (nm, of first
+        touch), ``pull_beyond_contact``, the share of that pull from cells more than twice the law's length apart,
+        ``cell_error``, the part by which it is too high (divide by 1 + ``cell_error``), ``truncated``, where more than
+        1 % of it comes from beyond the scan, and ``converged``, without which these are NaN. For every pixel along
+        (x, y), without ``pull_beyond_contact``, ``cell_error`` and ``converged``. Of a humid pair also
+        ``meniscus_error``, by which part the law of thin menisci is probably too high, and, for limit="cut_off",
+        ``work_of_separation`` (nN nm, from the largest pull on). Lazy where the scan is a dask array.
 
     Raises
     ------
@@ -97,21 +90,18 @@ def rigid(
     Warns
     -----
     UserWarning
-        If a cell at closest approach holds more than a fifth of the pull at most centres (input in memory only): the
-        result then depends on the size of the cells.
+        If a cell at closest approach holds more than a fifth of the pull at most centres (input in memory only).
 
     Notes
     -----
-    The pull at a place is the sum of tractions over the local gaps of all pixels, on the indenter's front less those on
-    its back. Where the indenter has risen by more than 300 nm (or ten times the range of heights), the ground is taken
-    as its mean plane. Within a cell the gap is that of its middle, also where bodies first touch: ``cell_error`` states
-    by how much this pulls too hard. It falls with the square of the cells, and is that of the surface's highest point
-    between their middles (a parabola's). Near a summit of radius r cells should be smaller
-    than √(2 r z₀), some 3 nm: ``refine`` makes them so, and `add_fine_roughness` adds roughness finer than the scan
-    shows, which changes the result, as it does in nature.
+    The pull is the sum of tractions over the gaps of all pixels, on the indenter's front less those on its back. Where
+    the indenter has risen by more than 300 nm (or ten times the range of heights), the ground is its mean plane. Within
+    a cell the gap is that of its middle, also where bodies first touch: ``cell_error`` states by how much this pulls
+    too hard; it falls with the square of the cells. Near a summit of radius r these should be smaller than √(2 r z₀),
+    some 3 nm: ``refine`` makes them so.
 
-    Liquid between the bodies of a humid pair adds its pull γ/r_K where the gap, counted from contact, is less than the
-    height of a meniscus, and leaves the solids a share of their own (`assign_pair`). Its edge is found within pixels.
+    Liquid adds its pull γ/r_K where the gap, counted from contact, is less than the height of a meniscus, and leaves
+    the solids a share of their own (`assign_pair`).
 
     References
     ----------
@@ -165,7 +155,7 @@ def _warn(out: xr.Dataset, options: Options) -> None:
     law = options.law
     largest = law.closest if law.closest is not None else potentials.LARGEST_AT * law.length
     share = options.area * potentials.traction(max(largest, kernels.floor(law)), law) / float(pull.median())
-    if share > _ONE_CELL:
+    if share > _ONE_CELL_SHARE:
         warn(
             f"rigid: a single cell at closest approach makes up {min(share, 1):.0%} of the median pull-off, which so "
             "depends on the size of the cells; take refine, or a scan with add_fine_roughness"
@@ -178,7 +168,7 @@ def _default_deltas(specimen: Specimen) -> np.ndarray:
         raise ValueError(NOT_LOADED)
     middle = specimen.centres(tuple(min(16, count) for count in specimen.heights.shape))
     deepest = float(first_touches(specimen, middle).max())
-    return np.linspace(-_ABOVE, deepest, _COUNT)
+    return np.linspace(-_START_HEIGHT, deepest, _COUNT)
 
 
 def _refuse_on_pixels(options: Options, problem: Problem, fields: bool) -> None:

@@ -12,7 +12,7 @@ from ..jobs import lazy as parallel
 from ..kernels.adhesion import rigid as kernels
 from ..vocabulary import schema
 from .problem import Problem
-from .rigid_attraction import BEYOND_EDGE, NEAREST, Options, largest_pull, reach_of
+from .rigid_attraction import BEYOND_EDGE, NEAREST_GAPS, Options, largest_pull, reach_of
 
 #: Rows of places in one task of a map.
 _ROWS = 16
@@ -36,7 +36,7 @@ def every_pixel(specimen, problem, options, *, kept) -> xr.Dataset:
     heights, bodies, lazy = specimen.heights, specimen.bodies, specimen.lazy
     shape, half = heights.shape, int(np.ceil(reach_of(specimen, problem) / problem.pixel)) + 1
     steps = problem.steps if kept else np.zeros(0)
-    arguments = heights, half, problem, options, float(steps[-1]) if kept else np.nan
+    arguments = heights, half, problem, options
     prepared = dask.delayed(_prepare, pure=False)(*arguments) if lazy else _prepare(*arguments)
     cell, rows = _cell(steps.size), min(_ROWS, shape[0])
     starts = [(start,) for start in range(0, shape[0], rows)]
@@ -47,12 +47,12 @@ def every_pixel(specimen, problem, options, *, kept) -> xr.Dataset:
     names = [name for name in cell.names if name != "force" or kept]
     dims = {"force": ("x", "y", "delta")}
     out = xr.Dataset({name: (dims.get(name, ("x", "y")), records[name]) for name in names})
-    pair = {name: bodies[name] for name in schema.TRAVELLING if name in bodies.coords}
-    return out.assign_coords({"x": bodies["x"], "y": bodies["y"], **pair, **({"delta": steps} if kept else {})})
+    axes = {"x": bodies["x"], "y": bodies["y"]} | ({"delta": steps} if kept else {})
+    return out.assign_coords(axes | schema.travelling(bodies))
 
 
-def _prepare(height, half, problem, options, last) -> _Prepared:
-    """Return what all places share; ``last`` is the largest of the given displacements, NaN for none."""
+def _prepare(height, half, problem, options) -> _Prepared:
+    """Return what all places share."""
     from scipy.ndimage import maximum_filter
 
     height = np.asarray(height, dtype=float)
@@ -104,7 +104,7 @@ def _some_rows(start, shape, problem, options, prepared) -> np.ndarray:
     stop = min(start + rows, shape[0])
     touches = _touches(prepared.height, prepared.near_rise, prepared.rise, shape, slice(start, stop))
     datum = touches if problem.first_contact else float(prepared.height.max())
-    offsets = options.law.length * NEAREST if options.law.closest is None else [kernels.floor(options.law)]
+    offsets = options.law.length * NEAREST_GAPS if options.law.closest is None else [kernels.floor(options.law)]
     heights = touches[..., None] + np.asarray(offsets)
     pulls = _pulls(heights, start, problem, options, prepared)
     found = records[: stop - start]

@@ -1,8 +1,4 @@
-"""Rigid bodies at given places: one task for each, with the pull at all displacements.
-
-The bodies come together to where the limit of `rigid` keeps them apart: the cut-off, the hardness of flattened summits,
-or their elastic deformation.
-"""
+"""Rigid bodies at given places: one task for each, with the pull at all displacements."""
 
 from __future__ import annotations
 
@@ -18,7 +14,7 @@ from ..kernels.adhesion import rigid as kernels
 from ..kernels.halfspace import displacement_control
 from . import menisci
 from .problem import Place, Problem, Surface, places, surface_at
-from .rigid_attraction import BEYOND_EDGE, NEAREST, Options, largest_pull, reach_of
+from .rigid_attraction import BEYOND_EDGE, NEAREST_GAPS, Options, largest_pull, reach_of
 from .solving import fields_of, put_fields, window_axes
 
 #: Gap, in units of the law's length, up to which a cell counts as in contact.
@@ -172,15 +168,12 @@ def _cut_off(here: _Setting) -> tuple[float, tuple[float, float]]:
     if law.closest is not None:
         closest = here.touch() - kernels.floor(law)
         return closest, (float(here.pulls(np.array([closest]))[0]), closest)
-    deltas = here.touch() - law.length * NEAREST
+    deltas = here.touch() - law.length * NEAREST_GAPS
     return np.inf, tuple(map(float, largest_pull(deltas, here.pulls(deltas))))
 
 
 def _flattened(here: _Setting) -> tuple[float, tuple[float, float]]:
-    """Return closest approach and largest pull where flattened summits bear the pull at the hardness.
-
-    Between the overlaps of two pixels the flattened area is interpolated.
-    """
+    """Return closest approach and largest pull where flattened summits bear the pull at the hardness."""
     from scipy.optimize import brentq
 
     o, start = here.options, here.touch() - kernels.floor(here.options.law)
@@ -197,11 +190,7 @@ def _flattened(here: _Setting) -> tuple[float, tuple[float, float]]:
 
 
 def _elastic(here: _Setting) -> tuple[float, tuple[float, float]]:
-    """Return closest approach and largest pull where summits deform elastically under the attraction of all the gaps.
-
-    The pull at a displacement is the attraction across the gaps less Hertz's push in the contacts. The largest over the
-    displacements counts, or the rigid bodies' pull, with which an elastic approach begins, if that is larger.
-    """
+    """Return closest approach and largest pull, at least the rigid one, where summits deform under the attraction."""
     law, problem = here.options.law, here.problem
     start, pulls, solved = here.touch(), [], []
     deltas = start + _DEPTHS

@@ -31,9 +31,8 @@ def solve(
 ) -> xr.Dataset:
     """Solve a problem at every contact centre, and label what comes back; lazy where the scan is.
 
-    ``solver(place, problem, layout, options)`` returns a filled `Layout.blank` record; it stands at the top of a
-    module, so that other processes can import it. Windows around the centres are ``reach`` nm in half-width, on which
-    ``fields`` are kept. ``cost(surface, problem)`` is that of a centre, in any unit. ``name`` is the solve's in logs.
+    ``solver(place, problem, layout, options)``, at the top of a module, returns a filled `Layout.blank` record.
+    ``fields`` are kept within ``reach`` nm of the centres; ``cost(surface, problem)`` is that of a centre, in any unit.
     """
     found, shape = places(specimen, positions, reach)
     if fields:

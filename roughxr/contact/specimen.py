@@ -1,8 +1,4 @@
-"""A scan and its pair of bodies, of which every question is asked once: what verbs hand down in place of the Dataset.
-
-A verb reads its Dataset at the door (`specimen_of`), and hands the specimen on; another verb that it calls takes the
-specimen as it is. What was found out is kept on it: its pixel, its indenter, its asperities.
-"""
+"""A scan and its pair of bodies, read once: what verbs hand down in place of the Dataset, with what was found out."""
 
 from __future__ import annotations
 

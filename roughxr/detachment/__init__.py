@@ -17,7 +17,7 @@ from .coming_to_rest import resting
 from .for_codes import parameters
 from .kinetics import LogNormal, biasi_adhesion, resuspension_rate, rock_n_roll
 from .leaving_rest import leaving
-from .loads import LOADS, Body, Flow, Load, Push, drag, friction_reynolds, lift, torque, vibration_acceleration, weight
+from .loads import LOADS, Body, Flow, Load, Push, drag, friction_reynolds, lift, torque, weight
 from .particle_codes import to_dem
 from .remaining import resuspension
 
@@ -41,7 +41,6 @@ __all__ = [
     "rock_n_roll",
     "to_dem",
     "torque",
-    "vibration_acceleration",
     "weight",
     "with_pull_off",
 ]

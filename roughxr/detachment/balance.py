@@ -33,7 +33,7 @@ MODES = ("roll", "slide", "lift")
 NEITHER, NO_CONTACT = "none", "no contact"
 
 #: Strengths tried to bracket the critical one, and bisections after that.
-_TRIED, _HALVINGS = 240, 60
+_STRENGTHS, _HALVINGS = 240, 60
 
 
 class Held(NamedTuple):
@@ -312,7 +312,7 @@ def drive_ratios(push: Push, body: Body, held: Held) -> np.ndarray:
 def first_strength(kind: Load, body: Body, held: Held) -> tuple[np.ndarray, np.ndarray]:
     """Return the smallest strength at which each place gives way, and by which mode."""
     low, high = kind.span
-    tried = np.geomspace(low, high, _TRIED) if low > 0 else np.linspace(low, high, _TRIED)
+    tried = np.geomspace(low, high, _STRENGTHS) if low > 0 else np.linspace(low, high, _STRENGTHS)
     tried = np.r_[0.0, tried[tried > 0]]
     goes = np.array([(drive_ratios(kind.push(np.array([s]), body), body, held) >= 1).any(axis=0) for s in tried])
     first, any_at_all = goes.argmax(axis=0), goes.any(axis=0)

@@ -1,10 +1,4 @@
-"""`resting`: where particles lie still, with the share of them that does so there, and the pass over which each leaves.
-
-A probe is pulled off where the instrument puts it; a particle settles on what holds it. Its height over a scan is the
-scan's dilation by the sphere; a place of rest is a minimum of it, and the basin from which the sphere gets there its
-chance to lie there. Both limits are told: gravity alone, which rolls every sphere to the bottom of its basin, and
-adhesion, by which it stays wherever the resisting moment exceeds that of its weight and of the flow.
-"""
+"""`resting`: where particles lie still, the share of them that does so there, and the pass over which each leaves."""
 
 from __future__ import annotations
 
@@ -64,21 +58,18 @@ def resting(
     Parameters
     ----------
     ds : Dataset
-        A scan with an assigned sphere. A lazy one is read now; its heights, the sphere's, and what this may touch take
-        some 40 bytes to a pixel.
+        A scan with an assigned sphere. A lazy one is read now; some 40 bytes to a pixel are held.
     settle : {"gravity", "adhesion"}
-        "gravity": it rolls down to where its height is least, the limit of heavy particles or weak adhesion.
-        "adhesion": it stops on the way, or stays where it lands, as soon as the resisting moment of `rolling` exceeds
-        that of its weight and of the flow; the limit of light and sticky ones is the grid of landings itself.
+        "gravity": it rolls down to where its height is least. "adhesion": it stops on the way, or stays where it lands,
+        as soon as the resisting moment of `rolling` exceeds that of its weight and of the flow.
     least_barrier : number or quantity
         nm; a rest from which a lower pass leads away is a part of the next one.
     landings : (int, int), optional
         Grid of places where spheres land: only what these reach is returned, with shares of their number. By default
         spheres land everywhere, and shares are those of the area; for "adhesion" on a grid of 16 × 16.
     on : Dataset, optional
-        For "gravity": a catalogue of the scan's asperities. From each rest on the scan the sphere then rolls on to the
-        nearest on their vertices, on which `rolling` and `superpose` put it: on the scan it lies on flanks of summits,
-        and some tenths of a nanometre in height decide over a contact. Where there is none near, it stays.
+        For "gravity": a catalogue of the scan's asperities. From each rest the sphere then rolls on to the nearest on
+        their vertices, on which `rolling` and `superpose` put it; where there is none near, it stays.
     particle_density : number or quantity
         For "adhesion": kg/m³.
     friction_velocity : number or quantity
@@ -88,13 +79,13 @@ def resting(
     -------
     Dataset
         Along ``subregion``, to be given to any verb as ``subregions``: coordinates ``subregion_x``, ``subregion_y``
-        (nm) and ``landing_share``, their weight in all statistics; ``rest_height`` of the sphere's lowest point (nm,
-        over the scan's zero), ``carriers``, the summits that it stands on (at most 8), and ``carrier_x``, ``carrier_y``
-        of each along ``carrier`` (nm). With "gravity" also ``barrier``, the height of the lowest pass over the rest
-        (nm), ``pass_x``, ``pass_y`` (nm), ``pass_to``, the rest beyond it, −1 where the sphere then rolls off the scan;
-        and ``truncated``, where the basin or the sphere over its carriers reaches the scan's edge. With "adhesion"
-        ``at_bottom``, whether the place is one of those of "gravity". The attribute ``share_off_scan`` is the share of
-        the area from which a sphere rolls off the scan. Empty, with a warning, where there is no rest at all.
+        (nm) and ``landing_share``, their weight in all statistics; ``rest_height`` of the sphere's lowest point (nm),
+        ``carriers``, the summits that it stands on (at most 8), and ``carrier_x``, ``carrier_y`` of each (nm). With
+        "gravity" also ``barrier``, the height of the lowest pass over the rest (nm), ``pass_x``, ``pass_y`` (nm),
+        ``pass_to``, the rest beyond it, −1 off the scan; and ``truncated``, where the basin or the sphere over its
+        carriers reaches the scan's edge. With "adhesion" ``at_bottom``, whether the place is one of "gravity". The
+        attribute ``share_off_scan`` is the share of the area from which a sphere rolls off the scan. Empty, with a
+        warning, where there is no rest at all.
 
     Raises
     ------
@@ -141,7 +132,7 @@ def resting(
         if on is not None:
             out = _on_vertices(out, schema.validate(on, "asperities"), ground)
     given |= {"landings": landings, "on": None if on is None else "asperities"}
-    out = out.assign_coords({name: scan[name] for name in schema.TRAVELLING if name in scan.coords})
+    out = out.assign_coords(schema.travelling(scan))
     off = float(rests.areas(settled.labels, len(settled.places) + 1)[rests.OFF]) / settled.labels.size
     out.attrs = {"settle": settle, "share_off_scan": off}
     if out.sizes["subregion"] == 0:

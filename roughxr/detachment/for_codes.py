@@ -1,12 +1,10 @@
 """`parameters`: adhesion and moments reduced to the parameters that other codes need.
 
-    Rock'n'Roll    log-normal pull-off over the smooth sphere's, and a lever over the radius (Reeks & Hall 2001)
-    LAMMPS         pair_style granular, normal jkr: E_eff and γ, pull-off 3πγR; rolling sds: μ_roll, whose largest
-                   moment is μ_roll R (N + 2 · 3πγR) (its manual, "pair_style granular")
-    code_saturne   deposition with resuspension: denasp, rayasp, espasg, rayasg of cs_lagr_reentrained_model_t, of
-                   hemispheres at two scales (src/lagr/cs_lagr_adh.c)
-
-LIGGGHTS' sjkr has a pull that grows with the overlap and no pull-off force of its own, so that nothing can be fitted.
+Rock'n'Roll    log-normal pull-off over the smooth sphere's, and a lever over the radius (Reeks & Hall 2001)
+LAMMPS         pair_style granular, normal jkr: E_eff and γ, pull-off 3πγR; rolling sds: μ_roll, whose largest
+               moment is μ_roll R (N + 2 · 3πγR) (its manual, "pair_style granular")
+code_saturne   deposition with resuspension: denasp, rayasp, espasg, rayasg of cs_lagr_reentrained_model_t, of
+               hemispheres at two scales (src/lagr/cs_lagr_adh.c)
 """
 
 from __future__ import annotations
@@ -40,16 +38,14 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
     Returns
     -------
     Dataset
-        Scalars; `to_table` lists them, and writes them as CSV. For the log-normal law, fitted by maximum
-        likelihood: ``adhesion_mean`` and ``adhesion_spread`` (geometric, of the pull-off over the smooth sphere's) and
-        ``adhesion_law_distance`` (Kolmogorov's, between the law and the places). ``work_of_adhesion_median``, the work
-        of adhesion at which a smooth JKR sphere has the same pull-off force, with ``_low`` and ``_high``, 5 and 95 % of
-        the places, and ``surface_energy_median``, half of it, LAMMPS' γ. From `rolling`, over all places and
-        directions: ``moment_mean`` (nN nm) and ``moment_spread`` (both geometric, over positive ones), ``lever_median``
-        over the radius, with ``_low`` and ``_high``, and ``rolling_friction_median``, LAMMPS' μ_roll with the same
-        resisting moment for a sphere without load. From asperities ``asperity_density`` (denasp), ``asperity_radius``
-        (rayasp), ``asperity_coverage``, and ``large_asperity_spacing`` (espasg), ``large_asperity_radius`` (rayasg).
-        Lengths are in nm, where code_saturne expects m.
+        Scalars; `to_table` lists them, and writes them as CSV. Of the log-normal law: ``adhesion_mean`` and
+        ``adhesion_spread`` (geometric, of the pull-off over the smooth sphere's) and ``adhesion_law_distance``
+        (Kolmogorov's, from the places). ``work_of_adhesion_median``, at which a smooth JKR sphere has the same pull-off
+        force, with ``_low`` and ``_high``, 5 and 95 % of the places, and ``surface_energy_median``, half of it, LAMMPS'
+        γ. From `rolling`, over all places and directions: ``moment_mean`` (nN nm) and ``moment_spread`` (geometric),
+        ``lever_median`` over the radius, with ``_low`` and ``_high``, and ``rolling_friction_median``, LAMMPS' μ_roll.
+        From asperities ``asperity_density`` (denasp), ``asperity_radius`` (rayasp), ``asperity_coverage``, and
+        ``large_asperity_spacing`` (espasg), ``large_asperity_radius`` (rayasg), in nm, where code_saturne expects m.
 
     Raises
     ------
@@ -59,9 +55,7 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
     Notes
     -----
     A smooth JKR sphere with ``work_of_adhesion_median`` has the pull-off force of the rough contact, but not its area
-    or its stiffness, and no scatter: for the scatter, draw the value of each particle from the places.
-
-    code_saturne takes asperities as hemispheres, whose height is their radius. Those of an AFM scan are flat caps:
+    or its stiffness, and no scatter. code_saturne takes asperities as hemispheres; those of an AFM scan are flat caps:
     where ``asperity_coverage``, π times density and squared radius, is above 1, its number of contacts is meaningless.
 
     References
@@ -89,8 +83,7 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
     if large is not None:
         density, radius = _of_asperities(large)
         rows |= {"large_asperity_spacing": density**-0.5, "large_asperity_radius": radius}
-    pair = {name: ds[name] for name in schema.TRAVELLING if name in ds.coords}
-    out = xr.Dataset(rows, coords=pair, attrs={"comment": scope_of(ds)})
+    out = xr.Dataset(rows, coords=schema.travelling(ds), attrs={"comment": scope_of(ds)})
     return schema.record(schema.label(out), "parameters", ds)
 
 

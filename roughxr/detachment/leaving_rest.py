@@ -1,9 +1,4 @@
-"""`leaving`: what it takes to drive a particle out of its place of rest and over the lowest pass, not only to rock it.
-
-A particle that begins to roll may fall back into its basin, or stop at the pass. It leaves where the load overcomes the
-resisting moment towards the pass both at rest and on the pass, where it stands on two summits or one; its weight, and
-with it the height of the pass, is in both moments.
-"""
+"""`leaving`: what drives a particle out of its place of rest and over the lowest pass, instead of only rocking it."""
 
 from __future__ import annotations
 
@@ -77,7 +72,8 @@ def leaving(
     rest, over = (rolling(catalogue, directions=_DIRECTIONS, load=down, subregions=at) for at in (places, passes))
     off = [there - places[f"subregion_{axis}"].values for there, axis in zip(passes, "xy")]
     towards = np.arctan2(off[1], off[0])
-    share = _only(rest["direction"].values, towards)
+    angles = rest["direction"].values  # the one nearest to the pass counts alone
+    share = np.eye(angles.size)[np.cos(angles - towards[:, None]).argmax(axis=1)]
     strengths = [
         first_strength(kind, body, held_of(one, 0.0, None, None)._replace(share=share))[0] for one in (rest, over)
     ]
@@ -90,8 +86,3 @@ def leaving(
     return schema.record(
         schema.label(out), "leaving", ds, load=out.attrs["load"], particle_density=particle_density, **recorded(body)
     )
-
-
-def _only(angles: np.ndarray, towards: np.ndarray) -> np.ndarray:
-    """Return (place, direction): 1 in the direction nearest to the pass, 0 in all others."""
-    return np.eye(angles.size)[np.cos(angles - towards[:, None]).argmax(axis=1)]

@@ -35,9 +35,6 @@ _TORQUE = 0.94399 * 4 * np.pi
 #: r⁺ up to which the flow around the sphere counts as creeping.
 CREEPING = 1.0
 
-#: Range of r⁺ in which Hall measured lift.
-HALL_RANGE = (1.8, 70.0)
-
 #: r⁺ at which both formulas of lift are equal: 9.22 r⁺⁴ = 20.9 r⁺^2.31.
 _EQUAL_LIFT = (20.9 / 9.22) ** (1 / 1.69)
 
@@ -267,34 +264,6 @@ def weight(
     """
     difference = positive(density, "kg m-3", "density") - _density(medium_density)
     return _mass(radius, difference) * gravity
-
-
-def vibration_acceleration(amplitude: Quantity, frequency: Quantity) -> float:
-    """Return the largest acceleration of a sine, m/s².
-
-    Parameters
-    ----------
-    amplitude : number or quantity
-        nm.
-    frequency : number or quantity
-        Hz.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    ValueError
-        If either is not positive.
-
-    Examples
-    --------
-    >>> round(vibration_acceleration("1 um", 1000.0), 3)
-    39.478
-    """
-    length = positive(amplitude, "nm", "amplitude") * factor("nm", "m")
-    return float(length * (2 * np.pi * positive(frequency, "Hz", "frequency")) ** 2)
 
 
 def in_range(plus: Any, formula: str) -> Any:

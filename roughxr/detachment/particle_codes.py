@@ -1,14 +1,11 @@
 """`to_dem`: adhesion as text for the input of a discrete-element code or a resuspension model, in SI units.
 
-Every code gets the pull-off force of the places through the formula by which it makes a pull-off force of its own
-parameters; what it cannot hold (scatter, other laws) is said in the text.
-
-    lammps          pair_style granular and fix wall/gran, jkr: 3 π γ R (manual, "pair_style granular")
-    4c              AdhesionRegDMT: 4 π γ R_eff, γ normally distributed (particle_interaction_dem_adhesion_law)
-    liggghts        cohesion sjkr: cohesion energy density times the area of overlap (its page of that name)
-    mercurydpm      ReversibleAdhesive: a spring with a largest force (AdhesionForceMax)
-    yade            ViscElCapMat: a bridge of liquid, 4 π R γ cosθ at contact with a plane (examples/capillary)
-    rock_n_roll     the places' own distribution of the pull-off, and the lever (Reeks & Hall 2001)
+lammps          pair_style granular and fix wall/gran, jkr: 3 π γ R (manual, "pair_style granular")
+4c              AdhesionRegDMT: 4 π γ R_eff, γ normally distributed (particle_interaction_dem_adhesion_law)
+liggghts        cohesion sjkr: cohesion energy density times the area of overlap (its page of that name)
+mercurydpm      ReversibleAdhesive: a spring with a largest force (AdhesionForceMax)
+yade            ViscElCapMat: a bridge of liquid, 4 π R γ cosθ at contact with a plane (examples/capillary)
+rock_n_roll     the places' own distribution of the pull-off, and the lever (Reeks & Hall 2001)
 """
 
 from __future__ import annotations
@@ -58,10 +55,9 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
     ds : Dataset
         A pull-off with its pair, or a result of `rolling`, which also gives the coefficient of rolling friction.
     code : {"lammps", "4c", "liggghts", "mercurydpm", "yade", "rock_n_roll"}
-        The last gives a table (CSV) in place of a fitted log-normal law: ``force_nN`` (ascending), ``cdf`` (share of
-        the places that detach at or below it), ``force_over_smooth`` (over that of the same sphere on a smooth
-        flat), and from `rolling` ``lever_over_radius`` in the weakest direction, to use in place of 1/100. Places where
-        nothing pulls are left out; a comment gives their number.
+        The last gives a table (CSV) in place of a fitted log-normal law: ``force_nN`` (ascending), ``cdf``,
+        ``force_over_smooth`` (over that of the same sphere on a smooth flat), and from `rolling` ``lever_over_radius``
+        in the weakest direction, to use in place of 1/100. Places where nothing pulls are left out, and counted.
     classes : int
         Particle types of equal share among which the places are divided, by their pull-off, for codes that hold one
         adhesion for each type (not "4c", "rock_n_roll"); by default up to 5. 1: all alike, with the mean pull-off.
@@ -82,12 +78,8 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
     Notes
     -----
     LAMMPS was run with these lines: a particle pulled off the wall needs the pull-off force handed over, to 1e-5
-    (``tests/benchmarks/dem_codes.py``). The others follow their manuals and sources; pull one particle off before use.
-    LAMMPS' mdr is left out: with the work of adhesion of the same pull-off it let go at a tenth of the force.
-
-    References
-    ----------
-    The codes' manuals and sources, as named at the head of this file.
+    (``tests/benchmarks/dem_codes.py``). The others follow their manuals and sources, named at the head of this file;
+    pull one particle off before use.
 
     Examples
     --------
@@ -233,7 +225,7 @@ def _distribution(ds: xr.Dataset) -> str:
         table["lever_over_radius"] = _levers(ds, force) / float(ds["sphere_radius"])
     head = [
         f"smooth sphere's pull-off force: {smooth_pull_off(ds):.6g} nN",
-        *(f"{schema.axis_label(name)}: {float(ds[name]):.6g}" for name in schema.TRAVELLING if name in ds.coords),
+        *(f"{schema.axis_label(name)}: {float(one):.6g}" for name, one in schema.travelling(ds).items()),
         f"places: {steps.attrs['samples']}; where nothing pulls: {steps.attrs['missing']}",
     ]
     return "".join(f"# {line}\n" for line in head) + table.to_csv(index=False, float_format="%.8g", lineterminator="\n")

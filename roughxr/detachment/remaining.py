@@ -37,9 +37,8 @@ def resuspension(
 ) -> xr.Dataset:
     """Return the fraction of particles that remain on the surface over friction velocity and time.
 
-    Each place holds one particle, or of places from `resting` its share of them. Its ratio of drive to resistance, the
-    largest of rolling, sliding and lifting as in `critical_load`, is taken as F/f_a of Rock'n'Roll; no law of adhesion
-    is assumed.
+    Each place holds one particle, or of places from `resting` its share of them. Its largest ratio of drive to
+    resistance, as in `critical_load`, is taken as F/f_a of Rock'n'Roll; no law of adhesion is assumed.
 
     Parameters
     ----------
@@ -96,7 +95,7 @@ def resuspension(
         raise ValueError(f"expected at least one place in contact, found none of {held.known.size}")
     out = _labelled(_here(speed, seconds, body, held, model), ds, speed, seconds)
     out["in_range"] = ("friction_velocity", LOADS["wall_shear"].push(speed, body).in_range)
-    out = _with_band(out, int(held.known.sum()), _CONFIDENCE, _RESAMPLES)
+    out = _with_band(out, int(held.known.sum()))
     out.attrs = {"model": model, "confidence": _CONFIDENCE, "places": int(held.known.sum())}
     out.attrs |= {"missing": "NaN where nothing is in contact", "comment": scope_of(ds)}
     given = {"friction_velocity": speed, "time": seconds, "model": model, "direction": direction}
@@ -127,13 +126,14 @@ def _labelled(here: np.ndarray, ds: xr.Dataset, speed: np.ndarray, seconds: np.n
     return xr.Dataset({"remaining_here": (dims, here)}, coords={**place, "friction_velocity": speed, "time": seconds})
 
 
-def _with_band(out: xr.Dataset, places: int, confidence: float, resamples: int) -> xr.Dataset:
+def _with_band(out: xr.Dataset, places: int) -> xr.Dataset:
     """Return the mean over places, with the ends of its interval if there are at least two."""
     out["remaining"] = by_share(out["remaining_here"]).mean("subregion")
     if places < 2:
         return out
     known = out[["remaining_here"]].dropna("subregion")
-    band = bootstrap(known, "remaining_here", statistics=["mean"], confidence=confidence, resamples=resamples)
+    how = {"confidence": _CONFIDENCE, "resamples": _RESAMPLES}
+    band = bootstrap(known, "remaining_here", statistics=["mean"], **how)
     ends = band.sel(resampling="block", statistic="mean", drop=True).transpose("friction_velocity", "time")
     for end in ("low", "high"):
         out[f"remaining_{end}"] = (("friction_velocity", "time"), np.clip(ends[end].values, 0.0, 1.0))

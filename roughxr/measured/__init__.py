@@ -1,10 +1,9 @@
 """Measured beside predicted: pull-off forces from the instrument, compared with those that a scan predicts.
 
-opening, several                   any file of measured forces, one or many
+opening                            any file of measured forces, one or many
 tables, vendor_scales, forces      tables; images of adhesion and their scales; units and signs of forces
 curves, curve_files, curve_reader  force-distance curves as they were recorded
 force_curves, baselines            pull-off forces from curves
-kept_curves                        curves kept beside their pull-off forces
 comparison, registration           measured beside predicted, place by place where they can be aligned
 fitting, matching                  work of adhesion, its range, hardness or radius, fitted to measured pull-offs
 elsewhere                          a fit on one surface, held against measurements on others

@@ -49,12 +49,8 @@ def compare(
         The same, from `open_pull_off`, or a second prediction.
     statistics : sequence of str
         Statistics whose ratios are reported, see `bootstrap`.
-    confidence : float
-        Confidence level of the intervals.
-    resamples : int
-        Number of resamples of each bootstrap.
-    seed : int
-        The same seed gives the same intervals.
+    confidence, resamples, seed
+        As for `bootstrap`.
     shift : "find", (length, length) or None
         Offset to add to the measured places along x and y, which brings them to those of the prediction. "find": it is
         searched where both places are known and the prediction lies on a grid. None: places are not compared.
@@ -66,12 +62,11 @@ def compare(
     Dataset
         Along ``statistic``: ``predicted`` and ``measured`` with ``…_low`` and ``…_high``, and ``ratio``, measured over
         predicted, with its interval; NaN where one of them is not positive. Along ``probability``:
-        ``predicted_quantile`` and ``measured_quantile``. ``distribution_distance``, the largest difference between the
-        two cumulative distributions, and its ``distribution_p_value``, for the effective numbers of independent samples
-        ``predicted_places`` and ``measured_places``. Where places can be compared, ``shift_x``, ``shift_y`` (nm),
-        ``place_correlation`` (of normal scores) and ``place_p_value``; where this is below 0.01, also
-        ``predicted_force`` and ``measured_force`` along the measured ``subregion``, else the shift is NaN, as none was
-        found. The attribute ``places`` says which case applies.
+        ``predicted_quantile`` and ``measured_quantile``. ``distribution_distance``, Kolmogorov's, and its
+        ``distribution_p_value``, for the effective numbers of independent samples ``predicted_places`` and
+        ``measured_places``. Where places can be compared, ``shift_x``, ``shift_y`` (nm), ``place_correlation`` (of
+        normal scores) and ``place_p_value``; where this is below 0.01, also ``predicted_force`` and ``measured_force``
+        along the measured ``subregion``, else the shift is NaN. The attribute ``places`` says which case applies.
 
     Raises
     ------
@@ -80,13 +75,10 @@ def compare(
 
     Notes
     -----
-    Each interval is that of a block bootstrap (`bootstrap`). For the ratio, the errors of both are taken as independent
-    and their logarithms added in squares (Donner & Zou, Stat. Methods Med. Res. 21 (2012) 347). At the same places of
-    one surface the errors are correlated, and the interval is wider than necessary.
-
-    The p-value is Kolmogorov's, for the effective number of independent places of both, which `bootstrap` estimates for
-    the mean. A tail has more independent places than the mean, so that the test rather misses differences than finds
-    too many.
+    Intervals are those of a block bootstrap. For the ratio, the errors of both are taken as independent and their
+    logarithms added in squares (Donner & Zou, Stat. Methods Med. Res. 21 (2012) 347): at the same places of one surface
+    it is wider than necessary. A tail has more independent places than the mean, whose number the p-value is for, so
+    that the test rather misses differences than finds too many.
 
     Examples
     --------

@@ -1,32 +1,22 @@
-"""Force-distance curves and force volumes in microscopes' files, read through afmformats (extra ``curves``).
-
-The content of a file decides its format. It is read in a process that is ended when it takes too long. Sensitivity and
-spring constant, which turn recorded values into forces, are stated by the file or by the caller, never by both and
-never by default.
-"""
+"""Force-distance curves and force volumes in microscopes' files, read through afmformats (extra ``curves``)."""
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from ..files import reader_process
-from ..scans.channel import UnreadableScan, not_installed
+from ..scans.channel import UnreadableScan, asked, first_bytes
 from ..scans.netcdf import HDF5, refuse_harmful
-from ..scans.not_images import TEXTS, is_wave_of_columns, refuse_nanoscope
+from ..scans.not_images import TEXTS, ZIP, is_wave_of_columns, refuse_nanoscope
 from ..scans.plain import decoded, separators
 from ..vocabulary.units import factor, positive
 from . import curve_reader
 from .forces import Calibration, has_units
 
 BRANCHES = ("loading", "retraction")
-
-#: First bytes of an archive.
-_ZIP = b"PK\x03\x04"
 
 
 class CurveFile(NamedTuple):
@@ -42,9 +32,8 @@ class CurveFile(NamedTuple):
 def curve_kind(path: Path, family: str, given: Calibration) -> str | None:
     """Return the kind of a file of curves, by its content; None for any other file."""
     refuse_nanoscope(path)
-    with path.open("rb") as file:
-        head = file.read(4096)
-    if head.startswith(_ZIP):
+    head = first_bytes(path, 4096)
+    if head.startswith(ZIP):
         return "zip"
     if head.startswith(HDF5):
         return "hdf5" if _software(path) == "afmformats" else None
@@ -137,14 +126,7 @@ def _refuse_both(path: Path, name: str, given: float, own: list[float]) -> None:
 
 
 def _asked(path: Path, kind: str, known: dict[str, float], **which: int) -> dict[str, Any]:
-    if find_spec("afmformats") is None:
-        raise not_installed("afmformats", "none", "curves")
-    try:
-        return reader_process.ask(path, curve_reader.__file__, kind=kind, known=known, **which)
-    except reader_process.ReadingFailed as failure:
-        raise UnreadableScan(path, str(failure)) from None
-    except ImportError as error:
-        raise not_installed("afmformats", error, "curves") from error
+    return asked(path, curve_reader, "afmformats", extra="curves", kind=kind, known=known, **which)
 
 
 def curves_of(file: CurveFile, first: int = 0, last: int | None = None) -> xr.Dataset:

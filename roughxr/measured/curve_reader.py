@@ -1,8 +1,7 @@
-"""Force-distance curves in microscopes' files, through afmformats (extra ``curves``).
+"""What `files.reader_process` runs to read force-distance curves through afmformats; imports nothing of roughxr.
 
-Run by `files.reader_process` in a process that can be ended; it imports nothing of roughxr. It adds to afmformats: the
-content of a file decides its format, whatever its name; approach and retraction are told apart by the piezo's travel,
-since not every format marks them.
+The content of a file decides its format, whatever its name; approach and retraction are told apart by the piezo's
+travel, since not every format marks them.
 """
 
 from __future__ import annotations

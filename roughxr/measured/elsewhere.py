@@ -1,8 +1,4 @@
-"""A test on other surfaces: the work of adhesion fitted on one must predict the pull-off forces on the others.
-
-With a number of its own, each surface can be fitted. A model is confirmed if one number, fitted once, predicts mean and
-spread on surfaces that it was not fitted to, within its interval and the scatter between places.
-"""
+"""A test on other surfaces: the work of adhesion fitted on one must predict the pull-off forces on the others."""
 
 from __future__ import annotations
 

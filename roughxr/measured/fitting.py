@@ -1,7 +1,4 @@
-"""Fits of one number of the pair, so that predicted pull-offs agree with the measured ones.
-
-One mean determines one number, and for a smooth sphere not even the range: the results say what a fit leaves open.
-"""
+"""Fits of one number of the pair, so that predicted pull-offs agree with the measured ones."""
 
 from __future__ import annotations
 
@@ -96,8 +93,8 @@ def fit_pair(
         What is fitted.
     method : {"adhesive", "superposed", "rigid"}, optional
         How pull-offs are predicted: "adhesive", the default, by the direct simulation, at some seconds for each place
-        and each of about six values (for the range with law="exponential"); "superposed", by `pull_off_map`, in seconds
-        (work of adhesion and radius); "rigid", between bodies too stiff to deform (the range).
+        and each of about six values; "superposed", by `pull_off_map`, in seconds (work of adhesion and radius);
+        "rigid", between bodies too stiff to deform (the range).
     subregions : (int, int), (array, array) or Dataset, optional
         Where the prediction's sphere lands, see `regions.centres`; by default on 4 × 4 places, 8 × 8 for the quick
         methods. Places need not be the measured ones.
@@ -118,12 +115,10 @@ def fit_pair(
         ``fitted_work_of_adhesion`` (J/m²), ``fitted_adhesion_range`` (nm), ``fitted_hardness`` (GPa) or
         ``fitted_sphere_radius`` (nm), with the ends of its interval (``fitted_work_low``, ``fitted_range_low``,
         ``fitted_hardness_low``, ``fitted_sphere_radius_low`` and ``…_high``); NaN beyond the values that could be
-        solved. These lie along ``trial_…`` with ``quantile_distance``, 0 where all quantiles from 5 to 95 % agree. What
+        solved, which lie along ``trial_…`` with ``quantile_distance``, 0 where all quantiles from 5 to 95 % agree. What
         the fit leaves open: ``spread_ratio``, 1 where the surface explains the measured spread; ``force_exponent``,
-        d ln force / d ln value, near 0 where the forces do not determine it; and the derivative of its logarithm with
-        respect to that of the held work of adhesion (``work_trade``) or, for the work of adhesion, of the held contact
-        modulus (``modulus_trade``). The attribute ``not_identifiable`` says the same in words, with the values that
-        could not be solved.
+        d ln force / d ln value; and d ln value / d ln of the held work of adhesion (``work_trade``) or, for the work,
+        of the held contact modulus (``modulus_trade``). The attribute ``not_identifiable`` says the same in words.
 
     Raises
     ------
@@ -133,26 +128,21 @@ def fit_pair(
 
     Notes
     -----
-    The pull-off of each place is solved at the assigned value and where it is needed, at the fit and at the ends of its
-    interval, and interpolated between by monotone curves of logarithms; a value that cannot be solved is left out. The
-    fit is where predicted and measured forces have the same mean logarithm. Its interval is the likelihood's, with
+    The fit is where predicted and measured forces have the same mean logarithm. Its interval is the likelihood's, with
     Student's t: it holds the scatter of the places on both sides, of each as many as are independent, ``force_error``
-    and the mean ``pull_off_error`` of the simulation. This is stated for mesh="auto" only, and on one mesh for laws
-    with an edge.
-
-    Superposed forces are divided by 0.7, their median ratio to the simulation, and the interval holds that this ratio
-    lies between 0.3 and 1.4 on nine surfaces of ten.
+    and the mean ``pull_off_error`` of the simulation, which is stated for mesh="auto" only, and on one mesh for laws
+    with an edge. Superposed forces are divided by 0.7, their median ratio to the simulation, and the interval holds
+    that this ratio lies between 0.3 and 1.4 on nine surfaces of ten.
 
     Waves missing in the scan are absorbed by the fit unless ``below`` is given, the error of its mesh unless the
-    simulation states it (mesh="auto"). Measured and predicted places are taken as independent; where both lie on one
-    scan they share its peaks. A smooth sphere pulls with 2πwR whatever the range (Derjaguin), so that only roughness
-    reveals it.
+    simulation states it. Measured and predicted places are taken as independent. A smooth sphere pulls with 2πwR
+    whatever the range (Derjaguin), so that only roughness reveals it.
 
-    Of 200 synthetic sets on 20 surfaces of four kinds, twice as finely resolved as the scans, with no shorter waves and
-    on cells of equal size, intervals of 95 % held the work of adhesion in 91 ± 5 % (the error by surfaces), and the
-    mean of ln(fit/truth) was −0.05 ± 0.04; in 84 % where a scan holds two roll-off wavelengths. On the scan of another
-    surface of the kind they held it in 92 ± 5 %. With waves down to a pixel of the scan, and without ``below``, they
-    held it in 92 %, the mean was −0.10 ± 0.05 (``tests/benchmarks/fitted_work.py``, with "hidden").
+    Of 200 synthetic sets on 20 surfaces, twice as finely resolved as the scans, with no shorter waves and on cells of
+    equal size, intervals of 95 % held the work of adhesion in 91 ± 5 % (the error by surfaces), and the mean of
+    ln(fit/truth) was −0.05 ± 0.04; in 84 % where a scan holds two roll-off wavelengths, and in 92 ± 5 % on the scan of
+    another surface of the kind. With waves down to a pixel of the scan, and without ``below``, they held it in 92 %,
+    the mean was −0.10 ± 0.05 (``tests/benchmarks/fitted_work.py``, with "hidden").
 
     Examples
     --------

@@ -1,8 +1,4 @@
-"""The pull-off force of each retraction in force-distance curves, and its uncertainty due to noise and baseline.
-
-Far from the surface no force acts: what is recorded there is offset, drift, tilt and virtual deflection, a straight
-line in the piezo's travel. It is fitted there and subtracted everywhere.
-"""
+"""The pull-off force of each retraction in force-distance curves, and its uncertainty due to noise and baseline."""
 
 from __future__ import annotations
 
@@ -14,8 +10,7 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, converted, fraction, positive
 from ..vocabulary.verbs import verb, warn
-from .baselines import Baseline, baseline_of, fitted
-from .kept_curves import kept
+from .baselines import Baseline, baseline_of, fitted, kept
 
 #: Smallest numbers of samples: of a retraction, of its baseline, and of the part in which the surface is pressed.
 _LEAST_SAMPLES, _LEAST_BASELINE, _LEAST_PRESSED = 50, 10, 5
@@ -78,10 +73,9 @@ def curves_pull_off(
     Parameters
     ----------
     ds : Dataset
-        ``piezo`` (units of a length, growing towards the surface, from any zero) and either ``force`` (units of a
-        force, > 0 pushes) or ``deflection`` (units of a length, > 0 pushes). Along ``sample`` or (subregion, sample)
-        they are retractions, whose first sample is the most pressed one; along (subregion, branch, sample) the branch
-        "retraction" is used. Coordinates of places are kept.
+        ``piezo`` (units of a length, growing towards the surface, from any zero) and either ``force`` or ``deflection``
+        (> 0 pushes). Along ``sample`` or (subregion, sample) they are retractions, the most pressed sample first; along
+        (subregion, branch, sample) the branch "retraction" is used. Coordinates of places are kept.
     spring_constant : number or quantity, optional
         N/m, where ``ds`` does not state it; needed for deflections. For forces it is used to subtract the bending of
         the cantilever from the distance.
@@ -95,12 +89,11 @@ def curves_pull_off(
     -------
     Dataset
         Along ``subregion``: ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_uncertainty``, its standard
-        error due to noise and baseline (not to the spring constant); ``pull_off_distance`` (nm), from where the force
-        is zero to the largest pull, less the bending of the cantilever where its spring constant is known;
-        ``work_of_separation`` (nN nm), done by the piezo against the pull; ``force_noise`` (nN); ``contact_point``
-        (nm), the piezo's travel where the force is zero; ``contact_slope`` (nN/nm), the slope of the force over the
-        travel in the upper half of the contact; ``baseline_offset`` (nN) at the contact point and ``baseline_tilt``
-        (nN/nm); ``reason``, why a curve has no pull-off, which then is NaN.
+        error due to noise and baseline; ``pull_off_distance`` (nm), from zero force to the largest pull, less the
+        bending of the cantilever where its spring constant is known; ``work_of_separation`` (nN nm), done by the piezo
+        against the pull; ``force_noise`` (nN); ``contact_point`` (nm), the piezo's travel at zero force;
+        ``contact_slope`` (nN/nm), in the upper half of the contact; ``baseline_offset`` (nN) at the contact point and
+        ``baseline_tilt`` (nN/nm); ``reason``, why a curve has no pull-off, which then is NaN.
 
     Raises
     ------
@@ -111,14 +104,12 @@ def curves_pull_off(
     Warns
     -----
     ImplausibleCurves
-        If the median slope in contact is more than 1.1 times the spring constant: spring and surface in series cannot
-        be stiffer than the spring, so that the sensitivity is too large by at least that factor.
+        If the median slope in contact is more than 1.1 times the spring constant: the sensitivity is then too large.
 
     Notes
     -----
-    The uncertainty leaves out two errors: that of a curved baseline, which is extrapolated as a straight line, and that
-    of the parabola through the samples before the jump, about 0.1 % where a soft spring tears a sphere off close to its
-    largest pull.
+    The uncertainty leaves out that of a curved baseline, which is extrapolated as a straight line, and that of the
+    parabola through the samples before the jump, about 0.1 % where a soft spring tears a sphere off.
 
     Examples
     --------
@@ -239,10 +230,7 @@ def _unusable(z: np.ndarray, share: float) -> str:
 
 
 def _zero(flat: np.ndarray, end: int, noise: float) -> int | None:
-    """Return the last sample that pushes before the largest pull, None where no sample pushes by more than the noise.
-
-    Without a pull, the sample before the first that does not push.
-    """
+    """Return the last sample that pushes before the largest pull, None where none pushes by more than the noise."""
     if flat[:end].max(initial=0.0) <= _PULL_THRESHOLD * noise:
         return None
     if end < flat.size:
@@ -284,9 +272,7 @@ class _Minimum(NamedTuple):
 def _minimum(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[float, float]:
     """Return the least force and its standard error, by a parabola through the samples around the lowest one.
 
-    The samples are chosen by the parabola and not by their own noise, since to drop those that noise lifts would bias
-    the rest downwards. If the force still falls at the last sample, the surface let go at some time before the next
-    one.
+    Chosen by the parabola and not by their own noise: to drop samples that noise lifts would bias the rest downwards.
     """
     end = _torn_off(force, at, noise)
     ends = max(at - _HALF_WIDTH, 0), min(at + _HALF_WIDTH, end)

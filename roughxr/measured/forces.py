@@ -14,7 +14,7 @@ from ..vocabulary.units import factor, positive
 PULLS = ("positive", "negative")
 
 #: What to state where recorded values are not in units of a force.
-_HOW = "state sensitivity= in nN/V; or in nm/V, with spring_constant= in N/m"
+_ADVICE = "state sensitivity= in nN/V; or in nm/V, with spring_constant= in N/m"
 
 
 class Calibration(NamedTuple):
@@ -64,7 +64,7 @@ def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[n
 def _per_volt(sensitivity: Any, units: str) -> tuple[float, str]:
     """Return the value of one volt and its units, of a force or of a deflection."""
     if sensitivity is None:
-        raise ValueError(f"expected forces, found {units}; {_HOW}")
+        raise ValueError(f"expected forces, found {units}; {_ADVICE}")
     has_units(sensitivity)
     try:
         return positive(sensitivity, "nN/V", "sensitivity"), "nN/V"

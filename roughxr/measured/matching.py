@@ -1,17 +1,14 @@
 """Fit of one number of a prediction, so that predicted forces agree with the measured ones in the mean logarithm.
 
-The pull-off of each place is known at a few values of the number, and interpolated between them on logarithms by a
-curve that is monotone where they are (`Emulator`). Values are added where they are needed: at the fit, and out to both
-ends of its interval.
-
-Logarithms of forces are taken as normal, measured and predicted with a spread of their own each. The likelihood's
-interval then holds the values for which the two means differ by no more than
+The pull-off of each place is known at a few values of the number, added where they are needed, and interpolated between
+them on logarithms (`Emulator`). Logarithms of forces are taken as normal. The likelihood's interval then holds the
+values for which the two means differ by no more than
 
     t √(s²/n + σ²/m + ε²)
 
 with s and σ the spreads over n measured and m predicted places (as many as are independent), ε the errors common to
-all places, and t Student's for Welch's number of degrees of freedom. The shape of the distribution follows from the
-surface; whether it agrees with the measured one is reported, not fitted.
+all places, and t Student's for Welch's number of degrees of freedom. Whether the shapes of the distributions agree is
+reported, not fitted.
 """
 
 from __future__ import annotations
@@ -133,10 +130,7 @@ def matching(
     confidence: float,
     error: float,
 ) -> Fitted:
-    """Return the value whose predicted forces agree with the measured ones in the mean, and its interval.
-
-    Values up to ``reach`` times the start and down to its ``reach``-th part are solved, each as it is needed.
-    """
+    """Return the value within ``reach`` times the start whose predicted forces agree in the mean, and its interval."""
     ln_force = np.log(counted_equally(forces, "fit_pair").values)
     measured = Measured(ln_force, _independent(forces), error)
     first = predict(start)
@@ -233,10 +227,7 @@ def _nearer(known: float, failed: float) -> float:
 
 
 def _best(tested: _Test, emulator: Emulator, measured: Measured) -> tuple[float, bool]:
-    """Return where the means agree, and whether they do so among the values covered, else the nearest.
-
-    Where they agree at several values it is that with the nearest distribution.
-    """
+    """Return where the means agree (the nearest distribution, if at several), or nearly so; and whether they do."""
     cross = np.flatnonzero(np.diff(np.sign(tested.difference)) != 0)
     if not cross.size:
         k = int(np.argmin(np.abs(tested.difference)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,14 +12,13 @@ import numpy as np
 import xarray as xr
 
 from ..scans import files
-from ..scans.channel import Channel, UnreadableScan, along, listing, named
+from ..scans.channel import Channel, UnreadableScan, along, first_bytes, listing, named
 from ..statistics.sampling import of_a_map
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity
 from .curve_files import calibration, curve_kind, curves_of, opened
 from .force_curves import curves_pull_off
 from .forces import Calibration, converts, forces, magnitudes
-from .several import together
 from .tables import force_column, is_spreadsheet, lengths, place_columns, read_table
 from .vendor_scales import in_true_units
 
@@ -44,9 +44,8 @@ def open_pull_off(
     ----------
     path : str, path or sequence of them
         A table (CSV and the like, .xlsx) with names above its columns, such as ``x [um], y [um], force [nN]``; any AFM
-        file that `open_scan` reads and that holds an image of adhesion; or a file of curves, see `open_curves`, of
-        which `curves_pull_off` also takes other baselines and keeps the curves. The content decides, not the extension.
-        Several files, such as one for each curve, are read alike and concatenated.
+        file that `open_scan` reads and that holds an image of adhesion; or a file of curves, see `open_curves`. The
+        content decides, not the extension. Several files are read alike and concatenated.
     channel : str or int, optional
         Name of the column, or name or number of the image; needed where there is more than one candidate.
     direction : {"trace", "retrace"}, optional
@@ -68,17 +67,16 @@ def open_pull_off(
     -------
     Dataset
         ``pull_off_force`` (nN, a positive magnitude) along ``subregion``, NaN where nothing was measured; coordinates
-        ``subregion_x``, ``subregion_y`` (nm) where places are known, for an image from its lower left corner as in a
-        scan of the same file, and ``file`` where there are several. For curves also the other variables of
-        `curves_pull_off`, with the ``reason`` of each curve that could not be used. The attribute ``measured`` is
-        "table", "adhesion image" or "force-distance curves"; others hold file name, SHA-256, channel, and the
+        ``subregion_x``, ``subregion_y`` (nm) where places are known, for an image as in a scan of the same file, and
+        ``file`` where there are several. For curves also the other variables of `curves_pull_off`. Attributes:
+        ``measured`` ("table", "adhesion image" or "force-distance curves"), file name, SHA-256, channel, and the
         conversion to forces.
 
     Raises
     ------
     UnreadableScan
-        If a file holds no pull-off forces, is damaged, or has several columns or images that could be meant; also where
-        units, a sensitivity or a spring constant are missing: none of them is ever guessed. It is a ValueError.
+        If a file holds no pull-off forces, is damaged, or has several columns or images that could be meant; or if
+        units, a sensitivity or a spring constant are missing. It is a ValueError.
     ImportError
         If a file needs a package that is not installed; the message says how to install it.
     OSError
@@ -96,9 +94,31 @@ def open_pull_off(
     given = Calibration(units, sensitivity, spring_constant, pulls)
     image = _Selection(channel, direction, size)
     paths = [path] if isinstance(path, (str, os.PathLike)) else list(path)
-    ds = together(paths, [_of_file(files.regular_file(one), image, place_units, given) for one in paths])
+    ds = _together(paths, [_of_file(files.regular_file(one), image, place_units, given) for one in paths])
     said = {**image._asdict(), **given._asdict(), "place_units": place_units}
     return schema.record(schema.label(ds), "open_pull_off", file=ds.attrs["source_file"], **said)
+
+
+def _together(paths: Sequence[Any], datasets: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Return the pull-offs of several files along one ``subregion``."""
+    if len(datasets) == 1:
+        return datasets[0]
+    kinds = sorted({ds.attrs["measured"] for ds in datasets})
+    if len(kinds) != 1:
+        raise ValueError(f"path: expected files of one kind, found {', '.join(kinds) or 'no file'}")
+    common = set.intersection(*(set(map(str, ds.variables)) for ds in datasets))
+    named = [
+        ds[sorted(common)].assign_coords(file=("subregion", [Path(path).name] * ds.sizes["subregion"]))
+        for path, ds in zip(paths, datasets)
+    ]
+    parts = [ds.drop_vars("subregion", errors="ignore") for ds in named]
+    how = {"data_vars": "minimal", "coords": "minimal", "compat": "override", "combine_attrs": "drop_conflicts"}
+    out = xr.concat(parts, "subregion", join="outer", **how)
+    out = out.assign_coords(subregion=range(out.sizes["subregion"]))
+    hashes = "".join(ds.attrs["source_sha256"] for ds in datasets)
+    out.attrs["source_file"] = f"{Path(paths[0]).name} and {len(paths) - 1} more"
+    out.attrs["source_sha256"] = hashlib.sha256(hashes.encode()).hexdigest()
+    return out
 
 
 class _Selection(NamedTuple):
@@ -157,8 +177,7 @@ def _why(ds: xr.Dataset) -> str:
 
 def _is_matrix(path: Path) -> bool:
     """Return whether a text states the size of an image, as Gwyddion writes it above the numbers."""
-    with path.open("rb") as file:
-        head = file.read(2000).decode("utf-8", "replace")
+    head = first_bytes(path, 2000).decode("utf-8", "replace")
     comments = [line for line in head.splitlines() if line.lstrip().startswith("#")]
     return any("Width:" in line for line in comments) and any("Height:" in line for line in comments)
 

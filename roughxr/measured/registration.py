@@ -1,8 +1,7 @@
 """Offset between measured places and those of a prediction: the shift at which both correlate best.
 
-Zero-normalised cross-correlation of normal scores over the pixels that both have, at all shifts at once by Fourier
-transforms (Padfield, IEEE Trans. Image Process. 21 (2012) 2706), its peak refined by a parabola along each axis. The
-best of many shifts correlates by chance as well: the p-value accounts for the number of independent shifts.
+Zero-normalised cross-correlation of normal scores over the pixels that both have, at all shifts at once (Padfield, IEEE
+Trans. Image Process. 21 (2012) 2706). The p-value accounts for the number of independent shifts.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from ..scans.channel import UnreadableScan
+from ..scans.channel import UnreadableScan, first_bytes
 from ..scans.plain import decoded, separators
 from ..vocabulary.units import factor
 from .forces import converts
@@ -53,8 +53,7 @@ def read_table(path: Path) -> list[Column]:
 
 def is_spreadsheet(path: Path) -> bool:
     """Return whether a file is a workbook of Excel's: an archive that says so at its beginning."""
-    with path.open("rb") as file:
-        head = file.read(4096)
+    head = first_bytes(path, 4096)
     return head.startswith(b"PK") and any(name in head for name in (b"[Content_Types].xml", b"_rels/", b"docProps/"))
 
 

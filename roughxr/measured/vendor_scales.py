@@ -1,8 +1,7 @@
-"""The scale of images other than heights in vendors' files, whose reader returns them as stored, without units.
+"""The scale of images other than heights in vendors' files: SurfaceTopography scales heights only.
 
-SurfaceTopography scales heights only; a Nanoscope image of forces would come as counts labelled nN. Here its
-scale is read from the header: value = count × hard scale / 2^(8 × bytes) × sensitivity, the hard scale in V, or in
-arbitrary units ("Arb") by instruments that map forces.
+Of a Nanoscope image: value = count × hard scale / 2^(8 × bytes) × sensitivity, the hard scale in V, or in arbitrary
+units ("Arb") by instruments that map forces.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..statistics import bootstrap, pull_off, smooth_pull_off
-from ..statistics.sampling import by_share, conditions
+from ..statistics.sampling import at_first_preload, by_share, conditions
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent, quantity, sure
 from ..vocabulary.verbs import verb
@@ -51,7 +51,7 @@ def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> tuple[xr.Dat
     if "pull_off_force" not in ds and "force" not in ds:
         raise ValueError("expected a solution, or its pull_off, found neither; run adhesive, rigid or superpose first")
     pull = ds if "pull_off_force" in ds else pull_off(ds)
-    pull = pull.isel(preload=0) if "preload" in pull.dims else pull
+    pull = at_first_preload(pull)
     force = pull["pull_off_force"].load()
     _refuse_several(force)
     known = int(force.notnull().sum())
@@ -68,7 +68,7 @@ def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> tuple[xr.Dat
         "places": known,
         "mesh_error": error if mesh_error is None else mesh_error,
     }
-    out = xr.Dataset(told, coords={name: pull[name] for name in schema.TRAVELLING if name in pull.coords})
+    out = xr.Dataset(told, coords=schema.travelling(pull))
     for name in ("low", "high"):
         out[name].attrs = {"units": "nN", "long_name": f"{name} end of the mean pull-off's interval"}
     out["places"].attrs = {"units": "1", "long_name": "number of places that pull"}

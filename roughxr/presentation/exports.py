@@ -90,12 +90,9 @@ def _writer(suffix: str) -> Callable[[pd.DataFrame, xr.Dataset, str], None]:
     package = {".xlsx": "openpyxl", ".parquet": "pyarrow"}[suffix]
     if find_spec(package) is None:
         raise ImportError(f"a table in {suffix} needs {package}, which is not installed: pip install {package}")
-    return _parquet if suffix == ".parquet" else _workbook
-
-
-def _workbook(frame: pd.DataFrame, ds: xr.Dataset, path: str):
-    with pd.ExcelWriter(path, engine="openpyxl") as writer:
-        _headed(frame, ds).to_excel(writer, index=False)
+    if suffix == ".parquet":
+        return _parquet
+    return lambda frame, ds, path: _headed(frame, ds).to_excel(path, index=False, engine="openpyxl")
 
 
 def _headed(frame: pd.DataFrame, ds: xr.Dataset) -> pd.DataFrame:

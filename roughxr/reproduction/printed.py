@@ -1,7 +1,4 @@
-"""What Cheng, Dunn & Brach print: their pair of bodies, and their values by the rows of our tables, with notes.
-
-A run on the synthetic twin of their scan is compared with these values (`roughxr paper`).
-"""
+"""What Cheng, Dunn & Brach print: their pair of bodies, and their values by the rows of our tables, with notes."""
 
 from __future__ import annotations
 

@@ -12,6 +12,7 @@ from xarray.backends import BackendEntrypoint
 
 from ..vocabulary.units import Quantities
 from . import gwyddion, vendors
+from .channel import first_bytes
 from .files import read_scan
 
 #: First bytes that only AFM images have. NetCDF is left to its own engines, a Park file (a TIFF) and an Igor wave are
@@ -28,14 +29,7 @@ class RoughxrBackend(BackendEntrypoint):
     """Opens AFM files as scans: ``height(x, y)`` in nm on pixel centres in nm."""
 
     description = "AFM images as scans in nm (Bruker, Asylum, Park, Gwyddion, text, NetCDF and others)"
-    open_dataset_parameters = (
-        "filename_or_obj",
-        "drop_variables",
-        "channel",
-        "direction",
-        "size",
-        "height_units",
-    )
+    open_dataset_parameters = ("filename_or_obj", "drop_variables", "channel", "direction", "size", "height_units")
 
     def open_dataset(
         self,
@@ -60,8 +54,7 @@ class RoughxrBackend(BackendEntrypoint):
             path = Path(filename_or_obj)
             if not path.is_file():
                 return False
-            with path.open("rb") as file:
-                head = file.read(512)
+            head = first_bytes(path, 512)
             return head.startswith(_CERTAIN) or vendors.is_igor(head) or vendors.is_park(path)
         except Exception:
             return False  # a guess may not fail: xarray asks about anything, even what is no path
@@ -105,8 +98,8 @@ def open_scan(
     Raises
     ------
     UnreadableScan
-        If the file is no scan or damaged, or its vendor's reader takes longer than a minute and a second per MB: the
-        reader runs in a process of its own, which is then ended. It is a ValueError, as for options that do not fit.
+        If the file is no scan or damaged, or its vendor's reader takes longer than a minute and a second per MB. It is
+        a ValueError, as for options that do not fit.
     OSError
         If the file is absent, a directory, or may not be read.
     ImportError
@@ -115,8 +108,7 @@ def open_scan(
     Warns
     -----
     ImplausibleScan
-        If what the file states is improbable, judged by its length or by the heights themselves. A header that states
-        another possible scale or size than the true one is believed: most formats have no checksum.
+        If what the file states is improbable, judged by its length or by the heights themselves.
 
     Examples
     --------

@@ -1,12 +1,8 @@
-"""One image of a file, in the form that every reader returns, and the choice among several.
-
-Whatever the vendor, a reader returns a list of :class:`Channel`: rows from the top of the picture, values
-and lateral size each in the units that the file states. Labels are added once, in ``files``.
-"""
+"""One image of a file, in the form that every reader returns, and the choice among several."""
 
 from __future__ import annotations
 
-import importlib
+import importlib.util
 import re
 import warnings
 from collections.abc import Callable, Mapping
@@ -16,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..files import reader_process
 from ..vocabulary.text import printable
 from ..vocabulary.units import factor
 
@@ -94,6 +91,24 @@ def not_installed(package: str, found: Any, extra: str = "afm") -> ImportError:
     )
 
 
+def asked(path: Path, reader: ModuleType, package: str, *, extra: str = "afm", **question: Any) -> dict[str, Any]:
+    """Return what a reader says of a file, in a process that can be ended; raise where its package is missing."""
+    if importlib.util.find_spec(package) is None:
+        raise not_installed(package, "none", extra)
+    try:
+        return reader_process.ask(path, reader.__file__, **question)
+    except reader_process.ReadingFailed as failure:
+        raise UnreadableScan(path, str(failure)) from None
+    except ImportError as error:
+        raise not_installed(package, error, extra) from error
+
+
+def first_bytes(path: Path, count: int) -> bytes:
+    """Return the first bytes of a file, at most so many."""
+    with path.open("rb") as file:
+        return file.read(count)
+
+
 #: What to do where a file states no units.
 _STATE_UNITS = "if it holds heights, state their units with height_units="
 
@@ -106,7 +121,8 @@ def choose(channels: list[Channel], channel: str | int | None, direction: str | 
     if not fitting or (isinstance(channel, str) and len(fitting) > 1):
         found = "several" if fitting else "none"
         advice = "name one or its number" if any(one.units for one in channels) else _STATE_UNITS
-        wanted = _wanted(channel, direction)
+        wanted = "a topography" if channel is None else f"channel {channel!r}"
+        wanted += f" with direction {direction!r}" if direction else ""
         raise UnreadableScan(path, f"expected {wanted}, found {found} among {listing(channels)}; {advice}")
     first = fitting[0]
     if not first.is_length:
@@ -114,12 +130,6 @@ def choose(channels: list[Channel], channel: str | int | None, direction: str | 
         found = f"{first.name!r} in units of {first.units or 'nothing'}"
         raise UnreadableScan(path, f"expected a channel of heights, found {found}; {advice}")
     return first
-
-
-def _wanted(channel: str | int | None, direction: str | None) -> str:
-    """Return the wanted channel in words."""
-    wanted = "a topography" if channel is None else f"channel {channel!r}"
-    return f"{wanted} with direction {direction!r}" if direction else wanted
 
 
 def named(channels: list[Channel], channel: str | int | None) -> list[Channel]:

@@ -20,10 +20,10 @@ from ..vocabulary.verbs import verb
 from .spectra import power_spectrum, window_of
 
 #: A scan is used for waves shorter than this part of its side, and longer than this many pixels.
-_LONGEST, _PIXELS = 0.5, 4.0
+_SIDE_SHARE, _PIXELS_PER_WAVE = 0.5, 4.0
 
 #: Fewest wavevectors of a line to which the model can be fitted.
-_FITTED = 4
+_FEWEST_FITTED = 4
 
 
 @verb
@@ -115,7 +115,7 @@ def _usable(scan: xr.Dataset, window: str | None, least: float) -> tuple[np.ndar
 
 def _inside(q: np.ndarray, side: float, step: float, least: float) -> np.ndarray:
     """Return which wavevectors lie where the size and the steps of a scan allow."""
-    return (q > 2 * np.pi / (_LONGEST * side)) & (q <= 2 * np.pi / max(_PIXELS * step, least))
+    return (q > 2 * np.pi / (_SIDE_SHARE * side)) & (q <= 2 * np.pi / max(_PIXELS_PER_WAVE * step, least))
 
 
 def _of_line(line: xr.Dataset, window: str | None, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -131,7 +131,7 @@ def _of_line(line: xr.Dataset, window: str | None, least: float) -> tuple[np.nda
     psd = step / x.size * np.abs(np.fft.rfft(weights * make_interp_spline(x, heights)(even))) ** 2
     q = 2 * np.pi * np.fft.rfftfreq(x.size, step)
     inside = _inside(q, x.size * step, step, least)
-    inside &= inside.sum() >= _FITTED
+    inside &= inside.sum() >= _FEWEST_FITTED
     q, psd = q[inside], psd[inside]
     bounds = HURST[0] - 0.5, HURST[1] - 0.5
     (_, rolloff, half), _, _ = fit_k_correlation(q, psd, np.ones(q.size), bounds=bounds)

@@ -1,9 +1,8 @@
 """Containers of contact.engineering: the zip of a published surface, its maps and lines with their metadata.
 
-``index.json`` or ``meta.yml`` lists the topographies of each surface, with the names of their files. YAML may carry
-tags of Python objects: they are ignored, so that nothing is ever made that a file names. A file ``squeezed-netcdf``
-holds the heights as contact.engineering shows them; without it the instrument's own file is read, and levelled as
-stated.
+``index.json`` or ``meta.yml`` lists the topographies of each surface, with the names of their files. A file
+``squeezed-netcdf`` holds the heights as contact.engineering shows them; without it the instrument's own file is read,
+and levelled as stated.
 """
 
 from __future__ import annotations
@@ -22,14 +21,14 @@ import xarray as xr
 
 from ..vocabulary.schema import label, record
 from ..vocabulary.units import factor
-from .channel import UnreadableScan
+from .channel import UnreadableScan, first_bytes
 from .files import file_hash, guarded, list_channels, read_scan, regular_file
 from .levelling import level
 from .netcdf import is_netcdf, unread
 from .not_images import METADATA
 
 #: The largest metadata and the largest other file, bytes.
-_MOST_TOLD, _MOST = 2**24, 2**30
+_LARGEST_METADATA, _LARGEST_FILE = 2**24, 2**30
 
 #: Polynomials that are subtracted: their order along a line, and the method for a map.
 _DETRENDED = {"center": (0, None), "height": (1, "plane"), "curvature": (2, "quadratic")}
@@ -103,8 +102,8 @@ def _metadata(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
     there = [name for name in METADATA if name in archive.namelist()]
     if not there:
         raise UnreadableScan(path, "expected a container of contact.engineering, found a zip file without meta.yml")
-    if archive.getinfo(there[0]).file_size > _MOST_TOLD:
-        raise UnreadableScan(path, f"{there[0]}: expected at most {_MOST_TOLD >> 20} MiB, found more")
+    if archive.getinfo(there[0]).file_size > _LARGEST_METADATA:
+        raise UnreadableScan(path, f"{there[0]}: expected at most {_LARGEST_METADATA >> 20} MiB, found more")
     text = archive.read(there[0])
     return json.loads(text) if there[0] == METADATA[0] else _plain_yaml(text)
 
@@ -129,8 +128,8 @@ def _topography(archive: zipfile.ZipFile, one: dict[str, Any], path: Path) -> xr
     """Return one map or line."""
     names = one["datafile"]
     name = names.get("squeezed-netcdf") or names["original"]
-    if archive.getinfo(name).file_size > _MOST:
-        raise UnreadableScan(path, f"{name}: expected at most {_MOST >> 20} MiB, found more")
+    if archive.getinfo(name).file_size > _LARGEST_FILE:
+        raise UnreadableScan(path, f"{name}: expected at most {_LARGEST_FILE >> 20} MiB, found more")
     with tempfile.TemporaryDirectory() as folder:
         own = re.sub(r"[^\w.-]", "_", f"{path.name}, {name}")[-80:]  # never a path of its own
         file = Path(folder) / own.lstrip(".")
@@ -144,9 +143,7 @@ def _topography(archive: zipfile.ZipFile, one: dict[str, Any], path: Path) -> xr
 
 def _heights(file: Path, one: dict[str, Any]) -> xr.Dataset:
     """Return the map or line in a file, levelled."""
-    with file.open("rb") as member:
-        squeezed = is_netcdf(member.read(8))
-    if squeezed:
+    if is_netcdf(first_bytes(file, 8)):
         line = _squeezed_line(file)
         return read_scan(file).load().drop_encoding() if line is None else line
     order, method = _DETRENDED[one.get("detrend_mode", "center")]

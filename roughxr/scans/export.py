@@ -1,7 +1,4 @@
-"""Write a scan for other programs, and as roughxr's own NetCDF-4.
-
-Every file is written beside its place and then moved there, so that no half of one is ever found.
-"""
+"""Write a scan for other programs, and as roughxr's own NetCDF-4."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from ..vocabulary.schema import history, label, pixel, record, validate
 from ..vocabulary.units import factor, magnitude
 from ..vocabulary.verbs import warn
 from . import gwyddion, plain, vendors
-from .channel import Channel, UnreadableScan, choose, is_length, listing
+from .channel import Channel, UnreadableScan, choose, first_bytes, is_length, listing
 from .netcdf import is_netcdf, open_netcdf, variable_names
 from .not_images import refuse_curves
 from .plausibility import ImplausibleScan, doubts, refuse_absurd, size_doubts
@@ -39,16 +39,14 @@ def regular_file(path: Any) -> Path:
         raise IsADirectoryError(f"{path}: expected a file, found a folder; name those in it, as {path}/*")
     if not stat.S_ISREG(mode):
         raise UnreadableScan(path, "expected an ordinary file, found a pipe or device; save it to a file first")
-    with path.open("rb") as file:
-        if not file.read(1):
-            raise UnreadableScan(path, "expected a scan, found an empty file")
+    if not first_bytes(path, 1):
+        raise UnreadableScan(path, "expected a scan, found an empty file")
     return path
 
 
 def reader_of(path: Path) -> tuple[str, Callable[[Path], list[Channel]]]:
     """Return the name of a file's format family and its reader, by content and never by extension."""
-    with path.open("rb") as file:
-        head = file.read(512)
+    head = first_bytes(path, 512)
     if head.startswith(gwyddion.GSF):
         return "gsf", gwyddion.gsf_channels
     if head.startswith((gwyddion.GWY, gwyddion.OLD_GWY)):
@@ -198,8 +196,7 @@ def sized(channel: Channel, size: Any, path: Path) -> Channel:
     wanted = None if size is None else _given_size(size, channel.shape)
     if stated is None and wanted is None:
         raise UnreadableScan(
-            path,
-            "expected a lateral size, found none in the file; give it, for example size=('5 um', '5 um')",
+            path, "expected a lateral size, found none in the file; give it, for example size=('5 um', '5 um')"
         )
     if stated and wanted and not np.allclose(stated, wanted, rtol=1e-6):
         raise ValueError(f"{path}: size: the file states {stated} nm, given was {wanted} nm; leave size= out")

@@ -1,9 +1,8 @@
 """Scales that a scan does not show: its spectrum continued below its pixels, or cut off above them.
 
-A scan shows waves down to its shortest wavelength (`wavelength`), limited by its pixels or its tip. The surface has
-shorter ones. The simplest assumption is that its spectrum continues like that of the scan: the K-correlation model,
-self-affine at short wavelengths, fitted to the scan's longer ones. One random surface of these waves, from a seed, is
-one of many that agree with the scan; the scatter of results over seeds is the uncertainty.
+The simplest assumption is that the spectrum continues as the K-correlation model fitted to the scan's longer waves. One
+random surface of these waves, from a seed, is one of many that agree with the scan; the scatter of results over seeds
+is the uncertainty.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ import xarray as xr
 
 from ..kernels.topography.interpolation import band_limited
 from ..kernels.topography.random_surface import HURST, fit_k_correlation, k_correlation, lay_factor, nested_waves
-from ..vocabulary.schema import label, pixel, record, square_pixel, validate
+from ..vocabulary.schema import finite, label, pixel, record, square_pixel, validate
 from ..vocabulary.units import Quantity, magnitude, positive, whole_number
 from ..vocabulary.verbs import verb
 from . import wavelength
@@ -33,7 +32,7 @@ _NAMES = ("psd_plateau", "rolloff_wavelength", "hurst_exponent", "shortest_wavel
 _WAVES_PER_SAMPLE = 4.0
 
 #: Standard errors beyond which a lay is no chance.
-_LAY = 3.0
+_LAY_ERRORS = 3.0
 
 #: Cells along the shortest added wave.
 _CELLS = 4
@@ -80,7 +79,7 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
         Hurst exponent to hold, from 0 to 1; by default it is fitted.
     shown : number or quantity, optional
         The shortest wavelength that the scan shows correctly, nm; by default the one above which all but 5 % of its
-        mean square curvature lie, and at least two pixels. An image by a blunt tip shows less: give it then.
+        mean square curvature lie, and at least two pixels; a blunt tip shows less.
 
     Returns
     -------
@@ -98,9 +97,8 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
     Notes
     -----
     C(q) = C₀ [1 + (ℓ₀q/2π)²]^−(1 + H), fitted in its logarithm over wavelengths from the shortest to five times that,
-    which leaves debris and waviness out, together with the part of a pixel that each height is the mean of. What few
-    waves leave open is decided by H = 0.5 ± 0.5. On synthetic surfaces of 512² pixels it finds H to 0.1. An H of 1 or 0
-    lies at its bound: the scan is then smoother or rougher at its short wavelengths than any self-affine surface.
+    together with the part of a pixel that each height is the mean of, and with H = 0.5 ± 0.5 known beforehand. On
+    synthetic surfaces of 512² pixels it finds H to 0.1. An H of 1 or 0 lies at its bound.
 
     References
     ----------
@@ -114,7 +112,7 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
     True
     """
     scan = validate(ds, "scan")
-    hurst, shown = _hurst(hurst), _shown(shown, scan)
+    hurst, shown = None if hurst is None else hurst_exponent(hurst), _shown(shown, scan)
     heights = scan["height"].data
     spectra = [dask.delayed(wavelength.spectrum, pure=False)(heights[part]) for part in wavelength.parts(heights.shape)]
     (model,) = dask.compute(dask.delayed(model_of, pure=False)(spectra, pixel(scan), hurst, shown))
@@ -145,7 +143,7 @@ def _lay_of(spectra: list, steps: tuple[float, float], shown: float) -> complex:
     ring -= ring.min()
     alike = (np.bincount(ring, power) / np.maximum(np.bincount(ring), 1))[ring]
     lay = np.mean(power / alike * (across / np.abs(across)) ** 2)
-    return complex(lay) if abs(lay) > _LAY * np.sqrt(_WAVES_PER_SAMPLE / (across.size * len(known))) else 0.0
+    return complex(lay) if abs(lay) > _LAY_ERRORS * np.sqrt(_WAVES_PER_SAMPLE / (across.size * len(known))) else 0.0
 
 
 def in_band(spectra: list, steps: tuple[float, float], shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -203,23 +201,21 @@ def add_fine_roughness(
         Shortest wavelength that is added, nm; the longest is the shortest that the scan shows. Where that is shorter
         already, nothing is added.
     seed : int
-        At least 0; the same seed gives the same waves at the same x, y, whatever the pixels; a smaller ``shortest``
-        adds waves to them. The scatter of a result over seeds is that of surfaces which agree with the scan.
+        The same seed gives the same waves at the same x, y, whatever the pixels; a smaller ``shortest`` adds waves.
     refine : int, optional
         Cells along a side of each pixel; by default so many that the shortest wave spans four.
     hurst, shown : optional
         See `self_affine_fit`: by default found from the scan.
     spectrum : Dataset, optional
-        Result of `self_affine_fit`, in place of the last two: for example of the larger scan that this one is a part
-        of. Or a measured one, `combined_spectrum`, used as far as it goes and continued by the model of its last waves.
+        Result of `self_affine_fit`, in place of the last two, for example of a larger scan; or a measured one,
+        `combined_spectrum`, used as far as it goes and continued by the model of its last waves.
 
     Returns
     -------
     Dataset
-        The scan, interpolated without waves shorter than two pixels, and on it a Gaussian random surface.
-        Its attributes hold what was added: ``fine_shortest``, ``fine_longest`` (nm), ``fine_hurst``,
-        ``fine_rms`` (nm), ``fine_seed``, except for a lazy scan, which becomes one task that holds the whole
-        map.
+        The scan, interpolated without waves shorter than two pixels, and on it a Gaussian random surface. Attributes,
+        except of a lazy scan (one task that holds the whole map): ``fine_shortest``, ``fine_longest`` (nm),
+        ``fine_hurst``, ``fine_rms`` (nm), ``fine_seed``.
 
     Raises
     ------
@@ -230,11 +226,7 @@ def add_fine_roughness(
     See Also
     --------
     smooth : remove short waves instead of adding them.
-    self_affine_fit : the spectrum that is continued.
-
-    References
-    ----------
-    Persson et al., J. Phys.: Condens. Matter 17 (2005) R1, for the spectrum.
+    self_affine_fit : the spectrum that is continued, with its source.
 
     Examples
     --------
@@ -251,14 +243,8 @@ def add_fine_roughness(
     if shortest < 2 * side / n * (1 - 1e-9):
         raise ValueError(f"refine: expected pixels of at most half of {shortest:g} nm, found {side / n:g} nm")
     axes = {axis: _finer_axis(scan[axis], side, n) for axis in "xy"}
-    options = {
-        "axes": [axes[axis].values for axis in "xy"],
-        "side": side,
-        "n": n,
-        "shortest": shortest,
-        "seed": seed,
-        "hurst": _hurst(hurst),
-    }
+    options = {"axes": [axes[axis].values for axis in "xy"], "side": side, "n": n, "shortest": shortest, "seed": seed}
+    options["hurst"] = None if hurst is None else hurst_exponent(hurst)
     options["model"] = _known(spectrum, hurst, shown, scan)
     height, made = _finer_later(scan, _shown(shown, scan), options)
     out = scan.drop_dims(["x", "y"]).assign(height=(("x", "y"), height)).assign_coords(axes)
@@ -295,9 +281,7 @@ def _known(spectrum: xr.Dataset | None, hurst: Any, shown: Any, scan: xr.Dataset
 
 
 def known_spectrum(fit: xr.Dataset, shown: float = np.nan, lay: complex = 0.0) -> Spectrum:
-    """Return the model that `self_affine_fit` has found; or a measured spectrum, continued by the model of its last
-    waves, below the shortest wave (nm) that a scan shows, with the scan's lay.
-    """
+    """Return the model of `self_affine_fit`, or a measured spectrum with the model below the shortest wave shown."""
     if "psd" not in fit:
         lay = float(fit["lay_strength"]) * np.exp(2j * np.radians(float(fit["lay_direction"]) - 90))
         return Spectrum(*(float(fit[name]) for name in _NAMES), lay=complex(lay) if np.isfinite(lay) else 0.0)
@@ -379,18 +363,14 @@ def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
 def _without_short_waves(height: np.ndarray, steps: tuple[float, float], shortest: float) -> np.ndarray:
     from scipy.fft import dctn, idctn
 
-    from ..vocabulary.schema import finite
-
     along = (np.arange(n) / (2 * n * step) for n, step in zip(height.shape, steps))
     waves = dctn(finite(height).astype(float), norm="ortho")
     waves[np.hypot(*np.meshgrid(*along, indexing="ij")) * shortest > 1 + 1e-12] = 0.0
     return idctn(waves, norm="ortho", overwrite_x=True)
 
 
-def _hurst(value: Any) -> float | None:
-    """Return a Hurst exponent, or None where it is to be found."""
-    if value is None:
-        return None
+def hurst_exponent(value: Any) -> float:
+    """Return a Hurst exponent; raise for what is none."""
     number = magnitude(value, "1", "hurst")
     if not isinstance(number, float) or not HURST[0] <= number <= HURST[1]:
         raise ValueError(f"hurst: expected a number from 0 to 1, found {value!r}")

@@ -1,8 +1,6 @@
 """Gwyddion's own formats: ``.gsf`` through gsffile, ``.gwy`` through gwyfile (extra ``afm``).
 
 Formats: http://gwyddion.net/documentation/user-guide-en/file-formats.html. Both store rows from the top.
-gwyfile trusts every length it meets and can loop for hours on a damaged file, so the nesting of a ``.gwy``
-is measured first: components must fill their object, and objects the file, exactly.
 """
 
 from __future__ import annotations

@@ -1,8 +1,4 @@
-"""What is read of the scans at hand is read once: the answer is kept by the heights, whoever asks for it again.
-
-A run asks for a scan's asperities in a dozen places, each verb for itself. All of them get one answer, whatever pair,
-attributes or coordinates the scan has got in between, since these change nothing of it.
-"""
+"""What is read of the scans at hand is read once: the answer is kept by the heights, whoever asks for it again."""
 
 from __future__ import annotations
 
@@ -22,10 +18,7 @@ KEPT = 6
 
 
 def once(function: Callable[..., _T]) -> Callable[..., _T]:
-    """Return a function of heights and further plain arguments that is computed once for equal ones.
-
-    What it returns is shared by all who ask, and must not be changed in place.
-    """
+    """Return a function of heights and plain arguments, computed once for equal ones; its result is not to change."""
     kept: OrderedDict[tuple, Any] = OrderedDict()
     lock = threading.Lock()
 

@@ -1,9 +1,7 @@
 """Remove the background of a scan: tilt, bow, and scan lines at different heights.
 
-The polynomial background is fitted by least squares on a product of Legendre polynomials in x and y scaled
-to [-1, 1], which keeps the normal equations well conditioned (their few sums are all that a lazy scan needs
-of its heights). Row alignment follows Gwyddion (http://gwyddion.net/documentation/user-guide-en/
-scan-line-defects.html): the median of each line, or the median of the differences between neighbours.
+The polynomial background is fitted by least squares on Legendre polynomials. Row alignment follows Gwyddion
+(http://gwyddion.net/documentation/user-guide-en/scan-line-defects.html).
 """
 
 from __future__ import annotations
@@ -123,10 +121,7 @@ def _excluded(exclude: Any) -> str | None:
 
 
 def _again(height: xr.DataArray, after: Any) -> xr.DataArray:
-    """Return the same lazy heights, read again once ``after`` is known.
-
-    Otherwise dask would keep every chunk in memory from the fit until the subtraction.
-    """
+    """Return the same lazy heights, read again after ``after``: dask would else keep all chunks until then."""
     if not is_dask_collection(after):
         return height
     from dask.graph_manipulation import bind
@@ -232,10 +227,6 @@ def _offsets(background: xr.DataArray, method: str, lines: str) -> xr.DataArray:
     if method == "median":
         return medians.fillna(0.0)
     steps = background.diff(across).median(lines).rename({across: "step"}).drop_vars("step")
-    return _drifts(medians, steps, across)
-
-
-def _drifts(medians: xr.DataArray, steps: xr.DataArray, across: str) -> xr.DataArray:
     if medians.chunks:
         medians, steps = medians.chunk({across: -1}), steps.chunk({"step": -1})
     return xr.apply_ufunc(

@@ -1,8 +1,7 @@
 """NetCDF: roughxr's own, SurfaceTopography's, and plain CF files, all without reading the heights.
 
-Own and CF files are labelled: dimensions x and y (or ``axis`` attributes), coordinates with ``units``, and
-a variable in units of length. SurfaceTopography's carry ``heights`` as (x, y) with y counted downwards from
-the top of the picture, the lateral size in the attribute ``length`` of x and y, and one ``unit`` for all.
+SurfaceTopography's carry ``heights`` as (x, y) with y counted downwards from the top of the picture, the lateral size
+in the attribute ``length`` of x and y, and one ``unit`` for all.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from xarray.core import indexing
 from ..files import netcdf_reader, reader_process
 from ..vocabulary.schema import spacing
 from ..vocabulary.units import factor
-from .channel import UnreadableScan, is_length
+from .channel import UnreadableScan, first_bytes, is_length
 from .plausibility import refuse_absurd
 
 CLASSIC = b"CDF"
@@ -91,12 +90,8 @@ def open_netcdf(path: Path, *, channel: str | int | None = None) -> xr.Dataset:
 
 
 def unread(path: Path) -> xr.Dataset:
-    """Return a file's Dataset, unread; of an archive with groups, the group ``scan``.
-
-    NetCDF 3 goes through scipy: the C library silently fills what is cut off a file with zeros.
-    """
-    with path.open("rb") as file:
-        engine = "scipy" if file.read(4) in (b"CDF\1", b"CDF\2") else "netcdf4"
+    """Return a file's Dataset, unread; of an archive with groups, the group ``scan``."""
+    engine = "scipy" if first_bytes(path, 4) in (b"CDF\1", b"CDF\2") else "netcdf4"
     if engine == "netcdf4":
         refuse_harmful(path)
     options = {"engine": engine, "cache": False, "decode_times": False}
@@ -145,8 +140,7 @@ def _variable_name(ds: xr.Dataset, channel: str | int | None, path: Path) -> str
         raise UnreadableScan(path, f"expected {wanted} over two dimensions, found {found}; name it with channel=")
     if names[0] not in lengths:
         raise UnreadableScan(
-            path,
-            f"{names[0]}: expected a 'units' attribute of a length, found {_units(maps[names[0]])!r}",
+            path, f"{names[0]}: expected a 'units' attribute of a length, found {_units(maps[names[0]])!r}"
         )
     return names[0]
 

@@ -6,7 +6,7 @@ import struct
 import zipfile
 from pathlib import Path
 
-from .channel import UnreadableScan
+from .channel import UnreadableScan, first_bytes
 
 #: First bytes of NanoScope's force curves and force volumes; its images begin with "\*File list".
 NANOSCOPE = b"\\*Force file list"
@@ -14,7 +14,8 @@ NANOSCOPE = b"\\*Force file list"
 #: Words in the first lines of text files of curves, by the name of their format.
 TEXTS = {"afmformats": b"# afmformats", "workshop": b"Force-Distance Curve", "chiaro": b"Device:\tChiaro"}
 
-_ZIP = b"PK\x03\x04"
+#: First bytes of a zip file.
+ZIP = b"PK\x03\x04"
 
 #: Names of the metadata of a container of contact.engineering, the first that is there.
 METADATA = ("index.json", "meta.yml")
@@ -29,11 +30,10 @@ _NOT_READ = (
 
 def curves_in(path: Path) -> str:
     """Return the format of the force curves that a file holds, empty where it holds none that are known."""
-    with path.open("rb") as file:
-        head = file.read(4096)
+    head = first_bytes(path, 4096)
     if head.startswith(NANOSCOPE):
         return "nanoscope"
-    if head.startswith(_ZIP):
+    if head.startswith(ZIP):
         return "jpk" if _is_jpk(path) else ""
     if is_wave_of_columns(head):
         return "igor"
@@ -56,9 +56,8 @@ def refuse_curves(path: Path) -> None:
 
 def refuse_nanoscope(path: Path) -> None:
     """Raise for NanoScope's force curves, which nothing here reads."""
-    with path.open("rb") as file:
-        if file.read(len(NANOSCOPE)) == NANOSCOPE:
-            raise UnreadableScan(path, f"found Bruker's force curves (NanoScope), which are {_NOT_READ}")
+    if first_bytes(path, len(NANOSCOPE)) == NANOSCOPE:
+        raise UnreadableScan(path, f"found Bruker's force curves (NanoScope), which are {_NOT_READ}")
 
 
 def is_wave_of_columns(head: bytes) -> bool:

@@ -20,17 +20,17 @@ def taker(height: da.Array, *, apart: bool = False) -> Callable[[tuple[slice, sl
 
     def take(part: tuple[slice, slice]) -> Any:
         rows, columns = (
-            [(k, *_within(bound, wanted)) for k, bound in enumerate(each) if _meet(bound, wanted)]
+            [
+                (k, *_within(bound, wanted))
+                for k, bound in enumerate(each)
+                if bound[0] < wanted.stop and wanted.start < bound[1]
+            ]
             for each, wanted in zip(bounds, part)
         )
         pieces = [[(blocks[i, j], a, b, c, d) for j, c, d in columns] for i, a, b in rows]
         return join(pieces)
 
     return take
-
-
-def _meet(bound: tuple[int, int], wanted: slice) -> bool:
-    return bound[0] < wanted.stop and wanted.start < bound[1]
 
 
 def _within(bound: tuple[int, int], wanted: slice) -> tuple[int, int]:

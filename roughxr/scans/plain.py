@@ -1,8 +1,7 @@
-"""Plain numbers: text matrices and ``.npy`` arrays, which state little; what they lack must be given.
+"""Plain numbers: text matrices and ``.npy`` arrays, first row at the top, which state little; what they lack is given.
 
-Rows are image rows, the first one at the top of the picture. A text matrix does not say how many rows it
-has, so that a file cut short between two lines looks whole; where its header gives the size, the pixels
-must therefore come out square unless the caller gives the size too.
+A text matrix does not say how many rows it has, so that a file cut short looks whole; where its header gives the size,
+the pixels must therefore come out square unless the caller gives the size too.
 """
 
 from __future__ import annotations

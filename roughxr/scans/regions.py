@@ -1,8 +1,4 @@
-"""Contact centres on a scan, and the window of pixels that each of them needs.
-
-A subregion's tile only places its centre; the window around the centre extends as far as the indenter can
-overlap the surface, beyond the tile.
-"""
+"""Contact centres on a scan, and the window of pixels that each of them needs."""
 
 from __future__ import annotations
 
@@ -69,11 +65,7 @@ def centres(ds: xr.Dataset, subregions: Any = None) -> xr.Dataset:
     x, y = _positions(subregions, edges, (ds.sizes["x"], ds.sizes["y"]) if "x" in ds.dims else (_MOST_TILES,) * 2)
     _refuse_outside(x, y, edges)
     out = xr.Dataset(
-        coords={
-            "subregion": np.arange(x.size),
-            "subregion_x": ("subregion", x),
-            "subregion_y": ("subregion", y),
-        }
+        coords={"subregion": np.arange(x.size), "subregion_x": ("subregion", x), "subregion_y": ("subregion", y)}
     )
     if isinstance(subregions, xr.Dataset) and "landing_share" in subregions.coords:
         out = out.assign_coords(landing_share=("subregion", np.atleast_1d(subregions["landing_share"].values)))

@@ -1,9 +1,8 @@
 """Roughness numbers: the paper's two, the height and hybrid parameters of ISO 25178-2, and two spectra.
 
-The paper (equations 44 and 45) takes heights from a datum, Z = 0, and not from their mean:
-R_a = mean |Z|, R_q = sqrt(mean Z²), so that R_q >= R_a. (The values that it prints, R_q = 0.0253 nm beside
-R_a = 12.842 nm, are sqrt(sum Z²) / MN instead, too small by the factor 512 for its 512 x 512 pixels.)
-ISO 25178-2 takes heights from the mean plane; so do all numbers here whose name begins with ``s_``.
+The paper (equations 44 and 45) takes heights from a datum, Z = 0, and not from their mean: R_a = mean |Z|,
+R_q = sqrt(mean Z²). (The values that it prints are sqrt(sum Z²) / MN instead, too small by 512 for its 512 x 512
+pixels.) ISO 25178-2 takes heights from the mean plane; so do all numbers here whose name begins with ``s_``.
 """
 
 from __future__ import annotations
@@ -69,21 +68,14 @@ def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = False
     scan = validate(ds, "scan")
     if reference not in _REFERENCES:
         raise ValueError(f"reference: expected one of {tuple(_REFERENCES)}, found {reference!r}")
-    flat = scan.assign(height=_about(scan, reference))
-    out = xr.Dataset({**_height_parameters(flat["height"]), **_slope_parameters(flat), **_datum(scan["height"])})
+    flat = scan.assign(height=level(scan, method="polynomial", order=_REFERENCES[reference])["height"])
+    own = scan["height"]  # the paper's numbers are about height 0
+    datum = {"r_a_datum": abs(own).mean(), "r_q_datum": np.sqrt((own**2).mean())}
+    out = xr.Dataset({**_height_parameters(flat["height"]), **_slope_parameters(flat), **datum})
     if spectra:
         out = out.merge(power_spectrum(flat)).merge(autocorrelation(flat))
     out = out.assign_coords(_frame(scan)).assign_attrs(scan.attrs)
     return record(label(out), "roughness", reference=reference, spectra=spectra)
-
-
-def _about(scan: xr.Dataset, reference: str) -> xr.DataArray:
-    return level(scan, method="polynomial", order=_REFERENCES[reference])["height"]
-
-
-def _datum(height: xr.DataArray) -> dict[str, xr.DataArray]:
-    """Return the paper's numbers, about height 0."""
-    return {"r_a_datum": abs(height).mean(), "r_q_datum": np.sqrt((height**2).mean())}
 
 
 def _height_parameters(height: xr.DataArray) -> dict[str, xr.DataArray]:

@@ -1,10 +1,9 @@
 """The scanning tip: how it distorts a surface, what can be undone, and which asperities it hides.
 
 The image by a parabolic tip of apex radius R is the surface's grey-scale dilation by −r²/(2R). A summit of radius ρ has
-an image of radius ρ + R, so that no image is sharper than the tip. Erosion removes the tip, exactly at places that it
-touched; but where the image's radius hardly exceeds R, ρ is a small difference of large numbers and uncertain. The tip
-is placed on pixels only: an image's curvature over a few of them is that of a polygon. References: Keller, Surf. Sci.
-253 (1991) 353; Villarrubia, J. Res. NIST 102 (1997) 425.
+an image of radius ρ + R: where that hardly exceeds R, ρ is a small difference of large numbers and uncertain. Erosion
+removes the tip, exactly at places that it touched. References: Keller, Surf. Sci. 253 (1991) 353; Villarrubia, J. Res.
+NIST 102 (1997) 425.
 """
 
 from __future__ import annotations
@@ -97,10 +96,7 @@ def _swept(ds: xr.Dataset, tip_radius: Any, operation: str) -> xr.Dataset:
 
 
 def _highest(height: np.ndarray, axis: int, step: float, radius: float) -> np.ndarray:
-    """Return the upper envelope of the parabolas that hang from all heights along an axis.
-
-    Pixels farther away than where the parabola falls below the lowest height have no effect.
-    """
+    """Return the upper envelope of the parabolas that hang from all heights along an axis."""
     from scipy.ndimage import grey_dilation
 
     reach = int(np.ceil(np.sqrt(2 * radius * np.ptp(height)) / step))

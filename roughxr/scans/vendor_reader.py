@@ -23,7 +23,9 @@ def read(path: str, index: int | None = None) -> dict[str, Any]:
     reader, said = _opened(path, stat.st_mtime_ns, stat.st_size)
     if reader is None:
         return {"said": said}
-    return _images(reader) if index is None else _heights(reader.channels[index])
+    if index is not None:
+        return _heights(reader.channels[index])
+    return {"format": reader.format(), "images": [_image(one) for one in reader.channels]}
 
 
 @lru_cache(maxsize=1)
@@ -43,10 +45,6 @@ def _opened(path: str, *_state: int) -> tuple[Any, dict[str, str]]:
         except Exception as error:  # readers fail in various ways on other formats
             said[name] = " ".join(str(error).split()) or type(error).__name__
     return None, said
-
-
-def _images(reader: Any) -> dict[str, Any]:
-    return {"format": reader.format(), "images": [_image(one) for one in reader.channels]}
 
 
 def _image(info: Any) -> dict[str, Any]:

@@ -1,9 +1,6 @@
-"""Vendors' formats, read through SurfaceTopography (extra ``afm``).
+"""Vendors' formats, read through SurfaceTopography (extra ``afm``) in a process that is ended when it takes too long.
 
-SurfaceTopography indexes heights as [x, y] with y counted downwards from the top of the picture; its
-heights, sizes and orientation agree with Gwyddion's. Added here: a reader is used only where
-the first bytes are those of its format, and redundant statements in a header must agree. Files are read in a
-process that is ended when it takes too long (see `files.reader_process`).
+A reader is used only where the first bytes are those of its format, and redundant statements in a header must agree.
 """
 
 from __future__ import annotations
@@ -17,18 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from ..files import reader_process
 from . import vendor_reader
-from .channel import Channel, UnreadableScan, direction_in, is_length, not_installed
+from .channel import Channel, UnreadableScan, asked, direction_in, first_bytes, is_length
 
 
 def channels(path: Path) -> list[Channel]:
     """Return the images in a vendor's file."""
-    with path.open("rb") as file:
-        head = file.read(512)
+    head = first_bytes(path, 512)
     if head[:2] in (b"\x05\0", b"\0\x05") and not is_igor(head):
         raise UnreadableScan(path, "expected an Igor wave whose header sums to zero, found a damaged header")
-    answer = _asked(path)
+    answer = asked(path, vendor_reader, "SurfaceTopography")
     if "said" in answer:
         raise UnreadableScan(path, f"expected an AFM image, found none: {_reasons(answer['said'], head)}")
     kind, images = answer["format"], [(k, one) for k, one in enumerate(answer["images"]) if one["dim"] == 2]
@@ -68,9 +63,7 @@ def _bruker_length(path: Path, _raw: Any) -> int | None:
 
 def _digital_surf_length(path: Path, raw: Any) -> int | None:
     """Return 512 bytes of header, the comments, and the points."""
-    with path.open("rb") as file:
-        compressed = not file.read(12).startswith(b"DIGITAL SURF")
-    if compressed or raw.get("nb_objects", 1) > 1:
+    if first_bytes(path, 12) != b"DIGITAL SURF" or raw.get("nb_objects", 1) > 1:  # else compressed, or of several
         return None
     return 512 + raw["comment_size"] + raw["private_size"] + raw["nb_points"] * raw["itemsize"] // 8
 
@@ -83,18 +76,6 @@ def _igor_length(path: Path, _raw: Any) -> int | None:
         file.seek(64 + wave + formula)
         text = file.read(note)
     return 64 + wave + formula if re.search(rb"[\x00-\x08\x0e-\x1f]", text) else None
-
-
-def _asked(path: Path, index: int | None = None) -> dict[str, Any]:
-    """Return the answer about a file from the process that reads vendors' files."""
-    if find_spec("SurfaceTopography") is None:
-        raise not_installed("SurfaceTopography", "none")
-    try:
-        return reader_process.ask(path, vendor_reader.__file__, index=index)
-    except reader_process.ReadingFailed as failure:
-        raise UnreadableScan(path, str(failure)) from None
-    except ImportError as error:
-        raise not_installed("SurfaceTopography", error) from error
 
 
 #: First bytes that belong to one format only, whatever other readers make of the file.
@@ -159,7 +140,7 @@ def _channel(path: Path, index: int, image: dict[str, Any], format_name: str) ->
 
 
 def _rows(path: Path, index: int, units: str | None) -> np.ndarray:
-    answer = _asked(path, index)
+    answer = asked(path, vendor_reader, "SurfaceTopography", index=index)
     if is_length(units) and answer["unit"] != units:
         raise ValueError(f"image {index}: its heights are stated in {units!r}, but read in {answer['unit']!r}")
     return answer["heights"].T

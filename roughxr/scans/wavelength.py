@@ -1,13 +1,8 @@
 """The shortest wavelength of a scan: what its pixels, and the patches fitted to its summits, must resolve.
 
-A summit's curvature is a sum over the waves that cross it, each by q² times its amplitude. So the mean square
-curvature,
-
-    ∫ q⁴ C(q) d²q                                     C(q) the power spectrum, as in `spectra`
-
-tells which waves make up the summits: the shortest wavelength is where all but 5 % of it have been summed. For a
-spectrum that ends at a cutoff this is the cutoff, within 3 % for Hurst exponents from 0 to 0.9. For a scan with waves
-or noise down to its pixels it is about two pixels: the scan does not resolve its summits.
+The mean square curvature ∫ q⁴ C(q) d²q tells which waves make up the summits: the shortest wavelength is where all but
+5 % of it have been summed. For a spectrum that ends at a cutoff this is the cutoff, within 3 % for Hurst exponents from
+0 to 0.9; for a scan with waves or noise down to its pixels about two pixels, which do not resolve its summits.
 """
 
 from __future__ import annotations

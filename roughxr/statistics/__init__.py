@@ -18,13 +18,11 @@ from .densities import cdf, pdf
 from .laws import LAWS, fit
 from .pooling import pooled
 from .pull_off_events import pull_off, reduction, smooth_pull_off
-from .sampling import SAMPLES
 from .summaries import summary
 from .uncertainty import bootstrap
 
 __all__ = [
     "LAWS",
-    "SAMPLES",
     "bootstrap",
     "cdf",
     "debris",

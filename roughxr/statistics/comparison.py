@@ -7,6 +7,7 @@ import xarray as xr
 
 from ..jobs.records import converged, loading
 from ..vocabulary import schema
+from ..vocabulary.units import fraction
 from ..vocabulary.verbs import verb
 
 
@@ -79,8 +80,7 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) 
 
 def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset, by: float):
     """Raise where two solutions cannot be compared, and say why."""
-    if not 0 < by < 1:
-        raise ValueError(f"by: expected a number between 0 and 1, found {by!r}")
+    fraction(by, "by")
     sizes = [ds.sizes["subregion"] for ds in (superposed, direct)]
     places = [name for name in ("subregion_x", "subregion_y") if name in superposed.coords and name in direct.coords]
     if sizes[0] != sizes[1] or not all(np.allclose(superposed[name], direct[name]) for name in places):

@@ -1,7 +1,4 @@
-"""Places on debris, found by a rule: their highest peak is far above what is usual for the scan.
-
-The rule uses medians only, so that debris on up to half of the places does not affect it.
-"""
+"""Places on debris, found by a rule of medians: their highest peak is far above what is usual for the scan."""
 
 from __future__ import annotations
 
@@ -21,11 +18,7 @@ THRESHOLD = 6.0
 
 @verb
 def debris(
-    catalogue: xr.Dataset,
-    subregions: xr.Dataset | None = None,
-    *,
-    name: str = "height",
-    threshold: float = THRESHOLD,
+    catalogue: xr.Dataset, subregions: xr.Dataset | None = None, *, name: str = "height", threshold: float = THRESHOLD
 ) -> xr.DataArray:
     """Return which asperities, or which subregions, are debris: far higher than all others.
 
@@ -71,7 +64,8 @@ def debris(
     dim = sample_dimension(catalogue, name)
     values = np.asarray(catalogue[name].values, dtype=float) if subregions is None else highest(catalogue, subregions)
     source, dim = (catalogue, dim) if subregions is None else (subregions, "subregion")
-    limit = _limit(values, threshold)
+    median = np.nanmedian(values)
+    limit = float(median + threshold * np.nanmedian(np.abs(values - median)))
     out = xr.DataArray(values > limit, dims=dim, name="debris")
     out = out.assign_coords({key: source[key] for key in source.coords if source[key].dims == (dim,)})
     what = "highest asperity of the tile" if subregions is not None else name
@@ -81,11 +75,6 @@ def debris(
         "threshold_units": catalogue[name].attrs.get("units", "1"),
     }
     return out
-
-
-def _limit(values: np.ndarray, threshold: float) -> float:
-    median = np.nanmedian(values)
-    return float(median + threshold * np.nanmedian(np.abs(values - median)))
 
 
 def highest(catalogue: xr.Dataset, subregions: xr.Dataset) -> np.ndarray:

@@ -58,10 +58,9 @@ def pdf(
     bandwidth : str, float, optional
         As for `scipy.stats.gaussian_kde` (kde); Scott's rule by default.
     boundary : "auto", None or number
-        Lower limit of the variable (kde), at which the estimate is reflected. By default 0 for variables that cannot be
-        negative, such as ``pull_off_force``, and none otherwise. Reflection keeps the integral of the estimate, not its
-        mean: where samples extend down to the limit, its mean is 3 to 6 % above theirs. Take means from `summary`, not
-        from a density. An axis ratio is also reflected at its upper limit, 1.
+        Lower limit of the variable (kde), at which the estimate is reflected; by default 0 for variables that cannot be
+        negative, such as ``pull_off_force``, and none otherwise. Reflection keeps the integral, not the mean: take
+        means from `summary`. An axis ratio is also reflected at its upper limit, 1.
     weights : str or DataArray, optional
         Weight of each sample: a variable of ``ds``, or an array along the same dimension.
 

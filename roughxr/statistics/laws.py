@@ -1,8 +1,4 @@
-"""Laws of distribution, fitted by maximum likelihood and compared.
-
-All have two parameters, so that none fits better for having more. Log-normal and Weibull are defined for positive
-samples only, and are NaN for others.
-"""
+"""Laws of distribution, each of two parameters, fitted by maximum likelihood and compared."""
 
 from __future__ import annotations
 
@@ -73,9 +69,8 @@ def fit(
     laws : sequence of {"normal", "log_normal", "weibull", "gumbel"}
         "gumbel" is the law of largest values.
     simulations : int
-        Number of samples drawn from each fitted law, and fitted again, to find how far a true sample lies from its own
-        fit: the tables of Kolmogorov and Smirnov do not hold for fitted parameters, and would call every fit good.
-        For more than 2000 samples, such as a map's, ``ks_p_value`` is that of 2000 drawn from them, with a warning.
+        Number of samples drawn from each fitted law, and fitted again, since Kolmogorov's tables do not hold for fitted
+        parameters. For more than 2000 samples ``ks_p_value`` is that of 2000 drawn from them, with a warning.
     seed : int
         Seed of the simulations.
 

@@ -1,9 +1,4 @@
-"""The effective sample size of correlated places, and the size of bootstrap blocks that hold correlated neighbours.
-
-Neighbouring subregions share asperities, and neighbouring asperities a hill: their values are correlated, and n of
-them are worth less than n independent ones. With ρ the correlation of two samples as a function of their distance,
-the variance of the mean of n samples is that of n² / Σᵢⱼ ρ(dᵢⱼ) independent ones.
-"""
+"""The effective sample size of correlated places, and the size of bootstrap blocks that hold correlated neighbours."""
 
 from __future__ import annotations
 
@@ -91,11 +86,7 @@ def _extent(places: np.ndarray) -> np.ndarray:
 
 
 def blocks(places: np.ndarray, side: float) -> list[np.ndarray]:
-    """Return the samples in each of the squares with this side whose corners are one mean spacing apart.
-
-    Blocks wrap around at the edges of the rectangle, and their corners lie on a lattice, not at the samples: thus every
-    sample lies in the same number of blocks, however the samples are scattered.
-    """
+    """Return the samples in squares of this side on a lattice that wraps around: each sample is in as many."""
     from scipy.spatial import cKDTree
 
     extent, spacing = _extent(places), mean_spacing(places)
@@ -110,11 +101,7 @@ def blocks(places: np.ndarray, side: float) -> list[np.ndarray]:
 
 
 def block_side(values: np.ndarray, places: np.ndarray, effective: float) -> float:
-    """Return the side (nm) of a block that holds correlated neighbours: two independent places along each axis.
-
-    It is a multiple of the spacing, at most half of the samples' shorter side, and one spacing (single samples) where
-    the samples are independent.
-    """
+    """Return the side (nm) of a block: two independent places along each axis, in steps of the mean spacing."""
     spacing = mean_spacing(places)
     across = np.sqrt(values.size / effective)
     most = max(1, int(_extent(places).min() / spacing + 1e-6) // 2)  # a whole number of spacings, whatever the rounding

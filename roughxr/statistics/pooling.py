@@ -1,8 +1,7 @@
 """Several scans of one surface, or several placements, as one sample: their common mean, and how much they differ.
 
-Scans of a surface differ by more than the scatter of their places. Each statistic is computed scan by scan, and pooled
-as random effects: y_i = μ + b_i + e_i, where b varies from scan to scan with variance τ², and the variance of e within
-each scan is estimated by the bootstrap.
+Each statistic is computed scan by scan, and pooled as random effects: y_i = μ + b_i + e_i, where b varies from scan to
+scan with variance τ², and the variance of e within each scan is estimated by the bootstrap.
 """
 
 from __future__ import annotations
@@ -73,9 +72,8 @@ def pooled(
 
     Notes
     -----
-    τ² is Paule and Mandel's. The interval is Hartung and Knapp's, with Student's t for one degree of freedom less than
-    there are scans, never narrower than the scans' own errors require, and that of the logarithm where no sample is
-    negative. For two scans it is wide, because two scans say little about others.
+    τ² is Paule and Mandel's. The interval is Hartung and Knapp's, with Student's t, never narrower than the scans' own
+    errors require, and that of the logarithm where no sample is negative. For two scans it is wide.
 
     References
     ----------

@@ -26,12 +26,11 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Quantity |
     ds : Dataset
         A solution with ``force`` along ``delta``. Other dimensions are kept.
     method : {"exact", "cycle", "sweep", "ciavarella"}, optional
-        "exact": what `superpose` found, at any displacement. "cycle": that of a cycle of `adhesive`, from all of
-        its steps. "sweep": the largest pull among the displacements of the sweep, which is too small where the sweep is
-        coarse or ends too soon. "ciavarella": an estimate from a sweep of `direct`, of at least eight displacements:
-        adhesion moves each state of force P, area A and displacement δ₁ to δ = δ₁ − √(2wA′/P″) and P − P′(δ₁ − δ), the
-        energy of adhesion wA against the elastic energy of a rigid withdrawal; exact for a sphere. By default "exact"
-        or "cycle", whichever the solution holds, else "sweep".
+        "exact": what `superpose` found, at any displacement. "cycle": that of a cycle of `adhesive`. "sweep": the
+        largest pull among the displacements, too small where the sweep is coarse or ends too soon. "ciavarella": an
+        estimate from a sweep of `direct`, of at least eight displacements: adhesion moves each state of force P, area A
+        and displacement δ₁ to δ = δ₁ − √(2wA′/P″) and P − P′(δ₁ − δ); exact for a sphere. By default "exact" or
+        "cycle", whichever the solution holds, else "sweep".
     smoothing : number or quantity, optional
         For "ciavarella": half-width of the fits (in the root of the depth) that give its derivatives, nm, at least
         three displacements to either side; by default 2.

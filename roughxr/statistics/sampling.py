@@ -1,7 +1,4 @@
-"""The samples of a distribution: one variable along ``subregion`` or ``asperity``, with places and weights.
-
-NaN marks a place where there was nothing to measure; it is left out, and counted.
-"""
+"""The samples of a distribution: a variable along ``subregion`` or ``asperity`` without its NaN, places and weights."""
 
 from __future__ import annotations
 
@@ -56,6 +53,11 @@ def known_samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
     if all(axis in ds.coords for axis in PLACES[dim]):
         places = np.c_[tuple(ds[axis].values[finite] for axis in PLACES[dim])].astype(float)
     return Samples(values[finite], None if weight is None else weight[finite], places, int((~finite).sum()))
+
+
+def at_first_preload(ds: Any) -> Any:
+    """Return a result, of several preloads that of the first."""
+    return ds.isel(preload=0) if "preload" in ds.dims else ds
 
 
 def shares(ds: xr.Dataset | xr.DataArray) -> xr.DataArray:

@@ -1,16 +1,12 @@
 """Bootstrap intervals of statistics over many places, by blocks of places and by single ones.
 
-A block bootstrap draws whole neighbourhoods, so that correlated samples stay together (Künsch 1989;
-Politis & Romano 1992 for blocks that wrap around). On few places its percentiles are too narrow for two reasons,
-which are both corrected here. Blocks cut the correlation at their edges and leave too little spread: deviations are
-therefore widened until resampled means spread as s/√n, n the number of independent places. And percentiles ignore
-that this spread is itself estimated from few blocks: their levels are therefore moved out to those of Student's t with
-one degree of freedom less than there are blocks (Hesterberg 2015, "expanded percentile"). Spreads are widened by their
-logarithms, which stay positive. Quantiles need no resamples: the share of samples below one is binomial among as many
-draws as there are independent places, and the samples at the ends of that share's interval (Clopper & Pearson's) are
-those of the quantile (Woodruff 1952; Korn & Graubard 1998). No such interval leaves the range of what the samples
-allow, and fewer than thirty samples allow too little, since they show no tail: theirs are Cox's of a log-normal law
-(Zhou & Gao 1997; Olsson 2005) or, where a sample is negative, Student's; χ² for std; and Owen's (1968) for quantiles.
+A block bootstrap draws whole neighbourhoods, so that correlated samples stay together (Künsch 1989; Politis & Romano
+1992 for blocks that wrap around). Blocks cut the correlation at their edges: deviations are therefore widened until
+resampled means spread as s/√n, n the number of independent places. On few blocks percentiles are too narrow: their
+levels are moved out to those of Student's t (Hesterberg 2015, "expanded percentile"). Quantiles need no resamples: the
+share of samples below one is binomial (Clopper & Pearson; Woodruff 1952; Korn & Graubard 1998). Fewer than thirty
+samples show no tail: theirs are Cox's of a log-normal law (Zhou & Gao 1997; Olsson 2005), Student's where a sample is
+negative, χ² for std, and Owen's (1968) for quantiles.
 """
 
 from __future__ import annotations
@@ -22,21 +18,22 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.units import fraction, positive
 from ..vocabulary.verbs import verb, warn
 from .places import block_side, blocks, independent_places
 from .sampling import Samples, other_dimensions, samples
 
 #: Largest number of samples that are resampled: neighbours on a map are correlated, and more only take longer.
-_MOST = 20_000
+_MOST_SAMPLES = 20_000
 
 #: Number of samples below which their law is taken to be normal or log-normal, since they show too little of it.
-_FEW = 30
+_FEWEST_SAMPLES = 30
 
 #: Number of values held at once while resampling: 40 MB.
-_AT_ONCE = 5_000_000
+_VALUES_AT_ONCE = 5_000_000
 
 #: Smaller samples than this part of the mean count as that much, so that they have a logarithm.
-_NEXT_TO_NOTHING = 0.01
+_SMALLEST_SHARE = 0.01
 
 
 class Resampling(NamedTuple):
@@ -97,16 +94,14 @@ def bootstrap(
     -----
     Below thirty samples, of log-normal ones with σ = 0.5, intervals of a nominal 95 % contained the mean and the
     quantiles in 92 to 97 % of trials, std in 78 to 91 %. From there on, on normal fields of 8 to 22 independent places
-    among 64 to 256, intervals by blocks contained the mean and the median in 95 to 98 % of trials, naive ones in
-    45 to 71 %. Those of std and of the 95 % quantile did in 76 to 95 %, since few places say little about a tail; for
-    a law as skewed as exp(normal), that of the mean did in 91 %, that of std in 64 %: trust them less. "min" and "max"
-    have no confidence interval at all, since no resample extends beyond the samples.
+    among 64 to 256, intervals by blocks contained the mean and the median in 95 to 98 %, naive ones in 45 to 71 %;
+    those of std and of the 95 % quantile did in 76 to 95 %, of a law as skewed as exp(normal) that of std in 64 %.
+    "min" and "max" have no confidence interval at all, since no resample extends beyond the samples.
 
     References
     ----------
-    Künsch, Ann. Statist. 17 (1989) 1217; Politis & Romano (1992), A circular block-resampling procedure;
-    Hesterberg, The American Statistician 69 (2015) 371; Woodruff, J. Am. Stat. Assoc. 47 (1952) 635; Korn & Graubard,
-    Survey Methodology 24 (1998) 193.
+    Künsch, Ann. Statist. 17 (1989) 1217; Politis & Romano (1992), A circular block-resampling procedure; Hesterberg,
+    Am. Stat. 69 (2015) 371; Woodruff, J. Am. Stat. Assoc. 47 (1952) 635; Korn & Graubard, Surv. Meth. 24 (1998) 193.
 
     Examples
     --------
@@ -121,14 +116,14 @@ def bootstrap(
         given = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "block": block}
         return _sweep(ds, name, along=others[0], seed=seed, within=within, **given)
     every = samples(ds, name)
-    _between(confidence, "confidence")
+    fraction(confidence, "confidence")
     if resamples < 1 / (1 - confidence):
         raise ValueError(f"resamples: expected at least {1 / (1 - confidence):.0f} of them, found {resamples}")
     functions = {label: statistic(label) for label in statistics}
     found = _fewer(every, seed)
     if found is not every:
-        words = f"{name}: {every.values.size} samples; intervals are those of {_MOST} drawn from them, estimates of all"
-        warn(words)
+        count = every.values.size
+        warn(f"{name}: {count} samples; intervals are those of {_MOST_SAMPLES} drawn from them, estimates of all")
     ways = {
         "block": _resampling(found, block, None if within is None else samples(within, name)),
         "naive": Resampling(_equal_count(found.weights, size=found.values.size), 0.0, None),
@@ -149,9 +144,9 @@ def bootstrap(
 
 def _fewer(found: Samples, seed: int) -> Samples:
     """Return the samples, or a part of them where there are more than intervals need."""
-    if found.values.size <= _MOST:
+    if found.values.size <= _MOST_SAMPLES:
         return found
-    chosen = np.sort(np.random.default_rng(seed).choice(found.values.size, _MOST, replace=False))
+    chosen = np.sort(np.random.default_rng(seed).choice(found.values.size, _MOST_SAMPLES, replace=False))
     parts = (None if part is None else part[chosen] for part in found[:3])
     return Samples(*parts, found.missing)
 
@@ -175,18 +170,7 @@ def _labelled(out, ds, name, found: Samples, way: Resampling, confidence, resamp
 
 
 def statistic(label: str) -> Callable[..., Any]:
-    """Return the function of (values, axis) that a statistic's name stands for.
-
-    Raises
-    ------
-    ValueError
-        If the name is none of mean, std, min, max or q with a number from 0 to 100.
-
-    Examples
-    --------
-    >>> float(statistic("q25")(np.array([0.0, 1.0, 2.0, 3.0, 4.0])))
-    1.0
-    """
+    """Return the function of (values, axis) that a statistic's name stands for; raise where it stands for none."""
     known = {
         "mean": _mean,
         "std": _std,
@@ -255,7 +239,7 @@ def resampled(found: Samples, way: Resampling, resamples: int, *, seed: int) -> 
     """Yield resamples of the values and of their weights, or None, some (resamples, samples) at a time."""
     rng = np.random.default_rng(seed)
     size = found.values.size
-    step = max(1, _AT_ONCE // size)
+    step = max(1, _VALUES_AT_ONCE // size)
     for start in range(0, resamples, step):
         count = min(step, resamples - start)
         each = way.members is None
@@ -284,8 +268,6 @@ def _one_drawn(members: list[np.ndarray], size: int, rng) -> np.ndarray:
 
 
 def _resampling(found: Samples, block: Any, within: Samples | None = None) -> Resampling:
-    from ..vocabulary.units import positive
-
     effective = independent_places(found.values, found.places)
     if within is not None:
         effective = min(effective, independent_places(within.values, within.places))
@@ -316,7 +298,7 @@ def _ends(label: str, found: Samples, estimate: float, ends: np.ndarray, times: 
     """Return the ends of one statistic's interval, from those of its resamples."""
     values = found.values
     n, low, high = values.size, values.min(), values.max()
-    if n < _FEW and (label in ("mean", "std") or label.startswith("q")):
+    if n < _FEWEST_SAMPLES and (label in ("mean", "std") or label.startswith("q")):
         return _ends_of_few(label, found, estimate, max(way.independent, 2.0), confidence)
     if label.startswith("q"):
         levels = _share_levels(float(label[1:]) / 100, way.independent, confidence)
@@ -337,7 +319,7 @@ def _ends_of_few(label: str, found: Samples, estimate: float, count: float, conf
     if label == "std":
         return estimate * np.sqrt((count - 1) / chi2.ppf(tails[::-1], count - 1))
     positive = values.min() >= 0 and values.max() > 0
-    law = np.log(np.maximum(values, _NEXT_TO_NOTHING * values.mean())) if positive else values
+    law = np.log(np.maximum(values, _SMALLEST_SHARE * values.mean())) if positive else values
     middle, variance = _mean(law, -1, weights), _std(law, -1, weights) ** 2
     if label == "mean":
         own = variance if positive else 0.0  # ln E[exp z] = E[z] + var(z)/2 of a normal z
@@ -375,17 +357,9 @@ def _levels(count: float, confidence: float) -> list[float]:
 
 
 def _widening(found: Samples, way: Resampling, means: np.ndarray) -> float:
-    """Return the factor on deviations with which resampled means spread as those of independent places.
-
-    It also corrects the samples' own variance, which is too small by one part in n because their mean was subtracted.
-    """
+    """Return the factor on deviations with which resampled means spread as those of independent places."""
     if means.std() == 0:
         return 1.0
     off = found.values - _mean(found.values, -1, found.weights)
     spread = float(np.sqrt(_mean(off**2, -1, found.weights)))
     return max(1.0, spread / float(np.sqrt(max(way.independent, 2.0) - 1) * means.std()))
-
-
-def _between(value: float, name: str):
-    if not 0 < value < 1:
-        raise ValueError(f"{name}: expected a number between 0 and 1, found {value!r}")

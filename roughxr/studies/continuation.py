@@ -1,10 +1,8 @@
 """The pull-off of the surface as it would be: its roughness continued below the scan, down to where nothing changes.
 
-Two things end the fall of the pull-off with ever shorter waves: waves whose height is well below the range of the
-attraction no longer part the surfaces, and summits sharper than the hardness bears flatten. From the shortest wave that
-the scan shows truly, half an octave is added after the other, at a few places, until the mean pull-off settles. All
-places are then solved with all these waves, and the few places once more with every assumption changed, for the
-interval of the mean.
+From the shortest wave that the scan shows truly, half an octave is added after the other, at a few places, until the
+mean pull-off settles. All places are then solved with all these waves, and the few places once more with every
+assumption changed, for the interval of the mean.
 """
 
 from __future__ import annotations
@@ -31,26 +29,26 @@ from ..vocabulary.units import fraction, positive, whole_number
 from ..vocabulary.verbs import verb
 
 #: Waves are added by this factor; below the floor (nm) no continuum is.
-_FACTOR, _FLOOR = 0.5**0.5, 0.5
+_WAVE_FACTOR, _SHORTEST_WAVE = 0.5**0.5, 0.5
 
 #: Waves whose standard deviation is below this part of the range of adhesion, or of a meniscus, do not matter.
-_FLAT = 0.1
+_NEGLIGIBLE_RMS = 0.1
 
 #: Places at which it is found out where the waves end to matter, and the assumptions are changed.
-_PILOT = 6
+_PILOT_PLACES = 6
 
 #: Factors on the range of adhesion and on the hardness, assigned or estimated: one standard deviation.
-_RANGE, _HARDNESS, _ESTIMATED = 1.25, 1.1, 1.3
+_RANGE_FACTOR, _HARDNESS_FACTOR, _ESTIMATE_FACTOR = 1.25, 1.1, 1.3
 
 #: Pixels of the shortest wave that a microscope draws truly: aliasing, averaging over a pixel and the kinks that a tip
 #: leaves falsify shorter ones.
-_TRUE = 4.0
+_TRUE_PIXELS = 4.0
 
 #: What to do about a surface that cannot be continued.
-_INSTEAD = "measure a finer scan, or give a measured spectrum to continued(spectrum=…)"
+_ADVICE = "measure a finer scan, or give a measured spectrum to continued(spectrum=…)"
 
 #: What is said where no hardness is known.
-_ELASTIC = "the bodies stay elastic, since no hardness is known"
+_NO_HARDNESS = "the bodies stay elastic, since no hardness is known"
 
 
 class Question(NamedTuple):
@@ -136,7 +134,7 @@ def continued(
         raise ValueError("height: expected a spectrum to continue, found none in a flat or nearly flat scan")
     unlike = "" if spectrum is not None else unlike_self_affine(ds, model.shown)
     if unlike:
-        raise ValueError(f"only a self-affine surface can be continued, and this scan has {unlike}; {_INSTEAD}")
+        raise ValueError(f"only a self-affine surface can be continued, and this scan has {unlike}; {_ADVICE}")
     bodies, hardness = with_hardness(ds)
     centres = regions.centres(ds, subregions)
     problem, adhesion = settling(bodies, preload=preload)
@@ -154,7 +152,7 @@ def not_continued(ds: xr.Dataset, why: str) -> xr.Dataset:
     """Return what `continued` finds of a scan that cannot be continued: nothing, and the reason."""
     names = ("pull_off_mean", "pull_off_lower", "pull_off_upper", "shortest_wavelength")
     out = xr.Dataset({**dict.fromkeys(names, np.nan), "converged": False})
-    out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
+    out = out.assign_coords(schema.travelling(ds))
     known = f"Roughness finer than the pixel is not included: {why}."
     return schema.label(out.assign_attrs(known=known, assumed=""))
 
@@ -163,9 +161,9 @@ def shown_truly(ds: xr.Dataset) -> xr.Dataset:
     """Return the spectrum of the waves that a scan shows truly: those of four pixels, or all where it ends before."""
     found = self_affine_fit(ds)
     shown, pixel = float(found["shortest_wavelength"]), max(schema.pixel(ds))
-    if not np.isfinite(shown) or shown >= _TRUE * pixel or _ends_before(ds, found):
+    if not np.isfinite(shown) or shown >= _TRUE_PIXELS * pixel or _ends_before(ds, found):
         return found
-    return self_affine_fit(ds, shown=_TRUE * pixel)
+    return self_affine_fit(ds, shown=_TRUE_PIXELS * pixel)
 
 
 def _ends_before(ds: xr.Dataset, fitted: xr.Dataset) -> bool:
@@ -183,7 +181,7 @@ def with_hardness(ds: xr.Dataset) -> tuple[xr.Dataset, str]:
     if "hardness" in ds.coords:
         return ds, f"hardness {float(ds['hardness']):.3g} GPa as assigned"
     if "hardness_estimate" not in ds.coords:
-        return ds, _ELASTIC
+        return ds, _NO_HARDNESS
     estimate = float(ds["hardness_estimate"])
     if estimate <= settling(ds)[1].peak:
         words = "the pull of liquid and solids" if schema.is_wet(ds) else "the pull w/ρ"
@@ -239,21 +237,23 @@ class _Pilot(NamedTuple):
 def _pilot(surface: Surface, question: Question, end, accuracy: float) -> _Pilot:
     """Add half an octave after the other until the mean pull-off settles."""
     count = len(surface.patches)
-    places = np.unique(np.linspace(0, count - 1, min(count, _PILOT)).round().astype(int))
-    seeds, below = max(1, -(-_PILOT // places.size)), question.below
+    places = np.unique(np.linspace(0, count - 1, min(count, _PILOT_PLACES)).round().astype(int))
+    seeds, below = max(1, -(-_PILOT_PLACES // places.size)), question.below
     model, length = below.spectrum, question.adhesion.span
     waves, means, guesses, converged = [below.longest], [], [None], False
-    smallest = _FLOOR if end is None else min(end, below.longest)
+    smallest = _SHORTEST_WAVE if end is None else min(end, below.longest)
     while True:
         asked = question._replace(below=below._replace(shortest=waves[-1]))
         found = surface.solve(asked, places, seeds, guesses[-1])
         means.append(float(np.nanmean(found[..., 0])))
         guesses.append(next_guess(found, guesses[-1]))
         if end is None:
-            converged = rms_of(model.at, waves[-1], waves[-1] / 2) < _FLAT * length or _settled(means, accuracy)
+            converged = rms_of(model.at, waves[-1], waves[-1] / 2) < _NEGLIGIBLE_RMS * length or _settled(
+                means, accuracy
+            )
         if converged or waves[-1] <= smallest * (1 + 1e-9):
             break
-        waves.append(max(waves[-1] * _FACTOR, smallest))
+        waves.append(max(waves[-1] * _WAVE_FACTOR, smallest))
     change = abs(np.log(means[-1] / means[-3])) if end is None and len(means) > 2 else 0.0
     return _Pilot(places, waves, means, guesses[1:], converged or end is not None, change)
 
@@ -279,16 +279,18 @@ def _entries(surface, question: Question, pilot: _Pilot, hardness: str) -> dict[
     asked = {"spectrum": [question._replace(below=below._replace(spectrum=one)) for one in tilted]}
     asked["range of adhesion"] = [
         coarser._replace(adhesion=changed)
-        for changed in (adhesion._replace(length=adhesion.length * factor) for factor in (1 / _RANGE, _RANGE))
+        for changed in (
+            adhesion._replace(length=adhesion.length * factor) for factor in (1 / _RANGE_FACTOR, _RANGE_FACTOR)
+        )
         if not problem.yielding or changed.peak < problem.hardness
     ]
     if problem.yielding:
-        unsure, least = _ESTIMATED if "estimated" in hardness else _HARDNESS, 1.01 * adhesion.peak
+        unsure, least = _ESTIMATE_FACTOR if "estimated" in hardness else _HARDNESS_FACTOR, 1.01 * adhesion.peak
         asked["hardness"] = [
             coarser._replace(problem=problem._replace(hardness=max(problem.hardness * factor, least)))
             for factor in (1 / unsure, unsure)
         ]
-    seeds, out = max(1, -(-_PILOT // pilot.places.size)), {}
+    seeds, out = max(1, -(-_PILOT_PLACES // pilot.places.size)), {}
     for name, questions in asked.items():
         at = -1 if name == "spectrum" else before
         solved = [surface.solve(one, pilot.places, seeds, pilot.guesses[at])[..., 0] for one in questions]
@@ -335,7 +337,7 @@ def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness: str, g
         },
         {"entry": list(entries), "shortest_kept": pilot.waves, "seed": np.arange(forces.shape[1]), **centres.coords},
     )
-    out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
+    out = out.assign_coords(schema.travelling(ds))
     pixels = model.shown / max(schema.pixel(ds))
     known = f"The scan resolves waves of {model.shown:.3g} nm ({pixels:.2g} pixels) and longer."
     if model.measured is not None:
@@ -349,11 +351,7 @@ def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness: str, g
 
 
 def _spreads(entries: dict[str, float], pilot: _Pilot) -> tuple[float, float]:
-    """Return by how much ln(mean) may lie lower, and higher, than it is.
-
-    Where the added waves lowered the mean, other ones below the pixel may lower it as well: it lies higher by no more
-    than they took, and waves that are still missing do not raise it.
-    """
+    """Return by how much ln(mean) may lie lower, and higher: by no more than the added waves took."""
     spread = {name: 1.96 * value for name, value in entries.items() if np.isfinite(value)}
     below = float(np.hypot.reduce(list(spread.values())))
     if (took := float(np.log(pilot.means[0] / pilot.means[-1]))) > 0:

@@ -1,9 +1,7 @@
 """Runs over parameters: radii, moduli, works of adhesion and rough indenters as further dimensions of one result.
 
-The scan fixes all lengths, so that the modulus is the only unit of stress. Where everything else that a verb reads and
-that holds a mass (works of adhesion, hardness, Hamaker constant; options such as a load or a strength) is the same in
-units of the modulus, the shapes are the same, and forces and pressures are proportional to E*. Such combinations of the
-same radius share one solve; all others are solved each by itself.
+Where everything that holds a mass (works of adhesion, hardness, options such as a load) is the same in units of the
+modulus, forces and pressures are proportional to E*: such combinations of the same radius share one solve.
 """
 
 from __future__ import annotations
@@ -30,6 +28,10 @@ _SCALING = (*_OF_ASPERITIES, "direct", "adhesive", "rigid")
 
 #: What contact without adhesion does not read.
 _OF_ADHESION = ("work_of_adhesion", "hamaker_constant", "retardation", "adhesion_range")
+
+#: How results are joined along what was varied.
+_TOGETHER: dict[str, Any] = {"join": "exact", "combine_attrs": "drop_conflicts", "data_vars": "all"}
+_TOGETHER |= {"coords": "minimal", "compat": "override"}
 
 
 @verb
@@ -103,7 +105,8 @@ def vary(
     parts = []
     for values in itertools.product(*axes.values()):
         pair = dict(zip(axes, values))
-        here = _with(ds, pair)
+        wet = liquid.at_humidity(ds, pair["humidity"]) if "humidity" in pair else {}
+        here = ds.assign_coords(pair | wet)
         key = _inputs(here, solve, options)
         if key not in solved:
             solved[key] = solve(here, **options)
@@ -111,19 +114,12 @@ def vary(
         if humidity is not None:
             part = part.assign_coords(kelvin_radius=("humidity", [float(here["kelvin_radius"])]))
         parts.append(part)
-    _same_deltas(parts)
-    how = {"join": "exact", "combine_attrs": "drop_conflicts", "data_vars": "all", "coords": "minimal"}
-    out = xr.combine_by_coords(parts, compat="override", **how)
+    refuse_other_deltas(parts)
+    out = xr.combine_by_coords(parts, **_TOGETHER)
     arguments = {name: given[name] for name in varied}
     return schema.record(
         schema.label(out), "vary", parts[0], solve=getattr(solve, "__name__", "a function"), **arguments
     )
-
-
-def _with(ds: xr.Dataset, pair: dict[str, float]) -> xr.Dataset:
-    """Return the scan with values of its pair changed, and Kelvin's radius with the humidity."""
-    wet = liquid.at_humidity(ds, pair["humidity"]) if "humidity" in pair else {}
-    return ds.assign_coords(pair | wet)
 
 
 def _placed(ds: xr.Dataset, solve: Callable, indenter: xr.Dataset, given: dict[str, Any], options: dict[str, Any]):
@@ -141,19 +137,18 @@ def _placed(ds: xr.Dataset, solve: Callable, indenter: xr.Dataset, given: dict[s
         face = indenter["indenter_height"].isel(placement=k).reset_coords(drop=True)
         pair = bare.assign(indenter_height=face)
         parts.append(vary(pair, solve, **others, **options) if others else solve(pair, **options))
-    _same_deltas(parts)
-    how = {"join": "exact", "combine_attrs": "drop_conflicts", "data_vars": "all", "coords": "minimal"}
-    out = xr.concat(parts, indenter["placement"].reset_coords(drop=True), compat="override", **how)
+    refuse_other_deltas(parts)
+    out = xr.concat(parts, indenter["placement"].reset_coords(drop=True), **_TOGETHER)
     told = {name: indenter[name] for name in ("patch_x", "patch_y", "rotation") if name in indenter.coords}
     out = schema.label(out.assign_coords(told))
     made = schema.history(indenter)[-1:] or [{"arguments": "given"}]
     return schema.record(out, "vary", parts[0], solve=solve.__name__, indenter=made[0]["arguments"], **others)
 
 
-def _same_deltas(parts: list[xr.Dataset]) -> None:
+def refuse_other_deltas(parts: list[xr.Dataset], of: str = "pair") -> None:
     """Raise where displacements must be given because their default differs from part to part."""
     if any("delta" in part.dims and not part["delta"].equals(parts[0]["delta"]) for part in parts):
-        raise ValueError("delta: expected displacements in nm, since their default differs from one pair to the next")
+        raise ValueError(f"delta: expected displacements in nm, since their default differs from one {of} to the next")
 
 
 def _axes(ds: xr.Dataset, given: dict[str, Any]) -> dict[str, list[float]]:
@@ -173,7 +168,7 @@ def _axes(ds: xr.Dataset, given: dict[str, Any]) -> dict[str, list[float]]:
 
 def _inputs(ds: xr.Dataset, solve: Callable, options: dict[str, Any]) -> tuple:
     """Return what a solution depends on, in units of the modulus; pairs with the same of it differ by a factor only."""
-    read = {name: float(ds[name]) for name in schema.TRAVELLING if name in ds.coords}
+    read = {name: float(one) for name, one in schema.travelling(ds).items()}
     modulus = read.get("contact_modulus", 1.0)
     if getattr(solve, "__name__", "") not in _SCALING or not solve.__module__.startswith("roughxr."):
         return tuple(read.items())

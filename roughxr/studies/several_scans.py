@@ -10,6 +10,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.verbs import verb
+from .parameter_grid import refuse_other_deltas
 
 
 @verb
@@ -53,8 +54,7 @@ def over_scans(
         raise ValueError("scans: expected at least one, found none")
     names, each = _named(scans)
     parts = [solve(one, **options) for one in each]
-    if any("delta" in part.dims and not part["delta"].equals(parts[0]["delta"]) for part in parts):
-        raise ValueError("delta: expected displacements in nm, since their default differs from one scan to the next")
+    refuse_other_deltas(parts, "scan")
     parts = _padded(parts)
     how = {"coords": "different", "compat": "equals", "join": "outer", "combine_attrs": "drop_conflicts"}
     along = xr.Variable("scan", names)

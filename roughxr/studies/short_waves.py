@@ -26,7 +26,7 @@ METHODS = ("rigid", "adhesive")
 _RISE = 30.0
 
 #: Largest cells (nm), between rigid bodies, on which finer scales are added and cut off.
-_CELL = 1.0
+_LARGEST_CELL = 1.0
 
 #: Cells along the shortest added wave.
 _PER_WAVE = 8
@@ -115,8 +115,8 @@ def scale_dependence(
         law, preload = "exponential", 0.0 if preload is None else preload
         forces = _simulated(with_hardness(ds)[0], centres, waves, count, preload, known_spectrum(spectrum))
     out = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), forces)})
-    pair = {name: ds[name] for name in schema.TRAVELLING if name in ds.coords}
-    out = out.assign_coords({**centres.coords, "shortest_kept": waves, "seed": np.arange(count), **pair})
+    along = {"shortest_kept": waves, "seed": np.arange(count)}
+    out = out.assign_coords({**centres.coords, **along, **schema.travelling(ds)})
     out.attrs = {"method": method, "law": law} | {str(name): float(spectrum[name]) for name in spectrum.data_vars}
     arguments = {"shortest": waves, "seeds": count, "subregions": subregions, "method": method, "law": law}
     return schema.record(schema.label(out), "scale_dependence", ds, **arguments, preload=preload, hurst=hurst)
@@ -149,7 +149,7 @@ def _on_surfaces(ds: xr.Dataset, centres: xr.Dataset, wave: float, way: _Rigid) 
 def _over_seeds(part: xr.Dataset, centre: tuple[float, float], wave: float, way: _Rigid) -> np.ndarray:
     """Return the pull at a place on surfaces with one shortest wave, one for each seed."""
     at, side = {"subregions": ([centre[0]], [centre[1]])}, schema.square_pixel(part)
-    cells = int(np.ceil(side / _CELL))
+    cells = int(np.ceil(side / _LARGEST_CELL))
     if wave >= float(way.spectrum["shortest_wavelength"]):
         smoother = smooth(part, shortest=wave)
         return np.full(way.seeds, float(rigid(smoother, refine=cells, **at, **way.options).pull_off_force[0]))

@@ -12,9 +12,9 @@ _PREFIXES = {
 }
 
 #: Numbers from the first to below the second are written without a power of ten.
-_PLAIN = 1e-4, 1e7
+_PLAIN_RANGE = 1e-4, 1e7
 
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: float, unit: str = "", digits: int = 3) -> str:
@@ -28,16 +28,16 @@ def number(value: float, unit: str = "", digits: int = 3) -> str:
 
 def _finite(value: float, digits: int) -> str:
     mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
-    if value and not _PLAIN[0] <= abs(float(f"{mantissa}e{power}")) < _PLAIN[1]:
-        return f"{float(mantissa):g} × 10{str(int(power)).translate(_RAISED)}"
+    if value and not _PLAIN_RANGE[0] <= abs(float(f"{mantissa}e{power}")) < _PLAIN_RANGE[1]:
+        return f"{float(mantissa):g} × 10{str(int(power)).translate(SUPERSCRIPTS)}"
     text = f"{value:.{max(digits - 1 - int(power), 0)}f}"
     text = text.rstrip("0").rstrip(".") if "." in text else text
     return "0" if text == "-0" else text
 
 
-def percent(share: float, digits: int = 2) -> str:
+def percent(share: float) -> str:
     """Return a share as per cent."""
-    return number(100 * share, "%", digits)
+    return number(100 * share, "%", 2)
 
 
 def prefixed(largest: float, units: str = "nN") -> tuple[str, float]:

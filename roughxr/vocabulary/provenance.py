@@ -67,13 +67,17 @@ def history(ds: xr.Dataset) -> list[dict[str, Any]]:
         steps = json.loads(text) if text else []
     except (ValueError, RecursionError):
         steps = None
-    if isinstance(steps, list) and all(map(_is_step, steps)):
+    if isinstance(steps, list) and all(
+        isinstance(one, dict) and isinstance(one.get("arguments", {}), dict) for one in steps
+    ):
         return steps
     return [{"operation": "unknown", "arguments": {"history": text}}]
 
 
-def _is_step(step: Any) -> bool:
-    return isinstance(step, dict) and isinstance(step.get("arguments", {}), dict)
+def arguments_of(ds: xr.Dataset | None, operation: str) -> dict[str, Any]:
+    """Return the arguments of the last step of this name, none where there is no such step."""
+    steps = [] if ds is None else history(ds)[::-1]
+    return next((step.get("arguments", {}) for step in steps if step.get("operation") == operation), {})
 
 
 def height_hash(ds: xr.Dataset) -> str:

@@ -1,7 +1,4 @@
-"""What a roughxr Dataset must hold: validation at the door, labels on results, and what a scan is asked first.
-
-Names, units and signs stand in `variables`, the steps that made a Dataset in `provenance`; both are public here.
-"""
+"""What a roughxr Dataset must hold: validation at the door, labels on results, and what a scan is asked first."""
 
 from __future__ import annotations
 
@@ -11,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .provenance import height_hash, history, record
+from .provenance import arguments_of, height_hash, history, record  # noqa: F401
 from .text import did_you_mean
 from .units import in_units, magnitude
 from .variables import KINDS, PAIR, TRAVELLING, VARIABLES, Variable, attributes, axis_label
@@ -86,11 +83,7 @@ def kind_of(ds: xr.Dataset) -> str | None:
 
 
 def entered(data: Any) -> Any:
-    """Return a Dataset or DataArray in the units of `VARIABLES`; itself where it already is.
-
-    Every variable and coordinate of a known name that states other units is converted, be it by its attribute or as a
-    pint array; what states none is taken to be in the table's.
-    """
+    """Return a Dataset or DataArray with every known name in the units of `VARIABLES`; itself where it already is."""
     coords = _in_table(data.coords.variables)
     if isinstance(data, xr.DataArray):
         own = _in_table({data.name: data.variable}).get(data.name)
@@ -230,6 +223,11 @@ def square_pixel(ds: xr.Dataset) -> float:
     return dx
 
 
+def travelling(ds: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Return those of `TRAVELLING` that a Dataset has, as coordinates of what is made of it."""
+    return {name: ds[name] for name in TRAVELLING if name in ds.coords}
+
+
 def is_wet(ds: xr.Dataset) -> bool:
     """Return whether the pair of bodies carries condensed liquid."""
     return "kelvin_radius" in ds.coords
@@ -260,10 +258,7 @@ def finite(height: np.ndarray) -> np.ndarray:
 
 
 def complete(ds: xr.Dataset) -> xr.Dataset:
-    """Return a scan; raise where pixels are missing, for a lazy one when it is computed.
-
-    Each chunk of a lazy scan raises when it is computed and pixels are missing in it, and so does what needs it.
-    """
+    """Return a scan; raise where pixels are missing, for a lazy one when it is computed."""
     height = ds["height"].variable
     if not hasattr(height.data, "map_blocks"):
         finite(height.values)

@@ -14,13 +14,8 @@ def printable(text: str, *, keep: str = "") -> str:
     r"""Return text with control characters, such as those of a terminal, written out; ``keep`` are left as they are."""
     if text.isascii() and text.isprintable():
         return text
-    return "".join(
-        one if one in keep or unicodedata.category(one) not in _CONTROL_CATEGORIES else _written(one) for one in text
-    )
-
-
-def _written(character: str) -> str:
-    return character.encode("unicode_escape").decode("ascii")
+    hidden = {one for one in set(text) - set(keep) if unicodedata.category(one) in _CONTROL_CATEGORIES}
+    return text.translate({ord(one): one.encode("unicode_escape").decode("ascii") for one in hidden})
 
 
 def did_you_mean(value: Any, allowed: Iterable[Any]) -> str:

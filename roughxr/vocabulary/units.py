@@ -1,8 +1,4 @@
-"""Conversion of input: every length, force or modulus leaves here in coherent nano-units.
-
-Inside roughxr lengths are nm, forces nN, moduli and pressures GPa = nN/nm², energies per area
-J/m² = nN/nm, so that no conversion factor occurs in any formula. Conversion is done by pint, never by hand.
-"""
+"""Conversion of input by pint: every length, force or modulus leaves here in coherent nano-units."""
 
 from __future__ import annotations
 
@@ -42,7 +38,7 @@ _UDUNITS_POWER = re.compile(r"(?<![\d.][eE])(?<=[A-Za-zµμ])(?=[-+]?\d)")
 
 
 #: Letters, powers, products and quotients; pint would read "~m" as m to the power of -1.
-_WRITTEN = re.compile(r"[\w\s.*/^()°ÅµμΩ%+-]+")
+_UNIT_TEXT = re.compile(r"[\w\s.*/^()°ÅµμΩ%+-]+")
 
 
 #: A quantity in words begins with its number: pint would read "um" as one micrometre.
@@ -64,7 +60,7 @@ def factor(source: str, target: str) -> float:
     if source == target:
         return 1.0
     try:
-        if not _WRITTEN.fullmatch(source):
+        if not _UNIT_TEXT.fullmatch(source):
             raise ValueError("not written as units are")
         ratio = float(_registry().Quantity(1.0, source).to(target).magnitude)
     except (pint.errors.PintError, pint.errors.UndefinedUnitError, AttributeError, TypeError, ValueError) as error:
@@ -149,10 +145,7 @@ def fraction(value: Any, name: str) -> float:
 
 
 def in_units(variable: xr.Variable, units: str, name: str) -> xr.Variable:
-    """Return a variable in ``units``: converted if it states others, as it is if it states none.
-
-    The units are those of its pint array or of its attribute ``units``. Lazy arrays stay lazy.
-    """
+    """Return a variable in ``units``: converted if it states others, as it is if it states none; lazy as it was."""
     stated = variable.attrs.get("units")
     if stated == units or variable.dtype.kind not in "fiu":
         return variable

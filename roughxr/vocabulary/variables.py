@@ -10,10 +10,7 @@ from typing import NamedTuple
 
 
 class Variable(NamedTuple):
-    """The meaning of one name: its units (UDUNITS), its label on an axis, and its sign or definition.
-
-    Empty units are those of another variable, which the name describes, such as a bootstrap's ``estimate``.
-    """
+    """The meaning of one name: its units (UDUNITS; empty for another's, as of an ``estimate``), label, and sign."""
 
     units: str
     long_name: str

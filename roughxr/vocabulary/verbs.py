@@ -1,8 +1,7 @@
 """The door of every public verb: whatever enters is in the units of the vocabulary's table before the verb sees it.
 
-`verb` decorates the public functions. Datasets and DataArrays are converted by the names of their variables and
-coordinates, also within lists and mappings; options by their own names: a pint quantity, text such as "3 um", a
-DataArray with ``units``, or several of these. Plain numbers pass as they are, in the units of the documentation.
+Datasets and DataArrays are converted by the names of their variables, options by their own names: a pint quantity, text
+such as "3 um", a DataArray with ``units``, or several of these. Plain numbers pass as they are.
 """
 
 from __future__ import annotations
@@ -25,13 +24,11 @@ _R = TypeVar("_R")
 
 #: Units of options: of those named as variables are, and of the others.
 OPTIONS = {name: known.units for name, known in VARIABLES.items() if known.units not in ("", "1")} | {
-    "amplitude": "nm",
     "atomic_radius": "nm",
     "block": "nm",
     "closest_approach": "nm",
     "density": "kg m-3",
     "exclude_above": "nm",
-    "frequency": "Hz",
     "friction_coefficient": "1",
     "gravity": "m s-2",
     "length": "nm",

@@ -91,7 +91,6 @@ def scans():
     yield "dilate", roughxr.scans.dilate(ds, tip_radius=20.0)
     yield "erode", roughxr.scans.erode(ds, tip_radius=20.0)
     yield "self_affine", made()
-    yield "glass", roughxr.scans.synthetic.glass()
     yield "gilman", xr.Dataset({"w": roughxr.reference.gilman_surface_energy(75.0, poisson_ratio=0.22)})
     yield "modulus", xr.Dataset({"E": roughxr.reference.contact_modulus((75, 210), (0.22, 0.3))})
 

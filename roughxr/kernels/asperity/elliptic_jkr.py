@@ -122,10 +122,7 @@ FORMULATIONS = {"johnson_greenwood": _johnson_greenwood, "energy": _energy}
 
 
 def contact_at(formulation, ratio, s):
-    """States of contact at the points ``s`` in (0, 1) of the branch, for one B/A = ``ratio`` > 1.
-
-    On the true ellipse intensities grow as a, loads as a³ and displacements as a² of those on a = 1.
-    """
+    """States of contact at the points ``s`` in (0, 1) of the branch, for one B/A = ``ratio`` > 1."""
     k = axis_ratio(ratio) ** (1 - np.asarray(s))
     on_unit = fit(k, ratio)
     m, a_cubed = FORMULATIONS[formulation](k, on_unit.d)
@@ -140,9 +137,7 @@ def _least(formulation, ratio, quantity):
     """The point s at which ``quantity`` ("P" or "delta") is least."""
     coarse = np.linspace(0.02, 0.98, 97)
     i = np.argmin(getattr(contact_at(formulation, ratio, coarse), quantity))
-    from scipy.optimize import (
-        minimize_scalar,  # not at the top: a quarter of the import time, for tables and tests only
-    )
+    from scipy.optimize import minimize_scalar  # not at the top: a quarter of the import time
 
     least = minimize_scalar(
         lambda s: getattr(contact_at(formulation, ratio, s), quantity),
@@ -161,20 +156,6 @@ def end_of_branch(formulation, ratio):
 def largest_tension(formulation, ratio):
     """The point s of pull-off under prescribed load."""
     return _least(formulation, ratio, "P")
-
-
-def stable_state(formulation, ratio, delta, s_end=None):
-    """The stable contact at displacement δ*; NaN beyond the end of the branch (``s_end``, if known)."""
-    from scipy.optimize import brentq
-
-    s_end = end_of_branch(formulation, ratio) if s_end is None else s_end
-    if delta < contact_at(formulation, ratio, s_end).delta:
-        return EllipseState(np.nan, np.nan, np.nan, delta)
-
-    def excess(log_s):
-        return contact_at(formulation, ratio, np.exp(log_s)).delta - delta
-
-    return contact_at(formulation, ratio, np.exp(brentq(excess, np.log(_SMALLEST_S), np.log(s_end), xtol=1e-13)))
 
 
 def states_of_semi_axis(formulation, ratio, a):

@@ -88,10 +88,7 @@ def line_contact(lines, above_end):
 
 @kernel
 def closed_contact(delta, end, row):
-    """Return P*, a* and b*/λ of the closed forms at δ* ≥ ``end``: JKR's, or Hertz's where nothing adheres.
-
-    Where ``row`` is ``STIFF``, of liquid between stiff asperities, with the semi-axes of the solids' contact.
-    """
+    """Return P*, a* and b*/λ of the closed forms at δ* ≥ ``end``: JKR's, Hertz's, or liquid's (``row`` `STIFF`)."""
     if end == 0.0:
         a = sqrt(delta)
         return delta * a, a, a

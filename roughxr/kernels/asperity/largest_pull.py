@@ -312,10 +312,7 @@ def search(k, width, end, least, steps, near, grid):
 
 @kernel
 def _beginning(k, near, grid):
-    """Return a small q after the k-th beginning, and its slope times q, to which the other branches add nothing yet.
-
-    It is 0 where that branch ends not in a fold but in a contact that shrinks to a point (``maugis``).
-    """
+    """Return a small q after the k-th beginning, 0 where that branch begins as a point, and its slope times q."""
     i = near.index[k]
     delta, load = grid.field.scales.delta[i], grid.field.scales.P[i]
     _, slope = one_force(_SMALL_Q * _SMALL_Q, k, near, grid.field.scales.end[i], grid.field.scales.row[i])

@@ -49,10 +49,7 @@ class AsperityLaw(NamedTuple):
 
 
 class Scales(NamedTuple):
-    """The scales that make an asperity's contact dimensionless: floats for one asperity, arrays for many.
-
-    For Hertz, a and P are those at ``delta`` = 1 nm; for the laws of free shape, the self-similar ellipse's.
-    """
+    """The scales that make an asperity's contact dimensionless; a and P of Hertz at ``delta`` = 1 nm."""
 
     a: float  # nm
     P: float  # nN
@@ -115,11 +112,7 @@ def asperity_scales(A, B, E_star, w, law):
 
 @kernel
 def asperity_contact(delta, scales, spline):
-    """The stable ``Contact`` of one asperity at displacement ``delta``; ``spline`` is that of its law.
-
-    For events, figures and tests. Sums over asperities evaluate the same formulas by ``force_curves`` within their
-    loops, where passing an array from function to function would cost as much as the closed form itself.
-    """
+    """The stable ``Contact`` of one asperity at displacement ``delta``; ``spline`` is that of its law."""
     delta_star = delta / scales.delta
     if not delta_star >= scales.end:
         nothing = 0.0 if delta_star < scales.end else np.nan

@@ -13,7 +13,7 @@ length it is convex: P̄ grows ever faster with δ̄.
 The table has the form of ``elliptic_table`` and is read by the same ``lookup``, ln λ in place of ln B/A. From
 the closed form it is off by 10⁻³ P_c near the end of the branch for 0.5 < λ < 1.5, where that end changes its nature,
 and by less than 10⁻⁴ P_c elsewhere; the largest pull by 10⁻⁷, the end by 2·10⁻⁵ δ_c.
-``python -m roughxr.kernels.asperity.maugis`` computes it again, in a few seconds.
+``python -m tests.asperity_tables`` computes it again, in a few seconds.
 """
 
 from functools import cache
@@ -23,13 +23,13 @@ from pathlib import Path
 import numpy as np
 
 from ..jit import kernel
-from . import elliptic_table
 from .elliptic_table import Table
 
 SMALLEST, LARGEST = 0.02, 50.0
 FILE = Path(__file__).with_name("maugis_table.npz")
-_ACROSS, _ALONG = 80, elliptic_table.CELLS_ALONG
-_PER_LOG = _ACROSS / log(LARGEST / SMALLEST)
+#: Cells of the table across.
+ACROSS = 80
+_PER_LOG = ACROSS / log(LARGEST / SMALLEST)
 
 #: JKR's units in Maugis's.
 _A, _P, _DELTA = 1.5 ** (1 / 3), 1.5, 1.5 ** (2 / 3)
@@ -72,7 +72,7 @@ def pull_off(parameter):
     >>> round(float(pull_off(1.0)), 4)
     1.6007
     """
-    return -_P * contact_at(parameter, _ratios())[0].min()
+    return -_P * contact_at(parameter, ratios())[0].min()
 
 
 @cache
@@ -82,46 +82,6 @@ def table():
         return Table(file["branch"], file["marks"])
 
 
-def _ratios():
+def ratios():
+    """Return the ratios m along a whole branch."""
     return 1 + np.geomspace(1e-9, 1e7, 200_001)
-
-
-def _row(parameter, z):
-    """Return samples (P*/(1+q)³, a*/(1+q), twice) along one row, and its marks."""
-    P, a, delta = contact_at(parameter, _ratios())
-    end, weakest = int(np.argmin(delta)), int(np.argmin(P))
-    q = np.sqrt(np.maximum(delta[: end + 1] - delta[end], 0.0))[::-1]
-    keep = np.append(True, np.diff(np.maximum.accumulate(q)) > 0)
-    wanted = 1 / z**2 - 1
-    from scipy.interpolate import PchipInterpolator  # a fifth of a second, needed to make the table only
-
-    load, radius = (PchipInterpolator(q[keep], values[: end + 1][::-1][keep])(wanted) for values in (P, a))
-    radius = radius / (1 + wanted)
-    return np.stack([load / (1 + wanted) ** 3, radius, radius], -1), [
-        delta[end],
-        P[weakest],
-        a[weakest],
-        a[weakest],
-        delta[weakest],
-    ]
-
-
-def compute():
-    """Return the table from the closed form."""
-    z = elliptic_table._sites(_ALONG)[1:] / _ALONG
-    parameters = SMALLEST * np.exp(elliptic_table._sites(_ACROSS) / _PER_LOG)
-    rows, marks = zip(*(_row(parameter, z) for parameter in parameters))
-    samples = np.concatenate([np.ones((len(rows), 1, 3)), np.array(rows)], axis=1)  # Hertz at z = 0
-    across = elliptic_table._fit(samples, _ACROSS)
-    both = elliptic_table._fit(across.swapaxes(0, 1), _ALONG).swapaxes(0, 1)
-    return Table(np.ascontiguousarray(both), elliptic_table._fit(np.array(marks), _ACROSS))
-
-
-def write(file=FILE):
-    """Compute the table and store it."""
-    table = compute()
-    np.savez_compressed(file, branch=table.spline, marks=table.marks)
-
-
-if __name__ == "__main__":
-    write()

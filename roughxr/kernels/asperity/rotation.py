@@ -141,11 +141,7 @@ def total_force(delta, offset, scales, spline):
 
 @kernel
 def rest(offset, scales, load, start, spline):
-    """Return the displacement (nm) at which the sphere rests under ``load`` on unloading, NaN where nothing touches.
-
-    From a displacement that carries more than the load the sphere is raised by steps, up to the first at which it
-    carries less; the crossing is then found by bisection.
-    """
+    """Return the displacement (nm) at which the sphere rests under ``load`` on unloading, NaN where nothing touches."""
     if offset.size == 0:
         return np.nan
     unit, first = max(median(scales.delta), 1e-3), lowest(offset)

@@ -77,8 +77,8 @@ def superpose(deltas, field, offset, patch_radius, branch):
 def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
     """Add one asperity's contact at every displacement that reaches it; ``lines`` is work space for its branch.
 
-    Since a contact grows with the displacement, its flags are counted at the first displacement that raises them. The
-    loop takes scalars from laws of closed form, since passing an array to a function costs as much as the law itself.
+    Flags are counted at the first displacement that raises them, since contacts grow. The loop takes scalars from laws
+    of closed form: passing an array to a function costs as much as the law itself.
     """
     scales, force, area, n = pick(field.scales, i), out[FORCE], out[AREA], deltas.size
     adheres = scales.end < 0.0
@@ -133,10 +133,7 @@ def _overlaps(delta, field, i, j, offset, branch):
 
 @kernel
 def _first_overlap(deltas, field, i, offset, branch):
-    """Return the index of the first displacement at which the contact of asperity i overlaps a neighbour's.
-
-    Contacts grow with the displacement: the first is found by bisection, and the last tells whether there is one.
-    """
+    """Return the index of the first displacement at which asperity i overlaps a neighbour; contacts grow with it."""
     first = deltas.size
     for j in field.neighbour[i]:
         if j < 0 or not _overlaps(deltas[first - 1], field, i, j, offset, branch):

@@ -185,10 +185,7 @@ def _reaches(pressure, cap):
 
 @kernel
 def _missing(pressure, gap, contact, cap, load):
-    """Return what the pressures leave of the load for the contact to carry.
-
-    Where all cells yield, or none is in contact, one more cell joins.
-    """
+    """Return what the pressures leave of the load for the contact to carry; where none is free, one more cell joins."""
     missing, carrying = load, False
     for k in range(pressure.size - 1):
         missing -= pressure[k]
@@ -273,10 +270,7 @@ def _residual(gap, contact, residual):
 
 @kernel(reorder=True)
 def _search(residual, contact, preconditioned, direction, slope):
-    """Set the next conjugate direction on the contact; return the residual's preconditioned square.
-
-    ``slope`` is the last one's, or 0 to start anew.
-    """
+    """Set the next conjugate direction, ``slope`` 0 to start anew; return the residual's preconditioned square."""
     new = 0.0
     for k in range(residual.size):
         new += residual[k] * preconditioned[k]

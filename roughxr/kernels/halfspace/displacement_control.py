@@ -124,10 +124,7 @@ def _sweep(
     pressures,
     displacements,
 ):
-    """Write the columns of each solve, and the scaled fields of as many of the last ones as there is room for.
-
-    The first contact is solved on coarse cells first, each later one from the contacts before.
-    """
+    """Write the columns of each solve, and the scaled fields of as many of the last ones as there is room for."""
     known = no_transfers()
     for k in range(deltas.size):
         box = overlapping(separation, deltas[k])

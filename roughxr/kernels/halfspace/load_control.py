@@ -69,17 +69,7 @@ class _Guess(NamedTuple):
 
 @kernel
 def _loaded(
-    separation,
-    loads,
-    tolerance,
-    max_iterations,
-    cap,
-    limit,
-    coefficients,
-    deltas,
-    found,
-    pressures,
-    displacements,
+    separation, loads, tolerance, max_iterations, cap, limit, coefficients, deltas, found, pressures, displacements
 ):
     """Write displacements, the columns of each solve, and the fields that there is room for."""
     known, touch = no_transfers(), _lowest(separation)

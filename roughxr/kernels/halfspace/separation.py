@@ -37,11 +37,7 @@ def sphere_separation(height, datum, x, y, radius, profile):
 
 
 def map_separation(height, datum, x, y, map_x, map_y, map_height):
-    """Return S (nm) for an indenter given as a height map; inf beyond the map.
-
-    The map's own axes (nm) run from the contact centre, its heights point out of the indenter; they are interpolated
-    linearly.
-    """
+    """Return S (nm) for an indenter's height map about the contact centre, interpolated linearly; inf beyond it."""
     from scipy.interpolate import RegularGridInterpolator
 
     depth = map_height.max() - map_height

@@ -155,10 +155,7 @@ def _count(chosen):
 
 @kernel
 def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, cap, coefficients, known):
-    """Solve on the chosen cells; pressures, displacements and, under a load, depths are written into the box.
-
-    On entry the displacement belongs to the pressure, or is NaN.
-    """
+    """Solve on the chosen cells in the box, from a displacement that belongs to the pressure, or is NaN."""
     rows, columns = _places(chosen)
     count, products = rows.size, 0
     cells = gather_cells(operator(rows, columns, coefficients, known, count <= DENSE_LIMIT), count, cap)

@@ -20,9 +20,6 @@ _ROUNDING = 1e-9
 
 
 def residual_heights(pressures, displacements, separation, deltas, hardness):
-    """Return the residual heights (nm, ≤ 0) after loading: zero except where the pressure reached the hardness.
-
-    Of solutions (delta, nx, ny), GPa and nm; separation (nx, ny) and deltas in nm, hardness in GPa.
-    """
+    """Return the residual heights (nm, ≤ 0) after loading: zero except where the pressure reached the hardness."""
     gaps = displacements + separation - np.asarray(deltas)[:, None, None]
     return np.where(pressures >= hardness * (1.0 - _ROUNDING), np.minimum(gaps, 0.0), 0.0)

@@ -45,10 +45,7 @@ def reach_of(radius, height_range):
 
 @kernel
 def _is_summit(z, i, j, pixel, bend, rise):
-    """Return whether no two pixels on opposite sides hide this one from the sphere; ``bend`` is its largest curvature.
-
-    Beyond the nearest, the paraboloids' rise over their pixels is allowed for.
-    """
+    """Return whether no two pixels on opposite sides hide this one; ``bend`` is the sphere's largest curvature."""
     nx, ny = z.shape
     for di, dj in ((1, 0), (0, 1), (1, 1), (1, -1)):
         step2 = (di * pixel[0]) ** 2 + (dj * pixel[1]) ** 2

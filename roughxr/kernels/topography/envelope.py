@@ -83,18 +83,12 @@ def _least_depth(a, u0, u1, v0, v1):
 @kernel
 def _greatest_depth(a, u0, u1, v0, v1):
     """Greatest depth (nm) over a rectangle: a convex function is greatest at a corner."""
-    return max(
-        max(_depth(a, u0, v0), _depth(a, u0, v1)),
-        max(_depth(a, u1, v0), _depth(a, u1, v1)),
-    )
+    return max(max(_depth(a, u0, v0), _depth(a, u0, v1)), max(_depth(a, u1, v0), _depth(a, u1, v1)))
 
 
 @kernel
 def _bounds(a, x0, x1, y0, y1):
-    """Return the lowest and highest height (nm) that the asperity lends the rectangle; −inf: out of reach.
-
-    The distances are compared as squares, as in drawing, so that both agree to the last digit.
-    """
+    """Return the lowest and highest height (nm) that the asperity lends the rectangle; −inf: out of reach."""
     u0, u1, v0, v1 = x0 - a.x, x1 - a.x, y0 - a.y, y1 - a.y
     nearest = _clip(0.0, u0, u1) ** 2 + _clip(0.0, v0, v1) ** 2
     farthest = max(-u0, u1) ** 2 + max(-v0, v1) ** 2
@@ -146,10 +140,7 @@ def _is_small(box):
 
 @kernel
 def _fill(rows, x, y, out):
-    """Draw box after box: by the asperities that may show in it, or by halves while those may be fewer.
-
-    An explicit list of boxes takes the place of recursion, which numba would compile again in every process.
-    """
+    """Draw box after box (a list, since numba compiles recursion anew in every process), or by halves of it."""
     todo = [(Box(0, x.size, 0, y.size), np.arange(len(rows)))]
     while len(todo) > 0:
         box, candidates = todo.pop()
@@ -164,10 +155,7 @@ def _fill(rows, x, y, out):
 
 @kernel
 def upper_envelope(x, y, rows):
-    """Return the heights (nm) at ascending pixel centres ``x``, ``y`` of the :func:`asperity_rows`.
-
-    A pixel that no asperity reaches is NaN.
-    """
+    """Return the heights (nm) at ascending pixel centres of the :func:`asperity_rows`, NaN where none reaches."""
     out = table(x.size, y.size, -np.inf)
     if out.size:
         _fill(rows, x, y, out)

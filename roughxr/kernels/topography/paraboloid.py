@@ -196,10 +196,7 @@ def _in_nanometres(c, dx, dy):
 
 @kernel
 def _fit_patch(design, heights, known, fixed, dx, dy, c):
-    """Fit one patch; hold the vertex at the pixel if asked, or if it would else leave the peak.
-
-    Return the paraboloid and whether its vertex was held.
-    """
+    """Fit one patch, its vertex at the pixel if asked or if it would leave the peak; return whether it was, too."""
     _solve(design, heights, known, fixed, c)
     f = _in_nanometres(c, dx, dy)
     if fixed or _is_summit_near(f, dx, dy):

@@ -100,10 +100,7 @@ def _flood(z, i, j, seen, plateau):
 
 @kernel
 def off_centroid(i, j, n, sum_i, sum_j):
-    """Return n² times the squared distance (pixels²) of pixel i, j from the centroid of n that sum up to these.
-
-    From whole numbers, so that equal distances compare equal.
-    """
+    """Return n² times the squared distance of pixel i, j from the centroid of n, whole so that equal ones tie."""
     return float(n * i - sum_i) ** 2 + float(n * j - sum_j) ** 2
 
 

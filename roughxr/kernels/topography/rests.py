@@ -74,10 +74,7 @@ def _lowest_neighbour(z, i, j, pixel):
 
 @kernel
 def _drain_flat(z, i, j, to, found):
-    """Drain a level plateau: to a lower pixel beside it, off the scan, or to its middle; return that, −1 if none.
-
-    ``found`` takes the plateau's pixels, those with a way out first.
-    """
+    """Drain a level plateau to a lower pixel beside it, off the scan, or to its middle; return that, −1 if none."""
     nx, ny = z.shape
     here = i * ny + j
     found[0], count, done = here, 1, 0
@@ -312,10 +309,7 @@ def _step_down(rows, x, y, ball, step, last):
 
 @kernel
 def _roll(ground, labels, x, y, own):
-    """Roll from x, y down to rest; return x, y, height, and the label there; on the way where another basin begins.
-
-    With ``own`` = OFF it rolls on through all basins.
-    """
+    """Roll from x, y to rest, or into another basin unless ``own`` = OFF; return x, y, height, and the label there."""
     largest, (nx, ny) = max(ground.pixel[0], ground.pixel[1]), ground.height.shape
     step, height = _STEP * largest, np.inf
     for _ in range(_MOST_STEPS):
@@ -342,10 +336,7 @@ def settle(ground, labels, places, own):
 
 @kernel
 def settle_near(rows, places, ball, largest, farthest):
-    """Roll a sphere from each place down on patches (rows), no farther than a distance; return x, y, height (nm).
-
-    The pixel's longer side ``largest`` (nm) sets the steps.
-    """
+    """Roll a sphere from each place down on patches, no farther than a distance; return x, y, height (nm)."""
     out = table(len(places), 3, 0.0)
     for n in range(len(places)):
         x, y, step = places[n, 0], places[n, 1], _STEP * largest
@@ -358,10 +349,7 @@ def settle_near(rows, places, ball, largest, farthest):
 
 @kernel
 def borders(z, labels, start, stop):
-    """Return (first label, second label, pixel) for neighbouring pixels of different basins, and the heights there.
-
-    The first pixel lies in rows from ``start`` to ``stop``.
-    """
+    """Return (first label, second, pixel) of neighbouring pixels of two basins, in some rows, and the heights there."""
     nx, ny = z.shape
     count = 0
     for fill in range(2):
@@ -441,10 +429,7 @@ def passes(z, pixels, ground):
 
 @kernel
 def carriers(places, ground, slack):
-    """Return for each place the number of summits that carry a sphere, and where it touches them, (places, most, 2).
-
-    Patches within ``slack`` (pixels) of motion of the sphere from being touched count; those side by side are one.
-    """
+    """Return for each place how many summits carry a sphere, within ``slack`` pixels of motion, and where."""
     most = 8
     number, at = line(len(places), 0), np.full((len(places), most, 2), np.nan)
     kept, reach = table(most, 5, 0.0), slack * max(ground.pixel[0], ground.pixel[1])

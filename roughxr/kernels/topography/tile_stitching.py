@@ -203,10 +203,7 @@ class Seam(NamedTuple):
 
 
 def join_tiles(grid: list[list[Tile]], frame: Frame) -> ScanPeaks:
-    """Return the peaks of the scan that the tiles ``grid[along x][along y]`` make up.
-
-    Between two seams lie at least k − 1 pixels.
-    """
+    """Return the peaks of the scan that the tiles ``grid[along x][along y]`` make up, each of k − 1 pixels or more."""
     tiles = [tile for row in grid for tile in row]
     missing, highest = sum(tile.missing for tile in tiles), max(tile.highest for tile in tiles)
     if missing or len(tiles) == 1:

@@ -126,7 +126,6 @@ def _samples(ds: xr.Dataset, *, name: str, ax: Any, on: str = "distribution", **
 
 
 @styled
-@verb
 def plot_array(array: xr.DataArray, *, ax: Axes | None = None, **options: Any) -> Any:
     """Draw a density as steps between its bins' edges, a map with x to the right, and anything else as xarray does.
 

@@ -33,7 +33,6 @@ _OUTSIDE_TOTAL = "shorter waves"
 
 
 @styled
-@verb
 def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw the entries of an error budget as bars with their own errors, in per cent of the mean pull-off.
 
@@ -125,7 +124,6 @@ def _number(value: float) -> str:
 
 
 @styled
-@verb
 def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw the pull-off over the shortest wave of the surface: every place, and the mean with its scatter.
 
@@ -157,17 +155,8 @@ def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
         ax.plot(waves, np.where(values > 0, values, np.nan), color=GREY, linewidth=0.6, alpha=0.6)
         if place == 0:
             ax.lines[-1].set_label("each place")
-    scatter = means.std("seed").values
-    ax.errorbar(
-        waves,
-        means.mean("seed"),
-        yerr=scatter,
-        fmt="o-",
-        color=BLUE,
-        capsize=2,
-        markersize=3.5,
-        label="mean, its scatter",
-    )
+    look = {"fmt": "o-", "color": BLUE, "capsize": 2, "markersize": 3.5, "label": "mean, its scatter"}
+    ax.errorbar(waves, means.mean("seed"), yerr=means.std("seed"), **look)
     shown = ds.attrs.get("shortest_wavelength", np.nan)
     if np.isfinite(shown):
         ax.axvline(shown, color=VERMILION, linewidth=0.9, linestyle=(0, (4, 2)), label="shown by the scan", zorder=0)
@@ -213,11 +202,17 @@ def budget_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]
     >>> [name for name, _ in budget_figures({"statistics/error_budget": budget})]
     ['error-budget']
     """
-    drawn = {"error_budget": error_budget, "sensitivity": tornado, "shorter_waves": cut_off}
-    names = {"error_budget": "error-budget", "sensitivity": "sensitivity", "shorter_waves": "shortest-wave"}
-    for group, draw in drawn.items():
-        if f"statistics/{group}" in run:
-            yield names[group], _on_its_own(draw, run[f"statistics/{group}"])
+    for name, (group, draw) in _FIGURES.items():
+        if group in run:
+            yield name, _on_its_own(draw, run[group])
+
+
+#: Groups of a run, and what draws each.
+_FIGURES = {
+    "error-budget": ("statistics/error_budget", error_budget),
+    "sensitivity": ("statistics/sensitivity", tornado),
+    "shortest-wave": ("statistics/shorter_waves", cut_off),
+}
 
 
 @styled

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ...vocabulary.verbs import verb
 from .style import BLACK, BLUE, GREY, VERMILION, Axes, axes, label_axis, legend, log_ticks, styled
 
 
 @styled
-@verb
 def method_comparison(ds: xr.Dataset, *, mark: float | None = None, ax: Axes | None = None):
     """Draw superposed over direct force against displacement: places, their middle half, and their median.
 

@@ -7,7 +7,6 @@ import xarray as xr
 
 from ...scans import regions
 from ...vocabulary import schema
-from ...vocabulary.verbs import verb
 from .images import COLOURS, image
 from .style import (
     BLACK,
@@ -28,7 +27,6 @@ from .style import (
 
 
 @styled
-@verb
 def field_map(
     ds: xr.Dataset,
     name: str = "pressure",
@@ -77,21 +75,14 @@ def field_map(
     ax = axes(ax, aspect=0.85)
     values = one[name].where(one["pressure"] > 0) if name == "pressure" else one[name]
     if not bool((one["pressure"] > 0).any()) and name in ("pressure", "displacement"):
-        return _nothing_touches(ax, one)
+        ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
+        return _centred(ax, one)  # without a colour bar, which would show values that do not exist
     image(ax, values, regions.extent(one), name, cmap or COLOURS[name], location=location)
     _outline(ax, one)
     return _centred(ax, one)
 
 
-def _nothing_touches(ax, one: xr.Dataset):
-    """Write that nothing touches on an empty map: a colour bar would show values that do not exist."""
-    _centred(ax, one)
-    ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
-    return ax
-
-
 @styled
-@verb
 def topography_map(
     ds: xr.Dataset,
     scan: xr.Dataset,
@@ -136,14 +127,8 @@ def topography_map(
 
 
 @styled
-@verb
 def pressure_on_topography(
-    ds: xr.Dataset,
-    scan: xr.Dataset,
-    *,
-    subregion: int = 0,
-    delta: float | None = None,
-    ax: Axes | None = None,
+    ds: xr.Dataset, scan: xr.Dataset, *, subregion: int = 0, delta: float | None = None, ax: Axes | None = None
 ):
     """Draw the pressure of one contact over the undeformed heights in grey, with the outline of the contact.
 
@@ -186,7 +171,6 @@ def pressure_on_topography(
 
 
 @styled
-@verb
 def contact_section(
     ds: xr.Dataset, scan: xr.Dataset, *, subregion: int = 0, delta: float | None = None, ax: Axes | None = None
 ):
@@ -242,14 +226,8 @@ def contact_section(
 
 
 @styled
-@verb
 def contact_maps(
-    ds: xr.Dataset,
-    scan: xr.Dataset,
-    *,
-    subregion: int = 0,
-    delta: float | None = None,
-    ax: Panels | None = None,
+    ds: xr.Dataset, scan: xr.Dataset, *, subregion: int = 0, delta: float | None = None, ax: Panels | None = None
 ) -> np.ndarray:
     """Draw one contact: topography, pressure and displacement, each with the contact's outline, and a section.
 

@@ -11,7 +11,6 @@ from ...detachment.balance import MODES, NEITHER, NO_CONTACT, critical_load
 from ...statistics.sampling import shares
 from ...vocabulary import schema
 from ...vocabulary.numbers import number
-from ...vocabulary.verbs import verb
 from .maps import draw_places
 from .rose import polar
 from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, Axes, axes, label_axes, legend, log_ticks, stroke, styled
@@ -20,11 +19,10 @@ from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, Axes, axes, label_ax
 _MODES = dict(zip((*MODES, NEITHER, NO_CONTACT), (BLUE, ORANGE, GREEN, "#f2f2f2", "#c8c8c8")))
 
 #: Largest number of places at which each is marked by its mode's first letter, for print in grey.
-_LETTERED = 150
+_MOST_LETTERS = 150
 
 
 @styled
-@verb
 def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw the resisting moment over the direction of rolling: the median place, and half of all places around it.
 
@@ -81,7 +79,6 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
 
 
 @styled
-@verb
 def mode_map(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw how the sphere comes off at each place: it rolls, slides or lifts, whichever needs the least load.
 
@@ -121,7 +118,7 @@ def mode_map(ds: xr.Dataset, *, ax: Axes | None = None):
     order = np.array([list(_MODES).index(word) for word in mode], float)
     colours = {"cmap": ListedColormap(list(_MODES.values())), "vmin": -0.5, "vmax": len(_MODES) - 0.5}
     drawn = draw_places(ax, ds, order, **colours)
-    if mode.size <= _LETTERED and isinstance(drawn, QuadMesh):
+    if mode.size <= _MOST_LETTERS and isinstance(drawn, QuadMesh):
         for x, y, word in zip(ds["subregion_x"].values, ds["subregion_y"].values, mode):
             ax.text(x, y, word[0] if word in MODES else "", ha="center", va="center", color="white", fontsize=SMALL)
     shown = [word for word, count in counts.items() if count]
@@ -133,7 +130,6 @@ def mode_map(ds: xr.Dataset, *, ax: Axes | None = None):
 
 
 @styled
-@verb
 def fraction_remaining(ds: xr.Dataset, *, measured: dict[str, tuple[Any, Any]] | None = None, ax: Axes | None = None):
     """Draw the fraction of particles left over friction velocity, with its band, a line for each time.
 
@@ -187,7 +183,6 @@ def fraction_remaining(ds: xr.Dataset, *, measured: dict[str, tuple[Any, Any]] |
 
 
 @styled
-@verb
 def landed_and_at_rest(landed: xr.Dataset, rested: xr.Dataset):
     """Draw how particles that rolled to rest differ from the same where they landed.
 

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from ... import statistics
 from ...vocabulary import schema
-from ...vocabulary.verbs import verb
 from .style import (
     BLACK,
     SMALL,
@@ -37,7 +36,6 @@ _MOST_BINS = 48
 
 
 @styled
-@verb
 def distribution(
     ds: xr.Dataset,
     name: str,
@@ -137,7 +135,6 @@ def mean_interval(ax, ds: xr.Dataset, name: str, color: str, *, order: int = 0, 
 
 
 @styled
-@verb
 def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> np.ndarray:
     """Draw the statistics of a surface's asperities: heights, ln(B/A), axis ratio and orientation.
 

@@ -11,13 +11,11 @@ from numpy.typing import ArrayLike
 from ... import statistics
 from ...statistics.laws import law_density
 from ...statistics.uncertainty import density_intervals
-from ...vocabulary.verbs import verb
 from .distributions import bin_edges, label_density, mean_interval
 from .style import BLACK, GREY, Axes, axes, legend, stroke, styled
 
 
 @styled
-@verb
 def fitted_distribution(
     ds: xr.Dataset,
     name: str = "pull_off_force",

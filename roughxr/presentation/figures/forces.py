@@ -12,12 +12,10 @@ from numpy.typing import ArrayLike
 from ... import statistics
 from ...contact import reference
 from ...vocabulary import schema
-from ...vocabulary.verbs import verb
 from .style import BLACK, BLUE, GREY, ORANGE, Axes, Panels, axes, label_axes, label_axis, legend, panels, stroke, styled
 
 
 @styled
-@verb
 def force_fan(
     ds: xr.Dataset,
     *,
@@ -104,7 +102,6 @@ def _pull_unseen(force: xr.DataArray) -> float:
 
 
 @styled
-@verb
 def mean_force(
     solutions: xr.Dataset | Mapping[str, xr.Dataset],
     *,
@@ -181,7 +178,6 @@ def _error_bars(ax, ds: xr.Dataset, statistic: str, confidence: float, color: st
 
 
 @styled
-@verb
 def force_ratio(
     ds: xr.Dataset,
     reference: xr.Dataset,
@@ -234,7 +230,6 @@ def mean_ratio(ds: xr.Dataset, reference: xr.Dataset, *, where: Any = None) -> x
 
 
 @styled
-@verb
 def sweep(
     solutions: Mapping[str, xr.Dataset],
     *,
@@ -308,7 +303,6 @@ def _within(ax, solutions: Mapping[str, xr.Dataset], subregion: int, highest: fl
 
 
 @styled
-@verb
 def against_hertz(ds: xr.Dataset, *, ax: Panels | None = None) -> np.ndarray:
     """Draw a smooth sphere's direct simulation against Hertz's law, and its relative error below.
 
@@ -373,10 +367,7 @@ def hertz_error(ds: xr.Dataset) -> np.ndarray:
 
 
 def jkr_sphere(ds: xr.Dataset, delta: np.ndarray) -> np.ndarray:
-    """Return the stable JKR force (nN) of the pair on ``ds`` against a flat; 0 beyond the end of the branch.
-
-    NaN for a humid pair, whose liquid it leaves out.
-    """
+    """Return the stable JKR force (nN) of the pair on ``ds`` against a flat, 0 beyond its branch; NaN if humid."""
     if schema.is_wet(ds):
         return np.full(np.shape(delta), np.nan)
     radius, modulus, work = schema.pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion")

@@ -11,13 +11,11 @@ from numpy.typing import ArrayLike
 from ...scans import regions
 from ...vocabulary import schema
 from ...vocabulary.units import Places
-from ...vocabulary.verbs import verb
 from .images import COLOURS, colorbar, colour_map, image
 from .style import BLACK, ORANGE, Axes, axes, label_axes, styled
 
 
 @styled
-@verb
 def scan_map(
     ds: xr.Dataset,
     *,
@@ -25,7 +23,6 @@ def scan_map(
     cmap: str = COLOURS["height"],
     robust: bool = False,
     limits: tuple[float, float] | None = None,
-    colorbar: bool = True,
 ):
     """Draw the heights of a scan.
 
@@ -41,8 +38,6 @@ def scan_map(
         Let the colour scale cover the middle 99 % of the heights.
     limits : (float, float), optional
         Heights (nm) at the ends of the colours.
-    colorbar : bool
-        Draw the colour bar.
 
     Returns
     -------
@@ -60,12 +55,11 @@ def scan_map(
     ax = axes(ax, aspect=0.85)
     if robust and limits is None:
         limits = np.nanquantile(ds["height"].values, (0.005, 0.995))
-    image(ax, ds["height"], regions.extent(ds), "height", cmap, limits=limits, bar=colorbar)
+    image(ax, ds["height"], regions.extent(ds), "height", cmap, limits=limits)
     return label_axes(ax, "x", "y")
 
 
 @styled
-@verb
 def contact_grid(
     ds: xr.Dataset,
     subregions: Places = None,
@@ -109,7 +103,6 @@ def contact_grid(
 
 
 @styled
-@verb
 def asperity_map(
     ds: xr.Dataset,
     catalogue: xr.Dataset,
@@ -154,15 +147,7 @@ def asperity_map(
     x, y = catalogue["x"], catalogue["y"]
     shown = catalogue.isel(asperity=((x >= x_low) & (x <= x_high) & (y >= y_low) & (y <= y_high)).values)
     if shape == "vertices":
-        ax.plot(
-            shown["x"],
-            shown["y"],
-            "o",
-            color="white",
-            markeredgecolor=BLACK,
-            markersize=2.2,
-            markeredgewidth=0.3,
-        )
+        ax.plot(shown["x"], shown["y"], "o", color="white", markeredgecolor=BLACK, markersize=2.2, markeredgewidth=0.3)
     else:
         _ellipses(ax, shown, depth)
     ax.set(xlim=(x_low, x_high), ylim=(y_low, y_high))
@@ -170,7 +155,6 @@ def asperity_map(
 
 
 @styled
-@verb
 def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Axes | None = None, cmap: str = "rocket_r"):
     """Draw one value for each contact centre, such as the pull-off force, at its place on the scan.
 
@@ -269,11 +253,8 @@ def _frames(ax, x: np.ndarray, y: np.ndarray, chosen: np.ndarray):
 
 
 def _tile_lines(ax, x, y, extent):
-    grid = _grid(x, y)
-    if grid is None:
-        return
     style = {"color": "white", "linewidth": 0.5, "alpha": 0.7}
-    for middle, line, low in zip(grid, (ax.axvline, ax.axhline), (extent[0], extent[2])):
+    for middle, line, low in zip(_grid(x, y) or (), (ax.axvline, ax.axhline), (extent[0], extent[2])):
         for between in (middle[1:] + middle[:-1]) / 2:
             if between > low:
                 line(between, **style)

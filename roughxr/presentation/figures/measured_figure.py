@@ -6,7 +6,6 @@ import numpy as np
 import xarray as xr
 
 from ...measured import compare
-from ...vocabulary.verbs import verb
 from .distributions import distribution
 from .style import BLACK, BLUE, GREY, PAGE, Axes, Panels, axes, label_axis, legend, panels, styled
 
@@ -14,7 +13,6 @@ _NAME = "pull_off_force"
 
 
 @styled
-@verb
 def quantile_quantile(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw measured against predicted quantiles, with the line on which both are equal.
 
@@ -59,13 +57,8 @@ def quantile_quantile(ds: xr.Dataset, *, ax: Axes | None = None):
 
 
 @styled
-@verb
 def predicted_and_measured(
-    predicted: xr.Dataset,
-    measured: xr.Dataset,
-    *,
-    comparison: xr.Dataset | None = None,
-    ax: Panels | None = None,
+    predicted: xr.Dataset, measured: xr.Dataset, *, comparison: xr.Dataset | None = None, ax: Panels | None = None
 ):
     """Draw both distributions, and their quantiles against each other.
 

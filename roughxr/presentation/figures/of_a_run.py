@@ -1,7 +1,4 @@
-"""The figures of a run, named by what they show; `roughxr.reproduction` puts numbers of the paper beside some of them.
-
-A run is a mapping of group names, such as "solutions/direct", to Datasets.
-"""
+"""The figures of a run, a mapping of group names to Datasets."""
 
 from __future__ import annotations
 
@@ -13,6 +10,7 @@ import xarray as xr
 
 from ...scans import regions
 from ...statistics import debris
+from ...statistics.sampling import at_first_preload
 from ...vocabulary.numbers import number, quantity
 from ...vocabulary.verbs import verb
 from ..answer import best_estimate
@@ -106,8 +104,7 @@ class Groups:
 
     def pull_off(self, method: str) -> xr.Dataset:
         """Return the pull-off by a method, at the first preload."""
-        pull = self[f"statistics/{method}"]
-        return pull.isel(preload=0) if "preload" in pull.dims else pull
+        return at_first_preload(self[f"statistics/{method}"])
 
     def solved_delta(self, share: float) -> float:
         """Return the displacement at this share of those of the direct simulation: 1, the last."""
@@ -134,10 +131,7 @@ def places(run: Groups):
     """Draw the contact centres on the scan."""
     direct = run["solutions/direct"]
     flags = run.debris()
-    rows = [
-        ("contact centres", str(flags.size)),
-        ("of which on debris (framed)", str(int(flags.sum()))),
-    ]
+    rows = [("contact centres", str(flags.size)), ("of which on debris (framed)", str(int(flags.sum())))]
     title = f"The {flags.size} contact centres, those on debris framed"
     figure, (ax,) = run.sheet(title, aspect=0.84, rows=rows)
     contact_grid(run["scan"], direct, highlight=flags, ax=ax)
@@ -256,9 +250,7 @@ def superposed_over_direct(run: Groups, *, deltas: Sequence[float] = ()):
     figure, (upper, lower) = _stacked(run, title, rows)
     span = slice(0, float(direct["delta"].max()))
     mean_force(
-        {"direct simulation": direct, "superposed asperities": superposed.sel(delta=span)},
-        where=clean,
-        ax=upper,
+        {"direct simulation": direct, "superposed asperities": superposed.sel(delta=span)}, where=clean, ax=upper
     )
     upper.set_yscale("log")
     highest = upper.get_ylim()[1]

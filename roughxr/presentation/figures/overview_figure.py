@@ -7,9 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from ...statistics.sampling import by_share
+from ...statistics.sampling import at_first_preload, by_share
 from ...vocabulary.numbers import number, quantity
-from ...vocabulary.verbs import verb
 from ..answer import best_estimate
 from .contact_fields import field_map
 from .distributions import distribution
@@ -21,7 +20,6 @@ _METHODS = {"adhesive": "simulation, as the scan shows it", "energy": "superpose
 
 
 @styled
-@verb
 def overview(run: Mapping[str, xr.Dataset]):
     """Draw the scan with its contact centres, the pressure under one of them, and the pull-off forces.
 
@@ -66,8 +64,7 @@ def overview(run: Mapping[str, xr.Dataset]):
 
 def _with_mean(label: str, pull: xr.Dataset) -> str:
     """Return a method's name with its mean; that of the simulation as the scan shows the surface."""
-    force = by_share(pull["pull_off_force"].isel(preload=0) if "preload" in pull.dims else pull["pull_off_force"])
-    mean = float(force.mean())
+    mean = float(by_share(at_first_preload(pull["pull_off_force"])).mean())
     return f"{label},\nmean {quantity(mean)}" if np.isfinite(mean) else label
 
 

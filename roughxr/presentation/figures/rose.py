@@ -6,12 +6,10 @@ import numpy as np
 import xarray as xr
 
 from ...vocabulary import schema
-from ...vocabulary.verbs import verb
 from .style import BLACK, BLUE, COLUMN, SMALL, Axes, styled
 
 
 @styled
-@verb
 def orientation_rose(catalogue: xr.Dataset, *, bins: int = 18, ax: Axes | None = None):
     """Draw the orientation of the asperities' flattest direction as a polar histogram.
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ...vocabulary.verbs import verb
 from .style import BLACK, BLUE, GREY, ORANGE, SMALL, Axes, axes, styled
 
 
 @styled
-@verb
 def tornado(ds: xr.Dataset, name: str = "pull_off_mean", *, ax: Axes | None = None):
     """Draw how far each factor changes a result from its base, the strongest on top.
 

@@ -142,12 +142,5 @@ def _mark(ax, states: Curve, x: str, y: str):
         ax.plot(across[k], up[k], marker, color=BLACK, markersize=3.6, zorder=5)
         line = {"arrowstyle": "-", "linewidth": 0.5, "color": GREY, "shrinkA": 1, "shrinkB": 2.5}
         style = {"fontsize": SMALL, "ha": "right" if offset[0] < 0 else "left", "va": "center"}
-        words = f"{words}\n({across[k]:.3g}, {up[k]:.3g})".replace("-", "−").replace("jump−on", "jump-on")
-        ax.annotate(
-            words.replace("let−go", "let-go").replace("pull−off", "pull-off"),
-            (across[k], up[k]),
-            offset,
-            textcoords="offset points",
-            arrowprops=line,
-            **style,
-        )
+        words += f"\n({across[k]:.3g}, {up[k]:.3g})".replace("-", "−")
+        ax.annotate(words, (across[k], up[k]), offset, textcoords="offset points", arrowprops=line, **style)

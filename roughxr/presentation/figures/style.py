@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 
 from ...vocabulary import schema
+from ...vocabulary.numbers import SUPERSCRIPTS
+from ...vocabulary.verbs import verb
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -77,8 +79,6 @@ STROKES = (
 #: Units that are replaced by the thousandfold (areas by the millionfold) where values are large.
 _LARGER = {"nm": ("µm", 1e3), "nN": ("µN", 1e3), "nm2": ("µm2", 1e6)}
 
-_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
 
 class Unit(NamedTuple):
     """The text in an axis' brackets, and its size in the schema's units."""
@@ -118,12 +118,13 @@ def log_ticks(axis, subs: tuple[int, ...] = (1, 2, 5)) -> None:
 
 
 def styled(function: Callable) -> Callable:
-    """Return ``function`` with this module's style, after which the caller's rcParams are restored."""
+    """Return a verb that draws in this module's style, after which the caller's rcParams are restored."""
+    draw = verb(function)
 
-    @functools.wraps(function)
+    @functools.wraps(draw)
     def inside(*arguments: Any, **options: Any):
         with _settings():
-            drawn = function(*arguments, **options)
+            drawn = draw(*arguments, **options)
             if options.get("ax") is None:
                 settle(drawn)
             return drawn
@@ -133,11 +134,7 @@ def styled(function: Callable) -> Callable:
 
 @contextmanager
 def _settings() -> Iterator[None]:
-    """Apply this module's settings within the block, and restore only these after it.
-
-    matplotlib's own rc_context would also reset the backend, which a notebook chooses with its first figure: all later
-    ones would not appear.
-    """
+    """Apply this module's settings within the block; matplotlib's rc_context would also reset a notebook's backend."""
     from matplotlib import rcParams
 
     before = {name: rcParams[name] for name in SETTINGS}
@@ -229,7 +226,7 @@ def in_words(name: str, unit: Unit | None = None) -> str:
 
 def superscripts(text: str) -> str:
     """Return ``text`` with the exponents in its brackets raised, as in nm⁻¹."""
-    raised = lambda found: found.group().translate(_SUPERSCRIPTS)  # noqa: E731
+    raised = lambda found: found.group().translate(SUPERSCRIPTS)  # noqa: E731
     return re.sub(r"\[.*\]", lambda bracket: re.sub(r"(?<=[A-Za-zµ])-?\d+", raised, bracket.group()), text)
 
 

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import xarray as xr
 
-from ...vocabulary.verbs import verb
 from .style import BLACK, GREY, VERMILION, Axes, axes, label_axes, legend, stroke, styled
 
 
 @styled
-@verb
 def force_loop(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw the mean force on loading and on retraction, with the area between them shaded.
 
@@ -54,7 +52,6 @@ def force_loop(ds: xr.Dataset, *, ax: Axes | None = None):
 
 
 @styled
-@verb
 def preload_curve(solutions: dict[str, xr.Dataset], *, ax: Axes | None = None):
     """Draw the mean pull-off force over the preload, a line for each of several solutions.
 

@@ -8,6 +8,7 @@ import pandas as pd
 import xarray as xr
 
 from ...measured import compare
+from ...statistics.sampling import at_first_preload
 from ...vocabulary import numbers
 from ...vocabulary.verbs import verb
 
@@ -19,8 +20,7 @@ MEASURED, COMPARED = "measured/pull_off", "measured/against"
 
 def prediction(run: Run) -> xr.Dataset:
     """Return the pull-off of the main numbers, that of the first preload where there are several."""
-    pull = run["statistics/adhesive" if "statistics/adhesive" in run else "statistics/energy"]
-    return pull.isel(preload=0) if "preload" in pull.dims else pull
+    return at_first_preload(run["statistics/adhesive" if "statistics/adhesive" in run else "statistics/energy"])
 
 
 def compared(run: Run) -> Run:

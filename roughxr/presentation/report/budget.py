@@ -9,9 +9,11 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from ...bodies import liquid
 from ...scans.regions import extent
 from ...statistics import smooth_pull_off
-from ...statistics.sampling import by_share
+from ...statistics.sampling import at_first_preload, by_share
+from ...vocabulary import schema
 from ...vocabulary.numbers import percent, quantity
 from ...vocabulary.verbs import verb
 from ..answer import best_estimate
@@ -19,6 +21,9 @@ from ..answer import best_estimate
 Run = Mapping[str, xr.Dataset]
 
 BUDGET = "statistics/error_budget"
+
+#: The pull between rigid bodies over humidity.
+HUMIDITY = "statistics/humidity"
 
 #: Shortest wave (nm) of a scan too coarse for the question: contacts at pull-off are smaller.
 _COARSE_WAVELENGTH = 50.0
@@ -46,8 +51,7 @@ def headline(run: Run) -> str:
     """
     if "statistics/adhesive" not in run:
         return ""
-    pull = run["statistics/adhesive"]
-    pull = pull.isel(preload=0) if "preload" in pull.dims else pull
+    pull = at_first_preload(run["statistics/adhesive"])
     mean, count = float(by_share(pull["pull_off_force"]).mean()), int(pull["pull_off_force"].notnull().sum())
     if not count:
         return "The sphere sticks at no place."
@@ -62,6 +66,24 @@ def headline(run: Run) -> str:
     estimate = _as_it_would_be(run)
     said = [estimate, bound] if best_estimate(run) else [bound, estimate]  # a number before why there is no other
     return " ".join(filter(None, [_scan_too_small(run), *said]))
+
+
+def humid_words(run: Run) -> str:
+    """Return sentences on the pull-off at the run's humidity and at others; nothing for a dry pair."""
+    if "scan" not in run or not schema.is_wet(run["scan"]) or HUMIDITY not in run:
+        return ""
+    scan, over = run["scan"], run[HUMIDITY]
+    own = run.get("statistics/adhesive", over.sel(humidity=float(scan["humidity"]), method="nearest"))
+    mean = quantity(float(at_first_preload(own)["pull_off_force"].mean()))
+    ends = over["pull_off_force"].isel(humidity=[0, -1]).mean("subregion")
+    said = [
+        f"Mean pull-off at {percent(scan['humidity'])} relative humidity: {mean}.",
+        "Between rigid bodies it would be "
+        + " and ".join(f"{quantity(float(end))} at {percent(end['humidity'])}" for end in ends)
+        + ".",
+        f"The thin-meniscus law neglects {percent(over['meniscus_error'].median())} of the pull-off (median place).",
+    ]
+    return " ".join([*said, liquid.told(scan)])
 
 
 def _as_it_would_be(run: Run) -> str:

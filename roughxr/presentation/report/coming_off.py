@@ -11,7 +11,7 @@ import xarray as xr
 from ...detachment import resuspension, with_pull_off
 from ...detachment.balance import MODES
 from ...detachment.loads import AIR_DENSITY
-from ...statistics.sampling import shares
+from ...statistics.sampling import at_first_preload, shares
 from ...vocabulary.numbers import quantity
 from ...vocabulary.verbs import verb
 from ..answer import best_estimate
@@ -32,10 +32,10 @@ _CRITICAL = {
 }
 
 #: Number of speeds for the fraction remaining, and how far they extend beyond the critical ones.
-_SPEEDS, _BEYOND = 40, 3.0
+_SPEEDS, _SPEED_FACTOR = 40, 3.0
 
 #: Number of contacts from which on a sphere does not settle sideways.
-_RESTS = 3
+_STABLE_CONTACTS = 3
 
 
 @verb
@@ -60,8 +60,7 @@ def moments_of(run: Run, method: str | None = None) -> xr.Dataset:
         return held
     if method == "continued":
         return _as_continued(held, run)
-    pulled = run["statistics/adhesive"]
-    return with_pull_off(held, pulled.isel(preload=0) if "preload" in pulled.dims else pulled)
+    return with_pull_off(held, at_first_preload(run["statistics/adhesive"]))
 
 
 def leading(run: Run) -> str:
@@ -99,12 +98,12 @@ def _column(held: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
     for mode in MODES:
         rows[f"places that {mode} first"] = float((critical["mode"] == mode).sum())
     rows["places where the flow's formulas hold (r⁺ ≤ 1)"] = float(critical["in_range"].sum())
-    rows[f"places on fewer than {_RESTS} asperities"] = float(_not_settled(held).sum())
+    rows[f"places on fewer than {_STABLE_CONTACTS} asperities"] = float(_not_settled(held).sum())
     return rows
 
 
 def _not_settled(held: xr.Dataset) -> xr.DataArray:
-    return (held["contacts"] < _RESTS) & held["resisting_moment"].notnull().all("direction")
+    return (held["contacts"] < _STABLE_CONTACTS) & held["resisting_moment"].notnull().all("direction")
 
 
 @verb
@@ -146,7 +145,7 @@ def _particles(run: Run) -> str:
     """Return how particles at rest differ from the same where they landed, in a sentence."""
     rested, landed = (_middle(run[f"statistics/detachment_{which}"]) for which in ("superposed", "landed"))
     held = run["solutions/rolling"], run["solutions/rolling_landed"]
-    stands = [100 * float((ds["contacts"] >= _RESTS).weighted(shares(ds)).mean()) for ds in held]
+    stands = [100 * float((ds["contacts"] >= _STABLE_CONTACTS).weighted(shares(ds)).mean()) for ds in held]
     return (
         f"Particles rolled from where they landed to where they rest: {stands[0]:.0f} % of them then rest on three "
         f"asperities or more, against {stands[1]:.0f} % where they landed. By superposition half of them begin to roll "
@@ -167,5 +166,5 @@ def remaining(run: Run) -> xr.Dataset:
     speed = speed[speed > 0]
     if not speed.size:
         raise ValueError("the sphere comes off at no place in a flow")
-    speeds = np.geomspace(speed.min() / _BEYOND, speed.max() * _BEYOND, _SPEEDS)
+    speeds = np.geomspace(speed.min() / _SPEED_FACTOR, speed.max() * _SPEED_FACTOR, _SPEEDS)
     return resuspension(moments_of(run), friction_velocity=speeds, time=1.0)

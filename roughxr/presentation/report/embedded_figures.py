@@ -18,13 +18,11 @@ from .. import figures
 from ..figures.saving import as_png
 from ..figures.style import BLUE, GREY, axes, label_axes, styled
 from .beside_measured import COMPARED, MEASURED, prediction
+from .budget import BUDGET, HUMIDITY
 from .coming_off import COMING_OFF, moments_of, remaining
-from .humid import HUMIDITY
 from .intervals import flagged
 
 Run = Mapping[str, xr.Dataset]
-
-_OVER_HUMIDITY = "Pull-off over humidity"
 
 #: Dots per inch: sharp on a dense screen and on paper at one column's width.
 _DPI = 220
@@ -54,15 +52,10 @@ def pictures(run: Run, folder: Path | None = None) -> Iterator[Picture]:
         yield _picture(name, drawing, run, folder)
 
 
-def budget_picture(run: Run, folder: Path | None = None) -> Picture | None:
-    """Return the figure of the error budget, None where the run holds none."""
-    return _picture("Error budget", _BUDGET, run, folder) if set(_BUDGET.needs) <= set(run) else None
-
-
-def humidity_picture(run: Run) -> Picture | None:
-    """Return the figure of the pull-off over humidity, None where the run holds none."""
-    drawing = _DRAWINGS[_OVER_HUMIDITY]
-    return _picture(_OVER_HUMIDITY, drawing, run) if set(drawing.needs) <= set(run) else None
+def picture_of(name: str, run: Run, folder: Path | None = None) -> Picture | None:
+    """Return one of the figures, None where the run does not hold what it needs."""
+    drawing = {"Error budget": _BUDGET, **_DRAWINGS}[name]
+    return _picture(name, drawing, run, folder) if set(drawing.needs) <= set(run) else None
 
 
 def _picture(name: str, drawing: _Drawing, run: Run, folder: Path | None = None) -> Picture:
@@ -170,8 +163,8 @@ def _rolls_off(run: Run):
 
 
 _BUDGET = _Drawing(
-    ("statistics/error_budget",),
-    lambda run: figures.error_budget(run["statistics/error_budget"]),
+    (BUDGET,),
+    lambda run: figures.error_budget(run[BUDGET]),
     "Error of the mean pull-off by source, one standard deviation each, ± its standard error; the sign is that of the "
     "change. A known bias is taken off, and half of it stays as its error. *: change if the roughness continued for "
     "another octave below the scan; not part of the total, which is for the surface as scanned.",
@@ -234,7 +227,7 @@ _DRAWINGS = {
         "Superposed adhesive asperities (least energy): the force at every place, each counted from the displacement "
         "of its own pull-off.",
     ),
-    _OVER_HUMIDITY: _Drawing(
+    "Pull-off over humidity": _Drawing(
         ("scan", HUMIDITY),
         _over_humidity,
         "Mean pull-off between rigid bodies (not of the simulation) by the thin-meniscus law, with its 95 % interval; "

@@ -1,7 +1,4 @@
-"""A run as one page: what was analysed and how, the main numbers with intervals, figures, and caveats.
-
-The page is self-contained: it needs no network and no script, and can be printed.
-"""
+"""A run as one self-contained page: what was analysed and how, main numbers with intervals, figures, and caveats."""
 
 from __future__ import annotations
 
@@ -16,21 +13,19 @@ import xarray as xr
 
 from ..._version import __version__
 from ...files import archive
-from ...files.disk import whole
 from ...scans import level
 from ...scans.regions import extent
 from ...vocabulary import schema
 from ...vocabulary.numbers import interval, number
 from ...vocabulary.verbs import verb
 from .beside_measured import COMPARED, MEASURED, compared, measured_table, measured_words
-from .budget import BUDGET, budget_table, headline
+from .budget import BUDGET, budget_table, headline, humid_words
 from .coming_off import COMING_OFF, coming_off_words, detachment_table
-from .embedded_figures import budget_picture, pictures
-from .humid import humid_words
+from .embedded_figures import picture_of, pictures
 from .intervals import interval_table
 from .repeat import command
 from .tables import contact_table, formula_table, scan_table
-from .template import filled
+from .template import filled, title, written
 from .warnings_shown import cautions
 
 #: How to cite this library, and what it implements.
@@ -84,10 +79,7 @@ def write_report(
         raise ValueError(f"{path}: expected the archive of a run, found groups: {found}; make one with roughxr run")
     run = run if measured is None else {**run, MEASURED: measured}
     text = page(run, archive_name=path.name, missing=archive.root_of(path).get(archive.UNFINISHED, ""))
-    output = path.with_name("report.html") if output is None else Path(output)
-    with whole(output) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    return output
+    return written(text, path, output, "report.html")
 
 
 @verb
@@ -98,14 +90,14 @@ def page(
     run = compared(run)
     return filled(
         "roughxr.presentation.report",
-        title=_title(run),
+        title=title(run.get("scan", xr.Dataset())),
         archive_name=archive_name,
         facts=_facts(run),
         cautions=[f"The run is not finished, {missing}."] * bool(missing) + cautions(run),
         numbers=list(_numbers(run)),
         headline=" ".join(filter(None, (headline(run), humid_words(run)))),
         budget=_as_text(budget_table(run))[1] if BUDGET in run else [],
-        budget_picture=budget_picture(run, folder),
+        budget_picture=picture_of("Error budget", run, folder),
         adhesion=_adhesion(run),
         model=_model(run),
         measured=measured_words(run),
@@ -120,11 +112,6 @@ def page(
     )
 
 
-def _title(run: Mapping[str, xr.Dataset]) -> str:
-    attrs = run["scan"].attrs if "scan" in run else {}
-    return str(attrs.get("title") or attrs.get("source_file") or "A run of roughxr")
-
-
 def _facts(run: Mapping[str, xr.Dataset]) -> list[tuple[str, str]]:
     """Return what was analysed, and the sphere."""
     if "scan" not in run:
@@ -137,7 +124,7 @@ def _facts(run: Mapping[str, xr.Dataset]) -> list[tuple[str, str]]:
         ("channel", scan.attrs.get("channel", "")),
         ("size", f"{(x_high - x_low) / 1e3:.4g} × {(y_high - y_low) / 1e3:.4g} µm, {pixels} pixels"),
         ("heights", _heights(scan)),
-        *[_coordinate(scan, name) for name in schema.TRAVELLING if name in scan.coords],
+        *[(schema.VARIABLES[name].long_name, _value(one, name)) for name, one in schema.travelling(scan).items()],
         ("places", _places(run)),
         ("checksum of the heights", scan.attrs.get("input_sha256", "")[:16]),
     ]
@@ -153,9 +140,8 @@ def _heights(scan: xr.Dataset) -> str:
     return words + (tilted if flat < 0.8 * (high - low) else "")
 
 
-def _coordinate(scan: xr.Dataset, name: str) -> tuple[str, str]:
-    known = schema.VARIABLES[name]
-    return known.long_name, number(scan[name], known.units.replace("J m-2", "J/m²").removesuffix("1"), digits=5)
+def _value(one: xr.DataArray, name: str) -> str:
+    return number(one, schema.VARIABLES[name].units.replace("J m-2", "J/m²").removesuffix("1"), digits=5)
 
 
 def _places(run: Mapping[str, xr.Dataset]) -> str:
@@ -186,14 +172,8 @@ def _numbers(run: Mapping[str, xr.Dataset]):
         block, naive = (interval(row[low], row[high]) for low, high in (("low", "high"), ("naive low", "naive high")))
         shown = "" if quantity == before else quantity
         before = quantity
-        yield (
-            shown,
-            places,
-            number(round(row["estimate"], 12)),
-            block,
-            naive,
-            number(row["independent places"], digits=2),
-        )
+        estimate, count = number(round(row["estimate"], 12)), number(row["independent places"], digits=2)
+        yield shown, places, estimate, block, naive, count
 
 
 def _tables(run: Mapping[str, xr.Dataset]) -> list[tuple[str, list[str], list[list[str]]]]:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from ...statistics.sampling import at_first_preload
 from ...vocabulary.verbs import verb
 from .tables import mesh_change
 
@@ -38,8 +39,7 @@ def by_place(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
     for group, variable, name in _COLUMNS:
         if group not in run or variable not in run[group]:
             continue
-        one = run[group][variable]
-        one = one.isel(preload=0, drop=True) if "preload" in one.dims else one
+        one = at_first_preload(run[group][variable])
         one = one.mean("direction", keep_attrs=True) if "direction" in one.dims else one
         if one.dims == ("subregion",):
             one = one.drop_vars([axis for axis in one.coords if axis not in ("subregion", *_PLACE)])
@@ -66,7 +66,7 @@ def _of_some(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
 
 def _among(places: xr.Dataset, some: xr.DataArray) -> xr.DataArray:
     """Return the values of some places at all of them."""
-    some = some.isel(preload=0) if "preload" in some.dims else some
+    some = at_first_preload(some)
     known = dict(zip(zip(*(some[axis].values for axis in _PLACE)), some.values))
     values = [known.get(place, np.nan) for place in zip(*(places[axis].values for axis in _PLACE))]
     return xr.DataArray(values, {axis: places[axis] for axis in _PLACE}, ["subregion"], attrs=some.attrs)

@@ -22,10 +22,10 @@ def command(run: Mapping[str, xr.Dataset]) -> str:
     if "source_file" not in scan.attrs or not all(name in scan.coords for name in schema.PAIR):
         return ""
     parts = ["roughxr", "run", str(scan.attrs["source_file"]), *_channel(scan)]
-    parts += _pair(scan, _last(scan, "assign_pair"))
-    parts += ["--level", str(_last(scan, "level").get("method", "none"))]
-    parts += _places(_last(run.get("solutions/direct"), "direct"))
-    parts += _adhesion(_last(run.get("solutions/adhesive"), "adhesive"))
+    parts += _pair(scan, schema.arguments_of(scan, "assign_pair"))
+    parts += ["--level", str(schema.arguments_of(scan, "level").get("method", "none"))]
+    parts += _places(schema.arguments_of(run.get("solutions/direct"), "direct"))
+    parts += _adhesion(schema.arguments_of(run.get("solutions/adhesive"), "adhesive"))
     return shlex.join(parts)
 
 
@@ -34,12 +34,6 @@ def _is_the_papers(scan: xr.Dataset) -> bool:
     sample = open_sample("glass")
     same = scan["height"].shape == sample["height"].shape
     return same and schema.height_hash(scan) == schema.height_hash(sample)
-
-
-def _last(ds: xr.Dataset | None, operation: str) -> dict[str, Any]:
-    """Return the arguments of a Dataset's last step of this name."""
-    steps = [] if ds is None else schema.history(ds)[::-1]
-    return next((step.get("arguments", {}) for step in steps if step.get("operation") == operation), {})
 
 
 def _channel(scan: xr.Dataset) -> list[str]:

@@ -27,11 +27,7 @@ _PARTING = "displacement beyond which superposition differs by over 10 %, median
 
 
 @verb
-def contact_table(
-    run: Run,
-    *,
-    deltas: Sequence[float] = (),
-) -> pd.DataFrame:
+def contact_table(run: Run, *, deltas: Sequence[float] = ()) -> pd.DataFrame:
     """Return the contact's main numbers by method."""
     pulls = [run[f"statistics/{method}"]["pull_off_force"] for method in METHODS if f"statistics/{method}" in run]
     unit = prefixed(max((float(pull.mean()) for pull in pulls if pull.notnull().any()), default=0.0))
@@ -63,8 +59,8 @@ def _column(run: Run, method: str, deltas: Sequence[float], unit: str, size: flo
     if method == "rigid":
         return rows
     return rows | {
-        "contacts beyond their patch at pull-off [%]": _share_at_pull_off(run, method, "contacts_beyond_patch"),
-        "contacts overlapping at pull-off [%]": _share_at_pull_off(run, method, "contacts_overlapping"),
+        "contacts beyond their patch at pull-off [%]": share_at_pull_off(run, method, "contacts_beyond_patch"),
+        "contacts overlapping at pull-off [%]": share_at_pull_off(run, method, "contacts_overlapping"),
     }
 
 
@@ -120,7 +116,7 @@ def _spread(values: xr.DataArray) -> float:
     return float(by_share(values).std() if SHARE in values.coords else values.std(ddof=1))
 
 
-def _share_at_pull_off(run: Run, method: str, name: str) -> float:
+def share_at_pull_off(run: Run, method: str, name: str) -> float:
     """Return the share of contacts at the pull-off of their subregion that are counted as ``name``, in per cent."""
     sweep, at = run[f"solutions/{method}"], run[f"statistics/{method}"]["pull_off_delta"]
     pulling = sweep.isel(subregion=np.flatnonzero(at.notnull().values))
@@ -143,19 +139,11 @@ def _direct_column(run: Run, deltas: Sequence[float]) -> dict[str, float]:
     if "solutions/smooth" in run:
         smooth = run["solutions/smooth"]["force"].isel(subregion=0, drop=True) / size
         for delta in deltas:
-            ratio = force.mean("subregion").sel(delta=delta, method="nearest") / smooth.sel(
-                delta=delta, method="nearest"
-            )
-            rows[f"rough / smooth force at {number(delta, 'nm')}"] = float(ratio)
+            rough, flat = (one.sel(delta=delta, method="nearest") for one in (force.mean("subregion"), smooth))
+            rows[f"rough / smooth force at {number(delta, 'nm')}"] = float(rough / flat)
     if "solutions/hertz" in run:
-        rows[_PARTING] = _parting(run["solutions/hertz"], direct)
+        rows[_PARTING] = float(force_ratio(run["solutions/hertz"], direct)["parting_delta"].median())
     return rows
-
-
-def _parting(superposed: xr.Dataset, direct: xr.Dataset) -> float:
-    """Return the median displacement (nm) from which on the two forces at a place differ by more than a tenth."""
-    parting = force_ratio(superposed, direct)["parting_delta"]
-    return float(parting.median())
 
 
 @verb

@@ -15,7 +15,7 @@ from ...vocabulary.numbers import number, percent
 from ...vocabulary.verbs import verb
 from .budget import resolution
 from .intervals import flagged
-from .tables import mesh_change
+from .tables import mesh_change, share_at_pull_off
 
 Run = Mapping[str, xr.Dataset]
 
@@ -47,7 +47,7 @@ def cautions(run: Run) -> list[str]:
     """
     said = [
         _synthetic(run),
-        *_doubts(run),
+        *([f"About the scan: {doubt}." for doubt in doubts(run["scan"])] if "scan" in run else []),
         _debris(run),
         *_few(run),
         *_unkept(run),
@@ -69,12 +69,10 @@ def _coarse(run: Run) -> str:
     if not {"solutions/finer", "statistics/adhesive"} <= set(run):
         return ""
     change = float(np.abs(mesh_change(run)).median())
+    if not change > _LARGEST_CHANGE:
+        return ""
     words = f"On a mesh twice as fine, with half the step, the median pull-off changes by {percent(change)}"
-    return (
-        f"{words}: the main numbers have at least this error; take a finer mesh (--mesh)."
-        if change > _LARGEST_CHANGE
-        else ""
-    )
+    return f"{words}: the main numbers have at least this error; take a finer mesh (--mesh)."
 
 
 @verb
@@ -110,11 +108,6 @@ def _synthetic(run: Run) -> str:
     return "The scan is synthetic: generated from a random seed, not measured." if made else ""
 
 
-def _doubts(run: Run) -> list[str]:
-    """Return what is implausible about the scan itself, in the words used when a file is opened."""
-    return [f"About the scan: {doubt}." for doubt in doubts(run["scan"])] if "scan" in run else []
-
-
 def _few(run: Run) -> list[str]:
     """Return cautions where nothing touches, or there is only one place."""
     said = []
@@ -131,7 +124,7 @@ def _debris(run: Run) -> str:
     flags = flagged(run)
     if flags is None or not flags.any():
         return ""
-    limit = f"{number(flags.attrs['threshold_value'], flags.attrs['threshold_units'])}"
+    limit = number(flags.attrs["threshold_value"], flags.attrs["threshold_units"])
     places = f"{int(flags.sum())} of {flags.size} places hold debris"
     return (
         f"{places} by the rule ({flags.attrs['comment']}, {limit}); the main numbers are given with and without them."
@@ -211,12 +204,8 @@ def _beyond_patch(run: Run) -> str:
     """Return a caution on contacts at pull-off that overlap or are larger than the fitted patch."""
     if not {"solutions/energy", "statistics/energy"} <= set(run):
         return ""
-    sweep, at = run["solutions/energy"], run["statistics/energy"]["pull_off_delta"]
-    there = sweep.isel(subregion=np.flatnonzero(at.notnull().values))
-    there = there.sel(delta=at.dropna("subregion"), method="nearest")
-    contacts = max(int(there["contacts"].sum()), 1)
-    beyond, over = (int(there[f"contacts_{k}"].sum()) / contacts for k in ("beyond_patch", "overlapping"))
-    if max(beyond, over) < 0.05:
+    beyond, over = (share_at_pull_off(run, "energy", f"contacts_{k}") / 100 for k in ("beyond_patch", "overlapping"))
+    if not max(beyond, over) >= 0.05:
         return ""
     return (
         f"At pull-off {percent(beyond)} of the superposed contacts are wider than the patch of their fitted "

@@ -16,8 +16,9 @@ from ....jobs.progress import Progress
 from ....jobs.records import BRANCHES
 from ....scans import regions
 from ....studies.short_waves import quietly
+from ....vocabulary import schema
 from . import images
-from .places import Placed, asked, cases, number, numbers, over, with_pair
+from .places import Placed, cases, number, numbers, over, with_pair
 
 #: Largest number of cells along a side of a map: finer maps are averaged.
 _MOST_CELLS = 96
@@ -68,7 +69,7 @@ def _without(at: Placed, one: xr.Dataset, loops: int) -> list[Frames | None]:
         return _kept(at, one)
     if "delta" not in one.dims:
         return [None] * at.count
-    given = asked(one, "direct")
+    given = schema.arguments_of(one, "direct")
     how = {"datum": given.get("datum", "highest_peak"), "delta": one["delta"].values, "fields": True}
     scan, offset = with_pair(at.run["scan"], one), at.shift(one)
 
@@ -85,7 +86,7 @@ def _with_adhesion(at: Placed, one: xr.Dataset, loops: int) -> list[Frames | Non
     none: list[Frames | None] = [None] * at.count
     if "preload_delta" not in one or "delta" in one.dims or float(one.coords.get("cycle", 1)) > 1 or loops == 0:
         return none
-    scan, offset, given = with_pair(at.run["scan"], one), at.shift(one), asked(one, "adhesive")
+    scan, offset, given = with_pair(at.run["scan"], one), at.shift(one), schema.arguments_of(one, "adhesive")
     how = {"law": one.attrs["law"], "datum": one.attrs["datum"], "fields": True}
     step = given.get("mesh", {}).get("step", Mesh().step)
 

@@ -244,14 +244,8 @@ def _points(one: xr.Dataset, offset: np.ndarray) -> list[list[dict[str, Any]]]:
     ]
 
 
-def asked(ds: xr.Dataset, operation: str) -> Mapping[str, Any]:
-    """Return the arguments of the last such step in a result's history, empty where there is none."""
-    steps = [step for step in schema.history(ds) if step.get("operation") == operation]
-    return steps[-1].get("arguments", {}) if steps else {}
-
-
 def _preload(one: xr.Dataset) -> float:
-    preload = one.coords.get("preload", asked(one, "adhesive").get("preload"))
+    preload = one.coords.get("preload", schema.arguments_of(one, "adhesive").get("preload"))
     return 0.0 if preload is None or np.ndim(preload) else float(preload)
 
 
@@ -287,7 +281,7 @@ def _bins(values: np.ndarray) -> np.ndarray:
 def facts(at: Placed) -> dict[str, Any] | None:
     """Return the numbers of each place from the simulation with adhesion, and of rests, with their names and units."""
     ds = at.held("solutions/adhesive")
-    names = [] if ds is None else [name for name in _NUMBERS if name in ds and _is_told(ds[name])]
+    names = [] if ds is None else [name for name in _NUMBERS if name in ds and _of_each_place(ds[name])]
     if not names:
         return None
     rests = {name: held[name].values for group, name in _OF_RESTS if (held := at.held(group)) is not None}
@@ -300,7 +294,7 @@ def facts(at: Placed) -> dict[str, Any] | None:
     return {"over": over(ds), "rows": told, "values": values}
 
 
-def _is_told(array: xr.DataArray) -> bool:
+def _of_each_place(array: xr.DataArray) -> bool:
     """Return whether a variable has one number for each place, at least one of which is known."""
     return not set(array.dims) - {"subregion", *PARAMETERS} and bool(array.notnull().any())
 

@@ -12,14 +12,12 @@ import xarray as xr
 
 from ...._version import __version__
 from ....files import archive
-from ....files.disk import whole
 from ....vocabulary import schema
 from ....vocabulary.units import whole_number
 from ....vocabulary.verbs import verb
-from ..budget import headline
-from ..embedded_figures import humidity_picture
-from ..humid import humid_words
-from ..template import filled
+from ..budget import headline, humid_words
+from ..embedded_figures import picture_of
+from ..template import filled, title, written
 from ..warnings_shown import cautions
 from . import images, places
 from .contact_maps import contact_maps
@@ -76,10 +74,7 @@ def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = N
         text = explorer_page(run, archive_name=path.name, loops=loops)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    output = path.with_name("explore.html") if output is None else Path(output)
-    with whole(output) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    return output
+    return written(text, path, output, "explore.html")
 
 
 @verb
@@ -88,21 +83,17 @@ def explorer_page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc"
     told = _page_data(run, whole_number(loops, "loops", least=0))
     return filled(
         "roughxr.presentation.report.explorer",
-        title=_title(run["scan"]),
+        title=title(run["scan"]),
         headline=headline(run),
         archive_name=archive_name,
         version=__version__,
         count=len(told["places"]),
         cautions=cautions(run),
         humid=humid_words(run),
-        humidity_picture=humidity_picture(run),
+        humidity_picture=picture_of("Pull-off over humidity", run),
         # within a script, escape whatever could end it, since a file's own text may hold anything
         told=json.dumps(told, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
     )
-
-
-def _title(scan: xr.Dataset) -> str:
-    return str(scan.attrs.get("title") or scan.attrs.get("source_file") or "A run of roughxr")
 
 
 def _page_data(run: Mapping[str, xr.Dataset], loops: int) -> dict[str, Any]:
