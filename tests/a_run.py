@@ -35,9 +35,17 @@ def solutions(ds):
     }
 
 
-def run(output, *, seed=3, arguments=ARGUMENTS, **options):
+def one_by_one(ds):
+    """Yield the groups as they are found, more than one of them with the map."""
+    yield {"solutions/direct": direct(ds, **ARGUMENTS)}
+    yield {"solutions/contact": direct(ds, fields=True, **ARGUMENTS)}
+    yield solutions(ds)
+
+
+def run(output, *, seed=3, arguments=ARGUMENTS, stages=False, **options):
     ds = surface(seed)
-    return checkpointed(lambda: solutions(ds), output, scan=ds, arguments=arguments, **options)
+    compute = one_by_one if stages else solutions
+    return checkpointed(lambda: compute(ds), output, scan=ds, arguments=arguments, **options)
 
 
 def in_a_process(output, limit=None, told=None, alone=False, **options):

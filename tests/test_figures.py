@@ -317,6 +317,18 @@ def test_save_writes_the_figure_of_axes(run, tmp_path):
         assert figures.save(what, tmp_path / name, dpi=60).stat().st_size > 1000
 
 
+def test_a_saved_figure_is_matplotlibs_own_and_keeps_its_layout(paper, tmp_path):
+    from PIL import Image
+
+    for name in ("figure-13", "figure-16"):
+        figure = paper[name]
+        figures.save(figure, tmp_path / "ours.png", dpi=90)
+        engine = figure.get_layout_engine()
+        figure.savefig(tmp_path / "own.png", dpi=90)
+        ours, own = (np.asarray(Image.open(tmp_path / f"{one}.png")).astype(int) for one in ("ours", "own"))
+        assert engine is figure.get_layout_engine() is not None and np.abs(ours - own).mean() < 0.2
+
+
 def test_titles_tell_what_this_run_shows(paper):
     titles = {name: figure.get_suptitle() for name, figure in paper.items()}
     assert "one place" not in titles["figure-07"] and "9 contact centres" in titles["figure-07"]

@@ -63,7 +63,8 @@ def run():
     plan = analysis.plan(specimen, subregions=(3, 3), delta=[4, 8, 12, 16], mesh=roughxr.Mesh(1, step=0.4), budget=1)
     told = Told(analysis._expected(specimen, plan))
     STAGES[:] = told, list(analysis._expected(specimen, plan))
-    return analysis.analyse(specimen, plan, told)
+    *_, groups = analysis.analyse(specimen, plan, told)
+    return groups
 
 
 @pytest.fixture(scope="module")
@@ -162,7 +163,7 @@ def test_the_command_line_asks_for_what_is_missing(run, written, tmp_path, capsy
 
 
 def test_a_run_without_moments_says_nothing_of_a_flow(run, monkeypatch):
-    monkeypatch.setattr(report.html, "pictures", lambda run: [])  # of words only
+    monkeypatch.setattr(report.html, "pictures", lambda *_: [])  # of words only
     assert "Coming off" in report.page(run)
     less = {name: ds for name, ds in run.items() if name != "solutions/rolling"}
     assert report.coming_off_words(less) == [] and "Coming off" not in report.page(less)
@@ -398,7 +399,7 @@ def test_a_real_scan_makes_a_whole_report(shared_scans, tmp_path):
     pytest.importorskip("SurfaceTopography", reason="Bruker files need the extra roughxr[afm]")
     scan = roughxr.level(roughxr.open_scan(shared_scans / "bruker_10um_512_rough.di"))
     scan = specimen_of(roughxr.assign_pair(scan, sphere_radius=5000, contact_modulus=39.4, work_of_adhesion=0.1))
-    run = analysis.analyse(scan, analysis.plan(scan, subregions=(2, 2), delta=[30, 60], budget=1))
+    *_, run = analysis.analyse(scan, analysis.plan(scan, subregions=(2, 2), delta=[30, 60], budget=1))
     path = report.write_report(archive.save(run, tmp_path / "run.nc"), tmp_path / "report.html")
     text = path.read_text(encoding="utf-8")
     assert Page(text).tags.count("img") == 15 and "10 × 10 µm, 512 × 512 pixels" in text

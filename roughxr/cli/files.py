@@ -9,6 +9,7 @@ from typing import Any
 import xarray as xr
 
 from .. import scans
+from ..files import archive
 from ..presentation import figures
 from ..vocabulary.numbers import number
 from ..vocabulary.schema import one_of
@@ -45,6 +46,8 @@ def info(options: Namespace) -> None:
         return
     channels = scans.describe(options.file)
     tell_attributes(channels)
+    if options.file.endswith(".nc") and (missing := archive.root_of(options.file).get(archive.UNFINISHED)):
+        print(f"run: not finished, {missing}")
     print("sizes and heights in nm, s_q about the mean plane:")
     print(channels.rename(units="units in file").to_dataframe().to_string(float_format=lambda v: number(v, digits=6)))
     scan = opened(options.file, options).load()

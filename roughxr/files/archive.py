@@ -1,13 +1,15 @@
-"""A run as one NetCDF-4 file with sibling groups, which appears complete or not at all.
+"""A run as one NetCDF-4 file with sibling groups; each state of the file appears complete or not at all.
 
 Groups are plain Datasets (scan, asperities, solutions, statistics), each with attributes that say how it was
-made; `xarray.open_datatree` reads them back as they were.
+made; `xarray.open_datatree` reads them back as they were. A run that is not finished has groups of what is, and an
+attribute of the root, `UNFINISHED`, that says what is missing.
 """
 
 from __future__ import annotations
 
 import math
 import os
+import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,14 +20,17 @@ import numpy as np
 import xarray as xr
 
 from .._version import __version__
-from ..vocabulary.verbs import verb
+from ..vocabulary.verbs import verb, warn
 from . import checksums, netcdf_reader, reader_process
-from .disk import as_characters, each_group, opened, raw, uninterrupted, unless_interrupted, whole
+from .disk import as_characters, each_group, names_in, opened, raw, uninterrupted, unless_interrupted, whole
 
 __all__ = ["load", "of_run", "save", "verify"]
 
 #: Zlib's level 1: half the size of fields in a tenth of the time of level 9.
 _COMPRESSED = {"zlib": True, "complevel": 1}
+
+#: Attribute of the root that says what a run that is not finished has not.
+UNFINISHED = "unfinished"
 
 #: Fields are read in chunks of this many bytes, or of one subregion if that is larger.
 _CHUNK = 2**23
@@ -72,18 +77,26 @@ def save(
     >>> xr.open_datatree(path)["scan/height"].values.tolist()
     [1.0, 2.0]
     """
-    path = Path(path)
-    root = xr.Dataset(attrs={"Conventions": "CF-1.11", "title": title, "source": f"roughxr {__version__}"})
-    root.attrs |= {"comment": f"in groups, open with xarray.open_datatree: {', '.join(groups)}", **(attrs or {})}
+    root = {"Conventions": "CF-1.11", "title": title, "source": f"roughxr {__version__}", **(attrs or {})}
+    return add(groups, Path(path), root, onto=False)
+
+
+def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], *, onto: bool = True) -> Path:
+    """Add groups to an archive, or make one of them, and set attributes of its root; those of None are removed.
+
+    The file is copied first: whatever ends the process, it is as before or as it is to be.
+    """
+    there = {name: value for name, value in attrs.items() if value is not None}
     stored = {name: _storable(ds, name) for name, ds in groups.items()}
     later = {name: [key for key in ds.data_vars if ds[key].chunks] for name, ds in stored.items()}
-    tree = xr.DataTree.from_dict(
-        {"/": root, **{name: ds.drop_vars(later[name]).compute() for name, ds in stored.items()}}
-    )
+    now = {name: ds.drop_vars(later[name]).compute() for name, ds in stored.items()}
+    tree = xr.DataTree.from_dict({"/": xr.Dataset(attrs=there), **now})
     encoding = {node.path: _compressed(node.dataset) for node in tree.subtree}
     with whole(path) as temporary:
+        if onto:
+            shutil.copyfile(path, temporary)
         with uninterrupted():
-            tree.to_netcdf(temporary, encoding=encoding, engine="netcdf4")
+            tree.to_netcdf(temporary, mode="a" if onto else "w", encoding=encoding, engine="netcdf4")
         for name, key in ((name, key) for name, keys in later.items() for key in keys):
             # one by one: chunks from which several variables are cut would all stay in memory until the last of them
             one = stored[name][[key]]
@@ -91,6 +104,9 @@ def save(
             with uninterrupted():
                 one.to_netcdf(temporary, mode="a", group=name, encoding=_compressed(one), engine="netcdf4")
         with raw(temporary, "a") as file:
+            for name in set(attrs) - set(there) & set(file.ncattrs()):
+                file.delncattr(name)
+            file.comment = f"in groups, open with xarray.open_datatree: {', '.join(sorted(names_in(file)))}"
             checksums.write(file)
     return path
 
@@ -141,8 +157,16 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     """
     path = Path(path)
     kept = verify(path)
+    if missing := root_of(path).get(UNFINISHED):
+        warn(f"{path}: the run is not finished, {missing}; the command that began it continues it")
     with _in_words(path):
         return {name: _without_fields(path, name, ds, kept.get(f"/{name}", {})) for name, ds in each_group(path)}
+
+
+def root_of(path: Path) -> dict[str, Any]:
+    """Return the attributes of an archive's root."""
+    with opened(path) as root:
+        return dict(root.attrs)
 
 
 def verify(path: Path) -> dict[str, dict[str, Any]]:

@@ -26,8 +26,10 @@ _BYTES = 2**26
 
 
 def write(file: netCDF4.Dataset) -> None:
-    """Store the checksums of an archive that is open for writing."""
-    file.setncattr(ATTRIBUTE, json.dumps({group.path: _of(group, parts=True) for group in _groups(file)}))
+    """Store the checksums of an archive that is open for writing: of its root, and of the groups that have none yet."""
+    kept = _kept(file) if ATTRIBUTE in file.ncattrs() else {}
+    new = {group.path: _of(group, parts=True) for group in _groups(file) if group is file or group.path not in kept}
+    file.setncattr(ATTRIBUTE, json.dumps(kept | new))
 
 
 def read(file: netCDF4.Dataset) -> dict[str, dict[str, Any]]:

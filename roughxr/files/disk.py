@@ -101,9 +101,13 @@ def each_group(path: str | os.PathLike) -> Iterator[tuple[str, xr.Dataset]]:
     Each is to be read before the next.
     """
     with raw(path) as file:
-        for group in _below(file):
-            if group.variables or not group.groups:
-                yield group.path.strip("/"), xr.open_dataset(NetCDF4DataStore(group, lock=False), engine="store")
+        for name in names_in(file):
+            yield name, xr.open_dataset(NetCDF4DataStore(file[name], lock=False), engine="store")
+
+
+def names_in(file: netCDF4.Dataset) -> list[str]:
+    """Return the names of the groups of a file, but of those that only hold others."""
+    return [group.path.strip("/") for group in _below(file) if group.variables or not group.groups]
 
 
 @contextmanager

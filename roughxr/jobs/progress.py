@@ -231,6 +231,11 @@ class Stages:
         """Return the time since the stage began, s."""
         return time.monotonic() - self._begun
 
+    def later(self) -> list[str]:
+        """Return the stages after this one in words."""
+        names = list(self._expected)
+        return [self._names[name] for name in names[names.index(self._name) + 1 :]] if self._name in names else []
+
     def refresh(self) -> None:
         """Tell again if enough time has passed."""
         if time.monotonic() - self._said >= (_ON_TERMINAL if self._terminal else _AS_LINES):

@@ -1,4 +1,4 @@
-"""A run with checkpoints: kept results are read, missing ones computed and kept, and at the end all are written.
+"""A run with checkpoints: kept results are read, missing ones computed and kept, and groups written as they are whole.
 
 Only the main process writes. Whatever stops the run costs at most the batches in flight; called again, it resumes.
 """
@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -31,19 +33,23 @@ _IN_MEMORY = 2**24
 #: Subregions whose scalars are read at once where they are stored among fields.
 _SLAB = 256
 
+#: Whether solves are to return what is kept and nothing else.
+_ONLY_KEPT: ContextVar[bool] = ContextVar("only_kept", default=False)
+
 #: Attribute of the archive's root that holds the run's identity.
 _IDENTITY = "run"
 
 
 @verb
 def checkpointed(
-    compute: Callable[[], Mapping[str, xr.Dataset]],
+    compute: Callable[[], Mapping[str, xr.Dataset] | Iterator[Mapping[str, xr.Dataset]]],
     output: str | os.PathLike,
     *,
     scan: xr.Dataset,
     arguments: Mapping[str, Any] | None = None,
     title: str = "",
     scheduler: str | None = None,
+    missing: Callable[[], str] | None = None,
 ) -> dict[str, xr.Dataset]:
     """Compute the groups of an archive so that a crash costs only the batches in flight.
 
@@ -55,10 +61,11 @@ def checkpointed(
     Parameters
     ----------
     compute : callable
-        Returns the groups: names such as "solutions/direct", and Datasets. It is called again to resume, and must then
-        make the same calls.
+        Returns the groups: names such as "solutions/direct", and Datasets. Or yields some of them after the other: the
+        archive holds them from then on, and says that the run is not finished. It is called again to resume, and must
+        then make the same calls.
     output : path
-        The archive, NetCDF-4. The file appears under this name once it is complete.
+        The archive, NetCDF-4. Each state of the file appears under this name once it is complete.
     scan : Dataset
         The scan, with its pair of bodies, that the groups are computed from: the same output is refused for another
         scan.
@@ -69,6 +76,8 @@ def checkpointed(
     scheduler : str, optional
         "threads", "processes", "synchronous", or the address of a ``dask scheduler`` such as
         "tcp://node1:8786". By default the active ``distributed.Client``, else what dask is configured for.
+    missing : callable, optional
+        Returns in words what of a run that yields is missing now; kept in the archive of an unfinished run.
 
     Returns
     -------
@@ -103,35 +112,50 @@ def checkpointed(
     asked = identity(scan, arguments or {})
     checkpoint, finished = Checkpoint(output), False
     try:
+        root = _root_of(output) if output.exists() else {archive.UNFINISHED: "nothing"}
         if output.exists():
-            refuse_other(_identity_of(output), asked, output)
-        else:
-            _compute(compute, checkpoint, output, asked, title, scheduler)
+            refuse_other(json.loads(root.get(_IDENTITY, "{}")), asked, output)
+        if archive.UNFINISHED in root:
+            attrs = {"title": title, _IDENTITY: json.dumps(asked)}
+            with on(scheduler), parallel.computed_by(_WithCheckpoints(checkpoint)):
+                _begin(checkpoint, output, asked)
+                _write(compute(), checkpoint, output, attrs, missing or (lambda: "some of its groups are missing"))
         finished = True
     finally:
         checkpoint.close(remove=finished or not checkpoint.identity())
     return archive.load(output)
 
 
-def _compute(compute, checkpoint, output, asked, title, scheduler) -> None:
-    with on(scheduler), parallel.computed_by(_WithCheckpoints(checkpoint)):
-        _begin(checkpoint, output, asked)
-        groups = dict(compute())
+def _write(found, checkpoint: Checkpoint, output: Path, attrs: dict[str, str], missing: Callable[[], str]) -> None:
+    """Write the groups as they are found; those that an unfinished archive has are as they were written."""
+    groups: dict[str, xr.Dataset] = {}
+    for more in () if isinstance(found, Mapping) else found:
+        groups |= more
+        _add(groups, output, {**attrs, archive.UNFINISHED: missing()})
     checkpoint.say("all computed")
+    groups |= found if isinstance(found, Mapping) else {}
     groups["log"] = checkpoint.log()
-    attrs = {_IDENTITY: json.dumps(asked)}
+    _add(groups, output, {**attrs, archive.UNFINISHED: None})
+
+
+def _add(groups: Mapping[str, xr.Dataset], output: Path, attrs: dict[str, Any]) -> None:
+    """Write the groups that an archive lacks, and say what it is in the attributes of its root."""
     with dask.config.set(scheduler="synchronous"):
-        archive.save(groups, output, title=title, attrs=attrs)
+        if not output.exists():
+            archive.save(groups, output, attrs={name: one for name, one in attrs.items() if one is not None})
+            return
+        with disk.raw(output) as file:
+            there = set(disk.names_in(file))
+        archive.add({name: ds for name, ds in groups.items() if name not in there}, output, attrs)
 
 
-def _identity_of(output: Path) -> dict[str, Any]:
-    """Return the identity of the run that an archive holds; empty for a file that no run wrote."""
+def _root_of(output: Path) -> dict[str, Any]:
+    """Return what the root of an archive says; nothing for a file that no run wrote."""
     with output.open("rb") as file:
         if file.read(4) != b"\x89HDF":
             return {}
     archive.verify(output)
-    with disk.opened(output) as root:
-        return json.loads(root.attrs.get(_IDENTITY, "{}"))
+    return archive.root_of(output)
 
 
 def _begin(checkpoint: Checkpoint, output: Path, asked: dict[str, Any]) -> None:
@@ -145,6 +169,25 @@ def _begin(checkpoint: Checkpoint, output: Path, asked: dict[str, Any]) -> None:
         checkpoint.say("resumed")
         for leftover in disk.leftovers(output):
             leftover.unlink(missing_ok=True)
+
+
+@contextmanager
+def only_kept() -> Iterator[None]:
+    """Let the solves of a checkpointed run return what is kept within the block, and NaN for all else."""
+    token = _ONLY_KEPT.set(True)
+    try:
+        yield
+    finally:
+        _ONLY_KEPT.reset(token)
+
+
+def _unknown(count: int, dtype: np.dtype) -> np.ndarray:
+    """Return results that say nothing: NaN, and False or 0 where there is no NaN."""
+    unknown = np.zeros(count, dtype)
+    for name in dtype.names or [...]:
+        if unknown[name].dtype.kind == "f":
+            unknown[name] = np.nan
+    return unknown
 
 
 class _WithCheckpoints:
@@ -163,14 +206,18 @@ class _WithCheckpoints:
             self.checkpoint.put(stage, k, self.known[items[k]][np.newaxis])
             kept.add(k)
         missing = [k for k in range(len(items)) if k not in kept]
-        if missing:
+        if _ONLY_KEPT.get():
+            say(f"{work.name}: {work.each * len(kept)} subregions kept")
+        elif missing:
             self._compute(work, stage, missing)
         else:
             say(f"{work.name}: {work.each * len(work.arguments)} subregions, all kept")
         batches = self.checkpoint.kept(stage)
         if len(work.arguments) * work.dtype.itemsize <= _IN_MEMORY:
-            results = np.concatenate([self.checkpoint.get(stage, batch.start, work.dtype) for batch in batches])
-            self.known |= zip(items, results)
+            results = _unknown(len(items), work.dtype)
+            for batch in batches:
+                results[batch.start : batch.stop] = self.checkpoint.get(stage, batch.start, work.dtype)
+            self.known |= {items[k]: results[k] for batch in batches for k in batch}
             return results
         read = dask.delayed(self.checkpoint.get, pure=False)
         return stacked([(read(stage, batch.start, work.dtype), len(batch)) for batch in batches], work.dtype)

@@ -14,7 +14,7 @@ A run is a dictionary of Datasets, the groups of its archive:
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -46,7 +46,7 @@ from ..files.disk import whole
 from ..jobs.progress import Stages, about, is_told
 from ..jobs.progress import say as tell
 from ..jobs.records import loading
-from ..jobs.run import checkpointed
+from ..jobs.run import checkpointed, only_kept
 from ..presentation import figures, report
 from ..presentation.answer import answered
 from ..presentation.exports import to_table
@@ -252,6 +252,7 @@ def kept(specimen: Specimen, plan: Plan, path: Path, say: Stages):
         scan=specimen.scan,
         arguments=plan._asdict(),
         title=specimen.bodies.attrs.get("title", ""),
+        missing=lambda: f"missing: {', '.join(w for w in say.later() if w != _WORDS['pages']) or 'its log'}",
     )
 
 
@@ -266,8 +267,8 @@ def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **a
     return Plan(subregions, deltas, sweep, float(deltas[-1]), patch="auto", vertex="fitted", **adhesion)
 
 
-def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> dict[str, xr.Dataset]:
-    """Compute all groups of a run."""
+def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> Iterator[dict[str, xr.Dataset]]:
+    """Yield the groups of a run after each of its stages, at last all."""
     say("asperities")
     scan, bodies, suited = specimen.scan, specimen.bodies, specimen.catalogue
     catalogue = suited if plan.patch == "auto" else asperities(scan, patch=plan.patch, vertex=plan.vertex)
@@ -282,14 +283,15 @@ def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> dict[str, 
         "reconstruction": reconstruct(scan, catalogue),
         "statistics/roughness": roughness(scan, spectra=True),
     }
+    yield groups
     options = {"subregions": plan.subregions}
     if float(bodies.coords.get("work_of_adhesion", 0.0)) > 0 or schema.is_wet(bodies):
-        groups |= _with_adhesion(specimen, plan, options, say)
-        groups |= _below_the_scan(specimen, plan, say)
-        groups |= _rigid_bodies(specimen, options, say)
+        yield (groups := groups | _with_adhesion(specimen, plan, options, say))
+        yield (groups := groups | _below_the_scan(specimen, plan, say))
+        yield (groups := groups | _rigid_bodies(specimen, options, say))
     if schema.is_wet(bodies):
         say("humidity")
-        groups["statistics/humidity"] = _over_humidity(specimen, options)
+        yield (groups := groups | {"statistics/humidity": _over_humidity(specimen, options)})
     say("direct", f", {plan.direct_deltas.size} displacements at {_count(specimen, plan)} places")
     groups |= _pressed(specimen, plan, options)
     groups["solutions/contact"] = _one_contact(specimen, plan, groups["solutions/direct"])
@@ -297,6 +299,7 @@ def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> dict[str, 
     groups["solutions/smooth"] = loading(direct(flat, delta=plan.direct_deltas))
     # without yield, to show its effect beside it
     groups["solutions/hertz"] = superpose(elastic(catalogue), delta=plan.sweep, law="hertz", **options)
+    yield groups
     say("superposition")
     ways = OF_LIQUID if schema.is_wet(bodies) else COMPARED
     if crowding(suited) > CROWDED:
@@ -311,12 +314,12 @@ def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> dict[str, 
         groups[f"solutions/{name}"] = superpose(elastic(summed), delta=_wide(plan, specimen), **way, **options)
     for name in ways:
         groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
+    yield groups
     if ways and "solutions/adhesive" in groups and "sphere_radius" in bodies.coords:
         say("rolling")
-        groups |= _coming_off(suited, options, groups)
+        yield (groups := groups | _coming_off(suited, options, groups))
     if plan.budget and "solutions/adhesive" in groups:
-        groups |= _error_budget(specimen, plan, groups, say)
-    return groups
+        yield groups | _error_budget(specimen, plan, groups, say)
 
 
 def _expected(specimen: Specimen, plan: Plan) -> dict[str, float]:
@@ -452,14 +455,20 @@ def _with_adhesion(specimen: Specimen, plan: Plan, options: dict[str, Any], say:
 
 
 def _in_shares(specimen: Specimen, plan: Plan, options: dict[str, Any], say: Stages, mesh_error: float | None):
-    """Return the simulation with adhesion at all places; the answer is told as their number grows."""
-    count = _TELLING_FACTOR * plan.checked
+    """Return the simulation with adhesion at all places; the answer is told as their number grows, and at Ctrl-C."""
+    shares, count = [], _TELLING_FACTOR * plan.checked
     while count < _count(specimen, plan):  # of these, what was solved already is not solved again
-        some = {"subregions": regions.sample(specimen.centres(plan.subregions), count)}
-        _tell_so_far(quietly(adhesive, specimen, **options | some), say, mesh_error)
+        shares.append(regions.sample(specimen.centres(plan.subregions), count))
         count *= _TELLING_FACTOR
-    solved = adhesive(specimen, **options)
-    _tell_so_far(solved, say, mesh_error)
+    for places in (*shares, plan.subregions):
+        asked = options | {"subregions": places}
+        try:
+            solved = adhesive(specimen, **asked) if places is plan.subregions else quietly(adhesive, specimen, **asked)
+        except KeyboardInterrupt:
+            with only_kept():
+                _tell_so_far(quietly(adhesive, specimen, **asked), say, mesh_error)
+            raise
+        _tell_so_far(solved, say, mesh_error)
     return solved
 
 
@@ -598,7 +607,8 @@ def show(
     for name, figure in figures.budget_figures(groups):
         figures.save(figure, folder / f"{name}.png", dpi=220)
     with whole(folder / "report.html") as temporary:
-        temporary.write_text(report.page(groups, archive_name=archive.of_run(folder).name), encoding="utf-8")
+        text = report.page(groups, archive_name=archive.of_run(folder).name, folder=folder)
+        temporary.write_text(text, encoding="utf-8")
 
 
 def _write_places(places: xr.Dataset, folder: Path) -> None:

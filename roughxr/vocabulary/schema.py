@@ -84,23 +84,23 @@ def kind_of(ds: xr.Dataset) -> str | None:
 
 def entered(data: Any) -> Any:
     """Return a Dataset or DataArray with every known name in the units of `VARIABLES`; itself where it already is."""
-    coords = _in_table(data.coords)
+    coords = _in_table(data.coords.variables)
     if isinstance(data, xr.DataArray):
-        own = _in_table({data.name: data}).get(data.name)
+        own = _in_table({data.name: data.variable}).get(data.name)
         out = data if own is None else data.copy(data=own.data).assign_attrs(own.attrs)
         return out.assign_coords(coords) if coords else out
-    variables = _in_table(data.data_vars)
+    variables = _in_table({name: data.variables[name] for name in data.data_vars})
     if not variables and not coords:
         return data
     pint_indexed = [name for name in coords if hasattr(data.xindexes.get(name), "units")]
     return data.drop_vars(pint_indexed).assign(variables).assign_coords(coords)
 
 
-def _in_table(arrays: Mapping[Any, xr.DataArray]) -> dict[str, xr.Variable]:
-    """Return, in the table's units, those of the arrays that are not."""
-    known = {name: VARIABLES[name].units for name in arrays if name in VARIABLES and VARIABLES[name].units}
-    converted = {name: in_units(arrays[name].variable, units, name) for name, units in known.items()}
-    return {name: variable for name, variable in converted.items() if variable is not arrays[name].variable}
+def _in_table(variables: Mapping[Any, xr.Variable]) -> dict[str, xr.Variable]:
+    """Return, in the table's units, those of the variables that are not."""
+    known = {name: VARIABLES[name].units for name in variables if name in VARIABLES and VARIABLES[name].units}
+    converted = {name: in_units(variables[name], units, name) for name, units in known.items()}
+    return {name: variable for name, variable in converted.items() if variable is not variables[name]}
 
 
 def validate(ds: Any, kind: str) -> xr.Dataset:

@@ -51,6 +51,8 @@ SETTINGS = {
     "figure.dpi": 150,
     "figure.facecolor": "white",
     "figure.titlesize": TITLE,
+    "figure.autolayout": False,
+    "figure.constrained_layout.use": False,
     "image.interpolation": "auto",
 }
 
@@ -146,8 +148,27 @@ def _settings() -> Iterator[None]:
 def settle(drawn: Any):
     """Lay a new figure out once: constrained layout makes room beside maps of equal scale only the second time."""
     figure = drawn if hasattr(drawn, "draw_without_rendering") else np.ravel(drawn)[0].figure
-    if layout := figure.get_layout_engine():
+    layout = figure.get_layout_engine()
+    if layout and any(ax.get_aspect() != "auto" for ax in figure.axes):
         layout.execute(figure)
+
+
+@contextmanager
+def laid_out(figure, dpi: float) -> Iterator[None]:
+    """Lay a figure out for so many dots per inch, and leave it so within the block."""
+    layout, before = figure.get_layout_engine(), figure.dpi
+    if layout is None:
+        yield
+        return
+    figure.dpi = dpi
+    layout.execute(figure)
+    figure.dpi = before
+    with _settings():
+        figure.set_layout_engine(None)
+    try:
+        yield
+    finally:
+        figure.set_layout_engine(layout)
 
 
 def stroke(order: int) -> dict[str, Any]:

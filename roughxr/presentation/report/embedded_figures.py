@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from ... import statistics
 from ...statistics import bootstrap
 from ...vocabulary import schema
 from .. import figures
+from ..figures.saving import as_png
 from ..figures.style import BLUE, GREY, axes, label_axes, styled
 from .beside_measured import COMPARED, MEASURED, prediction
 from .budget import BUDGET, HUMIDITY
@@ -39,26 +41,29 @@ class _Drawing(NamedTuple):
     draw: Callable[[Run], object]
     caption: str
     optional: bool = False  # left out silently where the run has no such groups
+    file: str = ""  # the same figure among the files of a run
 
 
-def pictures(run: Run) -> Iterator[Picture]:
-    """Yield the figures for which a run holds the groups."""
+def pictures(run: Run, folder: Path | None = None) -> Iterator[Picture]:
+    """Yield the figures for which a run holds the groups; those that a folder holds are not drawn again."""
     for name, drawing in _DRAWINGS.items():
         if drawing.optional and not set(drawing.needs) <= set(run):
             continue
-        yield _picture(name, drawing, run)
+        yield _picture(name, drawing, run, folder)
 
 
-def picture_of(name: str, run: Run) -> Picture | None:
+def picture_of(name: str, run: Run, folder: Path | None = None) -> Picture | None:
     """Return one of the figures, None where the run does not hold what it needs."""
     drawing = {"Error budget": _BUDGET, **_DRAWINGS}[name]
-    return _picture(name, drawing, run) if set(drawing.needs) <= set(run) else None
+    return _picture(name, drawing, run, folder) if set(drawing.needs) <= set(run) else None
 
 
-def _picture(name: str, drawing: _Drawing, run: Run) -> Picture:
+def _picture(name: str, drawing: _Drawing, run: Run, folder: Path | None = None) -> Picture:
     missing = [group for group in drawing.needs if not any(one in run for one in group.split(" or "))]
     if missing:
         return Picture(name, f"Not drawn: the run holds no {', '.join(missing)}.", "")
+    if folder and drawing.file:
+        return Picture(name, drawing.caption, _as_uri((folder / drawing.file).read_bytes()))
     return _drawn(name, drawing, run)
 
 
@@ -78,9 +83,13 @@ def _embedded(ax) -> str:
     from matplotlib import pyplot
 
     figure, buffer = np.ravel(ax)[0].figure, io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=_DPI)
+    as_png(figure, buffer, _DPI)
     pyplot.close(figure)
-    return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+    return _as_uri(buffer.getvalue())
+
+
+def _as_uri(png: bytes) -> str:
+    return "data:image/png;base64," + base64.b64encode(png).decode("ascii")
 
 
 @styled
@@ -159,6 +168,7 @@ _BUDGET = _Drawing(
     "Error of the mean pull-off by source, one standard deviation each, ± its standard error; the sign is that of the "
     "change. A known bias is taken off, and half of it stays as its error. *: change if the roughness continued for "
     "another octave below the scan; not part of the total, which is for the surface as scanned.",
+    file="error-budget.png",
 )
 
 _DRAWINGS = {
@@ -167,6 +177,7 @@ _DRAWINGS = {
         lambda run: figures.tornado(run["statistics/sensitivity"]),
         "Change of the mean simulated pull-off at a sample of places when one assumption is changed as written at the "
         "bar; the error budget uses the longer of two bars.",
+        file="sensitivity.png",
     ),
     "Pull-off and the shortest wave": _Drawing(
         ("statistics/shorter_waves",),
@@ -174,6 +185,7 @@ _DRAWINGS = {
         "Simulated pull-off at a sample of places over the shortest wavelength of the surface: right of the dashed "
         "line the scan without its shortest waves, left of it with random waves added that continue its spectrum; "
         "bars are the scatter between random seeds.",
+        file="shortest-wave.png",
     ),
     "The scan and the places": _Drawing(
         ("scan", "asperities", "solutions/direct"),

@@ -78,30 +78,32 @@ def write_report(
         found = ", ".join(run) or "none"
         raise ValueError(f"{path}: expected the archive of a run, found groups: {found}; make one with roughxr run")
     run = run if measured is None else {**run, MEASURED: measured}
-    text = page(run, archive_name=path.name)
+    text = page(run, archive_name=path.name, missing=archive.root_of(path).get(archive.UNFINISHED, ""))
     return written(text, path, output, "report.html")
 
 
 @verb
-def page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc") -> str:
-    """Return the page as text."""
+def page(
+    run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc", folder: Path | None = None, missing: str = ""
+) -> str:
+    """Return the page as text; figures of the error budget that were just written to a folder are taken from there."""
     run = compared(run)
     return filled(
         "roughxr.presentation.report",
         title=title(run.get("scan", xr.Dataset())),
         archive_name=archive_name,
         facts=_facts(run),
-        cautions=cautions(run),
+        cautions=[f"The run is not finished, {missing}."] * bool(missing) + cautions(run),
         numbers=list(_numbers(run)),
         headline=" ".join(filter(None, (headline(run), humid_words(run)))),
         budget=_as_text(budget_table(run))[1] if BUDGET in run else [],
-        budget_picture=picture_of("Error budget", run),
+        budget_picture=picture_of("Error budget", run, folder),
         adhesion=_adhesion(run),
         model=_model(run),
         measured=measured_words(run),
         coming_off=coming_off_words(run),
         coming_off_table=_as_text(detachment_table(run)) if set(COMING_OFF) <= set(run) else None,
-        pictures=list(pictures(run)),
+        pictures=list(pictures(run, folder)),
         tables=_tables(run),
         steps=_steps(run),
         command=command(run),

@@ -1,0 +1,110 @@
+"""The archive of a run holds its stages as they end, whatever stops it, and says what is missing."""
+
+import signal
+import time
+import warnings
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import roughxr
+from roughxr import cli, report
+from roughxr.files import archive
+from roughxr.jobs.checkpoint import Checkpoint
+from roughxr.jobs.progress import progress
+from roughxr.runs import analysis
+from roughxr.scans.synthetic import self_affine
+
+from .test_runs import finish, kill, only, pytestmark, same, start, undisturbed  # noqa: F401
+
+OPTIONS = {"subregions": (3, 2), "mesh": 1, "budget": 0}
+
+#: Stages of such a run, each with what interrupts it, and a group that the archive has by then.
+MOMENTS = {
+    "asperities": ("reconstruct", None),
+    "rigid": ("_rigid_bodies", "solutions/adhesive"),
+    "rolling": ("_coming_off", "statistics/energy"),
+}
+
+
+@pytest.fixture(scope="module")
+def surface():
+    scan = self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
+    return roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05)
+
+
+@pytest.fixture(scope="module")
+def whole(surface, tmp_path_factory):
+    path = tmp_path_factory.mktemp("whole") / "run.nc"
+    return path, roughxr.run(surface, path, **OPTIONS)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(3, 12))])
+def test_a_run_killed_at_any_moment_leaves_its_stages_readable(tmp_path, undisturbed, seed):  # noqa: F811
+    expected, seconds = undisturbed
+    path, draw = tmp_path / "run.nc", np.random.default_rng(seed)
+    for _ in range(3):
+        child = start(path, stages=True)
+        time.sleep(draw.uniform(0.2, 1.0) * seconds)
+        kill(child, signal.SIGKILL if seed % 2 else signal.SIGINT)
+        if path.exists():
+            with warnings.catch_warnings(record=True):
+                groups, there = archive.load(path), archive.load(expected)
+            for name in set(groups) - {"log"}:
+                xr.testing.assert_identical(groups[name].load(), there[name].load())
+    finish(path, stages=True)
+    same(path, expected)
+    only(path)
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_an_interrupted_run_reads_says_what_is_missing_and_resumes(
+    surface, whole, moment, tmp_path, monkeypatch, capsys
+):
+    where, there = MOMENTS[moment]
+    path = tmp_path / "run.nc"
+
+    def interrupted(*arguments, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(analysis, where, interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        roughxr.run(surface, path, **OPTIONS)
+    monkeypatch.undo()
+    assert path.exists() == (there is not None)
+    if there:
+        with pytest.warns(UserWarning, match=r"not finished, missing: .*resisting moments|not finished, missing: its"):
+            found = archive.load(path)
+        assert there in found and "log" not in found
+        assert cli.main(["report", str(path)]) == 0
+        assert cli.main(["info", str(path)]) == 0
+        said = capsys.readouterr()
+        assert "is not finished" in said.err and "run: not finished, missing: " in said.out
+        assert "The run is not finished" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", ".*not finished")
+        groups = roughxr.run(surface, path, **OPTIONS)
+    assert list(groups) == list(whole[1])
+    for name in set(groups) - {"log"}:
+        xr.testing.assert_allclose(groups[name], whole[1][name], rtol=1e-6)
+    assert "not finished" not in report.page(groups)
+
+
+def test_at_an_interrupt_the_answer_is_that_of_all_finished_places(surface, whole, tmp_path, monkeypatch, capsys):
+    """The first four places are solved, then two more at once: of these one is kept as the interrupt comes."""
+    put, kept = Checkpoint.put, []
+
+    def interrupted(self, stage, first, result):
+        put(self, stage, first, result)
+        kept.extend([stage] * len(result))
+        if kept.count(stage) == 5:  # four of them known
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(Checkpoint, "put", interrupted)
+    with pytest.raises(KeyboardInterrupt), progress():
+        roughxr.run(surface, tmp_path / "run.nc", **OPTIONS)
+    told = capsys.readouterr().out.splitlines()[-1]
+    assert told.startswith("so far: ")
+    count = int(told.split(" by ")[1].split()[0])
+    assert 4 < count <= 6 and (count == 6 or f"by {count} places of 6" in told)
