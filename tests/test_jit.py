@@ -143,17 +143,14 @@ def test_without_numbas_events_nobody_is_told_and_all_else_is_as_before():
     assert (done.returncode, done.stderr) == (0, "")
 
 
-@linking
-def test_files_that_another_release_has_left_are_begun_anew(tmp_path):
-    """An index that names types which are gone cannot be read, whatever it holds for."""
-    (tmp_path / "kinds.py").write_text("from typing import NamedTuple\n\nclass Pair(NamedTuple):\n    x: float\n")
-    text = "from roughxr.kernels.jit import kernel\n{}\n\n@kernel\ndef first(pair):\n    return {}\n"
-    call = "import main; print(main.first({}))"
-    (tmp_path / "main.py").write_text(text.format("from kinds import Pair", "pair.x"))
-    begin = [sys.executable, "-c"]
-    run = {"cwd": tmp_path, "text": True, "capture_output": True, "check": True}
-    assert subprocess.run([*begin, call.format("main.Pair(2.0)")], **run).stdout == "2.0\n"
-    (tmp_path / "kinds.py").unlink()
-    (tmp_path / "main.py").write_text(text.format("# no types", "pair"))
-    for _ in range(2):  # the second reads what the first has kept
-        assert subprocess.run([*begin, call.format("3.0")], **run).stdout == "3.0\n"
+@compiled
+def test_kept_kernels_are_those_of_the_present_source(tmp_path):
+    """Numba itself would go on with what a kernel called when it was compiled."""
+    text = "from roughxr.kernels.jit import kernel\n{}\n\n@kernel\ndef {}(x):\n    return {}\n"
+    (tmp_path / "caller.py").write_text(text.format("from called import called", "caller", "called(x)"))
+    call = "from roughxr.kernels import jit; jit._source = {!r}; from caller import caller; print(caller(3))"
+    for times in (2, 5):
+        (tmp_path / "called.py").write_text(text.format("", "called", f"{times} * x"))
+        begin = [sys.executable, "-c", call.format(jit._digest(tmp_path))]
+        told = subprocess.run(begin, cwd=tmp_path, text=True, capture_output=True, check=True)
+        assert told.stdout == f"{3 * times}\n"

@@ -8,12 +8,18 @@ Kernels are called by Python and by kernels only. They are compiled in the quick
 of Numba's that are not public, where Numba's version is one that it was tried with and the names are there. Otherwise,
 or with ROUGHXR_PLAIN_NUMBA=1 in the environment, by ``numba.njit`` alone: the same kernels, and two to three times
 as long a first call (`tests/benchmarks/first_answer.py`).
+
+What is kept on disk holds all that a kernel calls, and Numba asks only whether the kernel's own file has changed. After
+an upgrade, which leaves kept files in place, old code would give numbers without a word. So kernels are kept under a
+name that changes with the source of any.
 """
 
+import hashlib
 import os
 import sys
 import time
 from multiprocessing import parent_process
+from pathlib import Path
 
 import numba
 from numba import njit
@@ -54,11 +60,21 @@ def _quick():
 _compiler = _quick()
 
 
+def _digest(folder):
+    """Return some digits that stand for the text of all modules in a folder and below."""
+    files = sorted(folder.rglob("*.py"))  # none where they are in an archive
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:8]
+
+
+_source = _digest(Path(__file__).parent)
+
+
 def kernel(function=None, *, reorder=False):
     """Compile ``function`` on its first call; with ``reorder`` sums may be reordered, so that loops vectorise."""
     if function is None:
         return lambda function: kernel(function, reorder=reorder)
     options = dict(_OPTIONS, fastmath=_REORDER) if reorder else _OPTIONS
+    function.__qualname__ = f"{function.__qualname__.split('@')[0]}@{_source}"  # by which Numba names what it keeps
     compiled = njit(**options)(function)
     if not hasattr(compiled, "py_func"):
         return compiled  # with NUMBA_DISABLE_JIT it is the function itself
