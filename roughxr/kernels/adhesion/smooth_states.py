@@ -38,7 +38,7 @@ TOLERANCE, ON_THE_WAY = 1e-5, 1e-3
 _EXCESS, _MOST_DENTS, _DENT_TOLERANCE = 1e-3, 6, 1e-5
 
 #: How far the edge of a contact opens within a law without range, in cells times the steepness of the law: π E* b²/16w
-#: by Griffith's edge. Overlaps of more than the second part of the range are contacts. Distances are counted from cell to cell.
+#: by Griffith's edge. Overlaps of more than the second part of the range are contacts. Distances go from cell to cell.
 _EDGE_OPENING, _CONTACT_OVERLAP = 1.2, 1e-3
 _FOUR_NEIGHBOURS = ndimage.generate_binary_structure(2, 1)
 
