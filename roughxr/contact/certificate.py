@@ -24,7 +24,7 @@ _PLANE = ("x", "y")
 
 @verb
 def certificate(ds: xr.Dataset) -> xr.Dataset:
-    """Return by how much a solution misses the conditions of its contact, each beside its limit, and print it.
+    """Return by how much a solution violates the conditions of its contact, each with its limit, and print it.
 
     Parameters
     ----------

@@ -109,10 +109,10 @@ def continued(
 
     Notes
     -----
-    Under the exponential law, with the pair's ``adhesion_range`` (0.3 nm unless given), of a humid pair with that of
-    the liquid beside it, and with the pair's hardness or the estimate for named materials. Waves that the scan shows
-    falsely, shorter than four pixels unless its spectrum ends before, are replaced. The interval held the truth of 31
-    in 31 self-affine surfaces (``tests/benchmarks/below_the_pixel.py``); others are refused.
+    The law is exponential, with the pair's ``adhesion_range`` (0.3 nm unless given), for a humid pair with the
+    liquid's added; the hardness is the pair's, or the estimate for named materials. Waves that the scan distorts,
+    shorter than four pixels unless its spectrum ends before, are replaced. The interval contained the truth for 31 of
+    31 self-affine surfaces (``tests/benchmarks/below_the_pixel.py``); others are refused.
 
     Examples
     --------
