@@ -196,7 +196,7 @@ def test_sampling_follows_the_interval_of_all_places(rough, solved, changes):
     assert sampling == pytest.approx(float(ends.high - ends.low) / 4 / values.mean(), rel=1e-12)
     assert float(found.pull_off_mean) == pytest.approx(values.mean())
     one = budget_of(rough, solved.isel(subregion=[0]), changes, None)
-    assert "it takes two places" in one.how.sel(entry="sampling").item()
+    assert "needs at least two places" in one.how.sel(entry="sampling").item()
 
 
 def test_shorter_waves_come_from_their_seeds(rough, scales):

@@ -1,4 +1,4 @@
-"""How well a solution keeps the conditions of its contact: what is missed, beside the limit of it."""
+"""How well a solution meets the conditions of its contact: each violation, with its limit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pull-off of the surface as it would be: its roughness continued below the scan, down to where nothing changes.
+"""`continued`: the pull-off with roughness finer than the scan, added until still finer roughness changes nothing.
 
 From the shortest wave that the scan shows truly, half an octave is added after the other, at a few places, until the
 mean pull-off settles. All places are then solved with all these waves, and the few places once more with every
