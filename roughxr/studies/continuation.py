@@ -104,8 +104,8 @@ def continued(
     ------
     ValueError
         As for `adhesive` and `add_fine_roughness`; where the scan has no spectrum to continue; and, unless one is
-        given, where the scan is no self-affine surface but grains, steps, particles, a blunt tip's, noise: what it
-        shows is then a bound alone.
+        given, where the scan is not self-affine (grains, steps, particles, a blunt tip, noise): its pull-off is
+        then only an upper bound.
 
     Notes
     -----
