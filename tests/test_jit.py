@@ -141,3 +141,19 @@ def test_without_numbas_events_nobody_is_told_and_all_else_is_as_before():
     gone = "import sys, numba; sys.modules['numba.core.event'] = None"
     done = subprocess.run([sys.executable, "-c", gone + _SORTED], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@linking
+def test_files_that_another_release_has_left_are_begun_anew(tmp_path):
+    """An index that names types which are gone cannot be read, whatever it holds for."""
+    (tmp_path / "kinds.py").write_text("from typing import NamedTuple\n\nclass Pair(NamedTuple):\n    x: float\n")
+    text = "from roughxr.kernels.jit import kernel\n{}\n\n@kernel\ndef first(pair):\n    return {}\n"
+    call = "import main; print(main.first({}))"
+    (tmp_path / "main.py").write_text(text.format("from kinds import Pair", "pair.x"))
+    begin = [sys.executable, "-c"]
+    run = {"cwd": tmp_path, "text": True, "capture_output": True, "check": True}
+    assert subprocess.run([*begin, call.format("main.Pair(2.0)")], **run).stdout == "2.0\n"
+    (tmp_path / "kinds.py").unlink()
+    (tmp_path / "main.py").write_text(text.format("# no types", "pair"))
+    for _ in range(2):  # the second reads what the first has kept
+        assert subprocess.run([*begin, call.format("3.0")], **run).stdout == "3.0\n"

@@ -10,6 +10,7 @@ does not link what a part calls.
 import gc
 from contextlib import contextmanager
 from functools import cached_property
+from pickle import UnpicklingError
 from types import MappingProxyType
 
 from llvmlite.binding import parse_bitcode
@@ -26,7 +27,7 @@ _USED = {
     JITCodeLibrary: ("add_linking_library", "finalize", "_finalize_dynamic_globals", "_get_module_for_linking"),
     Compiler: ("compile_extra",),
     CompileResultCacheImpl: ("reduce", "rebuild"),
-    FunctionCache: ("_index_key", "_impl_class"),
+    FunctionCache: ("_index_key", "_impl_class", "flush", "load_overload"),
     CPUDispatcher: ("get_call_template", "get_overload", "compile", "add_overload", "enable_caching"),
     Flags: ("values",),
 }
@@ -146,7 +147,19 @@ class _PartStored(CompileResultCacheImpl):
         )
 
 
-class _EntryCache(FunctionCache):
+class _Cache(FunctionCache):
+    """Files that are begun anew where they cannot be read: another release may have left them, of types now gone."""
+
+    def load_overload(self, sig, target_context):
+        """Return what is kept for a signature, None where nothing is."""
+        try:
+            return super().load_overload(sig, target_context)
+        except (ImportError, AttributeError, EOFError, UnpicklingError):
+            self.flush()
+            return None
+
+
+class _EntryCache(_Cache):
     """Where entries are kept: in the files that plain ``njit`` uses, which cannot link them."""
 
     def _index_key(self, sig, codegen):
@@ -154,7 +167,7 @@ class _EntryCache(FunctionCache):
         return *super()._index_key(sig, codegen), "entry"
 
 
-class _PartCache(FunctionCache):
+class _PartCache(_Cache):
     """Where parts are kept: in the files of the entries."""
 
     _impl_class = _PartStored

@@ -1,6 +1,6 @@
-"""A cycle with the exponential law on one rough place, beside ContactMechanics' and Adhesion's free-boundary solver.
+"""A cycle with the exponential law on rough places, beside ContactMechanics' and Adhesion's free-boundary solver.
 
-    python tests/benchmarks/adhesive_peers.py [--peer-python PYTHON] [--place 20] [--rounds 2]
+    python tests/benchmarks/adhesive_peers.py [--peer-python PYTHON] [--places 20 …] [--rounds 1]
 
 PYTHON is that of an environment with both (`pip install ContactMechanics Adhesion`), by default this one. Either side
 gets the same window of 192 × 192 cells, a quarter of the twin's pixel wide, and the same law: 1.35 J/m² over 0.3 nm.
@@ -23,6 +23,9 @@ import numpy as np
 
 SIDE, REFINE, DEPTH, STEP = 192, 4, 4.0, 0.25
 MODULUS, WORK, RANGE = 39.407, 1.35, 0.3
+
+#: Places of the 8 × 8, one in each row.
+PLACES = (2, 9, 20, 27, 38, 45, 52, 61)
 
 #: Gradient at which the peer's minimisation ends, over the largest traction; ours ends at 1e-5 of it, 1e-3 on the way.
 PEER_TOLERANCE = 1e-4
@@ -110,31 +113,39 @@ def asked_of(python, separation, dx):
 
 
 def main():
-    """Print one row for each round, and the ratio of the processor times."""
+    """Print rows for each place, and the ratios of the processor times."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--peer-python", default=sys.executable, help="default: this one")
-    parser.add_argument("--place", type=int, default=20, help="of the 8 × 8; default: %(default)s")
-    parser.add_argument("--rounds", type=int, default=2, help="default: %(default)s")
+    parser.add_argument("--places", type=int, nargs="+", default=PLACES, help="of the 8 × 8; default: %(default)s")
+    parser.add_argument("--rounds", type=int, default=1, help="default: %(default)s")
     parser.add_argument("--peer", help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.peer:
         with np.load(given.peer) as file:
             print(*peers(file["separation"], float(file["dx"])))
         return
-    separation, dx = window(given.place)
-    same, _ = ours(separation, dx, np.arange(-16.0, DEPTH + STEP, STEP))  # compiles, too
+    ours(*window(given.places[0]))  # compiles
+    ratios = [ratio for place in given.places for ratio in beside(place, given.rounds, given.peer_python)]
+    told = f"from {min(ratios):.1f} to {max(ratios):.1f}, median {np.median(ratios):.1f}"
+    print(f"{len(given.places)} places: ratio {told}")
+
+
+def beside(place, rounds, python):
+    """Print a row for each round at a place; return the ratios of the processor times."""
+    separation, dx = window(place)
+    same, _ = ours(separation, dx, np.arange(-16.0, DEPTH + STEP, STEP))
     ratios = []
-    for _ in range(given.rounds):
+    for _ in range(rounds):
         pull, seconds = ours(separation, dx)
-        other, peer_seconds, states, missed = asked_of(given.peer_python, separation, dx)
+        other, peer_seconds, states, missed = asked_of(python, separation, dx)
         ratios.append(peer_seconds / seconds)
         print(
-            f"place {given.place}: ours {seconds:.2f} s, the peer {peer_seconds:.1f} s ({states:.0f} states, "
+            f"place {place}: ours {seconds:.2f} s, the peer {peer_seconds:.1f} s ({states:.0f} states, "
             f"{missed:.0f} not converged), ratio {ratios[-1]:.1f}; "
             f"at its displacements ours {same:.1f} nN, the peer's {other:.1f} nN; between them ours {pull:.1f} nN",
             flush=True,
         )
-    print(f"median ratio {np.median(ratios):.1f}")
+    return ratios
 
 
 if __name__ == "__main__":

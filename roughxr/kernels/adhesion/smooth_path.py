@@ -406,24 +406,29 @@ class _Retraction(_Stepper):
                 known, search = [one for one in known if one.row["asked"]], _EndSearch(self, np.inf)
                 if not known:
                     break
-            target = known[0].row["delta"] if known else -np.inf
+            target, asked = (known[0].row["delta"], bool(known[0].row["asked"])) if known else (-np.inf, False)
             delta, near = search.ahead(target)
-            asked = delta == target and bool(known[0].row["asked"])
-            found = self.solver.seek(delta, self.before, self.last, near=near, well=asked)
-            lost = not np.isfinite(found.force)
-            if lost and not near:
-                return False
-            if lost or self._lets_go(found) or (near and (not found.fine or self._passed_more(found))):
+            there = delta == target
+            found = self.solver.seek(delta, self.before, self.last, near=near, well=there and asked)
+            if self._is_beyond_an_end(found, near):
                 search.fails(found)
                 continue
+            if not np.isfinite(found.force):
+                return False
             search.passes(found, near)
-            self.accept(found, asked)
+            self.accept(found, there and asked)
             self._forget()
-            if delta == target and self._is_same(known[0]) and (known[1:] or self.is_lost()):
+            if there and self._is_same(known[0]) and (known[1:] or self.is_lost()):
                 self._join(known[0], known[1:])
                 break
-            known = known[1:] if delta == target else known
+            known = known[1:] if there else known
         return True
+
+    def _is_beyond_an_end(self, found, near):
+        """Return whether a branch ends, or a larger pull lies, between the present state and this one."""
+        if not np.isfinite(found.force):
+            return near
+        return self._lets_go(found) or (near and (not found.fine or self._passed_more(found)))
 
     def _join(self, same, beyond):
         """Go on by the known path, of which a larger pull is expected only if the present stiffness says so, too."""
