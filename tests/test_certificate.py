@@ -165,7 +165,7 @@ def test_a_surface_that_does_not_give_way_enough_has_not_converged(surface, monk
     hard = surface.assign_coords(hardness=1.0)
     good = roughxr.adhesive(hard, law="exponential", mesh=roughxr.Mesh(accuracy=None), preload=50.0)
     assert good.converged.all() and float(good.yielded_area.max()) > 0
-    monkeypatch.setattr(smooth_states, "_DENTS", 0)
+    monkeypatch.setattr(smooth_states, "_MOST_DENTS", 0)
     with pytest.warns(UserWarning, match="have not converged"):
         stiff = roughxr.adhesive(hard, law="exponential", mesh=roughxr.Mesh(accuracy=None), preload=50.0)
     assert not stiff.converged.any() and "unconverged" in rows(stiff)[1]

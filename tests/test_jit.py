@@ -74,7 +74,7 @@ def test_garbage_is_collected_after_compiling_as_before(enabled):
 #: A call of a small kernel for which numba finds no place to keep it, told from its first moment on.
 _UNCACHED = """
 from roughxr.kernels import jit
-jit._PATIENCE = 0.0
+jit._SILENT_SECONDS = 0.0
 exec("def tripled(x): return 3 * x", place := {"__name__": "roughxr.kernels.nowhere"})
 assert jit.kernel(place["tripled"])(2) == 6
 """

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from roughxr.kernels.adhesion import newton_system, smooth_laws
-from roughxr.kernels.adhesion.smooth_equilibrium import State, closed_parts
+from roughxr.kernels.adhesion.smooth_equilibrium import ContactState, closed_parts
 from roughxr.kernels.adhesion.smooth_patches import contacts_and_resolution
 from roughxr.kernels.adhesion.smooth_path import follow_smooth
 from roughxr.kernels.adhesion.smooth_prediction import ahead
@@ -120,7 +120,7 @@ def test_slopes_are_those_of_the_tractions_and_tractions_those_of_the_work(name)
 
 
 def state_of(gap, touching, pressure):
-    return State(np.array(pressure, float)[None], np.array(gap, float)[None], np.array(touching)[None])
+    return ContactState(np.array(pressure, float)[None], np.array(gap, float)[None], np.array(touching)[None])
 
 
 def test_a_path_goes_on_in_pressures_where_it_touches_and_in_gaps_where_it_attracts():
@@ -146,7 +146,7 @@ def test_contacts_are_counted_where_cells_touch_and_sized_by_what_is_closed():
     gap[6:8, 11] = 0.5  # to the four
     pressure = np.where(touching, 0.2, -LAW.strength * np.exp(-gap / LAW.length))
     pressure[2, 2:5], pressure[6, 9], pressure[10, 18] = -0.05, -0.07, -0.001
-    state = State(pressure, gap, touching)
+    state = ContactState(pressure, gap, touching)
     closed = closed_parts(state, LAW)
     np.testing.assert_allclose(closed, np.exp(-gap / LAW.length), atol=1e-4)
     found, radius = contacts_and_resolution(state, closed, LAW)
@@ -155,11 +155,11 @@ def test_contacts_are_counted_where_cells_touch_and_sized_by_what_is_closed():
     pressure[6:8, 9:12], pressure[10, 18] = 0.2, 0.2  # neither the four nor the one pull
     found, radius = contacts_and_resolution(state, closed, LAW)
     assert radius == pytest.approx(np.sqrt((9 + 3 * np.exp(-0.3 / LAW.length)) / np.pi), rel=1e-4)
-    alone = State(np.where(touching, 0.0, pressure), gap, np.zeros_like(touching))  # two rims without a core
+    alone = ContactState(np.where(touching, 0.0, pressure), gap, np.zeros_like(touching))  # two rims without a core
     found, radius = contacts_and_resolution(alone, closed, LAW)
     assert found == 0
     assert radius == pytest.approx(np.sqrt(3 * np.exp(-0.3 / LAW.length) / np.pi), rel=1e-4)
-    nothing = State(np.zeros_like(gap), gap, np.zeros_like(touching))
+    nothing = ContactState(np.zeros_like(gap), gap, np.zeros_like(touching))
     assert contacts_and_resolution(nothing, closed, LAW)[0] == 0
     assert np.isnan(contacts_and_resolution(nothing, closed, LAW)[1])
 

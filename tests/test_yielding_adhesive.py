@@ -7,7 +7,7 @@ from scipy.special import ellipe, ellipk
 
 from roughxr.bodies.materials import assign_pair
 from roughxr.contact.adhesion import adhesive
-from roughxr.contact.cycle import _AT_A_RIM, gain_at, largest_cell
+from roughxr.contact.cycle import _RIM_ERROR, gain_at, largest_cell
 from roughxr.contact.elastic import direct
 from roughxr.contact.mesh import Mesh
 from roughxr.contact.reference import flattened_pull_off, punch_pull_off
@@ -237,7 +237,7 @@ def test_without_range_a_flat_punch_wants_what_its_edge_gives():
     pulls = np.array([edged_pull(*punch(cells), smooth_laws.without_range) for cells in (10, 20)]) / griffith
     ten, twenty = pulls[:, 0]
     assert 0.5 < (1 - twenty) / (1 - ten) < 0.71  # it falls as the root of the cell
-    stated = _AT_A_RIM * (1 - pulls[:, 1] / pulls[:, 0])
+    stated = _RIM_ERROR * (1 - pulls[:, 1] / pulls[:, 0])
     assert (np.abs(pulls[:, 0] - 1) < stated).all()
 
 
@@ -289,7 +289,7 @@ def test_an_asperity_pressed_flat_pulls_as_its_closed_form(hard):
     expected = flattened_pull_off(radius=radius, contact_modulus=E, work_of_adhesion=W, hardness=H)
     assert (pull > wide) == (hard == 1.0)
     found = pull if pull > wide else pull + gain_at("griffith", 20.0, wide / pull - 1) * (pull - wide)
-    stated = _AT_A_RIM * (pull - wide) if pull > wide else pull - found
+    stated = _RIM_ERROR * (pull - wide) if pull > wide else pull - found
     assert found == pytest.approx(expected, abs=stated, rel=0)
     assert found == pytest.approx(expected, rel={1.0: 0.005, 3.0: 0.02}[hard])
 

@@ -143,7 +143,7 @@ def kelvin_radius(humidity: Any, *, liquid: Any = "water", temperature: Any = _R
 
 @dataclass(frozen=True)
 class HumidAir:
-    """Air whose vapour condenses between bodies, for ``assign_pair(humidity=…)`` where a number does not say enough.
+    """Air whose vapour condenses between bodies, for ``assign_pair`` where the relative humidity alone is not enough.
 
     Attributes
     ----------

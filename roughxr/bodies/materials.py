@@ -383,7 +383,7 @@ def range_of(ds: xr.Dataset, law: str = "") -> float:
 
     Every law with a range takes this one length: "exponential" as ρ, "dugdale" as the gap up to which it pulls,
     "lennard_jones", "maugis" and Tabor's parameter as z₀. Where a Hamaker constant A is assigned and no range,
-    "lennard_jones" takes √(A/(16πw)), with which it pulls on far surfaces as A does.
+    "lennard_jones" takes √(A/(16πw)), so that its attraction at large gaps is that of A.
     """
     if "adhesion_range" in ds.coords:
         return float(ds["adhesion_range"])

@@ -1,4 +1,4 @@
-"""What can be said to ``roughxr``: each command, its options and their help; nothing here needs more than the parser.
+"""The options of each command, with their help; imports nothing but the parser.
 
 Most options are one row: flags, what stands for its value ("E..." for one or more) and help. A command names the
 function that does it, ``module:function`` of this package.

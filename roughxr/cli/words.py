@@ -1,4 +1,4 @@
-"""Words from the shell as numbers, and others' errors and warnings as words for it."""
+"""The shell's arguments as numbers and quantities, and errors and warnings as text for the shell."""
 
 from __future__ import annotations
 

@@ -124,8 +124,8 @@ def adhesive(
         to a gap; "lennard_jones", the 9-3 potential of two half spaces beyond a hard contact, cut at 11 z₀, so that
         stiff rough bodies pull 2 to 20 % too little (see below). "auto" takes "exponential" where the median of Tabor's
         parameter over the asperities is below 5, so that the range matters, or where the body yields, else "griffith".
-        Of a humid pair the solids pull by "exponential", and condensed liquid beside them up to its height; what they
-        pull beyond that, over dry gaps, is put beneath it.
+        Of a humid pair the solids pull by "exponential", and condensed liquid in addition up to its height. The work
+        of the solids' attraction across wider, dry gaps is counted within that height, too.
     mesh : "auto", int or Mesh
         "auto": at each place cells and steps are halved until the estimated error of the pull-off is below 0.05. Or the
         cells along a side of a pixel, as ``mesh=4``, or a `Mesh`, which also states the accuracy and the steps. Heights
@@ -146,10 +146,10 @@ def adhesive(
         ``pull_off_force``, ``pull_off_delta``, ``detachment_delta``, ``work_of_separation``, ``hysteresis``,
         ``pull_off_resolution``, ``truncated`` (contact or liquid at the edge of the scan or of the indenter's map) and
         ``complete``; also ``refinement`` and ``pull_off_error``, the estimated relative error of the pull-off, with its
-        parts ``mesh_error``, ``step_error`` and ``interpolation_error`` (what other heights between the pixels change:
-        splines) for mesh="auto". On one mesh it is known for "griffith" and "dugdale" only, without the last two:
-        what the extrapolation adds, and 0.7 over the contact's radius in cells. These events are NaN where
-        nothing is touched, the cycle could not be completed or the preload was not reached. With a preload also
+        parts ``mesh_error``, ``step_error`` and ``interpolation_error`` (the change if splines interpolate the heights
+        between pixels) for mesh="auto". On one mesh it is known for "griffith" and "dugdale" only, without the last
+        two: the change by extrapolation, and 0.7 over the contact's radius in cells. These events are NaN where nothing
+        is touched, the cycle could not be completed or the preload was not reached. With a preload also
         ``preload_delta``, the displacement at which the indenter turned back, and ``contact_area`` there.
 
         With ``delta``, along (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected
@@ -178,20 +178,21 @@ def adhesive(
 
     Notes
     -----
-    The laws with an edge, "griffith" and "dugdale", are solved with the steepest edge that the cells bear and with one
-    half as steep, and what both give is extrapolated; fields, and states beside them, are those of the steeper, and so
-    are states in which both find different numbers of contacts. Without range only what has
-    touched pulls, and what is around it as far as its edge opens. The steeper edge alone counts where both find
-    different contacts, whose difference is then part of ``pull_off_error``, and without range where it pulls more than
-    the other, as at a rim that cannot move; the error then has twice the difference. "lennard_jones" is cut at a gap of
-    11 z₀ (the attribute ``cut_off_nm``), beyond which 0.9 % of the work of adhesion is left: that much less a smooth
-    sphere pulls, stiff bodies of 0.5, 1.5 and 3 nm rms under one of 500 nm about 2, 10 and 17 % less. This is not in
-    ``pull_off_error``; `rigid`, which counts all gaps, tells what is left out of stiff bodies.
+    The traction of "griffith" and "dugdale" ends abruptly. It is replaced by one with a steep edge, solved with the
+    steepest edge that the cells resolve and with one half as steep, and the results are extrapolated. Fields with the
+    states at their displacements are those of the steeper edge alone. So are results for which both find different
+    contacts, whose difference is then part of ``pull_off_error``; and, without range, those for which the steeper
+    pulls more, as at a rim that cannot move: their error includes twice the difference. Without range only cells that
+    have touched pull, and those around them up to the opening of the edge.
 
-    A body that yields does so on loading, where the net pressure, attraction subtracted, would exceed its hardness, to
-    a part of 1e-3 (`direct` describes such a body). Retraction is elastic on the shape that is left; tension there is
-    not limited by any strength of the solid. ``dissipated`` includes the plastic work. What was pressed flat recovers
-    and peels: `reference.flattened_pull_off` is its pull-off without range.
+    "lennard_jones" is cut off at a gap of 11 z₀ (the attribute ``cut_off_nm``), which leaves out 0.9 % of the work of
+    adhesion. A smooth sphere pulls that much too little; stiff bodies of 0.5, 1.5 and 3 nm rms under a sphere of
+    500 nm about 2, 10 and 17 %. ``pull_off_error`` does not include this; compare with `rigid`, which counts all gaps.
+
+    A body yields on loading, where the pressure less the attraction would exceed its hardness by more than a part of
+    1e-3 (see `direct`). Retraction is elastic on the shape that is left, and its tension is not limited.
+    ``dissipated`` includes the plastic work. A flattened summit recovers and peels off:
+    `reference.flattened_pull_off` is its pull-off without range.
 
     The errors are those of the mesh and of the step. They leave out roughness finer than the scan's pixels.
 
@@ -298,7 +299,7 @@ def _law(specimen: Specimen, law: str) -> dict[str, Any]:
 
 
 def _law_with_liquid(ds, law: str, menisci: Menisci, length: float) -> dict[str, Any]:
-    """Return the sum of the liquid's law and the solids', whose work beyond the liquid's edge is put beneath it."""
+    """Return the sum of the liquid's law and the solids', whose work beyond the liquid's edge is added within it."""
     if law not in ("auto", "exponential"):
         raise ValueError(f"law: expected 'exponential' for the solids of a humid pair, found {law!r}")
     (work,) = schema.pair(ds, "work_of_adhesion", wet=True)

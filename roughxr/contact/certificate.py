@@ -1,4 +1,4 @@
-"""How well a solution keeps the conditions of its contact: what is missed, beside the limit of it."""
+"""How well a solution meets the conditions of its contact: each violation, with its limit."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _PLANE = ("x", "y")
 
 @verb
 def certificate(ds: xr.Dataset) -> xr.Dataset:
-    """Return by how much a solution misses the conditions of its contact, each beside its limit, and print it.
+    """Return by how much a solution violates the conditions of its contact, each with its limit, and print it.
 
     Parameters
     ----------

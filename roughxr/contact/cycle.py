@@ -3,7 +3,7 @@
 All laws are followed by Newton's method (``kernels.adhesion.smooth_path``), for which the traction must not fall off
 more steeply than a mesh can bear. Laws with an edge, the Griffith limit (all pull at contact) and Dugdale's, are given
 the steepest edge that it bears, and one half as steep; what both find is extrapolated to the edge itself
-(`_SHARPER`). The cells are halved until two meshes in a row agree on the pull-off.
+(`_EXTRAPOLATION`). The cells are halved until two meshes in a row agree on the pull-off.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from .problem import Place, Problem, Surface, surface_at
 EDGED = ("griffith", "dugdale")
 
 #: Largest fall of the traction with the gap at an edge, over E*/dx; the second edge has half of it.
-_EDGE = 0.25
+_EDGE_SLOPE = 0.25
 
 #: Width of the edge of condensed liquid, at least, in its height; the law's work is kept. By it the wetted area is off
 #: by some 1e-3.
-_SOFT = 0.25
+_LIQUID_EDGE = 0.25
 
 #: What the two edges differ by, times this, is added to what the steeper one gives: a constant, and a part over the
 #: radius, in cells, of the smallest contact at pull-off. With it smooth spheres meet JKR's pull-off, on the mean of
 #: sixteen places on the pixels, within 0.6 % from 2.5 to 40 cells in radius (``tests/benchmarks/without_range.py``).
-_SHARPER = {"griffith": (1.15, 6.4), "dugdale": (0.5, 0.0)}
+_EXTRAPOLATION = {"griffith": (1.15, 6.4), "dugdale": (0.5, 0.0)}
 
-#: Where `_SHARPER` takes off more than this part of the steeper edge's pull-off, more than from any sphere, both edges
-#: are apart by more than their width explains (a summit that only one holds): then this part, or the constant alone.
-_MOST_OFF = 0.15
+#: Where `_EXTRAPOLATION` takes off more than this part of the steeper edge's pull-off, more than from any sphere, both
+#: edges differ by more than their width explains (a summit that only one holds): then this part, or the constant alone.
+_LARGEST_CORRECTION = 0.15
 
 #: The refinements that refine="auto" may choose.
 REFINEMENTS = (1, 2, 4, 8, 16)
@@ -54,36 +54,36 @@ LEAST_RADIUS = 2.0
 
 #: Over the square of the radius, in cells, of the smallest contact at pull-off: the least error that two meshes state,
 #: about what they are off by on spheres of that radius, on which they may agree by chance.
-_SMALL = 0.5
+_LEAST_MESH_ERROR = 0.5
 
 #: Largest number of cells within the range of adhesion, and of linear systems per state.
 MOST_CELLS, _ROUNDS = 10**6, 1000
 
 #: Largest number of meshes on which a place is solved.
-_MESHES = 4
+_MOST_MESHES = 4
 
 #: Where pull-offs differ by more than this part, both edges found different contacts, and the steeper is taken as it
 #: is: a summit more or less is touched.
-_APART = 0.3
+_LARGEST_DIFFERENCE = 0.3
 
 #: Without range the steeper edge is also taken as it is where it pulls more than the wider one, as a contact does whose
 #: rim cannot move. What both differ by, times this, is its stated error: flat punches are off by 1.5 to 1.7 times it
 #: at ten and twenty cells in radius, asperities pressed flat by less than half of it.
-_AT_A_RIM = 2.0
+_RIM_ERROR = 2.0
 
 #: A single mesh states as error what is taken off the steeper edge's pull-off, and this over the radius of the smallest
 #: contact in cells. Of rough places on meshes that are two to eight times as coarse as the finest, nine in ten are off
 #: by less; smooth spheres by less than half of it (``tests/benchmarks/without_range.py``).
-_SINGLE_MESH = 0.7
+_SINGLE_MESH_ERROR = 0.7
 
 #: Work of separation that stands for none, nm².
 _NO_WORK = 1e-12
 
 #: Events that are not extrapolated.
-_OF_THE_MESH = ("pull_off_resolution",)
+_MESH_ONLY = ("pull_off_resolution",)
 
 #: A preload counts as reached within this part of it, or of the largest pull.
-_MET = 0.02
+_PRELOAD_TOLERANCE = 0.02
 
 
 class Adhesion(NamedTuple):
@@ -128,14 +128,14 @@ def law_on(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -> smoo
     if adhesion.law == "lennard_jones":
         return smooth_laws.law_of(waals=(w, length))
     if adhesion.law == "griffith":
-        return smooth_laws.without_range(w, _EDGE * steepness)
-    return smooth_laws.dugdale(w, length, _EDGE * steepness)
+        return smooth_laws.without_range(w, _EDGE_SLOPE * steepness)
+    return smooth_laws.dugdale(w, length, _EDGE_SLOPE * steepness)
 
 
 def _law_with_liquid(w: float, length: float, liquid: Menisci, per_unit: float) -> smooth_laws.SmoothLaw:
     """Return the sum of the solids' pull and the liquid's, with an edge as steep as the mesh bears, or as need be."""
     pull, height = liquid.pull * per_unit, liquid.height
-    wide = np.clip(2.0 * pull / _EDGE, _SOFT * height, 3.0 * height)
+    wide = np.clip(2.0 * pull / _EDGE_SLOPE, _LIQUID_EDGE * height, 3.0 * height)
     solids = {"exponential": (w, length)} if w > 0 else {}
     return smooth_laws.law_of(step=smooth_laws.edged(pull, height, wide), **solids)
 
@@ -171,7 +171,7 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     coarsest mesh; where it is large, finer meshes take half the step. The error of what lies between the pixels is the
     change from a band-limited surface to splines on the first mesh that divides them.
     """
-    meshes = [n for n in REFINEMENTS if n >= _first_refinement(problem, adhesion)][:_MESHES]
+    meshes = [n for n in REFINEMENTS if n >= _first_refinement(problem, adhesion)][:_MOST_MESHES]
     before = _cycles(place, problem, adhesion, meshes[0])
     if np.isnan(adhesion.accuracy):
         return before, {"refinement": meshes[0]}
@@ -206,7 +206,7 @@ def _between_pixels(place: Place, problem: Problem, adhesion: Adhesion, found: C
 def _unseen(found: Cycles) -> np.ndarray:
     """Return the error of small contacts at pull-off, on which two meshes may agree by chance."""
     radii = [events(found, k).get("pull_off_resolution", np.nan) for k in range(len(found.paths))]
-    return _SMALL / np.array(radii) ** 2
+    return _LEAST_MESH_ERROR / np.array(radii) ** 2
 
 
 def _error_of_one_mesh(found: Cycles) -> np.ndarray:
@@ -219,7 +219,7 @@ def _error_of_one_mesh(found: Cycles) -> np.ndarray:
         for of, name in ((0, "pull_off_force"), (1, "pull_off_force"), (1, "pull_off_resolution"))
     )
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.fmax(np.abs(pulls - steeper) / pulls, _apart(found)) + _SINGLE_MESH / radii
+        return np.fmax(np.abs(pulls - steeper) / pulls, _apart(found)) + _SINGLE_MESH_ERROR / radii
 
 
 def _apart(found: Cycles) -> np.ndarray:
@@ -236,7 +236,7 @@ def bearing_cell(adhesion: Adhesion, modulus: float) -> float:
     cell, liquid = largest_cell(adhesion.law, adhesion.length, modulus, adhesion.work), adhesion.liquid
     if liquid is None:
         return cell
-    return min(cell, 0.5 * _EDGE * modulus * liquid.height / liquid.pull)  # its edge is no wider than its height
+    return min(cell, 0.5 * _EDGE_SLOPE * modulus * liquid.height / liquid.pull)  # its edge is no wider than its height
 
 
 def largest_cell(law: str, length: float, modulus: float, work: float) -> float:
@@ -245,7 +245,7 @@ def largest_cell(law: str, length: float, modulus: float, work: float) -> float:
         return _FIRST_CELL
     bears = modulus * length**2 / work
     if law == "dugdale":  # so that the wider edge, too, leaves some of the step
-        return 0.75 * _EDGE * bears
+        return 0.75 * _EDGE_SLOPE * bears
     return bears * (_SOFTENING if law == "exponential" else _SOFTENING / smooth_laws.WALL)
 
 
@@ -278,7 +278,7 @@ def reached(followed: path.Path, adhesion: Adhesion, k: int) -> bool:
         return False
     turn, largest = followed.states[followed.turn - 1], -followed.states["force"].min()
     goal = adhesion.preloads[k % adhesion.preloads.size]
-    return turn["contact_area"] > 0 and turn["force"] >= goal - _MET * max(goal, largest)
+    return turn["contact_area"] > 0 and turn["force"] >= goal - _PRELOAD_TOLERANCE * max(goal, largest)
 
 
 def largest_pull(found: Cycles, k: int) -> float:
@@ -369,9 +369,9 @@ def gain(found: Cycles, k: int) -> float:
 
 def gain_at(law: str, radius: float, off: float) -> float:
     """Return the same at a radius in cells of the smallest contact, where both pull-offs differ by a part ``off``."""
-    constant, over_radius = _SHARPER[law]
+    constant, over_radius = _EXTRAPOLATION[law]
     whole = constant + over_radius / max(radius, LEAST_RADIUS) if radius > 0 else constant
-    return max(constant, _MOST_OFF / off) if whole * off > _MOST_OFF else whole
+    return max(constant, _LARGEST_CORRECTION / off) if whole * off > _LARGEST_CORRECTION else whole
 
 
 def sharper(value: Any, wide: Any, gain: float) -> Any:
@@ -385,8 +385,8 @@ def apart(found: Cycles, k: int) -> float:
         return 0.0
     change = _difference(found, k)
     if change > 0 and found.law == "griffith":
-        return _AT_A_RIM * change
-    return abs(change) if abs(change) > _APART else 0.0
+        return _RIM_ERROR * change
+    return abs(change) if abs(change) > _LARGEST_DIFFERENCE else 0.0
 
 
 def _difference(found: Cycles, k: int) -> float:
@@ -405,7 +405,7 @@ def events(found: Cycles, k: int) -> dict[str, float]:
         return {}
     least, added = {"snap_in_force": 0.0, "pull_off_force": 0.0}, gain(found, k)
     return {
-        name: max(sharper(value, wide[name], added), least.get(name, -np.inf)) if name not in _OF_THE_MESH else value
+        name: max(sharper(value, wide[name], added), least.get(name, -np.inf)) if name not in _MESH_ONLY else value
         for name, value in told.items()
     }
 

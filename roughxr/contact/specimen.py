@@ -1,4 +1,4 @@
-"""A scan and its pair of bodies, read once: what verbs hand down in place of the Dataset, with what was found out."""
+"""A scan and its pair of bodies, read once: what verbs hand down in place of the Dataset, with derived values."""
 
 from __future__ import annotations
 

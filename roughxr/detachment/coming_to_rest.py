@@ -53,7 +53,7 @@ def resting(
     particle_density: Quantity | None = None,
     friction_velocity: Quantities = 0.0,
 ) -> xr.Dataset:
-    """Return where a sphere of the assigned radius lies still, with the share of spheres that comes to lie there.
+    """Return where a sphere of the assigned radius comes to rest, with the share of spheres that do so at each place.
 
     Parameters
     ----------
@@ -63,13 +63,13 @@ def resting(
         "gravity": it rolls down to where its height is least. "adhesion": it stops on the way, or stays where it lands,
         as soon as the resisting moment of `rolling` exceeds that of its weight and of the flow.
     least_barrier : number or quantity
-        nm; a rest from which a lower pass leads away is a part of the next one.
+        nm; a rest whose lowest pass is less high above it counts as a part of the rest beyond that pass.
     landings : (int, int), optional
         Grid of places where spheres land: only what these reach is returned, with shares of their number. By default
         spheres land everywhere, and shares are those of the area; for "adhesion" on a grid of 16 × 16.
     on : Dataset, optional
-        For "gravity": a catalogue of the scan's asperities. From each rest the sphere then rolls on to the nearest on
-        their vertices, on which `rolling` and `superpose` put it; where there is none near, it stays.
+        For "gravity": a catalogue of the scan's asperities. Each rest is then moved to the nearest one on
+        their vertices, on which `rolling` and `superpose` put the sphere; where there is none near, it stays.
     particle_density : number or quantity
         For "adhesion": kg/m³.
     friction_velocity : number or quantity

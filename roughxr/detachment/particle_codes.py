@@ -133,8 +133,8 @@ def _head(ds: xr.Dataset, adhesion: _Adhesion) -> list[str]:
         f"adhesion of a sphere of {adhesion.radius:.4g} m on a rough wall, from {ds['pull_off_force'].size} places",
         f"pull-off force: mean {adhesion.mean:.5g} N, standard deviation {adhesion.std:.3g} N between places; over the",
         f"smooth sphere's {smooth_pull_off(ds) * _NEWTON:.5g} N log-normal, geometric mean {mean:.4g} and spread",
-        f"{spread:.4g}, which misses the places' own distribution by up to {adhesion.misfit:.2g}: where that is much,",
-        "take more classes",
+        f"{spread:.4g}, which differs from the cumulative distribution over places by up to {adhesion.misfit:.2g};",
+        "if that is too much, take more classes",
         scope_of(ds),
     ]
 

@@ -36,20 +36,20 @@ _OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 _REORDER = {"reassoc", "contract", "arcp", "nsz"}
 
 #: Seconds of compilation after which it is told.
-_PATIENCE = 1.0
+_SILENT_SECONDS = 1.0
 
 _cached = True
 
 
 #: The versions of Numba that `linked` was tried with: the first, and the first beyond.
-_TRIED = (0, 63), (0, 69)
+_TESTED = (0, 63), (0, 69)
 
 
 def _quick():
     """Return the quicker compiler, None where it is not known to work."""
     try:
         version = tuple(map(int, numba.__version__.split(".")[:2]))
-        if os.environ.get("ROUGHXR_PLAIN_NUMBA", "0") not in ("", "0") or not _TRIED[0] <= version < _TRIED[1]:
+        if os.environ.get("ROUGHXR_PLAIN_NUMBA", "0") not in ("", "0") or not _TESTED[0] <= version < _TESTED[1]:
             return None
         from . import linked
     except Exception:  # whatever a missing or changed name leads to
@@ -118,7 +118,7 @@ class _Notice(Listener):
             self.spent += time.monotonic() - self.begun
 
     def _tell(self):
-        if self.told or self.spent + time.monotonic() - self.begun < _PATIENCE:
+        if self.told or self.spent + time.monotonic() - self.begun < _SILENT_SECONDS:
             return
         self.told = True
         lost = "NOT kept, every process does it anew: set NUMBA_CACHE_DIR to a folder that can be written to"

@@ -77,8 +77,8 @@ def compare(
     -----
     Intervals are those of a block bootstrap. For the ratio, the errors of both are taken as independent and their
     logarithms added in squares (Donner & Zou, Stat. Methods Med. Res. 21 (2012) 347): at the same places of one surface
-    it is wider than necessary. A tail has more independent places than the mean, whose number the p-value is for, so
-    that the test rather misses differences than finds too many.
+    it is wider than necessary. The p-value is for the number of independent places of the
+    mean; tails have more, so that the test may miss differences but hardly finds false ones.
 
     Examples
     --------

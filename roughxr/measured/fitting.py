@@ -104,8 +104,8 @@ def fit_pair(
         Relative standard error that all measured forces share, such as that of a spring constant: 0.1 for 10 %.
     below : Dataset, optional
         Result of `continued` at the same places, with the assigned numbers. It scales the predicted forces, so that at
-        the assigned value their mean is that with the roughness that the scan does not show, and its interval joins the
-        fit's. Without it the fit is that of the picture.
+        the assigned value their mean is that with the roughness that the scan does not show, and its uncertainty is
+        included in the fit's. Without it the fit is for the surface as scanned.
     **options
         Passed to the method, such as the ``preload`` of the measurement.
 
@@ -138,11 +138,11 @@ def fit_pair(
     simulation states it. Measured and predicted places are taken as independent. A smooth sphere pulls with 2πwR
     whatever the range (Derjaguin), so that only roughness reveals it.
 
-    Of 200 synthetic sets on 20 surfaces, twice as finely resolved as the scans, with no shorter waves and on cells of
-    equal size, intervals of 95 % held the work of adhesion in 91 ± 5 % (the error by surfaces), and the mean of
-    ln(fit/truth) was −0.05 ± 0.04; in 84 % where a scan holds two roll-off wavelengths, and in 92 ± 5 % on the scan of
-    another surface of the kind. With waves down to a pixel of the scan, and without ``below``, they held it in 92 %,
-    the mean was −0.10 ± 0.05 (``tests/benchmarks/fitted_work.py``, with "hidden").
+    In trials with 200 synthetic sets of measurements on 20 surfaces, which were resolved twice as finely as the scans
+    but had no shorter waves, on cells of equal size, intervals of 95 % contained the true work of adhesion in 91 ± 5 %
+    (error by surfaces), with a mean of ln(fit/truth) of −0.05 ± 0.04; in 84 % where a scan is two roll-off wavelengths
+    wide, and in 92 ± 5 % on a scan of another surface of the same kind. With waves down to a pixel of the scan, and
+    without ``below``, it was 92 % and −0.10 ± 0.05 (``tests/benchmarks/fitted_work.py``, with "hidden").
 
     Examples
     --------

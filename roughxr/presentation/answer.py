@@ -16,7 +16,7 @@ from ..vocabulary.verbs import verb
 
 @verb
 def answer(ds: xr.Dataset) -> xr.Dataset:
-    """Return the mean pull-off force with its 95 % interval, and print it with what it hangs on.
+    """Return the mean pull-off force with its 95 % interval, and print it with its condition and errors.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     Dataset
         Scalars: ``pull_off_force`` (nN), the mean over the places that pull, ``low`` and ``high`` (nN), the ends of its
         interval over places, ``places``, and ``mesh_error``, the median of the relative errors by mesh and step, of
-        `rigid` by its cells; NaN where a number cannot be told, such as an interval of one place.
+        `rigid` by its cells; NaN for what is not known, such as the interval of one place.
 
     Raises
     ------

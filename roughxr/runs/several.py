@@ -49,7 +49,7 @@ def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Any]):
             refused[scan.name] = str(error)
             say(f"{scan.name}: left out: {error}")
     if not any(_FORCE in one for one in places.values()):
-        raise ValueError("expected a scan on which something sticks, found none: " + "; ".join(refused.values()))
+        raise ValueError("expected at least one scan with a pull-off, found none: " + "; ".join(refused.values()))
     return {name: one for name, one in places.items() if _FORCE in one}, refused
 
 
@@ -88,7 +88,7 @@ def _pooled_words(places: Mapping[str, xr.Dataset]) -> str:
     mean = sure(*(float(pooled_mean[name]) for name in ("pooled", "pooled_low", "pooled_high")))
     return (
         f"Pull-off force, mean over {len(enough)} scans: {mean}; "
-        f"standard deviation between scans {quantity(float(pooled_mean['between_std']))}, scatter of places taken off."
+        f"standard deviation between scans {quantity(float(pooled_mean['between_std']))} beyond the scatter of places."
     )
 
 

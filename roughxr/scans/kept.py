@@ -1,4 +1,4 @@
-"""What is read of the scans at hand is read once: the answer is kept by the heights, whoever asks for it again."""
+"""A cache of what was computed from a scan's heights, so that nothing is computed twice from the same scan."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files of force curves and of several scans, told by their content: who opens one as a scan hears what reads it."""
+"""Files of force curves or of several scans, recognized by content: refused as a scan, with what reads them instead."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plain numbers: text matrices and ``.npy`` arrays, first row at the top, which state little; what they lack is given.
+"""Plain numbers: text matrices and ``.npy`` arrays, first row at the top; the caller gives missing sizes and units.
 
 A text matrix does not say how many rows it has, so that a file cut short looks whole; where its header gives the size,
 the pixels must therefore come out square unless the caller gives the size too.

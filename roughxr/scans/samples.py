@@ -21,7 +21,7 @@ def open_sample(name: str = "glass") -> xr.Dataset:
     name : {"glass", "rough"}
         "glass" is a synthetic twin of the unpublished glass scan of Cheng, Dunn & Brach: made from a seed by
         `synthetic` and fitted to the figures they print. It is no measurement. "rough" is one: a quarter of a
-        scan of a randomly rough surface, 5 µm wide; its attributes tell whence it is, and its licence.
+        scan of a randomly rough surface, 5 µm wide; its attributes state its source and licence.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Surfaces made from a seed, which means the same surface anywhere, whatever the versions of libraries."""
+"""Synthetic surfaces from a seed: the same on any machine, with any version of the libraries."""
 
 from __future__ import annotations
 

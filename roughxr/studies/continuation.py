@@ -1,4 +1,4 @@
-"""The pull-off of the surface as it would be: its roughness continued below the scan, down to where nothing changes.
+"""`continued`: the pull-off with roughness finer than the scan, added until still finer roughness changes nothing.
 
 From the shortest wave that the scan shows truly, half an octave is added after the other, at a few places, until the
 mean pull-off settles. All places are then solved with all these waves, and the few places once more with every
@@ -104,15 +104,15 @@ def continued(
     ------
     ValueError
         As for `adhesive` and `add_fine_roughness`; where the scan has no spectrum to continue; and, unless one is
-        given, where the scan is no self-affine surface but grains, steps, particles, a blunt tip's, noise: what it
-        shows is then a bound alone.
+        given, where the scan is not self-affine (grains, steps, particles, a blunt tip, noise): its pull-off is
+        then only an upper bound.
 
     Notes
     -----
-    Under the exponential law, with the pair's ``adhesion_range`` (0.3 nm unless given), of a humid pair with that of
-    the liquid beside it, and with the pair's hardness or the estimate for named materials. Waves that the scan shows
-    falsely, shorter than four pixels unless its spectrum ends before, are replaced. The interval held the truth of 31
-    in 31 self-affine surfaces (``tests/benchmarks/below_the_pixel.py``); others are refused.
+    The law is exponential, with the pair's ``adhesion_range`` (0.3 nm unless given), for a humid pair with the
+    liquid's added; the hardness is the pair's, or the estimate for named materials. Waves that the scan distorts,
+    shorter than four pixels unless its spectrum ends before, are replaced. The interval contained the truth for 31 of
+    31 self-affine surfaces (``tests/benchmarks/below_the_pixel.py``); others are refused.
 
     Examples
     --------

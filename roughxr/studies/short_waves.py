@@ -23,7 +23,7 @@ from .continuation import Question, Surface, next_guess, with_hardness
 METHODS = ("rigid", "adhesive")
 
 #: Around a rigid body finer scales are added out to where the indenter has risen by this height (nm).
-_RISE = 30.0
+_ADDED_UP_TO = 30.0
 
 #: Largest cells (nm), between rigid bodies, on which finer scales are added and cut off.
 _LARGEST_CELL = 1.0
@@ -139,7 +139,7 @@ def _simulated(ds, centres, waves, seeds, preload, model) -> np.ndarray:
 def _on_surfaces(ds: xr.Dataset, centres: xr.Dataset, wave: float, way: _Rigid) -> np.ndarray:
     """Return the pull between rigid bodies (place, seed) on surfaces with one shortest wave."""
     (radius,) = schema.pair(ds, "sphere_radius")
-    half = max(np.sqrt(2 * radius * _RISE), 8 * max(schema.pixel(ds)))
+    half = max(np.sqrt(2 * radius * _ADDED_UP_TO), 8 * max(schema.pixel(ds)))
     places = zip(centres["subregion_x"].values, centres["subregion_y"].values)
     return np.array(
         [_over_seeds(crop(ds, x=(x - half, x + half), y=(y - half, y + half)), (x, y), wave, way) for x, y in places]

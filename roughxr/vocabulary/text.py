@@ -1,4 +1,4 @@
-"""Words that others wrote: as they may be shown, and what they may have meant."""
+"""Text from files and users: control characters escaped, and the known word nearest to a misspelt one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The door of every public verb: whatever enters is in the units of the vocabulary's table before the verb sees it.
+"""The decorator of every public verb, which converts all input to the units of the vocabulary's table.
 
 Datasets and DataArrays are converted by the names of their variables, options by their own names: a pint quantity, text
 such as "3 um", a DataArray with ``units``, or several of these. Plain numbers pass as they are.

@@ -10,7 +10,7 @@ tangent        holds t fixed (τ = 0). As the energy of adhesion −W(u) is conc
                Yuille & Rangarajan 2003). This step leads from the end of a branch to the next branch.
 
 After either step, the attracting cells get the traction at their new gap. Cells so far apart that their traction hardly
-changes with the gap (``_NEAR``) are left out of the systems, and their tractions updated with their gaps.
+changes with the gap (``_SMALLEST_SLOPE``) are left out of the systems, and their tractions updated with their gaps.
 
 Gaps are computed by transforms in single precision, until the residual is so small that their rounding would matter.
 Unit cells and unit modulus.
@@ -29,46 +29,46 @@ from .newton_system import near_cells, nearest, solve, workspace
 from .smooth_laws import SmoothLaw, remaining_work, traction
 
 #: Cells are left out of the linear systems if their traction falls by at most this part of the cell's own stiffness.
-_NEAR = 1e-3
+_SMALLEST_SLOPE = 1e-3
 
 #: Residual, over the largest traction, above which only tangent steps are taken, and below which gaps are exact.
-_ROUGH, _FINE = 1.0, 1e-3
+_TANGENT_RESIDUAL, _EXACT_RESIDUAL = 1.0, 1e-3
 
 #: A Newton step is too long if it opens a gap by more than this many lengths of the law.
-_LONGEST = 3.0
+_LARGEST_OPENING = 3.0
 
 #: Largest number of products for a linear system, and the part to which its residual is reduced.
-_PRODUCTS, _PART = 12, 0.2
+_MOST_PRODUCTS, _SYSTEM_TOLERANCE = 12, 0.2
 
 #: Where a step is no descent direction, the linearised slope of the tractions is multiplied by this factor, again and
-#: again, until less than ``_LEAST`` of it is left, and then dropped. These systems use the products of the first one,
-#: unless more than ``_ENOUGH`` of their right side remains unsolved, which saves a fifth of all work.
-_TEMPERED, _LEAST, _ENOUGH = 0.85, 0.3, 0.3
+#: again, until less than ``_LEAST_SLOPE`` of it is left, and then dropped. These systems use the products of the first,
+#: unless more than ``_LARGEST_UNSOLVED`` of their right side remains unsolved, which saves a fifth of all work.
+_SLOPE_PART, _LEAST_SLOPE, _LARGEST_UNSOLVED = 0.85, 0.3, 0.3
 
 #: When Newton's method is given up: number of rounds without progress, and residual. Progress is a residual that falls
 #: to the first part of the least, or a potential that falls by the second part of w of one cell. While the front of a
 #: contact runs, residuals rise and fall, and only the potential tells that it gets on: counting it saves a fifth of the
 #: work of whole cycles, and half of that where contacts jump.
-_PATIENCE, _LOST = 6, 6.0
-_PROGRESS, _DESCENT = 0.7, 0.004
+_STAGNANT_ROUNDS, _DIVERGED_RESIDUAL = 6, 6.0
+_RESIDUAL_FALL, _POTENTIAL_FALL = 0.7, 0.004
 
 #: Number of rounds after which a state near the guess is given up.
-_LONGEST_NEAR = 30
+_MOST_ROUNDS_NEAR = 30
 
 #: The residual is relative to this part of the largest pressure, if that is more than the largest attraction.
-_SOFT = 0.1
+_PRESSURE_SCALE = 0.1
 
 #: Number of tangent steps at the start where that is the case.
-_TANGENTS = 2
+_FIRST_TANGENT_STEPS = 2
 
 #: With attraction held fixed, gaps are closed to this part of the largest traction, with at most so many products.
-_PRESSED, _PRODUCTS_TO_PRESS = 0.01, 200
+_OVERLAP_TOLERANCE, _OVERLAP_PRODUCTS = 0.01, 200
 
 #: Weight of a gap (nm) relative to a pressure (nm) in deciding whether a cell touches.
-_WEIGHT = 0.5
+_GAP_WEIGHT = 0.5
 
 
-class Body(NamedTuple):
+class BoxProblem(NamedTuple):
     """The input of a solve on a box, and its work space."""
 
     separation: np.ndarray  # (nx, ny) S, nm, inf where there is nothing to touch
@@ -83,7 +83,7 @@ class Body(NamedTuple):
     inverse: Convolution  # with the periodic inverse of A
 
 
-class State(NamedTuple):
+class ContactState(NamedTuple):
     """Pressures, gaps and contact of a body."""
 
     pressure: np.ndarray  # (nx, ny) nm
@@ -91,7 +91,7 @@ class State(NamedTuple):
     touching: np.ndarray
 
 
-class Outcome(NamedTuple):
+class Convergence(NamedTuple):
     """Cost and accuracy of an equilibrium."""
 
     rounds: int
@@ -106,10 +106,10 @@ def settle(body, delta, last, state, near=False):
     With ``near`` only Newton's method is used: a state that is not close to the guess is not searched.
     """
     out = _newton(body, delta, state, near)
-    products, rounds, steps = out.products, out.rounds, _TANGENTS
+    products, rounds, steps = out.products, out.rounds, _FIRST_TANGENT_STEPS
     if out.fine or out.residual == np.inf or near:
         return out
-    anchor = State(*(values.copy() for values in last))
+    anchor = ContactState(*(values.copy() for values in last))
     while rounds < body.max_rounds:
         products += _relax(body, delta, anchor, steps)
         bound = energy(body.separation, body.law, delta, anchor)
@@ -120,7 +120,7 @@ def settle(body, delta, last, state, near=False):
         lower = energy(body.separation, body.law, delta, state) <= bound + 1e-3 * abs(bound)
         if (out.fine and lower) or out.residual == np.inf:
             break
-    return Outcome(rounds, products, out.residual, out.fine)
+    return Convergence(rounds, products, out.residual, out.fine)
 
 
 def _newton(body, delta, state, near):
@@ -129,22 +129,22 @@ def _newton(body, delta, state, near):
     The residual is infinite where a cell touches beyond the part of the box in which systems are solved.
     """
     products, best, lowest, since, exact, worst = 0, np.inf, np.inf, 0, False, np.inf
-    most = min(_LONGEST_NEAR, body.max_rounds) if near else body.max_rounds
+    most = min(_MOST_ROUNDS_NEAR, body.max_rounds) if near else body.max_rounds
     for turn in range(most):
-        exact = exact or worst < _FINE
+        exact = exact or worst < _EXACT_RESIDUAL
         worst, potential = (_exact_residual if exact else _quick_residual)(body, delta, state)
         if not exact and worst <= body.tolerance:
             exact = True
             worst, potential = _exact_residual(body, delta, state)
         if exact and worst <= body.tolerance:
-            return Outcome(turn, products, worst, True)
-        falls = worst < _PROGRESS * best or (not near and potential < lowest - _DESCENT * body.law.work)
+            return Convergence(turn, products, worst, True)
+        falls = worst < _RESIDUAL_FALL * best or (not near and potential < lowest - _POTENTIAL_FALL * body.law.work)
         since = 0 if falls else since + 1
-        best, lowest = worst if worst < _PROGRESS * best else best, min(potential, lowest)
-        if since > _PATIENCE or not worst < _LOST:
-            return Outcome(turn, products, worst, False)
+        best, lowest = worst if worst < _RESIDUAL_FALL * best else best, min(potential, lowest)
+        if since > _STAGNANT_ROUNDS or not worst < _DIVERGED_RESIDUAL:
+            return Convergence(turn, products, worst, False)
         products += 1 + _improve(body, state, worst)
-    return Outcome(most, products, worst, False)
+    return Convergence(most, products, worst, False)
 
 
 def _relax(body, delta, state, steps):
@@ -198,8 +198,8 @@ def _press(body, delta, state, held):
         pressure[k], gap[k] = state.pressure[i, j] + held[i, j], state.gap[i, j]
         deepest = max(deepest, -gap[k])
         contact[k] = state.touching[i, j] and pressure[k] > 0.0
-    goal = _PRESSED * max(body.law.strength, 0.1 * deepest)
-    out = solve_contact(cells, pressure, gap, contact, goal, _PRODUCTS_TO_PRESS, None, np.int64(PATIENCE))
+    goal = _OVERLAP_TOLERANCE * max(body.law.strength, 0.1 * deepest)
+    out = solve_contact(cells, pressure, gap, contact, goal, _OVERLAP_PRODUCTS, None, np.int64(PATIENCE))
     for k in range(count):
         i, j = rows[k], columns[k]
         state.pressure[i, j], state.gap[i, j] = pressure[k] - held[i, j], gap[k]
@@ -232,7 +232,7 @@ def _less_approach(body, delta, state):
 def _classify(body, delta, state):
     """Decide which cells touch, update the tractions of distant cells; return the largest residual, and the potential.
 
-    The residual is relative to the largest attraction, or to ``_SOFT`` of the largest pressure if that is more. It is
+    The residual is relative to the largest attraction, or to ``_PRESSURE_SCALE`` of the largest pressure if more. It is
     infinite where a cell touches beyond the part of the box in which systems are solved. The potential (nm²) is the
     energy less Σ (p + t) g over touching cells: to first order, gaps that are not closed yet do not count.
     """
@@ -242,7 +242,7 @@ def _classify(body, delta, state):
             gap, pressure = state.gap[i, j], state.pressure[i, j]
             most = max(most, pressure)
             t, tau = traction(max(gap, 0.0), law)
-            touching = gap < law.range and pressure + t > _WEIGHT * gap
+            touching = gap < law.range and pressure + t > _GAP_WEIGHT * gap
             state.touching[i, j] = touching
             potential += _stored(pressure, gap, body.separation[i, j], delta, law)
             if touching:
@@ -250,9 +250,9 @@ def _classify(body, delta, state):
                 worst = max(worst, abs(gap)) if _is_inside(i, j, body) else np.inf
                 continue
             worst = max(worst, abs(pressure + t))
-            if tau < _NEAR:
+            if tau < _SMALLEST_SLOPE:
                 state.pressure[i, j] = -t
-    return worst / max(law.strength, _SOFT * most), potential
+    return worst / max(law.strength, _PRESSURE_SCALE * most), potential
 
 
 @kernel
@@ -280,17 +280,17 @@ def _improve(body, state, worst):
         return 0
     near = _near(body, rows, columns)
     touching, fall, right = _system(body, state, rows, columns)
-    room, x, image = workspace(_PRODUCTS, rows.size), np.empty(rows.size), np.empty(rows.size)
-    part = 1.0 if worst < _ROUGH else 0.0
+    room, x, image = workspace(_MOST_PRODUCTS, rows.size), np.empty(rows.size), np.empty(rows.size)
+    part = 1.0 if worst < _TANGENT_RESIDUAL else 0.0
     tau = np.empty(rows.size)
     _scale(part, fall, tau)
-    size = solve(near, touching, tau, right, _PART, room, x, image)
+    size = solve(near, touching, tau, right, _SYSTEM_TOLERANCE, room, x, image)
     products = size
     while part > 0.0 and not _is_downhill(body, state, rows, columns, touching, x, image):
-        part = _TEMPERED * part if part > _LEAST else 0.0
+        part = _SLOPE_PART * part if part > _LEAST_SLOPE else 0.0
         _scale(part, fall, tau)
-        if nearest(touching, tau, right, size, room, x, image) > _ENOUGH:
-            size = solve(near, touching, tau, right, _PART, room, x, image)
+        if nearest(touching, tau, right, size, room, x, image) > _LARGEST_UNSOLVED:
+            size = solve(near, touching, tau, right, _SYSTEM_TOLERANCE, room, x, image)
             products += size
     _go(body, state, rows, columns, touching, x, image)
     return products
@@ -326,7 +326,7 @@ def _places(body, state):
     for i in range(i0, i1):
         for j in range(j0, j1):
             gap = state.gap[i, j]
-            if state.touching[i, j] or gap < 0.0 or traction(gap, body.law)[1] >= _NEAR:
+            if state.touching[i, j] or gap < 0.0 or traction(gap, body.law)[1] >= _SMALLEST_SLOPE:
                 rows[count], columns[count], count = i, j, count + 1
     return rows[:count], columns[:count]
 
@@ -350,7 +350,7 @@ def _system(body, state, rows, columns):
 @kernel
 def _is_downhill(body, state, rows, columns, touching, x, image):
     """Return whether a step x of the pressures, A x of the gaps, lowers the potential and is not too long."""
-    rise, longest = 0.0, _LONGEST * body.law.length
+    rise, longest = 0.0, _LARGEST_OPENING * body.law.length
     for k in range(rows.size):
         rise += 0.5 * x[k] * image[k]
         if touching[k]:

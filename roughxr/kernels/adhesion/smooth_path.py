@@ -41,11 +41,11 @@ STATE = np.dtype(
 )
 
 #: Retraction ends where nothing touches and the pull is below this part of the largest.
-_LOST = 1e-3
+_LEAST_PULL = 1e-3
 
 #: A step has jumped if it dissipated more than this part of |ΔF Δδ|, and has passed a sharp edge if it seems to have
 #: gained more than the second part: a smooth curved branch stays well below both.
-_JUMP, _EDGE = 0.15, 0.05
+_JUMP_DISSIPATION, _EDGE_GAIN = 0.15, 0.05
 
 #: Avoids 0/0 in ratios.
 _TINY = 1e-300
@@ -53,33 +53,33 @@ _TINY = 1e-300
 #: Where a branch has ended, the next one is searched some distance beyond: close to the end, convergence is slow, as
 #: one over the root of the distance. The leap is at most so many longest steps, and such that at most this part of the
 #: largest pull may be missed. It saves a quarter of the work, and its pull-offs are closer to those of short steps.
-_LEAP, _PASSED = 1.0 / 16, 0.005
+_LONGEST_LEAP, _LEAP_ERROR = 1.0 / 16, 0.005
 
 #: Largest part of the largest pull that may be missed between two states; part of the longest step below which steps
 #: are not halved.
-_MISSED, _LEAST_STEP = 0.005, 1.0 / 64
+_PULL_ERROR, _SHORTEST_STEP = 0.005, 1.0 / 64
 
 #: The same where a smooth curve may have turned: the tangent is an upper bound, and the vertex is solved afterwards.
-_MISSED_IN_A_CURVE = 0.05
+_PULL_ERROR_ON_CURVE = 0.05
 
 #: Steps back over those of loading. Longer ones pass from one branch to another that shorter ones do not meet: places
 #: of the twin then pull off by up to 17 % less with steps of 0.4 nm, on four cells to a pixel.
-_BACK = 0.5
+_RETRACTION_STEP = 0.5
 
 #: Part of a step within which the last contact is seen to let go: a longer step may let go of what still holds.
-_LETS_GO = 1.0 / 16
+_LAST_CONTACT_STEP = 1.0 / 16
 
 #: Part of a step by which the stiffness of a branch is measured.
-_PROBE = 1.0 / 16
+_STIFFNESS_STEP = 1.0 / 16
 
 #: Largest number of states that are added to locate the largest pull.
-_VERTICES = 4
+_MOST_VERTICES = 4
 
 #: Accuracy of a preload, as a part of it, or of the largest pull if that is more.
-_MET = 1e-3
+_PRELOAD_TOLERANCE = 1e-3
 
 #: Displacements closer than this part of a step count as equal.
-_SAME = 1e-9
+_EQUAL_DELTA = 1e-9
 
 
 class Path(NamedTuple):
@@ -227,7 +227,7 @@ class _Stepper:
         """Return whether a step follows a branch, judged by what it dissipates."""
         last = self.last
         apart = abs((last.force - found.force) * (last.delta - found.delta)) + _TINY
-        return -_EDGE <= self._freed(found) / apart <= _JUMP
+        return -_EDGE_GAIN <= self._freed(found) / apart <= _JUMP_DISSIPATION
 
     def _freed(self, found):
         """Return the energy that the step to a state dissipates, nm²."""
@@ -250,7 +250,7 @@ class _Loading(_Stepper):
         over = None  # a state beyond the goal
         while self.next < self.deltas.size:
             target, last = self.deltas[self.next], self.last
-            if over is not None and over.delta - last.delta <= _LEAST_STEP * self.step:
+            if over is not None and over.delta - last.delta <= _SHORTEST_STEP * self.step:
                 found = over  # the force jumps past the goal
             else:
                 delta = self._towards(goal, over, target)
@@ -258,8 +258,8 @@ class _Loading(_Stepper):
             if not np.isfinite(found.force):
                 return False
             reached = found.force >= goal and found.state.touching.any()
-            met = found.force - goal <= _MET * max(abs(goal), self.largest)
-            if reached and not met and found.delta - last.delta > _LEAST_STEP * self.step:
+            met = found.force - goal <= _PRELOAD_TOLERANCE * max(abs(goal), self.largest)
+            if reached and not met and found.delta - last.delta > _SHORTEST_STEP * self.step:
                 over = found
                 continue
             self.accept(found, found.delta == target)
@@ -276,21 +276,21 @@ class _Loading(_Stepper):
         if over is not None:
             part = (goal - last.force) / (over.force - last.force)
             delta = last.delta + min(max(part, 0.05), 0.95) * (over.delta - last.delta)
-        return float(target) if target - delta < _SAME * self.step else float(delta)
+        return float(target) if target - delta < _EQUAL_DELTA * self.step else float(delta)
 
 
 class _EndSearch:
     """How far to go back where the end of a branch is looked for: by shorter steps up to it, then a leap past it."""
 
     def __init__(self, path, step):
-        self.path, self.step, self.beyond, self.least = path, step, None, _LEAST_STEP * path.step
+        self.path, self.step, self.beyond, self.least = path, step, None, _SHORTEST_STEP * path.step
 
     def ahead(self, target):
         """Return the next displacement, up to a target, and whether only a state near the extrapolation will do."""
         path, last = self.path, self.path.last
         leaps = self.beyond is not None and last.delta - self.beyond < 2.0 * self.least
         back = min(self._leap() if leaps else self.step, last.delta - target)
-        delta = float(target) if last.delta - back - target < _SAME * path.step else last.delta - back
+        delta = float(target) if last.delta - back - target < _EQUAL_DELTA * path.step else last.delta - back
         near = not leaps and back > self.least and not path.is_lost() and path.leads_to_more(back)
         return delta, near
 
@@ -304,12 +304,12 @@ class _EndSearch:
         if near and self.beyond is not None and self.beyond < found.delta:
             self.step = 0.5 * (found.delta - self.beyond)
         else:
-            self.step, self.beyond = min(_BACK * self.path.step, max(self.step, 2.0 * back)), None
+            self.step, self.beyond = min(_RETRACTION_STEP * self.path.step, max(self.step, 2.0 * back)), None
 
     def _leap(self):
         """Return how far to leap beyond the end of a branch."""
-        far = _PASSED * self.path.largest / max(self.path.stiffness, _TINY)
-        return min(max(far, self.least), _LEAP * self.path.step)
+        far = _LEAP_ERROR * self.path.largest / max(self.path.stiffness, _TINY)
+        return min(max(far, self.least), _LONGEST_LEAP * self.path.step)
 
     def _shorter(self, found):
         """Return a step to where the extrapolation has the pull that was found, or half as far as that state.
@@ -336,7 +336,7 @@ class _Retraction(_Stepper):
 
     def retract(self):
         """Go back through the prescribed displacements, then on until contact is lost; return whether it converged."""
-        same = _SAME * self.step
+        same = _EQUAL_DELTA * self.step
         asked = [float(delta) for delta in self.deltas[::-1] if delta < self.last.delta - same]
         fine = self._walk([(delta, True) for delta in asked])
         while fine and (place := self._doubtful()) is not None:
@@ -347,11 +347,11 @@ class _Retraction(_Stepper):
 
     def _walk(self, ahead):
         """Go back in whole steps through the displacements ahead, and on by shorter ones until contact is lost."""
-        whole = change = _BACK * self.step
+        whole = change = _RETRACTION_STEP * self.step
         while ahead or not self.is_lost():
             last, (target, asked) = self.last, ahead[0] if ahead else (-np.inf, False)
             back = last.delta - target if self.is_lost() else min(change, last.delta - target)
-            delta = target if last.delta - back - target < _SAME * self.step else last.delta - back
+            delta = target if last.delta - back - target < _EQUAL_DELTA * self.step else last.delta - back
             found = self.solver.seek(delta, self.before, last, well=asked and delta == target)
             if not np.isfinite(found.force):
                 return False
@@ -370,7 +370,7 @@ class _Retraction(_Stepper):
     def _measure_stiffness(self):
         """Take the stiffness of the present branch, which a jump has led to, from a short step."""
         last = self.last
-        found = self.solver.seek(last.delta - _PROBE * self.step, None, last, near=True, well=False)
+        found = self.solver.seek(last.delta - _STIFFNESS_STEP * self.step, None, last, near=True, well=False)
         if found.fine and self._is_smooth(found):
             self.stiffness = self.visited[-1].stiffness = (last.force - found.force) / (last.delta - found.delta)
 
@@ -385,7 +385,7 @@ class _Retraction(_Stepper):
         before = None
         for one in self.visited[:-2]:
             pulls_most = any(-each.row["force"] >= self.largest for each in (one, before or one))
-            if one.most <= (1.0 + _MISSED) * self.largest and not pulls_most:
+            if one.most <= (1.0 + _PULL_ERROR) * self.largest and not pulls_most:
                 one.forget()
             before = one
 
@@ -394,12 +394,12 @@ class _Retraction(_Stepper):
         self.largest = max((-one.row["force"] for one in self.visited), default=0.0)
         asked = [(one.most, k) for k, one in enumerate(self.visited) if one.known is not None]
         most, place = max(asked, default=(0.0, 0))
-        return place if most > (1.0 + _MISSED) * self.largest else None
+        return place if most > (1.0 + _PULL_ERROR) * self.largest else None
 
     def _repeat(self, place):
         """Go back from a state once more, and find where branches end, until the path is the known one again."""
         known, self.visited = self.visited[place + 1 :], self.visited[: place + 1]
-        start, search = self.visited[-1], _EndSearch(self, _BACK * self.step)
+        start, search = self.visited[-1], _EndSearch(self, _RETRACTION_STEP * self.step)
         self.before, self.last, self.stiffness, start.most = start.before, start.known, start.stiffness, -np.inf
         while known or not self.is_lost():
             if self.is_lost():  # nothing happens on the way
@@ -443,25 +443,27 @@ class _Retraction(_Stepper):
     def _lets_go(self, found):
         """Return whether a step loses the last contact, and is too long to tell where."""
         lost = self.last.state.touching.any() and not found.state.touching.any()
-        return bool(lost and self.last.delta - found.delta > _LETS_GO * self.step)
+        return bool(lost and self.last.delta - found.delta > _LAST_CONTACT_STEP * self.step)
 
     def _is_same(self, other):
         """Return whether the present state is another one at the same displacement."""
         here, there = self.visited[-1].row, other.row
         cells = abs(here["contact_area"] - there["contact_area"])
-        pulls_alike = abs(here["force"] - there["force"]) <= _MISSED * self.largest
+        pulls_alike = abs(here["force"] - there["force"]) <= _PULL_ERROR * self.largest
         return pulls_alike and cells <= max(0.01 * there["contact_area"], 1.0)
 
     def leads_to_more(self, back):
         """Return whether the branch, with its last stiffness, leads to a larger pull than any before within a step."""
-        return self.stiffness * back - self.last.force > (1.0 + _MISSED) * self.largest
+        return self.stiffness * back - self.last.force > (1.0 + _PULL_ERROR) * self.largest
 
     def is_lost(self):
         """Return whether nothing touches, and almost nothing pulls."""
         last = self.last
         if last.state.touching.any():
             return False
-        return last.delta <= self.first or (-last.force < _LOST * self.largest and last.delta < self._largest_at())
+        return last.delta <= self.first or (
+            -last.force < _LEAST_PULL * self.largest and last.delta < self._largest_at()
+        )
 
     def _largest_at(self):
         """Return the displacement of the largest pull so far: a force of zero before it is one that turns to a pull."""
@@ -475,7 +477,7 @@ class _Retraction(_Stepper):
         last, smooth = self.last, self._is_smooth(found)
         if smooth and found.force <= last.force:
             return False
-        missed = _MISSED_IN_A_CURVE if smooth else _MISSED
+        missed = _PULL_ERROR_ON_CURVE if smooth else _PULL_ERROR
         most = self.stiffness * (last.delta - found.delta) - last.force
         return most > (1.0 + missed) * max(self.largest, -found.force)
 
@@ -487,7 +489,7 @@ class _Retraction(_Stepper):
         if self.visited[best].known is None:  # what pulled more was replaced by another branch
             return
         state, beyond = self._mended(best), self.visited[best + 1].known
-        for _ in range(_VERTICES):
+        for _ in range(_MOST_VERTICES):
             around = np.array([one.row for one in self.visited[best - 1 : best + 2]], STATE)
             (x0, x1, x2), (f0, f1, f2) = around["delta"], around["force"]
             if not (x0 > x1 > x2 and f1 < f0 and f1 < f2):
@@ -495,7 +497,7 @@ class _Retraction(_Stepper):
             first, second = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1)
             curvature = (second - first) / (x2 - x0)
             delta = 0.5 * (x0 + x1) - 0.5 * first / curvature
-            if f1 - curvature * (delta - x1) ** 2 > (1.0 + _MISSED) * f1:
+            if f1 - curvature * (delta - x1) ** 2 > (1.0 + _PULL_ERROR) * f1:
                 return
             found = self.solver.seek(float(delta), beyond, state)
             if not found.fine or found.force >= f1:
@@ -513,6 +515,6 @@ class _Retraction(_Stepper):
         if one.row["asked"]:
             return one.known
         found = self.solver.seek(one.known.delta, None, one.known)
-        if found.fine and abs(found.force - one.row["force"]) < _MISSED * self.largest:
+        if found.fine and abs(found.force - one.row["force"]) < _PULL_ERROR * self.largest:
             one.row, one.known = self.row(found, False, one.row["dissipated"]), found
         return one.known

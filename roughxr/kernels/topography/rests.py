@@ -30,7 +30,7 @@ from .dilation import RISE, SIDE, X, Y, put_patch, touch
 OFF = 0
 
 #: Half-width of a step, in pixels: at first, and at the end; and the largest number of steps.
-_STEP, _LAST, _MOST_STEPS = 0.5, 0.004, 4000
+_FIRST_STEP, _LAST_STEP, _MOST_STEPS = 0.5, 0.004, 4000
 
 #: Least distance (pixels) of patches on different summits.
 _LEAST_SEPARATION = 2.0
@@ -311,15 +311,15 @@ def _step_down(rows, x, y, ball, step, last):
 def _roll(ground, labels, x, y, own):
     """Roll from x, y to rest, or into another basin unless ``own`` = OFF; return x, y, height, and the label there."""
     largest, (nx, ny) = max(ground.pixel[0], ground.pixel[1]), ground.height.shape
-    step, height = _STEP * largest, np.inf
+    step, height = _FIRST_STEP * largest, np.inf
     for _ in range(_MOST_STEPS):
         i, j = _pixel_at(ground, x, y)
         if i <= 0 or j <= 0 or i >= nx - 1 or j >= ny - 1:
             return x, y, height, np.int32(OFF)
         if own != OFF and labels[i, j] != own:
             return x, y, height, labels[i, j]
-        x, y, height, step = _step_down(_near(ground, i, j), x, y, ground.ball, step, _LAST * largest)
-        if step < _LAST * largest:
+        x, y, height, step = _step_down(_near(ground, i, j), x, y, ground.ball, step, _LAST_STEP * largest)
+        if step < _LAST_STEP * largest:
             break
     i, j = _pixel_at(ground, x, y)
     return x, y, height, labels[i, j]
@@ -339,10 +339,10 @@ def settle_near(rows, places, ball, largest, farthest):
     """Roll a sphere from each place down on patches, no farther than a distance; return x, y, height (nm)."""
     out = table(len(places), 3, 0.0)
     for n in range(len(places)):
-        x, y, step = places[n, 0], places[n, 1], _STEP * largest
+        x, y, step = places[n, 0], places[n, 1], _FIRST_STEP * largest
         near, height = _chosen(rows, _planes(rows, x, y, ball, farthest)), np.inf
-        while step >= _LAST * largest and max(abs(x - places[n, 0]), abs(y - places[n, 1])) < 0.7 * farthest:
-            x, y, height, step = _step_down(near, x, y, ball, step, _LAST * largest)
+        while step >= _LAST_STEP * largest and max(abs(x - places[n, 0]), abs(y - places[n, 1])) < 0.7 * farthest:
+            x, y, height, step = _step_down(near, x, y, ball, step, _LAST_STEP * largest)
         out[n, 0], out[n, 1], out[n, 2] = x, y, height
     return out
 

@@ -166,8 +166,8 @@ _BUDGET = _Drawing(
     (BUDGET,),
     lambda run: figures.error_budget(run[BUDGET]),
     "Error of the mean pull-off by source, one standard deviation each, ± its standard error; the sign is that of the "
-    "change. A known bias is taken off, and half of it stays as its error. *: change if the roughness continued for "
-    "another octave below the scan; not part of the total, which is for the surface as scanned.",
+    "change. Known biases are subtracted, and half of each stays as its error. *: change if the roughness continued "
+    "for another octave below the scan; not part of the total, which is for the surface as scanned.",
     file="error-budget.png",
 )
 
@@ -184,7 +184,7 @@ _DRAWINGS = {
         lambda run: figures.cut_off(run["statistics/shorter_waves"]),
         "Simulated pull-off at a sample of places over the shortest wavelength of the surface: right of the dashed "
         "line the scan without its shortest waves, left of it with random waves added that continue its spectrum; "
-        "bars are the scatter between random seeds.",
+        "error bars are the scatter between random seeds.",
         file="shortest-wave.png",
     ),
     "The scan and the places": _Drawing(

@@ -1,4 +1,4 @@
-"""Pages made of a template, in which others' text can do no harm."""
+"""Pages from a template, with all text from files escaped."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ THIN = "thin menisci"
 BIASES, _LEFT = ("mesh", THIN), 0.5
 
 #: Places at which changes are solved first, and the part of itself to which the total is to be known.
-_FIRST, _ENOUGH = 4, 0.25
+_FIRST, _TOTAL_TOLERANCE = 4, 0.25
 
 #: The entries given by the scan's own places, and by its shortest waves.
 SAMPLING, SHORT_WAVES = "sampling", "shorter waves"
@@ -71,10 +71,10 @@ _ADDED, _CUT = (0.5, 0.5**0.5), (2, 4)
 
 #: A tip whose effect is smaller than this part cannot be seen on the scan's pixels: between neighbours its flanks fall
 #: by more than the heights do.
-_UNSEEN = 1e-4
+_LEAST_TIP_EFFECT = 1e-4
 
 #: Standard deviations in the width of a 95 % interval.
-_WITHIN = 4.0
+_INTERVAL_WIDTH = 4.0
 
 
 class _Entry(NamedTuple):
@@ -223,10 +223,10 @@ def _spread(count: int) -> list[int]:
 def _undecided(entries: Mapping[str, _Entry], tried: Sequence[Case]) -> list[int]:
     """Return the cases of those entries that leave the total unknown; none where it is known well enough."""
     off, total = _unsure(entries), _total(entries)
-    if not np.sqrt(sum(off.values())) > _ENOUGH * total:
+    if not np.sqrt(sum(off.values())) > _TOTAL_TOLERANCE * total:
         return []
     factors = {factor: entry for entry, (factor, _) in (CHANGED | OF_HARDNESS | OF_LIQUID).items()}
-    few = {entry for entry, variance in off.items() if variance > (_ENOUGH * total) ** 2 / len(off)}
+    few = {entry for entry, variance in off.items() if variance > (_TOTAL_TOLERANCE * total) ** 2 / len(off)}
     return [k for k, case in enumerate(tried) if factors.get(case.factor) in few]
 
 
@@ -315,10 +315,10 @@ def _sampling(force: xr.DataArray) -> _Entry:
     """Return the uncertainty from the choice of places on this surface."""
     count = int(force.notnull().sum())
     if count < 2:
-        return _none(f"it takes two places that pull, there are {count}")
+        return _none(f"needs at least two places that pull, found {count}")
     found = bootstrap(force.to_dataset(name="pull_off_force"), "pull_off_force", statistics=["mean"]).isel(statistic=0)
     block = found.sel(resampling="block")
-    value = float(block["high"] - block["low"]) / _WITHIN / float(found["estimate"])
+    value = float(block["high"] - block["low"]) / _INTERVAL_WIDTH / float(found["estimate"])
     independent = float(block["independent_places"])
     words = f"bootstrap of blocks of the {count} places, worth {independent:.3g} independent ones"
     error = value / np.sqrt(2 * max(independent - 1, 1))  # of a standard deviation by so many
@@ -335,11 +335,11 @@ def _of_changes(changes: xr.Dataset, entry: str, factor: str, words: str) -> _En
         return _none(cases["reason"].values[0])
     one = cases.isel(case=int(np.nanargmax(change)))
     told = " and ".join(map(str, cases["setting"].values[np.isfinite(change)]))
-    unseen = factor == "tip radius" and np.nanmax(change) < _UNSEEN
+    unseen = factor == "tip radius" and np.nanmax(change) < _LEAST_TIP_EFFECT
     seen = ", which is too sharp for the pixels to show" if unseen else ""
     found = Change(*(float(one[name]) for name in ("pull_off_change", "standard_error")), int(one["places"]))
     missing = int(one["missing_places"])
-    off = ", taken off the mean, of which half stays" * (entry in BIASES)
+    off = ", subtracted from the mean, half of it stays as error" * (entry in BIASES)
     return _Entry(found, f"{words.format(told)}{seen}{off}; {_count(found.places, missing)}", missing, entry in BIASES)
 
 
@@ -353,9 +353,9 @@ def _of_thin_menisci(ds: xr.Dataset, solved: xr.Dataset) -> _Entry:
     found = quietly(rigid, ds, subregions=some, delta=[0.0])["meniscus_error"].values
     found = found[np.isfinite(found)]
     if found.size == 0:
-        return _none("at none of the places is the error of thin menisci known")
+        return _none("the error of thin menisci is known at no place")
     error = float(found.std(ddof=1) / np.sqrt(found.size)) if found.size > 1 else np.nan
-    words = "the energy of the menisci's edges, which their law leaves out, between rigid bodies, taken off the mean"
+    words = "the energy of menisci's edges, which their law leaves out, between rigid bodies; subtracted from the mean"
     change = Change(-float(found.mean()), error, found.size)
     return _Entry(change, f"{words}; {_count(found.size)}", some.sizes["subregion"] - found.size, bias=True)
 
@@ -394,9 +394,7 @@ def _decided(entries: Mapping[str, _Entry], places: int) -> str:
     count = f"{least}" if least == most else f"{least} to {most}"
     part = np.sqrt(sum(_unsure(entries).values())) / max(_total(entries), 1e-300)
     if not np.isfinite(part):
-        return (
-            f"How well the total is known does not show at so few places: each change is solved at {count} of {places}."
-        )
+        return f"So few places do not tell how well the total is known: each change is solved at {count} of {places}."
     return f"The total is known to {percent(part)} of itself: each change is solved at {count} of {places} places."
 
 
