@@ -25,7 +25,7 @@ from ..halfspace.active_set import solve as solve_contact
 from ..halfspace.products import displace
 from ..halfspace.transforms import Convolution, convolve
 from ..jit import kernel
-from .newton_system import near_cells, nearest, solve, workspace
+from .newton_system import near_cells, solve, workspace
 from .smooth_laws import SmoothLaw, remaining_work, traction
 
 #: Cells are left out of the linear systems if their traction falls by at most this part of the cell's own stiffness.
@@ -284,16 +284,13 @@ def _improve(body, state, worst):
     part = 1.0 if worst < _TANGENT_RESIDUAL else 0.0
     tau = np.empty(rows.size)
     _scale(part, fall, tau)
-    size = solve(near, touching, tau, right, _SYSTEM_TOLERANCE, room, x, image)
-    products = size
+    size = solve(near, touching, tau, right, _SYSTEM_TOLERANCE, 0, room, x, image)
     while part > 0.0 and not _is_downhill(body, state, rows, columns, touching, x, image):
         part = _SLOPE_PART * part if part > _LEAST_SLOPE else 0.0
         _scale(part, fall, tau)
-        if nearest(touching, tau, right, size, room, x, image) > _LARGEST_UNSOLVED:
-            size = solve(near, touching, tau, right, _SYSTEM_TOLERANCE, room, x, image)
-            products += size
+        size = solve(near, touching, tau, right, _LARGEST_UNSOLVED, size, room, x, image)
     _go(body, state, rows, columns, touching, x, image)
-    return products
+    return size
 
 
 @kernel
