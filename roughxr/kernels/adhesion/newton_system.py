@@ -4,11 +4,11 @@ A change x of the pressures changes the gaps by A x (Love's coefficients, ``half
 
     (A x)ᵢ = rᵢ   where cells touch,        xⱼ − τⱼ (A x)ⱼ = rⱼ   where they attract,
 
-with τ = −dt/du the slope of the falling traction. GMRES (Saad & Schultz 1986) reduces the residual to a fifth, which is
-enough for Newton's method, with some five products where the state is stable. The attracting part is close to the
-identity, and the touching part is preconditioned by the inverse of A on a periodic box, restricted to the cells that
-touch. Products are transforms of a box around the cells, in single precision; up to ``DENSE_LIMIT`` cells the matrix is
-used.
+with τ = −dt/du the slope of the falling traction. GCR (Eisenstat, Elman & Schultz 1983) searches along what is left of
+the right side until a fifth of it is left, which is enough for Newton's method, with some four products. The attracting
+part is close to the identity, and the touching part is preconditioned by the inverse of A on a periodic box, restricted
+to the cells that touch. A system that differs in τ alone goes on from the directions of the last one. Products are
+transforms of a box around the cells, in single precision; up to ``DENSE_LIMIT`` cells the matrix is used.
 """
 
 from typing import NamedTuple
@@ -20,7 +20,7 @@ from ..jit import kernel
 
 
 class Workspace(NamedTuple):
-    """Work arrays of GMRES."""
+    """Work arrays of GCR."""
 
     basis: np.ndarray  # (products, count)
     preconditioned: np.ndarray  # (products, count)

@@ -41,8 +41,8 @@ _LARGEST_OPENING = 3.0
 _MOST_PRODUCTS, _SYSTEM_TOLERANCE = 12, 0.2
 
 #: Where a step is no descent direction, the linearised slope of the tractions is multiplied by this factor, again and
-#: again, until less than ``_LEAST_SLOPE`` of it is left, and then dropped. These systems use the products of the first,
-#: unless more than ``_LARGEST_UNSOLVED`` of their right side remains unsolved, which saves a fifth of all work.
+#: again, until less than ``_LEAST_SLOPE`` of it is left, and then dropped. These systems start from the directions of
+#: the one before, which saves a fifth of all work, until no more than ``_LARGEST_UNSOLVED`` of the right side is left.
 _SLOPE_PART, _LEAST_SLOPE, _LARGEST_UNSOLVED = 0.85, 0.3, 0.3
 
 #: When Newton's method is given up: number of rounds without progress, and residual. Progress is a residual that falls
