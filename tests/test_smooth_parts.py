@@ -18,9 +18,9 @@ LAW = smooth_laws.law_of(exponential=(0.03, 0.4))
 
 
 @kernel
-def solve(rows, columns, coefficients, product, inverse, touching, tau, right, part, room, x, image):
+def solve(rows, columns, coefficients, product, inverse, touching, tau, right, part, known, room, x, image):
     near = newton_system.near_cells(rows, columns, coefficients, product, inverse)
-    return newton_system.solve(near, touching, tau, right, part, room, x, image)
+    return newton_system.solve(near, touching, tau, right, part, known, room, x, image)
 
 
 class System:
@@ -41,8 +41,9 @@ class System:
         self.boxes = convolution(n, 2 * size, wide.single, single), convolution(n, size, periodic, single)
         self.room, self.x, self.image = newton_system.workspace(30, count), np.empty(count), np.empty(count)
 
-    def solve(self, part):
-        given = self.touching, self.tau, self.right, part, self.room, self.x, self.image
+    def solve(self, part, tau=None, known=0):
+        tau = self.tau if tau is None else tau
+        given = self.touching, tau, self.right, part, known, self.room, self.x, self.image
         return solve(self.rows, self.columns, LOVE, *self.boxes, *given)
 
     def left(self, tau):
@@ -84,18 +85,21 @@ def test_the_periodic_inverse_saves_products():
 
 @SIZES
 def test_another_slope_is_solved_best_by_the_directions_at_hand(radius):
-    """By no other combination of them is less left, and what is left is what is told."""
+    """By no other combination of them is less left; what they leave takes fewer products than all of it."""
     system = System(radius)
     size = system.solve(1e-2)
     tau = 0.7 * system.tau
-    told = newton_system.nearest(system.touching, tau, system.right, size, system.room, system.x, system.image)
+    assert system.solve(1.0, tau, known=size) == size
     directions, images = system.room.preconditioned[:size].T, system.room.images[:size].T
     sides = np.where(system.touching[:, None], images, directions - tau[:, None] * images)
     best = np.linalg.lstsq(sides, system.right)[0]
     np.testing.assert_allclose(system.x, directions @ best, atol=1e-6 * abs(system.x).max())
     np.testing.assert_allclose(system.image, images @ best, atol=1e-6 * abs(system.image).max())
-    assert told == pytest.approx(system.left(tau), rel=1e-6)
-    assert 1e-2 < told < 0.5
+    known, goal = system.left(tau), 1e-3
+    assert goal < known < 0.5
+    more = system.solve(goal, tau, known=size) - size
+    assert system.left(tau) < 1.01 * goal
+    assert 0 < more < system.solve(goal, tau)
 
 
 def test_nothing_is_solved_by_nothing():

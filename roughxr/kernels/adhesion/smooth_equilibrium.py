@@ -25,7 +25,7 @@ from ..halfspace.active_set import solve as solve_contact
 from ..halfspace.products import displace
 from ..halfspace.transforms import Convolution, convolve
 from ..jit import kernel
-from .newton_system import near_cells, nearest, solve, workspace
+from .newton_system import near_cells, solve, workspace
 from .smooth_laws import SmoothLaw, remaining_work, traction
 
 #: Cells are left out of the linear systems if their traction falls by at most this part of the cell's own stiffness.
@@ -41,8 +41,8 @@ _LARGEST_OPENING = 3.0
 _MOST_PRODUCTS, _SYSTEM_TOLERANCE = 12, 0.2
 
 #: Where a step is no descent direction, the linearised slope of the tractions is multiplied by this factor, again and
-#: again, until less than ``_LEAST_SLOPE`` of it is left, and then dropped. These systems use the products of the first,
-#: unless more than ``_LARGEST_UNSOLVED`` of their right side remains unsolved, which saves a fifth of all work.
+#: again, until less than ``_LEAST_SLOPE`` of it is left, and then dropped. These systems start from the directions of
+#: the one before, which saves a fifth of all work, until no more than ``_LARGEST_UNSOLVED`` of the right side is left.
 _SLOPE_PART, _LEAST_SLOPE, _LARGEST_UNSOLVED = 0.85, 0.3, 0.3
 
 #: When Newton's method is given up: number of rounds without progress, and residual. Progress is a residual that falls
@@ -284,16 +284,13 @@ def _improve(body, state, worst):
     part = 1.0 if worst < _TANGENT_RESIDUAL else 0.0
     tau = np.empty(rows.size)
     _scale(part, fall, tau)
-    size = solve(near, touching, tau, right, _SYSTEM_TOLERANCE, room, x, image)
-    products = size
+    size = solve(near, touching, tau, right, _SYSTEM_TOLERANCE, 0, room, x, image)
     while part > 0.0 and not _is_downhill(body, state, rows, columns, touching, x, image):
         part = _SLOPE_PART * part if part > _LEAST_SLOPE else 0.0
         _scale(part, fall, tau)
-        if nearest(touching, tau, right, size, room, x, image) > _LARGEST_UNSOLVED:
-            size = solve(near, touching, tau, right, _SYSTEM_TOLERANCE, room, x, image)
-            products += size
+        size = solve(near, touching, tau, right, _LARGEST_UNSOLVED, size, room, x, image)
     _go(body, state, rows, columns, touching, x, image)
-    return products
+    return size
 
 
 @kernel
