@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
+from tempfile import TemporaryFile
 
 import xarray as xr
 
@@ -39,16 +40,21 @@ class Drawing:
             return
         asked = [str(self.path), str(self.folder), self.drawn.__module__, self.drawn.__name__]
         paths = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
-        streams = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
-        how = streams | {"env": os.environ | {"PYTHONPATH": paths.rstrip(os.pathsep)}}
-        with subprocess.Popen([sys.executable, "-c", _COMMAND, *asked], **how) as other:
+        how = {"stdin": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        how["env"] = os.environ | {"PYTHONPATH": paths.rstrip(os.pathsep)}
+        with (
+            TemporaryFile() as found,  # a pipe would hold the other process up until it is read
+            subprocess.Popen([sys.executable, "-c", _COMMAND, *asked], stdout=found, **how) as other,
+        ):
             try:
                 yield
-                found, _ = other.communicate()
+                other.wait()
             except BaseException:
                 other.kill()
                 raise
-        self.pictures = pickle.loads(found) if other.returncode == 0 else {}
+            if other.returncode == 0:
+                found.seek(0)
+                self.pictures = pickle.load(found)
 
     def finish(self, groups: Mapping[str, xr.Dataset]) -> None:
         """Draw into the folder what is not drawn yet."""
