@@ -38,24 +38,16 @@ def cases_at(
     return [Case(place, problem._replace(splined=splined), adhesion) for place in found]
 
 
-def pull_offs(groups: Sequence[Sequence[Case]]) -> np.ndarray:
-    """Return the pull-off (group, case), nN; NaN beyond a group's cases and where a cycle could not be completed."""
-    most = max(map(len, groups))
+def pull_offs(cases: Sequence[Case]) -> np.ndarray:
+    """Return the pull-off of each case, nN; NaN where a cycle could not be completed."""
 
     def cost() -> np.ndarray:
-        return np.array([sum(case.adhesion.refine**2 / case.adhesion.step for case in group) for group in groups])
+        return np.array([case.adhesion.refine**2 / case.adhesion.step for case in cases])
 
-    tasks = [(tuple(group), most) for group in groups]
-    return np.asarray(parallel.spread(_pull_offs_of, tasks, (most,), cost=cost, name="changes", lazy=False))
-
-
-def _pull_offs_of(group: tuple[Case, ...], most: int) -> np.ndarray:
-    """Return the pull-offs of one group; the function that a task runs."""
-    found = np.full(most, np.nan)
-    found[: len(group)] = [_pull_off(case) for case in group]
-    return found
+    return np.asarray(parallel.spread(_pull_off, cases, (), cost=cost, name="changes", lazy=False))
 
 
-def _pull_off(case: Case) -> float:
-    cycles, _ = cycles_at(*case, fields=False)
-    return largest_pull(cycles, 0) if reached(cycles.paths[0], case.adhesion, 0) else np.nan
+def _pull_off(place: Place, problem: Problem, adhesion: Adhesion) -> np.ndarray:
+    """Return the pull-off of one case; the function that a task runs."""
+    cycles, _ = cycles_at(place, problem, adhesion, fields=False)
+    return np.array(largest_pull(cycles, 0) if reached(cycles.paths[0], adhesion, 0) else np.nan)

@@ -10,6 +10,7 @@ import xarray as xr
 from ..bodies.materials import assign_pair
 from ..contact.specimen import specimen_of
 from ..runs.analysis import Plan, kept, show, told
+from ..runs.drawing import Drawing
 from ..scans import open_sample
 from ..vocabulary.units import whole_number
 from .figures import paper_figures
@@ -62,6 +63,7 @@ def paper(output: str | Path, *, budget: int = 8) -> dict[str, xr.Dataset]:
     path = folder / "paper.nc"
     wanted = PLAN._replace(budget=whole_number(budget, "budget", least=0))
     with told(scan, wanted, path) as say:
-        groups = kept(scan, wanted, path, say)
-        show(groups, (scan_table(groups), contact_table(groups)), folder, say, paper_figures, [TWIN])
+        drawing = Drawing(path, folder, paper_figures)
+        groups = kept(scan, wanted, say, drawing)
+        show(groups, (scan_table(groups), contact_table(groups)), say, drawing, [TWIN])
     return groups

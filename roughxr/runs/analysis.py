@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -41,13 +42,12 @@ from ..contact.rigid_bodies import rigid
 from ..contact.specimen import Specimen, specimen_of
 from ..detachment import critical_load, leaving, resting
 from ..detachment.coming_to_rest import is_rests
-from ..files import archive
 from ..files.disk import whole
 from ..jobs.progress import Stages, about, is_told
 from ..jobs.progress import say as tell
 from ..jobs.records import loading
 from ..jobs.run import checkpointed, only_kept
-from ..presentation import figures, report
+from ..presentation import report
 from ..presentation.answer import answered
 from ..presentation.exports import to_table
 from ..scans import level, regions, roughness
@@ -60,6 +60,7 @@ from ..vocabulary import schema
 from ..vocabulary.numbers import interval, quantity
 from ..vocabulary.units import Places, Quantities, magnitude, whole_number
 from ..vocabulary.verbs import verb, warn
+from .drawing import Drawing
 
 #: Ways of superposition that a run compares; of a humid pair the one for liquid.
 COMPARED = {name: {"formulation": name} for name in ("published", "self_similar", "energy")}
@@ -116,8 +117,8 @@ _WORDS = {
     "direct": "simulation without adhesion",
     "superposition": "superposed asperities",
     "rolling": "resisting moments and detachment",
-    "budget": "error budget",
     "waves": "shorter waves added or cut off",
+    "budget": "error budget",
     "pages": "figures and report",
 }
 
@@ -221,9 +222,9 @@ def run(
     wanted, output = plan(specimen, subregions=subregions, delta=delta, **adhesion), Path(output)
     path = output if output.suffix == ".nc" else output / "run.nc"
     with told(specimen, wanted, path) as say:
-        groups = kept(specimen, wanted, path, say)
-        tables = report.scan_table(groups), report.contact_table(groups)
-        show(groups, tables, None if path == output else output, say)
+        drawing = Drawing(path, None if path == output else output)
+        groups = kept(specimen, wanted, say, drawing)
+        show(groups, (report.scan_table(groups), report.contact_table(groups)), say, drawing)
     return groups
 
 
@@ -244,11 +245,11 @@ def told(specimen: Specimen, plan: Plan, path: Path) -> Stages:
     return Stages(expected, _WORDS)
 
 
-def kept(specimen: Specimen, plan: Plan, path: Path, say: Stages):
+def kept(specimen: Specimen, plan: Plan, say: Stages, drawing: Drawing):
     """Return the groups of a run, read from its archive as far as they are there, else computed and kept."""
     return checkpointed(
-        lambda: analyse(specimen, plan, say),
-        path,
+        lambda: analyse(specimen, plan, say, drawing.beside),
+        drawing.path,
         scan=specimen.scan,
         arguments=plan._asdict(),
         title=specimen.bodies.attrs.get("title", ""),
@@ -267,8 +268,10 @@ def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **a
     return Plan(subregions, deltas, sweep, float(deltas[-1]), patch="auto", vertex="fitted", **adhesion)
 
 
-def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> Iterator[dict[str, xr.Dataset]]:
-    """Yield the groups of a run after each of its stages, at last all."""
+def analyse(
+    specimen: Specimen, plan: Plan, say: Stages = _UNTOLD, drawn_beside: Callable = nullcontext
+) -> Iterator[dict[str, xr.Dataset]]:
+    """Yield the groups of a run after each of its stages, at last all; within the last its figures may be drawn."""
     say("asperities")
     scan, bodies, suited = specimen.scan, specimen.bodies, specimen.catalogue
     catalogue = suited if plan.patch == "auto" else asperities(scan, patch=plan.patch, vertex=plan.vertex)
@@ -319,7 +322,9 @@ def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> Iterator[d
         say("rolling")
         yield (groups := groups | _coming_off(suited, options, groups))
     if plan.budget and "solutions/adhesive" in groups:
-        yield groups | _error_budget(specimen, plan, groups, say)
+        with drawn_beside():
+            budget = _error_budget(specimen, plan, groups, say)
+        yield groups | budget
 
 
 def _expected(specimen: Specimen, plan: Plan) -> dict[str, float]:
@@ -352,7 +357,7 @@ def _wide(plan: Plan, specimen: Specimen) -> np.ndarray:
 def _of_budget(plan: Plan, place: float) -> dict[str, float]:
     """Return about how long the error budget takes, s, where a place takes so long: twelve changes at a few."""
     few = min(plan.budget, 4)
-    return {"budget": 14 * few * place, "waves": 5.0 + 3 * few * place}
+    return {"waves": 5.0 + 3 * few * place, "budget": 14 * few * place}
 
 
 def _error_budget(specimen: Specimen, plan: Plan, groups: dict[str, xr.Dataset], say: Stages):
@@ -360,11 +365,11 @@ def _error_budget(specimen: Specimen, plan: Plan, groups: dict[str, xr.Dataset],
     solved, preload = groups["solutions/adhesive"], float(np.min(plan.preload))
     mesh = replace(plan.mesh, refine=solved.attrs["refine"], accuracy=None)
     scan = specimen.scan
+    say("waves")  # first: each wave waits for the one before, which leaves cores to the process that draws
+    scales = cut_off_waves(scan, places=min(plan.budget, 4), subregions=solved, preload=preload)
     say("budget", f", up to {plan.budget} places again under each change")
     how = {"preload": preload, "mesh": mesh}
     changes = changes_of(scan, solved, most=plan.budget, finer=groups.get("solutions/finer"), **how)
-    say("waves")
-    scales = cut_off_waves(scan, places=min(plan.budget, 4), subregions=solved, preload=preload)
     budget = budget_of(scan, solved, changes, scales)
     how |= {"law": solved.attrs["law"], "places": plan.budget}
     found = {
@@ -581,9 +586,8 @@ def _one_contact(specimen: Specimen, plan: Plan, solved: xr.Dataset) -> xr.Datas
 def show(
     groups: dict[str, xr.Dataset],
     tables: tuple,
-    folder: Path | None,
     say: Stages,
-    drawn: Callable = figures.run_figures,
+    drawing: Drawing,
     notes: Sequence[str] = (),
 ) -> None:
     """Print the tables and the notes below them, and put them and the figures into a folder."""
@@ -591,7 +595,7 @@ def show(
         notes = [words, *notes]
     say.clear()
     printed = _print(tables, [*notes, *report.superposed(groups)], groups)
-    if folder is None:
+    if (folder := drawing.folder) is None:
         return
     for part, table in zip(("scan", "contact"), tables):
         with whole(folder / f"table-{part}.csv") as temporary:
@@ -600,14 +604,9 @@ def show(
     with whole(folder / "table.txt") as temporary:
         temporary.write_text(printed, encoding="utf-8")
     say("pages")
-    groups["solutions/contact"].load()  # else each of its figures reads the fields from the file again
-    figures.save(figures.overview(groups), folder / "overview.png", dpi=150)
-    for name, figure in drawn(groups):
-        figures.save(figure, folder / f"{name}.png")
-    for name, figure in figures.budget_figures(groups):
-        figures.save(figure, folder / f"{name}.png", dpi=220)
+    drawing.finish(groups)
     with whole(folder / "report.html") as temporary:
-        text = report.page(groups, archive_name=archive.of_run(folder).name, folder=folder)
+        text = report.page(groups, archive_name=drawing.path.name, folder=folder, ready=drawing.pictures)
         temporary.write_text(text, encoding="utf-8")
 
 

@@ -7,8 +7,9 @@ Four names are for users; the tables and sentences beside them are what runs and
 from .beside_measured import measured_table, measured_words
 from .budget import budget_table, headline
 from .coming_off import COMING_OFF, coming_off_words, detachment_table, moments_of
+from .embedded_figures import Picture
 from .explorer import explorer_page, write_explorer
-from .html import page, write_report
+from .html import drawn_pictures, page, write_report
 from .intervals import interval_table
 from .places import by_place
 from .repeat import command

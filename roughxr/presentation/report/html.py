@@ -21,7 +21,7 @@ from ...vocabulary.verbs import verb
 from .beside_measured import COMPARED, MEASURED, compared, measured_table, measured_words
 from .budget import BUDGET, budget_table, headline, humid_words
 from .coming_off import COMING_OFF, coming_off_words, detachment_table
-from .embedded_figures import picture_of, pictures
+from .embedded_figures import Picture, picture_of, pictures
 from .intervals import interval_table
 from .repeat import command
 from .tables import contact_table, formula_table, scan_table
@@ -84,9 +84,14 @@ def write_report(
 
 @verb
 def page(
-    run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc", folder: Path | None = None, missing: str = ""
+    run: Mapping[str, xr.Dataset],
+    *,
+    archive_name: str = "run.nc",
+    folder: Path | None = None,
+    ready: Mapping[str, Picture] | None = None,
+    missing: str = "",
 ) -> str:
-    """Return the page as text; figures of the error budget that were just written to a folder are taken from there."""
+    """Return the page as text; figures of the budget just written to a folder, and others that are ready, are taken."""
     run = compared(run)
     return filled(
         "roughxr.presentation.report",
@@ -103,13 +108,18 @@ def page(
         measured=measured_words(run),
         coming_off=coming_off_words(run),
         coming_off_table=_as_text(detachment_table(run)) if set(COMING_OFF) <= set(run) else None,
-        pictures=list(pictures(run, folder)),
+        pictures=list(pictures(run, folder, ready)),
         tables=_tables(run),
         steps=_steps(run),
         command=command(run),
         citation=CITATION,
         version=__version__,
     )
+
+
+def drawn_pictures(run: Mapping[str, xr.Dataset]) -> dict[str, Picture]:
+    """Return the page's figures of a run whose error budget is not computed yet, by name."""
+    return {one.name: one for one in pictures(compared(run))}
 
 
 def _facts(run: Mapping[str, xr.Dataset]) -> list[tuple[str, str]]:

@@ -88,7 +88,7 @@ class Comparison:
 
     def solve(self, cases: Sequence[int], places: Sequence[int]) -> None:
         """Solve cases at some places, as far as they are not known."""
-        some, groups = self.way.places.isel(subregion=list(places)), {}
+        some, asked = self.way.places.isel(subregion=list(places)), {}
         for ask in [ask for k in cases for ask in self.plans[k][2:] if ask is not None]:
             wanted = [(place, ask.key(place)) for place in places if ask.cells[place] <= MOST_REFINED]
             if all(key in self.pulls for _, key in wanted):
@@ -98,11 +98,10 @@ class Comparison:
             found = dict(zip(places, cases_at(ask.ds, some, **how, splined=ask.splined)))
             for place, key in wanted:
                 if key not in self.pulls:
-                    groups.setdefault((place, key[2]), {})[key] = found[place].on(key[2])
+                    asked[key] = found[place].on(key[2])
         say(f"{len(cases)} cases at {len(places)} places")
-        solved = pull_offs([list(group.values()) for group in groups.values()]) if groups else ()
-        for group, pulls in zip(groups.values(), solved):
-            self.pulls |= zip(group, map(float, pulls))
+        if asked:
+            self.pulls |= zip(asked, map(float, pull_offs(list(asked.values()))))
 
     def told(self) -> xr.Dataset:
         """Return the results of each case along ``case``, at those places where any is solved."""
