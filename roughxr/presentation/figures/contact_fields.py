@@ -31,19 +31,23 @@ def field_map(
     ds: xr.Dataset,
     name: str = "pressure",
     *,
+    scan: xr.Dataset | None = None,
     subregion: int = 0,
     delta: float | None = None,
     ax: Axes | None = None,
     cmap: str | None = None,
     location: str = "right",
 ):
-    """Draw pressure, displacement or gap of one contact, with the outline of the contact.
+    """Draw pressure, displacement, gap or undeformed heights of one contact, with the outline of the contact.
 
     Parameters
     ----------
     ds : Dataset
         A direct solution with fields.
-    name : {"pressure", "displacement", "gap"}
+    name : {"pressure", "displacement", "gap", "height"}
+    scan : Dataset, optional
+        The scan that it was solved on, for its heights. Pressure is then drawn over them in grey, and cells that have
+        yielded are outlined.
     subregion : int
         Number along ``subregion``.
     delta : float, optional
@@ -60,7 +64,7 @@ def field_map(
     Raises
     ------
     ValueError
-        If the solution has no fields.
+        If the solution has no fields, or the name and the scan do not go together.
 
     Examples
     --------
@@ -70,104 +74,26 @@ def field_map(
     >>> ds = scan.contact.direct(delta=[5.0], fields=True, datum="first_contact")
     >>> field_map(ds, "gap", ax=Figure().subplots()).get_xlabel()
     'x from the contact centre [nm]'
-    """
-    one = _contact(ds, subregion, delta)
-    ax = axes(ax, aspect=0.85)
-    values = one[name].where(one["pressure"] > 0) if name == "pressure" else one[name]
-    if not bool((one["pressure"] > 0).any()) and name in ("pressure", "displacement"):
-        ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
-        return _centred(ax, one)  # without a colour bar, which would show values that do not exist
-    image(ax, values, regions.extent(one), name, cmap or COLOURS[name], location=location)
-    _outline(ax, one)
-    return _centred(ax, one)
-
-
-@styled
-def topography_map(
-    ds: xr.Dataset,
-    scan: xr.Dataset,
-    *,
-    subregion: int = 0,
-    delta: float | None = None,
-    ax: Axes | None = None,
-    location: str = "right",
-):
-    """Draw the undeformed heights below one contact, with the outline of the contact.
-
-    Parameters
-    ----------
-    ds, scan : Dataset
-        A direct solution with fields, and the scan that it was solved on.
-    subregion, delta, ax, location
-        As for `field_map`.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    ValueError
-        If the solution has no fields.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.open_sample("rough").contact.assign_pair(sphere_radius=500, contact_modulus=40)
-    >>> ds = scan.contact.direct(delta=[5.0], fields=True, datum="first_contact")
-    >>> topography_map(ds, scan, ax=Figure().subplots()).get_xlabel()
-    'x from the contact centre [nm]'
-    """
-    one = _contact(ds, subregion, delta)
-    ax = axes(ax, aspect=0.85)
-    image(ax, _heights(one, scan), regions.extent(one), "height", COLOURS["height"], location=location)
-    _outline(ax, one, color="white")
-    return _centred(ax, one)
-
-
-@styled
-def pressure_on_topography(
-    ds: xr.Dataset, scan: xr.Dataset, *, subregion: int = 0, delta: float | None = None, ax: Axes | None = None
-):
-    """Draw the pressure of one contact over the undeformed heights in grey, with the outline of the contact.
-
-    Cells that have yielded are outlined.
-
-    Parameters
-    ----------
-    ds, scan : Dataset
-        A direct solution with fields, and the scan that it was solved on.
-    subregion, delta, ax
-        As for `field_map`.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    ValueError
-        If the solution has no fields.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.open_sample("rough").contact.assign_pair(sphere_radius=500, contact_modulus=40)
-    >>> ds = scan.contact.direct(delta=[5.0], fields=True, datum="first_contact")
-    >>> len(pressure_on_topography(ds, scan, ax=Figure().subplots()).images)  # heights, and the pressure over them
+    >>> len(field_map(ds, scan=scan, ax=Figure().subplots()).images)  # heights, and the pressure over them
     2
     """
+    if (name == "height" and scan is None) or (name in ("displacement", "gap") and scan is not None):
+        raise ValueError("scan: expected with name='height' or, to be drawn below it, 'pressure', and not otherwise")
     one = _contact(ds, subregion, delta)
-    ax = axes(ax, aspect=0.85)
-    extent = regions.extent(one)
-    image(ax, _heights(one, scan), extent, "height", "gray", bar=False)
-    image(ax, one["pressure"].where(one["pressure"] > 0), extent, "pressure", COLOURS["pressure"])
-    _outline(ax, one)
-    if "residual_height" in one:
+    ax, extent, heights = axes(ax, aspect=0.85), regions.extent(one), None if scan is None else _heights(one, scan)
+    if name == "height":
+        image(ax, heights, extent, "height", cmap or COLOURS["height"], location=location)
+        return _outlined(ax, one, color="white")
+    if scan is not None:
+        image(ax, heights, extent, "height", "gray", bar=False)
+    if not bool((one["pressure"] > 0).any()) and name in ("pressure", "displacement"):
+        ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
+        return _outlined(ax, one)  # without a colour bar, which would show values that do not exist
+    values = one[name].where(one["pressure"] > 0) if name == "pressure" else one[name]
+    image(ax, values, extent, name, cmap or COLOURS[name], location=location)
+    if scan is not None and "residual_height" in one:
         _ring(ax, one, one["residual_height"].values < 0, BLUE)
-    return _centred(ax, one)
+    return _outlined(ax, one)
 
 
 @styled
@@ -259,7 +185,7 @@ def contact_maps(
     """
     made = panels(ax, 2, 2, aspect=1.14)
     which = {"subregion": subregion, "delta": delta}
-    topography_map(ds, scan, ax=made[0], location="top", **which)
+    field_map(ds, "height", scan=scan, ax=made[0], location="top", **which)
     field_map(ds, "pressure", ax=made[1], location="top", **which)
     field_map(ds, "displacement", ax=made[2], location="top", **which)
     contact_section(ds, scan, ax=made[3], **which)
@@ -291,11 +217,6 @@ def _heights(one: xr.Dataset, scan: xr.Dataset) -> xr.DataArray:
     return height.transpose("x", "y").assign_coords(x=one["x"], y=one["y"])
 
 
-def _outline(ax, one: xr.Dataset, color: str = BLACK):
-    """Draw the edge of the contact."""
-    _ring(ax, one, one["pressure"].values > 0, color)
-
-
 def _ring(ax, one: xr.Dataset, cells: np.ndarray, color: str):
     """Draw a line around some cells."""
     inside = cells.astype(float)
@@ -311,8 +232,9 @@ def _view(one: xr.Dataset) -> float:
     return min(1.5 * reach, whole) if reach > 0 else whole
 
 
-def _centred(ax, one: xr.Dataset):
-    """Limit the view to the contact and its surroundings, on axes from its centre, with few ticks."""
+def _outlined(ax, one: xr.Dataset, color: str = BLACK):
+    """Draw the edge of the contact, and limit the axes, from its centre, to its surroundings."""
+    _ring(ax, one, one["pressure"].values > 0, color)
     view = _view(one)
     ax.set(xlim=(-view, view), ylim=(-view, view))
     ax.locator_params(nbins=4)
