@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from numbers import Real
 from typing import Any, Protocol, SupportsFloat, TypeAlias
@@ -115,12 +115,17 @@ def plain(value: Any, units: str, name: str) -> Any:
     return value
 
 
+def single(value: Any, units: str, name: str, words: str, fits: Callable[[float], bool]) -> float:
+    """Return ``value`` as one float in ``units``; raise, with the words for it, unless it is one number that fits."""
+    number = magnitude(value, units, name)
+    if not isinstance(number, float) or not fits(number):
+        raise ValueError(f"{name}: expected {words}, found {value!r}")
+    return number
+
+
 def positive(value: Any, units: str, name: str) -> float:
     """Return ``value`` as one float in ``units``; raise unless it is a single positive number."""
-    number = magnitude(value, units, name)
-    if not isinstance(number, float) or number <= 0:
-        raise ValueError(f"{name}: expected one positive number in {units}, found {value!r}")
-    return number
+    return single(value, units, name, f"one positive number in {units}", lambda number: number > 0)
 
 
 def is_whole(value: Any) -> bool:
@@ -138,10 +143,7 @@ def whole_number(value: Any, name: str, *, least: int, most: int | None = None) 
 
 def fraction(value: Any, name: str) -> float:
     """Return ``value`` as a float; raise unless it lies between 0 and 1."""
-    number = magnitude(value, "1", name)
-    if not isinstance(number, float) or not 0 < number < 1:
-        raise ValueError(f"{name}: expected a number between 0 and 1, found {value!r}")
-    return number
+    return single(value, "1", name, "a number between 0 and 1", lambda number: 0 < number < 1)
 
 
 def in_units(variable: xr.Variable, units: str, name: str) -> xr.Variable:
