@@ -77,23 +77,22 @@ def field_map(
     >>> len(field_map(ds, scan=scan, ax=Figure().subplots()).images)  # heights, and the pressure over them
     2
     """
-    if (name == "height" and scan is None) or (name in ("displacement", "gap") and scan is not None):
+    if not {"height": scan is not None, "pressure": True}.get(name, scan is None):
         raise ValueError("scan: expected with name='height' or, to be drawn below it, 'pressure', and not otherwise")
     one = _contact(ds, subregion, delta)
-    ax, extent, heights = axes(ax, aspect=0.85), regions.extent(one), None if scan is None else _heights(one, scan)
-    if name == "height":
-        image(ax, heights, extent, "height", cmap or COLOURS["height"], location=location)
-        return _outlined(ax, one, color="white")
+    ax, extent = axes(ax, aspect=0.85), regions.extent(one)
     if scan is not None:
-        image(ax, heights, extent, "height", "gray", bar=False)
-    if not bool((one["pressure"] > 0).any()) and name in ("pressure", "displacement"):
+        one = one.assign(height=_heights(one, scan))
+        if name == "pressure":
+            image(ax, one["height"], extent, "height", "gray", bar=False)
+    if name in ("pressure", "displacement") and not bool(one["pressure"].notnull().any()):
+        # without a colour bar, which would show values that do not exist
         ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
-        return _outlined(ax, one)  # without a colour bar, which would show values that do not exist
-    values = one[name].where(one["pressure"] > 0) if name == "pressure" else one[name]
-    image(ax, values, extent, name, cmap or COLOURS[name], location=location)
-    if scan is not None and "residual_height" in one:
+    else:
+        image(ax, one[name], extent, name, cmap or COLOURS[name], location=location)
+    if name == "pressure" and {"height", "residual_height"} <= set(one):
         _ring(ax, one, one["residual_height"].values < 0, BLUE)
-    return _outlined(ax, one)
+    return _outlined(ax, one, "white" if name == "height" else BLACK)
 
 
 @styled
@@ -137,7 +136,7 @@ def contact_section(
     line = one.isel(y=column)
     line = line.sel(x=slice(-_view(one), _view(one)))
     deformed = line["height"] - line["displacement"] + line.get("residual_height", 0.0)
-    touching = line["pressure"] > 0
+    touching = line["pressure"].notnull()
     ax = axes(ax)
     ax.plot(line["x"], line["height"], color=GREY, linewidth=0.8, label="before")
     ax.plot(line["x"], deformed + line["gap"], color=ORANGE, linestyle=(0, (4, 1.5)), label="indenter")
@@ -195,7 +194,7 @@ def contact_maps(
 
 
 def _contact(ds: xr.Dataset, subregion: int, delta: float | None) -> xr.Dataset:
-    """Return one contact's fields along (x, y)."""
+    """Return one contact's fields along (x, y), the pressure NaN where nothing touches."""
     missing = [name for name in ("pressure", "displacement", "gap") if name not in ds]
     if missing:
         raise ValueError(f"expected a solution with {', '.join(missing)}; solve again with direct(…, fields=True)")
@@ -204,7 +203,7 @@ def _contact(ds: xr.Dataset, subregion: int, delta: float | None) -> xr.Dataset:
         one = one.isel(delta=-1) if delta is None else one.sel(delta=delta, method="nearest")
     elif "load" in one.dims:
         one = one.isel(load=-1)
-    return one.transpose("x", "y", ...)
+    return one.assign(pressure=one["pressure"].where(one["pressure"] > 0)).transpose("x", "y", ...)
 
 
 def _heights(one: xr.Dataset, scan: xr.Dataset) -> xr.DataArray:
@@ -226,15 +225,15 @@ def _ring(ax, one: xr.Dataset, cells: np.ndarray, color: str):
 
 def _view(one: xr.Dataset) -> float:
     """Return the half-width (nm) of the view of a contact: 1.5 times its reach, as far as there are data."""
-    inside = one["pressure"] > 0
+    inside = one["pressure"].notnull()
     whole = float(max(np.abs(regions.extent(one))))
     reach = max(float(np.abs(one[axis]).where(inside).max()) for axis in ("x", "y"))
     return min(1.5 * reach, whole) if reach > 0 else whole
 
 
-def _outlined(ax, one: xr.Dataset, color: str = BLACK):
+def _outlined(ax, one: xr.Dataset, color: str):
     """Draw the edge of the contact, and limit the axes, from its centre, to its surroundings."""
-    _ring(ax, one, one["pressure"].values > 0, color)
+    _ring(ax, one, one["pressure"].notnull().values, color)
     view = _view(one)
     ax.set(xlim=(-view, view), ylim=(-view, view))
     ax.locator_params(nbins=4)
