@@ -97,11 +97,7 @@ def plain(value: Any, units: str, name: str) -> Any:
         return value
     try:
         if isinstance(value, str):
-            if re.match(r"\s*[-+]?\d*,\d", value):
-                raise ValueError(f"expected a decimal point, found a comma in {value!r}")
-            if not _NUMBER.match(value):
-                raise ValueError(f"expected a number with its units such as '3 {units}', found {value!r}")
-            value = _registry().Quantity(value)
+            value = _quantity(value, units)
             if value.unitless and units != "1":
                 return value.magnitude
         if isinstance(value, xr.DataArray):
@@ -113,6 +109,15 @@ def plain(value: Any, units: str, name: str) -> Any:
     except Exception as error:
         raise ValueError(f"{name}: expected a quantity such as '3 {units}', found {value!r} ({error})") from None
     return value
+
+
+def _quantity(text: str, units: str) -> Any:
+    """Return the quantity that a text states; raise for a decimal comma, or where it does not begin with a number."""
+    if re.match(r"\s*[-+]?\d*,\d", text):
+        raise ValueError(f"expected a decimal point, found a comma in {text!r}")
+    if not _NUMBER.match(text):
+        raise ValueError(f"expected a number with its units such as '3 {units}', found {text!r}")
+    return _registry().Quantity(text)
 
 
 def single(value: Any, units: str, name: str, words: str, fits: Callable[[float], bool]) -> float:

@@ -25,6 +25,7 @@ import numpy as np
 from ..arrays import line, table
 from ..jit import kernel
 from .dilation import RISE, SIDE, X, Y, put_patch, touch
+from .peaks import on_border
 
 #: Label of pixels from which the sphere rolls off the scan.
 OFF = 0
@@ -51,11 +52,6 @@ _MOST_CUTS = 50
 _ROUNDING = 1e-10
 
 _OFFSETS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
-
-
-@kernel
-def _on_border(shape, i, j):
-    return i == 0 or j == 0 or i == shape[0] - 1 or j == shape[1] - 1
 
 
 @kernel
@@ -86,7 +82,7 @@ def _fill_flat(z, here, to, found):
     while done < count:
         p, q = found[done] // ny, found[done] % ny
         done += 1
-        off |= _on_border(z.shape, p, q)
+        off |= on_border(z.shape, p, q)
         for di, dj in _OFFSETS:
             beside = (p + di) * ny + q + dj
             if _on_plateau(z, here, p + di, q + dj) and to[beside] == -1:
