@@ -90,9 +90,10 @@ def field_map(
         ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
     else:
         image(ax, one[name], extent, name, cmap or COLOURS[name], location=location)
+    _outlined(ax, one, "white" if name == "height" else BLACK)
     if name == "pressure" and {"height", "residual_height"} <= set(one):
         _ring(ax, one, one["residual_height"].values < 0, BLUE)
-    return _outlined(ax, one, "white" if name == "height" else BLACK)
+    return ax
 
 
 @styled
@@ -237,4 +238,4 @@ def _outlined(ax, one: xr.Dataset, color: str):
     view = _view(one)
     ax.set(xlim=(-view, view), ylim=(-view, view))
     ax.locator_params(nbins=4)
-    return label_axes(ax, "indenter_x", "indenter_y")
+    label_axes(ax, "indenter_x", "indenter_y")
