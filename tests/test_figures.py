@@ -114,13 +114,13 @@ DRAWN = {
     "pressure": lambda run: figures.field_map(run["solutions/contact"]),
     "displacement": lambda run: figures.field_map(run["solutions/contact"], "displacement", location="top"),
     "gap": lambda run: figures.field_map(run["solutions/contact"], "gap"),
-    "topography_map": lambda run: figures.topography_map(run["solutions/contact"], run["scan"]),
+    "heights": lambda run: figures.field_map(run["solutions/contact"], "height", scan=run["scan"]),
     "contact_section": lambda run: figures.contact_section(run["solutions/contact"], run["scan"]),
     "contact_maps": lambda run: figures.contact_maps(run["solutions/contact"], run["scan"]),
     "distribution": lambda run: figures.distribution(run["statistics/energy"], "pull_off_force", label="energy"),
     "fitted_distribution": lambda run: figures.fitted_distribution(run["statistics/energy"]),
     "orientation_rose": lambda run: figures.orientation_rose(run["asperities"]),
-    "pressure_on_topography": lambda run: figures.pressure_on_topography(run["solutions/contact"], run["scan"]),
+    "pressure over heights": lambda run: figures.field_map(run["solutions/contact"], scan=run["scan"]),
     "method_comparison": lambda run: figures.method_comparison(
         force_ratio(run["solutions/hertz"], run["solutions/direct"]), mark=12.0
     ),
@@ -226,6 +226,9 @@ def test_minimal_data():
 def test_fields_are_asked_for_by_name(run):
     with pytest.raises(ValueError, match="fields=True"):
         figures.field_map(run["solutions/direct"])
+    for name, scan in (("height", None), ("gap", run["scan"])):
+        with pytest.raises(ValueError, match="scan: expected with name='height'"):
+            figures.field_map(run["solutions/contact"], name, scan=scan)
 
 
 def test_debris_is_the_tile_with_the_particle(run):

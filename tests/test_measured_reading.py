@@ -84,7 +84,7 @@ def test_what_is_written_as_a_table_opens_again(tmp_path):
         ("adhesion [V]\n1\n2\n", {"sensitivity": "50"}, "expected its units"),
         ("adhesion [V]\n1\n2\n", {"sensitivity": "50 nm/V"}, "state spring_constant="),
         ("deflection [nm]\n1\n2\n", {}, "state spring_constant="),
-        ("adhesion [nN]\n1\n2\n", {"spring_constant": 0.2}, "not needed for values in nN"),
+        ("adhesion [nN]\n1\n2\n", {"spring_constant": 0.2}, "not used with values in nN"),
         ("adhesion [nN]\n-1\n2\n", {}, "pulls='positive' or 'negative'"),
         ("x,y,adhesion [nN]\n0,0,1\n1,1,2\n", {}, "state place_units="),
         ("x [V],y [V],adhesion [nN]\n0,0,1\n1,1,2\n", {}, "expected units of a length for 'x'"),

@@ -19,7 +19,8 @@ import xarray as xr
 
 from roughxr import cli
 from roughxr.files import archive, reader_process
-from roughxr.scans import ImplausibleScan, UnreadableScan, describe, doubts, open_scan, to_netcdf, vendor_reader
+from roughxr.scans import ImplausibleScan, UnreadableScan, describe, open_scan, to_netcdf, vendor_reader
+from roughxr.scans.plausibility import doubts
 
 from .afm_files import WRITERS, given, picture, size_of
 from .surfaces import rough, scan

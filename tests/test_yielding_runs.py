@@ -119,7 +119,7 @@ def test_figures_of_what_yields(groups):
     contact = groups["solutions/contact"]
     subregion = int(contact.subregion[0])
     drawn = [
-        figures.pressure_on_topography(one, groups["scan"], subregion=subregion, ax=Figure().subplots())
+        figures.field_map(one, scan=groups["scan"], subregion=subregion, ax=Figure().subplots())
         for one in (contact, contact.drop_vars("residual_height"))
     ]
     assert len(drawn[0].collections) == len(drawn[1].collections) + 1  # the ring around what has yielded

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import factor, magnitude, positive
+from ..vocabulary.units import factor, magnitude, positive, single
 from .substances import CUT_OFF, MEDIA, combined
 
 #: R_g, nN nm K⁻¹ mol⁻¹ · 10⁻¹⁸ = J/(mol K) (CODATA 2018), and the temperature, K, of the constants below.
@@ -120,12 +120,8 @@ def angles(given: Any) -> tuple[float, float]:
     both = tuple(given) if isinstance(given, (tuple, list)) else (given, given)
     if len(both) != 2:
         raise ValueError(f"contact_angle: expected one angle or a pair of them, found {given!r}")
-    each = []
-    for one in both:
-        angle = magnitude(one, "deg", "contact_angle")
-        if not isinstance(angle, float) or not 0 <= angle < 180:
-            raise ValueError(f"contact_angle: expected degrees from 0 to 90, found {one!r}")
-        each.append(angle)
+    words = "degrees from 0 to 90"
+    each = [single(one, "deg", "contact_angle", words, lambda angle: 0 <= angle < 180) for one in both]
     if sum(each) >= 180 or max(each) > 90:
         raise ValueError(
             f"contact_angle: expected angles of at most 90 degrees, found {given!r}: such a liquid does not wet and "
@@ -305,10 +301,8 @@ def _liquid(given: Any, kelvin: float) -> tuple[float, float]:
 
 def _film(given: Any) -> float:
     """Return the thickness (nm) of the film on each body."""
-    thickness = 0.0 if given is None else magnitude(given, "nm", "film")
-    if not isinstance(thickness, float) or thickness < 0:
-        raise ValueError(f"film: expected a thickness of at least 0 nm on each body, found {given!r}")
-    return thickness
+    words = "a thickness of at least 0 nm on each body"
+    return 0.0 if given is None else single(given, "nm", "film", words, lambda thickness: thickness >= 0)
 
 
 def _share(pair: dict[str, float], medium: float | None) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import Quantities, Quantity, in_units, magnitude, positive
+from ..vocabulary.units import Quantities, Quantity, in_units, positive, single
 from ..vocabulary.verbs import verb, warn
 from . import liquid as liquids
 from . import substances
@@ -313,10 +313,7 @@ def _own_constant(given: Any, known: dict[str, Any]) -> float:
     if isinstance(given, str) and not given[:1].isdigit():
         material = known[schema.one_of(given.strip().lower(), known, "hamaker_constant")]
         return getattr(material, "hamaker", material)
-    value = magnitude(given, "nN nm", "hamaker_constant")
-    if not isinstance(value, float) or value < 0:
-        raise ValueError(f"hamaker_constant: expected one number >= 0 in nN nm, found {given!r}")
-    return value
+    return single(given, "nN nm", "hamaker_constant", "one number >= 0 in nN nm", lambda value: value >= 0)
 
 
 def _attraction(bodies: tuple | None, adhesion: float | None, given: Any) -> dict[str, float]:
@@ -370,9 +367,7 @@ def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | Non
         name, given, times = "work_of_adhesion", work_of_adhesion, 1.0
     if given is None:
         return None
-    value = magnitude(given, "J m-2", name)
-    if not isinstance(value, float) or value < 0:
-        raise ValueError(f"{name}: expected one number >= 0 in J/m², found {given!r}")
+    value = single(given, "J m-2", name, "one number >= 0 in J/m²", lambda value: value >= 0)
     if value > 0:
         _plausible(times * value, "work_of_adhesion", given, name)
     return times * value
@@ -547,7 +542,4 @@ def _modulus(value: Any) -> float:
 
 
 def _ratio(value: Any) -> float:
-    ratio = magnitude(value, "1", "poisson_ratio")
-    if not isinstance(ratio, float) or not -1 < ratio <= 0.5:
-        raise ValueError(f"poisson_ratio: expected a number in (-1, 0.5], found {value!r}")
-    return ratio
+    return single(value, "1", "poisson_ratio", "a number in (-1, 0.5]", lambda ratio: -1 < ratio <= 0.5)

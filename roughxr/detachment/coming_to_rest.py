@@ -13,7 +13,7 @@ from ..asperity.moments import rolling
 from ..kernels.topography import dilation, rests
 from ..scans import regions
 from ..vocabulary import schema
-from ..vocabulary.units import Quantities, Quantity, magnitude, positive
+from ..vocabulary.units import Quantities, Quantity, magnitude, positive, single
 from ..vocabulary.verbs import verb, warn
 from .balance import critical_load
 from .loads import weight
@@ -111,14 +111,12 @@ def resting(
     scan = schema.validate(ds, "scan")
     schema.one_of(settle, SETTLED, "settle")
     (radius,) = schema.pair(scan, "sphere_radius")
-    shallow = float(magnitude(least_barrier, "nm", "least_barrier"))
-    if not shallow >= 0:
-        raise ValueError(f"least_barrier: expected a height in nm of at least 0, found {least_barrier!r}")
-    given = {"settle": settle, "least_barrier": shallow}
+    words = "a height in nm of at least 0"
+    shallow = single(least_barrier, "nm", "least_barrier", words, lambda barrier: barrier >= 0)
     flown = {"particle_density": particle_density, "friction_velocity": friction_velocity or None}
-    unused = {"on": on} if settle == "adhesion" else flown
-    if wrong := [name for name, value in unused.items() if value is not None]:
-        raise ValueError(f"{', '.join(wrong)}: not used by settle={settle!r}; leave it out")
+    summits = {"on": None if on is None else "asperities"}
+    schema.refuse_unused(f"settle={settle!r}", **(summits if settle == "adhesion" else flown))
+    given = {"settle": settle, "least_barrier": shallow, **summits}
     z, ground = _ground(scan, radius)
     settled = _settled(z, ground, shallow)
     if settle == "adhesion":
@@ -131,7 +129,6 @@ def resting(
             out = _reached(out, [label for _, label in _ways_down(scan, z, ground, settled, landings)])
         if on is not None:
             out = _on_vertices(out, schema.validate(on, "asperities"), ground)
-    given |= {"landings": landings, "on": None if on is None else "asperities"}
     out = out.assign_coords(schema.travelling(scan))
     off = float(rests.areas(settled.labels, len(settled.places) + 1)[rests.OFF]) / settled.labels.size
     out.attrs = {"settle": settle, "share_off_scan": off}
@@ -140,7 +137,7 @@ def resting(
         warn(out.attrs["missing"])
     if landings is not None:
         out.attrs["landings"] = [int(n) for n in landings]
-    return schema.record(schema.label(out), "resting", scan, **given)
+    return schema.record(schema.label(out), "resting", scan, **given, landings=landings)
 
 
 def is_rests(places: Any) -> bool:

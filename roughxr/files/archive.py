@@ -24,7 +24,7 @@ from ..vocabulary.verbs import verb, warn
 from . import checksums, netcdf_reader, reader_process
 from .disk import as_characters, each_group, names_in, opened, raw, uninterrupted, unless_interrupted, whole
 
-__all__ = ["load", "of_run", "save", "verify"]
+__all__ = ["load", "save", "verify"]
 
 #: Zlib's level 1: half the size of fields in a tenth of the time of level 9.
 _COMPRESSED = {"zlib": True, "complevel": 1}
@@ -261,30 +261,7 @@ def _storable(ds: xr.Dataset, group: str) -> xr.Dataset:
 
 
 def of_run(path: Path) -> Path:
-    """Return the archive in a run's folder, or the given file.
-
-    Parameters
-    ----------
-    path : Path
-        A folder that `run` or `paper` made, or a file, which is returned as it is.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    ValueError
-        If the folder holds no archive, or several.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> folder = Path(tempfile.mkdtemp())
-    >>> (folder / "run.nc").touch()
-    >>> of_run(folder).name
-    'run.nc'
-    """
+    """Return the archive in a run's folder, the only one; a file as it is."""
     if not path.is_dir():
         return path
     archives = [path / name for name in ("run.nc", "paper.nc") if (path / name).is_file()]

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..vocabulary.schema import one_of
+from ..vocabulary.schema import one_of, refuse_unused
 from ..vocabulary.units import factor, positive
 
 PULLS = ("positive", "negative")
@@ -43,10 +43,10 @@ def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[n
         raise ValueError("units: the file states none; give them, such as units='nN'")
     how: dict[str, Any] = {"measured_units": units}
     if converts(units, "nN"):
-        _nothing_beside(units, given, "sensitivity", "spring_constant")
+        refuse_unused(f"values in {units}", sensitivity=given.sensitivity, spring_constant=given.spring_constant)
         return values * factor(units, "nN"), how
     if converts(units, "nm"):
-        _nothing_beside(units, given, "sensitivity")
+        refuse_unused(f"values in {units}", sensitivity=given.sensitivity)
         stiffness = _stiffness(given, units)
         return values * (factor(units, "nm") * stiffness), {**how, "spring_constant": stiffness}
     if not converts(units, "V"):
@@ -55,7 +55,7 @@ def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[n
     how |= {"sensitivity": per_volt, "sensitivity_units": per_what}
     values = values * (factor(units, "V") * per_volt)
     if per_what == "nN/V":
-        _nothing_beside("V with a sensitivity in nN/V", given, "spring_constant")
+        refuse_unused("values in V with a sensitivity in nN/V", spring_constant=given.spring_constant)
         return values, how
     stiffness = _stiffness(given, units)
     return values * stiffness, {**how, "spring_constant": stiffness}
@@ -83,14 +83,6 @@ def _stiffness(given: Calibration, units: str) -> float:
     if given.spring_constant is None:
         raise ValueError(f"expected forces, found a deflection ({units}); state spring_constant= in N/m")
     return positive(given.spring_constant, "nN/nm", "spring_constant")
-
-
-def _nothing_beside(units: str, given: Calibration, *options: str) -> None:
-    for option in options:
-        if getattr(given, option) is not None:
-            raise ValueError(
-                f"{option}: not needed for values in {units}, found {getattr(given, option)!r}; leave it out"
-            )
 
 
 def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:

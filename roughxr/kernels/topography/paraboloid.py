@@ -130,6 +130,19 @@ def _dot(a, i, b, j):
 
 
 @kernel
+def _known_rows(terms, heights, known, first):
+    """Return the terms from ``first`` on, and the heights as one more column; rows that are not known are 0."""
+    pixels, last = terms.shape
+    columns = table(pixels, last + 1, 0.0)
+    for p in range(pixels):
+        if known[p]:
+            for k in range(first, last):
+                columns[p, k] = terms[p, k]
+            columns[p, last] = heights[p]
+    return columns
+
+
+@kernel
 def _solve_clipped(terms, heights, known, first, c):
     """Solve for the coefficients from ``first`` on, the others being 0; all NaN if the pixels are too few.
 
@@ -137,12 +150,7 @@ def _solve_clipped(terms, heights, known, first, c):
     orthogonal matrices. In plain loops, which compile in a tenth of the time of ``np.linalg.lstsq``.
     """
     pixels, last = terms.shape[0], terms.shape[1]
-    columns, upper = table(pixels, last + 1, 0.0), table(last, last + 1, 0.0)
-    for p in range(pixels):
-        if known[p]:
-            for k in range(first, last):
-                columns[p, k] = terms[p, k]
-            columns[p, last] = heights[p]
+    columns, upper = _known_rows(terms, heights, known, first), table(last, last + 1, 0.0)
     for k in range(last):
         c[k] = np.nan
     for k in range(first, last):

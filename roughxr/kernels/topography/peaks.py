@@ -67,7 +67,7 @@ def _mark_unsurpassed(west, row, east, unsurpassed):
 
 
 @kernel
-def _on_border(shape, i, j):
+def on_border(shape, i, j):
     return i == 0 or j == 0 or i == shape[0] - 1 or j == shape[1] - 1
 
 
@@ -89,7 +89,7 @@ def _flood(z, i, j, seen, plateau):
             for q in range(j - 1, j + 2):
                 if z[p, q] < top:
                     is_open |= z[p, q] == -np.inf
-                elif z[p, q] != top or _on_border(z.shape, p, q):  # higher, NaN, or open to the outside
+                elif z[p, q] != top or on_border(z.shape, p, q):  # higher, NaN, or open to the outside
                     is_peak = False
                 elif not seen[p, q]:
                     seen[p, q] = _SEEN
@@ -143,11 +143,17 @@ def search(z):
                 peaks[0, count], peaks[1, count], peaks[2, count] = ix, iy, n
                 peaks[3, count], peaks[4, count] = i, j
                 count += 1
-    kept, is_open = table(5, count, 0), table(nx if any_open else 0, ny if any_open else 0, False)
+    return _kept(peaks, count, seen, nx if any_open else 0, ny if any_open else 0)
+
+
+@kernel
+def _kept(peaks, count, seen, nx, ny):
+    """Return a search's peaks, and which pixels of so many belong to open plateaus, without the work space."""
+    kept, is_open = table(5, count, 0), table(nx, ny, False)
     for row in range(5):
         for k in range(count):
             kept[row, k] = peaks[row, k]
-    for i in range(is_open.shape[0]):
-        for j in range(is_open.shape[1]):
+    for i in range(nx):
+        for j in range(ny):
             is_open[i, j] = seen[i, j] == _OPEN
     return Search(Peaks(kept[0], kept[1], kept[2]), kept[3], kept[4], is_open)

@@ -25,6 +25,7 @@ import numpy as np
 from ..arrays import line, table
 from ..jit import kernel
 from .dilation import RISE, SIDE, X, Y, put_patch, touch
+from .peaks import on_border
 
 #: Label of pixels from which the sphere rolls off the scan.
 OFF = 0
@@ -54,11 +55,6 @@ _OFFSETS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)
 
 
 @kernel
-def _on_border(shape, i, j):
-    return i == 0 or j == 0 or i == shape[0] - 1 or j == shape[1] - 1
-
-
-@kernel
 def _lowest_neighbour(z, i, j, pixel):
     """Return the neighbour, flat, to which the steepest way down leads; −1 where none is lower."""
     nx, ny = z.shape
@@ -73,38 +69,50 @@ def _lowest_neighbour(z, i, j, pixel):
 
 
 @kernel
-def _drain_flat(z, i, j, to, found):
-    """Drain a level plateau to a lower pixel beside it, off the scan, or to its middle; return that, −1 if none."""
-    nx, ny = z.shape
-    here = i * ny + j
-    found[0], count, done = here, 1, 0
+def _on_plateau(z, here, p, q):
+    """Return whether a pixel lies on the scan, as high as another, flat."""
+    return 0 <= p < z.shape[0] and 0 <= q < z.shape[1] and z[p, q] == z[here // z.shape[1], here % z.shape[1]]
+
+
+@kernel
+def _fill_flat(z, here, to, found):
+    """Find a plateau's undrained pixels, marked −3 in ``to``; return their number, and whether any is at the edge."""
+    found[0], count, done, off, ny = here, 1, 0, False, z.shape[1]
     to[here] = -3
-    off = False
     while done < count:
         p, q = found[done] // ny, found[done] % ny
         done += 1
-        off |= _on_border(z.shape, p, q)
+        off |= on_border(z.shape, p, q)
         for di, dj in _OFFSETS:
-            r, s = p + di, q + dj
-            if 0 <= r < nx and 0 <= s < ny and z[r, s] == z[p, q] and to[r * ny + s] == -1:
-                to[r * ny + s] = -3
-                found[count] = r * ny + s
+            beside = (p + di) * ny + q + dj
+            if _on_plateau(z, here, p + di, q + dj) and to[beside] == -1:
+                to[beside] = -3
+                found[count] = beside
                 count += 1
-    middle = found[count // 2]
-    outlet = -1
-    for n in range(count):
-        p, q = found[n] // ny, found[n] % ny
+    return count, off
+
+
+@kernel
+def _outlet(z, found, to):
+    """Return the first pixel as high as a plateau, and beside it, that drains to a lower one; −1 if none does."""
+    ny = z.shape[1]
+    for here in found:
         for di, dj in _OFFSETS:
-            r, s = p + di, q + dj
-            if outlet < 0 and 0 <= r < nx and 0 <= s < ny and z[r, s] == z[p, q] and to[r * ny + s] >= 0:
-                outlet = r * ny + s
+            p, q = here // ny + di, here % ny + dj
+            if _on_plateau(z, here, p, q) and to[p * ny + q] >= 0:
+                return p * ny + q
+    return -1
+
+
+@kernel
+def _drain_flat(z, here, to, found):
+    """Drain a level plateau to a lower pixel beside it, off the scan, or to its middle; return that, −1 if none."""
+    count, off = _fill_flat(z, here, to, found)
+    middle, outlet = found[count // 2], _outlet(z, found[:count], to)
     end = outlet if outlet >= 0 else (-2 if off else middle)
     for n in range(count):
         to[found[n]] = end
-    if end == middle:
-        to[middle] = middle
-        return middle
-    return -1
+    return middle if end == middle else -1
 
 
 @kernel
@@ -118,7 +126,7 @@ def basins(z, pixel):
     minima, count = line(z.size // 4 + 1, np.int32(0)), 0
     for k in range(z.size):
         if to[k] == -1:
-            lowest = _drain_flat(z, k // ny, k % ny, to, found)
+            lowest = _drain_flat(z, k, to, found)
             if lowest >= 0:
                 minima[count] = lowest
                 count += 1

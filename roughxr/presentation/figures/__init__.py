@@ -7,7 +7,7 @@ when something is drawn.
 from .any_result import plot, plot_array
 from .budget_figure import budget_figures, cut_off, error_budget
 from .comparison import method_comparison
-from .contact_fields import contact_maps, contact_section, field_map, pressure_on_topography, topography_map
+from .contact_fields import contact_maps, contact_section, field_map
 from .detachment_figure import fraction_remaining, landed_and_at_rest, mode_map, moment_rose
 from .distributions import asperity_statistics, distribution
 from .fits import fitted_distribution
@@ -51,13 +51,11 @@ __all__ = [
     "plot_array",
     "predicted_and_measured",
     "preload_curve",
-    "pressure_on_topography",
     "quantile_quantile",
     "run_figures",
     "save",
     "scan_map",
     "subregion_map",
     "sweep",
-    "topography_map",
     "tornado",
 ]

@@ -31,19 +31,23 @@ def field_map(
     ds: xr.Dataset,
     name: str = "pressure",
     *,
+    scan: xr.Dataset | None = None,
     subregion: int = 0,
     delta: float | None = None,
     ax: Axes | None = None,
     cmap: str | None = None,
     location: str = "right",
 ):
-    """Draw pressure, displacement or gap of one contact, with the outline of the contact.
+    """Draw pressure, displacement, gap or undeformed heights of one contact, with the outline of the contact.
 
     Parameters
     ----------
     ds : Dataset
         A direct solution with fields.
-    name : {"pressure", "displacement", "gap"}
+    name : {"pressure", "displacement", "gap", "height"}
+    scan : Dataset, optional
+        The scan that it was solved on, for its heights. Pressure is then drawn over them in grey, and cells that have
+        yielded are outlined.
     subregion : int
         Number along ``subregion``.
     delta : float, optional
@@ -60,7 +64,7 @@ def field_map(
     Raises
     ------
     ValueError
-        If the solution has no fields.
+        If the solution has no fields, or the name and the scan do not go together.
 
     Examples
     --------
@@ -70,104 +74,26 @@ def field_map(
     >>> ds = scan.contact.direct(delta=[5.0], fields=True, datum="first_contact")
     >>> field_map(ds, "gap", ax=Figure().subplots()).get_xlabel()
     'x from the contact centre [nm]'
-    """
-    one = _contact(ds, subregion, delta)
-    ax = axes(ax, aspect=0.85)
-    values = one[name].where(one["pressure"] > 0) if name == "pressure" else one[name]
-    if not bool((one["pressure"] > 0).any()) and name in ("pressure", "displacement"):
-        ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
-        return _centred(ax, one)  # without a colour bar, which would show values that do not exist
-    image(ax, values, regions.extent(one), name, cmap or COLOURS[name], location=location)
-    _outline(ax, one)
-    return _centred(ax, one)
-
-
-@styled
-def topography_map(
-    ds: xr.Dataset,
-    scan: xr.Dataset,
-    *,
-    subregion: int = 0,
-    delta: float | None = None,
-    ax: Axes | None = None,
-    location: str = "right",
-):
-    """Draw the undeformed heights below one contact, with the outline of the contact.
-
-    Parameters
-    ----------
-    ds, scan : Dataset
-        A direct solution with fields, and the scan that it was solved on.
-    subregion, delta, ax, location
-        As for `field_map`.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    ValueError
-        If the solution has no fields.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.open_sample("rough").contact.assign_pair(sphere_radius=500, contact_modulus=40)
-    >>> ds = scan.contact.direct(delta=[5.0], fields=True, datum="first_contact")
-    >>> topography_map(ds, scan, ax=Figure().subplots()).get_xlabel()
-    'x from the contact centre [nm]'
-    """
-    one = _contact(ds, subregion, delta)
-    ax = axes(ax, aspect=0.85)
-    image(ax, _heights(one, scan), regions.extent(one), "height", COLOURS["height"], location=location)
-    _outline(ax, one, color="white")
-    return _centred(ax, one)
-
-
-@styled
-def pressure_on_topography(
-    ds: xr.Dataset, scan: xr.Dataset, *, subregion: int = 0, delta: float | None = None, ax: Axes | None = None
-):
-    """Draw the pressure of one contact over the undeformed heights in grey, with the outline of the contact.
-
-    Cells that have yielded are outlined.
-
-    Parameters
-    ----------
-    ds, scan : Dataset
-        A direct solution with fields, and the scan that it was solved on.
-    subregion, delta, ax
-        As for `field_map`.
-
-    Returns
-    -------
-    Axes
-
-    Raises
-    ------
-    ValueError
-        If the solution has no fields.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.open_sample("rough").contact.assign_pair(sphere_radius=500, contact_modulus=40)
-    >>> ds = scan.contact.direct(delta=[5.0], fields=True, datum="first_contact")
-    >>> len(pressure_on_topography(ds, scan, ax=Figure().subplots()).images)  # heights, and the pressure over them
+    >>> len(field_map(ds, scan=scan, ax=Figure().subplots()).images)  # heights, and the pressure over them
     2
     """
+    if not {"height": scan is not None, "pressure": True}.get(name, scan is None):
+        raise ValueError("scan: expected with name='height' or, to be drawn below it, 'pressure', and not otherwise")
     one = _contact(ds, subregion, delta)
-    ax = axes(ax, aspect=0.85)
-    extent = regions.extent(one)
-    image(ax, _heights(one, scan), extent, "height", "gray", bar=False)
-    image(ax, one["pressure"].where(one["pressure"] > 0), extent, "pressure", COLOURS["pressure"])
-    _outline(ax, one)
-    if "residual_height" in one:
+    ax, extent = axes(ax, aspect=0.85), regions.extent(one)
+    if scan is not None:
+        one = one.assign(height=_heights(one, scan))
+        if name == "pressure":
+            image(ax, one["height"], extent, "height", "gray", bar=False)
+    if name in ("pressure", "displacement") and not bool(one["pressure"].notnull().any()):
+        # without a colour bar, which would show values that do not exist
+        ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
+    else:
+        image(ax, one[name], extent, name, cmap or COLOURS[name], location=location)
+    _outlined(ax, one, "white" if name == "height" else BLACK)
+    if name == "pressure" and {"height", "residual_height"} <= set(one):
         _ring(ax, one, one["residual_height"].values < 0, BLUE)
-    return _centred(ax, one)
+    return ax
 
 
 @styled
@@ -211,7 +137,7 @@ def contact_section(
     line = one.isel(y=column)
     line = line.sel(x=slice(-_view(one), _view(one)))
     deformed = line["height"] - line["displacement"] + line.get("residual_height", 0.0)
-    touching = line["pressure"] > 0
+    touching = line["pressure"].notnull()
     ax = axes(ax)
     ax.plot(line["x"], line["height"], color=GREY, linewidth=0.8, label="before")
     ax.plot(line["x"], deformed + line["gap"], color=ORANGE, linestyle=(0, (4, 1.5)), label="indenter")
@@ -259,7 +185,7 @@ def contact_maps(
     """
     made = panels(ax, 2, 2, aspect=1.14)
     which = {"subregion": subregion, "delta": delta}
-    topography_map(ds, scan, ax=made[0], location="top", **which)
+    field_map(ds, "height", scan=scan, ax=made[0], location="top", **which)
     field_map(ds, "pressure", ax=made[1], location="top", **which)
     field_map(ds, "displacement", ax=made[2], location="top", **which)
     contact_section(ds, scan, ax=made[3], **which)
@@ -269,7 +195,7 @@ def contact_maps(
 
 
 def _contact(ds: xr.Dataset, subregion: int, delta: float | None) -> xr.Dataset:
-    """Return one contact's fields along (x, y)."""
+    """Return one contact's fields along (x, y), the pressure NaN where nothing touches."""
     missing = [name for name in ("pressure", "displacement", "gap") if name not in ds]
     if missing:
         raise ValueError(f"expected a solution with {', '.join(missing)}; solve again with direct(…, fields=True)")
@@ -278,7 +204,7 @@ def _contact(ds: xr.Dataset, subregion: int, delta: float | None) -> xr.Dataset:
         one = one.isel(delta=-1) if delta is None else one.sel(delta=delta, method="nearest")
     elif "load" in one.dims:
         one = one.isel(load=-1)
-    return one.transpose("x", "y", ...)
+    return one.assign(pressure=one["pressure"].where(one["pressure"] > 0)).transpose("x", "y", ...)
 
 
 def _heights(one: xr.Dataset, scan: xr.Dataset) -> xr.DataArray:
@@ -291,11 +217,6 @@ def _heights(one: xr.Dataset, scan: xr.Dataset) -> xr.DataArray:
     return height.transpose("x", "y").assign_coords(x=one["x"], y=one["y"])
 
 
-def _outline(ax, one: xr.Dataset, color: str = BLACK):
-    """Draw the edge of the contact."""
-    _ring(ax, one, one["pressure"].values > 0, color)
-
-
 def _ring(ax, one: xr.Dataset, cells: np.ndarray, color: str):
     """Draw a line around some cells."""
     inside = cells.astype(float)
@@ -305,15 +226,16 @@ def _ring(ax, one: xr.Dataset, cells: np.ndarray, color: str):
 
 def _view(one: xr.Dataset) -> float:
     """Return the half-width (nm) of the view of a contact: 1.5 times its reach, as far as there are data."""
-    inside = one["pressure"] > 0
+    inside = one["pressure"].notnull()
     whole = float(max(np.abs(regions.extent(one))))
     reach = max(float(np.abs(one[axis]).where(inside).max()) for axis in ("x", "y"))
     return min(1.5 * reach, whole) if reach > 0 else whole
 
 
-def _centred(ax, one: xr.Dataset):
-    """Limit the view to the contact and its surroundings, on axes from its centre, with few ticks."""
+def _outlined(ax, one: xr.Dataset, color: str):
+    """Draw the edge of the contact, and limit the axes, from its centre, to its surroundings."""
+    _ring(ax, one, one["pressure"].notnull().values, color)
     view = _view(one)
     ax.set(xlim=(-view, view), ylim=(-view, view))
     ax.locator_params(nbins=4)
-    return label_axes(ax, "indenter_x", "indenter_y")
+    label_axes(ax, "indenter_x", "indenter_y")

@@ -122,7 +122,7 @@ def _part(run: Run):
 
 def _contact(run: Run):
     contact = run["solutions/contact"]
-    return figures.pressure_on_topography(contact, run["scan"], subregion=int(contact["subregion"][0]))
+    return figures.field_map(contact, scan=run["scan"], subregion=int(contact["subregion"][0]))
 
 
 def _pulling(run: Run):

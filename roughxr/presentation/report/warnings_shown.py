@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ...contact.certificate import SOLVED, checked
-from ...scans import doubts
+from ...scans.plausibility import doubts
 from ...statistics import smooth_pull_off
 from ...vocabulary import schema
 from ...vocabulary.numbers import number, percent
