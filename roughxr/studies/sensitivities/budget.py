@@ -119,7 +119,7 @@ def error_budget(
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
     places : int
-        Most places at which each change is solved: 4, 8, 16, … until the standard error of the total is a quarter of it.
+        Most places at which each change is solved: 4, 8, 16, … until the total has a standard error of a quarter.
     preload, law, mesh
         Options of `adhesive`, which computes the mean at all centres. Changes are solved on the coarsest mesh on which
         the law can be solved, and compared to the same there.
