@@ -421,7 +421,7 @@ def test_saturnes_asperities_are_counted_on_the_scan(tmp_path):
     listed = pd.read_csv(found.contact.to_table(tmp_path / "numbers.csv"), index_col="quantity")
     assert listed.loc["asperity_density", "units"] == "nm-2" and "denasp" in listed.loc["asperity_density", "meaning"]
     assert listed.loc["surface_energy_median", "meaning"].endswith("(gamma of LAMMPS' jkr)")
-    with pytest.raises(ValueError, match="catalogue: expected summits"):
+    with pytest.raises(ValueError, match="catalogue: expected asperities"):
         detachment.parameters(ground, catalogue=catalogue.assign(curvature_min=-catalogue.curvature_min))
 
 

@@ -125,7 +125,7 @@ def test_what_is_handed_on_says_what_it_stands_for_and_one_condition_at_a_time(t
     assert "result of critical_load" in repr(load.contact)
     varied = xr.concat([held, held], "sphere_radius").assign_coords(sphere_radius=[1e3, 2e3])
     for hand_on in (detachment.parameters, lambda ds: detachment.to_dem(ds, code="lammps")):
-        with pytest.raises(ValueError, match="several along sphere_radius; take each by isel"):
+        with pytest.raises(ValueError, match="several along sphere_radius; take one by isel"):
             hand_on(varied)
     path = archive.save({"detachment/load": load}, tmp_path / "one.nc")
     assert "xarray.open_datatree: detachment/load" in xr.open_dataset(path).attrs["comment"]

@@ -125,5 +125,5 @@ def test_lazy_heights_yield_as_those_in_memory(preload):
 
 def test_what_does_not_go_together_is_refused():
     elastic = roughxr.assign_pair(scan(rough(64, seed=4)), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05)
-    with pytest.raises(ValueError, match="preload: needs asperities that yield"):
+    with pytest.raises(ValueError, match="preload: expected asperities that yield"):
         roughxr.superpose(elastic, preload=10.0)

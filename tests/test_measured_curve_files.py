@@ -218,7 +218,7 @@ def test_a_file_that_keeps_its_reader_busy_is_given_up(tmp_path, volume, monkeyp
     rows = "1\t2\t3\t1\n" * 1_500_000
     (tmp_path / "long.tab").write_text(f"{_tab_head('force', 'height (piezo)', 'time', 'segment')}{rows}")
     start = time.monotonic()
-    with pytest.raises(UnreadableScan, match="reading it was ended after 0 s"):
+    with pytest.raises(UnreadableScan, match="reading was stopped after 0 s"):
         roughxr.open_pull_off(tmp_path / "long.tab")
     assert time.monotonic() - start < 30
     monkeypatch.undo()

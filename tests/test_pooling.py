@@ -114,9 +114,9 @@ def test_what_cannot_be_pooled_is_refused(scans):
     ds = several(np.random.default_rng(0))
     with pytest.raises(ValueError, match="expected at least two, found 1"):
         roughxr.statistics.pooled(ds.isel(scan=[0]), "pull_off_force")
-    with pytest.raises(ValueError, match="expected it along 'scan', found"):
+    with pytest.raises(ValueError, match="expected a variable along 'scan', found"):
         roughxr.statistics.pooled(ds.rename(scan="other"), "pull_off_force")
-    with pytest.raises(ValueError, match="expected it along 'scan', found variables pull_off_force"):
+    with pytest.raises(ValueError, match="expected a variable along 'scan', found variables pull_off_force"):
         roughxr.statistics.pooled(ds, "force")
     with pytest.raises(ValueError, match="scans: expected at least one"):
         roughxr.over_scans([], roughxr.roughness)
@@ -169,7 +169,7 @@ def test_one_scan_is_its_own_spectrum_and_what_it_cannot_tell_is_left_out(scans)
     assert float((found.psd * found.psd_modes).sum()) == pytest.approx(float((kept.psd * kept.psd_modes).sum()))
     blunt = roughxr.scans.combined_spectrum(scans, shortest="100 nm")
     assert float(blunt.wavevector.max()) < 2 * np.pi / 100
-    with pytest.raises(ValueError, match="found none down to 10000 nm"):
+    with pytest.raises(ValueError, match="longest wave of some scan, found 10000 nm"):
         roughxr.scans.combined_spectrum(scans, shortest=1e4)
     with pytest.raises(ValueError, match="scans: expected at least one"):
         roughxr.scans.combined_spectrum([])

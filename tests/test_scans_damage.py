@@ -182,7 +182,7 @@ def test_heights_that_lie_elsewhere_than_the_header_says_are_doubted(name, tmp_p
     start = data.index(b"\x1a") if name == "bruker" else 384
     other = tmp_path / f"other{path.suffix}"
     other.write_bytes(data[:start] + data[start - 48 :])
-    with pytest.warns(ImplausibleScan, match=r"header describes \d+ of \d+ bytes"):
+    with pytest.warns(ImplausibleScan, match=r"header describes \d+ bytes, the file has \d+"):
         open_scan(other)
     assert "describes" in describe(other).attrs["doubts"]
 
@@ -205,7 +205,7 @@ def test_a_file_that_keeps_its_reader_busy_is_given_up(tmp_path, monkeypatch):
     process = reader_process._running[os.getpid(), vendor_reader.__file__]
     monkeypatch.setattr(reader_process, "SECONDS", 0.5)
     start = time.monotonic()
-    with pytest.raises(UnreadableScan, match=r"pages.tiff: reading it was ended after 1 s.*save or export it again"):
+    with pytest.raises(UnreadableScan, match=r"pages.tiff: reading was stopped after 1 s.*save or export it again"):
         open_scan(pages(tmp_path / "pages.tiff", 20_000))
     assert time.monotonic() - start < 10
     assert process.wait(5) != 0

@@ -56,7 +56,7 @@ def test_a_crop_keeps_the_names_of_places():
     assert part.sizes == {"x": 10, "y": 20}
     xr.testing.assert_equal(part["height"], ds["height"].sel(x=part["x"], y=part["y"]))
     assert schema.history(part)[-1]["arguments"] == {"x": [-50.0, 50.0], "y": [-100.0, 100.0]}
-    for wrong, match in (((900, 950), "two pixels of -195"), ((5, -5), "lowest, highest"), (3, "expected a pair")):
+    for wrong, match in (((900, 950), "or more in -195"), ((5, -5), "lowest, highest"), (3, "expected a pair")):
         with pytest.raises(ValueError, match=match):
             crop(ds, x=wrong)
 

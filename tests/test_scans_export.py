@@ -80,7 +80,7 @@ def test_a_flipped_height_in_our_own_file_is_noticed(holed, tmp_path):
     place = data.find(holed["height"].values[10].tobytes())
     data[place + 3] ^= 1
     path.write_bytes(data)
-    with pytest.raises(ValueError, match=r"scan\.nc: its heights cannot be read"):
+    with pytest.raises(ValueError, match=r"scan\.nc: damaged, its heights cannot be read"):
         open_scan(path).load()
 
 

@@ -124,7 +124,7 @@ def test_channels_are_chosen_by_name_number_and_direction(tmp_path):
 def test_a_channel_of_no_length_is_no_scan(tmp_path):
     rows = picture()
     path = write_gwy(tmp_path, rows, size_of(rows))
-    with pytest.raises(UnreadableScan, match="found 'Phase' in units of deg; choose among 0: 'Height'"):
+    with pytest.raises(UnreadableScan, match="found 'Phase' in units of deg; choose one with channel=: 0: 'Height'"):
         open_scan(path, channel="Phase")
 
 

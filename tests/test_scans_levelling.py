@@ -172,7 +172,7 @@ def test_the_callers_scan_is_left_alone():
         ({"method": "flat"}, "method: expected one of plane, .*found 'flat'"),
         ({"method": "polynomial"}, "order: expected a whole number from 0 to 12, found None"),
         ({"method": "polynomial", "order": 2.5}, r"found 2\.5"),
-        ({"method": "plane", "order": 3}, "'plane' has order 1, found 3"),
+        ({"method": "plane", "order": 3}, "order: expected 1 for 'plane', found 3"),
         ({"method": "median", "lines": "z"}, "lines: expected 'x' or 'y'"),
         ({"exclude": np.ones((3, 3))}, "exclude: expected bool"),
         ({"exclude": np.ones((40, 56), dtype=bool)}, "too few that are neither missing nor excluded"),

@@ -131,7 +131,7 @@ def test_kernels_do_not_leak_below_zero():
     leaking = pdf(ds, "pull_off_force", method="kde", boundary=None)
     assert leaking["pull_off_force"].values[0] < 0 and "boundary" not in leaking.attrs
     assert float(leaking.interp(pull_off_force=0.0)) < 0.7 * half_normal
-    with pytest.raises(ValueError, match="no sample below"):
+    with pytest.raises(ValueError, match="at most the least sample"):
         pdf(ds, "pull_off_force", method="kde", boundary=1.0)
 
 
@@ -179,7 +179,7 @@ def test_the_rule_of_the_bins_is_kept(sample):
 @pytest.mark.parametrize(
     ("call", "says"),
     [
-        (lambda ds: pdf(ds, "depth"), "expected one of height"),
+        (lambda ds: pdf(ds, "depth"), "expected one of height.*found 'depth'"),
         (lambda ds: pdf(ds, "height", method="spline"), "'histogram'"),
         (lambda ds: pdf(ds.isel(asperity=[0]), "height"), "at least two"),
         (lambda ds: pdf(ds.expand_dims(delta=[1.0]), "height"), "select first"),

@@ -46,9 +46,9 @@ def test_the_superposed_sweep_is_read_at_the_direct_displacements():
 
 def test_solutions_that_cannot_be_compared_are_refused_in_words():
     one = solution([[1, 2]], [1, 2])
-    with pytest.raises(ValueError, match="same number of subregions"):
+    with pytest.raises(ValueError, match="same contact centres"):
         force_ratio(solution([[1, 2], [1, 2]], [1, 2]), one)
-    with pytest.raises(ValueError, match="same datum"):
+    with pytest.raises(ValueError, match="datum: expected the same for both"):
         force_ratio(one.assign_attrs(datum="first_contact"), one)
     for far in ([11, 12], [-5, -4]):
         with pytest.raises(ValueError, match="ranges that overlap"):

@@ -102,7 +102,7 @@ def test_methods_ask_for_what_they_need(ground, cycle):
         pull_off(sticky, method="ciavarella")
     with pytest.raises(ValueError, match="expected a sweep without adhesion"):
         pull_off(cycle, method="ciavarella")
-    with pytest.raises(ValueError, match="method='cycle': expected what adhesive returns"):
+    with pytest.raises(ValueError, match="method='cycle': expected a result of `adhesive`"):
         pull_off(sticky, method="cycle")
     with pytest.raises(ValueError, match=r"method: expected one of 'exact', 'cycle', .*, found 'jkr'"):
         pull_off(sticky, method="jkr")

@@ -278,7 +278,7 @@ def test_intervals_of_a_large_map_are_those_of_a_part_and_say_so():
     rng = np.random.default_rng(2)
     patches = np.kron(rng.normal(size=(10, 10)), np.ones((16, 16)))  # 100 independent ones
     ds = xr.Dataset({"pull_off_force": (("x", "y"), np.exp(patches), {"units": "nN"})}, places)
-    with pytest.warns(UserWarning, match="25600 samples; intervals are those of 20000 drawn"):
+    with pytest.warns(UserWarning, match="25600 samples; intervals are from 20000 drawn"):
         found = bootstrap(ds, "pull_off_force", statistics=["mean"], resamples=199).sel(resampling="block").squeeze()
     assert float(found.estimate) == pytest.approx(np.exp(patches).mean())
     assert 25 < float(found.independent_places) < 400

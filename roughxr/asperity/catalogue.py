@@ -15,7 +15,7 @@ from ..kernels.asperity.ellipse import shape
 from ..kernels.jit import kernel
 from ..kernels.topography.tile_stitching import HALO, Frame, ScanPeaks, Tile, join_tiles, search_finer, search_tile
 from ..scans import regions, wavelength
-from ..scans.kept import once
+from ..scans.cache import cached
 from ..scans.parts import taker
 from ..scans.wavelength import Waves
 from ..vocabulary import schema
@@ -198,7 +198,7 @@ def _searched_later(height: da.Array, setup: _Setup) -> Any:
     return join([[search(block, (i, j), frame) for block, j in zip(row, y)] for row, i in zip(blocks, x)], frame)
 
 
-@once
+@cached
 def _searched(height: np.ndarray, setup: _Setup) -> ScanPeaks:
     """Return the peaks of the heights of a scan."""
     if setup.refine > 1:

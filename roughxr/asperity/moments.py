@@ -133,7 +133,7 @@ def rolling(
     push = float(magnitude(load, "nN", "load"))
     if "height" not in ds and "force" in ds:
         if subregions is not None or (law, formulation) != (None, DEFAULT):
-            raise ValueError("subregions, law, formulation: a solution has its own, leave them out")
+            raise ValueError("subregions, law, formulation: expected none with a solution, which has its own")
         return _finished(_of_states(ds, angles, push), ds, "adhesive", {"directions": angles, "load": push})
     summands = summands_of(ds, law, formulation)
     law = summands.law

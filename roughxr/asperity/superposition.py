@@ -59,11 +59,12 @@ def superpose(
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
     law : {"jkr", "maugis", "menisci", "hertz"}, optional
-        Adhesion without range, with a range, condensed liquid, or no adhesion; by default "jkr", of a humid pair
-        "menisci": asperities too stiff to bend under the liquid, which pulls across gaps too, with the solids' own work
-        under it over the same range. "jkr" and "maugis" of a humid pair take the work of both, "maugis" the liquid's
-        range. "maugis" is Maugis's law between JKR and DMT, of a sphere, tabulated for 0.02 < λ < 50 and read for each
-        asperity at its own λ = 1.157 μ (see `tabor`); an ellipse keeps Hertz's shape.
+        Adhesion of zero range, of finite range, by condensed liquid, or none; by default "jkr", for a humid pair
+        "menisci". In the latter asperities do not deform under the pull of the liquid, which acts across gaps too; the
+        solids' own adhesion under the liquid acts over the same range. For a humid pair "jkr" and "maugis" take the
+        work of adhesion of both, "maugis" with the liquid's range. "maugis" is Maugis's law between JKR and DMT, of a
+        sphere, tabulated for 0.02 < λ < 50 and read for each asperity at its own λ = 1.157 μ (see `tabor`); an ellipse
+        keeps Hertz's shape.
     formulation : {"energy", "self_similar", "johnson_greenwood", "published"}
         For law="jkr", how adhesion acts on an ellipse. "energy": the shape that minimises the energy over both axes;
         "self_similar": Hertz's shape (the paper's derivation, corrected); "johnson_greenwood": the edge condition at
@@ -164,7 +165,7 @@ def _hardness(ds: xr.Dataset, preload: Any) -> flattening.Yielding:
     if "hardness" not in ds.coords:
         if preload is not None:
             raise ValueError(
-                "preload: needs asperities that yield, found elastic ones; assign_pair(hardness=…), or leave it out"
+                "preload: expected asperities that yield, found elastic ones; assign_pair(hardness=…), or leave it out"
             )
         return flattening.Yielding(np.inf, np.nan)
     load = np.nan if preload is None else positive(preload, "nN", "preload")

@@ -167,7 +167,7 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     expect_moments(ds)
     force = pull_off.get("pull_off_force")
     if force is None or force.dims != ("subregion",) or not _same_places(ds, pull_off):
-        raise ValueError("pull_off: expected pull_off_force along subregion, of the same places in the same order")
+        raise ValueError("pull_off: expected pull_off_force along subregion at the same places, found others")
     load = float(ds.attrs.get("load", 0.0))
     scale = xr.DataArray(force.values / ds["pull_off_force"].values, dims="subregion")
     held = {"resisting_moment": load * ds["hinge_distance"], "tipping_pull": load}
@@ -196,7 +196,7 @@ def refuse_varied(ds: xr.Dataset):
     force = ds["pull_off_force"] if "pull_off_force" in ds else xr.DataArray()
     if others := conditions(force):
         ways = ", ".join(f"{dim}=0" for dim in others)
-        raise ValueError(f"expected one condition, found several along {', '.join(others)}; take each by isel({ways})")
+        raise ValueError(f"expected one condition, found several along {', '.join(others)}; take one by isel({ways})")
 
 
 def varied_dimension(ds: xr.Dataset) -> str | None:

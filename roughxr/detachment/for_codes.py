@@ -132,6 +132,6 @@ def _of_asperities(catalogue: xr.Dataset) -> tuple[float, float]:
     curvature = catalogue["curvature_min"] * catalogue["curvature_max"]
     summits = curvature.values[catalogue["curvature_min"].values > 0]
     if not summits.size:
-        raise ValueError("catalogue: expected summits, found none")
+        raise ValueError("catalogue: expected asperities with curvature_min > 0, found none")
     x_low, x_high, y_low, y_high = extent(catalogue)
     return summits.size / ((x_high - x_low) * (y_high - y_low)), float(np.median(summits**-0.5))

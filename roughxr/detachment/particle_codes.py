@@ -57,7 +57,7 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
     code : {"lammps", "4c", "liggghts", "mercurydpm", "yade", "rock_n_roll"}
         The last gives a table (CSV) in place of a fitted log-normal law: ``force_nN`` (ascending), ``cdf``,
         ``force_over_smooth`` (over that of the same sphere on a smooth flat), and from `rolling` ``lever_over_radius``
-        in the weakest direction, to use in place of 1/100. Places where nothing pulls are left out, and counted.
+        in the weakest direction, for use in place of the usual 1/100. Places where nothing pulls are only counted.
     classes : int
         Particle types of equal share among which the places are divided, by their pull-off, for codes that hold one
         adhesion for each type (not "4c", "rock_n_roll"); by default up to 5. 1: all alike, with the mean pull-off.
@@ -68,7 +68,7 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
     -------
     str
         Lines with comments and SI units, one particle type for each class, at the sphere's radius. They hold the
-        adhesion between sphere and wall; the sphere's own dynamics (damping, friction, time step) stay yours.
+        adhesion between sphere and wall; its dynamics (damping, friction, time step) are for you to add.
 
     Raises
     ------
@@ -77,9 +77,9 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
 
     Notes
     -----
-    LAMMPS was run with these lines: a particle pulled off the wall needs the pull-off force handed over, to 1e-5
-    (``tests/benchmarks/dem_codes.py``). The others follow their manuals and sources, named at the head of this file;
-    pull one particle off before use.
+    LAMMPS was run with these lines: pulling a particle off the wall takes the pull-off force given here, within 1e-5
+    (``tests/benchmarks/dem_codes.py``). Those for other codes follow their manuals and sources (head of this
+    file); pull one particle off before use.
 
     Examples
     --------

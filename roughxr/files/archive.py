@@ -1,8 +1,8 @@
 """A run as one NetCDF-4 file with sibling groups; each state of the file appears complete or not at all.
 
 Groups are plain Datasets (scan, asperities, solutions, statistics), each with attributes that say how it was
-made; `xarray.open_datatree` reads them back as they were. A run that is not finished has groups of what is, and an
-attribute of the root, `UNFINISHED`, that says what is missing.
+made; `xarray.open_datatree` reads them back as they were. The archive of an unfinished run holds the groups
+computed so far; the attribute `UNFINISHED` of its root says what is missing.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ __all__ = ["load", "save", "verify"]
 #: Zlib's level 1: half the size of fields in a tenth of the time of level 9.
 _COMPRESSED = {"zlib": True, "complevel": 1}
 
-#: Attribute of the root that says what a run that is not finished has not.
+#: Attribute of the root of an unfinished run: what is missing.
 UNFINISHED = "unfinished"
 
 #: Fields are read in chunks of this many bytes, or of one subregion if that is larger.
@@ -82,7 +82,7 @@ def save(
 
 
 def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], *, onto: bool = True) -> Path:
-    """Add groups to an archive, or make one of them, and set attributes of its root; those of None are removed.
+    """Add groups to an archive, or make one of them, and set attributes of its root; None removes one.
 
     The file is copied first: whatever ends the process, it is as before or as it is to be.
     """
@@ -112,9 +112,9 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
 
 
 def _compressed(ds: xr.Dataset) -> dict[str, dict]:
-    """Return the encoding of each variable: fields in one piece for each subregion and displacement, as they come.
+    """Return the encoding of each variable: fields in one chunk for each subregion and displacement.
 
-    The library's default pieces span many subregions, each of which would unpack and pack them again.
+    The library's default chunks span many subregions: each subregion written would unpack and pack them again.
     """
     encoding = as_characters(ds)
     for name, variable in ds.data_vars.items():
@@ -142,9 +142,9 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     Raises
     ------
     ValueError
-        If it is damaged: not as its checksums say, which archives of earlier versions do not have.
+        If it is damaged, by its checksums; archives of earlier versions have none.
     OSError
-        If it is absent.
+        If it does not exist or cannot be read.
 
     Examples
     --------
@@ -158,7 +158,7 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     path = Path(path)
     kept = verify(path)
     if missing := root_of(path).get(UNFINISHED):
-        warn(f"{path}: the run is not finished, {missing}; the command that began it continues it")
+        warn(f"{path}: the run is not finished, {missing}; the same command continues it")
     with _in_words(path):
         return {name: _without_fields(path, name, ds, kept.get(f"/{name}", {})) for name, ds in each_group(path)}
 
@@ -208,8 +208,8 @@ def _in_words(path: Path) -> Iterator[None]:
         raise
     except Exception as error:
         raise ValueError(
-            f"{path}: expected an archive as it was written, found it damaged or changed, at: {error}; use a "
-            "copy, or compute it again under another name; xarray.open_datatree reads what can be read"
+            f"{path}: expected an intact archive, found it damaged or changed, at: {error}; use a copy, or repeat "
+            "the run under another name; xarray.open_datatree reads what can be read"
         ) from error
 
 

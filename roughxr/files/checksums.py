@@ -1,7 +1,7 @@
-"""Checksums of all that an archive holds, kept in its root: HDF5 has none of attributes and of bare values.
+"""Checksums of all that an archive holds, kept in its root: HDF5 has none for attributes and unchunked values.
 
-Of each group one for its names, sizes and attributes, and one for the values of each variable; of a field, which is
-read in parts, one for each part.
+Each group has one for its names, sizes and attributes, and one for the values of each variable; a field, which is read
+in parts, has one for each part.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 #: Attribute of the root that holds them.
 ATTRIBUTE = "checksums"
 
-#: Name, among the variables of a group, of what is not a variable's values.
+#: Key, among those of a group's variables, for names, sizes and attributes.
 _OTHER = ""
 
 #: Values are read so many bytes at a time.

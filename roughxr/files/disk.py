@@ -44,7 +44,7 @@ def whole(path: str | os.PathLike) -> Iterator[Path]:
             _discard(temporary)
         if isinstance(error, OSError) or (isinstance(error, RuntimeError) and str(error).startswith(_NETCDF)):
             raise OSError(
-                f"{path}: could not be written ({error}), and no part of it is kept; its disk had room for {room}: "
+                f"{path}: could not be written ({error}); no part of it is kept; its disk has {room} free: "
                 "make room, check your permission to write there, and call again"
             ) from error
         raise
@@ -96,9 +96,9 @@ def opened(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]:
 
 
 def each_group(path: str | os.PathLike) -> Iterator[tuple[str, xr.Dataset]]:
-    """Yield name and Dataset of the groups of a NetCDF file, but of those that only hold others; it is opened once.
+    """Yield name and Dataset of each group of a NetCDF file that holds more than groups; the file is opened once.
 
-    Each is to be read before the next.
+    Read each Dataset before the next is asked for.
     """
     with raw(path) as file:
         for name in names_in(file):
@@ -106,7 +106,7 @@ def each_group(path: str | os.PathLike) -> Iterator[tuple[str, xr.Dataset]]:
 
 
 def names_in(file: netCDF4.Dataset) -> list[str]:
-    """Return the names of the groups of a file, but of those that only hold others."""
+    """Return the names of the groups of a file, except those that only hold other groups."""
     return [group.path.strip("/") for group in _below(file) if group.variables or not group.groups]
 
 
@@ -148,7 +148,7 @@ def _room(path: Path) -> str:
     try:
         return f"{shutil.disk_usage(path.parent).free / 1e6:.3g} MB"
     except OSError:
-        return "nothing (there is no such folder)"
+        return "no space (there is no such folder)"
 
 
 def _discard(temporary: Path) -> None:

@@ -1,6 +1,6 @@
 """What a NetCDF-4 file is made of, looked at by `reader_process` before the file is opened in the caller's own process.
 
-The C library follows groups that hold themselves until no memory is left, and then ends its process.
+The C library follows groups that contain themselves until no memory is left, and then crashes.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any
 
 LIBRARY = "netCDF4"
 
-#: Bytes: no values are read.
+#: Bytes of memory that it needs: no values are read.
 MEMORY = 2**28
 
 
@@ -21,7 +21,7 @@ _IN_WORDS = {
     -101: "it is cut short or overwritten: its HDF5 content cannot be read",
 }
 
-#: NetCDF's compression makes one byte of 1032 at best; smaller arrays than this do no harm.
+#: The largest ratio of zlib's compression, and the size (bytes) up to which an array does no harm.
 _PACKED, _SMALL = 1032, 2**28
 
 
@@ -44,5 +44,5 @@ def _count(group: Any, most: int) -> int:
     for name, variable in group.variables.items():
         length = getattr(variable.dtype, "itemsize", 1) * math.prod(variable.shape)
         if length > most:
-            raise ValueError(f"{name}: {' x '.join(map(str, variable.shape))} values declared, and no room for them")
+            raise ValueError(f"{name}: {' x '.join(map(str, variable.shape))} values declared, too many for the file")
     return len(group.variables) + sum(_count(child, most) for child in group.groups.values())

@@ -25,10 +25,10 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, BinaryIO
 
-#: Seconds that reading may take, and bytes that allow one second more: a hundred times what sound files need.
+#: Seconds that reading may take, and bytes that allow one second more: a hundred times what intact files need.
 SECONDS, BYTES_PER_SECOND = 60.0, 1e6
 
-#: Bytes of memory that reading may take, and for each byte of the file: some ten copies of a compressed file's content.
+#: Bytes of memory that reading may take, and those more for each byte of the file: ten copies of compressed content.
 MEMORY, MEMORY_PER_BYTE = 2**31, 64
 
 _LOCK = threading.Lock()
@@ -70,12 +70,12 @@ def _answer(request: dict[str, Any], reader: str, limit: float) -> dict[str, Any
 def _why(late: bool, limit: float, code: int | None) -> str:
     if late:
         return (
-            f"reading it was ended after {limit:.0f} s, which no sound file of its length needs: damaged, or on a slow "
-            "disk; open it in the program that wrote it, and save or export it again"
+            f"reading was stopped after {limit:.0f} s, longer than any intact file of its length needs: damaged, or on "
+            "a slow disk; open it in the program that wrote it, and save or export it again"
         )
     if code is None or code >= 0:
         return f"damaged: the process that read it ended with code {code}"
-    return f"damaged, or made to do harm: the process that read it was ended by {signal.Signals(-code).name}"
+    return f"damaged, or malicious: the process that read it was ended by {signal.Signals(-code).name}"
 
 
 def _process(reader: str) -> subprocess.Popen:

@@ -56,7 +56,7 @@ class Checkpoint:
             self.say(f"damaged checkpoint set aside as {self.set_aside.name}")
 
     def close(self, *, remove: bool = False) -> None:
-        """Close the file; remove it when the run is finished, before its lock ends where the system allows that."""
+        """Close the file; where ``remove``, delete it first, while it is still locked, if the system allows that."""
         left = _files(self.path) if remove else []
         try:
             if remove:
@@ -86,7 +86,7 @@ class Checkpoint:
         query = "SELECT * FROM batches WHERE stage = ? AND first = ?"
         row = self._execute(query, (stage, first)).fetchone()
         if row is None or not _is_sound(row):
-            raise OSError(f"{self.path}: the kept results of item {first} were damaged during the run: call again")
+            raise OSError(f"{self.path}: stored results were damaged during the run; call again to repeat them")
         return np.frombuffer(zlib.decompress(row[3]), dtype.newbyteorder("<")).astype(dtype.base)
 
     def kept(self, stage: str) -> list[range]:

@@ -1,7 +1,7 @@
 """Items computed in batches on any of dask's schedulers, their results handed over as they finish.
 
-Sending a batch and keeping its result costs the main process up to ten milliseconds, while an item takes one to many
-thousand. So batches grow to about half a second, as the time per item becomes known, and shrink again towards the end.
+Sending a batch and storing its result costs the main process up to ten milliseconds, and an item takes from one to many
+thousands. So batches grow to about half a second, as the time per item becomes known, and shrink again towards the end.
 With batches of one item, two workers were hardly faster than one on items of 7 ms; with these, 1.8 times as fast.
 """
 
@@ -27,8 +27,8 @@ _SECONDS, _BYTES = 0.5, 2**24
 #: Number of items whose times predict that of the next: few, since compilation makes a worker's first ones slow.
 _TIMED_ITEMS = 15
 
-#: How often an item may be lost with its worker. Each time it is sent in a batch smaller by this factor, at last alone:
-#: so the item that kills its workers is found, and others that were lost with it are computed.
+#: How often an item may be lost with its worker, and by which factor its batch is then smaller each time; at last it is
+#: sent alone: so the item that kills its workers is found, and others that were lost with it are computed.
 _MOST_LOSSES, _SPLITTING = 3, 16
 
 

@@ -46,7 +46,7 @@ def refuse_other(found: Mapping[str, Any], asked: Mapping[str, Any], path: Path)
     different = [key for key in (*asked, *(k for k in found if k not in asked)) if found.get(key) != asked.get(key)]
     if different:
         raise ValueError(
-            f"{path} holds another run: found {_listed(found, different)}; asked for {_listed(asked, different)}; "
+            f"{path} holds another run: expected {_listed(asked, different)}; found {_listed(found, different)}; "
             "give the output another name, or remove the file"
         )
 
@@ -59,7 +59,7 @@ def _listed(values: Mapping[str, Any], keys: list[str]) -> str:
 def keys_of(work: Work) -> tuple[str, list[bytes]]:
     """Return a hash of everything that the results of ``work`` depend on, and one for the result of each item.
 
-    Plain numbers, of which each subregion has some, are hashed as text: dask's search of them all took a tenth of a
+    Plain numbers, of which each subregion has some, are hashed as text: dask's tokens for them all took a tenth of a
     run of 2304 subregions on two threads.
     """
     with dask.config.set({"tokenize.ensure-deterministic": True}):

@@ -17,7 +17,7 @@ from dask.delayed import Delayed
 
 from ..vocabulary.verbs import verb
 from .executor import Failure, each_finished
-from .progress import Progress, is_told
+from .progress import Progress, is_shown
 from .schedulers import active_client
 from .work import Work, in_memory, run_batch, stacked, without_views
 
@@ -68,9 +68,9 @@ def spread(
 ) -> Any:
     """Return the stacked results of ``task(*arguments[k], *shared)``: an array, lazy in chunks of one batch.
 
-    ``task`` is at the top of a module, for other processes to import; ``dtype`` is a record's type, or the shape of
-    float64; ``cost`` orders the items, the most expensive first; ``each`` counts the subregions of an item. Small
-    solves are not lazy: tasks for their labels and slices would double their time.
+    ``task`` is at the top of a module, for other processes to import; ``dtype`` is the type of a record, or the
+    shape of a float64 result; ``cost`` orders the items, the most expensive first; ``each`` counts the subregions of an
+    item. Small solves are computed at once (``lazy=False``): tasks for labels and slices would double their time.
     """
     arguments, shared = without_views(arguments, shared)
     dtype = dtype if isinstance(dtype, np.dtype) else np.dtype((float, dtype))
@@ -119,7 +119,7 @@ def finish(ds: xr.Dataset, *, lazy: bool) -> xr.Dataset:
 
 @verb
 def compute(ds: xr.Dataset) -> xr.Dataset:
-    """Compute a lazy Dataset, within `progress` with progress by finished subregions on any of dask's schedulers.
+    """Compute a lazy Dataset on any of dask's schedulers; within `progress`, with a count of finished subregions.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def compute(ds: xr.Dataset) -> xr.Dataset:
     (True, False)
     """
     counts = _subregions_of(ds)
-    if not counts or not is_told():
+    if not counts or not is_shown():
         return ds.compute()
     bar = Progress(sum(counts.values()))
     try:

@@ -1,7 +1,7 @@
 """Progress of a computation, counted in finished subregions: a bar on a terminal, plain lines elsewhere.
 
-It is told within ``with progress():``. Within the stages of a run a bar is part of the one line that tells the stage
-and the time left over all of them.
+It is shown within ``with progress():``. During a run the bar is part of one line, with the stage and the time left over
+all stages.
 """
 
 from __future__ import annotations
@@ -19,29 +19,29 @@ from typing import TextIO
 #: Seconds between two reports: on a terminal, and as plain lines.
 _ON_TERMINAL, _AS_LINES = 0.1, 10.0
 
-#: Seconds after which a run that has nothing new to tell says so: on a terminal, and as plain lines.
+#: Seconds without news after which a run repeats its line: on a terminal, and as plain lines.
 _SILENT_ON_TERMINAL, _SILENT_AS_LINES = 1.0, 20.0
 
 _BAR_WIDTH = 24
 
-#: Seconds after the first finished item before a rate is reported: items that finish with the first one say nothing.
+#: Seconds after the first finished item before a rate is reported: items that finish with it would distort that.
 _RATE_DELAY = 1.0
 
-#: Where progress is told, if anywhere, and the stages of a run that tell it in their own line.
+#: Where progress is written, if anywhere, and the stages of a run, which show it in their own line.
 _STREAM: ContextVar[TextIO | None] = ContextVar("progress", default=None)
 _STAGES: ContextVar[Stages | None] = ContextVar("stages", default=None)
 
 
 @contextmanager
 def progress(stream: TextIO | None = None) -> Iterator[None]:
-    """Tell, within a ``with`` block, what is computed: how much is finished, how fast, and the time left.
+    """Show the progress of computations within a ``with`` block: how much is finished, how fast, and the time left.
 
-    It is told as a bar on a terminal, as a line from time to time elsewhere.
+    On a terminal it is a bar, elsewhere a line every ten seconds.
 
     Parameters
     ----------
     stream : file, optional
-        Where to tell; by default standard error.
+        Where to write; by default standard error.
 
     Yields
     ------
@@ -62,13 +62,13 @@ def progress(stream: TextIO | None = None) -> Iterator[None]:
         _STREAM.reset(token)
 
 
-def is_told() -> bool:
-    """Return whether progress is told."""
+def is_shown() -> bool:
+    """Return whether progress is shown."""
     return _STREAM.get() is not None
 
 
 def say(words: str) -> None:
-    """Tell a line, or a detail of a run's stage; nothing where no progress is told."""
+    """Write a line, or a detail of a run's stage; nothing where no progress is shown."""
     if stages := _STAGES.get():
         stages.detail(words)
     elif stream := _STREAM.get():
@@ -166,7 +166,7 @@ def _duration(seconds: float) -> str:
 
 
 class Stages:
-    """The stages of a run, told on one line: which of how many, how far it has come, and how long the run takes still.
+    """The stages of a run, shown on one line: which of how many, how far it has come, and the time left of the run.
 
     ``expected`` holds the stages in order and about how long each takes (s), ``words`` their names in words.
     """
@@ -201,7 +201,7 @@ class Stages:
             self._stream.flush()
 
     def __call__(self, name: str, more: str = "") -> None:
-        """Begin a stage, told with more words."""
+        """Begin a stage; ``more`` is added to its name."""
         self._expected.setdefault(name, 0.0)
         self._name, self._words = name, self._names.get(name, name) + more
         self._detail, self.bar, self._begun = "", None, time.monotonic()
@@ -212,14 +212,14 @@ class Stages:
         self._expected |= {name: value for name, value in seconds.items() if name in self._expected}
 
     def detail(self, words: str) -> None:
-        """Tell what the stage is at."""
+        """Show what the stage is at."""
         self._detail = words
         self.refresh()
 
     def found(self, words: str, short: str) -> None:
-        """Tell the answer as far as it is known, on a terminal in short at the head of the line.
+        """Show the answer as far as it is known, on a terminal in short at the head of the line.
 
-        A run that ends before its end prints it as its answer.
+        A run that is interrupted or fails prints it as its answer.
         """
         self._found, self._short = words, short
         if self._stream is not None and not self._terminal:
@@ -237,7 +237,7 @@ class Stages:
         return [self._names[name] for name in names[names.index(self._name) + 1 :]] if self._name in names else []
 
     def refresh(self) -> None:
-        """Tell again if enough time has passed."""
+        """Show the line again if enough time has passed."""
         if time.monotonic() - self._said >= (_ON_TERMINAL if self._terminal else _AS_LINES):
             self._tell()
 
@@ -271,7 +271,7 @@ class Stages:
             self._stream.flush()
 
     def _keep_telling(self) -> None:
-        """Tell from time to time, also where nothing finishes, until the last stage ends."""
+        """Show the line from time to time, also where nothing finishes, until the last stage ends."""
         silent = _SILENT_ON_TERMINAL if self._terminal else _SILENT_AS_LINES
         while not self._ended.wait(silent / 4):
             if time.monotonic() - self._said >= silent:

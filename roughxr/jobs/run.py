@@ -33,7 +33,7 @@ _IN_MEMORY = 2**24
 #: Subregions whose scalars are read at once where they are stored among fields.
 _SLAB = 256
 
-#: Whether solves are to return what is kept and nothing else.
+#: Whether solves return stored results only, and compute nothing.
 _ONLY_KEPT: ContextVar[bool] = ContextVar("only_kept", default=False)
 
 #: Attribute of the archive's root that holds the run's identity.
@@ -61,9 +61,9 @@ def checkpointed(
     Parameters
     ----------
     compute : callable
-        Returns the groups: names such as "solutions/direct", and Datasets. Or yields some of them after the other: the
-        archive holds them from then on, and says that the run is not finished. It is called again to resume, and must
-        then make the same calls.
+        Returns the groups: names such as "solutions/direct", and Datasets. Or yields them in parts, each written
+        to the archive, which is marked as unfinished until the last. It is called again to resume, and must then make
+        the same calls.
     output : path
         The archive, NetCDF-4. Each state of the file appears under this name once it is complete.
     scan : Dataset
@@ -72,12 +72,12 @@ def checkpointed(
     arguments : mapping, optional
         Further arguments that the groups depend on, by name: the same output is refused for other arguments.
     title : str
-        Kept as an attribute of the archive.
+        Stored as an attribute of the archive.
     scheduler : str, optional
         "threads", "processes", "synchronous", or the address of a ``dask scheduler`` such as
         "tcp://node1:8786". By default the active ``distributed.Client``, else what dask is configured for.
     missing : callable, optional
-        Returns in words what of a run that yields is missing now; kept in the archive of an unfinished run.
+        Where ``compute`` yields: returns in words what is missing so far, stored in the unfinished archive.
 
     Returns
     -------
@@ -88,7 +88,7 @@ def checkpointed(
     Raises
     ------
     ValueError
-        If ``output`` holds another run; the message says in which arguments they differ. Or if it is damaged.
+        If ``output`` is damaged, or holds another run; the message says in which arguments they differ.
     BlockingIOError
         If another process is computing the same output.
     OSError
@@ -182,7 +182,7 @@ def only_kept() -> Iterator[None]:
 
 
 def _unknown(count: int, dtype: np.dtype) -> np.ndarray:
-    """Return results that say nothing: NaN, and False or 0 where there is no NaN."""
+    """Return results without values: NaN, and False or 0 where there is no NaN."""
     unknown = np.zeros(count, dtype)
     for name in dtype.names or [...]:
         if unknown[name].dtype.kind == "f":
@@ -237,8 +237,8 @@ class _WithCheckpoints:
         self.checkpoint.say(f"{work.name}: {progress.text()}, {progress.seconds():.3g} s")
         if failures:
             raise RuntimeError(
-                f"{work.name}: {progress.failed} of {total} subregions failed, the first, {failures[0]}; "
-                "the others are kept: remove the cause and call again"
+                f"{work.name}: {progress.failed} of {total} subregions failed, first {failures[0]}; the "
+                "results of the others are kept: remove the cause and call again"
             )
 
     def finish(self, ds: xr.Dataset) -> xr.Dataset:

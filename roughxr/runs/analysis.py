@@ -43,7 +43,7 @@ from ..contact.specimen import Specimen, specimen_of
 from ..detachment import critical_load, leaving, resting
 from ..detachment.coming_to_rest import is_rests
 from ..files.disk import whole
-from ..jobs.progress import Stages, about, is_told
+from ..jobs.progress import Stages, about, is_shown
 from ..jobs.progress import say as tell
 from ..jobs.records import loading
 from ..jobs.run import checkpointed, only_kept
@@ -231,7 +231,7 @@ def run(
 def told(specimen: Specimen, plan: Plan, path: Path) -> Stages:
     """Return the stages of a run; where its archive is not there yet say what it will do, and about how long."""
     expected = _expected(specimen, plan)
-    if is_told() and not path.exists():
+    if is_shown() and not path.exists():
         count = _count(specimen, plan)
         words = ", ".join(_WORDS[name] for name in expected)
         time = about(sum(expected.values()))

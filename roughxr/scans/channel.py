@@ -120,13 +120,13 @@ def choose(channels: list[Channel], channel: str | int | None, direction: str | 
     fitting = along(named(channels, channel), direction)
     if not fitting or (isinstance(channel, str) and len(fitting) > 1):
         found = "several" if fitting else "none"
-        advice = "name one or its number" if any(one.units for one in channels) else _STATE_UNITS
+        advice = "choose one with channel=, by name or number" if any(one.units for one in channels) else _STATE_UNITS
         wanted = "a topography" if channel is None else f"channel {channel!r}"
         wanted += f" with direction {direction!r}" if direction else ""
         raise UnreadableScan(path, f"expected {wanted}, found {found} among {listing(channels)}; {advice}")
     first = fitting[0]
     if not first.is_length:
-        advice = f"choose among {listing(channels)}" if first.units else _STATE_UNITS
+        advice = f"choose one with channel=: {listing(channels)}" if first.units else _STATE_UNITS
         found = f"{first.name!r} in units of {first.units or 'nothing'}"
         raise UnreadableScan(path, f"expected a channel of heights, found {found}; {advice}")
     return first

@@ -76,7 +76,7 @@ def combined_spectrum(
     parts = [(_usable if "y" in one.dims else _of_line)(one, window, wave) for one, wave in zip(scans, least)]
     bins = [np.floor(per_decade * np.log10(q)).astype(int) for q, _, _ in parts]
     if not sum(one.size for one in bins):
-        raise ValueError(f"shortest: expected waves that a scan reaches, found none down to {min(least):g} nm")
+        raise ValueError(f"shortest: expected at most the longest wave of some scan, found {min(least):g} nm")
     known = np.unique(np.concatenate(bins))
     sums = np.array([_binned(np.searchsorted(known, at), *part, known.size) for at, part in zip(bins, parts)])
     modes, power, wave = np.moveaxis(sums, 1, 0)

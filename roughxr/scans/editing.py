@@ -132,7 +132,7 @@ def crop(ds: xr.Dataset, *, x: Sequence[Quantity] | None = None, y: Sequence[Qua
         if out.sizes[axis] < 2:
             low, high = float(scan[axis][0]), float(scan[axis][-1])
             raise ValueError(
-                f"{axis}: expected a range that holds two pixels of {low:g} to {high:g} nm, found {ranges[axis]}"
+                f"{axis}: expected a range of two pixels or more in {low:g} to {high:g} nm, found {ranges[axis]}"
             )
     return record(out, "crop", **ranges)
 

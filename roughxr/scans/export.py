@@ -161,8 +161,8 @@ def to_file(ds: xr.Dataset, path: str | os.PathLike, *, name: str | None = None)
     -----
     Missing pixels stay NaN; the picture's top row comes first. ``.gsf`` holds 32-bit numbers (seven digits) in SI
     units: m, N, Pa, J/m². ``.tif`` holds 64-bit numbers in the variable's own units, its tags the pixel's size and the
-    upper left corner in nm without a system of reference, and as its description, JSON, units and history. ``.nc`` is
-    no CF file, and Gwyddion does not open it.
+    upper left corner in nm without a coordinate reference system, its description units and history as JSON. ``.nc``
+    is no CF file, and Gwyddion does not open it.
 
     References
     ----------

@@ -199,7 +199,7 @@ def sized(channel: Channel, size: Any, path: Path) -> Channel:
             path, "expected a lateral size, found none in the file; give it, for example size=('5 um', '5 um')"
         )
     if stated and wanted and not np.allclose(stated, wanted, rtol=1e-6):
-        raise ValueError(f"{path}: size: the file states {stated} nm, given was {wanted} nm; leave size= out")
+        raise ValueError(f"{path}: size: expected {stated} nm, as the file states, found {wanted} nm; leave size= out")
     if stated and not wanted and not channel.counted:
         _check_square(channel, stated, path)
     return channel._replace(size=wanted or stated, lateral_units="nm")

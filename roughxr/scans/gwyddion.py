@@ -43,7 +43,7 @@ def gwy_channels(path: Path) -> list[Channel]:
     if data.startswith(OLD_GWY):
         raise UnreadableScan(path, "expected a Gwyddion 2 file, found Gwyddion 1's GWYO; open and save it in Gwyddion")
     if _object_end(data, len(GWY), len(data)) != len(data):
-        raise UnreadableScan(path, "expected one Gwyddion object as long as the file, found another length")
+        raise UnreadableScan(path, "expected one Gwyddion object as long as the file, found another length: damaged")
     container = optional("gwyfile").objects.GwyObject.frombuffer(data[len(GWY) :])
     numbers = sorted(int(key.split("/")[1]) for key in container if _is_field(key))
     return [_gwy_channel(container, number) for number in numbers]

@@ -92,7 +92,7 @@ def level(
 def _degree(method: str, order: int | None) -> int:
     if method in _ORDERS:
         if order not in (None, _ORDERS[method]):
-            raise ValueError(f"order: method {method!r} has order {_ORDERS[method]}, found {order}; use 'polynomial'")
+            raise ValueError(f"order: expected {_ORDERS[method]} for {method!r}, found {order}; take 'polynomial'")
         return _ORDERS[method]
     if method != "polynomial":
         known = ", ".join([*_ORDERS, "polynomial", *_LINES])

@@ -54,7 +54,7 @@ class _LazyImage(BackendArray):
             if self.image.mask is not None:
                 values[self._part(self.image.mask, slices) != 0] = np.nan
         except (OSError, RuntimeError) as error:  # what HDF5 says of a wrong checksum, without the file's name
-            raise UnreadableScan(self.image.path, f"its heights cannot be read, it is damaged: {error}") from error
+            raise UnreadableScan(self.image.path, f"damaged, its heights cannot be read: {error}") from error
         refuse_absurd(values, self.image.width, self.image.path)
         return values[tuple(0 if isinstance(k, (int, np.integer)) else slice(None) for k in key)]
 
@@ -167,7 +167,7 @@ def _surface_topography(ds: xr.Dataset, path: Path) -> tuple[_Image, dict[str, n
             raise UnreadableScan(path, f"{axis}: expected its lateral size in an attribute 'length', found none")
         pixel = float(ds[axis].attrs["length"]) / ds.sizes[axis]
         if ds.sizes[axis] > 1 and abs(spacing(ds[axis]) - pixel) > 1e-6 * pixel:
-            raise UnreadableScan(path, f"{axis}: its coordinates and its 'length' disagree about the pixel size")
+            raise UnreadableScan(path, f"{axis}: expected steps of {pixel:g} by 'length', found {spacing(ds[axis]):g}")
         centres[axis] = (np.arange(ds.sizes[axis]) + 0.5) * pixel * _ratio(ds[axis], path, "unit")
     mask = ds["mask"].variable if "mask" in ds.variables else None
     ratio = _ratio(ds["heights"], path, "unit")

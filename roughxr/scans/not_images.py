@@ -20,7 +20,7 @@ ZIP = b"PK\x03\x04"
 #: Names of the metadata of a container of contact.engineering, the first that is there.
 METADATA = ("index.json", "meta.yml")
 
-_READ_BY = "which `roughxr measured` reads, in Python roughxr.open_pull_off and roughxr.measured.open_curves"
+_READ_BY = "read them with `roughxr measured`, in Python with roughxr.open_pull_off or roughxr.measured.open_curves"
 
 _NOT_READ = (
     "not read: export the curves as text from NanoScope Analysis, or give `roughxr measured` a table of pull-off "
@@ -51,7 +51,7 @@ def refuse_curves(path: Path) -> None:
             "expected one image, found a container of several topographies; open it with roughxr.scans.open_container",
         )
     if kind:
-        raise UnreadableScan(path, f"expected an image of heights, found force-distance curves ({kind}), {_READ_BY}")
+        raise UnreadableScan(path, f"expected an image of heights, found force-distance curves ({kind}); {_READ_BY}")
 
 
 def refuse_nanoscope(path: Path) -> None:

@@ -28,8 +28,8 @@ def npy_channels(path: Path) -> list[Channel]:
     values = np.load(path, mmap_mode="r", allow_pickle=False)
     if values.ndim != 2 or values.dtype.kind not in "fiu":
         raise UnreadableScan(path, f"expected a matrix of real numbers, found shape {values.shape} of {values.dtype}")
-    if values.offset + values.nbytes != path.stat().st_size:
-        raise UnreadableScan(path, f"expected {values.nbytes} bytes of data, found more or fewer")
+    if (found := path.stat().st_size - values.offset) != values.nbytes:
+        raise UnreadableScan(path, f"expected {values.nbytes} bytes of data, found {found}: damaged")
     read = partial(np.array, values, dtype=float)
     return [Channel(path.stem, None, values.shape, None, None, read)]
 
@@ -96,7 +96,7 @@ def _matrix(path: Path, text: str) -> np.ndarray:
             path, f"expected a matrix of numbers, found: {error} (a table of pull-offs is read by `roughxr measured`)"
         ) from error
     if rows.shape[1] == 3 and rows.shape[0] > 3:
-        raise UnreadableScan(path, "expected a matrix of heights, found three columns (x, y, z?); grid them first")
+        raise UnreadableScan(path, "expected a matrix of heights, found three columns (x, y, z?): map them to a grid")
     return rows
 
 

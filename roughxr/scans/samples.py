@@ -41,8 +41,6 @@ def open_sample(name: str = "glass") -> xr.Dataset:
     """
     samples = {path.stem: path for folder in _FOLDERS for path in folder.glob("*.nc")}
     if name not in samples:
-        raise ValueError(
-            f"expected a sample of name {', '.join(sorted(samples)) or '(none installed)'}, found {name!r}"
-        )
+        raise ValueError(f"name: expected one of {', '.join(sorted(samples)) or '(none installed)'}, found {name!r}")
     with opened(samples[name]) as ds:
         return schema.validate(ds.load().drop_encoding(), "scan")

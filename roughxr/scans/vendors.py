@@ -22,7 +22,7 @@ def channels(path: Path) -> list[Channel]:
     """Return the images in a vendor's file."""
     head = first_bytes(path, 512)
     if head[:2] in (b"\x05\0", b"\0\x05") and not is_igor(head):
-        raise UnreadableScan(path, "expected an Igor wave whose header sums to zero, found a damaged header")
+        raise UnreadableScan(path, "expected a header with a valid checksum, found a damaged one (Igor wave)")
     answer = asked(path, vendor_reader, "SurfaceTopography")
     if "said" in answer:
         raise UnreadableScan(path, f"expected an AFM image, found none: {_reasons(answer['said'], head)}")
@@ -50,7 +50,7 @@ def _length_doubt(path: Path, format_name: str, header: dict[str, Any]) -> str:
     expected = stated(path, header.get("raw_metadata") or {}) if stated else None
     if expected is None or expected == length:
         return ""
-    return f"its header describes {expected} of {length} bytes: damaged, or other data appended"
+    return f"its header describes {expected} bytes, the file has {length}: damaged, or other data appended"
 
 
 def _bruker_length(path: Path, _raw: Any) -> int | None:
@@ -117,7 +117,7 @@ def _reasons(said: dict[str, str], head: bytes) -> str:
     own = [name for name, starts in SIGNATURES.items() if head.startswith(starts) and name in said]
     if own:
         return f"it begins as {own[0]}, but: {said[own[0]][:300]}"
-    return "it begins like no known format"
+    return "it begins like no known format (`roughxr info --formats` lists them)"
 
 
 def _channel(path: Path, index: int, image: dict[str, Any], format_name: str) -> Channel:
@@ -142,7 +142,7 @@ def _channel(path: Path, index: int, image: dict[str, Any], format_name: str) ->
 def _rows(path: Path, index: int, units: str | None) -> np.ndarray:
     answer = asked(path, vendor_reader, "SurfaceTopography", index=index)
     if is_length(units) and answer["unit"] != units:
-        raise ValueError(f"image {index}: its heights are stated in {units!r}, but read in {answer['unit']!r}")
+        raise ValueError(f"image {index}: expected heights in {units!r}, as listed, found {answer['unit']!r}: damaged")
     return answer["heights"].T
 
 

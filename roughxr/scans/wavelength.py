@@ -14,7 +14,7 @@ import dask
 import dask.array as da
 import numpy as np
 
-from .kept import once
+from .cache import cached
 from .parts import taker
 
 #: Share of the mean square curvature that shorter waves may have.
@@ -34,7 +34,7 @@ class Waves(NamedTuple):
     slope: float  # root mean square, 1
 
 
-@once
+@cached
 def waves(heights: np.ndarray, steps: tuple[float, float]) -> Waves:
     """Return shortest wavelength and slope of heights on pixels of these steps (nm); NaN where there are none.
 

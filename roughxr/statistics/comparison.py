@@ -85,11 +85,11 @@ def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset, by: float):
     places = [name for name in ("subregion_x", "subregion_y") if name in superposed.coords and name in direct.coords]
     if sizes[0] != sizes[1] or not all(np.allclose(superposed[name], direct[name]) for name in places):
         raise ValueError(
-            f"expected the same number of subregions in both, found {sizes[0]} and {sizes[1]}; solve at the same places"
+            f"expected the same contact centres in both, found {sizes[0]} and {sizes[1]} that differ; solve at the same"
         )
     datums = [ds.attrs.get("datum", "highest_peak") for ds in (superposed, direct)]
     if datums[0] != datums[1]:
-        raise ValueError(f"expected delta from the same datum, found {datums[0]!r} and {datums[1]!r}")
+        raise ValueError(f"datum: expected the same for both, found {datums[0]!r} and {datums[1]!r}; solve again")
     ends = [(float(ds["delta"].min()), float(ds["delta"].max())) for ds in (superposed, direct)]
     if ends[0][0] > ends[1][1] or ends[0][1] < ends[1][0]:
         raise ValueError(f"delta: expected ranges that overlap, found {ends[0]} and {ends[1]} nm")

@@ -121,7 +121,7 @@ def with_and_without(
     """
     (dim,) = flags.dims
     if flags.sizes[dim] != ds.sizes.get(dim):
-        raise ValueError(f"flags: expected {ds.sizes.get(dim, 0)} along {dim!r}, found {flags.size}")
+        raise ValueError(f"flags: expected {ds.sizes.get(dim, 0)} values along {dim!r}, found {flags.size}")
     kept = ds.isel({dim: np.flatnonzero(~flags.values)})
     both = [statistic(part, *arguments, **options) for part in (ds, kept)]
     names = xr.DataArray(["all", "no debris"], dims="places", name="places")

@@ -188,5 +188,5 @@ def _boundary(boundary: Any, name: str, some: Samples) -> float:
         schema.one_of(boundary, ("auto",), "boundary")
         return 0.0 if name in NOT_NEGATIVE and least >= 0 else -np.inf
     if boundary > least:
-        raise ValueError(f"boundary: expected no sample below it, found {least:g} below {boundary:g}")
+        raise ValueError(f"boundary: expected at most the least sample, {least:g}, found {boundary:g}")
     return float(boundary)

@@ -107,7 +107,7 @@ def fit(
         schema.one_of(law, LAWS, "laws")
     values = counted_equally(samples(ds, name), "fit").values
     if values.size < 3 or np.ptp(values) == 0:
-        raise ValueError(f"{name}: expected at least three samples that differ, found {values.size}")
+        raise ValueError(f"{name}: expected at least three samples, not all equal, found {values.size}")
     judged = _judged(values, name, seed) if simulations else values
     rows = np.array([_fitted(LAWS[law], values, judged, simulations, seed) for law in laws])
     out = xr.Dataset({result: ("law", rows[:, k]) for k, result in enumerate(_RESULTS)}, coords={"law": list(laws)})

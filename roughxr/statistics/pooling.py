@@ -90,14 +90,14 @@ def pooled(
     fraction(confidence, "confidence")
     if name not in ds or over not in ds[name].dims:
         found = tuple(ds[name].dims) if name in ds else f"variables {', '.join(map(str, ds.data_vars))}"
-        raise ValueError(f"{name}: expected it along {over!r}, found {found}")
+        raise ValueError(f"{name}: expected a variable along {over!r}, found {found}")
     others = [dim for dim in ds[name].dims if dim not in (over, *SAMPLES, "x", "y")]
     if others:
         raise ValueError(
-            f"{name}: expected it along {over!r} and its samples, found also {', '.join(others)}; select one"
+            f"{name}: expected only {over!r} and its samples, found also {', '.join(others)}; select one value of each"
         )
     if ds.sizes[over] < 2:
-        raise ValueError(f"{over}: expected at least two, found {ds.sizes[over]}; `bootstrap` is for one")
+        raise ValueError(f"{over}: expected at least two, found {ds.sizes[over]}; for one take `bootstrap`")
     if ds[name].ndim == 1:
         estimate, error, labels = ds[name].values[:, None].astype(float), np.zeros((ds.sizes[over], 1)), ["mean"]
     else:

@@ -141,8 +141,8 @@ def _of_events(ds: xr.Dataset, method: str, found: str) -> xr.Dataset:
     """Return the pull-off that a solver found by itself, whatever the displacements."""
     if "pull_off_force" not in ds or method != found:
         words = ", ".join(map(str, ds.data_vars))
-        source = "adhesive returns" if method == "cycle" else "superpose returns of a law that adheres"
-        raise ValueError(f"method={method!r}: expected what {source}, found variables: {words}; take 'sweep'")
+        source = "`adhesive`" if method == "cycle" else "`superpose` by a law with adhesion"
+        raise ValueError(f"method={method!r}: expected a result of {source}, found variables: {words}; take 'sweep'")
     pulls = ds["pull_off_force"] > 0
     kept = ["pull_off_force", "pull_off_delta", *(name for name in _ERRORS if name in ds)]
     bracketed = pulls & ds["complete"] if method == "cycle" else pulls

@@ -99,7 +99,7 @@ def of_a_map(ds: xr.Dataset, *names: str) -> xr.Dataset:
 def sample_dimension(ds: xr.Dataset, name: str) -> str:
     """Return the one dimension along which a variable's samples lie; raise where there is none or more than one."""
     if name not in ds:
-        raise ValueError(f"{name}: expected one of {', '.join(map(str, ds.data_vars))}")
+        raise ValueError(f"expected one of {', '.join(map(str, ds.data_vars))}, found {name!r}")
     if len(ds[name].dims) != 1 or ds[name].dims[0] not in SAMPLES:
         raise ValueError(
             f"{name}: expected one dimension, {' or '.join(SAMPLES)}, or a map along x and y, "
@@ -155,7 +155,7 @@ def _checked(weights: np.ndarray, samples: xr.DataArray) -> np.ndarray:
     _same_shape(weights, samples)
     if not np.isfinite(weights).all() or (weights < 0).any() or not weights.any():
         missing = int((~np.isfinite(weights)).sum())
-        found = f", found {missing} missing, or of no label among the samples" if missing else ""
+        found = f", found {missing} missing, or without a label of the samples" if missing else ""
         raise ValueError(f"weights: expected finite numbers of at least 0, not all 0{found}")
     return weights
 

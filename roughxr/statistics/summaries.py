@@ -35,7 +35,7 @@ def summary(
     -------
     Dataset
         The same variables along ``statistic``: count (finite samples), mean, std (with n − 1; with weights the
-        root of the weighted mean square), min, max and one ``q…`` for each quantile, in per cent.
+        root of the weighted mean square deviation), min, max and one ``q…`` for each quantile, in per cent.
 
     Raises
     ------

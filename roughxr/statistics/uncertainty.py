@@ -118,12 +118,12 @@ def bootstrap(
     every = samples(ds, name)
     fraction(confidence, "confidence")
     if resamples < 1 / (1 - confidence):
-        raise ValueError(f"resamples: expected at least {1 / (1 - confidence):.0f} of them, found {resamples}")
+        raise ValueError(f"resamples: expected at least {1 / (1 - confidence):.0f}, found {resamples}")
     functions = {label: statistic(label) for label in statistics}
     found = _fewer(every, seed)
     if found is not every:
         count = every.values.size
-        warn(f"{name}: {count} samples; intervals are those of {_MOST_SAMPLES} drawn from them, estimates of all")
+        warn(f"{name}: {count} samples; intervals are from {_MOST_SAMPLES} drawn at random, estimates from all")
     ways = {
         "block": _resampling(found, block, None if within is None else samples(within, name)),
         "naive": Resampling(_equal_count(found.weights, size=found.values.size), 0.0, None),

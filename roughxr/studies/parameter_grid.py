@@ -1,6 +1,6 @@
 """Runs over parameters: radii, moduli, works of adhesion and rough indenters as further dimensions of one result.
 
-Where everything that holds a mass (works of adhesion, hardness, options such as a load) is the same in units of the
+Where everything whose unit contains a mass (work of adhesion, hardness, a load) is the same in units of the
 modulus, forces and pressures are proportional to E*: such combinations of the same radius share one solve.
 """
 

@@ -22,8 +22,8 @@ from .continuation import Question, Surface, next_guess, with_hardness
 
 METHODS = ("rigid", "adhesive")
 
-#: Around a rigid body finer scales are added out to where the indenter has risen by this height (nm).
-_ADDED_UP_TO = 30.0
+#: Between rigid bodies finer scales are added around a centre out to where the sphere has risen by this height (nm).
+_RISE_AT_EDGE = 30.0
 
 #: Largest cells (nm), between rigid bodies, on which finer scales are added and cut off.
 _LARGEST_CELL = 1.0
@@ -59,18 +59,19 @@ def scale_dependence(
     ds : Dataset
         A scan in memory with an assigned sphere and work of adhesion.
     shortest : array_like
-        Cut-off wavelengths, nm, ascending. Above the shortest that the scan shows, shorter waves are cut off
-        (`smooth`); below it, waves that continue its spectrum are added (`add_fine_roughness`).
+        Shortest wavelengths of the surface, nm, ascending. One longer than the shortest that the scan shows is made by
+        cutting off shorter waves (`smooth`), a shorter one by adding waves that continue the scan's spectrum
+        (`add_fine_roughness`).
     seeds : int
-        Number of surfaces for each added roughness.
+        Number of random surfaces for each wavelength at which waves are added.
     subregions : (int, int), (array, array) or Dataset
         Contact centres.
     method : {"rigid", "adhesive"}
-        Between rigid bodies, or by the simulation with adhesion as `continued` does it.
+        Between rigid bodies (`rigid`), or by the simulation with adhesion, solved as in `continued`.
     law : str, optional
-        Of `rigid`, by default "hamaker".
+        Law of attraction for "rigid", by default "hamaker".
     preload : number or quantity, optional
-        Of the simulation, nN; by default 0.
+        Preload for "adhesive", nN; by default 0.
     hurst : float, optional
         Hurst exponent of the added roughness; by default that of the scan.
 
@@ -78,8 +79,8 @@ def scale_dependence(
     -------
     Dataset
         ``pull_off_force`` (nN) along (subregion, shortest_kept, seed); where waves are cut off all seeds are equal.
-        The scatter over seeds is that of surfaces that agree with the scan. Attributes hold the spectrum that was
-        continued.
+        The scatter over seeds is that between surfaces that all agree with the scan. Attributes hold the spectrum that
+        was continued.
 
     Raises
     ------
@@ -88,9 +89,9 @@ def scale_dependence(
 
     Notes
     -----
-    The same waves stay and finer ones are added, so that the curve of one seed is smooth. They are added around each
-    centre: between rigid bodies out to where the sphere has risen by 30 nm, in the simulation as far as the sphere can
-    reach. Further out the ground is a plane, or in the simulation left out.
+    From one wavelength to the next a seed's waves stay and finer ones are added, so that its curve is smooth. They are
+    added around each centre: between rigid bodies out to where the sphere has risen by 30 nm, in the simulation as far
+    as the sphere can reach. Beyond that rigid bodies face a plane, and the simulation leaves the surface out.
 
     Examples
     --------
@@ -139,7 +140,7 @@ def _simulated(ds, centres, waves, seeds, preload, model) -> np.ndarray:
 def _on_surfaces(ds: xr.Dataset, centres: xr.Dataset, wave: float, way: _Rigid) -> np.ndarray:
     """Return the pull between rigid bodies (place, seed) on surfaces with one shortest wave."""
     (radius,) = schema.pair(ds, "sphere_radius")
-    half = max(np.sqrt(2 * radius * _ADDED_UP_TO), 8 * max(schema.pixel(ds)))
+    half = max(np.sqrt(2 * radius * _RISE_AT_EDGE), 8 * max(schema.pixel(ds)))
     places = zip(centres["subregion_x"].values, centres["subregion_y"].values)
     return np.array(
         [_over_seeds(crop(ds, x=(x - half, x + half), y=(y - half, y + half)), (x, y), wave, way) for x, y in places]

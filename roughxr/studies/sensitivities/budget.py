@@ -5,7 +5,7 @@ is the scatter between places on this scan. Every other entry is the change of t
 one assumption is changed by about its uncertainty (`sensitivity`): the length of its bar in the tornado plot, nothing
 is computed twice. Where the change is a known bias, as from the mesh to one twice as fine, it is taken off the mean,
 and half of it stays as the entry. An entry that was not computed is NaN and says why. Each change is solved at more
-places until the total is known to a quarter of itself.
+places until the standard error of the total is a quarter of it.
 
 The effect of waves shorter than the scan shows is no such entry, since their heights are unknown rather than uncertain.
 It is reported beside the total, which holds for a surface without such waves.
@@ -38,11 +38,11 @@ from .verb import cases_of, compared, first_preload, need_factors
 
 #: Entries given by a change of `sensitivity`: the factor, and a description into which its settings are put.
 CHANGED: dict[str, tuple[str, str]] = {
-    "mesh": ("mesh", "cells {}, steps as much shorter"),
+    "mesh": ("mesh", "cells {}, and steps shorter by the same factor"),
     "preload": ("preload", "preload {}"),
     "levelling": ("levelling", "another levelling: {}"),
     "pixel": ("interpolation", "heights between the pixels by {}"),
-    "tip": ("tip radius", "a tip of {} taken off the scan"),
+    "tip": ("tip radius", "the distortion by a tip of {} removed from the scan"),
     "range of the law": ("range of adhesion", "range of adhesion {}"),
     "work of adhesion": ("surface energy", "work of adhesion {}"),
     "modulus": ("modulus", "contact modulus {}"),
@@ -119,7 +119,7 @@ def error_budget(
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
     places : int
-        Most places at which each change is solved: 4, 8, 16, … until the total is known to a quarter of itself.
+        Most places at which each change is solved: 4, 8, 16, … until the total has a standard error of a quarter.
     preload, law, mesh
         Options of `adhesive`, which computes the mean at all centres. Changes are solved on the coarsest mesh on which
         the law can be solved, and compared to the same there.
@@ -194,7 +194,7 @@ def changes_of(
     settings: Mapping[str, Sequence] | None = None,
     finer: xr.Dataset | None = None,
 ) -> xr.Dataset:
-    """Return what `sensitivity` does, each case at as many places as make the total known to a quarter of itself.
+    """Return what `sensitivity` does, each case at as many places as the standard error of the total asks for.
 
     ``solved`` is the simulation on ``mesh`` at all places; ``finer``, if given, at some with cells and steps halved.
     """
@@ -320,7 +320,7 @@ def _sampling(force: xr.DataArray) -> _Entry:
     block = found.sel(resampling="block")
     value = float(block["high"] - block["low"]) / _INTERVAL_WIDTH / float(found["estimate"])
     independent = float(block["independent_places"])
-    words = f"bootstrap of blocks of the {count} places, worth {independent:.3g} independent ones"
+    words = f"block bootstrap of the {count} places, equivalent to {independent:.3g} independent ones"
     error = value / np.sqrt(2 * max(independent - 1, 1))  # of a standard deviation by so many
     return _Entry(Change(value, float(error), count), words, int(force.isnull().sum()))
 
@@ -339,7 +339,7 @@ def _of_changes(changes: xr.Dataset, entry: str, factor: str, words: str) -> _En
     seen = ", which is too sharp for the pixels to show" if unseen else ""
     found = Change(*(float(one[name]) for name in ("pull_off_change", "standard_error")), int(one["places"]))
     missing = int(one["missing_places"])
-    off = ", subtracted from the mean, half of it stays as error" * (entry in BIASES)
+    off = ": subtracted from the mean, and half of it counted as error" * (entry in BIASES)
     return _Entry(found, f"{words.format(told)}{seen}{off}; {_count(found.places, missing)}", missing, entry in BIASES)
 
 
@@ -368,7 +368,7 @@ def _of_short_waves(scales: xr.Dataset | None) -> _Entry:
     least, own = force.isel(shortest_kept=0), force.sel(shortest_kept=shown, method="nearest")
     found = change_of(least.values, own.values, shares(scales).values)
     wave, missing = float(least["shortest_kept"]), scales.sizes["subregion"] - found.places
-    words = f"its spectrum continued from {shown:.3g} down to {wave:.3g} nm, surfaces drawn: {scales.sizes['seed']}"
+    words = f"spectrum continued from {shown:.3g} down to {wave:.3g} nm, random surfaces: {scales.sizes['seed']}"
     return _Entry(found, f"{words}; {_count(found.places, missing)}", missing)
 
 
@@ -394,8 +394,8 @@ def _decided(entries: Mapping[str, _Entry], places: int) -> str:
     count = f"{least}" if least == most else f"{least} to {most}"
     part = np.sqrt(sum(_unsure(entries).values())) / max(_total(entries), 1e-300)
     if not np.isfinite(part):
-        return f"So few places do not tell how well the total is known: each change is solved at {count} of {places}."
-    return f"The total is known to {percent(part)} of itself: each change is solved at {count} of {places} places."
+        return f"Too few places for a standard error of the total: each change is solved at {count} of {places}."
+    return f"The total has a standard error of {percent(part)}: each change is solved at {count} of {places} places."
 
 
 def _condition(shown: float) -> str:

@@ -54,14 +54,14 @@ def sensitivity(
         Settings to try for each factor, by default ``SETTINGS`` or, for "adhesive", ``SIMULATED``: "levelling"
         ("plane", "quadratic" or "cubic"), "pixel" (number joined along each axis), "height step" (nm, rounding), "tip
         radius" (nm, of a tip removed from the scan), "surface energy", "modulus" and "sphere radius" (factors), of a
-        humid pair "humidity" and "contact angle" (added, the latter in degrees on both bodies); for "superpose" also
+        humid pair "humidity" and "contact angle" (to be added, angles in degrees on both bodies); for "superpose" also
         "fit window" (pixels) and "vertex" (as for `asperities`); for "adhesive" also "mesh" (factor by which cells are
-        finer and steps shorter), "preload" (in mean pull-offs, added), "interpolation" ("splines": heights between the
-        pixels by splines), "range of adhesion" and "hardness" (factors; the last by default where one is assigned, and
-        on request of the one estimated for named materials, at which they then yield).
+        finer and steps shorter), "preload" (to be added, in mean pull-offs), "interpolation" ("splines"
+        between the pixels), "range of adhesion" and "hardness" (factors; hardness by default only where one is
+        assigned; if it is listed for named materials without one, they yield at their estimated hardness).
     preload, law, mesh
-        For "adhesive", see there: by default 0 nN, "auto" and ``Mesh(accuracy=None, step=0.4)``, the coarsest mesh on
-        which the law can be solved.
+        Options of `adhesive` for that method; by default 0 nN, "auto" and ``Mesh(accuracy=None, step=0.4)``, the
+        coarsest mesh on which the law can be solved.
 
     Returns
     -------
@@ -69,10 +69,10 @@ def sensitivity(
         Along ``case``, of which the first is the base: ``pull_off_mean``, ``pull_off_std``, ``pull_off_median`` (nN);
         coordinates ``factor`` and ``setting``. For "superpose" also the ends ``pull_off_mean_low`` and
         ``pull_off_mean_high`` (95 %, block bootstrap), ``asperities``, ``unbracketed`` (places whose sweep was too
-        short), and ``sharper_than_tip``, the share of asperities flagged (NaN except for the tip). For "adhesive" also
-        ``pull_off_change``, that of the mean from the base case on cells of the same size, over the ``places`` known in
-        both, with its ``standard_error`` by their scatter, ``missing_places``, the number of others, ``refinement``,
-        the ``pull_off_force`` of each place, and ``reason``, why a case was not computed (its results are NaN then).
+        short), and ``sharper_than_tip``, the share of asperities too sharp for the tip (NaN in other cases). For
+        "adhesive" also ``pull_off_change``, that of the mean from the base case on cells of the same size, over the
+        ``places`` known in both, with its ``standard_error`` by their scatter, the number of ``missing_places``,
+        ``refinement``, the ``pull_off_force`` of each place, and ``reason``, why a case has no results.
 
     Raises
     ------

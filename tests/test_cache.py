@@ -6,7 +6,7 @@ import numpy as np
 
 import roughxr
 from roughxr.asperity import catalogue
-from roughxr.scans.kept import KEPT, once
+from roughxr.scans.cache import MOST_RESULTS, cached
 
 from .surfaces import glass_pair, rough, scan
 
@@ -14,7 +14,7 @@ from .surfaces import glass_pair, rough, scan
 def test_equal_heights_are_read_once_and_others_anew():
     calls = []
 
-    @once
+    @cached
     def largest(height, times):
         calls.append(height.shape)
         return times * height.max()
@@ -26,11 +26,11 @@ def test_equal_heights_are_read_once_and_others_anew():
     changed = first.copy()
     changed[0, 0] = 7.0
     assert largest(changed, 2) == 14.0
-    for k in range(KEPT + 1):
+    for k in range(MOST_RESULTS + 1):
         largest(first + k, 5)
-    assert len(calls) == 4 + KEPT + 1
+    assert len(calls) == 4 + MOST_RESULTS + 1
     largest(first, 5)  # the oldest was given up
-    assert len(calls) == 4 + KEPT + 2
+    assert len(calls) == 4 + MOST_RESULTS + 2
 
 
 def test_one_search_serves_every_verb_that_asks(monkeypatch):
