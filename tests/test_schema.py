@@ -75,7 +75,7 @@ def test_a_catalogue_that_holds_asperities_twice_is_refused():
         superpose(twice, delta=[5.0])
 
 
-@pytest.mark.parametrize("name", [*schema.PAIR, "hardness", "adhesion_range", "hamaker_constant"])
+@pytest.mark.parametrize("name", sorted(schema._SIZES))
 @pytest.mark.parametrize(
     ("wrong", "words"), [(-1.0, "found -1.0"), (np.nan, "found nan"), ([1.0, 2.0], "one value, found 2")]
 )

@@ -28,7 +28,7 @@ __all__ = [
 ]
 
 #: What an assigned pair has of a size, each one positive number; adhesion may be none.
-_SIZES = {*PAIR, "adhesion_range", "hamaker_constant", "retardation", "hardness"}
+_SIZES = {*PAIR, "adhesion_range", "hamaker_constant", "retardation", "hardness", "kelvin_radius", "surface_tension"}
 
 #: Choices of where delta = 0.
 DATUMS = ("highest_peak", "first_contact")
