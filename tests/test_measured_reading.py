@@ -97,11 +97,28 @@ def test_what_is_written_as_a_table_opens_again(tmp_path):
         ("F1 [nN]\n", {}, "expected rows of numbers"),
         ("# 1\n", {}, "found comments only"),
         ("F1 [nN]\nnan\n\n", {}, "found missing values only"),
+        ("F1 [nN]\n1\ninf\n", {}, "expected finite values, found infinite ones"),
+        ("F1 [nN]\n1\n2\n", {"pulls": "negative"}, "expected some negative values, found only positive ones"),
+        ("x [um],y [um],F [nN]\n0,0,1\n1,1,2\n", {"place_units": "nm"}, "place_units: the file states 'um'"),
     ],
 )
 def test_what_is_missing_or_damaged_is_named(tmp_path, text, options, message):
     with pytest.raises(UnreadableScan, match=message):
         roughxr.open_pull_off(written(tmp_path, text), **options)
+
+
+def test_what_a_table_has_not_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="direction: not used with a table"):
+        roughxr.open_pull_off(written(tmp_path, "F [nN]\n1\n2\n"), direction="trace")
+
+
+def test_tables_with_and_without_places_are_pooled_without_them(tmp_path):
+    paths = (
+        written(tmp_path, "x [um],y [um],F [nN]\n0,0,1\n1,1,2\n", "a.csv"),
+        written(tmp_path, "F [nN]\n3\n", "b.csv"),
+    )
+    found = roughxr.open_pull_off(paths)
+    assert found.pull_off_force.values.tolist() == [1, 2, 3] and "subregion_x" not in found.coords
 
 
 def test_other_units_become_forces_by_what_is_stated(tmp_path):

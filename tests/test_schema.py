@@ -73,3 +73,15 @@ def test_a_catalogue_that_holds_asperities_twice_is_refused():
     twice = xr.concat([catalogue, catalogue.isel(asperity=[0, 3])], "asperity", coords="different", compat="equals")
     with pytest.raises(ValueError, match=rf"found 2 of {twice.sizes['asperity']} at the place and height of another"):
         superpose(twice, delta=[5.0])
+
+
+@pytest.mark.parametrize("name", sorted(schema._SIZES))
+@pytest.mark.parametrize(
+    ("wrong", "words"), [(-1.0, "found -1.0"), (np.nan, "found nan"), ([1.0, 2.0], "one value, found 2")]
+)
+def test_a_pair_that_was_changed_after_it_was_assigned_is_refused(name, wrong, words):
+    pair = glass_pair(scan(rough(N, seed=2)))
+    changed = pair.assign_coords({name: ("case", wrong) if np.ndim(wrong) else wrong})
+    for call in (superpose, lambda ds: superpose(asperities(ds), delta=[5.0])):
+        with pytest.raises(ValueError, match=f"{name}: expected .*{words}"):
+            call(changed)

@@ -142,6 +142,8 @@ def test_the_answer_is_the_mean_with_its_interval_in_a_suitable_unit_and_as_data
     assert np.isnan(one.low) and capsys.readouterr().out.startswith("1 nN (1 place)")
     with pytest.raises(ValueError, match="at least one place that pulls"):
         roughxr.answer(pull * np.nan)
+    with pytest.raises(ValueError, match="at least one place that pulls"):
+        roughxr.answer(pull.assign(pull_off_force=-pull.pull_off_force))
 
 
 @pytest.mark.parametrize(("method", "times"), [("rigid", 2.0), ("adhesive", 1.5)])

@@ -285,3 +285,9 @@ def test_weights_go_by_label():
 def test_a_decimal_comma_is_refused_by_its_name():
     with pytest.raises(ValueError, match="sphere_radius: expected a decimal point, found a comma in '0,5 um'"):
         units.magnitude("0,5 um", "nm", "sphere_radius")
+
+
+@pytest.mark.parametrize("flag", [True, np.True_, [False, True]])
+def test_a_flag_is_no_quantity(flag):
+    with pytest.raises(ValueError, match="surface_energy: expected a number in J m-2, found"):
+        units.magnitude(flag, "J m-2", "surface_energy")

@@ -97,4 +97,8 @@ def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:
             )
         pulls = "negative" if (values < 0).any() else "positive"
     one_of(pulls, PULLS, "pulls")
-    return (-values if pulls == "negative" else values), pulls
+    turned = -values if pulls == "negative" else values
+    if (turned < 0).any() and not (turned > 0).any():
+        other = next(one for one in PULLS if one != pulls)
+        raise ValueError(f"pulls: expected some {pulls} values, found only {other} ones; give pulls={other!r}, or none")
+    return turned, pulls

@@ -108,7 +108,9 @@ def _together(paths: Sequence[Any], datasets: Sequence[xr.Dataset]) -> xr.Datase
         raise ValueError(f"path: expected files of one kind, found {', '.join(kinds) or 'no file'}")
     common = set.intersection(*(set(map(str, ds.variables)) for ds in datasets))
     named = [
-        ds[sorted(common)].assign_coords(file=("subregion", [Path(path).name] * ds.sizes["subregion"]))
+        ds.drop_vars(set(ds.variables) - common).assign_coords(
+            file=("subregion", [Path(path).name] * ds.sizes["subregion"])
+        )
         for path, ds in zip(paths, datasets)
     ]
     parts = [ds.drop_vars("subregion", errors="ignore") for ds in named]
@@ -132,16 +134,18 @@ class _Selection(NamedTuple):
 def _of_file(path: Path, image: _Selection, place_units: str | None, given: Calibration) -> xr.Dataset:
     """Return the pull-off forces of one file."""
     if is_spreadsheet(path):
-        return _told(path, _of_table(path, image.channel, place_units, given))
+        return _told(path, _of_table(path, image, place_units, given))
     family, read = files.reader_of(path)
     kind = None if image.size is not None else files.guarded(path, curve_kind, path, family, given)
     if family == "netcdf" and kind is None:
         raise UnreadableScan(path, "expected a table or an AFM file, found NetCDF; open it with xarray.open_dataset")
     if kind is not None:
+        schema.refuse_unused("force-distance curves", **{**image._asdict(), "place_units": place_units})
         ds = _of_curves(path, kind, given)
     elif family == "text" and image.size is None and not _is_matrix(path):
-        ds = _of_table(path, image.channel, place_units, given)
+        ds = _of_table(path, image, place_units, given)
     else:
+        schema.refuse_unused("an adhesion image", place_units=place_units)
         channels = files.guarded(path, read, path)
         chosen = in_true_units(path, channels, _adhesion(channels, image.channel, image.direction, path), family)
         ds = _of_image(path, chosen, image.size, given).assign_attrs(channels=listing(channels))
@@ -182,9 +186,10 @@ def _is_matrix(path: Path) -> bool:
     return any("Width:" in line for line in comments) and any("Height:" in line for line in comments)
 
 
-def _of_table(path: Path, channel: Any, place_units: str | None, given: Calibration) -> xr.Dataset:
+def _of_table(path: Path, image: _Selection, place_units: str | None, given: Calibration) -> xr.Dataset:
+    schema.refuse_unused("a table", direction=image.direction, size=image.size)
     columns = files.guarded(path, read_table, path)
-    column = force_column(path, columns, channel)
+    column = force_column(path, columns, image.channel)
     values, how = _as_pulls(path, column.values, column.units, given)
     ds = xr.Dataset({"pull_off_force": ("subregion", values)}, {"subregion": np.arange(values.size)})
     for axis, one in place_columns(path, columns, column).items():
@@ -193,6 +198,8 @@ def _of_table(path: Path, channel: Any, place_units: str | None, given: Calibrat
 
 
 def _as_pulls(path: Path, values: np.ndarray, units: str | None, given: Calibration):
+    if np.isinf(values).any():
+        raise UnreadableScan(path, "expected finite values, found infinite ones: damaged")
     try:
         recorded, how = forces(values, units, given)
         turned, pulls = magnitudes(recorded, given.pulls)
@@ -226,8 +233,6 @@ def _of_image(path: Path, channel: Channel, size: Any, given: Calibration) -> xr
     rows = np.asarray(files.guarded(path, channel.read), dtype=float)
     if rows.shape != channel.shape:
         raise UnreadableScan(path, f"expected {channel.shape} pixels (rows, columns), found {rows.shape}")
-    if np.isinf(rows).any():
-        raise UnreadableScan(path, "expected finite values, found infinite ones: damaged")
     values, how = _as_pulls(path, rows[::-1].T, channel.units, given)
     axes = {axis: (np.arange(n) + 0.5) * (length / n) for axis, n, length in zip("xy", values.shape, channel.size)}
     ds = of_a_map(xr.Dataset({"pull_off_force": (("x", "y"), np.ascontiguousarray(values))}, axes))

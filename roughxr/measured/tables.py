@@ -193,6 +193,10 @@ def place_columns(path: Path, columns: list[Column], force: Column | None = None
 
 def lengths(path: Path, column: Column, place_units: str | None) -> np.ndarray:
     """Return a column of lengths in nm, in the units that the file or else the caller states."""
+    if column.units and place_units:
+        raise UnreadableScan(
+            path, f"place_units: the file states {column.units!r}, found {place_units!r}; leave it out"
+        )
     units = column.units or place_units
     if units is None or not converts(units, "nm"):
         found = repr(units) if units else "none"

@@ -55,7 +55,7 @@ def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> tuple[xr.Dat
     force = pull["pull_off_force"].load()
     _refuse_several(force)
     known = int(force.notnull().sum())
-    if not known:
+    if not (force > 0).any():
         raise ValueError(f"pull_off_force: expected at least one place that pulls, found none of {force.size}")
     ends = bootstrap(pull[["pull_off_force"]], "pull_off_force", statistics=["mean"]) if known > 1 else None
     low, high = (np.nan if ends is None else float(ends[end].sel(resampling="block").item()) for end in ("low", "high"))

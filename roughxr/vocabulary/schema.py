@@ -10,7 +10,7 @@ import xarray as xr
 
 from .provenance import arguments_of, height_hash, history, record  # noqa: F401
 from .text import did_you_mean
-from .units import in_units, magnitude
+from .units import in_units, magnitude, single
 from .variables import KINDS, PAIR, TRAVELLING, VARIABLES, Variable, attributes, axis_label  # noqa: F401
 
 #: Public names; the others are for roughxr's own functions.
@@ -26,6 +26,9 @@ __all__ = [
     "record",
     "validate",
 ]
+
+#: What an assigned pair has of a size, each one positive number; adhesion may be none.
+_SIZES = {*PAIR, "adhesion_range", "hamaker_constant", "retardation", "hardness", "kelvin_radius", "surface_tension"}
 
 #: Choices of where delta = 0.
 DATUMS = ("highest_peak", "first_contact")
@@ -145,6 +148,9 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
     if kind == "asperities":
         _refuse_duplicates(ds)
     ds = entered(ds)
+    if kind in ("scan", "asperities"):
+        for name in _SIZES & set(ds.coords):
+            _assigned(ds[name], name)
     return _validated_scan(ds) if kind == "scan" else ds
 
 
@@ -245,7 +251,19 @@ def pair(ds: xr.Dataset, *names: str, wet: bool = False) -> tuple[float, ...]:
             "bodies first, for example ds.contact.assign_pair(sphere_radius=3000, young_modulus=75, "
             "poisson_ratio=0.22, surface_energy=0.675)"
         )
-    return tuple(float(ds[name]) for name in names)
+    return tuple(_assigned(ds[name], name) for name in names)
+
+
+def _assigned(value: xr.DataArray, name: str) -> float:
+    """Return a number of the pair, which may have been changed since it was assigned, or joined with another's."""
+    if value.ndim:
+        raise ValueError(
+            f"{name}: expected one value, found {value.size} along {value.dims}; select or solve one at a time"
+        )
+    adhesion = name == "work_of_adhesion"  # which may be none
+    units, least = VARIABLES[name].units, 0.0 if adhesion else np.nextafter(0.0, 1.0)
+    words = f"a number in {units} that is {'not negative' if adhesion else 'positive'}; assign the pair anew"
+    return single(value.item(), units, name, words, lambda number: number >= least)
 
 
 def finite(height: np.ndarray) -> np.ndarray:

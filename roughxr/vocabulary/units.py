@@ -72,7 +72,10 @@ def magnitude(value: Any, units: str, name: str) -> Any:
     """Return ``value`` as plain float(s) in ``units``."""
     number = plain(value, units, name)
     try:
-        number = np.asarray(number, dtype=float)
+        number = np.asarray(number)
+        if number.dtype == bool:
+            raise ValueError("a flag is no quantity")
+        number = number.astype(float)
     except (TypeError, ValueError):
         raise ValueError(f"{name}: expected a number in {units}, found {value!r}") from None
     if not np.isfinite(number).all():
