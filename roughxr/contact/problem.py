@@ -162,8 +162,9 @@ def surface_at(place: Place, problem: Problem) -> Surface:
     )
     separation = problem.indenter.separation(fine, datum, x, y)
     zero = float(separation.min()) if problem.first_contact and separation.size else 0.0
+    before_x, before_y = place.window.missing
     unknown_from = min(_lowest_at_ends(separation, place.ends), _lowest_at_rim(separation, problem.indenter))
-    return Surface(separation, zero, unknown_from, tuple(n * k for k in place.window.missing))
+    return Surface(separation, zero, unknown_from, (n * before_x, n * before_y))
 
 
 def _lowest_at_ends(separation: np.ndarray, ends: tuple[bool, bool, bool, bool]) -> float:

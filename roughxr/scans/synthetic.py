@@ -94,7 +94,7 @@ def unit_surface(shape, pixel, hurst, rolloff, cutoff, seed) -> np.ndarray:
 def labelled(height: np.ndarray, pixel: float, title: str, made: dict[str, Any]) -> xr.Dataset:
     """Return heights as a scan, and their making in its attributes."""
     axes = {axis: (axis, (np.arange(n) + 0.5) * pixel) for axis, n in zip("xy", height.shape)}
-    attrs = {"title": title, "synthetic": "yes", "source": "roughxr.scans.synthetic"}
+    attrs: dict[str, Any] = {"title": title, "synthetic": "yes", "source": "roughxr.scans.synthetic"}
     attrs |= {name: list(v) if isinstance(v, tuple) else v for name, v in made.items() if v is not None}
     return schema.label(xr.Dataset({"height": (("x", "y"), height)}, coords=axes, attrs=attrs))
 

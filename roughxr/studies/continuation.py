@@ -240,7 +240,8 @@ def _pilot(surface: Surface, question: Question, end, accuracy: float) -> _Pilot
     places = np.unique(np.linspace(0, count - 1, min(count, _PILOT_PLACES)).round().astype(int))
     seeds, below = max(1, -(-_PILOT_PLACES // places.size)), question.below
     model, length = below.spectrum, question.adhesion.span
-    waves, means, guesses, converged = [below.longest], [], [None], False
+    waves, means, converged = [below.longest], [], False
+    guesses: list[tuple[float, float] | None] = [None]
     smallest = _SHORTEST_WAVE if end is None else min(end, below.longest)
     while True:
         asked = question._replace(below=below._replace(shortest=waves[-1]))

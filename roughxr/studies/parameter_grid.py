@@ -102,7 +102,7 @@ def vary(
     if getattr(solve, "__name__", "") in _OF_ASPERITIES and "asperity" not in ds.dims:
         ds = asperities(ds, **fit_of(options.get("formulation")))
     solved: dict[tuple, xr.Dataset] = {}
-    parts = []
+    parts: list[xr.Dataset] = []
     for values in itertools.product(*axes.values()):
         pair = dict(zip(axes, values))
         wet = liquid.at_humidity(ds, pair["humidity"]) if "humidity" in pair else {}
@@ -116,6 +116,7 @@ def vary(
         parts.append(part)
     refuse_other_deltas(parts)
     out = xr.combine_by_coords(parts, **_TOGETHER)
+    assert isinstance(out, xr.Dataset)
     arguments = {name: given[name] for name in varied}
     return schema.record(
         schema.label(out), "vary", parts[0], solve=getattr(solve, "__name__", "a function"), **arguments

@@ -149,7 +149,8 @@ def _on_surfaces(ds: xr.Dataset, centres: xr.Dataset, wave: float, way: _Rigid) 
 
 def _over_seeds(part: xr.Dataset, centre: tuple[float, float], wave: float, way: _Rigid) -> np.ndarray:
     """Return the pull at a place on surfaces with one shortest wave, one for each seed."""
-    at, side = {"subregions": ([centre[0]], [centre[1]])}, schema.square_pixel(part)
+    at: dict[str, Any] = {"subregions": ([centre[0]], [centre[1]])}
+    side = schema.square_pixel(part)
     cells = int(np.ceil(side / _LARGEST_CELL))
     if wave >= float(way.spectrum["shortest_wavelength"]):
         smoother = smooth(part, shortest=wave)

@@ -337,7 +337,7 @@ def _of_changes(changes: xr.Dataset, entry: str, factor: str, words: str) -> _En
     told = " and ".join(map(str, cases["setting"].values[np.isfinite(change)]))
     unseen = factor == "tip radius" and np.nanmax(change) < _LEAST_TIP_EFFECT
     seen = ", which is too sharp for the pixels to show" if unseen else ""
-    found = Change(*(float(one[name]) for name in ("pull_off_change", "standard_error")), int(one["places"]))
+    found = Change(float(one["pull_off_change"]), float(one["standard_error"]), int(one["places"]))
     missing = int(one["missing_places"])
     off = ": subtracted from the mean, and half of it counted as error" * (entry in BIASES)
     return _Entry(found, f"{words.format(told)}{seen}{off}; {_count(found.places, missing)}", missing, entry in BIASES)
