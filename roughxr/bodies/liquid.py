@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import factor, magnitude, positive, single
+from ..vocabulary.units import Quantity, factor, magnitude, positive, single
 from .substances import CUT_OFF, MEDIA, combined
 
 #: R_g, nN nm K⁻¹ mol⁻¹ · 10⁻¹⁸ = J/(mol K) (CODATA 2018), and the temperature, K, of the constants below.
@@ -133,7 +133,7 @@ def angles(given: Any) -> tuple[float, float]:
     return math.radians(first), math.radians(second)
 
 
-def kelvin_radius(humidity: Any, *, liquid: Any = "water", temperature: Any = _ROOM) -> float:
+def kelvin_radius(humidity: Quantity, *, liquid: str | tuple = "water", temperature: Quantity = _ROOM) -> float:
     """Return a liquid's Kelvin radius (nm) in its vapour: Butt & Kappl, Adv. Colloid Interface Sci. 146 (2009) 48."""
     kelvin = _kelvin(temperature)
     tension, volume = _liquid(liquid, kelvin)

@@ -19,7 +19,7 @@ from ..kernels.adhesion import smooth_path as path
 from ..kernels.adhesion.smooth_laws import TAIL
 from ..kernels.adhesion.smooth_states import ON_THE_WAY, TOLERANCE
 from ..vocabulary import schema
-from ..vocabulary.units import whole_number
+from ..vocabulary.units import Places, Quantities, whole_number
 from ..vocabulary.verbs import verb, warn
 from .cycle import (
     LEAST_RADIUS,
@@ -94,9 +94,9 @@ _AS_SCANNED = Mesh(1, None)
 def adhesive(
     ds: xr.Dataset | Specimen,
     *,
-    preload: Any = None,
-    delta: Any = None,
-    subregions: Any = None,
+    preload: Quantities | None = None,
+    delta: Quantities | None = None,
+    subregions: Places = None,
     law: str = "auto",
     mesh: Mesh | int | str = "auto",
     datum: str | None = None,
@@ -239,7 +239,8 @@ def adhesive(
         fields=fields,
     )
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
-    arguments = {"preload": preload, "delta": None if by_preload else problem.steps, "subregions": subregions}
+    arguments: dict[str, Any] = {"preload": preload, "delta": None if by_preload else problem.steps}
+    arguments["subregions"] = subregions
     arguments |= {"datum": datum, "fields": fields, "mesh": mesh_of(mesh, Mesh())}
     arguments |= {"cycles": adhesion.cycles} if adhesion.cycles > 1 else {}
     out = schema.record(out, "adhesive", specimen.bodies, law=adhesion.law, **arguments)

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import is_whole, magnitude
+from ..vocabulary.units import Places, is_whole, magnitude
 from ..vocabulary.verbs import verb
 
 __all__ = ["centres", "extent"]
@@ -29,7 +29,7 @@ class Window(NamedTuple):
 
 
 @verb
-def centres(ds: xr.Dataset, subregions: Any = None) -> xr.Dataset:
+def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     """Return the contact centres as coordinates along ``subregion``.
 
     Parameters

@@ -9,7 +9,7 @@ import xarray as xr
 
 from ..kernels.topography.random_surface import normal
 from ..vocabulary import schema
-from ..vocabulary.units import is_whole, positive, whole_number
+from ..vocabulary.units import Quantity, is_whole, positive, whole_number
 from .fine_scales import hurst_exponent
 
 #: Raw numbers that PCG64 draws apart for heights and for whatever lies on them, so that either may change alone.
@@ -17,7 +17,14 @@ HEIGHTS, OTHERS = 0, 1
 
 
 def self_affine(
-    shape: tuple[int, int], pixel: Any, *, rms: Any, hurst: float, rolloff: Any, cutoff: Any = None, seed: int
+    shape: tuple[int, int],
+    pixel: Quantity,
+    *,
+    rms: Quantity,
+    hurst: float,
+    rolloff: Quantity,
+    cutoff: Quantity | None = None,
+    seed: int,
 ) -> xr.Dataset:
     """Return a Gaussian random surface with a power-law spectrum.
 

@@ -7,7 +7,7 @@ assumption changed, for the interval of the mean.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -25,7 +25,7 @@ from ..scans.self_affinity import unlike_self_affine
 from ..statistics import bootstrap
 from ..statistics.sampling import by_share
 from ..vocabulary import schema
-from ..vocabulary.units import fraction, positive, whole_number
+from ..vocabulary.units import Places, Quantity, fraction, positive, whole_number
 from ..vocabulary.verbs import verb
 
 #: Waves are added by this factor; below the floor (nm) no continuum is.
@@ -63,10 +63,10 @@ class Question(NamedTuple):
 def continued(
     ds: xr.Dataset,
     *,
-    subregions: Any = None,
+    subregions: Places = None,
     seeds: int = 2,
-    preload: Any = 0.0,
-    shortest: Any = None,
+    preload: Quantity = 0.0,
+    shortest: Quantity | None = None,
     spectrum: xr.Dataset | None = None,
     accuracy: float = 0.1,
 ) -> xr.Dataset:

@@ -17,7 +17,7 @@ from ..asperity.asperity_sum import fit_of
 from ..asperity.catalogue import asperities
 from ..bodies import liquid, materials
 from ..vocabulary import schema
-from ..vocabulary.units import magnitude, mass_power
+from ..vocabulary.units import Quantities, magnitude, mass_power
 from ..vocabulary.verbs import OPTIONS, verb
 
 #: Verbs that sum over asperities: a scan's catalogue is made once for all solves.
@@ -39,10 +39,10 @@ def vary(
     ds: xr.Dataset,
     solve: Callable[..., xr.Dataset],
     *,
-    sphere_radius: Any = None,
-    contact_modulus: Any = None,
-    work_of_adhesion: Any = None,
-    humidity: Any = None,
+    sphere_radius: Quantities | None = None,
+    contact_modulus: Quantities | None = None,
+    work_of_adhesion: Quantities | None = None,
+    humidity: Quantities | None = None,
     indenter: xr.Dataset | None = None,
     **options: Any,
 ) -> xr.Dataset:

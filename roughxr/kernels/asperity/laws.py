@@ -49,7 +49,7 @@ class AsperityLaw(NamedTuple):
 
 
 class Scales(NamedTuple):
-    """The scales that make asperities' contacts dimensionless, of one or of many; a and P of Hertz at ``delta`` = 1 nm."""
+    """The scales that make contacts of one or many asperities dimensionless; a and P of Hertz at ``delta`` = 1 nm."""
 
     a: Any  # nm
     P: Any  # nN
