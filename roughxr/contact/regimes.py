@@ -43,7 +43,7 @@ _LONG_WAVE = 4.0
 
 
 @verb
-def regime(ds: xr.Dataset, *, subregions: Places = (4, 4), refine: int = 8) -> xr.Dataset:
+def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: int = 8) -> xr.Dataset:
     """Recommend a model for a scan and its pair: rigid bodies, the adhesive simulation, or a sum over asperities.
 
     Parameters
@@ -172,7 +172,9 @@ def _peak_pressure(radius: float, modulus: float, w: float) -> float:
 
 
 @verb
-def formulas(ds: xr.Dataset, *, subregions: Places = (4, 4), law: str = "hamaker", refine: int = 8) -> xr.Dataset:
+def formulas(
+    ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), law: str = "hamaker", refine: int = 8
+) -> xr.Dataset:
     """Return the pull-off on a scan by the usual formulas, beside the sum over the scan itself.
 
     Parameters

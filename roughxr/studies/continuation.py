@@ -17,6 +17,7 @@ from ..contact.below_pixel import Below, pull_off_below
 from ..contact.cycle import Adhesion
 from ..contact.problem import Problem
 from ..contact.regimes import in_memory
+from ..contact.specimen import Specimen
 from ..jobs import lazy as parallel
 from ..kernels.topography.random_surface import rms_of
 from ..scans import regions, self_affine_fit, smooth
@@ -61,7 +62,7 @@ class Question(NamedTuple):
 
 @verb
 def continued(
-    ds: xr.Dataset,
+    ds: xr.Dataset | Specimen,
     *,
     subregions: Places = None,
     seeds: int = 2,
