@@ -80,9 +80,15 @@ class _AfterXarray(MetaPathFinder):
             return None
         sys.meta_path.remove(self)
         spec = find_spec(fullname)
-        if spec is not None:
-            execute = spec.loader.exec_module
-            spec.loader.exec_module = lambda module: (execute(module), _register(module))
+        loader: Any = spec and spec.loader
+        if loader is not None:
+            execute = loader.exec_module
+
+            def executed(module: Any) -> None:
+                execute(module)
+                _register(module)
+
+            loader.exec_module = executed
         return spec
 
 

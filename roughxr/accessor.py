@@ -154,7 +154,7 @@ def _described(ds: xr.Dataset) -> str:
         f"result of {last[-1]['operation']}" if last else "Dataset of no kind that roughxr knows"
     )
     scalars = {name: one for name, one in schema.travelling(ds).items() if one.ndim == 0}
-    pair = [f"{name} {number(one, schema.VARIABLES[name].units)}" for name, one in scalars.items()]
+    pair = [f"{name} {number(float(one), schema.VARIABLES[name].units)}" for name, one in scalars.items()]
     return f"{kind}; {', '.join(pair) or 'no pair of bodies assigned'}"
 
 

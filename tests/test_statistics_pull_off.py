@@ -181,3 +181,9 @@ def test_what_has_several_answers_says_which_ways_there_are():
         roughxr.answer(several.rename(scan="humidity"))
     with pytest.raises(ValueError, match="run adhesive, rigid or superpose first"):
         roughxr.answer(xr.Dataset({"height": (("x", "y"), np.ones((2, 2)))}))
+
+
+def test_a_sweep_is_not_found_in_the_events_of_a_preload():
+    events = xr.Dataset({"pull_off_force": ("subregion", [3.0]), "complete": ("subregion", [True])})
+    with pytest.raises(ValueError, match="expected a solution with 'force' along 'delta', found variables"):
+        pull_off(events, method="sweep")

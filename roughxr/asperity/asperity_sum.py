@@ -80,9 +80,9 @@ def _range(ds: xr.Dataset, law: str) -> float:
     menisci = menisci_of(ds)
     if law not in RANGED:
         return np.nan
-    if law == "menisci":
-        return menisci.height
-    return range_of(ds) if menisci is None else menisci.range
+    if menisci is None:
+        return range_of(ds)
+    return menisci.height if law == "menisci" else menisci.range
 
 
 def _check(law: str, formulation: str) -> None:
@@ -154,15 +154,17 @@ def catalogue_field(catalogue: xr.Dataset, options: SumOptions) -> tuple:
     peaks = np.isfinite(scales.P)
     if options.law == "menisci":
         refuse_crowded(catalogue)
-    kept = [array[peaks] for array in (x, y, depth, catalogue["orientation"].values, at_edge)]
-    scales = type(scales)(*(array[peaks] for array in scales))
-    return sums.Field(*kept, _neighbours(*kept[:2]), scales), float(catalogue["patch_radius"]), int((~peaks).sum())
+    x, y, depth, at_edge = (array[peaks] for array in (x, y, depth, at_edge))
+    orientation, scales = catalogue["orientation"].values[peaks], type(scales)(*(array[peaks] for array in scales))
+    field = sums.Field(x, y, depth, orientation, at_edge, _neighbours(x, y), scales)
+    return field, float(catalogue["patch_radius"]), int((~peaks).sum())
 
 
 def composite_curvatures(catalogue: xr.Dataset, options: SumOptions) -> tuple[np.ndarray, np.ndarray]:
     """Return half the principal curvatures (nm⁻¹) of each asperity, with the sphere's where the law adds it."""
     sphere = 0.5 / options.radius if options.composite else 0.0
-    return tuple(0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
+    low, high = (0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
+    return low, high
 
 
 def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:

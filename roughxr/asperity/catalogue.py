@@ -165,12 +165,13 @@ def _prepared(ds: xr.Dataset, patch: Any, vertex: str) -> tuple[Any, xr.Dataset,
 def _setup(asked: _Request, waves: Waves | None) -> _Setup:
     """Return the set-up of the search for the waves of a scan; None where these were not needed."""
     patch = asked.patch
-    if patch == "auto":
+    if patch == "auto" and waves is not None:
         resolved = waves.shortest >= RESOLVED * max(asked.pixel)
         patch = _PATCH_PER_WAVE * waves.shortest if resolved else _LEAST_PIXELS
     count, refine = (patch, 1) if isinstance(patch, int) else _pixels(patch, asked)
-    shape = tuple(refine * (n - 1) + 1 for n in asked.shape) if refine > 1 else asked.shape
-    frame = Frame(shape, tuple(step / refine for step in asked.pixel), count, asked.vertex)
+    (nx, ny), (dx, dy) = asked.shape, asked.pixel
+    shape = refine * (nx - 1) + 1, refine * (ny - 1) + 1
+    frame = Frame(shape, (dx / refine, dy / refine), count, asked.vertex)
     return _Setup(frame, refine, waves)
 
 
@@ -277,10 +278,9 @@ def _catalogue(scan_peaks: ScanPeaks, ds: xr.Dataset, setup: _Setup) -> xr.Datas
         y=("asperity", y),
         datum_height=scan_peaks.highest,
         patch_radius=0.5 * frame.patch * max(frame.pixel),
-        **dict(zip(regions.EDGES, regions.extent(ds))),
-        **{name: ds[name] for name in ("subregion_x", "subregion_y") if name in ds.coords},
-        **schema.travelling(ds),
     )
+    out = out.assign_coords(dict(zip(regions.EDGES, regions.extent(ds))) | schema.travelling(ds))
+    out = out.assign_coords({name: ds[name] for name in ("subregion_x", "subregion_y") if name in ds.coords})
     if frame.vertex == "fitted":
         out = out.isel(asperity=~repeated(out, max(frame.pixel)))
         out = out.assign_coords(asperity=np.arange(out.sizes["asperity"]))

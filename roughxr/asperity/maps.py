@@ -78,10 +78,9 @@ def pull_off_map(
     schema.one_of(law or ADHESIVE[0], ADHESIVE, "law")
     summands = summands_of(ds, law, formulation, datum)
     ds, law, options = summands.ds, summands.law, summands.options
-    pixels = isinstance(subregions, str)
-    positions = _pixels(ds, subregions) if pixels else regions.centres(ds, subregions)
+    positions = _pixels(ds, subregions) if isinstance(subregions, str) else regions.centres(ds, subregions)
     out = _labelled(_records(positions, summands.prepared(asperity_grid), options), ds)
-    out = _on_pixels(out, ds) if pixels else out.assign_coords(positions.coords)
+    out = _on_pixels(out, ds) if isinstance(subregions, str) else out.assign_coords(positions.coords)
     named = law_of(law, formulation, options)
     out.attrs = {"datum": datum, "method": "superpose", **named, "missing": "NaN where no displacement pulls"}
     if not summands.unread:
@@ -120,7 +119,7 @@ def _tile(x: np.ndarray, y: np.ndarray, grid: Any, options: SumOptions, size: in
 
 
 def _labelled(records: Any, ds: xr.Dataset) -> xr.Dataset:
-    out = xr.Dataset({name: ("subregion", records[name]) for name in PULL_OFF.names})
+    out = xr.Dataset({name: ("subregion", records[name]) for name in PULL_OFF.fields or ()})
     return out.assign_coords(schema.travelling(ds))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -167,8 +168,8 @@ def _of_asperities(summands: Summands, angles, load, subregions) -> xr.Dataset:
     positions, prepared = regions.centres(summands.ds, subregions), summands.prepared(_prepared)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     layout = Layout({"direction": angles}, _STATES, _EVENTS | _ASPERITY_STATES)
-    when = {"name": "rolling", "lazy": summands.lazy}
-    records = parallel.spread(_roll, centres, layout.dtype, prepared, summands.options, layout, load, **when)
+    solve = partial(parallel.spread, name="rolling", lazy=summands.lazy)
+    records = solve(_roll, centres, layout.dtype, prepared, summands.options, layout, load)
     out = labelled(records, layout, summands.ds, positions)
     return parallel.finish(out.assign_attrs(datum="highest_peak"), lazy=summands.lazy)
 

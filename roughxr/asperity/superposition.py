@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,10 +27,10 @@ _STATES = {
     "contacts_overlapping": int,
     "truncated": bool,
 }
-_EVENTS = {"excluded_asperities": int}
+_EVENTS: dict[str, type] = {"excluded_asperities": int}
 
 #: Variables of laws with adhesion, whatever the displacements.
-_PULL_OFF = {"pull_off_force": float, "pull_off_delta": float}
+_PULL_OFF: dict[str, type] = {"pull_off_force": float, "pull_off_delta": float}
 
 #: Number of displacements of a default sweep.
 _STEPS = 301
@@ -139,12 +140,13 @@ def superpose(
     prepared = summands.prepared(_prepared, hardness)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     deltas = _default_sweep(prepared[0], centres, options) if delta is None else schema.ascending(delta, "nm", "delta")
-    layout = Layout({"delta": deltas}, _STATES, _EVENTS | (_PULL_OFF if law in ADHESIVE else {}))
+    events = _EVENTS | (_PULL_OFF if law in ADHESIVE else {})
+    layout = Layout({"delta": deltas}, _STATES, events)
     if hardness.yields:
         branches = {"branch": list(BRANCHES), "delta": deltas}
-        layout = Layout(branches, _STATES, layout.events | {"preload_delta": float})
-    when = {"name": "superpose", "lazy": lazy}
-    records = parallel.spread(_superpose, centres, layout.dtype, prepared, options, layout, **when)
+        layout = Layout(branches, _STATES, events | {"preload_delta": float})
+    solve = partial(parallel.spread, name="superpose", lazy=lazy)
+    records = solve(_superpose, centres, layout.dtype, prepared, options, layout)
     out = labelled(records, layout, ds, positions)
     out["excluded_asperities"] = out["excluded_asperities"].variable[0]
     named = law_of(law, formulation, options)

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import factor, magnitude, positive, single
+from ..vocabulary.units import Quantity, factor, magnitude, positive, single
 from .substances import CUT_OFF, MEDIA, combined
 
 #: R_g, nN nm K⁻¹ mol⁻¹ · 10⁻¹⁸ = J/(mol K) (CODATA 2018), and the temperature, K, of the constants below.
@@ -97,8 +97,10 @@ class Menisci(NamedTuple):
 
 def menisci_of(ds: xr.Dataset) -> Menisci | None:
     """Return the liquid that a pair carries; None for a dry one."""
-    if not schema.is_wet(ds):
-        return None
+    return _menisci(ds) if schema.is_wet(ds) else None
+
+
+def _menisci(ds: xr.Dataset) -> Menisci:
     values = {name: float(ds[name]) for name in COORDINATES if name in ds.coords}
     return Menisci(
         values["kelvin_radius"],
@@ -127,10 +129,11 @@ def angles(given: Any) -> tuple[float, float]:
             f"contact_angle: expected angles of at most 90 degrees, found {given!r}: such a liquid does not wet and "
             "forms no bridge by condensation; assign a dry pair"
         )
-    return tuple(math.radians(angle) for angle in each)
+    first, second = each
+    return math.radians(first), math.radians(second)
 
 
-def kelvin_radius(humidity: Any, *, liquid: Any = "water", temperature: Any = _ROOM) -> float:
+def kelvin_radius(humidity: Quantity, *, liquid: str | tuple = "water", temperature: Quantity = _ROOM) -> float:
     """Return a liquid's Kelvin radius (nm) in its vapour: Butt & Kappl, Adv. Colloid Interface Sci. 146 (2009) 48."""
     kelvin = _kelvin(temperature)
     tension, volume = _liquid(liquid, kelvin)
@@ -209,7 +212,7 @@ def at_humidity(ds: xr.Dataset, humidity: float) -> dict[str, float]:
         raise ValueError("humidity: expected a humid pair, found a dry one; assign_pair(humidity=…) first")
     known, pressure = float(ds["humidity"]), _pressure(humidity)
     changed = {"humidity": pressure, "kelvin_radius": float(ds["kelvin_radius"]) * math.log(known) / math.log(pressure)}
-    _refuse_thick(ds, dict(ds.coords), menisci_of(ds.assign_coords(changed)), pressure)
+    _refuse_thick(ds, dict(ds.coords), _menisci(ds.assign_coords(changed)), pressure)
     return changed
 
 
@@ -317,8 +320,8 @@ def _share(pair: dict[str, float], medium: float | None) -> float:
 
 def _named(bodies: tuple, medium: float) -> float:
     """Return the same share for two named materials; 0 where they repel each other under the liquid."""
-    own = [body.hamaker for body in bodies]
-    return max(combined(*own, medium) / combined(*own), 0.0)
+    first, second = (body.hamaker for body in bodies)
+    return max(combined(first, second, medium) / combined(first, second), 0.0)
 
 
 def _refuse_thick(ds: xr.Dataset, pair: Any, menisci: Menisci, pressure: float) -> None:

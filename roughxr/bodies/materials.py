@@ -304,8 +304,8 @@ def hamaker_constant(first: Quantity, second: Quantity | None = None, *, medium:
     >>> round(hamaker_constant("silica", "alumina"), 4), round(hamaker_constant("silica", medium="water"), 5)
     (0.0994, 0.00392)
     """
-    bodies = [_own_constant(body, substances.MATERIALS) for body in (first, first if second is None else second)]
-    return substances.combined(*bodies, _own_constant(medium, substances.MEDIA))
+    one, other = (_own_constant(body, substances.MATERIALS) for body in (first, first if second is None else second))
+    return substances.combined(one, other, _own_constant(medium, substances.MEDIA))
 
 
 def _own_constant(given: Any, known: dict[str, Any]) -> float:
@@ -344,7 +344,8 @@ def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | 
     """Return x, y and height (nm) of the assigned indenter's map, or None where a sphere is assigned."""
     if "indenter_height" not in ds:
         return None
-    return tuple(ds[name].values.astype(float) for name in ("indenter_x", "indenter_y", "indenter_height"))
+    x, y, height = (ds[name].values.astype(float) for name in ("indenter_x", "indenter_y", "indenter_height"))
+    return x, y, height
 
 
 def _contact_modulus(bodies: tuple | None, given: Any, young_modulus: Any, poisson_ratio: Any) -> float:
@@ -412,7 +413,7 @@ def _dry_and_wet(surface_energy: Any, given: Any, air: HumidAir | None) -> tuple
     if len(given) != 2:
         raise ValueError(f"work_of_adhesion: expected one value, or a pair (dry, under the liquid), found {given!r}")
     dry, wet = (_work_of_adhesion(surface_energy, one) for one in given)
-    return dry, {"share_under_liquid": wet / dry if dry else 1.0}
+    return dry, {"share_under_liquid": wet / dry if wet is not None and dry else 1.0}
 
 
 def _stated(**values: float | None) -> dict[str, float]:

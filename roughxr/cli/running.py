@@ -44,12 +44,12 @@ def _run_each(options: Namespace, output: Path) -> None:
         except REFUSALS as error:
             tell(f"{file}: cannot be read and is left out: {in_words(error)}")
     folders = several.folders(options.scan, output)
-    runs = several.run_each(folders, lambda scan, folder: _run_one(options, str(scan), folder))
-    answer = several.together(*runs, output)
+    places, refused = several.run_each(folders, lambda scan, folder: _run_one(options, str(scan), folder))
+    answer = several.together(places, refused, output)
     print(f"written to {output}: index.html, places.csv, and a folder for each scan")
-    for name, reason in runs[1].items():
+    for name, reason in refused.items():
         tell(f"{name}: left out: {reason}")
-    print(f"{answer} {len(runs[1])} of {len(options.scan)} files were left out." if runs[1] else answer)
+    print(f"{answer} {len(refused)} of {len(options.scan)} files were left out." if refused else answer)
 
 
 def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, xr.Dataset]:

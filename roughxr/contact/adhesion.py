@@ -19,7 +19,7 @@ from ..kernels.adhesion import smooth_path as path
 from ..kernels.adhesion.smooth_laws import TAIL
 from ..kernels.adhesion.smooth_states import ON_THE_WAY, TOLERANCE
 from ..vocabulary import schema
-from ..vocabulary.units import whole_number
+from ..vocabulary.units import Places, Quantities, whole_number
 from ..vocabulary.verbs import verb, warn
 from .cycle import (
     LEAST_RADIUS,
@@ -92,11 +92,11 @@ _AS_SCANNED = Mesh(1, None)
 
 @verb
 def adhesive(
-    ds: xr.Dataset,
+    ds: xr.Dataset | Specimen,
     *,
-    preload: Any = None,
-    delta: Any = None,
-    subregions: Any = None,
+    preload: Quantities | None = None,
+    delta: Quantities | None = None,
+    subregions: Places = None,
     law: str = "auto",
     mesh: Mesh | int | str = "auto",
     datum: str | None = None,
@@ -239,7 +239,8 @@ def adhesive(
         fields=fields,
     )
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
-    arguments = {"preload": preload, "delta": None if by_preload else problem.steps, "subregions": subregions}
+    arguments: dict[str, Any] = {"preload": preload, "delta": None if by_preload else problem.steps}
+    arguments["subregions"] = subregions
     arguments |= {"datum": datum, "fields": fields, "mesh": mesh_of(mesh, Mesh())}
     arguments |= {"cycles": adhesion.cycles} if adhesion.cycles > 1 else {}
     out = schema.record(out, "adhesive", specimen.bodies, law=adhesion.law, **arguments)
@@ -253,7 +254,7 @@ def _adhesion_of(law, *, preloads, mesh: Mesh, cycles) -> Adhesion:
     """Return how the bodies adhere and how they are followed; raise where an option is out of its range."""
     found = Adhesion(
         preloads=preloads,
-        refine=0 if mesh.refine == "auto" else mesh.refine,
+        refine=0 if isinstance(mesh.refine, str) else mesh.refine,
         accuracy=np.nan if mesh.accuracy is None else mesh.accuracy,
         step=mesh.step,
         cycles=whole_number(cycles, "cycles", least=1),
@@ -276,8 +277,8 @@ def settling(
     specimen = specimen_of(ds)
     adhesion = _adhesion_of(_law(specimen, law), preloads=_preloads(preload), mesh=mesh, cycles=1)
     depth = [_settling_depth(specimen, adhesion)]
-    how = {"delta": depth, "datum": "first_contact", "refine": adhesion.refine}
-    problem = read_problem(specimen, specimen.centres(None), **how)
+    at = specimen.centres(None)
+    problem = read_problem(specimen, at, delta=depth, datum="first_contact", refine=adhesion.refine)
     _need_resolved_law(adhesion, problem)
     return problem, adhesion
 
@@ -417,7 +418,7 @@ def _solve(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -
         if adhesion.preloads.size and told["complete"]:
             turns = [one[k].states[one[k].turn - 1] for one in (found.paths, found.wider or found.paths)]
             added = gain(found, k) if found.wider else 0.0
-            depth, area = (sharper(*(turn[name] for turn in turns), added) for name in ("delta", "contact_area"))
+            depth, area = (sharper(turns[0][name], turns[1][name], added) for name in ("delta", "contact_area"))
             told |= {"preload_delta": depth, "contact_area": max(area, 0.0)}
             told |= {"converged": bool(followed.states["converged"].all())}
             told |= {"residual": followed.states["residual"].max()}
@@ -482,7 +483,7 @@ def _of_branches(pressures: np.ndarray) -> np.ndarray:
 
 def _described(adhesion: Adhesion) -> dict[str, Any]:
     """Return the law and the mesh as attributes of a result."""
-    mesh = {"refine": adhesion.refine or "auto"}
+    mesh: dict[str, Any] = {"refine": adhesion.refine or "auto"}
     if not adhesion.refine and np.isfinite(adhesion.accuracy):
         mesh |= {"accuracy": adhesion.accuracy}
     if adhesion.refine != 1:

@@ -6,7 +6,7 @@ where shorter ones may still touch; patches are moved together, but for a distan
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -43,7 +43,7 @@ _FIRST_CELL, _MOST_FIRST_CELLS = 4.0, 400
 class Below(NamedTuple):
     """The surface that a place is solved on: what the scan shows, and the waves that are added."""
 
-    spectrum: object  # with ``at(q)``, C(q), nm⁴, and ``of(kx, ky)`` in a direction
+    spectrum: Any  # with ``at(q)``, C(q), nm⁴, and ``of(kx, ky)`` in a direction
     longest: float  # nm, of the waves that are added
     shortest: float  # nm
 

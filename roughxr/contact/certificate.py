@@ -70,8 +70,8 @@ def checked(ds: xr.Dataset) -> xr.Dataset:
     if method not in SOLVED or "converged" not in ds:
         raise ValueError(f"expected a solution of {', '.join(SOLVED)} along subregion, found method={method!r}")
     fields = set(FIELDS) <= set(ds) and method != "rigid"
-    names, found, limits = zip(*_of_solves(ds), *(_of_fields(ds, method == "adhesive") if fields else ()))
-    found, limits = np.array([one.max(skipna=False) for one in found], float), np.array(limits, float)
+    names, values, most = zip(*_of_solves(ds), *(_of_fields(ds, method == "adhesive") if fields else ()))
+    found, limits = np.array([one.max(skipna=False) for one in values], float), np.array(most, float)
     kept = found <= limits
     words = [
         f"{name}: {value:.2g} of at most {limit:.2g}, {'met' if fine else 'NOT MET'}"
@@ -91,25 +91,25 @@ def _of_solves(ds: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, float]]:
     if "residual" in ds:
         yield "residual", ds["residual"], tolerance
     if "load" in ds.dims:
-        yield "load", np.abs(ds["force"] / ds["load"] - 1), tolerance
+        yield "load", abs(ds["force"] / ds["load"] - 1), tolerance
     yield "truncated", ds["truncated"].astype(bool).mean(), 0.0
     for name in {"pull_off_error", "cell_error"} & set(ds):
-        yield "mesh", np.abs(ds[name]), ds.attrs.get("accuracy", _ACCURACY)
+        yield "mesh", abs(ds[name]), ds.attrs.get("accuracy", _ACCURACY)
 
 
 def _of_fields(ds: xr.Dataset, adheres: bool) -> Iterator[tuple[str, xr.DataArray, float]]:
     """Yield what pressure, displacement and gap of each state tell."""
     pressure, displacement, gap = (ds[name] for name in FIELDS)
     cell, tolerance = float(ds["x"][1] - ds["x"][0]), ds.attrs.get("tolerance", np.nan)
-    moves = np.abs(pressure).max(_PLANE) * cell / float(ds["contact_modulus"])
+    moves = abs(pressure).max(_PLANE) * cell / float(ds["contact_modulus"])
     depth = moves if adheres else (displacement - gap).max(_PLANE)
     yield "penetration", (-gap).max(_PLANE).clip(min=0) / _over(depth), tolerance
     forces = cell**2 * pressure
     if not adheres:
         product = (forces * np.abs(gap)).sum(_PLANE, min_count=1)
         yield "complementarity", product / _over(depth * ds["force"]), tolerance
-    off = np.abs(forces.sum(_PLANE, min_count=1) - ds["force"])
-    yield "force_balance", off / _over(np.abs(forces).sum(_PLANE)), _ROUNDING
+    off = abs(forces.sum(_PLANE, min_count=1) - ds["force"])
+    yield "force_balance", off / _over(abs(forces).sum(_PLANE)), _ROUNDING
     if "plastic_work" in ds:
         beyond = pressure.max(_PLANE) / float(ds["hardness"]) - 1
         yield "hardness", beyond.clip(min=0), _YIELD_TOLERANCE if adheres else _ROUNDING

@@ -18,7 +18,7 @@ from ..vocabulary.units import Places, Quantities
 from ..vocabulary.verbs import verb, warn
 from .problem import Place, Problem, Surface, deepest, need_heights, read_problem, surface_at
 from .solving import fields_of, put_fields, solve
-from .specimen import specimen_of
+from .specimen import Specimen, specimen_of
 
 _STATES = {
     "force": float,
@@ -49,7 +49,7 @@ LIMITS = _Limits(1e-6, 5000)
 
 @verb
 def direct(
-    ds: xr.Dataset,
+    ds: xr.Dataset | Specimen,
     *,
     delta: Quantities | None = None,
     load: Quantities | None = None,
@@ -175,7 +175,7 @@ def _layout(axes: dict[str, Any], problem: Problem) -> Layout:
 def _overlapping(surface: Surface, problem: Problem) -> int:
     """Return how many cells overlap at the largest displacement; all of them where that is not known in advance."""
     known = not problem.by_load and not problem.first_contact
-    return np.count_nonzero(surface.separation < (problem.steps[-1] if known else np.inf))
+    return int(np.count_nonzero(surface.separation < (problem.steps[-1] if known else np.inf)))
 
 
 class _Solved(NamedTuple):
@@ -210,7 +210,7 @@ def _put_states(record: np.ndarray, solved: _Solved, surface: Surface, problem: 
     told["plastic_work"] = problem.hardness * told.pop("dent") if problem.yielding else 0.0
     told["converged"] = told.pop("status") == displacement_control.CONVERGED
     told |= {"truncated": surface.unknown_from < solved.deltas, "delta": solved.deltas - surface.zero}
-    for name in set(told) & set(record.dtype.names):
+    for name in set(told) & set(record.dtype.fields or ()):
         record[name] = told[name]
     if problem.yielding:  # what has yielded stays so, though it bears less on the way back
         for name in YIELDED:

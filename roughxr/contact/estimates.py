@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
@@ -14,7 +12,7 @@ from ..bodies.materials import range_of
 from ..jobs.records import converged
 from ..kernels.asperity import maugis
 from ..vocabulary import schema
-from ..vocabulary.units import positive
+from ..vocabulary.units import Quantity, positive
 from ..vocabulary.verbs import verb
 from .specimen import Specimen
 
@@ -28,7 +26,7 @@ _LEAST_CURVATURE = 0.25
 
 
 @verb
-def elastic_pull_off(ds: xr.Dataset, *, smoothing: Any = 2.0) -> xr.Dataset:
+def elastic_pull_off(ds: xr.Dataset, *, smoothing: Quantity = 2.0) -> xr.Dataset:
     """Estimate the pull-off from a sweep without adhesion by Ciavarella's rule (`pull_off`, method="ciavarella")."""
     if not all(name in ds and "delta" in ds[name].dims for name in ("force", "contact_area")):
         found = ", ".join(map(str, ds.variables))

@@ -10,6 +10,7 @@ import xarray as xr
 from ..kernels.topography.interpolation import band_limited, splined
 from ..scans import regions
 from ..vocabulary import schema
+from ..vocabulary.units import Quantities
 from .specimen import Indenter, Specimen
 
 #: The message where default displacements are wanted of heights that are not in memory; the number of displacements.
@@ -38,7 +39,13 @@ class Problem(NamedTuple):
 
 
 def read_problem(
-    specimen: Specimen, positions: xr.Dataset, *, delta: Any = None, load: Any = None, datum: str, refine: int = 1
+    specimen: Specimen,
+    positions: xr.Dataset,
+    *,
+    delta: Quantities | None = None,
+    load: Quantities | None = None,
+    datum: str,
+    refine: int = 1,
 ) -> Problem:
     """Return the problem posed by a scan, its pair and the options; raise where they do not define one."""
     if delta is not None and load is not None:
@@ -162,8 +169,9 @@ def surface_at(place: Place, problem: Problem) -> Surface:
     )
     separation = problem.indenter.separation(fine, datum, x, y)
     zero = float(separation.min()) if problem.first_contact and separation.size else 0.0
+    before_x, before_y = place.window.missing
     unknown_from = min(_lowest_at_ends(separation, place.ends), _lowest_at_rim(separation, problem.indenter))
-    return Surface(separation, zero, unknown_from, tuple(n * k for k in place.window.missing))
+    return Surface(separation, zero, unknown_from, (n * before_x, n * before_y))
 
 
 def _lowest_at_ends(separation: np.ndarray, ends: tuple[bool, bool, bool, bool]) -> float:

@@ -43,7 +43,7 @@ _LONG_WAVE = 4.0
 
 
 @verb
-def regime(ds: xr.Dataset, *, subregions: Places = (4, 4), refine: int = 8) -> xr.Dataset:
+def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: int = 8) -> xr.Dataset:
     """Recommend a model for a scan and its pair: rigid bodies, the adhesive simulation, or a sum over asperities.
 
     Parameters
@@ -90,11 +90,12 @@ def regime(ds: xr.Dataset, *, subregions: Places = (4, 4), refine: int = 8) -> x
     ('adhesive', True)
     """
     specimen = in_memory(ds)
-    bodies, at = specimen.bodies, {"subregions": subregions, "refine": refine}
+    bodies = specimen.bodies
     radius, modulus = schema.pair(bodies, "sphere_radius", "contact_modulus")
     w, attractions, wet = liquid.work_of(bodies), attractions_of(bodies), schema.is_wet(bodies)
     tip = 1 / (1 / radius + 1 / _asperity_radius(specimen.catalogue))
     contact = (9 * np.pi * w * tip**2 / (8 * modulus)) ** (1 / 3)
+    close = rigid(specimen, subregions=subregions, refine=refine, delta=[0.0])
     found = {
         "sphere_tabor": max(_tabor(radius, modulus, *each) for each in attractions),
         "asperity_tabor": (
@@ -102,7 +103,7 @@ def regime(ds: xr.Dataset, *, subregions: Places = (4, 4), refine: int = 8) -> x
             if wet
             else median_tabor(specimen, range_of(bodies))
         ),
-        "pull_beyond_contact": float(rigid(specimen, **at, delta=[0.0]).pull_beyond_contact.median()),
+        "pull_beyond_contact": float(close.pull_beyond_contact.median()),
         "pixels_per_contact": contact / specimen.pixel,
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
@@ -117,7 +118,7 @@ def regime(ds: xr.Dataset, *, subregions: Places = (4, 4), refine: int = 8) -> x
     words = " ".join(filter(None, (_sentence(found, **kind), liquid.told(bodies))))
     told = {"recommendation": words, "law": law_of_range(found["asperity_tabor"], **kind)}
     out = xr.Dataset(found).assign_attrs(told, resolved=_resolved(float(found["pixels_per_contact"])))
-    return schema.record(schema.label(out), "regime", bodies, **at)
+    return schema.record(schema.label(out), "regime", bodies, subregions=subregions, refine=refine)
 
 
 def _tabor(radius: float, modulus: float, w: float, length: float) -> float:
@@ -171,7 +172,9 @@ def _peak_pressure(radius: float, modulus: float, w: float) -> float:
 
 
 @verb
-def formulas(ds: xr.Dataset, *, subregions: Places = (4, 4), law: str = "hamaker", refine: int = 8) -> xr.Dataset:
+def formulas(
+    ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), law: str = "hamaker", refine: int = 8
+) -> xr.Dataset:
     """Return the pull-off on a scan by the usual formulas, beside the sum over the scan itself.
 
     Parameters
@@ -249,6 +252,7 @@ def _of_liquid(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[d
     """Return the same of a humid pair: thin menisci, beside the solids under them."""
     bodies = specimen.bodies
     (radius,), menisci, work = schema.pair(bodies, "sphere_radius"), liquid.menisci_of(bodies), liquid.work_of(bodies)
+    assert menisci is not None
     summit = 1 / (1 / radius + 1 / given["asperity_radius"])
     open_gap = max(1 - _ABOVE_PLANE * given["rms"] / menisci.height, 0.0)
     over_heights = potentials.gaussian_mean(options_of(specimen, law, "cut_off").law, given["rms"])

@@ -28,7 +28,7 @@ _ONE_CELL_SHARE = 0.2
 
 @verb
 def rigid(
-    ds: xr.Dataset,
+    ds: xr.Dataset | Specimen,
     *,
     delta: Quantities | None = None,
     subregions: Places | str = None,
@@ -135,8 +135,7 @@ def rigid(
     length = {"closest_approach" if law == "hamaker" else "adhesion_range": options.law.length}
     out.attrs = {"datum": datum, "method": "rigid", **named, **length}
     out.attrs["missing"] = "NaN where the bodies cannot come so near"
-    arguments = {"delta": problem.steps, "subregions": subregions, "fields": fields}
-    arguments |= {"datum": datum, **named}
+    arguments = {"delta": problem.steps, "subregions": subregions, "fields": fields, "datum": datum, **named}
     arguments |= {"rate": rate} if options.menisci is not None else {}
     out = schema.record(schema.label(out), "rigid", specimen.bodies, **arguments)
     out = parallel.finish(out, lazy=specimen.lazy)

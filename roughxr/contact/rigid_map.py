@@ -44,7 +44,7 @@ def every_pixel(specimen, problem, options, *, kept) -> xr.Dataset:
     shared = shape, problem._replace(steps=steps), options, prepared
     records = parallel.spread(_some_rows, starts, kind, *shared, each=rows * shape[1], name="rigid", lazy=lazy)
     records = records.reshape((-1, shape[1]))[: shape[0]]
-    names = [name for name in cell.names if name != "force" or kept]
+    names = [name for name in cell.fields or () if name != "force" or kept]
     dims = {"force": ("x", "y", "delta")}
     out = xr.Dataset({name: (dims.get(name, ("x", "y")), records[name]) for name in names})
     axes = {"x": bodies["x"], "y": bodies["y"]} | ({"delta": steps} if kept else {})

@@ -40,15 +40,15 @@ _OF_LIQUID = {"meniscus_error": float, "work_of_separation": float}
 def at_places(specimen, positions, problem, options, *, fields) -> xr.Dataset:
     """Return the curves and events at given places."""
     found, shape = places(specimen, positions, reach_of(specimen, problem))
-    window = tuple(problem.refine * n for n in shape) if fields else None
+    cells = problem.refine * shape[0], problem.refine * shape[1]
     wet = {} if options.menisci is None else _OF_LIQUID
-    layout = Layout({"delta": problem.steps}, {"force": float}, _EVENTS | wet, window)
+    layout = Layout({"delta": problem.steps}, {"force": float}, _EVENTS | wet, cells if fields else None)
     mean = specimen.heights.mean()
     arguments = [(*place, mean) for place in found]
     shared = problem, layout, options
     records = parallel.spread(_place, arguments, layout.dtype, *shared, name="rigid", lazy=specimen.lazy)
     out = labelled(records, layout, specimen.bodies, positions)
-    return out.assign_coords(window_axes([place.window for place in found], problem, layout)) if fields else out
+    return out.assign_coords(window_axes([place.window for place in found], problem, cells)) if fields else out
 
 
 class _Setting(NamedTuple):
@@ -110,13 +110,13 @@ def _place(height, datum, window, ends, mean, problem, layout, options) -> np.nd
 
 def _put_liquid(record, here: _Setting, pull: float, turned: float, deltas, within) -> None:
     """Put the error of thin menisci into a record, the work of drawing off and, where that is fast, the forces."""
-    o, separation = here.options, here.surface.separation
-    cell = here.problem.dx
-    record["meniscus_error"] = menisci.relative_error(here.cells, turned, o.law, o.menisci, cell, pull)
+    o, separation, wet = here.options, here.surface.separation, here.options.menisci
+    assert wet is not None
+    record["meniscus_error"] = menisci.relative_error(here.cells, turned, o.law, wet, here.problem.dx, pull)
     if o.limit == "cut_off" and not o.fast:
         record["work_of_separation"] = menisci.slow_work(separation, turned, o.law, o.area)
     elif o.limit == "cut_off":
-        found = menisci.bridges(here.cells, turned, o.law, o.menisci, o.area)
+        found = menisci.bridges(here.cells, turned, o.law, wet, o.area)
         record["work_of_separation"] = found.work(separation, here.cells)
         back = within & (deltas <= turned)
         record["force"][back] = -found.pulls(separation, here.cells, deltas[back]) - here.beyond(deltas[back])
@@ -169,7 +169,8 @@ def _cut_off(here: _Setting) -> tuple[float, tuple[float, float]]:
         closest = here.touch() - kernels.floor(law)
         return closest, (float(here.pulls(np.array([closest]))[0]), closest)
     deltas = here.touch() - law.length * NEAREST_GAPS
-    return np.inf, tuple(map(float, largest_pull(deltas, here.pulls(deltas))))
+    force, delta = map(float, largest_pull(deltas, here.pulls(deltas)))
+    return np.inf, (force, delta)
 
 
 def _flattened(here: _Setting) -> tuple[float, tuple[float, float]]:

@@ -35,8 +35,9 @@ def solve(
     ``fields`` are kept within ``reach`` nm of the centres; ``cost(surface, problem)`` is that of a centre, in any unit.
     """
     found, shape = places(specimen, positions, reach)
+    cells = problem.refine * shape[0], problem.refine * shape[1]
     if fields:
-        layout = layout._replace(window=tuple(problem.refine * n for n in shape))
+        layout = layout._replace(window=cells)
     records = parallel.spread(
         _solve_one,
         found,
@@ -50,7 +51,7 @@ def solve(
         lazy=specimen.lazy,
     )
     out = labelled(records, layout, specimen.bodies, positions)
-    return out.assign_coords(window_axes([place.window for place in found], problem, layout)) if fields else out
+    return out.assign_coords(window_axes([place.window for place in found], problem, cells)) if fields else out
 
 
 def _solve_one(height, datum, window, ends, solver, problem, layout, options) -> np.ndarray:
@@ -76,13 +77,13 @@ def put_fields(record: np.ndarray, surface: Surface, found: Mapping[str, np.ndar
         record[name][..., i : i + rows, j : j + columns] = values
 
 
-def window_axes(windows: list[regions.Window], problem: Problem, layout: Layout) -> dict:
+def window_axes(windows: list[regions.Window], problem: Problem, cells: tuple[int, int]) -> dict:
     """Return x, y from the contact centre, and each centre's offset where they lie unequally within their pixels."""
     half = 0.5 * (problem.pixel - problem.dx)  # from a pixel's centre to its first cell's
     origins = np.array([window.origin for window in windows]) - half
     alike = np.ptp(origins, axis=0).max() < 1e-6 * problem.dx
     common = origins[0] if alike else np.round(origins[0] / problem.pixel) * problem.pixel - half
-    axes = {axis: common[k] + problem.dx * np.arange(layout.window[k]) for k, axis in enumerate("xy")}
+    axes = {axis: common[k] + problem.dx * np.arange(cells[k]) for k, axis in enumerate("xy")}
     if alike:
         return axes
     shifts = origins - common

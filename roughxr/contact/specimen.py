@@ -17,6 +17,7 @@ from ..jobs.lazy import is_lazy
 from ..kernels.halfspace.separation import PARABOLA, PROFILES, map_separation, sphere_separation
 from ..scans import regions, wavelength
 from ..vocabulary import schema
+from ..vocabulary.units import Places
 
 
 class Indenter(NamedTuple):
@@ -92,7 +93,7 @@ class Specimen:
             return wavelength.waves(heights, steps).shortest
         return (), da.from_delayed(wavelength.later(heights, steps).shortest, (), dtype=float)
 
-    def centres(self, subregions: Any) -> xr.Dataset:
+    def centres(self, subregions: Places) -> xr.Dataset:
         """Return contact centres, see `regions.centres`."""
         return regions.centres(self.bodies, subregions)
 

@@ -170,7 +170,7 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
         raise ValueError("pull_off: expected pull_off_force along subregion at the same places, found others")
     load = float(ds.attrs.get("load", 0.0))
     scale = xr.DataArray(force.values / ds["pull_off_force"].values, dims="subregion")
-    held = {"resisting_moment": load * ds["hinge_distance"], "tipping_pull": load}
+    held: dict[str, Any] = {"resisting_moment": load * ds["hinge_distance"], "tipping_pull": load}
     changed = {name: (ds[name] - part) * scale + part for name, part in held.items()}
     changed["pull_off_force"] = xr.zeros_like(ds["pull_off_force"]) + force.values
     out = ds.drop_vars("pull_off_delta", errors="ignore").assign(changed)
@@ -220,7 +220,7 @@ def body_of(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
     flow = flow if isinstance(flow, Flow) else FLOWS[schema.one_of(flow, FLOWS, "flow")]
     return Body(
         radius=radius,
-        density=np.nan if density is None else _possible(density, "kg m-3", "particle_density"),
+        density=_possible(density, "kg m-3", "particle_density") or np.nan,
         medium_density=positive(flow.density, "kg m-3", "flow.density"),
         viscosity=positive(flow.viscosity, "m2 s-1", "flow.viscosity"),
         lift=schema.one_of(flow.lift, LIFTS, "flow.lift"),

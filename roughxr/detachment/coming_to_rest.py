@@ -13,7 +13,7 @@ from ..asperity.moments import rolling
 from ..kernels.topography import dilation, rests
 from ..scans import regions
 from ..vocabulary import schema
-from ..vocabulary.units import Quantities, Quantity, magnitude, positive, single
+from ..vocabulary.units import Places, Quantities, Quantity, magnitude, positive, single
 from ..vocabulary.verbs import verb, warn
 from .balance import critical_load
 from .loads import weight
@@ -48,7 +48,7 @@ def resting(
     *,
     settle: str = "gravity",
     least_barrier: Quantity = 0.001,
-    landings: tuple[int, int] | None = None,
+    landings: Places = None,
     on: xr.Dataset | None = None,
     particle_density: Quantity | None = None,
     friction_velocity: Quantities = 0.0,
@@ -116,7 +116,7 @@ def resting(
     flown = {"particle_density": particle_density, "friction_velocity": friction_velocity or None}
     summits = {"on": None if on is None else "asperities"}
     schema.refuse_unused(f"settle={settle!r}", **(summits if settle == "adhesion" else flown))
-    given = {"settle": settle, "least_barrier": shallow, **summits}
+    given: dict[str, Any] = {"settle": settle, "least_barrier": shallow, **summits}
     z, ground = _ground(scan, radius)
     settled = _settled(z, ground, shallow)
     if settle == "adhesion":
@@ -136,7 +136,7 @@ def resting(
         out.attrs["missing"] = "no place of rest: from every pixel the sphere rolls off the scan"
         warn(out.attrs["missing"])
     if landings is not None:
-        out.attrs["landings"] = [int(n) for n in landings]
+        out.attrs["landings"] = np.asarray(landings, dtype=int).tolist()
     return schema.record(schema.label(out), "resting", scan, **given, landings=landings)
 
 
@@ -327,7 +327,8 @@ def _at_the_bottom(scan: xr.Dataset, ground: rests.Ground, settled: _Rests) -> x
     """Return all places of rest with their lowest passes."""
     count = len(settled.places)
     area = rests.areas(settled.labels, count + 1)[1:]
-    out = _placed(*settled.places.T[:2], area / max(area.sum(), 1))
+    x, y = settled.places.T[:2]
+    out = _placed(x, y, area / max(area.sum(), 1))
     out = _carried(out, ground, settled.places)
     lowest = np.full((count, 4), np.nan)
     lowest[:, 3] = -1
@@ -407,7 +408,8 @@ def _held_on_the_way(scan, over, settled, landings, density, speed) -> xr.Datase
     _, first, count = np.unique(which, return_index=True, return_counts=True)
     order = np.argsort(first)
     first, count = first[order], count[order]
-    out = _placed(*at[first].T, count / max(count.sum(), 1))
+    x, y = at[first].T
+    out = _placed(x, y, count / max(count.sum(), 1))
     out = _carried(out, ground, np.column_stack([at[first], rests.heights(at[first], ground)]))
     return out.assign(at_bottom=("subregion", bottom[first]))
 

@@ -189,7 +189,8 @@ def rock_n_roll(
     force = 0.5 * lift(speed, r, formula="hall", **medium) + _LEVERS * _DRAG * pressure * r**2
     ratio = force[:, None] / held
     seconds = np.atleast_1d(magnitude(time, "s", "time"))
-    return np.average(survival(ratio, speed, seconds, model, viscosity), axis=1, weights=weights)
+    shares = None if weights is None else np.asarray(weights)
+    return np.average(survival(ratio, speed, seconds, model, viscosity), axis=1, weights=shares)
 
 
 def survival(ratio: np.ndarray, speed: np.ndarray, seconds: np.ndarray, model: str, viscosity: Any) -> np.ndarray:

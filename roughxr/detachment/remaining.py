@@ -132,8 +132,7 @@ def _with_band(out: xr.Dataset, places: int) -> xr.Dataset:
     if places < 2:
         return out
     known = out[["remaining_here"]].dropna("subregion")
-    how = {"confidence": _CONFIDENCE, "resamples": _RESAMPLES}
-    band = bootstrap(known, "remaining_here", statistics=["mean"], **how)
+    band = bootstrap(known, "remaining_here", statistics=["mean"], confidence=_CONFIDENCE, resamples=_RESAMPLES)
     ends = band.sel(resampling="block", statistic="mean", drop=True).transpose("friction_velocity", "time")
     for end in ("low", "high"):
         out[f"remaining_{end}"] = (("friction_velocity", "time"), np.clip(ends[end].values, 0.0, 1.0))

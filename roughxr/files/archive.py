@@ -121,7 +121,7 @@ def _compressed(ds: xr.Dataset) -> dict[str, dict]:
         if variable.ndim:
             encoding[str(name)] = encoding.get(str(name), {}) | _COMPRESSED
         if variable.dims[:1] == ("subregion",) and {"x", "y"} <= set(variable.dims) and variable.size:
-            sizes = (n if dim in "xy" else 1 for dim, n in variable.sizes.items())
+            sizes = (n if dim in ("x", "y") else 1 for dim, n in variable.sizes.items())
             encoding[str(name)]["chunksizes"] = tuple(sizes)
     return encoding
 
@@ -216,8 +216,8 @@ def _in_words(path: Path) -> Iterator[None]:
 def _without_fields(path: Path, group: str, ds: xr.Dataset, kept: Mapping[str, Any]) -> xr.Dataset:
     """Return a group in memory, except for its fields."""
     fields = [name for name, array in ds.data_vars.items() if checksums.is_field(array.dims, array.dtype)]
-    lazy = {name: _Stored(path, group, ds[name], kept.get(name)).later() for name in fields}
-    return ds.drop_vars(fields).load().assign({name: ds[name].variable.copy(data=lazy[name]) for name in fields})
+    lazy = {name: _Stored(path, group, ds[name], kept.get(str(name))).later() for name in fields}
+    return ds.drop_vars(fields).load().assign({name: ds[name].copy(data=lazy[name]).variable for name in fields})
 
 
 class _Stored:
@@ -253,8 +253,8 @@ class _Stored:
 def _storable(ds: xr.Dataset, group: str) -> xr.Dataset:
     """Return ``ds`` without the encodings of its source file; raise for an attribute that cannot be stored."""
     out = ds.drop_encoding()
-    for owner in (out, *out.variables.values()):
-        for key, value in owner.attrs.items():
+    for attrs in (out.attrs, *(one.attrs for one in out.variables.values())):
+        for key, value in attrs.items():
             if value is None or isinstance(value, (dict, bool)):
                 raise ValueError(f"{group}: expected attributes of text, numbers or arrays, found {key}={value!r}")
     return out

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Hashable, Iterable, Iterator
 from typing import Any
 
 import netCDF4
@@ -76,7 +76,7 @@ def _groups(group: netCDF4.Dataset) -> Iterator[netCDF4.Dataset]:
 def _of(group: netCDF4.Dataset, *, parts: bool) -> dict[str, Any]:
     """Return the checksums of a group; of fields those of all parts, or just the number of parts."""
     said = [repr(sorted((name, len(dim)) for name, dim in group.dimensions.items())).encode(), *_attributes(group)]
-    sums = {}
+    sums: dict[str, Any] = {}
     for name, variable in sorted(group.variables.items()):
         variable.set_auto_maskandscale(False)
         variable.set_auto_chartostring(False)
@@ -90,18 +90,18 @@ def _of(group: netCDF4.Dataset, *, parts: bool) -> dict[str, Any]:
     return {_OTHER: _digest(said), **sums}
 
 
-def is_field(dims: tuple[str, ...], dtype: Any) -> bool:
+def is_field(dims: tuple[Hashable, ...], dtype: Any) -> bool:
     """Return whether a variable is read in parts: numbers over a plane for each of several places."""
     return dims[:1] == ("subregion",) and "x" in dims and getattr(dtype, "kind", "") == "f"
 
 
-def of_planes(values: np.ndarray, dims: tuple[str, ...]) -> list[str]:
+def of_planes(values: np.ndarray, dims: tuple[Hashable, ...]) -> list[str]:
     """Return the checksum of each plane of a field, in their order."""
     shape = values.shape[planes_from(dims) - len(dims) :]
     return [_digest([plane]) for plane in values.reshape(math.prod(values.shape) // max(math.prod(shape), 1), *shape)]
 
 
-def planes_from(dims: tuple[str, ...]) -> int:
+def planes_from(dims: tuple[Hashable, ...]) -> int:
     """Return the number of dimensions before those of a plane."""
     return min(dims.index(dim) for dim in "xy" if dim in dims)
 

@@ -12,7 +12,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import netCDF4
 import numpy as np
@@ -111,7 +111,7 @@ def names_in(file: netCDF4.Dataset) -> list[str]:
 
 
 @contextmanager
-def raw(path: str | os.PathLike, mode: str = "r") -> Iterator[netCDF4.Dataset]:
+def raw(path: str | os.PathLike, mode: Literal["r", "a"] = "r") -> Iterator[netCDF4.Dataset]:
     """Open a NetCDF file as `opened` does, but without xarray."""
     with uninterrupted(), NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path, mode) as file:
         yield file

@@ -33,7 +33,7 @@ def read(path: str) -> dict[str, Any]:
         with netCDF4.Dataset(path) as file:
             return {"variables": _count(file, max(_PACKED * os.stat(path).st_size, _SMALL))}
     except OSError as error:
-        raise ValueError(_IN_WORDS.get(error.errno, str(error))) from error
+        raise ValueError(_IN_WORDS.get(error.errno or 0, str(error))) from error
 
 
 def _count(group: Any, most: int) -> int:

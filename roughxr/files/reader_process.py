@@ -53,7 +53,12 @@ def _answer(request: dict[str, Any], reader: str, limit: float) -> dict[str, Any
     late = threading.Event()
     try:
         process = _process(reader)
-        clock = threading.Timer(limit, lambda: (late.set(), process.kill()))
+
+        def end() -> None:
+            late.set()
+            process.kill()
+
+        clock = threading.Timer(limit, end)
         clock.daemon = True
         clock.start()
         try:
@@ -93,6 +98,7 @@ def _process(reader: str) -> subprocess.Popen:
 
 
 def _exchange(process: subprocess.Popen, question: Any) -> Any:
+    assert process.stdin is not None and process.stdout is not None
     pickle.dump(question, process.stdin)
     process.stdin.flush()
     return pickle.load(process.stdout)
@@ -105,7 +111,7 @@ def _end(reader: str) -> int | None:
         return None
     process.kill()
     code = process.wait()
-    for pipe in (process.stdin, process.stdout):
+    for pipe in filter(None, (process.stdin, process.stdout)):
         with suppress(OSError):  # unsent data in its pipe are lost with the process
             pipe.close()
     return code
@@ -148,6 +154,7 @@ def _send(answer: Any, answers: BinaryIO) -> None:
 def _loaded(path: str) -> ModuleType:
     """Return the module of a reader's file."""
     spec = importlib.util.spec_from_file_location("reader", path)
+    assert spec is not None and spec.loader is not None
     reader = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(reader)
     return reader

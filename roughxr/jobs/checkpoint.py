@@ -79,7 +79,7 @@ class Checkpoint:
     def put(self, stage: str, first: int, result: np.ndarray) -> None:
         """Keep the results of one batch, whose first item is ``first``; once this returns, they are safe on disk."""
         plain = np.ascontiguousarray(result, dtype=result.dtype.newbyteorder("<"))
-        self._insert("batches", stage, first, len(result), zlib.compress(plain.view(np.uint8), _LEVEL))
+        self._insert("batches", stage, first, len(result), zlib.compress(plain.view(np.uint8).data, _LEVEL))
 
     def get(self, stage: str, first: int, dtype: np.dtype) -> np.ndarray:
         """Return the results of the batch whose first item is ``first``, one of type ``dtype`` for each item."""

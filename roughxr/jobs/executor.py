@@ -100,7 +100,8 @@ class _Queue:
 
     def __init__(self, work: Work, items: Sequence[int], cores: int, serving: float):
         self.order = deque(_expensive_first(items, work.cost))
-        self.waiting, self.losses, self.cores, self.total = set(items), {}, cores, len(items)
+        self.waiting, self.cores, self.total = set(items), cores, len(items)
+        self.losses: dict[int, int] = {}
         self.turn = cores * serving  # a batch lasts at least until each core has had its turn
         self.most = max(_BYTES // max(work.dtype.itemsize, 1), 1)
         self.seconds: deque[float] = deque(maxlen=_TIMED_ITEMS)

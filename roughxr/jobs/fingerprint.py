@@ -23,7 +23,7 @@ _LONGEST_TEXT = 120
 
 def identity(scan: xr.Dataset, arguments: Mapping[str, Any]) -> dict[str, Any]:
     """Return the identity of a run: plain values, by name."""
-    known = {"scan": _name(scan), "scan_sha256": schema.height_hash(scan)}
+    known: dict[str, Any] = {"scan": _name(scan), "scan_sha256": schema.height_hash(scan)}
     known |= {name: float(scan[name]) for name in schema.TRAVELLING if name in scan.coords}
     if "indenter_height" in scan:
         known["indenter"] = dask.base.tokenize(*(scan[f"indenter_{part}"].values for part in ("x", "y", "height")))

@@ -147,6 +147,7 @@ class Progress:
         return (count - before) / (last - begun)
 
     def _tell(self, end: str) -> None:
+        assert self._stream is not None
         if not self._terminal:
             self._stream.write(f"{self.label}{self.text()}\n")
         else:
@@ -196,7 +197,7 @@ class Stages:
 
     def clear(self) -> None:
         """Take the line off a terminal, before something else is printed."""
-        if self._terminal:
+        if self._stream is not None and self._terminal:
             self._stream.write("\r\x1b[K")
             self._stream.flush()
 

@@ -34,9 +34,9 @@ class Layout(NamedTuple):
     @property
     def dtype(self) -> np.dtype:
         """The structured dtype of a record."""
-        parts = [(name, kind, self.along(name)) for name, kind in self.states.items()]
-        parts += [(name, kind) for name, kind in self.events.items()]
-        parts += [(name, float, (*self.along(name), *self.window)) for name in self.fields]
+        parts: list[tuple] = [(name, kind, self.along(name)) for name, kind in self.states.items()]
+        parts += self.events.items()
+        parts += [(name, float, (*self.along(name), *(self.window or ()))) for name in self.fields]
         return np.dtype(parts)
 
     @property
@@ -56,7 +56,7 @@ class Layout(NamedTuple):
     def blank(self) -> np.ndarray:
         """Return a record in which every number is missing, every count 0 and every flag False."""
         record = np.zeros((), self.dtype)
-        for name in self.dtype.names:
+        for name in self.dtype.fields or ():
             if self.dtype[name].base.kind == "f":
                 record[name] = np.nan
         return record
@@ -68,7 +68,7 @@ class Layout(NamedTuple):
 
 def labelled(records: Any, layout: Layout, ds: xr.Dataset, positions: xr.Dataset) -> xr.Dataset:
     """Return the Dataset of an array of records (subregion,), computed or lazy."""
-    out = xr.Dataset({name: (("subregion", *layout.dims(name)), records[name]) for name in layout.dtype.names})
+    out = xr.Dataset({name: (("subregion", *layout.dims(name)), records[name]) for name in layout.dtype.fields or ()})
     pair = {name: ds[name] for name in schema.TRAVELLING if name in ds.coords}
     return schema.label(out.assign_coords({**layout.axes, **positions.coords, **pair}))
 

@@ -50,9 +50,15 @@ class Scheduler(Protocol):
     with its worker after it was reported as finished, and whose second try fails, never finishes there.
     """
 
-    cores: int
-    ahead: int  # number of batches to send in advance
     serving: float  # seconds that the main process takes to send a batch and receive its result
+
+    @property
+    def cores(self) -> int:
+        """Number of threads that compute."""
+
+    @property
+    def ahead(self) -> int:
+        """Number of batches to send in advance."""
 
     def submit(self, function: Any, *arguments: Any) -> Any:
         """Start ``function(*arguments, shared)`` and return its future."""
@@ -96,7 +102,7 @@ class _Here:
     def __init__(self, shared: tuple, alone: bool):
         self.shared, self.cores = shared, 1 if alone else _workers()
         self.ahead = 1 if alone else _BATCHES_AHEAD * self.cores
-        self.executor = SynchronousExecutor() if alone else futures.ThreadPoolExecutor(self.cores)
+        self.executor: Any = SynchronousExecutor() if alone else futures.ThreadPoolExecutor(self.cores)
 
     def submit(self, function: Any, *arguments: Any) -> futures.Future:
         return self.executor.submit(function, *arguments, self.shared)

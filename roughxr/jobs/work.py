@@ -57,7 +57,7 @@ def without_views(arguments: Sequence[tuple], shared: tuple) -> tuple[list[tuple
 
 def run_batch(task: Callable[..., np.ndarray], arguments: list[tuple], dtype: np.dtype, *shared: Any) -> np.ndarray:
     """Return the stacked results of one batch."""
-    *shared, owners = shared
+    *given, owners = shared
 
     def restored(value):
         if not isinstance(value, _View):
@@ -66,7 +66,7 @@ def run_batch(task: Callable[..., np.ndarray], arguments: list[tuple], dtype: np
 
     out = np.empty(len(arguments), dtype)
     for k, items in enumerate(arguments):
-        result = task(*map(restored, items), *shared)
+        result = task(*map(restored, items), *given)
         if (result.dtype, result.shape) != (dtype.base, dtype.shape):
             raise TypeError(f"expected a result of {dtype}, found one of {np.dtype((result.dtype, result.shape))}")
         out[k] = result

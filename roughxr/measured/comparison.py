@@ -36,7 +36,7 @@ def compare(
     confidence: float = 0.95,
     resamples: int = 999,
     seed: int = 0,
-    shift: str | Sequence[Quantity] = "find",
+    shift: str | Sequence[Quantity] | None = "find",
     farthest: float = 0.25,
 ) -> xr.Dataset:
     """Compare predicted pull-off forces with measured ones.
@@ -95,7 +95,7 @@ def compare(
         out[f"{name}_quantile"] = ("probability", np.quantile(forces.values, _LEVELS))
     out = out.assign_coords(probability=_LEVELS)
     out = out.assign(_tested(*both))
-    out = schema.label(out.merge(_places(*both, shift, farthest)))
+    out = schema.label(out.merge(_places(both[0], both[1], shift, farthest)))
     for name in ("predicted", "measured"):
         for end in ("", "_low", "_high"):
             out[name + end].attrs["units"] = "nN"
@@ -182,7 +182,8 @@ def _shift(shift: Any) -> tuple[float, float]:
     lengths = magnitude(shift, "nm", "shift") if not isinstance(shift, (tuple, list)) else shift
     if np.size(lengths) != 2:
         raise ValueError(f"shift: expected 'find', None or two lengths (along x, along y), found {shift!r}")
-    return tuple(float(magnitude(one, "nm", "shift")) for one in lengths)
+    along_x, along_y = (float(magnitude(one, "nm", "shift")) for one in lengths)
+    return along_x, along_y
 
 
 def _of_match(match: Match, measured: Samples, *, certain: bool) -> xr.Dataset:
@@ -193,7 +194,8 @@ def _of_match(match: Match, measured: Samples, *, certain: bool) -> xr.Dataset:
         return ds
     ds["predicted_force"] = ("subregion", match.predicted)
     ds["measured_force"] = ("subregion", measured.values)
-    axes = {f"subregion_{axis}": ("subregion", measured.places[:, k]) for k, axis in enumerate("xy")}
+    assert measured.places is not None
+    axes: dict[str, Any] = {f"subregion_{axis}": ("subregion", measured.places[:, k]) for k, axis in enumerate("xy")}
     return ds.assign_coords(subregion=np.arange(measured.values.size), **axes)
 
 

@@ -157,7 +157,7 @@ def _places(curves: list[dict[str, float]]) -> dict[str, Any]:
 
 def calibration(file: CurveFile) -> dict[str, float | str]:
     """Return spring constant (N/m) and sensitivity of a file's curves, as attributes; raise if curves differ."""
-    known: dict[str, float | str] = {}
+    known: dict[str, Any] = {}
     for name in ("spring constant", "sensitivity"):
         values = {one.get(name) for one in file.curves}
         if len(values) > 1:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from ..vocabulary.verbs import verb
 from .matching import CHANGE, Fitted, Predicted, matching, positive_forces, predicted_forces, trade
 
 #: Methods that predict pull-offs, and at how many places where none are given.
-VERBS = {"adhesive": adhesive, "superposed": pull_off_map, "rigid": rigid}
+VERBS: dict[str, Callable[..., xr.Dataset]] = {"adhesive": adhesive, "superposed": pull_off_map, "rigid": rigid}
 PLACES = {"adhesive": (4, 4), "superposed": (8, 8), "rigid": (8, 8)}
 
 #: Whether the roughness that the scan does not show is part of a fit or verdict.
@@ -214,7 +215,8 @@ class _Prediction:
 
     def __init__(self, ds: xr.Dataset, quantity: str, method: str, options: dict[str, Any], below: Any = None):
         self.ds, self.quantity, self.method, self.held = ds, quantity, method, dict(options)
-        self.below, self.unseen = below, None
+        self.below = below
+        self.unseen: tuple[float, float] | None = None
 
     def __call__(self, value: float, traded: float = 1.0) -> Predicted:
         fitted = QUANTITIES[self.quantity]

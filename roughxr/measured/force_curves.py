@@ -165,8 +165,8 @@ def _read(ds: xr.Dataset, spring_constant: Any) -> tuple[xr.Dataset, float]:
     if name == "deflection" and np.isinf(stiffness):
         raise ValueError("spring_constant: expected it in N/m to make forces of deflections, found none")
     force = converted(ds["force"], "nN", "force") if name == "force" else converted(ds[name], "nm", name) * stiffness
-    both = xr.broadcast(converted(ds["piezo"], "nm", "piezo"), force)
-    both = [one if "subregion" in one.dims else one.expand_dims("subregion") for one in both]
+    pair = xr.broadcast(converted(ds["piezo"], "nm", "piezo"), force)
+    both = [one if "subregion" in one.dims else one.expand_dims("subregion") for one in pair]
     out = xr.Dataset(dict(zip(("piezo", "force"), both))).transpose("subregion", ..., "sample")
     if "branch" in out.dims and "retraction" not in out.get_index("branch"):
         raise ValueError(f"branch: expected 'retraction' among them, found {out['branch'].values.tolist()}")
@@ -238,7 +238,7 @@ def _zero(flat: np.ndarray, end: int, noise: float) -> int | None:
     return int(np.argmax(flat <= 0)) - 1 if flat[0] > 0 else None
 
 
-def _contact(z: np.ndarray, flat: np.ndarray, zero: int, line: Baseline) -> dict[str, float]:
+def _contact(z: np.ndarray, flat: np.ndarray, zero: int, line: Baseline) -> dict[str, Any]:
     """Return where the contact ends, how steep it is in its upper half, and the baseline there."""
     drop = flat[zero] - flat[zero + 1]
     point = float(z[zero] + (z[zero + 1] - z[zero]) * (flat[zero] / drop if drop > 0 else 0.0))

@@ -55,7 +55,7 @@ class Emulator(NamedTuple):
     ln_force: np.ndarray  # (values, places)
     error: np.ndarray  # (values), common to all places
 
-    def at(self, x: np.ndarray) -> np.ndarray:
+    def at(self, x: np.ndarray | float) -> np.ndarray:
         """Return the logarithms of the forces, (…, places)."""
         from scipy.interpolate import PchipInterpolator
 
@@ -142,7 +142,7 @@ def matching(
     guess = gap if abs(gap) > _CLOSE_ENOUGH else np.log(1.5)
     steps = [guess] if proportional else [-_FIRST_STEP, _FIRST_STEP]  # others may rise and fall: a look to both sides
     planned = [float(np.clip(np.log(start) + step, *ends)) for step in steps]
-    x = planned.pop()
+    x: float | None = planned.pop()
     while x is not None and len(known) + len(failed) < _MOST_VALUES:
         try:
             known[x] = predict(float(np.exp(x)))

@@ -114,7 +114,12 @@ def _together(paths: Sequence[Any], datasets: Sequence[xr.Dataset]) -> xr.Datase
         for path, ds in zip(paths, datasets)
     ]
     parts = [ds.drop_vars("subregion", errors="ignore") for ds in named]
-    how = {"data_vars": "minimal", "coords": "minimal", "compat": "override", "combine_attrs": "drop_conflicts"}
+    how: dict[str, Any] = {
+        "data_vars": "minimal",
+        "coords": "minimal",
+        "compat": "override",
+        "combine_attrs": "drop_conflicts",
+    }
     out = xr.concat(parts, "subregion", join="outer", **how)
     out = out.assign_coords(subregion=range(out.sizes["subregion"]))
     hashes = "".join(ds.attrs["source_sha256"] for ds in datasets)
@@ -210,7 +215,8 @@ def _as_pulls(path: Path, values: np.ndarray, units: str | None, given: Calibrat
 
 def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path: Path) -> Channel:
     """Return the image asked for, else the only one of adhesion."""
-    schema.one_of(direction, (None, "trace", "retrace"), "direction")
+    if direction is not None:
+        schema.one_of(direction, ("trace", "retrace"), "direction")
     if channel is None:
         fitting = [one for one in channels if "adhes" in one.name.lower()]
         fitting = fitting or [one for one in channels if converts(one.units, "nN")]
@@ -230,6 +236,7 @@ def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path
 def _of_image(path: Path, channel: Channel, size: Any, given: Calibration) -> xr.Dataset:
     """Return an image's pixels as places: the picture's top row at the largest y, as in a scan."""
     channel = files.sized(channel, size, path)
+    assert channel.size is not None
     rows = np.asarray(files.guarded(path, channel.read), dtype=float)
     if rows.shape != channel.shape:
         raise UnreadableScan(path, f"expected {channel.shape} pixels (rows, columns), found {rows.shape}")

@@ -6,7 +6,7 @@ Trans. Image Process. 21 (2012) 2706). The p-value accounts for the number of in
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -42,7 +42,8 @@ def grid_of(predicted: Samples) -> Grid | None:
     values = np.full([axis.size for axis in axes], np.nan)
     at = [np.rint((place - axis[0]) / (axis[1] - axis[0])).astype(int) for place, axis in zip(predicted.places.T, axes)]
     values[tuple(at)] = predicted.values
-    return Grid(*axes, values)
+    x, y = axes
+    return Grid(x, y, values)
 
 
 def matched(predicted: Samples, measured: Samples, *, shift: tuple[float, float] | None, farthest: float) -> Match:
@@ -62,7 +63,8 @@ def matched(predicted: Samples, measured: Samples, *, shift: tuple[float, float]
     scores = normal_scores(there[both]), normal_scores(measured.values[both])
     correlation = float(np.corrcoef(*scores)[0, 1]) if np.ptp(there[both]) and np.ptp(measured.values[both]) else 0.0
     independent = _independent_pairs(*scores, measured.places[both])
-    return Match(*map(float, shift), there, correlation, _by_chance(correlation, independent, tried))
+    along_x, along_y = map(float, shift)
+    return Match(along_x, along_y, there, correlation, _by_chance(correlation, independent, tried))
 
 
 def _at_the_same(predicted: Samples, measured: Samples) -> Match:
@@ -175,7 +177,7 @@ def _lines(values: np.ndarray, at: tuple) -> tuple[np.ndarray, np.ndarray]:
     return values[:, at[1]], values[at[0], :]
 
 
-def _vertex(line: np.ndarray, k: int) -> float:
+def _vertex(line: np.ndarray, k: Any) -> float:
     """Return the vertex of the parabola through a peak and its neighbours, in steps from the peak."""
     if not 0 < k < line.size - 1:
         return 0.0

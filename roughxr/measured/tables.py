@@ -146,7 +146,7 @@ def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) ->
         raise UnreadableScan(path, f"line {line}: expected a number in column {name!r}, found {cell!r}")
     headed = _HEADED.match(name)
     units = next(filter(None, headed.groups()[1:]), None) if headed else None
-    return Column(headed.group(1) if units else name, units, np.array(numbers, dtype=float))
+    return Column(headed.group(1) if headed and units else name, units, np.array(numbers, dtype=float))
 
 
 def force_column(path: Path, columns: list[Column], name: str | None) -> Column:

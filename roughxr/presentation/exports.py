@@ -58,14 +58,14 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
     ['nm', 'root mean square height S_q']
     """
     write = None if path is None else _writer(Path(path).suffix)
-    fields = [name for name in ds.data_vars if {"x", "y"} < set(ds[name].dims)]
+    fields = [str(name) for name in ds.data_vars if {"x", "y"} < set(ds[name].dims)]
     if fields:
         raise ValueError(
             f"expected variables that fit a table, found fields of several places: {', '.join(fields)}; "
             "select one place and displacement, or drop them"
         )
     frame = ds.to_dataframe() if ds.dims else _scalars(ds)
-    if path is None:
+    if path is None or write is None:
         return frame
     with whole(path) as temporary:
         write(frame.reset_index(), ds, temporary)
@@ -83,7 +83,7 @@ def _scalars(ds: xr.Dataset) -> pd.DataFrame:
     )
 
 
-def _writer(suffix: str) -> Callable[[pd.DataFrame, xr.Dataset, str], None]:
+def _writer(suffix: str) -> Callable[[pd.DataFrame, xr.Dataset, Path], None]:
     schema.one_of(suffix, FORMATS, "path's ending")
     if suffix == ".csv":
         return lambda frame, ds, path: _headed(frame, ds).to_csv(path, index=False, lineterminator="\n")
@@ -108,7 +108,7 @@ def _no_formula(value: object) -> object:
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
 
 
-def _parquet(frame: pd.DataFrame, ds: xr.Dataset, path: str):
+def _parquet(frame: pd.DataFrame, ds: xr.Dataset, path: Path):
     frame.attrs = {
         "units": {str(name): str(ds[name].attrs.get("units", "1")) for name in ds.variables},
         "history": schema.history(ds),

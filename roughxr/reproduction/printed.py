@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..bodies.materials import gilman_surface_energy
 
 #: The paper's pair. Its printed pull-off of the smooth sphere, 19.1 µN, takes Gilman's estimate with E/(1 − ν²).
-PAIR = {
+PAIR: dict[str, Any] = {
     "sphere_radius": 3000.0,
     "young_modulus": 75.0,
     "poisson_ratio": 0.22,

@@ -75,7 +75,7 @@ def _of_direct(run: Run) -> dict[str, float]:
         f"superposed / direct at {delta:g} nm, no debris": 1 + float(_at(ratio["mean_difference"], delta))
         for delta in _AGREEMENT_DELTAS
     }
-    agree = (np.abs(ratio["force_difference"]) <= 0.1).any("delta")
+    agree = (abs(ratio["force_difference"]) <= 0.1).any("delta")
     return rows | {"places without debris that agree to 10 % somewhere": float(agree.sum())}
 
 

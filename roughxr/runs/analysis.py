@@ -368,10 +368,10 @@ def _error_budget(specimen: Specimen, plan: Plan, groups: dict[str, xr.Dataset],
     say("waves")  # first: each wave waits for the one before, which leaves cores to the process that draws
     scales = cut_off_waves(scan, places=min(plan.budget, 4), subregions=solved, preload=preload)
     say("budget", f", up to {plan.budget} places again under each change")
-    how = {"preload": preload, "mesh": mesh}
-    changes = changes_of(scan, solved, most=plan.budget, finer=groups.get("solutions/finer"), **how)
+    finer = groups.get("solutions/finer")
+    changes = changes_of(scan, solved, most=plan.budget, finer=finer, preload=preload, mesh=mesh)
     budget = budget_of(scan, solved, changes, scales)
-    how |= {"law": solved.attrs["law"], "places": plan.budget}
+    how = {"preload": preload, "mesh": mesh, "law": solved.attrs["law"], "places": plan.budget}
     found = {
         "statistics/error_budget": schema.record(budget, "error_budget", scan, **how),
         "statistics/sensitivity": schema.record(changes, "sensitivity", scan, **how),

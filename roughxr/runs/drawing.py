@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryFile
+from typing import Any
 
 import xarray as xr
 
@@ -40,7 +41,7 @@ class Drawing:
             return
         asked = [str(self.path), str(self.folder), self.drawn.__module__, self.drawn.__name__]
         paths = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
-        how = {"stdin": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        how: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         how["env"] = os.environ | {"PYTHONPATH": paths.rstrip(os.pathsep)}
         with (
             TemporaryFile() as found,  # a pipe would hold the other process up until it is read
@@ -58,6 +59,7 @@ class Drawing:
 
     def finish(self, groups: Mapping[str, xr.Dataset]) -> None:
         """Draw into the folder what is not drawn yet."""
+        assert self.folder is not None
         if not self.pictures:
             _draw(groups, self.folder, self.drawn)
         for name, figure in figures.budget_figures(groups):

@@ -85,7 +85,8 @@ def _pooled_words(places: Mapping[str, xr.Dataset]) -> str:
         return ""
     padded = [one.assign_coords(subregion=np.arange(one.sizes["subregion"])) for one in enough]
     pooled_mean = pooled(xr.concat(padded, "scan", join="outer"), _FORCE, statistics=["mean"]).isel(statistic=0)
-    mean = sure(*(float(pooled_mean[name]) for name in ("pooled", "pooled_low", "pooled_high")))
+    value, low, high = (float(pooled_mean[name]) for name in ("pooled", "pooled_low", "pooled_high"))
+    mean = sure(value, low, high)
     return (
         f"Pull-off force, mean over {len(enough)} scans: {mean}; "
         f"standard deviation between scans {quantity(float(pooled_mean['between_std']))} beyond the scatter of places."

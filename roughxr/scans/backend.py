@@ -31,7 +31,7 @@ class RoughxrBackend(BackendEntrypoint):
     description = "AFM images as scans in nm (Bruker, Asylum, Park, Gwyddion, text, NetCDF and others)"
     open_dataset_parameters = ("filename_or_obj", "drop_variables", "channel", "direction", "size", "height_units")
 
-    def open_dataset(
+    def open_dataset(  # type: ignore[override]  # options of a reader's own, as xarray asks
         self,
         filename_or_obj: str | os.PathLike,
         *,

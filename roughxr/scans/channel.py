@@ -96,7 +96,7 @@ def asked(path: Path, reader: ModuleType, package: str, *, extra: str = "afm", *
     if importlib.util.find_spec(package) is None:
         raise not_installed(package, "none", extra)
     try:
-        return reader_process.ask(path, reader.__file__, **question)
+        return reader_process.ask(path, str(reader.__file__), **question)
     except reader_process.ReadingFailed as failure:
         raise UnreadableScan(path, str(failure)) from None
     except ImportError as error:

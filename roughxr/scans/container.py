@@ -148,7 +148,8 @@ def _heights(file: Path, one: dict[str, Any]) -> xr.Dataset:
         return read_scan(file).load().drop_encoding() if line is None else line
     order, method = _DETRENDED[one.get("detrend_mode", "center")]
     if len(one["size"]) == 1:
-        return _line(*np.loadtxt(file, ndmin=2).T[:2], one["unit"], float(one.get("height_scale", 1)), order)
+        x, height = np.loadtxt(file, ndmin=2).T[:2]
+        return _line(x, height, one["unit"], float(one.get("height_scale", 1)), order)
     ds = _map(file, one)
     return ds.assign(height=ds["height"] - ds["height"].mean()) if method is None else level(ds, method=method)
 

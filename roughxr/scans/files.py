@@ -112,7 +112,8 @@ def _netcdf_channels(path: Path) -> list[Channel]:
 
 def _netcdf_channel(path: Path, name: str) -> Channel:
     with open_netcdf(path, channel=name) as ds:
-        size = tuple(step * ds.sizes[axis] for axis, step in zip("xy", pixel(ds)))
+        dx, dy = pixel(ds)
+        size = dx * ds.sizes["x"], dy * ds.sizes["y"]
         direction = str(ds.attrs.get("direction", ""))
         shape = (ds.sizes["y"], ds.sizes["x"])
     return Channel(name, "nm", shape, size, "nm", partial(_netcdf_rows, path, name), direction)
@@ -210,10 +211,10 @@ def _stated_size(channel: Channel, path: Path) -> tuple[float, float] | None:
         return None
     if not is_length(channel.lateral_units):
         raise UnreadableScan(path, f"expected lateral units of a length, found {channel.lateral_units!r}")
-    size = tuple(float(value) * factor(channel.lateral_units, "nm") for value in channel.size)
-    if not all(np.isfinite(value) and value > 0 for value in size):
-        raise UnreadableScan(path, f"expected a positive lateral size, found {size} nm")
-    return size
+    width, height = (float(value) * factor(channel.lateral_units, "nm") for value in channel.size)
+    if not (0 < width < np.inf and 0 < height < np.inf):
+        raise UnreadableScan(path, f"expected a positive lateral size, found {(width, height)} nm")
+    return width, height
 
 
 def _given_size(size: Any, shape: tuple[int, int]) -> tuple[float, float]:
@@ -224,7 +225,7 @@ def _given_size(size: Any, shape: tuple[int, int]) -> tuple[float, float]:
         values *= 2
     if len(values) != 2 or min(values) <= 0:
         raise ValueError(f"size: expected two positive lengths (along x, along y), found {size!r}")
-    return values
+    return values[0], values[1]
 
 
 def _check_square(channel: Channel, size: tuple[float, float], path: Path) -> None:
@@ -244,6 +245,7 @@ def labelled(channel: Channel, rows: np.ndarray, path: Path) -> xr.Dataset:
     height = np.ascontiguousarray(rows[::-1].T, dtype=float) * factor(channel.units, "nm")
     if np.isnan(height).all():
         raise UnreadableScan(path, "expected heights, found missing pixels only")
+    assert channel.size is not None  # by `sized`
     refuse_absurd(height, max(channel.size), path)
     coords = {
         axis: (axis, (np.arange(n) + 0.5) * (length / n), {"axis": axis.upper()})
@@ -254,6 +256,7 @@ def labelled(channel: Channel, rows: np.ndarray, path: Path) -> xr.Dataset:
 
 def _origin(path: Path, family: str, chosen: Channel, channels: list[Channel]) -> dict[str, Any]:
     """Return the attributes that tell where a scan came from."""
+    assert chosen.size is not None  # by `sized`
     header = dict(chosen.header)
     attrs = {
         "source_file": path.name,

@@ -46,9 +46,7 @@ class Spectrum(NamedTuple):
     hurst: float
     shown: float  # nm
     error: float = 0.0  # of ln C(q) at the shortest wave shown
-    hurst_error: float = (
-        0.0  # so uncertain that the error of ln C grows by twice this for each factor e of shorter waves
-    )
+    hurst_error: float = 0.0  # the error of ln C grows by twice this for each factor e of shorter waves
     tilt: float = 0.0  # ln C(q) is changed by so many of these errors
     measured: tuple[np.ndarray, np.ndarray] | None = None  # ln q and ln C, used as far as they go
     lay: complex = 0.0  # see `lay_factor`
@@ -163,7 +161,8 @@ def _fitted(q, psd, modes, shown: float, *, pixel: float = 0.0, hurst: float | N
     """Return the model of these waves of a spectrum (nm⁻¹, nm⁴), and its errors."""
     model, spread, _ = fit_k_correlation(q, psd, modes, pixel, hurst)
     steeper = np.sqrt(max(spread[0, 0] + spread[1, 1] - 2 * spread[0, 1], 0.0)) / (2 * np.log(8))
-    return Spectrum(*model.tolist(), shown, float(np.sqrt(spread[0, 0])), float(steeper))
+    plateau, rolloff, found = model.tolist()
+    return Spectrum(plateau, rolloff, found, shown, float(np.sqrt(spread[0, 0])), float(steeper))
 
 
 def _rings(squares: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -284,7 +283,8 @@ def known_spectrum(fit: xr.Dataset, shown: float = np.nan, lay: complex = 0.0) -
     """Return the model of `self_affine_fit`, or a measured spectrum with the model below the shortest wave shown."""
     if "psd" not in fit:
         lay = float(fit["lay_strength"]) * np.exp(2j * np.radians(float(fit["lay_direction"]) - 90))
-        return Spectrum(*(float(fit[name]) for name in _NAMES), lay=complex(lay) if np.isfinite(lay) else 0.0)
+        known: Any = [float(fit[name]) for name in _NAMES]
+        return Spectrum(*known)._replace(lay=complex(lay) if np.isfinite(lay) else 0.0)
     q, psd = (fit[name].values for name in ("wavevector", "psd"))
     modes = fit["psd_modes"].values / _WAVES_PER_SAMPLE if "psd_modes" in fit else np.ones(q.size)
     last = 2 * np.pi / q[-1] * (1 - 1e-9)
@@ -302,7 +302,8 @@ def _finer(height, shown, *, axes, side, n, shortest, seed, hurst, model) -> tup
     if not np.isfinite(model.plateau):
         raise ValueError("height: expected a spectrum to continue, found none in a flat or nearly flat scan")
     fine = band_limited(height, n)
-    added = nested_waves(*axes, model.of, model.shown, shortest, seed)
+    x, y = axes
+    added = nested_waves(x, y, model.of, model.shown, shortest, seed)
     made = {"shortest": shortest, "longest": model.shown, "hurst": model.hurst, "rms": float(added.std()), "seed": seed}
     return fine + added, {f"fine_{name}": value for name, value in made.items()}
 

@@ -135,9 +135,9 @@ def _flattened(height: xr.DataArray, inside: xr.DataArray | None, degree: int, a
     raw, coefficients, limit = height, np.zeros((degree + 1, degree + 1)), np.inf
     for _ in range(1 if above is None else ROUNDS):
         coefficients = _fit(raw, inside, basis, coefficients, limit)
-        raw, limit = _again(height, coefficients), above
+        raw, limit = _again(height, coefficients), np.inf if above is None else above
     if not height.chunks:
-        return raw.copy(data=_less(raw.data, *basis, coefficients))
+        return raw.copy(data=_less(raw.data, basis[0], basis[1], coefficients))
     parts = (raw.data, "xy", basis[0], "xp", basis[1], "yq", coefficients, "pq")
     return raw.copy(data=da.blockwise(_less, "xy", *parts, concatenate=True, dtype=float))
 

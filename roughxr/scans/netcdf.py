@@ -6,6 +6,7 @@ in the attribute ``length`` of x and y, and one ``unit`` for all.
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -94,13 +95,13 @@ def unread(path: Path) -> xr.Dataset:
     engine = "scipy" if first_bytes(path, 4) in (b"CDF\1", b"CDF\2") else "netcdf4"
     if engine == "netcdf4":
         refuse_harmful(path)
-    options = {"engine": engine, "cache": False, "decode_times": False}
-    ds = xr.open_dataset(path, **options)
+    opened = partial(xr.open_dataset, path, engine=engine, cache=False, decode_times=False)
+    ds = opened()
     if ds.variables or engine == "scipy":
         return ds
     ds.close()
     try:
-        return xr.open_dataset(path, group="scan", **options)
+        return opened(group="scan")
     except OSError:
         raise UnreadableScan(path, "expected a variable of heights or a group 'scan', found neither") from None
 
@@ -179,9 +180,9 @@ def _cf(ds: xr.Dataset, name: str, path: Path) -> tuple[_Image, dict[str, np.nda
     """Return the image and pixel centres of a labelled file, whichever way its axes run."""
     dims = _axes(ds, name, path)
     values = [np.asarray(ds[dim].values, dtype=float) * _ratio(ds[dim], path) for dim in dims]
-    flipped = tuple(bool(v.size > 1 and v[-1] < v[0]) for v in values)
+    flip_x, flip_y = flipped = [bool(v.size > 1 and v[-1] < v[0]) for v in values]
     centres = {axis: v[::-1] if flip else v for axis, v, flip in zip("xy", values, flipped)}
-    return _Image(path, ds[name].variable, dims, flipped, _ratio(ds[name], path), _width(centres)), centres
+    return _Image(path, ds[name].variable, dims, (flip_x, flip_y), _ratio(ds[name], path), _width(centres)), centres
 
 
 def _width(centres: dict[str, np.ndarray]) -> float:

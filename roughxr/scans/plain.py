@@ -42,7 +42,7 @@ def is_text(head: bytes) -> bool:
 def text_channels(path: Path) -> list[Channel]:
     """Return the one image of a text matrix: columns along x, rows from the top."""
     text = decoded(path.read_bytes())
-    header = dict(match.groups() for match in map(_ENTRY.match, text.splitlines()[:100]) if match)
+    header = {match[1]: match[2] for match in map(_ENTRY.match, text.splitlines()[:100]) if match}
     rows = _matrix(path, text)
     if not text.endswith("\n"):
         warn(f"{path.name}: the last line has no line end; if the file was cut short, its last number is wrong")
@@ -74,9 +74,10 @@ def decoded(data: bytes) -> str:
 def _size(header: dict[str, str]) -> tuple[tuple[float, float] | None, str | None]:
     """Return the size of width and height, and their common units, from a Gwyddion header."""
     lengths = [_LENGTH.match(header.get(key, "")) for key in ("Width", "Height")]
-    if None in lengths:
+    known = [match.groups() for match in lengths if match]
+    if len(known) < 2:
         return None, None
-    (width, x_units), (height, y_units) = (match.groups() for match in lengths)
+    (width, x_units), (height, y_units) = known
     if x_units != y_units:
         return (float(width), float(height) * factor(y_units, x_units)), x_units
     return (float(width), float(height)), x_units

@@ -112,12 +112,13 @@ def _likeness(height: np.ndarray) -> tuple[float, float]:
     """Return the correlation of neighbouring heights along x and y, by ranks: a few spikes hide nothing."""
     some = np.ascontiguousarray(height[: min(len(height), 512), :512])
     order = np.where(np.isfinite(some), some, np.nanmedian(some)).ravel().argsort(kind="stable")
-    ranks = np.empty(some.size)
-    ranks[order] = np.linspace(-1, 1, some.size)
-    ranks = ranks.reshape(some.shape)
+    ranks = np.empty(some.shape)
+    ranks.flat[order] = np.linspace(-1, 1, some.size)
     ranks -= ranks.mean()
     variance = (ranks**2).mean()
-    return tuple(float((a * b).mean() / variance) for a, b in ((ranks[1:], ranks[:-1]), (ranks[:, 1:], ranks[:, :-1])))
+    pairs = (ranks[1:], ranks[:-1]), (ranks[:, 1:], ranks[:, :-1])
+    along_x, along_y = (float((a * b).mean() / variance) for a, b in pairs)
+    return along_x, along_y
 
 
 def _steep_share(height: np.ndarray, steps: tuple[float, float]) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import is_whole, magnitude
+from ..vocabulary.units import Places, is_whole, magnitude
 from ..vocabulary.verbs import verb
 
 __all__ = ["centres", "extent"]
@@ -29,7 +29,7 @@ class Window(NamedTuple):
 
 
 @verb
-def centres(ds: xr.Dataset, subregions: Any = None) -> xr.Dataset:
+def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     """Return the contact centres as coordinates along ``subregion``.
 
     Parameters
@@ -103,9 +103,10 @@ def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
     (0.0, 80.0, 0.0, 40.0)
     """
     if "x" not in ds.dims:
-        return tuple(float(ds[name]) for name in EDGES)
+        left, right, low, high = (float(ds[name]) for name in EDGES)
+        return left, right, low, high
     (dx, dy), x, y = schema.pixel(ds), ds["x"].values, ds["y"].values
-    return tuple(float(edge) for edge in (x[0] - dx / 2, x[-1] + dx / 2, y[0] - dy / 2, y[-1] + dy / 2))
+    return float(x[0] - dx / 2), float(x[-1] + dx / 2), float(y[0] - dy / 2), float(y[-1] + dy / 2)
 
 
 def windows(ds: xr.Dataset, positions: xr.Dataset, reach: float) -> tuple[list[Window], tuple[int, int]]:
@@ -125,7 +126,8 @@ def windows(ds: xr.Dataset, positions: xr.Dataset, reach: float) -> tuple[list[W
 def _positions(subregions: Any, edges: tuple, sizes: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
     """Return x and y of the centres on a scan with these edges (nm) and so many tiles along each axis at most."""
     if isinstance(subregions, xr.Dataset):
-        return tuple(np.atleast_1d(subregions[name].values.astype(float)) for name in ("subregion_x", "subregion_y"))
+        x, y = (np.atleast_1d(subregions[name].values.astype(float)) for name in ("subregion_x", "subregion_y"))
+        return x, y
     try:
         first, second = subregions
     except (TypeError, ValueError):

@@ -81,7 +81,7 @@ def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = False
 def _height_parameters(height: xr.DataArray) -> dict[str, xr.DataArray]:
     """Return the height parameters of ISO 25178-2 of heights about their reference."""
     square = (height**2).mean()
-    rms = np.sqrt(square)
+    rms = square**0.5
     peak, valley = height.max(), -height.min()
     return {
         "s_a": abs(height).mean(),
@@ -99,18 +99,17 @@ def _slope_parameters(flat: xr.Dataset) -> dict[str, xr.DataArray]:
     height = flat["height"].drop_vars(list(flat["height"].coords))
     dx, dy = pixel(flat)
     along_x, along_y = height.diff("x") / dx, height.diff("y") / dy
-    square = area = 0.0
+    square = area = xr.DataArray(0.0)
     for row in (slice(None, -1), slice(1, None)):
         for column in (slice(None, -1), slice(1, None)):
             slope2 = along_x.isel(y=row) ** 2 + along_y.isel(x=column) ** 2
             square = square + slope2.mean() / 4
-            area = area + np.sqrt(1 + slope2).mean() / 4
-    return {"s_dq": np.sqrt(square), "s_dr": area - 1}
+            area = area + ((1 + slope2) ** 0.5).mean() / 4
+    return {"s_dq": square**0.5, "s_dr": area - 1}
 
 
 def _frame(scan: xr.Dataset) -> dict[str, Any]:
     """Return the scan's size and pixel as scalar coordinates."""
     dx, dy = pixel(scan)
     values = {"pixel_x": dx, "pixel_y": dy, "size_x": dx * scan.sizes["x"], "size_y": dy * scan.sizes["y"]}
-    kept = {name: scan[name] for name in scan.coords if scan[name].ndim == 0}
-    return {**values, **kept}
+    return values | {str(name): scan[name] for name in scan.coords if scan[name].ndim == 0}

@@ -9,7 +9,7 @@ import xarray as xr
 
 from ..kernels.topography.random_surface import normal
 from ..vocabulary import schema
-from ..vocabulary.units import is_whole, positive, whole_number
+from ..vocabulary.units import Quantity, is_whole, positive, whole_number
 from .fine_scales import hurst_exponent
 
 #: Raw numbers that PCG64 draws apart for heights and for whatever lies on them, so that either may change alone.
@@ -17,7 +17,14 @@ HEIGHTS, OTHERS = 0, 1
 
 
 def self_affine(
-    shape: tuple[int, int], pixel: Any, *, rms: Any, hurst: float, rolloff: Any, cutoff: Any = None, seed: int
+    shape: tuple[int, int],
+    pixel: Quantity,
+    *,
+    rms: Quantity,
+    hurst: float,
+    rolloff: Quantity,
+    cutoff: Quantity | None = None,
+    seed: int,
 ) -> xr.Dataset:
     """Return a Gaussian random surface with a power-law spectrum.
 
@@ -94,7 +101,7 @@ def unit_surface(shape, pixel, hurst, rolloff, cutoff, seed) -> np.ndarray:
 def labelled(height: np.ndarray, pixel: float, title: str, made: dict[str, Any]) -> xr.Dataset:
     """Return heights as a scan, and their making in its attributes."""
     axes = {axis: (axis, (np.arange(n) + 0.5) * pixel) for axis, n in zip("xy", height.shape)}
-    attrs = {"title": title, "synthetic": "yes", "source": "roughxr.scans.synthetic"}
+    attrs: dict[str, Any] = {"title": title, "synthetic": "yes", "source": "roughxr.scans.synthetic"}
     attrs |= {name: list(v) if isinstance(v, tuple) else v for name, v in made.items() if v is not None}
     return schema.label(xr.Dataset({"height": (("x", "y"), height)}, coords=axes, attrs=attrs))
 

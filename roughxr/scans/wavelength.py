@@ -90,8 +90,9 @@ def together(spectra: Sequence[np.ndarray | None], steps: tuple[float, float]) -
     known = [one for one in spectra if one is not None]
     if not known:
         return Waves(np.nan, np.nan)
-    mean = sum(known) / len(known)
-    wavenumber = np.hypot(*np.meshgrid(*map(np.fft.fftfreq, mean.shape, steps), indexing="ij"))
+    mean = np.mean(known, axis=0)
+    along_x, along_y = map(np.fft.fftfreq, mean.shape, steps)
+    wavenumber = np.hypot.outer(along_x, along_y)
     slope = 2 * np.pi * float(np.sqrt((wavenumber**2 * mean).sum()))
     order = np.argsort(wavenumber, axis=None, kind="stable")
     summed = np.cumsum((wavenumber**4 * mean).ravel()[order])

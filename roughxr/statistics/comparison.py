@@ -63,7 +63,7 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) 
             "force_direct": truth,
             "force_difference": difference,
             "mean_difference": mean,
-            "agreeing": (np.abs(difference) <= by).sum("subregion") / touching.sum("subregion").where(lambda n: n > 0),
+            "agreeing": (abs(difference) <= by).sum("subregion") / touching.sum("subregion").where(lambda n: n > 0),
             "parting_delta": ("subregion", [_parting(row, direct["delta"].values, by) for row in difference.values]),
             "mean_parting_delta": _parting(mean.values, direct["delta"].values, by),
         }

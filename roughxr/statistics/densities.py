@@ -91,7 +91,8 @@ def pdf(
     schema.one_of(method, ("histogram", "kde"), "method")
     some = samples(ds, name, weights=weights)
     units = ds[name].attrs.get("units", "1")
-    bins, boundary = (plain(value, units, name) if carries_units(value) else value for value in (bins, boundary))
+    bins = plain(bins, units, name) if carries_units(bins) else bins
+    boundary = plain(boundary, units, name) if carries_units(boundary) else boundary
     if method == "histogram":
         points, values, cumulative, extra = _histogram(some, bins)
     else:

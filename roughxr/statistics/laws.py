@@ -112,7 +112,7 @@ def fit(
     rows = np.array([_fitted(LAWS[law], values, judged, simulations, seed) for law in laws])
     out = xr.Dataset({result: ("law", rows[:, k]) for k, result in enumerate(_RESULTS)}, coords={"law": list(laws)})
     out["aic_difference"] = out["aic"] - out["aic"].min()
-    weight = np.exp(-0.5 * out["aic_difference"]).fillna(0.0)
+    weight = xr.DataArray(np.exp(-0.5 * out["aic_difference"])).fillna(0.0)
     out["akaike_weight"] = weight / weight.sum()
     return schema.record(_labelled(out, ds, name, values.size), "fit", ds, name=name, simulations=simulations)
 

@@ -7,6 +7,7 @@ scan with variance τ², and the variance of e within each scan is estimated by 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -91,7 +92,7 @@ def pooled(
     if name not in ds or over not in ds[name].dims:
         found = tuple(ds[name].dims) if name in ds else f"variables {', '.join(map(str, ds.data_vars))}"
         raise ValueError(f"{name}: expected a variable along {over!r}, found {found}")
-    others = [dim for dim in ds[name].dims if dim not in (over, *SAMPLES, "x", "y")]
+    others = [str(dim) for dim in ds[name].dims if dim not in (over, *SAMPLES, "x", "y")]
     if others:
         raise ValueError(
             f"{name}: expected only {over!r} and its samples, found also {', '.join(others)}; select one value of each"
@@ -103,8 +104,8 @@ def pooled(
     else:
         options = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "seed": seed}
         estimate, error, labels = _each(ds, name, over, options)
-    how = {"confidence": confidence, "positive": bool(ds[name].min() >= 0)}
-    pools = [random_effects(*both, **how) for both in zip(estimate.T, error.T)]
+    solve = partial(random_effects, confidence=confidence, positive=bool(ds[name].min() >= 0))
+    pools = [solve(*both) for both in zip(estimate.T, error.T)]
     out = xr.Dataset(
         {key: ("statistic", list(values)) for key, values in zip(_NAMES, zip(*pools))}
         | {"estimate": ((over, "statistic"), estimate), "standard_error": ((over, "statistic"), error)},

@@ -74,7 +74,10 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Quantity |
     if method == "ciavarella":
         return elastic_pull_off(ds, smoothing=2.0 if smoothing is None else smoothing)
     schema.refuse_unused(f"method={method!r}", smoothing=smoothing)
-    out = _of_sweep(_with_adhesion(ds, force), converged(ds)) if method == "sweep" else _of_events(ds, method, found)
+    if method == "sweep":
+        out = _of_sweep(_with_adhesion(ds, _force(ds)), converged(ds))
+    else:
+        out = _of_events(ds, method, found)
     out.attrs = {key: value for key, value in ds.attrs.items() if key != "history"}
     unsolved = ", or the largest pull has not converged" if method == "sweep" else ""
     out.attrs["missing"] = f"NaN where no displacement of the {method} pulls{unsolved}"

@@ -26,7 +26,7 @@ class Samples(NamedTuple):
 
     values: np.ndarray
     weights: np.ndarray | None
-    places: np.ndarray | None  # (samples, 2), nm
+    places: Any  # (samples, 2), nm, or None
     missing: int
 
 
@@ -131,10 +131,10 @@ def with_weights(ds: xr.Dataset, name: str, weights: Any) -> tuple[xr.Dataset, s
         given = np.asarray(weights, dtype=float)
         _same_shape(given, ds[name])
         return ds.assign({_WEIGHTS: (ds[name].dims, given)}), _WEIGHTS
-    given = _at_samples(weights, ds)
-    if any(ds.sizes.get(dim) != size for dim, size in given.sizes.items()):
-        _same_shape(given, ds[name])
-    return ds.assign({_WEIGHTS: given}), _WEIGHTS
+    placed = _at_samples(weights, ds)
+    if any(ds.sizes.get(dim) != size for dim, size in placed.sizes.items()):
+        _same_shape(placed, ds[name])
+    return ds.assign({_WEIGHTS: placed}), _WEIGHTS
 
 
 def _at_samples(weights: xr.DataArray, ds: xr.Dataset) -> xr.Variable:

@@ -147,8 +147,8 @@ def _fewer(found: Samples, seed: int) -> Samples:
     if found.values.size <= _MOST_SAMPLES:
         return found
     chosen = np.sort(np.random.default_rng(seed).choice(found.values.size, _MOST_SAMPLES, replace=False))
-    parts = (None if part is None else part[chosen] for part in found[:3])
-    return Samples(*parts, found.missing)
+    weights, places = (None if part is None else part[chosen] for part in (found.weights, found.places))
+    return Samples(found.values[chosen], weights, places, found.missing)
 
 
 def _sweep(ds: xr.Dataset, name: str, *, along: str, **options: Any) -> xr.Dataset:
@@ -225,7 +225,7 @@ def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float
     found = _fewer(samples(ds, name), seed=0)
     edges = np.asarray(bins, dtype=float)
     drawn = resampled(found, _resampling(found, None), resamples, seed=0)
-    counts = np.concatenate([_densities(*part, edges) for part in drawn])
+    counts = np.concatenate([_densities(values, weights, edges) for values, weights in drawn])
     return np.quantile(counts, [0.5 - confidence / 2, 0.5 + confidence / 2], axis=0)
 
 
@@ -242,8 +242,8 @@ def resampled(found: Samples, way: Resampling, resamples: int, *, seed: int) -> 
     step = max(1, _VALUES_AT_ONCE // size)
     for start in range(0, resamples, step):
         count = min(step, resamples - start)
-        each = way.members is None
-        chosen = rng.integers(0, size, (count, size)) if each else _drawn(way.members, size, count, rng)
+        shape = count, size
+        chosen = rng.integers(0, size, shape) if way.members is None else _drawn(way.members, size, count, rng)
         yield found.values[chosen], None if found.weights is None else found.weights[chosen]
 
 
@@ -290,8 +290,8 @@ def _intervals(found: Samples, way: Resampling, functions, confidence, resamples
     estimate = np.array([function(found.values, **own) for function in functions.values()])
     ends = np.quantile(replicates, _levels(_whole_blocks(found, way), confidence), axis=1)
     times = _widening(found, way, means)
-    each = zip(functions, estimate, ends.T)
-    return np.array([_ends(label, found, at, pair, times, way, confidence) for label, at, pair in each]).T
+    told = zip(functions, estimate, ends.T)
+    return np.array([_ends(label, found, at, pair, times, way, confidence) for label, at, pair in told]).T
 
 
 def _ends(label: str, found: Samples, estimate: float, ends: np.ndarray, times: float, way, confidence: float):

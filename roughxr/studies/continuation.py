@@ -7,7 +7,7 @@ assumption changed, for the interval of the mean.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -17,6 +17,7 @@ from ..contact.below_pixel import Below, pull_off_below
 from ..contact.cycle import Adhesion
 from ..contact.problem import Problem
 from ..contact.regimes import in_memory
+from ..contact.specimen import Specimen
 from ..jobs import lazy as parallel
 from ..kernels.topography.random_surface import rms_of
 from ..scans import regions, self_affine_fit, smooth
@@ -25,7 +26,7 @@ from ..scans.self_affinity import unlike_self_affine
 from ..statistics import bootstrap
 from ..statistics.sampling import by_share
 from ..vocabulary import schema
-from ..vocabulary.units import fraction, positive, whole_number
+from ..vocabulary.units import Places, Quantity, fraction, positive, whole_number
 from ..vocabulary.verbs import verb
 
 #: Waves are added by this factor; below the floor (nm) no continuum is.
@@ -61,12 +62,12 @@ class Question(NamedTuple):
 
 @verb
 def continued(
-    ds: xr.Dataset,
+    ds: xr.Dataset | Specimen,
     *,
-    subregions: Any = None,
+    subregions: Places = None,
     seeds: int = 2,
-    preload: Any = 0.0,
-    shortest: Any = None,
+    preload: Quantity = 0.0,
+    shortest: Quantity | None = None,
     spectrum: xr.Dataset | None = None,
     accuracy: float = 0.1,
 ) -> xr.Dataset:
@@ -240,7 +241,8 @@ def _pilot(surface: Surface, question: Question, end, accuracy: float) -> _Pilot
     places = np.unique(np.linspace(0, count - 1, min(count, _PILOT_PLACES)).round().astype(int))
     seeds, below = max(1, -(-_PILOT_PLACES // places.size)), question.below
     model, length = below.spectrum, question.adhesion.span
-    waves, means, guesses, converged = [below.longest], [], [None], False
+    waves, means, converged = [below.longest], [], False
+    guesses: list[tuple[float, float] | None] = [None]
     smallest = _SHORTEST_WAVE if end is None else min(end, below.longest)
     while True:
         asked = question._replace(below=below._replace(shortest=waves[-1]))

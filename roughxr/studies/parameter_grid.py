@@ -17,7 +17,7 @@ from ..asperity.asperity_sum import fit_of
 from ..asperity.catalogue import asperities
 from ..bodies import liquid, materials
 from ..vocabulary import schema
-from ..vocabulary.units import magnitude, mass_power
+from ..vocabulary.units import Quantities, magnitude, mass_power
 from ..vocabulary.verbs import OPTIONS, verb
 
 #: Verbs that sum over asperities: a scan's catalogue is made once for all solves.
@@ -39,10 +39,10 @@ def vary(
     ds: xr.Dataset,
     solve: Callable[..., xr.Dataset],
     *,
-    sphere_radius: Any = None,
-    contact_modulus: Any = None,
-    work_of_adhesion: Any = None,
-    humidity: Any = None,
+    sphere_radius: Quantities | None = None,
+    contact_modulus: Quantities | None = None,
+    work_of_adhesion: Quantities | None = None,
+    humidity: Quantities | None = None,
     indenter: xr.Dataset | None = None,
     **options: Any,
 ) -> xr.Dataset:
@@ -102,7 +102,7 @@ def vary(
     if getattr(solve, "__name__", "") in _OF_ASPERITIES and "asperity" not in ds.dims:
         ds = asperities(ds, **fit_of(options.get("formulation")))
     solved: dict[tuple, xr.Dataset] = {}
-    parts = []
+    parts: list[xr.Dataset] = []
     for values in itertools.product(*axes.values()):
         pair = dict(zip(axes, values))
         wet = liquid.at_humidity(ds, pair["humidity"]) if "humidity" in pair else {}
@@ -116,6 +116,7 @@ def vary(
         parts.append(part)
     refuse_other_deltas(parts)
     out = xr.combine_by_coords(parts, **_TOGETHER)
+    assert isinstance(out, xr.Dataset)
     arguments = {name: given[name] for name in varied}
     return schema.record(
         schema.label(out), "vary", parts[0], solve=getattr(solve, "__name__", "a function"), **arguments

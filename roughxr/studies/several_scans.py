@@ -56,9 +56,10 @@ def over_scans(
     parts = [solve(one, **options) for one in each]
     refuse_other_deltas(parts, "scan")
     parts = _padded(parts)
-    how = {"coords": "different", "compat": "equals", "join": "outer", "combine_attrs": "drop_conflicts"}
+    how: dict[str, Any] = {"coords": "different", "compat": "equals", "join": "outer"}
+    how |= {"data_vars": "all", "combine_attrs": "drop_conflicts"}
     along = xr.Variable("scan", names)
-    out = xr.concat(parts, xr.DataArray(along, coords={"scan": along}, name="scan"), data_vars="all", **how)
+    out = xr.concat(parts, xr.DataArray(along, coords={"scan": along}, name="scan"), **how)
     return schema.record(schema.label(out), "over_scans", parts[0], solve=_name(solve), scans=len(each))
 
 

@@ -16,7 +16,7 @@ from ..contact.rigid_bodies import rigid
 from ..scans import add_fine_roughness, crop, regions, self_affine_fit, smooth
 from ..scans.fine_scales import known_spectrum
 from ..vocabulary import schema
-from ..vocabulary.units import whole_number
+from ..vocabulary.units import Places, Quantity, whole_number
 from ..vocabulary.verbs import verb
 from .continuation import Question, Surface, next_guess, with_hardness
 
@@ -46,10 +46,10 @@ def scale_dependence(
     *,
     shortest: Sequence[Any] | Any,
     seeds: int = 4,
-    subregions: Any = (2, 2),
+    subregions: Places = (2, 2),
     method: str = "rigid",
     law: str | None = None,
-    preload: Any = None,
+    preload: Quantity | None = None,
     hurst: float | None = None,
 ) -> xr.Dataset:
     """Return the pull-off as a function of the shortest wavelength that the surface has.
@@ -149,7 +149,8 @@ def _on_surfaces(ds: xr.Dataset, centres: xr.Dataset, wave: float, way: _Rigid) 
 
 def _over_seeds(part: xr.Dataset, centre: tuple[float, float], wave: float, way: _Rigid) -> np.ndarray:
     """Return the pull at a place on surfaces with one shortest wave, one for each seed."""
-    at, side = {"subregions": ([centre[0]], [centre[1]])}, schema.square_pixel(part)
+    at: dict[str, Any] = {"subregions": ([centre[0]], [centre[1]])}
+    side = schema.square_pixel(part)
     cells = int(np.ceil(side / _LARGEST_CELL))
     if wave >= float(way.spectrum["shortest_wavelength"]):
         smoother = smooth(part, shortest=wave)

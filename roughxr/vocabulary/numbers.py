@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import SupportsFloat
 
 #: Prefixes of units, the largest first, and their size.
 _PREFIXES = {
@@ -17,7 +18,7 @@ _PLAIN_RANGE = 1e-4, 1e7
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def number(value: float, unit: str = "", digits: int = 3) -> str:
+def number(value: SupportsFloat, unit: str = "", digits: int = 3) -> str:
     """Return a number to some significant digits, with its unit; whole places are never dropped; a dash for NaN."""
     value = float(value)
     if math.isnan(value):
@@ -35,9 +36,9 @@ def _finite(value: float, digits: int) -> str:
     return "0" if text == "-0" else text
 
 
-def percent(share: float) -> str:
+def percent(share: SupportsFloat) -> str:
     """Return a share as per cent."""
-    return number(100 * share, "%", 2)
+    return number(100 * float(share), "%", 2)
 
 
 def prefixed(largest: float, units: str = "nN") -> tuple[str, float]:

@@ -14,7 +14,7 @@ import xarray as xr
 from .._version import __version__
 
 
-def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, **arguments: Any) -> xr.Dataset:
+def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, **arguments: Any) -> xr.Dataset:
     """Return a Dataset with one more step in its history: operation, arguments and roughxr's version.
 
     Parameters
@@ -96,7 +96,7 @@ def as_json(value: Any, long: Callable[[np.ndarray], Any] = _ends) -> Any:
     """Return ``value`` as something JSON can hold; arrays of more than 64 values as ``long`` shortens them."""
     if isinstance(value, xr.Dataset):
         value = {name: value[name].values for name in value.variables}
-    if is_dataclass(value):
+    if is_dataclass(value) and not isinstance(value, type):
         value = asdict(value)
     if isinstance(value, Mapping):
         return {str(key): as_json(item, long) for key, item in value.items()}

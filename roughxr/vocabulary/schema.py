@@ -86,7 +86,7 @@ def entered(data: Any) -> Any:
     """Return a Dataset or DataArray with every known name in the units of `VARIABLES`; itself where it already is."""
     coords = _in_table(data.coords.variables)
     if isinstance(data, xr.DataArray):
-        own = _in_table({data.name: data.variable}).get(data.name)
+        own = _in_table({str(data.name): data.variable}).get(str(data.name))
         out = data if own is None else data.copy(data=own.data).assign_attrs(own.attrs)
         return out.assign_coords(coords) if coords else out
     variables = _in_table({name: data.variables[name] for name in data.data_vars})

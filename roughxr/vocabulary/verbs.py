@@ -11,6 +11,7 @@ import inspect
 import sys
 import warnings
 from collections.abc import Callable, Mapping
+from itertools import chain, repeat
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -58,10 +59,9 @@ def verb(function: Callable[_P, _R]) -> Callable[_P, _R]:
     names = list(inspect.signature(function).parameters)
 
     @functools.wraps(function)
-    def called(*arguments: _P.args, **options: _P.kwargs) -> _R:
-        given = [_entered(value, name) for name, value in zip(names, arguments)]
-        rest = arguments[len(given) :]
-        return function(*given, *rest, **{name: _entered(value, name) for name, value in options.items()})
+    def called(*given: _P.args, **options: _P.kwargs) -> _R:
+        arguments: Any = [_entered(value, name) for value, name in zip(given, chain(names, repeat("")))]
+        return function(*arguments, **{name: _entered(value, name) for name, value in options.items()})
 
     return called
 
@@ -73,8 +73,8 @@ def _entered(value: Any, name: str) -> Any:
     if isinstance(value, (xr.Dataset, xr.DataArray)):
         return entered(value)
     if isinstance(value, Mapping):
-        new = {key: _entered(one, str(key)) for key, one in value.items()}
-        return value if all(new[key] is value[key] for key in new) else new
+        parts = {key: _entered(one, str(key)) for key, one in value.items()}
+        return value if all(parts[key] is value[key] for key in parts) else parts
     if isinstance(value, (list, tuple)):
         new = [_entered(one, "") for one in value]
         return value if all(one is other for one, other in zip(new, value)) else type(value)(new)

@@ -22,7 +22,7 @@ free shape keep the starred curves of 10⁴ with the scales of the true B/A; the
 """
 
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -49,14 +49,14 @@ class AsperityLaw(NamedTuple):
 
 
 class Scales(NamedTuple):
-    """The scales that make an asperity's contact dimensionless; a and P of Hertz at ``delta`` = 1 nm."""
+    """The scales that make contacts of one or many asperities dimensionless; a and P of Hertz at ``delta`` = 1 nm."""
 
-    a: float  # nm
-    P: float  # nN
-    delta: float  # nm
-    axis_ratio: float  # λ of Hertz's ellipse
-    end: float  # δ* where the stable branch ends; 0 where nothing adheres
-    row: float  # place in the law's table; ``force_curves.STIFF`` for menisci
+    a: Any  # nm
+    P: Any  # nN
+    delta: Any  # nm
+    axis_ratio: Any  # λ of Hertz's ellipse
+    end: Any  # δ* where the stable branch ends; 0 where nothing adheres
+    row: Any  # place in the law's table; ``force_curves.STIFF`` for menisci
 
 
 class Contact(NamedTuple):

@@ -18,7 +18,7 @@ where it lies on the line that joins them, at equal heights.
 Letters: x, y, u nm; Z nm; R radius (nm); d step (nm).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -165,7 +165,7 @@ class Ground(NamedTuple):
     lists: np.ndarray  # the pixels, flat, on whose patches it may touch
     first: tuple  # x and y of the first pixel, nm
     pixel: tuple
-    ball: tuple
+    ball: Any  # of `dilation.Ball`
 
 
 @kernel

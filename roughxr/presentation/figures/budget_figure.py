@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -65,9 +65,7 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     bars = {str(name): _Bar(*told) for name, *told in zip(ds["entry"].values, *numbers, ds["known_bias"].values)}
     apart = bars.pop(_OUTSIDE_TOTAL, None)
     rows = [(name, bar, BLUE) for name, bar in bars.items()]
-    rows.append(
-        ("all of these", _Bar(*(100 * float(ds[f"total_{name}"]) for name in ("error", "standard_error"))), BLACK)
-    )
+    rows.append(("all of these", _Bar(100 * float(ds["total_error"]), 100 * float(ds["total_standard_error"])), BLACK))
     if apart is not None:
         rows.append((_words(ds), apart, ORANGE))
     ax = axes(ax, aspect=0.16 + 0.058 * len(rows))
@@ -155,7 +153,7 @@ def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
         ax.plot(waves, np.where(values > 0, values, np.nan), color=GREY, linewidth=0.6, alpha=0.6)
         if place == 0:
             ax.lines[-1].set_label("each place")
-    look = {"fmt": "o-", "color": BLUE, "capsize": 2, "markersize": 3.5, "label": "mean, its scatter"}
+    look: dict[str, Any] = {"fmt": "o-", "color": BLUE, "capsize": 2, "markersize": 3.5, "label": "mean, its scatter"}
     ax.errorbar(waves, means.mean("seed"), yerr=means.std("seed"), **look)
     shown = ds.attrs.get("shortest_wavelength", np.nan)
     if np.isfinite(shown):

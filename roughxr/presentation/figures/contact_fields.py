@@ -228,7 +228,7 @@ def _view(one: xr.Dataset) -> float:
     """Return the half-width (nm) of the view of a contact: 1.5 times its reach, as far as there are data."""
     inside = one["pressure"].notnull()
     whole = float(max(np.abs(regions.extent(one))))
-    reach = max(float(np.abs(one[axis]).where(inside).max()) for axis in ("x", "y"))
+    reach = max(float(abs(one[axis]).where(inside).max()) for axis in ("x", "y"))
     return min(1.5 * reach, whole) if reach > 0 else whole
 
 

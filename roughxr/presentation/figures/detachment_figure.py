@@ -58,24 +58,24 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     moment = ds["resisting_moment"].transpose("subregion", "direction").dropna("subregion", how="all")
     if not moment.sizes["subregion"]:
         raise ValueError("resisting_moment: expected a place in contact, found none")
-    ax = polar(ax)
+    rose = polar(ax)
     low, middle, high = (np.maximum(np.quantile(moment, q, axis=0), 0.0) for q in (0.25, 0.5, 0.75))
     angle = np.r_[ds["direction"].values, ds["direction"].values[0] + 2 * np.pi]
-    ax.fill_between(angle, *(np.r_[end, end[0]] for end in (low, high)), color=BLUE, alpha=0.25, linewidth=0)
-    ax.plot(angle, np.r_[middle, middle[0]], color=BLUE)
+    rose.fill_between(angle, *(np.r_[end, end[0]] for end in (low, high)), color=BLUE, alpha=0.25, linewidth=0)
+    rose.plot(angle, np.r_[middle, middle[0]], color=BLUE)
     around = np.linspace(0, 2 * np.pi, 181)
     level = max(float(np.median(moment)), 0.0)
-    ax.plot(around, np.full(around.size, level), color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)))
-    ax.set_rlim(0, 1.1 * max(high.max(), level))
-    ax.set_rticks([level] if level else [])
-    ax.set_yticklabels([])
-    ax.tick_params(labelsize=SMALL, pad=0)
-    ax.grid(linewidth=0.3)
-    ax.spines["polar"].set_linewidth(0.4)
+    rose.plot(around, np.full(around.size, level), color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)))
+    rose.set_rlim(0, 1.1 * max(high.max(), level))
+    rose.set_rticks([level] if level else [])
+    rose.set_yticklabels([])
+    rose.tick_params(labelsize=SMALL, pad=0)
+    rose.grid(linewidth=0.3)
+    rose.spines["polar"].set_linewidth(0.4)
     words = schema.VARIABLES["resisting_moment"].long_name
     half = f"median and middle half of {moment.sizes['subregion']} places; dashed {number(level, 'nN nm')}"
-    ax.set_xlabel(f"{words} from x (0°) towards y,\n{half}")
-    return ax
+    rose.set_xlabel(f"{words} from x (0°) towards y,\n{half}")
+    return rose
 
 
 @styled

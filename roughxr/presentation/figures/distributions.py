@@ -179,7 +179,7 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> n
 
 def _anisotropy(ax, peaks: xr.Dataset):
     name = "ln_ratio"
-    ratio = np.log(peaks["curvature_max"] / peaks["curvature_min"])
+    ratio = xr.DataArray(np.log(peaks["curvature_max"] / peaks["curvature_min"]))
     most = float(ratio.quantile(0.99)) or 1.0
     ds = xr.Dataset({name: ratio.assign_attrs(units="1")})
     _plain_density(ax, ds, name, "ln(B/A) of the curvatures", bins=np.linspace(0, most, 41))

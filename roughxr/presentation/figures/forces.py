@@ -153,7 +153,7 @@ def mean_force(
             spread = force.quantile([band, 1 - band], "subregion").values
             words = f"{100 * (1 - 2 * band):.0f} % of places" if order == 0 else None
             ax.fill_between(ds["delta"], *spread, color=look["color"], alpha=0.18, linewidth=0, label=words)
-        points = {"marker": "os^D"[order % 4], "markevery": 1} if ds.sizes["delta"] <= 40 else {}
+        points: dict[str, Any] = {"marker": "os^D"[order % 4], "markevery": 1} if ds.sizes["delta"] <= 40 else {}
         ax.plot(ds["delta"], force.mean("subregion"), label=name, markersize=2.6, **points, **look)
         if interval is not None:
             words = f"bars: {100 * interval:g} % interval of the mean" if order == 0 else None
@@ -281,9 +281,9 @@ def sweep(
         _mark_pull_off(ax, ds["delta"].values, force.values, stroke(order)["color"])
     with_pair = [ds for ds in solutions.values() if all(name in ds.coords for name in schema.PAIR)]
     if smooth and with_pair:
-        delta, force = _wide_range(with_pair)
-        ax.plot(delta, force, color=BLACK, linewidth=0.9, label="smooth sphere, JKR")
-        _mark_pull_off(ax, delta, force, BLACK)
+        delta, pull = _wide_range(with_pair)
+        ax.plot(delta, pull, color=BLACK, linewidth=0.9, label="smooth sphere, JKR")
+        _mark_pull_off(ax, delta, pull, BLACK)
     ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
     ax.plot([], [], "v", color=GREY, markersize=4, label="pull-off")
     if force_limits is not None:

@@ -218,7 +218,7 @@ def _ellipses(ax, catalogue: xr.Dataset, depth: float):
     semi_axes = (np.sqrt(2 * depth / peaks[f"curvature_{end}"].values) for end in ("min", "max"))
     longer, shorter = (2 * np.minimum(axis, patch) for axis in semi_axes)
     places = np.c_[peaks["x"].values, peaks["y"].values]
-    style = {"facecolor": "none", "edgecolor": "white", "linewidth": 0.7, "units": "xy"}
+    style: dict[str, Any] = {"facecolor": "none", "edgecolor": "white", "linewidth": 0.7, "units": "xy"}
     angles = np.degrees(peaks["orientation"].values)
     ax.add_collection(
         EllipseCollection(longer, shorter, angles, offsets=places, offset_transform=ax.transData, **style)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
@@ -43,22 +45,22 @@ def orientation_rose(catalogue: xr.Dataset, *, bins: int = 18, ax: Axes | None =
     'polar'
     """
     catalogue = schema.validate(catalogue, "asperities")
-    ax = polar(ax)
+    rose = polar(ax)
     angles = catalogue["orientation"].where(catalogue["curvature_min"] > 0).dropna("asperity").values
     counts, edges = np.histogram(angles, np.linspace(-np.pi / 2, np.pi / 2, bins + 1))
     share = counts * bins / max(counts.sum(), 1)  # 1 without preference
     middle = np.concatenate([edges[:-1], edges[:-1] + np.pi]) + np.pi / (2 * bins)
-    style = {"color": BLUE, "alpha": 0.45, "edgecolor": BLUE, "linewidth": 0.5}
-    ax.bar(middle, np.tile(np.sqrt(share), 2), width=np.pi / bins, **style)
-    _chance(ax, bins, counts.sum())
-    ax.set_rlim(0, 1.15 * np.sqrt(max(share.max(initial=1.0), 1.0)))
-    ax.set_rticks([])
-    ax.set_thetagrids(range(0, 360, 45), [f"{(a + 90) % 180 - 90}°".replace("-", "−") for a in range(0, 360, 45)])
-    ax.tick_params(labelsize=SMALL, pad=0)
-    ax.grid(linewidth=0.3)
-    ax.spines["polar"].set_linewidth(0.4)
-    ax.set_xlabel(f"{schema.VARIABLES['orientation'].long_name}\n({angles.size} asperities)")
-    return ax
+    style: dict[str, Any] = {"color": BLUE, "alpha": 0.45, "edgecolor": BLUE, "linewidth": 0.5}
+    rose.bar(middle, np.tile(np.sqrt(share), 2), width=np.pi / bins, **style)
+    _chance(rose, bins, counts.sum())
+    rose.set_rlim(0, 1.15 * np.sqrt(max(share.max(initial=1.0), 1.0)))
+    rose.set_rticks([])
+    rose.set_thetagrids(range(0, 360, 45), [f"{(a + 90) % 180 - 90}°".replace("-", "−") for a in range(0, 360, 45)])
+    rose.tick_params(labelsize=SMALL, pad=0)
+    rose.grid(linewidth=0.3)
+    rose.spines["polar"].set_linewidth(0.4)
+    rose.set_xlabel(f"{schema.VARIABLES['orientation'].long_name}\n({angles.size} asperities)")
+    return rose
 
 
 def _chance(ax, bins: int, total: int):
@@ -70,7 +72,7 @@ def _chance(ax, bins: int, total: int):
     ax.fill_between(around, low, high, color=BLACK, alpha=0.15, linewidth=0)
 
 
-def polar(ax):
+def polar(ax: Any) -> Any:
     """Return the given polar axes, or new ones."""
     if ax is not None:
         if ax.name != "polar":

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -40,7 +41,8 @@ def sheet(
     above, middle = 0.155 * len(lines) + 0.08, aspect * COLUMN
     figure = Figure(figsize=(COLUMN, above + middle + below), layout="constrained")
     figure.suptitle("\n".join(lines), x=0.015, ha="left", fontsize=TITLE, fontweight="bold", linespacing=1.25)
-    upper, lower = figure.subfigures(2, 1, height_ratios=[middle, below], hspace=0)
+    parts: Any = figure.subfigures(2, 1, height_ratios=[middle, below], hspace=0)
+    upper, lower = parts
     axes = upper.subplots(*shape, squeeze=False, **options).ravel()
     for ax in axes:
         tidy(ax)

@@ -96,7 +96,8 @@ class Unit(NamedTuple):
             decimals = None
 
             def set_locs(self, locs):
-                linear = self.axis is None or self.axis.get_scale() == "linear"
+                axis: Any = self.axis
+                linear = axis is None or axis.get_scale() == "linear"
                 self.decimals = decimals(np.asarray(locs) / size) if linear and len(locs) else None
 
         def words(value, _):
@@ -135,8 +136,9 @@ def styled(function: Callable) -> Callable:
 @contextmanager
 def _settings() -> Iterator[None]:
     """Apply this module's settings within the block; matplotlib's rc_context would also reset a notebook's backend."""
-    from matplotlib import rcParams
+    import matplotlib
 
+    rcParams: Any = matplotlib.rcParams
     before = {name: rcParams[name] for name in SETTINGS}
     rcParams.update(SETTINGS)
     try:
@@ -188,7 +190,7 @@ def axes(ax=None, *, aspect: float = 0.72):
     return ax if ax is not None else panels(None, 1, 1, aspect=aspect)[0]
 
 
-def panels(ax: Sequence | None, rows: int, columns: int, *, aspect: float, width: float = COLUMN, **options: Any):
+def panels(ax: Any, rows: int, columns: int, *, aspect: float, width: float = COLUMN, **options: Any):
     """Return the given sequence of Axes, or those of a new pyplot figure of a width (inches), as a flat array."""
     if ax is not None:
         given = np.asarray(ax, dtype=object).ravel()

@@ -36,8 +36,8 @@ def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> 
     if known := best_estimate(run):
         count = float(run["solutions/continued"].sizes["subregion"])  # its interval is no bootstrap's
         rows["pull-off force, mean, best estimate [nN]", PLACES[0]] = [*known, np.nan, np.nan, count]
-    for words, name, what in _PULL_OFF if pull is not None else ():
-        if name not in pull:
+    for words, name, what in _PULL_OFF:
+        if pull is None or name not in pull:
             continue
         unit, size = _unit_of(pull, name)
         words = words.format(datum=counted_from(pull))

@@ -57,7 +57,7 @@ def _of_some(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
     if "pull_off_error" in places and bool(places["pull_off_error"].notnull().any()):
         columns["pull_off_error"] = places["pull_off_error"]
     elif {"solutions/finer", "statistics/adhesive"} <= set(run):
-        columns["pull_off_error"] = _among(places, np.abs(mesh_change(run)))
+        columns["pull_off_error"] = _among(places, abs(mesh_change(run)))
     if "solutions/continued" in run:
         continued = run["solutions/continued"]["pull_off_force"].mean("seed", keep_attrs=True)
         columns["pull_off_force_continued"] = _among(places, continued)

@@ -57,8 +57,7 @@ def _pair(scan: xr.Dataset, given: dict[str, Any]) -> list[str]:
     if schema.is_wet(scan):
         parts += ["--humidity", repr(float(scan["humidity"]))]
         parts += _told(given, "contact_angle", "temperature", "liquid", "film")
-        work = [work, work * float(scan["share_under_liquid"])]
-        return [*parts, "--work-of-adhesion", *map(repr, work)]
+        return [*parts, "--work-of-adhesion", repr(work), repr(work * float(scan["share_under_liquid"]))]
     if "surface_energy" in given:
         return [*parts, "--surface-energy", *_listed(given["surface_energy"])]
     return [*parts, "--work-of-adhesion", repr(work)]

@@ -77,7 +77,7 @@ def _mesh_rows(run: Run) -> dict[str, float]:
         return {}
     change = mesh_change(run)
     return {
-        "pull-off, error of mesh and step, median [%]": 100 * float(np.abs(change).median()),
+        "pull-off, error of mesh and step, median [%]": 100 * float(abs(change).median()),
         "places solved on a mesh twice as fine": float(change.notnull().sum()),
     }
 
@@ -89,7 +89,7 @@ def mesh_change(run: Run) -> xr.DataArray:
         int(np.argmin(np.hypot(whole["subregion_x"] - x, whole["subregion_y"] - y).values))
         for x, y in zip(finer["subregion_x"].values, finer["subregion_y"].values)
     ]
-    coarse = whole["pull_off_force"].isel(subregion=same).values
+    coarse = finer["pull_off_force"].copy(data=whole["pull_off_force"].isel(subregion=same).values)
     return (coarse / finer["pull_off_force"] - 1).assign_attrs(units="1")
 
 
@@ -164,7 +164,7 @@ def scan_table(run: Run) -> pd.DataFrame:
         "R_q about zero, reconstructed [nm]": float(np.sqrt((envelope["height"] ** 2).mean())),
         "R_a about zero, original [nm]": float(np.abs(height).mean()),
         "R_a about zero, reconstructed [nm]": float(np.abs(envelope["height"]).mean()),
-        "R_a, reconstructed above original [%]": _above(np.abs(envelope["height"]), np.abs(height), 1),
+        "R_a, reconstructed above original [%]": _above(abs(envelope["height"]), abs(height), 1),
         "R_q, reconstructed above original [%]": _above(envelope["height"], height, 2),
         "original - reconstructed, rms [nm]": envelope.attrs["residual_rms"],
         "asperities": float(catalogue.sizes["asperity"]),

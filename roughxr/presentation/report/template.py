@@ -16,7 +16,7 @@ def filled(package: str, **values: Any) -> str:
     """Return a package's ``page.html``, filled; text is escaped for HTML, and its control characters written out."""
     import jinja2
 
-    options = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True, "finalize": _shown}
+    options: dict[str, Any] = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True, "finalize": _shown}
     environment = jinja2.Environment(loader=jinja2.PackageLoader(package, "."), **options)
     return environment.get_template("page.html").render(**values)
 

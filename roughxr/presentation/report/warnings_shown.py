@@ -68,7 +68,7 @@ def _coarse(run: Run) -> str:
     """Return a caution where the simulation with adhesion has not converged in mesh and step."""
     if not {"solutions/finer", "statistics/adhesive"} <= set(run):
         return ""
-    change = float(np.abs(mesh_change(run)).median())
+    change = float(abs(mesh_change(run)).median())
     if not change > _LARGEST_CHANGE:
         return ""
     words = f"On a mesh twice as fine, with half the step, the median pull-off changes by {percent(change)}"

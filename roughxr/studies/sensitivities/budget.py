@@ -14,7 +14,8 @@ It is reported beside the total, which holds for a surface without such waves.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -29,7 +30,7 @@ from ...statistics import bootstrap
 from ...statistics.sampling import by_share, shares
 from ...vocabulary import schema
 from ...vocabulary.numbers import percent
-from ...vocabulary.units import magnitude, positive, whole_number
+from ...vocabulary.units import Places, Quantity, magnitude, positive, whole_number
 from ...vocabulary.verbs import verb
 from ..short_waves import quietly, scale_dependence
 from .changes import Case
@@ -101,14 +102,14 @@ def _none(why: str) -> _Entry:
 def error_budget(
     ds: xr.Dataset,
     *,
-    subregions: Any = None,
+    subregions: Places = None,
     places: int = 8,
-    preload: Any = 0.0,
+    preload: Quantity = 0.0,
     law: str = "auto",
     mesh: Mesh | int | str = "auto",
     settings: Mapping[str, Sequence] | None = None,
     seeds: int = 2,
-    tip_radius: Any = 10.0,
+    tip_radius: Quantity = 10.0,
 ) -> xr.Dataset:
     """Return the uncertainty of the mean simulated pull-off: one entry for each source.
 
@@ -250,7 +251,7 @@ def _unsure(entries: Mapping[str, _Entry]) -> dict[str, float]:
 
 
 def budget_of(
-    ds: xr.Dataset, solved: xr.Dataset, changes: xr.Dataset, scales: Any, *, tip_radius: Any = 10.0
+    ds: xr.Dataset, solved: xr.Dataset, changes: xr.Dataset, scales: xr.Dataset | None, *, tip_radius: Quantity = 10.0
 ) -> xr.Dataset:
     """Return the budget of the simulation at all places, and of what `changes_of` and `cut_off_waves` found."""
     pulls, radius = first_preload(solved), positive(tip_radius, "nm", "tip_radius")
@@ -274,8 +275,8 @@ def cut_off_waves(
     *,
     seeds: int = 2,
     places: int = 4,
-    subregions: Any = None,
-    preload: Any = 0.0,
+    subregions: Places = None,
+    preload: Quantity = 0.0,
 ) -> xr.Dataset | None:
     """Return the simulated pull-off over the shortest wave: at two below that of the scan, at its own, and above it."""
     if "sphere_radius" not in ds.coords:
@@ -286,8 +287,8 @@ def cut_off_waves(
         return None
     waves = {*(part * shown for part in _ADDED), shown, *(n * pixel for n in _CUT if n * pixel > 1.02 * shown)}
     sample = regions.sample(regions.centres(ds, subregions), places)
-    options = {"subregions": sample, "preload": preload}
-    return scale_dependence(ds, shortest=sorted(waves), seeds=seeds, method="adhesive", **options)
+    solve = partial(scale_dependence, shortest=sorted(waves), seeds=seeds, subregions=sample)
+    return solve(ds, method="adhesive", preload=preload)
 
 
 def _entries(ds: xr.Dataset, changes: xr.Dataset, sampling: _Entry) -> dict[str, _Entry]:
@@ -337,7 +338,7 @@ def _of_changes(changes: xr.Dataset, entry: str, factor: str, words: str) -> _En
     told = " and ".join(map(str, cases["setting"].values[np.isfinite(change)]))
     unseen = factor == "tip radius" and np.nanmax(change) < _LEAST_TIP_EFFECT
     seen = ", which is too sharp for the pixels to show" if unseen else ""
-    found = Change(*(float(one[name]) for name in ("pull_off_change", "standard_error")), int(one["places"]))
+    found = Change(float(one["pull_off_change"]), float(one["standard_error"]), int(one["places"]))
     missing = int(one["missing_places"])
     off = ": subtracted from the mean, and half of it counted as error" * (entry in BIASES)
     return _Entry(found, f"{words.format(told)}{seen}{off}; {_count(found.places, missing)}", missing, entry in BIASES)

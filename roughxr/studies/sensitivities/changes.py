@@ -105,7 +105,7 @@ def _coarser(ds: xr.Dataset, count: int) -> tuple[str, xr.Dataset]:
 
 
 def _rounded(ds: xr.Dataset, step: float) -> tuple[str, xr.Dataset]:
-    return f"{step:g} nm", ds.assign(height=(np.round(ds["height"] / step) * step).assign_attrs(ds["height"].attrs))
+    return f"{step:g} nm", ds.assign(height=((ds["height"] / step).round() * step).assign_attrs(ds["height"].attrs))
 
 
 def _without_tip(ds: xr.Dataset, radius: float) -> tuple[str, xr.Dataset]:

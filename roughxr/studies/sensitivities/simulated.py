@@ -8,6 +8,7 @@ be solved on small cells: a case that needs smaller ones gets them, and the base
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -94,8 +95,8 @@ class Comparison:
             if all(key in self.pulls for _, key in wanted):
                 continue
             mesh = Mesh(max(key[2] for _, key in wanted), None, ask.step)
-            how = {"preload": ask.preload, "law": self.way.law, "mesh": mesh}
-            found = dict(zip(places, cases_at(ask.ds, some, **how, splined=ask.splined)))
+            solve = partial(cases_at, preload=ask.preload, law=self.way.law, mesh=mesh, splined=ask.splined)
+            found = dict(zip(places, solve(ask.ds, some)))
             for place, key in wanted:
                 if key not in self.pulls:
                     asked[key] = found[place].on(key[2])
@@ -119,9 +120,9 @@ class Comparison:
     def _at_places(self, plan: _Plan) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return a case's pull-offs and the base's beside it, and where both are solved, be it in vain."""
         count = self.way.meshes.size
-        if plan.changed is None:
+        if plan.changed is None or plan.beside is None:
             return np.full(count, np.nan), np.full(count, np.nan), np.zeros(count, bool)
-        keys = [[ask.key(place) for place in range(count)] for ask in plan[2:]]
+        keys = [[ask.key(place) for place in range(count)] for ask in (plan.changed, plan.beside)]
         force, base = (np.array([self.pulls.get(key, np.nan) for key in some]) for some in keys)
         return force, base, np.array([all(key in self.pulls for key in both) for both in zip(*keys)])
 

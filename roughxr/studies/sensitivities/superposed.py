@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -50,7 +50,7 @@ def _computed(case: Case, sweep: Sweep, image: xr.Dataset) -> xr.Dataset:
     pull = pull_off(summed)
     found = bootstrap(pull, "pull_off_force", statistics=["mean", "std", "q50"]).drop_vars("independent_places")
     ends = found.sel(resampling="block", statistic="mean")
-    values = {
+    values: dict[str, Any] = {
         "pull_off_mean": found["estimate"].sel(statistic="mean"),
         "pull_off_mean_low": ends["low"],
         "pull_off_mean_high": ends["high"],

@@ -6,7 +6,6 @@ One factor at a time is changed from the given scan and pair.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -18,7 +17,7 @@ from ...contact.mesh import COARSE, Mesh, mesh_of
 from ...scans import regions
 from ...statistics.sampling import by_share
 from ...vocabulary import schema
-from ...vocabulary.units import magnitude
+from ...vocabulary.units import Places, Quantity, magnitude
 from ...vocabulary.verbs import verb
 from ..short_waves import quietly
 from .changes import CHANGES, OF_FITS, OF_LIQUID, OF_SOLVES, OF_YIELD, SETTINGS, SIMULATED, Case, cases
@@ -33,9 +32,9 @@ def sensitivity(
     ds: xr.Dataset,
     *,
     method: str = "superpose",
-    subregions: Any = None,
+    subregions: Places = None,
     settings: Mapping[str, Sequence] | None = None,
-    preload: Any = None,
+    preload: Quantity | None = None,
     law: str | None = None,
     mesh: Mesh | int | str | None = None,
 ) -> xr.Dataset:

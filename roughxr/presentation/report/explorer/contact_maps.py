@@ -68,7 +68,7 @@ def _without(at: Placed, one: xr.Dataset, loops: int) -> list[Frames | None]:
     if "pressure" in one:
         return _kept(at, one)
     if "delta" not in one.dims:
-        return [None] * at.count
+        return [None] * at.size
     given = schema.arguments_of(one, "direct")
     how = {"datum": given.get("datum", "highest_peak"), "delta": one["delta"].values, "fields": True}
     scan, offset = with_pair(at.run["scan"], one), at.shift(one)
@@ -76,14 +76,14 @@ def _without(at: Placed, one: xr.Dataset, loops: int) -> list[Frames | None]:
     def solved(k: int) -> Frames | None:
         return _frames(direct(scan, subregions=at.places.isel(subregion=[k]), **how).isel(subregion=0), offset[k])
 
-    return _each(solved, range(at.count), at.count, "places without adhesion")
+    return _each(solved, range(at.size), at.size, "places without adhesion")
 
 
 def _with_adhesion(at: Placed, one: xr.Dataset, loops: int) -> list[Frames | None]:
     """Return the maps along the loops of some places, followed with the run's own options."""
     if "pressure" in one:
         return _kept(at, one)
-    none: list[Frames | None] = [None] * at.count
+    none: list[Frames | None] = [None] * at.size
     if "preload_delta" not in one or "delta" in one.dims or float(one.coords.get("cycle", 1)) > 1 or loops == 0:
         return none
     scan, offset, given = with_pair(at.run["scan"], one), at.shift(one), schema.arguments_of(one, "adhesive")
@@ -99,7 +99,7 @@ def _with_adhesion(at: Placed, one: xr.Dataset, loops: int) -> list[Frames | Non
         return _frames(loop.isel(subregion=0), offset[k]) if bool(loop["complete"][0]) else None
 
     some = regions.sample(at.places.assign_coords(order=("subregion", np.arange(len(none)))), loops)
-    return _each(followed, some["order"].values.tolist(), at.count, "loops with adhesion")
+    return _each(followed, some["order"].values.tolist(), at.size, "loops with adhesion")
 
 
 def _along(place: xr.Dataset) -> np.ndarray | None:
@@ -108,7 +108,7 @@ def _along(place: xr.Dataset) -> np.ndarray | None:
     if not np.all(np.isfinite(ends)) or ends[0] >= ends[1]:
         return None
     steps = ends[0] + (ends[1] - ends[0]) * np.linspace(0.0, 1.0, _STEPS) ** 2
-    return np.unique(np.append(steps, np.clip(ends[2], *ends[:2])))
+    return np.unique(np.append(steps, np.clip(ends[2], ends[0], ends[1])))
 
 
 def _each(solve: Callable, which: Sequence[int], count: int, what: str) -> list[Frames | None]:
@@ -130,7 +130,7 @@ def _each(solve: Callable, which: Sequence[int], count: int, what: str) -> list[
 def _kept(at: Placed, one: xr.Dataset) -> list[Frames | None]:
     """Return the maps that the archive holds."""
     offset = at.shift(one)
-    return [_frames(one.isel(subregion=k).load(), offset[k]) for k in range(at.count)]
+    return [_frames(one.isel(subregion=k).load(), offset[k]) for k in range(at.size)]
 
 
 def _frames(one: xr.Dataset, offset: float) -> Frames | None:
@@ -148,7 +148,9 @@ def _frames(one: xr.Dataset, offset: float) -> Frames | None:
     states = {name: np.concatenate([part[name].values for _, part in parts]) for name in ("force", "contact_area")}
     delta = np.concatenate([part["delta"].values for _, part in parts]) + offset
     branches = [way for way, part in parts for _ in range(part.sizes["delta"])]
-    return Frames(branches, delta, states["force"], states["contact_area"], shown.astype(np.float32), tuple(box))
+    left, right, low, high = box
+    sides = left, right, low, high
+    return Frames(branches, delta, states["force"], states["contact_area"], shown.astype(np.float32), sides)
 
 
 def _in_order(one: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:

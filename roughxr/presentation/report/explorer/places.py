@@ -65,12 +65,10 @@ class Placed(NamedTuple):
 
     run: Run
     places: xr.Dataset  # subregion, subregion_x, subregion_y
-    touched: Mapping[
-        float, np.ndarray
-    ]  # first touch, nm below the highest peak, by place, for each sphere's radius (nm)
+    touched: Mapping[float, np.ndarray]  # by radius (nm): first touch at each place, nm below the highest peak
 
     @property
-    def count(self) -> int:
+    def size(self) -> int:
         """Number of places."""
         return self.places.sizes["subregion"]
 
@@ -80,7 +78,7 @@ class Placed(NamedTuple):
 
     def shift(self, one: xr.Dataset) -> np.ndarray:
         """Return the offset to add to a result's displacements (nm) so that they count from the highest peak."""
-        return self.touched[_radius(one, self.run["scan"])] if _from_touch(one) else np.zeros(self.count)
+        return self.touched[_radius(one, self.run["scan"])] if _from_touch(one) else np.zeros(self.size)
 
 
 def placed(run: Run) -> Placed:
@@ -126,8 +124,7 @@ def _touched(run: Run, places: xr.Dataset) -> dict[float, np.ndarray]:
 
 def _first_touch(run: Run, places: xr.Dataset, one: xr.Dataset, radius: float) -> np.ndarray:
     kept = _of_places(run, places, "solutions/rigid")
-    alike = kept is not None and "sphere_radius" not in kept.dims and _radius(kept, run["scan"]) == radius
-    if alike and kept["touch_delta"].dims == ("subregion",):
+    if kept is not None and kept["touch_delta"].dims == ("subregion",) and _radius(kept, run["scan"]) == radius:
         return kept["touch_delta"].values
     # without warnings about its pull, which is not used
     return quietly(rigid, with_pair(run["scan"], one), delta=[0.0], subregions=places)["touch_delta"].values
@@ -176,7 +173,7 @@ def _unit(name: str) -> str:
 def rows(at: Placed) -> list[dict[str, Any]]:
     """Return the positions of the places, which hold debris by the rule, and what share of particles rests there."""
     flags = flagged(at.run)
-    debris = np.zeros(at.count, bool)
+    debris = np.zeros(at.size, bool)
     if flags is not None and flags.size == debris.size:
         debris = flags.values
     columns = zip(at.places["subregion_x"].values.tolist(), at.places["subregion_y"].values.tolist(), debris.tolist())
@@ -208,7 +205,7 @@ def _lines(at: Placed, one: xr.Dataset, back: xr.Dataset | None) -> list[list[di
     elif back is not None:
         parts = [(BRANCHES[0], thin), (BRANCHES[1], back)]
     offset = at.shift(one)
-    return [[_line(way, ds, k, offset[k]) for way, ds in parts] for k in range(at.count)]
+    return [[_line(way, ds, k, offset[k]) for way, ds in parts] for k in range(at.size)]
 
 
 def _line(way: str, ds: xr.Dataset, k: int, offset: float) -> dict[str, Any]:
@@ -282,7 +279,7 @@ def facts(at: Placed) -> dict[str, Any] | None:
     """Return the numbers of each place from the simulation with adhesion, and of rests, with their names and units."""
     ds = at.held("solutions/adhesive")
     names = [] if ds is None else [name for name in _NUMBERS if name in ds and _of_each_place(ds[name])]
-    if not names:
+    if ds is None or not names:
         return None
     rests = {name: held[name].values for group, name in _OF_RESTS if (held := at.held(group)) is not None}
     told = [{"label": in_words(name).partition(" [")[0], "unit": _unit(name)} for name in [*rests, *names]]
@@ -301,11 +298,11 @@ def _of_each_place(array: xr.DataArray) -> bool:
 
 def doubts(at: Placed) -> list[list[str]]:
     """Return the reasons to distrust each place, as sentences."""
-    said: list[list[str]] = [[] for _ in range(at.count)]
+    said: list[list[str]] = [[] for _ in range(at.size)]
     for name, words in METHODS.items():
         ds = at.held(f"solutions/{name}")
-        for flag, bad, what in _FLAGS if ds is not None else ():
-            if flag in ds and (name in ("adhesive", "direct") or flag != "truncated"):
+        for flag, bad, what in _FLAGS:
+            if ds is not None and flag in ds and (name in ("adhesive", "direct") or flag != "truncated"):
                 wrong = ds[flag].astype(bool) == bad
                 wrong = wrong.any([dim for dim in wrong.dims if dim != "subregion"])
                 for k in np.flatnonzero(wrong.values):
