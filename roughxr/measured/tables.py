@@ -149,7 +149,7 @@ def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) ->
     return Column(headed.group(1) if headed and units else name, units, np.array(numbers, dtype=float))
 
 
-def force_column(path: Path, columns: list[Column], name: str | None) -> Column:
+def force_column(path: Path, columns: list[Column], name: str | int | None) -> Column:
     """Return the column of forces: the one named, else the only one that can be meant."""
     fitting = _likely_forces(columns) if name is None else _named(columns, str(name))
     if len(fitting) != 1:
