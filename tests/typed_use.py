@@ -1,6 +1,6 @@
 """A user's program, for a type checker to read and nothing to run: every public verb, with the type that it returns.
 
-`mypy` (configured in pyproject.toml, strict) sees the package as a user's checker does.
+`mypy` (configured in pyproject.toml) checks it as strictly as a user may ask, and the package itself less so.
 """
 
 from pathlib import Path
