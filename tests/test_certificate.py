@@ -6,7 +6,8 @@ import xarray as xr
 
 import roughxr
 from roughxr.contact import elastic
-from roughxr.kernels.adhesion import smooth_path, smooth_states
+from roughxr.kernels.adhesion import smooth_equilibrium, smooth_states
+from roughxr.kernels.adhesion.smooth_laws import law_of
 
 from . import half_space
 from .surfaces import rough, scan, sphere_gap
@@ -135,25 +136,18 @@ def test_numbers_that_are_none_do_not_pass_for_a_solution():
     begin = half_space.WarmStart(np.full(gap.shape, np.nan), gap < 1, gap < 1, 0, 0)
     lost = half_space.solve(gap, 1.0, PIXEL, MODULUS, start=begin)
     assert not lost.converged and np.isnan(lost.residual)
-    solver = smooth_states.Solver(
-        gap, half_space.coefficients_for(gap.shape), *_law_and_limits(), np.inf, np.inf, False
-    )
+    law = law_of(exponential=(WORK * PIXEL / MODULUS, RANGE))
+    solver = smooth_states.Solver(gap, half_space.coefficients_for(gap.shape), law, np.inf, np.inf, False)
     nothing = solver.nothing(1.0, np.zeros(gap.shape))
     spoiled = nothing._replace(state=nothing.state._replace(pressure=nothing.state.pressure * np.nan))
     assert solver.seek(1.0, None, nothing).fine and not solver.seek(1.0, None, spoiled).fine
 
 
-def _law_and_limits():
-    from roughxr.kernels.adhesion.smooth_laws import law_of
-
-    return law_of(exponential=(WORK * PIXEL / MODULUS, RANGE)), 1e-5, 200
-
-
-@pytest.mark.parametrize("cut", [{"max_rounds": 1}, {"tolerance": 0.0, "max_rounds": 20}])
+@pytest.mark.parametrize(("rounds", "tolerance"), [(1, smooth_states.TOLERANCE), (20, 0.0)])
 @pytest.mark.parametrize("asked", [{"delta": [2.0, 2.5]}, {"preload": 0.0}])
-def test_an_adhesive_solve_that_stagnates_is_flagged_and_told_of(surface, monkeypatch, cut, asked):
-    follow = smooth_path.follow_smooth
-    monkeypatch.setattr(smooth_path, "follow_smooth", lambda *a, **k: follow(*a, **k | cut))
+def test_an_adhesive_solve_that_stagnates_is_flagged_and_told_of(surface, monkeypatch, rounds, tolerance, asked):
+    monkeypatch.setattr(smooth_equilibrium, "_MOST_ROUNDS", rounds)
+    monkeypatch.setattr(smooth_states, "TOLERANCE", tolerance)
     monkeypatch.setattr(smooth_states, "ON_THE_WAY", 0.0)
     with pytest.warns(UserWarning, match=r"have not converged \(converged is False\)"):
         cycle = roughxr.adhesive(surface, law="exponential", mesh=1, subregions=([0.0], [0.0]), **asked)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from roughxr.kernels.adhesion import smooth_laws
+from roughxr.kernels.adhesion import smooth_laws, smooth_states
 from roughxr.kernels.adhesion import smooth_path as path
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.kernels.halfspace.products import coefficients_for
@@ -48,14 +48,13 @@ def smooth_cell(depth, law, compliance):
 
 @pytest.mark.parametrize("places", PLACES.values(), ids=PLACES)
 @pytest.mark.parametrize("name", ["exponential", "waals"])
-def test_cells_under_a_smooth_law_balance_its_traction(name, places):
+def test_cells_under_a_smooth_law_balance_its_traction(name, places, monkeypatch):
+    monkeypatch.setattr(smooth_states, "TOLERANCE", 1e-8)
     w = {"exponential": 0.2, "waals": 0.02}[name]  # softer than the cell is
     law = smooth_laws.law_of(**{name: (w, 0.8)})
     separation = window(places)
     with np.errstate(invalid="ignore"):  # uncompiled it would warn of what is NaN and not used: directions to nowhere
-        (found,) = path.follow_smooth(
-            separation, DELTAS, 0.1, coefficients_for(separation.shape), law, tolerance=1e-8, fields=True
-        )
+        (found,) = path.follow_smooth(separation, DELTAS, 0.1, coefficients_for(separation.shape), law, fields=True)
     pressures, gaps = np.transpose([smooth_cell(d - HEIGHT, law, compliance(places)) for d in DELTAS])
     left = np.array([smooth_laws.remaining_work(gap, law) for gap in gaps])
     energies = 0.5 * pressures * (DELTAS - HEIGHT + gaps) - left

@@ -56,8 +56,8 @@ LEAST_RADIUS = 2.0
 #: about what they are off by on spheres of that radius, on which they may agree by chance.
 _LEAST_MESH_ERROR = 0.5
 
-#: Largest number of cells within the range of adhesion, and of linear systems per state.
-MOST_CELLS, _ROUNDS = 10**6, 1000
+#: Largest number of cells within the range of adhesion.
+MOST_CELLS = 10**6
 
 #: Largest number of meshes on which a place is solved.
 _MOST_MESHES = 4
@@ -322,7 +322,6 @@ def _cycle(surface, problem, adhesion, law, fields, preloads, left) -> list[path
         coefficients_for(surface.separation.shape),
         law,
         preloads=preloads / (problem.contact_modulus * problem.dx),
-        max_rounds=_ROUNDS,
         max_cells=MOST_CELLS,
         fields=fields,
         cap=cap,

@@ -61,9 +61,7 @@ def ours(separation, dx, deltas=(DEPTH,)):
 
     began, per_unit = time.process_time(), dx / MODULUS
     law = smooth_laws.law_of(exponential=(WORK * per_unit, RANGE))
-    (path,) = smooth_path.follow_smooth(
-        separation, np.array(deltas), STEP, coefficients_for(separation.shape), law, max_rounds=1000
-    )
+    (path,) = smooth_path.follow_smooth(separation, np.array(deltas), STEP, coefficients_for(separation.shape), law)
     back = path.states[path.turn :]
     back = back[back["asked"] > 0] if len(deltas) > 1 else back
     return -back["force"].min() * MODULUS * dx, time.process_time() - began

@@ -52,8 +52,8 @@ _SLOPE_PART, _LEAST_SLOPE, _LARGEST_UNSOLVED = 0.85, 0.3, 0.3
 _STAGNANT_ROUNDS, _DIVERGED_RESIDUAL = 6, 6.0
 _RESIDUAL_FALL, _POTENTIAL_FALL = 0.7, 0.004
 
-#: Number of rounds after which a state near the guess is given up.
-_MOST_ROUNDS_NEAR = 30
+#: Number of rounds after which a state is given up, and one near the guess.
+_MOST_ROUNDS, _MOST_ROUNDS_NEAR = 1000, 30
 
 #: The residual is relative to this part of the largest pressure, if that is more than the largest attraction.
 _PRESSURE_SCALE = 0.1
@@ -75,7 +75,6 @@ class BoxProblem(NamedTuple):
     coefficients: np.ndarray
     law: SmoothLaw
     tolerance: float
-    max_rounds: int
     exact: Convolution  # of the whole box
     quick: Convolution
     first: tuple[int, int]  # origin of the part of the box that contains the cells of the linear systems
@@ -110,7 +109,7 @@ def settle(body, delta, last, state, near=False):
     if out.fine or out.residual == np.inf or near:
         return out
     anchor = ContactState(*(values.copy() for values in last))
-    while rounds < body.max_rounds:
+    while rounds < _MOST_ROUNDS:
         products += _relax(body, delta, anchor, steps)
         bound = energy(body.separation, body.law, delta, anchor)
         for old, new in zip(anchor, state):
@@ -129,7 +128,7 @@ def _newton(body, delta, state, near):
     The residual is infinite where a cell touches beyond the part of the box in which systems are solved.
     """
     products, best, lowest, since, exact, worst = 0, np.inf, np.inf, 0, False, np.inf
-    most = min(_MOST_ROUNDS_NEAR, body.max_rounds) if near else body.max_rounds
+    most = _MOST_ROUNDS_NEAR if near else _MOST_ROUNDS
     for turn in range(most):
         exact = exact or worst < _EXACT_RESIDUAL
         worst, potential = (_exact_residual if exact else _quick_residual)(body, delta, state)

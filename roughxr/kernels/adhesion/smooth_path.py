@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .smooth_states import TOLERANCE, Solver
+from .smooth_states import Solver
 
 #: Outcomes of a path.
 CONVERGED, NOT_FINITE, CELL_LIMIT = range(3)
@@ -100,8 +100,6 @@ def follow_smooth(
     law,
     *,
     preloads=(),
-    tolerance=TOLERANCE,
-    max_rounds=200,
     max_cells=10**7,
     fields=False,
     cap=np.inf,
@@ -126,10 +124,6 @@ def follow_smooth(
         Forces, nm (F/(E* dx)), ascending: the body turns back where the force first reaches them on loading, once it
         touches; at 0 it has settled under its own adhesion. All share one loading path. Without any it turns back at
         the last of ``deltas``.
-    tolerance : float
-        Residual traction over the largest, at ``deltas`` and at the largest pull.
-    max_rounds : int
-        Largest number of linear systems per state.
     max_cells : int
         Largest number of cells within range.
     fields : bool
@@ -155,7 +149,7 @@ def follow_smooth(
     if np.count_nonzero(separation < deltas[-1] + law.range) > max_cells:
         no_fields = np.zeros((0, *separation.shape))
         return [Path(np.zeros(0, STATE), 0, CELL_LIMIT, no_fields, no_fields) for _ in goals]
-    solver = Solver(separation, coefficients, law, tolerance, max_rounds, cap, limit, from_contact)
+    solver = Solver(separation, coefficients, law, cap, limit, from_contact)
     left = np.zeros(separation.shape) if left is None else left
     loading = _Loading(solver, step, deltas, left, fields=fields)
     return [_path(loading, loading.load(goal)) for goal in goals]

@@ -72,11 +72,10 @@ class SolvedState(NamedTuple):
 class Solver:
     """Finds the states of one body."""
 
-    def __init__(self, separation, coefficients, law, tolerance, max_rounds, cap, limit, from_contact):
+    def __init__(self, separation, coefficients, law, cap, limit, from_contact):
         self.separation, self.coefficients, self.law = separation, coefficients, law
         self.cap, self.limit = cap, limit
         self.lowest = [separation.min(axis=axis) for axis in (1, 0)]  # of whole rows and columns: windows are wide
-        self.tolerance, self.max_rounds = float(tolerance), int(max_rounds)
         self.transfers = {}
         self.around = int(np.ceil(_EDGE_OPENING / law.steepest)) + 2 if from_contact and law.work > 0 else 0
 
@@ -167,7 +166,7 @@ class Solver:
         if self.around:
             separation[last.near[rows, columns] == 0] = np.inf
         for part in (self._part(trial), (slice(0, shape[0]), slice(0, shape[1]))):
-            body = self._body(separation, part, self.tolerance if well else max(self.tolerance, ON_THE_WAY))
+            body = self._body(separation, part, TOLERANCE if well else ON_THE_WAY)
             state = ContactState(*(values.copy() for values in trial))
             out = settle(body, delta, start, state, near)
             if out.residual < np.inf:
@@ -244,7 +243,6 @@ class Solver:
             self.coefficients,
             self.law,
             tolerance,
-            self.max_rounds,
             exact,
             quick,
             first,
