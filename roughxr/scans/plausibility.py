@@ -38,7 +38,7 @@ def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
     low, high = (float(np.nanmin(height)), float(np.nanmax(height))) if np.isfinite(height).any() else (0.0, 0.0)
     marks = _standing_off(height, width) if high - low > width else []
     if marks:
-        raise UnreadableScan(path, f"expected heights of one surface, found {marks[0]}")
+        raise UnreadableScan(path, f"expected heights that suit a scan {width:g} nm wide, found {marks[0]}")
     if np.isinf(height).any() or high - low > ABSURD_RANGE * width:
         raise UnreadableScan(
             path, f"expected heights that suit a scan {width:g} nm wide, found {low:g} to {high:g} nm: damaged"
