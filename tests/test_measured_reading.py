@@ -270,3 +270,24 @@ def test_the_scale_of_forces_is_that_by_which_a_second_reader_scales_heights(tmp
     heights = roughxr.open_scan(path, channel=1).height
     assert units == "nm"
     np.testing.assert_allclose((counts * scale)[::-1].T, heights, rtol=1e-9, atol=1e-12)
+
+
+def test_units_in_the_row_below_the_names_are_read(tmp_path):
+    expected = roughxr.open_pull_off(written(tmp_path, "x [um],y [um],force [nN]\n0,0,12.5\n1.5,0,9.5\n"))
+    found = roughxr.open_pull_off(written(tmp_path, "x,y,force\num,um,nN\n0,0,12.5\n1.5,0,9.5\n", "below.csv"))
+    for name in ("pull_off_force", "subregion_x", "subregion_y"):
+        np.testing.assert_allclose(found[name], expected[name])
+
+
+@pytest.mark.parametrize("heading", ["x [um],y [um],force [MN]", "x [Mm],y [um],force [nN]"])
+def test_units_with_a_prefix_of_the_wrong_case_are_refused(tmp_path, heading):
+    with pytest.raises(ValueError, match=r"expected values below 1 (N|m), found .* case-sensitive"):
+        roughxr.open_pull_off(written(tmp_path, heading + "\n0,0,12.5\n1.5,0,9.5\n"))
+
+
+def test_measured_forces_that_only_push_are_not_compared():
+    predicted = xr.Dataset({"pull_off_force": ("subregion", [300.0, 350.0, 400.0])})
+    with pytest.raises(ValueError, match="measured: expected at least one pull_off_force that pulls"):
+        roughxr.compare(predicted, -predicted)
+    noisy = predicted.assign(pull_off_force=("subregion", [-1.0, 350.0, 400.0]))
+    assert roughxr.compare(predicted, noisy).measured.sel(statistic="mean") > 0

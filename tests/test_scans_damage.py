@@ -315,3 +315,28 @@ def test_a_scar_along_one_line_is_doubted_and_a_particle_is_not(axis):
 def test_pixels_wider_than_any_contact_are_doubted():
     wide = scan(rough(32, seed=2), pixel=3500.0)
     assert any("pixels of 3500 nm are too coarse" in doubt for doubt in doubts(wide))
+
+
+@pytest.mark.parametrize("mark", [-9999.0, -32768.0, 9999.0, 1e38, -3.4e38])
+@pytest.mark.parametrize("form", ["text", "netcdf"])
+def test_a_mark_for_missing_pixels_is_no_height(tmp_path, mark, form):
+    heights = np.random.default_rng(1).normal(0.0, 3.0, (48, 40))
+    heights[7, 9] = mark
+    path = tmp_path / "scan"
+    if form == "text":
+        np.savetxt(path, heights, header="Width: 320 nm\nHeight: 384 nm\nValue units: nm")
+    else:
+        axes = {axis: (axis, 8.0 * np.arange(n), {"units": "nm"}) for axis, n in (("x", 48), ("y", 40))}
+        xr.Dataset({"height": (("x", "y"), heights, {"units": "nm"})}, axes).to_netcdf(path)
+    with pytest.raises(UnreadableScan, match=r"at 1 of 1920 pixels.*write nan in its place.*--fill linear"):
+        open_scan(path).load()
+
+
+def test_a_value_far_off_on_a_wide_scan_is_a_doubt(tmp_path):
+    heights = np.random.default_rng(1).normal(0.0, 3.0, (40, 40))
+    heights[7, 9] = -9999.0
+    path = tmp_path / "scan.txt"
+    np.savetxt(path, heights, header="Width: 20 um\nHeight: 20 um\nValue units: nm")
+    assert "-9999 nm at 1 of 1600 pixels" in describe(path).doubts
+    with pytest.warns(ImplausibleScan, match="if it marks missing pixels"):
+        open_scan(path)

@@ -5,10 +5,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import roughxr
 from roughxr import level, roughness
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.superposition import superpose
+from roughxr.bodies.liquid import menisci_of
 from roughxr.contact.elastic import direct
+from roughxr.scans.regions import extent
 from roughxr.vocabulary import schema
 
 from .surfaces import glass_pair, rough, scan
@@ -85,3 +88,35 @@ def test_a_pair_that_was_changed_after_it_was_assigned_is_refused(name, wrong, w
     for call in (superpose, lambda ds: superpose(asperities(ds), delta=[5.0])):
         with pytest.raises(ValueError, match=f"{name}: expected .*{words}"):
             call(changed)
+
+
+def test_infinite_heights_are_refused():
+    axes = {axis: (axis, [0.0, 1.0, 2.0]) for axis in "xy"}
+    scan = xr.Dataset({"height": (("x", "y"), np.array([[0, np.inf, 1], [0, 2, -np.inf], [0.0, 1, 2]]))}, axes)
+    with pytest.raises(ValueError, match=r"expected finite heights, found 2 infinite ones; .*contact\.fill"):
+        schema.validate(scan, "scan")
+
+
+def test_curvatures_that_no_fit_has_are_refused():
+    catalogue = roughxr.open_sample("glass").contact.asperities()
+    assert bool(catalogue.saddle.any())  # these are legitimate
+    schema.validate(catalogue, "asperities")
+    swapped = catalogue.rename(curvature_min="curvature_max", curvature_max="curvature_min")
+    negative = catalogue.assign(curvature_min=-abs(catalogue.curvature_min))
+    for wrong in (swapped, negative):
+        with pytest.raises(ValueError, match="expected curvature_min of at most curvature_max"):
+            schema.validate(wrong, "asperities")
+
+
+def test_a_catalogue_without_its_scans_edges_is_told_what_it_lacks():
+    catalogue = roughxr.open_sample("glass").contact.asperities().drop_vars("scan_x_min")
+    with pytest.raises(ValueError, match="found no scan_x_min; make it by"):
+        extent(catalogue)
+
+
+def test_a_humid_pair_without_surface_tension_is_told_what_it_lacks():
+    wet = scan(rough(32)).contact.assign_pair(
+        sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675, humidity="60 %"
+    )
+    with pytest.raises(ValueError, match="expected surface_tension on the dataset"):
+        menisci_of(wet.drop_vars("surface_tension"))

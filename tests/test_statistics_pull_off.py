@@ -187,3 +187,10 @@ def test_a_sweep_is_not_found_in_the_events_of_a_preload():
     events = xr.Dataset({"pull_off_force": ("subregion", [3.0]), "complete": ("subregion", [True])})
     with pytest.raises(ValueError, match="expected a solution with 'force' along 'delta', found variables"):
         pull_off(events, method="sweep")
+
+
+def test_a_mean_over_places_is_no_place():
+    pull = xr.Dataset({"pull_off_force": ("subregion", [388.0, 575.0, 817.0])}, {"subregion": [0, 1, 2]})
+    with pytest.raises(ValueError, match="expected places along subregion"):
+        roughxr.answer(pull.mean("subregion"))
+    assert int(roughxr.answer(pull.isel(subregion=0)).places) == 1

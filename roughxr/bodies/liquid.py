@@ -101,6 +101,7 @@ def menisci_of(ds: xr.Dataset) -> Menisci | None:
 
 
 def _menisci(ds: xr.Dataset) -> Menisci:
+    schema.pair(ds, "kelvin_radius", "surface_tension", wet=True)
     values = {name: float(ds[name]) for name in COORDINATES if name in ds.coords}
     return Menisci(
         values["kelvin_radius"],

@@ -341,7 +341,7 @@ def _settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
     and some standard deviations of the heights, so that nearly all of the surface lies higher.
     """
     if specimen.lazy:
-        raise ValueError(f"{NOT_LOADED}: they tell how deep a preload presses the sphere in")
+        raise ValueError(f"{NOT_LOADED}: without delta the heights tell how deep a preload presses the sphere in")
     ds = specimen.bodies
     (modulus,) = schema.pair(ds, "contact_modulus")
     radius = float(ds["sphere_radius"]) if "sphere_radius" in ds.coords else _radius_of_map(ds)

@@ -14,7 +14,7 @@ from ..vocabulary.units import Quantities
 from .specimen import Indenter, Specimen
 
 #: The message where default displacements are wanted of heights that are not in memory; the number of displacements.
-NOT_LOADED = "delta: expected displacements in nm, since the heights are not loaded; give them, or load the scan"
+NOT_LOADED = "expected heights in memory, found a scan that is not loaded; load it, ds.load(), or give delta= in nm"
 _COUNT = 16
 
 

@@ -113,7 +113,13 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
     if _NAME not in ds:
         found = ", ".join(map(str, ds.data_vars)) or "nothing"
         raise ValueError(f"{words}: expected {_NAME}, found {found}; take .contact.pull_off() of a solution first")
-    return counted_equally(known_samples(ds, _NAME), "compare")
+    found = counted_equally(known_samples(ds, _NAME), "compare")
+    if not (found.values > 0).any():
+        raise ValueError(
+            f"{words}: expected at least one {_NAME} that pulls (positive), found none of {found.values.size}; "
+            "if the file counts pulls as negative, state pulls='negative' where it is opened"
+        )
+    return found
 
 
 def _statistics(both: list[Samples], statistics: list[str], confidence: float, resamples: int, seed: int) -> xr.Dataset:

@@ -34,6 +34,17 @@ def converts(units: str | None, target: str) -> bool:
         return False
 
 
+def measurable(values: np.ndarray, target: str, units: str) -> np.ndarray:
+    """Return values in nN or nm; raise from 1 N, or 1 m, on, which no such instrument measures."""
+    largest = float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
+    if largest >= 1e9:
+        raise ValueError(
+            f"units: expected values below 1 {target[1:]}, found {largest:g} {target} by units {units!r}; prefixes are "
+            "case-sensitive: m is milli, M is mega; correct the units in the file, or those given"
+        )
+    return values
+
+
 def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[np.ndarray, dict[str, Any]]:
     """Return recorded values as forces in nN, and attributes that say how they were converted."""
     if units and given.units:
@@ -44,7 +55,7 @@ def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[n
     how: dict[str, Any] = {"measured_units": units}
     if converts(units, "nN"):
         refuse_unused(f"values in {units}", sensitivity=given.sensitivity, spring_constant=given.spring_constant)
-        return values * factor(units, "nN"), how
+        return measurable(values * factor(units, "nN"), "nN", units), how
     if converts(units, "nm"):
         refuse_unused(f"values in {units}", sensitivity=given.sensitivity)
         stiffness = _stiffness(given, units)

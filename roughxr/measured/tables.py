@@ -13,7 +13,7 @@ import pandas as pd
 from ..scans.channel import UnreadableScan, first_bytes
 from ..scans.plain import decoded, separators
 from ..vocabulary.units import factor
-from .forces import converts
+from .forces import converts, measurable
 
 #: "force [nN]", "force (nN)", "force / nN", "force_nN"
 _HEADED = re.compile(r"^(.*?)(?:\s*\[([^\]]*)\]|\s*\(([^)]*)\)|\s*/\s*([^/\s]+)|_(nm|[uµμm]?m|[pnuµμm]?N))$")
@@ -47,6 +47,7 @@ def read_table(path: Path) -> list[Column]:
     """Return the columns of numbers of a text table."""
     names, cells, comma = (_in_spreadsheet if is_spreadsheet(path) else _in_text)(path)
     _same_width(path, cells, len(names))
+    names, cells = _with_units_below(names, cells)
     columns = [_column(path, name, [(k, row[at]) for k, row in cells], comma) for at, name in enumerate(names)]
     return [column for column in columns if column is not None]
 
@@ -135,6 +136,17 @@ def _same_width(path: Path, cells: list[tuple[int, list[str]]], width: int) -> N
             raise UnreadableScan(path, f"line {line}: expected {width} columns as named, found {len(row)}; cut short?")
 
 
+def _with_units_below(names: list[str], cells: _Rows) -> tuple[list[str], _Rows]:
+    """Return names with the units that the row below them holds, each of a length or a force, or none."""
+    below = [cell.strip("[]() ") for cell in cells[0][1]]
+    units = [converts(cell, "nm") or converts(cell, "nN") for cell in below]
+    if len(cells) < 2 or not any(units) or not all(known or not cell for known, cell in zip(units, below)):
+        return names, cells
+    if any(_HEADED.match(name) for name in names):
+        return names, cells
+    return [f"{name} [{cell}]" if cell else name for name, cell in zip(names, below)], cells[1:]
+
+
 def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) -> Column | None:
     """Return a column of numbers, None for one of text; raise for text among numbers."""
     numbers = [_number(cell, comma) for _, cell in cells]
@@ -205,4 +217,4 @@ def lengths(path: Path, column: Column, place_units: str | None) -> np.ndarray:
         )
     if not np.isfinite(column.values).all():
         raise UnreadableScan(path, f"expected a place in every row, found empty cells in column {column.name!r}")
-    return column.values * factor(units, "nm")
+    return measurable(column.values * factor(units, "nm"), "nm", str(units))

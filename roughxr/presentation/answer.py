@@ -54,6 +54,11 @@ def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> tuple[xr.Dat
     pull = at_first_preload(pull)
     force = pull["pull_off_force"].load()
     _refuse_several(force)
+    if not force.dims and not {"subregion", "subregion_x"} & set(force.coords):
+        raise ValueError(
+            "expected places along subregion, found one force that tells no place; answer the solution before its mean "
+            "is taken, or one place, isel(subregion=0)"
+        )
     known = int(force.notnull().sum())
     if not (force > 0).any():
         raise ValueError(f"pull_off_force: expected at least one place that pulls, found none of {force.size}")

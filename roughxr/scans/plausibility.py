@@ -25,18 +25,39 @@ _WIDEST_PIXEL = 1000.0
 #: Heights ranging over more than this many scan sizes are no scan in any units: the file is damaged.
 ABSURD_RANGE = 1e3
 
+#: A value that lies off all other heights by more than so many times their range stands for something else.
+_OFF_RATIO = 10.0
+
 
 class ImplausibleScan(UserWarning):
     """A scan was read as its file says, but what the file says is improbable."""
 
 
 def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
-    """Raise UnreadableScan if heights are infinite, or range over a thousand widths of the scan."""
+    """Raise UnreadableScan if heights are infinite, range over a thousand widths, or hold a mark for missing pixels."""
     low, high = (float(np.nanmin(height)), float(np.nanmax(height))) if np.isfinite(height).any() else (0.0, 0.0)
+    marks = _standing_off(height, width) if high - low > width else []
+    if marks:
+        raise UnreadableScan(path, f"expected heights that suit a scan {width:g} nm wide, found {marks[0]}")
     if np.isinf(height).any() or high - low > ABSURD_RANGE * width:
         raise UnreadableScan(
             path, f"expected heights that suit a scan {width:g} nm wide, found {low:g} to {high:g} nm: damaged"
         )
+
+
+def _standing_off(height: np.ndarray, least: float = 0.0) -> list[str]:
+    """Return a doubt where one value lies off all others by many times their range, and by more than ``least`` nm."""
+    known = height[np.isfinite(height)]
+    for value in (known.min(), known.max()):
+        others = known[known != value]
+        relief, gap = (np.ptp(others), np.abs(others - value).min()) if others.size else (0.0, 0.0)
+        if relief > 0 and gap > max(_OFF_RATIO * relief, least):
+            return [
+                f"{value:.6g} nm at {known.size - others.size} of {known.size} pixels, {gap:.4g} nm off all others, "
+                f"which range over {relief:.4g} nm: if it marks missing pixels, write nan in its place (in the file, "
+                "or its export as text), then fill them (ds.contact.fill(), in a shell --fill linear)"
+            ]
+    return []
 
 
 def doubts(ds: xr.Dataset) -> list[str]:
@@ -62,7 +83,7 @@ def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
     relief = float(np.nanmax(height) - np.nanmin(height))
     if relief == 0:
         return ["all heights are equal"]
-    said = []
+    said = _standing_off(height)
     width = min(step * (n - 1) for step, n in zip(steps, height.shape))
     if relief > width:
         said.append(f"heights range over {relief:.4g} nm, more than the lateral {width:.4g} nm")

@@ -103,6 +103,12 @@ def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
     (0.0, 80.0, 0.0, 40.0)
     """
     if "x" not in ds.dims:
+        missing = [name for name in EDGES if name not in ds.coords]
+        if missing:
+            raise ValueError(
+                f"asperities: expected the scan's edges as coordinates, found no {', '.join(missing)}; make it "
+                "by ds.contact.asperities(), or assign them in nm, ds.assign_coords(scan_x_min=0.0, …)"
+            )
         left, right, low, high = (float(ds[name]) for name in EDGES)
         return left, right, low, high
     (dx, dy), x, y = schema.pixel(ds), ds["x"].values, ds["y"].values

@@ -148,6 +148,8 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
     if kind == "asperities":
         _refuse_duplicates(ds)
     ds = entered(ds)
+    if kind == "asperities":
+        _refuse_curvatures(ds)
     if kind in ("scan", "asperities"):
         for name in _SIZES & set(ds.coords):
             _assigned(ds[name], name)
@@ -167,6 +169,23 @@ def _refuse_duplicates(ds: xr.Dataset) -> None:
         )
 
 
+def _refuse_curvatures(ds: xr.Dataset) -> None:
+    """Raise for curvatures that no fit has; those of saddles and of failed fits are marked, and left out later."""
+    if not {"curvature_min", "curvature_max"} <= set(ds.data_vars) or ds.chunks:
+        return
+    low, high = (np.asarray(ds[name].values, dtype=float) for name in ("curvature_min", "curvature_max"))
+    wrong = (low > high) | np.isinf(low) | np.isinf(high)
+    if "saddle" in ds:
+        wrong |= ~((low > 0) | np.isnan(low)) & ~ds["saddle"].values.astype(bool)
+    if wrong.any():
+        first = int(np.flatnonzero(wrong)[0])
+        raise ValueError(
+            "asperities: expected curvature_min of at most curvature_max, and positive where saddle is false, found "
+            f"{low[first]:g} and {high[first]:g} nm-1 at asperity {first} ({int(wrong.sum())} such); "
+            "make the catalogue again, or exchange them where they are swapped"
+        )
+
+
 def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
     """Return a scan with height as (x, y) in nm on uniform pixel centres."""
     if set(ds["height"].dims) != {"x", "y"}:
@@ -178,6 +197,11 @@ def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
         if axis not in ds.coords:
             raise ValueError(f"{axis}: expected a coordinate of pixel centres in nm, found none; assign one")
         spacing(ds[axis])
+    if isinstance(ds["height"].variable._data, np.ndarray) and np.isinf(ds["height"].values).any():
+        raise ValueError(
+            f"height: expected finite heights, found {int(np.isinf(ds['height'].values).sum())} infinite ones; if they "
+            "are missing, make them NaN, ds['height'].where(np.isfinite(ds['height'])), then ds.contact.fill()"
+        )
     out = ds.assign(height=_plain_heights(ds["height"].variable.transpose("x", "y")))
     for name in ("x", "y", "height"):
         out[name].attrs.setdefault("units", "nm")
