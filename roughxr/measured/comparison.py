@@ -111,8 +111,8 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
     if not isinstance(ds, xr.Dataset):
         raise TypeError(f"{words}: expected a Dataset with {_NAME}, found {type(ds).__name__}")
     if _NAME not in ds:
-        found = ", ".join(map(str, ds.data_vars)) or "nothing"
-        raise ValueError(f"{words}: expected {_NAME}, found {found}; take .contact.pull_off() of a solution first")
+        held = ", ".join(map(str, ds.data_vars)) or "nothing"
+        raise ValueError(f"{words}: expected {_NAME}, found {held}; take .contact.pull_off() of a solution first")
     found = counted_equally(known_samples(ds, _NAME), "compare")
     if not (found.values > 0).any():
         raise ValueError(
