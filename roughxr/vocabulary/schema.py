@@ -197,11 +197,6 @@ def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
         if axis not in ds.coords:
             raise ValueError(f"{axis}: expected a coordinate of pixel centres in nm, found none; assign one")
         spacing(ds[axis])
-    if isinstance(ds["height"].variable._data, np.ndarray) and np.isinf(ds["height"].values).any():
-        raise ValueError(
-            f"height: expected finite heights, found {int(np.isinf(ds['height'].values).sum())} infinite ones; if they "
-            "are missing, make them NaN, ds['height'].where(np.isfinite(ds['height'])), then ds.contact.fill()"
-        )
     out = ds.assign(height=_plain_heights(ds["height"].variable.transpose("x", "y")))
     for name in ("x", "y", "height"):
         out[name].attrs.setdefault("units", "nm")
@@ -211,10 +206,16 @@ def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
 def _plain_heights(height: xr.Variable) -> xr.Variable:
     """Return heights whose squares do not overflow, NaN where a lazy array is masked, as xarray does in memory."""
     if height.dtype.kind in "iu":
-        height = height.astype(float)
-    if not isinstance(getattr(height.data, "_meta", None), np.ma.MaskedArray):
+        return _plain_heights(height.astype(float))
+    data = height.data
+    if isinstance(data, np.ndarray) and np.isinf(data).any():
+        raise ValueError(
+            f"height: expected finite heights, found {np.isinf(data).sum()} infinite ones; if they are missing, make "
+            "them NaN, ds['height'].where(np.isfinite(ds['height'])), then ds.contact.fill()"
+        )
+    if not isinstance(getattr(data, "_meta", None), np.ma.MaskedArray):
         return height
-    return height.copy(data=height.data.map_blocks(_filled, dtype=float, meta=np.empty((0, 0))))
+    return height.copy(data=data.map_blocks(_filled, dtype=float, meta=np.empty((0, 0))))
 
 
 def _filled(block: np.ndarray) -> np.ndarray:
