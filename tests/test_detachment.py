@@ -421,8 +421,9 @@ def test_saturnes_asperities_are_counted_on_the_scan(tmp_path):
     listed = pd.read_csv(found.contact.to_table(tmp_path / "numbers.csv"), index_col="quantity")
     assert listed.loc["asperity_density", "units"] == "nm-2" and "denasp" in listed.loc["asperity_density", "meaning"]
     assert listed.loc["surface_energy_median", "meaning"].endswith("(gamma of LAMMPS' jkr)")
+    saddles = catalogue.assign(curvature_min=-catalogue.curvature_min, saddle=("asperity", np.ones(9, bool)))
     with pytest.raises(ValueError, match="catalogue: expected asperities"):
-        detachment.parameters(ground, catalogue=catalogue.assign(curvature_min=-catalogue.curvature_min))
+        detachment.parameters(ground, catalogue=saddles)
 
 
 def test_each_place_has_its_row(tmp_path):

@@ -11,7 +11,7 @@ from roughxr.contact.cycle import _RIM_ERROR, gain_at, largest_cell
 from roughxr.contact.elastic import direct
 from roughxr.contact.mesh import Mesh
 from roughxr.contact.reference import flattened_pull_off, punch_pull_off
-from roughxr.kernels.adhesion import smooth_laws
+from roughxr.kernels.adhesion import smooth_laws, smooth_states
 from roughxr.kernels.adhesion.smooth_path import follow_smooth
 from roughxr.kernels.halfspace import displacement_control
 from roughxr.kernels.halfspace.products import coefficients_for
@@ -136,13 +136,13 @@ def test_a_sphere_that_yields_pulls_as_its_flattened_curvature_says(deep):
 
 
 @pytest.mark.parametrize("step", [2.0, 0.3])
-def test_what_gave_way_while_the_contact_was_small_is_taken_back(step):
+def test_what_gave_way_while_the_contact_was_small_is_taken_back(step, monkeypatch):
     """Steps that multiply the contact leave what the adhesionless solver finds at once."""
+    monkeypatch.setattr(smooth_states, "TOLERANCE", 1e-7)
     x = np.arange(41) - 20.0
     separation, deltas, w = (x[:, None] ** 2 + x**2) / 60.0, np.array([2.0]), 1e-5
-    options = {"tolerance": 1e-7, "cap": 0.05, "limit": 0.05}
     law, love = smooth_laws.without_range(w, 0.25), coefficients_for(separation.shape)
-    (found,) = follow_smooth(separation, deltas, step, love, law, **options)
+    (found,) = follow_smooth(separation, deltas, step, love, law, cap=0.05, limit=0.05)
     limits = {"hardness": displacement_control.Hardness(0.05), "tolerance": 1e-10, "keep": 1}
     known, *fields = displacement_control.sweep_arrays(separation, deltas, 1.0, 1.0, **limits)
     left = residual_heights(*fields, separation, deltas, 0.05)[0]
