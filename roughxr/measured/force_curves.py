@@ -35,33 +35,18 @@ class ImplausibleCurves(UserWarning):
 
 
 class _Pull(NamedTuple):
-    """The results of one retraction; nN, nm."""
+    """The results of one retraction, by their names in a Dataset."""
 
-    force: float = np.nan
-    uncertainty: float = np.nan
-    distance: float = np.nan
-    work: float = np.nan
-    noise: float = np.nan
+    pull_off_force: float = np.nan
+    pull_off_uncertainty: float = np.nan
+    pull_off_distance: float = np.nan
+    work_of_separation: float = np.nan
+    force_noise: float = np.nan
     contact_point: float = np.nan
     contact_slope: float = np.nan
-    offset: float = np.nan
-    tilt: float = np.nan
+    baseline_offset: float = np.nan
+    baseline_tilt: float = np.nan
     reason: str = ""
-
-
-#: Their names in a Dataset.
-_NAMES = (
-    "pull_off_force",
-    "pull_off_uncertainty",
-    "pull_off_distance",
-    "work_of_separation",
-    "force_noise",
-    "contact_point",
-    "contact_slope",
-    "baseline_offset",
-    "baseline_tilt",
-    "reason",
-)
 
 
 @verb
@@ -127,7 +112,7 @@ def curves_pull_off(
     recorded, stiffness = _read(ds, spring_constant)
     back = recorded.sel(branch="retraction") if "branch" in recorded.dims else recorded
     pulls = [_pull(z, f, stiffness, baseline) for z, f in zip(back["piezo"].values, back["force"].values)]
-    out = xr.Dataset({name: ("subregion", list(values)) for name, values in zip(_NAMES, zip(*pulls))})
+    out = xr.Dataset({name: ("subregion", list(values)) for name, values in zip(_Pull._fields, zip(*pulls))})
     places = {name: ds[name] for name in ("subregion", "subregion_x", "subregion_y") if name in ds.coords}
     out = out.assign_coords({"subregion": np.arange(len(pulls)), **places} if "subregion" in ds.dims else {})
     if curves:
@@ -194,7 +179,7 @@ def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _
     line = baseline_of(z, force, share)
     flat, far = force - line.at(z), line.far
     at = int(np.argmin(flat))
-    pull = _Pull(noise=line.noise, tilt=float(line.coefficients[1]))
+    pull = _Pull(force_noise=line.noise, baseline_tilt=float(line.coefficients[1]))
     pulled = -flat[at] >= _PULL_THRESHOLD * np.hypot(line.noise, line.error(z[at]))
     zero = _zero(flat, at if pulled else flat.size, line.noise)
     if zero is not None:
@@ -213,7 +198,9 @@ def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _
         return pull._replace(reason="the baseline is curved by more than the pull of the surface")
     lowest, own = _minimum(z, flat, at, line.noise)
     uncertainty = float(np.hypot(own, line.error(z[at])))
-    return pull._replace(force=-lowest, uncertainty=uncertainty, distance=travel, work=work)
+    return pull._replace(
+        pull_off_force=-lowest, pull_off_uncertainty=uncertainty, pull_off_distance=travel, work_of_separation=work
+    )
 
 
 def _unusable(z: np.ndarray, share: float) -> str:
@@ -245,7 +232,7 @@ def _contact(z: np.ndarray, flat: np.ndarray, zero: int, line: Baseline) -> dict
     upper = np.flatnonzero(flat[: zero + 1] > 0.5 * flat[: zero + 1].max())
     enough = upper.size >= _LEAST_PRESSED and np.ptp(z[upper]) > 0
     slope = float(fitted(np.c_[np.ones(upper.size), z[upper]], flat[upper])[0][1]) if enough else np.nan
-    return {"contact_point": point, "contact_slope": slope, "offset": float(line.at(point))}
+    return {"contact_point": point, "contact_slope": slope, "baseline_offset": float(line.at(point))}
 
 
 def _clipped(force: np.ndarray, at: int, far: np.ndarray) -> bool:

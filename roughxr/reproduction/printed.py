@@ -14,81 +14,54 @@ PAIR: dict[str, Any] = {
     "surface_energy": gilman_surface_energy(75.0, poisson_ratio=0.22),
 }
 
-#: The paper's values, by the rows of the tables. R_q and the reconstruction's residual are the text's values, printed
-#: as 0.0253, 0.0256 and 0.0034 nm, times √(MN) = 512, a factor that they lack.
+#: How to read a value. A target is one that the twin's spectrum, debris and seed were fitted to, through the published
+#: formulas: a run that comes near it confirms nothing. Inferred values are not printed, but follow from printed ones;
+#: "in words" is said in the text without a number. All other values are printed, and were not fitted.
+_TARGET, _INFERRED, _WORDS = "target", "inferred", "in words"
+_BOTH = f"{_TARGET}, {_INFERRED}"
+
+#: The paper's values and how to read them, by the rows of the tables. R_q and the reconstruction's residual are the
+#: text's values, printed as 0.0253, 0.0256 and 0.0034 nm, times √(MN) = 512, a factor that they lack.
 SCAN = {
-    "size along x [µm]": 5.0,
-    "size along y [µm]": 5.0,
-    "height, least [nm]": 4.0,
-    "height, greatest [nm]": 27.0,
-    "height, mean [nm]": 12.842,
-    "height, std [nm]": 1.7,
-    "R_q about zero, original [nm]": 0.0253 * 512,
-    "R_q about zero, reconstructed [nm]": 0.0256 * 512,
-    "R_a about zero, original [nm]": 12.842,
-    "R_a about zero, reconstructed [nm]": 12.880,
-    "R_a, reconstructed above original [%]": 0.30,
-    "R_q, reconstructed above original [%]": 1.14,
-    "original - reconstructed, rms [nm]": 0.0034 * 512,
-    "peak height, median [nm]": 15.0,
-    "axis ratio b/a, mean": 0.6,
-    "directions, least / greatest of twelve bins": 1.0,
+    "size along x [µm]": (5.0, ""),
+    "size along y [µm]": (5.0, ""),
+    "height, least [nm]": (4.0, _BOTH),
+    "height, greatest [nm]": (27.0, _BOTH),
+    "height, mean [nm]": (12.842, _TARGET),
+    "height, std [nm]": (1.7, _BOTH),
+    "R_q about zero, original [nm]": (0.0253 * 512, _BOTH),
+    "R_q about zero, reconstructed [nm]": (0.0256 * 512, _INFERRED),
+    "R_a about zero, original [nm]": (12.842, _TARGET),
+    "R_a about zero, reconstructed [nm]": (12.880, ""),
+    "R_a, reconstructed above original [%]": (0.30, ""),
+    "R_q, reconstructed above original [%]": (1.14, ""),
+    "original - reconstructed, rms [nm]": (0.0034 * 512, _INFERRED),
+    "peak height, median [nm]": (15.0, _TARGET),
+    "axis ratio b/a, mean": (0.6, _TARGET),
+    "directions, least / greatest of twelve bins": (1.0, _WORDS),
 }
 CONTACT = {
-    "pull-off, smooth sphere [µN]": 19.1,
-    "pull-off, mean [µN]": 2.0,
-    "pull-off, std [µN]": 1.37,
-    "displacement at pull-off from the highest point, mean [nm]": 9.7,
-    "displacement at pull-off from the highest point, std [nm]": 2.52,
-    "places that pull": 64,
-    "pull-off, place of figure 15 [µN]": 8.6,
-    "that place pulls from [nm]": 9.8,
-    "that place pulls to [nm]": 12.4,
-    "force at 5.08 nm, mean [µN]": 0.4,
-    "force at 5.08 nm, std [µN]": 3.0,
-    "force at 5.08 nm, second group [µN]": 20.0,
-    "force at 15.4 nm, mean [µN]": 21.0,
-    "force at 15.4 nm, std [µN]": 11.0,
-    "force at 15.4 nm, second group [µN]": 80.0,
-    "rough / smooth force at 10 nm": 0.1,
-    "rough / smooth force at 20 nm": 0.25,
-    "superposed / direct at 9 nm, no debris": 1.0,
-    "superposed / direct at 10 nm, no debris": 1.0,
-    "superposed / direct at 12 nm, no debris": 1.0,
-    "places without debris that agree to 10 % somewhere": 58,
-}
-
-_TARGET, _INFERRED, _WORDS = "target", "inferred", "in words"
-
-#: How to read the paper's column. A target is a value that the twin's spectrum, debris and seed were fitted to, through
-#: the published formulas: a run that comes near it confirms nothing. Inferred values are not printed, but follow from
-#: printed ones; "in words" is said in the text without a number. All other rows are printed, and were not fitted.
-NOTES = {
-    "height, least [nm]": f"{_TARGET}, {_INFERRED}",
-    "height, greatest [nm]": f"{_TARGET}, {_INFERRED}",
-    "height, mean [nm]": _TARGET,
-    "height, std [nm]": f"{_TARGET}, {_INFERRED}",
-    "R_q about zero, original [nm]": f"{_TARGET}, {_INFERRED}",
-    "R_q about zero, reconstructed [nm]": _INFERRED,
-    "R_a about zero, original [nm]": _TARGET,
-    "original - reconstructed, rms [nm]": _INFERRED,
-    "peak height, median [nm]": _TARGET,
-    "axis ratio b/a, mean": _TARGET,
-    "directions, least / greatest of twelve bins": _WORDS,
-    "pull-off, mean [µN]": _TARGET,
-    "pull-off, std [µN]": _TARGET,
-    "displacement at pull-off from the highest point, mean [nm]": _TARGET,
-    "displacement at pull-off from the highest point, std [nm]": _TARGET,
-    "force at 5.08 nm, mean [µN]": _TARGET,
-    "force at 5.08 nm, std [µN]": _TARGET,
-    "force at 5.08 nm, second group [µN]": _TARGET,
-    "force at 15.4 nm, mean [µN]": _TARGET,
-    "force at 15.4 nm, std [µN]": _TARGET,
-    "force at 15.4 nm, second group [µN]": _TARGET,
-    "superposed / direct at 9 nm, no debris": _WORDS,
-    "superposed / direct at 10 nm, no debris": _WORDS,
-    "superposed / direct at 12 nm, no debris": _WORDS,
-    "places without debris that agree to 10 % somewhere": _WORDS,
+    "pull-off, smooth sphere [µN]": (19.1, ""),
+    "pull-off, mean [µN]": (2.0, _TARGET),
+    "pull-off, std [µN]": (1.37, _TARGET),
+    "displacement at pull-off from the highest point, mean [nm]": (9.7, _TARGET),
+    "displacement at pull-off from the highest point, std [nm]": (2.52, _TARGET),
+    "places that pull": (64, ""),
+    "pull-off, place of figure 15 [µN]": (8.6, ""),
+    "that place pulls from [nm]": (9.8, ""),
+    "that place pulls to [nm]": (12.4, ""),
+    "force at 5.08 nm, mean [µN]": (0.4, _TARGET),
+    "force at 5.08 nm, std [µN]": (3.0, _TARGET),
+    "force at 5.08 nm, second group [µN]": (20.0, _TARGET),
+    "force at 15.4 nm, mean [µN]": (21.0, _TARGET),
+    "force at 15.4 nm, std [µN]": (11.0, _TARGET),
+    "force at 15.4 nm, second group [µN]": (80.0, _TARGET),
+    "rough / smooth force at 10 nm": (0.1, ""),
+    "rough / smooth force at 20 nm": (0.25, ""),
+    "superposed / direct at 9 nm, no debris": (1.0, _WORDS),
+    "superposed / direct at 10 nm, no debris": (1.0, _WORDS),
+    "superposed / direct at 12 nm, no debris": (1.0, _WORDS),
+    "places without debris that agree to 10 % somewhere": (58, _WORDS),
 }
 
 #: Notes below the paper's tables.

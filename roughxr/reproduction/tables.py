@@ -11,7 +11,7 @@ import xarray as xr
 from ..presentation import report
 from ..statistics import debris, force_ratio
 from ..vocabulary.verbs import verb
-from .printed import CONTACT, NOTES, SCAN
+from .printed import CONTACT, SCAN
 
 Run = Mapping[str, xr.Dataset]
 
@@ -39,11 +39,11 @@ def contact_table(run: Run) -> pd.DataFrame:
     return _beside(pd.concat([table, pd.DataFrame(more)]).rename_axis("quantity"), CONTACT)
 
 
-def _beside(table: pd.DataFrame, printed: Mapping[str, float]) -> pd.DataFrame:
+def _beside(table: pd.DataFrame, printed: Mapping[str, tuple[float, str]]) -> pd.DataFrame:
     """Return a table with the printed values in its first column, and how to read them in the second."""
-    table.insert(0, "paper", pd.Series(printed, dtype=float).reindex(table.index))
-    table.insert(1, "paper's is", pd.Series(NOTES, dtype=object).reindex(table.index).fillna(""))
-    return table
+    paper = pd.DataFrame.from_dict(printed, orient="index", columns=["paper", "paper's is"], dtype=object)
+    paper = paper.reindex(table.index).astype({"paper": float}).fillna({"paper's is": ""})
+    return paper.join(table)
 
 
 def _of_figure_15(run: Run, method: str) -> dict[str, float]:

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...detachment.balance import MODES, NEITHER, NO_CONTACT, critical_load
+from ...detachment.balance import MODES, NEITHER, NO_CONTACT, critical_load, expect_moments
 from ...statistics.sampling import shares
 from ...vocabulary import schema
 from ...vocabulary.numbers import number
 from .maps import draw_places
-from .rose import polar
-from .style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, Axes, axes, label_axes, legend, log_ticks, stroke, styled
+from .rose import dashed_circle, polar
+from .style import BLUE, GREEN, GREY, ORANGE, SMALL, Axes, axes, label_axes, legend, log_ticks, stroke, styled
 
 #: Colours of the modes; light where there is none.
 _MODES = dict(zip((*MODES, NEITHER, NO_CONTACT), (BLUE, ORANGE, GREEN, "#f2f2f2", "#c8c8c8")))
@@ -51,10 +51,7 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     >>> moment_rose(ds, ax=Figure().add_subplot(projection="polar")).name
     'polar'
     """
-    if "resisting_moment" not in ds or set(ds["resisting_moment"].dims) != {"subregion", "direction"}:
-        raise ValueError(
-            "expected resisting_moment along subregion and direction, from ds.contact.rolling(), found none"
-        )
+    expect_moments(ds)
     moment = ds["resisting_moment"].transpose("subregion", "direction").dropna("subregion", how="all")
     if not moment.sizes["subregion"]:
         raise ValueError("resisting_moment: expected a place in contact, found none")
@@ -63,15 +60,11 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     angle = np.r_[ds["direction"].values, ds["direction"].values[0] + 2 * np.pi]
     rose.fill_between(angle, *(np.r_[end, end[0]] for end in (low, high)), color=BLUE, alpha=0.25, linewidth=0)
     rose.plot(angle, np.r_[middle, middle[0]], color=BLUE)
-    around = np.linspace(0, 2 * np.pi, 181)
     level = max(float(np.median(moment)), 0.0)
-    rose.plot(around, np.full(around.size, level), color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)))
+    dashed_circle(rose, level)
     rose.set_rlim(0, 1.1 * max(high.max(), level))
     rose.set_rticks([level] if level else [])
     rose.set_yticklabels([])
-    rose.tick_params(labelsize=SMALL, pad=0)
-    rose.grid(linewidth=0.3)
-    rose.spines["polar"].set_linewidth(0.4)
     words = schema.VARIABLES["resisting_moment"].long_name
     half = f"median and middle half of {moment.sizes['subregion']} places; dashed {number(level, 'nN nm')}"
     rose.set_xlabel(f"{words} from x (0°) towards y,\n{half}")

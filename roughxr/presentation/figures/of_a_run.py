@@ -79,26 +79,11 @@ class MissingGroup(ValueError):
     """A group that a figure needs is not in the run."""
 
 
-class Groups(Mapping[str, xr.Dataset]):
+class Groups(dict[str, xr.Dataset]):
     """A run that raises a clear error for a missing group, and the sheets that its figures are drawn on."""
 
-    def __init__(self, run: Run):
-        self._run = run
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._run
-
-    def __getitem__(self, name: str) -> xr.Dataset:
-        if name not in self._run:
-            there = ", ".join(self._run) or "none"
-            raise MissingGroup(f"expected the group {name!r} in the run, found groups: {there}")
-        return self._run[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._run)
-
-    def __len__(self) -> int:
-        return len(self._run)
+    def __missing__(self, name: str) -> xr.Dataset:
+        raise MissingGroup(f"expected the group {name!r} in the run, found groups: {', '.join(self) or 'none'}")
 
     def sheet(self, title: str, **options):
         """Return a sheet with its panels."""

@@ -10,6 +10,9 @@ import xarray as xr
 from ...vocabulary import schema
 from .style import BLACK, BLUE, COLUMN, SMALL, Axes, styled
 
+#: Angles of a circle.
+_AROUND = np.linspace(0, 2 * np.pi, 181)
+
 
 @styled
 def orientation_rose(catalogue: xr.Dataset, *, bins: int = 18, ax: Axes | None = None):
@@ -56,29 +59,33 @@ def orientation_rose(catalogue: xr.Dataset, *, bins: int = 18, ax: Axes | None =
     rose.set_rlim(0, 1.15 * np.sqrt(max(share.max(initial=1.0), 1.0)))
     rose.set_rticks([])
     rose.set_thetagrids(range(0, 360, 45), [f"{(a + 90) % 180 - 90}°".replace("-", "−") for a in range(0, 360, 45)])
-    rose.tick_params(labelsize=SMALL, pad=0)
-    rose.grid(linewidth=0.3)
-    rose.spines["polar"].set_linewidth(0.4)
     rose.set_xlabel(f"{schema.VARIABLES['orientation'].long_name}\n({angles.size} asperities)")
     return rose
 
 
 def _chance(ax, bins: int, total: int):
     """Draw the circle of directions without preference, and the ring of its random deviations."""
-    around = np.linspace(0, 2 * np.pi, 181)
-    ax.plot(around, np.ones(around.size), color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)))
+    dashed_circle(ax, 1.0)
     spread = 2 * np.sqrt(bins / max(total, 1))
     low, high = np.sqrt(max(1 - spread, 0)), np.sqrt(1 + spread)
-    ax.fill_between(around, low, high, color=BLACK, alpha=0.15, linewidth=0)
+    ax.fill_between(_AROUND, low, high, color=BLACK, alpha=0.15, linewidth=0)
+
+
+def dashed_circle(ax, radius: float) -> None:
+    """Draw what all directions would have without preference."""
+    ax.plot(_AROUND, np.full(_AROUND.size, radius), color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)))
 
 
 def polar(ax: Any) -> Any:
-    """Return the given polar axes, or new ones."""
-    if ax is not None:
-        if ax.name != "polar":
-            raise ValueError(f"ax: expected polar Axes, found {ax.name}; make them with projection='polar'")
-        return ax
-    from matplotlib import pyplot
+    """Return the given polar axes, or new ones, with thin lines and small labels."""
+    if ax is None:
+        from matplotlib import pyplot
 
-    size = (COLUMN, 0.8 * COLUMN)
-    return pyplot.figure(figsize=size, layout="constrained").add_subplot(projection="polar")
+        size = (COLUMN, 0.8 * COLUMN)
+        ax = pyplot.figure(figsize=size, layout="constrained").add_subplot(projection="polar")
+    if ax.name != "polar":
+        raise ValueError(f"ax: expected polar Axes, found {ax.name}; make them with projection='polar'")
+    ax.tick_params(labelsize=SMALL, pad=0)
+    ax.grid(linewidth=0.3)
+    ax.spines["polar"].set_linewidth(0.4)
+    return ax

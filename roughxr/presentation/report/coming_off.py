@@ -47,9 +47,7 @@ def detachment_table(run: Run) -> pd.DataFrame:
         "menisci" if wet and method == "energy" else method: _column(moments_of(run, method), run[group])
         for method, group in known.items()
     }
-    table = pd.DataFrame(columns)
-    table.index.name = "quantity"
-    return table
+    return pd.DataFrame(columns).rename_axis("quantity")
 
 
 @verb

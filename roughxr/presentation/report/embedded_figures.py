@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import io
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -21,6 +20,7 @@ from .beside_measured import COMPARED, MEASURED, prediction
 from .budget import BUDGET, HUMIDITY
 from .coming_off import COMING_OFF, moments_of, remaining
 from .intervals import flagged
+from .template import as_uri
 
 Run = Mapping[str, xr.Dataset]
 
@@ -63,7 +63,7 @@ def _picture(name: str, drawing: _Drawing, run: Run, folder: Path | None, ready:
     if missing:
         return Picture(name, f"Not drawn: the run holds no {', '.join(missing)}.", "")
     if folder and drawing.file:
-        return Picture(name, drawing.caption, _as_uri((folder / drawing.file).read_bytes()))
+        return Picture(name, drawing.caption, as_uri((folder / drawing.file).read_bytes()))
     return ready.get(name) or _drawn(name, drawing, run)
 
 
@@ -85,11 +85,7 @@ def _embedded(ax) -> str:
     figure, buffer = np.ravel(ax)[0].figure, io.BytesIO()
     as_png(figure, buffer, _DPI)
     pyplot.close(figure)
-    return _as_uri(buffer.getvalue())
-
-
-def _as_uri(png: bytes) -> str:
-    return "data:image/png;base64," + base64.b64encode(png).decode("ascii")
+    return as_uri(buffer.getvalue())
 
 
 @styled

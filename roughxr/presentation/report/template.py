@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import os
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,11 @@ def written(text: str, archive: Path, output: str | os.PathLike | None, name: st
     with whole(output) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return output
+
+
+def as_uri(png: bytes) -> str:
+    """Return an image as text that stands inside a page."""
+    return "data:image/png;base64," + base64.b64encode(png).decode("ascii")
 
 
 def title(scan: xr.Dataset) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import numpy as np
 import xarray as xr
@@ -45,34 +45,17 @@ def cautions(run: Run) -> list[str]:
     >>> cautions({"scan": self_affine((16, 16), 10, rms=1, hurst=0.8, rolloff=80, seed=1)})[0]
     'The scan is synthetic: generated from a random seed, not measured.'
     """
-    said = [
-        _synthetic(run),
-        *([f"About the scan: {doubt}." for doubt in doubts(run["scan"])] if "scan" in run else []),
-        _debris(run),
-        *_few(run),
-        *_unkept(run),
-        _coarse(run),
-        *_yielding(run),
-        *_truncated(run),
-        *_unbracketed(run),
-        *resolution(run),
-    ]
-    return [
-        sentence
-        for sentence in (*said, *superposed(run), _beyond_patch(run), _saddles(run), _lattice(run), _unresolved(run))
-        if sentence
-    ]
+    return [sentence for find in _FINDERS for sentence in find(run)]
 
 
-def _coarse(run: Run) -> str:
-    """Return a caution where the simulation with adhesion has not converged in mesh and step."""
+def _coarse(run: Run) -> Iterator[str]:
+    """Yield a caution where the simulation with adhesion has not converged in mesh and step."""
     if not {"solutions/finer", "statistics/adhesive"} <= set(run):
-        return ""
+        return
     change = float(abs(mesh_change(run)).median())
-    if not change > _LARGEST_CHANGE:
-        return ""
-    words = f"On a mesh twice as fine, with half the step, the median pull-off changes by {percent(change)}"
-    return f"{words}: the main numbers have at least this error; take a finer mesh (--mesh)."
+    if change > _LARGEST_CHANGE:
+        words = f"On a mesh twice as fine, with half the step, the median pull-off changes by {percent(change)}"
+        yield f"{words}: the main numbers have at least this error; take a finer mesh (--mesh)."
 
 
 @verb
@@ -103,148 +86,162 @@ def _above_smooth(ds: xr.Dataset) -> str:
     )
 
 
-def _synthetic(run: Run) -> str:
-    made = "scan" in run and run["scan"].attrs.get("synthetic") == "yes"
-    return "The scan is synthetic: generated from a random seed, not measured." if made else ""
+def _of_the_scan(run: Run) -> Iterator[str]:
+    if "scan" not in run:
+        return
+    if run["scan"].attrs.get("synthetic") == "yes":
+        yield "The scan is synthetic: generated from a random seed, not measured."
+    for doubt in doubts(run["scan"]):
+        yield f"About the scan: {doubt}."
 
 
-def _few(run: Run) -> list[str]:
-    """Return cautions where nothing touches, or there is only one place."""
-    said = []
-    if "solutions/direct" in run:
-        force = run["solutions/direct"]["force"]
-        if force.sizes["subregion"] == 1:
-            said.append("Only one place was computed: nothing is known of how places differ.")
-        if not bool((force > 0).any()):
-            said.append("Nothing touches at any displacement of the direct simulation: go deeper (--delta).")
-    return said
+def _few(run: Run) -> Iterator[str]:
+    """Yield cautions where nothing touches, or there is only one place."""
+    if "solutions/direct" not in run:
+        return
+    force = run["solutions/direct"]["force"]
+    if force.sizes["subregion"] == 1:
+        yield "Only one place was computed: nothing is known of how places differ."
+    if not bool((force > 0).any()):
+        yield "Nothing touches at any displacement of the direct simulation: go deeper (--delta)."
 
 
-def _debris(run: Run) -> str:
+def _debris(run: Run) -> Iterator[str]:
     flags = flagged(run)
-    if flags is None or not flags.any():
-        return ""
-    limit = number(flags.attrs["threshold_value"], flags.attrs["threshold_units"])
-    places = f"{int(flags.sum())} of {flags.size} places hold debris"
-    return (
-        f"{places} by the rule ({flags.attrs['comment']}, {limit}); the main numbers are given with and without them."
-    )
+    if flags is not None and flags.any():
+        limit = number(flags.attrs["threshold_value"], flags.attrs["threshold_units"])
+        places = f"{int(flags.sum())} of {flags.size} places hold debris"
+        rule = f"by the rule ({flags.attrs['comment']}, {limit})"
+        yield f"{places} {rule}; the main numbers are given with and without them."
 
 
-def _unkept(run: Run) -> list[str]:
-    """Return which solutions miss a condition of their contact; of mesh and edge other cautions tell."""
-    told = {way: checked(ds) for way, ds in _groups(run, "solutions") if way in SOLVED and "converged" in ds}
-    lost = {way: one.words.values[~(one.kept | one.check.isin(["mesh", "truncated"]))] for way, one in told.items()}
-    return [
-        f"Conditions of the contact are violated ({way}): {'; '.join(words)}."
-        for way, words in lost.items()
-        if words.size
-    ]
+def _unkept(run: Run) -> Iterator[str]:
+    """Yield which solutions miss a condition of their contact; of mesh and edge other cautions tell."""
+    for way, ds in _groups(run, "solutions"):
+        if way in SOLVED and "converged" in ds:
+            one = checked(ds)
+            lost = one.words.values[~(one.kept | one.check.isin(["mesh", "truncated"]))]
+            if lost.size:
+                yield f"Conditions of the contact are violated ({way}): {'; '.join(lost)}."
 
 
-def _yielding(run: Run) -> list[str]:
-    """Return cautions on how much is above the hardness in an elastic solution, or which results ignore the yield."""
-    said = []
-    for words, group, where in (
-        ("the direct simulation", "solutions/direct", "at its largest displacement"),
-        ("the simulation with adhesion", "solutions/adhesive", "at its preload"),
-    ):
-        if group in run and "yielded_fraction" in run[group]:
-            said.append(_above_hardness(run[group], words, where))
-    if said and any("plastic_work" in ds for ds in run.values()):
-        said.append("Superposition and rigid bodies in this run do not include yield: they stay elastic or rigid.")
-    return said
+def _yielding(run: Run) -> Iterator[str]:
+    """Yield cautions on how much is above the hardness in an elastic solution, or which results ignore the yield."""
+    solved = {
+        "solutions/direct": "in the direct simulation at its largest displacement",
+        "solutions/adhesive": "in the simulation with adhesion at its preload",
+    }
+    known = [group for group in solved if group in run and "yielded_fraction" in run[group]]
+    for group in known:
+        yield from _above_hardness(run[group], solved[group])
+    if known and any("plastic_work" in ds for ds in run.values()):
+        yield "Superposition and rigid bodies in this run do not include yield: they stay elastic or rigid."
 
 
-def _above_hardness(ds: xr.Dataset, words: str, where: str) -> str:
+def _above_hardness(ds: xr.Dataset, where: str) -> Iterator[str]:
     name = "hardness" if "hardness" in ds.coords else "hardness_estimate"
     last = ds.isel(delta=-1) if "delta" in ds["yielded_fraction"].dims else ds
     force, area = (float(last[f"yielded{part}_fraction"].mean()) for part in ("", "_area"))
     if not force > _YIELDED_SHARE:
-        return ""
+        return
     shares = f"{where} {percent(area)} of the contact area with {percent(force)} of the force lies"
     if "plastic_work" in ds:
-        return f"The softer body yields: in {words} {shares} at its hardness, {number(ds[name], 'GPa')}."
+        yield f"The softer body yields: {shares} at its hardness, {number(ds[name], 'GPa')}."
+        return
     known = "the hardness" if name == "hardness" else "the hardness estimated for these materials"
-    return (
-        f"The contact may not stay elastic: in {words} {shares} above {known}, {number(ds[name], 'GPa')}. Such summits "
+    yield (
+        f"The contact may not stay elastic: {shares} above {known}, {number(ds[name], 'GPa')}. Such summits "
         "yield; give the hardness (--hardness) to include this."
     )
 
 
-def _truncated(run: Run) -> list[str]:
-    said = []
+def _truncated(run: Run) -> Iterator[str]:
     for words, group in (("direct simulation", "direct"), ("superposition", "energy")):
         if f"solutions/{group}" not in run or "truncated" not in run[f"solutions/{group}"]:
             continue
         flags = run[f"solutions/{group}"]["truncated"].astype(bool)
         places = int(flags.any("delta").sum()) if "delta" in flags.dims else int(flags.sum())
         if places:
-            said.append(
+            yield (
                 f"At {places} of {flags.sizes['subregion']} places the contact reaches the scan's edge ({words}): the "
                 "surface beyond it is missing, so the force is too low."
             )
-    return said
 
 
-def _unbracketed(run: Run) -> list[str]:
-    said = []
+def _unbracketed(run: Run) -> Iterator[str]:
     for way, ds in _groups(run, "statistics"):
         if "bracketed" in ds:
             pulls = ds["pull_off_force"].notnull()
             bad, none = int((pulls & ~ds["bracketed"].astype(bool)).sum()), int((~pulls).sum())
             if bad:
-                said.append(f"Places whose sweep was too short ({way}): {bad}; there the largest pull is at its end.")
+                yield f"Places whose sweep was too short ({way}): {bad}; there the largest pull is at its end."
             if none:
-                said.append(f"Places where nothing pulls ({way}), left out of the pull-off statistics: {none}.")
-    return said
+                yield f"Places where nothing pulls ({way}), left out of the pull-off statistics: {none}."
 
 
-def _beyond_patch(run: Run) -> str:
-    """Return a caution on contacts at pull-off that overlap or are larger than the fitted patch."""
+def _beyond_patch(run: Run) -> Iterator[str]:
+    """Yield a caution on contacts at pull-off that overlap or are larger than the fitted patch."""
     if not {"solutions/energy", "statistics/energy"} <= set(run):
-        return ""
+        return
     beyond, over = (share_at_pull_off(run, "energy", f"contacts_{k}") / 100 for k in ("beyond_patch", "overlapping"))
-    if not max(beyond, over) >= 0.05:
-        return ""
-    return (
-        f"At pull-off {percent(beyond)} of the superposed contacts are wider than the patch of their fitted "
-        f"paraboloid, and {percent(over)} overlap a neighbour: superposition of single asperities is not valid for "
-        "these."
-    )
+    if max(beyond, over) >= 0.05:
+        yield (
+            f"At pull-off {percent(beyond)} of the superposed contacts are wider than the patch of their fitted "
+            f"paraboloid, and {percent(over)} overlap a neighbour: superposition of single asperities is not valid for "
+            "these."
+        )
 
 
-def _saddles(run: Run) -> str:
+def _saddles(run: Run) -> Iterator[str]:
     if "asperities" not in run or "saddle" not in run["asperities"]:
-        return ""
+        return
     share = float(run["asperities"]["saddle"].astype(bool).mean())
-    words = "of the peaks have a saddle as fitted paraboloid, and are left out of superposition."
-    return f"{percent(share)} {words}" if share >= 0.05 else ""
+    if share >= 0.05:
+        yield f"{percent(share)} of the peaks have a saddle as fitted paraboloid, and are left out of superposition."
 
 
-def _lattice(run: Run) -> str:
-    """Return a caution where the asperities' directions follow the pixels, unlike those of any real surface."""
+def _lattice(run: Run) -> Iterator[str]:
+    """Yield a caution where the asperities' directions follow the pixels, unlike those of any real surface."""
     if "asperities" not in run:
-        return ""
+        return
     angles = run["asperities"]["orientation"].dropna("asperity").values
     fourfold = float(np.cos(4 * angles).mean()) if angles.size else 0.0
     chance = 1 / np.sqrt(2 * max(angles.size, 1))
     if fourfold < max(3 * chance, 0.05) or abs(np.exp(2j * angles).mean()) > fourfold:
-        return ""
-    return (
+        return
+    yield (
         f"The orientations of the asperities follow the pixel axes (mean of cos 4θ {fourfold:.2f}, by chance "
         f"{chance:.2f}): the asperities are hardly wider than a pixel, and their shapes are partly those of the "
         "pixels."
     )
 
 
-def _unresolved(run: Run) -> str:
-    """Return a caution where pixels are too coarse for the contacts: fewer than ten of them touch."""
+def _unresolved(run: Run) -> Iterator[str]:
+    """Yield a caution where pixels are too coarse for the contacts: fewer than ten of them touch."""
     if not {"scan", "solutions/direct"} <= set(run) or "contact_area" not in run["solutions/direct"]:
-        return ""
+        return
     area = run["solutions/direct"]["contact_area"].values
     cell = float(np.prod(schema.pixel(run["scan"])))
     share = np.mean(area[area > 0] < 10 * cell) if (area > 0).any() else 0.0
-    if share < 0.05:
-        return ""
-    return f"In {percent(share)} of the elastic contacts fewer than ten pixels touch: the scan does not resolve them."
+    if share >= 0.05:
+        few = f"In {percent(share)} of the elastic contacts fewer than ten pixels touch"
+        yield f"{few}: the scan does not resolve them."
+
+
+#: What looks for cautions, in the order of the page.
+_FINDERS: tuple[Callable[[Run], Iterable[str]], ...] = (
+    _of_the_scan,
+    _debris,
+    _few,
+    _unkept,
+    _coarse,
+    _yielding,
+    _truncated,
+    _unbracketed,
+    resolution,
+    superposed,
+    _beyond_patch,
+    _saddles,
+    _lattice,
+    _unresolved,
+)

@@ -41,7 +41,7 @@ class Frames(NamedTuple):
     force: np.ndarray  # (frame,), nN
     area: np.ndarray  # (frame,), nm²
     pressure: np.ndarray  # (frame, nx, ny), GPa
-    box: tuple[float, float, float, float]  # least and greatest x, y of the map, nm from the contact centre
+    box: list[float]  # least and greatest x, y of the map, nm from the contact centre
 
 
 def contact_maps(at: Placed, *, loops: int) -> list[dict[str, Any]]:
@@ -148,9 +148,7 @@ def _frames(one: xr.Dataset, offset: float) -> Frames | None:
     states = {name: np.concatenate([part[name].values for _, part in parts]) for name in ("force", "contact_area")}
     delta = np.concatenate([part["delta"].values for _, part in parts]) + offset
     branches = [way for way, part in parts for _ in range(part.sizes["delta"])]
-    left, right, low, high = box
-    sides = left, right, low, high
-    return Frames(branches, delta, states["force"], states["contact_area"], shown.astype(np.float32), sides)
+    return Frames(branches, delta, states["force"], states["contact_area"], shown.astype(np.float32), box)
 
 
 def _in_order(one: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import base64
 import io
 
 import numpy as np
+
+from ...figures.images import colour_map
+from ..template import as_uri
 
 #: Colours of tractions: index 0 is none, the first half is for pulls, strongest first, the second half for pushes.
 _PULLS, _PUSHES = np.arange(1, 128), np.arange(128, 256)
@@ -18,7 +20,7 @@ def picture(indices: np.ndarray, colours: np.ndarray) -> str:
     image, file = Image.fromarray(indices), io.BytesIO()
     image.putpalette(np.ascontiguousarray(colours).tobytes(), "RGBA")
     image.save(file, "PNG", compress_level=9)
-    return "data:image/png;base64," + base64.b64encode(file.getvalue()).decode("ascii")
+    return as_uri(file.getvalue())
 
 
 def heights_palette() -> np.ndarray:
@@ -37,10 +39,7 @@ def tractions_palette() -> np.ndarray:
 
 
 def _of_map(name: str, values: np.ndarray) -> np.ndarray:
-    import matplotlib
-    import seaborn  # noqa: F401  (makes its colour maps known)
-
-    return (matplotlib.colormaps[name](values) * 255).round().astype(np.uint8)
+    return (colour_map(name)(values) * 255).round().astype(np.uint8)
 
 
 def heights_indices(heights: np.ndarray) -> tuple[np.ndarray, float, float]:
