@@ -395,6 +395,8 @@ class _Retraction(_Stepper):
         known, self.visited = self.visited[place + 1 :], self.visited[: place + 1]
         start, search = self.visited[-1], _EndSearch(self, _RETRACTION_STEP * self.step)
         self.before, self.last, self.stiffness, start.most = start.before, start.known, start.stiffness, -np.inf
+        if known and known[0].known is not None:  # the whole step is known to pass the largest pull
+            search.fails(known[0].known)
         while known or not self.is_lost():
             if self.is_lost():  # nothing happens on the way
                 known, search = [one for one in known if one.row["asked"]], _EndSearch(self, np.inf)
