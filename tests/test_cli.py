@@ -30,11 +30,6 @@ from .surfaces import rough, scan
 QUICK = ["--law", "griffith", "--mesh", "1"]
 
 
-def of_the_paper(test):
-    """Mark a test of the whole paper, which takes half a minute, once: all of them in one process."""
-    return pytest.mark.soak(pytest.mark.xdist_group("paper")(test))
-
-
 @pytest.fixture(scope="module")
 def paper_run(tmp_path_factory):
     """Return the folder of the paper's run, its adhesion in the limit without range: a seventh of the time.
@@ -48,7 +43,7 @@ def paper_run(tmp_path_factory):
     return folder
 
 
-@of_the_paper
+@pytest.mark.soak
 def test_paper_writes_archive_figures_and_tables(paper_run):
     names = {path.name for path in paper_run.iterdir()}
     figures = {f"figure-{number:02d}.png" for number in range(2, 17)}
@@ -58,7 +53,7 @@ def test_paper_writes_archive_figures_and_tables(paper_run):
     }
 
 
-@of_the_paper
+@pytest.mark.soak
 def test_the_papers_table_stands_beside_ours(paper_run):
     table = pd.read_csv(paper_run / "table-contact.csv", index_col="quantity")
     methods = ["adhesive", "rigid", "published", "self_similar", "energy", "direct"]
@@ -75,7 +70,7 @@ def test_the_papers_table_stands_beside_ours(paper_run):
     assert {"pull-off, smooth sphere [µN]", "pull-off, place of figure 15 [µN]"} <= set(rows.index)
 
 
-@of_the_paper
+@pytest.mark.soak
 def test_every_published_value_stands_in_a_table(paper_run):
     for part, published in (("scan", printed.SCAN), ("contact", printed.CONTACT)):
         table = pd.read_csv(paper_run / f"table-{part}.csv", index_col="quantity")
@@ -84,7 +79,7 @@ def test_every_published_value_stands_in_a_table(paper_run):
     assert "confirms nothing" in " ".join((paper_run / "table.txt").read_text(encoding="utf-8").split())
 
 
-@of_the_paper
+@pytest.mark.soak
 def test_the_archive_opens_as_a_tree(paper_run):
     with xr.open_datatree(paper_run / "paper.nc") as tree:
         assert {"scan", "asperities", "reconstruction", "solutions", "statistics"} <= set(tree.children)
@@ -254,7 +249,7 @@ def test_convert_keeps_the_heights(tmp_path, name):
     np.testing.assert_allclose(after, before, atol=1e-5)  # .gsf holds single precision
 
 
-@of_the_paper
+@pytest.mark.soak
 def test_a_report_is_one_page(paper_run, tmp_path):
     assert main(["report", str(paper_run / "paper.nc"), "-o", str(tmp_path / "report.html")]) == 0
     page = (tmp_path / "report.html").read_text(encoding="utf-8")

@@ -254,14 +254,14 @@ def _words(quantity: str, fitted: _Quantity, fit: Fitted, out: xr.Dataset, ds: x
     if quantity == "work_of_adhesion":
         modulus = f"contact modulus {float(ds['contact_modulus']):g} GPa"
         apart = "hardly at all" if abs(power) < _WEAK_EXPONENT else "so that the two cannot be told apart"
-        said = [f"w depends on the assumed {modulus} to the power {power:.2g}, {apart}"]
+        said = [f"w depends on the assumed {modulus} to the power {power:.2f}, {apart}"]
         said += ["the range of adhesion is the assumed one"]
     elif abs(fit.exponent) <= _LEAST_EXPONENT:
         said = [f"the work of adhesion is held at {float(ds['work_of_adhesion']):.3g} J/m²"]
-        said += [f"forces depend on the {fitted.words} to the power {fit.exponent:.2g} only: they do not determine it"]
+        said += [f"forces depend on the {fitted.words} to the power {fit.exponent:.2f} only: they do not determine it"]
     else:
         said = [f"the work of adhesion is held at {float(ds['work_of_adhesion']):.3g} J/m²"]
-        said += [f"the {fitted.words} depends on it to the power {power:.2g}, so that the two cannot be told apart"]
+        said += [f"the {fitted.words} depends on it to the power {power:.2f}, so that the two cannot be told apart"]
     covered = f"{fit.values[0]:.3g} to {fit.values[-1]:.3g}"
     if np.isnan(fit.value):
         said += [
