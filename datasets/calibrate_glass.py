@@ -25,7 +25,7 @@ import xarray as xr
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.reconstruction import reconstruct
 from roughxr.asperity.superposition import superpose
-from roughxr.bodies.materials import assign_pair
+from roughxr.bodies.pair import assign_pair
 from roughxr.contact.elastic import direct
 from roughxr.reproduction.tables import second_group
 from roughxr.statistics import pull_off

@@ -27,9 +27,7 @@ if TYPE_CHECKING:
 #: Public modules by their short names, whichever room they lie in.
 _SHORT = {
     f"{__name__}.{where.rpartition('.')[2]}": f"{__name__}.{where}"
-    for where in (
-        *("contact.reference", "files.archive", "presentation.figures", "presentation.report", "vocabulary.schema"),
-    )
+    for where in (*("contact.reference", "vocabulary.schema"),)
 }
 
 

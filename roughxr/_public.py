@@ -1,40 +1,38 @@
 """Every public name; imported when the first of them is used, so that ``import roughxr`` takes little time."""
 
-from . import detachment, measured, scans, statistics
+from . import archive, figures, measured, particles, report, scans, statistics
 from ._version import __version__
 from .asperity.catalogue import asperities
 from .asperity.maps import pull_off_map
 from .asperity.moments import rolling
 from .asperity.reconstruction import reconstruct
 from .asperity.superposition import superpose
+from .bodies.indenter import fit_sphere, placements
 from .bodies.liquid import HumidAir
-from .bodies.materials import assign_pair
-from .bodies.probes import fit_sphere, placements
+from .bodies.pair import assign_pair
 from .contact import reference
 from .contact.adhesion import adhesive
 from .contact.certificate import certificate
 from .contact.elastic import direct
 from .contact.mesh import Mesh
 from .contact.regimes import formulas, regime
-from .contact.rigid_bodies import rigid
-from .detachment import critical_load, resting, resuspension
-from .files import archive
+from .contact.rigid.bodies import rigid
+from .figures import plot
 from .jobs.lazy import compute
 from .jobs.progress import progress
 from .jobs.run import checkpointed
 from .measured import compare, fit_pair, open_pull_off
-from .presentation import figures, report
-from .presentation.answer import answer
-from .presentation.exports import to_table
-from .presentation.figures import plot
+from .particles import critical_load, resting, resuspension
 from .runs.analysis import run
 from .scans import fill, level, open_sample, open_scan, roughness
 from .statistics import bootstrap, fit, pdf, pull_off, summary
-from .studies.continuation import continued
+from .statistics.headline import answer
+from .studies.extrapolation import continued
 from .studies.parameter_grid import vary
 from .studies.sensitivities import error_budget, sensitivity
 from .studies.several_scans import over_scans
 from .studies.short_waves import scale_dependence
+from .tables import to_table
 from .vocabulary import schema
 
 __all__ = [
@@ -53,7 +51,6 @@ __all__ = [
     "compute",
     "continued",
     "critical_load",
-    "detachment",
     "direct",
     "error_budget",
     "figures",
@@ -68,6 +65,7 @@ __all__ = [
     "open_sample",
     "open_scan",
     "over_scans",
+    "particles",
     "pdf",
     "placements",
     "plot",

@@ -8,24 +8,24 @@ from html import escape
 
 import xarray as xr
 
-from . import scans, statistics
+from . import figures, scans, statistics
+from . import tables as exports
 from .asperity.catalogue import asperities
 from .asperity.maps import pull_off_map
 from .asperity.moments import rolling
 from .asperity.reconstruction import reconstruct
 from .asperity.superposition import superpose
-from .bodies import probes
-from .bodies.materials import assign_pair
+from .bodies import indenter as probes
+from .bodies.pair import assign_pair
 from .contact.adhesion import adhesive
 from .contact.certificate import certificate
 from .contact.elastic import direct
 from .contact.regimes import formulas, regime
-from .contact.rigid_bodies import rigid
-from .detachment import critical_load, resting, resuspension
+from .contact.rigid.bodies import rigid
 from .measured import compare, fit_pair
-from .presentation import exports, figures
-from .presentation.answer import answer
-from .studies.continuation import continued
+from .particles import critical_load, resting, resuspension
+from .statistics.headline import answer
+from .studies.extrapolation import continued
 from .studies.parameter_grid import vary
 from .studies.sensitivities import error_budget, sensitivity
 from .studies.short_waves import scale_dependence

@@ -6,7 +6,7 @@ from unittest.mock import patch
 import numpy as np
 import xarray as xr
 
-from roughxr.bodies.materials import assign_pair
+from roughxr.bodies.pair import assign_pair
 from roughxr.kernels.halfspace.separation import PROFILES
 
 

@@ -100,7 +100,7 @@ roughxr.cli.command_line()
 assert "contact" in dir(__import__("xarray").Dataset)
 assert not {"numba", "scipy", "dask.array", "matplotlib", "netCDF4"} & set(sys.modules), "imported too early"
 import roughxr.figures
-assert roughxr.figures.__name__ == "roughxr.presentation.figures" == roughxr.figures.__spec__.name
+assert roughxr.figures.__name__ == "roughxr.figures" == roughxr.figures.__spec__.name
 """
     subprocess.run([sys.executable, "-c", program], check=True)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import roughxr
-from roughxr.bodies.materials import range_of
+from roughxr.bodies.pair import range_of
 from roughxr.scans.synthetic import self_affine
 
 #: Names under which a verb might ask for itself what belongs to the pair.

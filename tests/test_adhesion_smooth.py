@@ -5,9 +5,9 @@ import pytest
 import scipy.fft
 from scipy.optimize import minimize
 
-from roughxr.kernels.adhesion import smooth_laws as laws
-from roughxr.kernels.adhesion import smooth_states
-from roughxr.kernels.adhesion.smooth_path import follow_smooth
+from roughxr.kernels.adhesion import states as smooth_states
+from roughxr.kernels.adhesion import traction_laws as laws
+from roughxr.kernels.adhesion.path import follow_smooth
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.kernels.halfspace.products import coefficients_for, surface_displacement
 

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import cli
+from roughxr import archive, cli
+from roughxr.archive import load, save
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.elastic import direct
-from roughxr.files import archive
-from roughxr.files.archive import load, save
 from roughxr.scans import to_netcdf
 from roughxr.statistics import pull_off
 from roughxr.vocabulary.schema import history

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.bodies import probes
+from roughxr.bodies import indenter as probes
 
 from .surfaces import rough, scan
 

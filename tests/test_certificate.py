@@ -6,8 +6,9 @@ import xarray as xr
 
 import roughxr
 from roughxr.contact import elastic
-from roughxr.kernels.adhesion import smooth_equilibrium, smooth_states
-from roughxr.kernels.adhesion.smooth_laws import law_of
+from roughxr.kernels.adhesion import equilibrium as smooth_equilibrium
+from roughxr.kernels.adhesion import states as smooth_states
+from roughxr.kernels.adhesion.traction_laws import law_of
 
 from . import half_space
 from .surfaces import rough, scan, sphere_gap

@@ -12,14 +12,13 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from roughxr import scans
+from roughxr import figures, scans
 from roughxr.cli import main
 from roughxr.cli.config import with_config
 from roughxr.cli.files import MEASURED_FORMATS
 from roughxr.cli.options import LAWS
 from roughxr.contact.mesh import Mesh
-from roughxr.presentation import figures
-from roughxr.presentation.report import embedded_figures
+from roughxr.report import embedded_figures
 from roughxr.reproduction import printed
 from roughxr.reproduction import run as reproduction
 from roughxr.runs import analysis
@@ -479,7 +478,7 @@ def test_errors_of_the_system_and_of_netcdf_are_told_in_words(words, says, tmp_p
 
 @pytest.mark.parametrize("ending", [["-o", "t.doc"], ["--picture", "p.doc"], ["--dem", "lamps", "x"]])
 def test_what_cannot_be_written_is_refused_before_anything_is_computed(ending, monkeypatch, capsys):
-    monkeypatch.setattr("roughxr.files.archive.load", lambda *_: pytest.fail("the run was opened"))
+    monkeypatch.setattr("roughxr.archive.load", lambda *_: pytest.fail("the run was opened"))
     assert main(["detach", "run.nc", *ending]) == 1
     assert "expected one of" in capsys.readouterr().err
 

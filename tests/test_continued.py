@@ -6,12 +6,12 @@ import pytest
 import roughxr
 from roughxr import reference, report
 from roughxr.contact.adhesion import settling
-from roughxr.contact.below_pixel import Below, _finer, _patches, _side_by_side, pull_off_below
+from roughxr.contact.subpixel import Below, _finer, _patches, _side_by_side, pull_off_below
 from roughxr.kernels.topography.random_surface import k_correlation, rms_of
 from roughxr.scans import synthetic
 from roughxr.scans.fine_scales import known_spectrum
 from roughxr.scans.self_affinity import unlike_self_affine
-from roughxr.studies.continuation import Surface, not_continued, shown_truly
+from roughxr.studies.extrapolation import Surface, not_continued, shown_truly
 
 PAIR = {"sphere_radius": 300, "contact_modulus": 40, "work_of_adhesion": 0.15}
 

@@ -7,8 +7,9 @@ import pytest
 import xarray as xr
 
 from roughxr import direct, pull_off, rigid, rolling
-from roughxr.contact import elastic, rigid_places
+from roughxr.contact import elastic
 from roughxr.contact.estimates import elastic_pull_off
+from roughxr.contact.rigid import rigid_places
 from roughxr.statistics import force_ratio
 
 from .surfaces import glass_pair, rough, scan

@@ -10,9 +10,9 @@ import xarray as xr
 from scipy.optimize import brentq
 
 import roughxr
-from roughxr import detachment
-from roughxr.detachment import Flow, Load, Push, biasi_adhesion, rock_n_roll
-from roughxr.detachment.for_codes import by_place
+from roughxr import particles
+from roughxr.particles import Flow, Load, Push, biasi_adhesion, rock_n_roll
+from roughxr.particles.adhesion_parameters import by_place
 
 from .benchmarks import reeks_hall
 from .surfaces import glass_pair, rough, scan
@@ -46,8 +46,8 @@ def held(moment, hinge=50.0, pull_off=100.0, area=1e4, load=0.0, directions=72):
 
 def test_drag_torque_and_their_moment_about_the_contact():
     pressure = 1.181e-9 * 1.7**2  # ρ u*², GPa
-    drag = detachment.drag(1.7, RADIUS)
-    torque = detachment.torque(1.7, RADIUS)
+    drag = particles.drag(1.7, RADIUS)
+    torque = particles.torque(1.7, RADIUS)
     assert drag / (pressure * RADIUS**2) == pytest.approx(32.06, abs=5e-3)
     assert torque / (pressure * RADIUS**3) == pytest.approx(11.86, abs=5e-3)
     assert (drag * RADIUS + torque) / (pressure * RADIUS**3) == pytest.approx(43.92, abs=5e-3)
@@ -57,16 +57,16 @@ def test_lift_takes_each_formula_in_its_range_and_they_meet_between():
     plus = np.array([0.5, 1.0, 1.8, 10.0])
     speed = plus * 1.539e-5 / 5e-6
     scale = 1.181 * 1.539e-5**2 * 1e9
-    found = detachment.lift(speed, RADIUS) / scale
+    found = particles.lift(speed, RADIUS) / scale
     np.testing.assert_allclose(found, [9.22 * 0.5**4, 9.22, 20.9 * 1.8**2.31, 20.9 * 10**2.31], rtol=1e-9)
     fine = np.geomspace(1.0, 3.0, 2000)
-    steps = np.diff(np.log(detachment.lift(fine * 1.539e-5 / 5e-6, RADIUS)))
+    steps = np.diff(np.log(particles.lift(fine * 1.539e-5 / 5e-6, RADIUS)))
     assert steps.max() < 5 * np.log(fine[1] / fine[0])  # without a jump
-    assert (detachment.lift(speed, RADIUS, formula="none") == 0).all()
+    assert (particles.lift(speed, RADIUS, formula="none") == 0).all()
 
 
 def test_weight():
-    assert detachment.weight(RADIUS, 4000.0) == pytest.approx(4 / 3 * np.pi * 125e-18 * (4000 - 1.181) * 9.80665 * 1e9)
+    assert particles.weight(RADIUS, 4000.0) == pytest.approx(4 / 3 * np.pi * 125e-18 * (4000 - 1.181) * 9.80665 * 1e9)
 
 
 def test_a_sphere_rolls_where_the_flow_s_moment_is_what_it_resists():
@@ -86,7 +86,7 @@ def test_a_sphere_rolls_where_the_flow_s_moment_is_what_it_resists():
 def test_it_slides_where_friction_is_weak(options, mode, force):
     found = held(1e9, hinge=0.0).contact.critical_load(flow=Flow(lift="none"), **options)
     assert found["mode"].item() == mode
-    assert detachment.drag(found.critical_friction_velocity.item(), RADIUS) == pytest.approx(force, rel=1e-9)
+    assert particles.drag(found.critical_friction_velocity.item(), RADIUS) == pytest.approx(force, rel=1e-9)
 
 
 def test_a_centrifuge_lifts_what_pulls_and_weighs():
@@ -101,7 +101,7 @@ def test_without_adhesion_it_tips_at_the_support_polygon_s_angle():
     n = 720
     e = np.stack([np.cos(2 * np.pi * np.arange(n) / n), np.sin(2 * np.pi * np.arange(n) / n)])
     support = (corners @ e).max(axis=0)
-    weight = detachment.weight(RADIUS, 4000.0)
+    weight = particles.weight(RADIUS, 4000.0)
     ground = held(weight * support, hinge=support, pull_off=np.nan, load=weight, directions=n)
     for towards, edge in ((np.pi, 300.0), (0.0, 600.0), (np.pi / 3, None)):
         found = ground.contact.critical_load("tilt", direction=towards, particle_density=4000)
@@ -134,7 +134,7 @@ def test_a_load_of_ones_own_has_its_place():
 
 def test_reynolds_numbers_out_of_range_are_flagged():
     found = held([1.0, 1e7]).contact.critical_load()
-    plus = detachment.friction_reynolds(found.critical_friction_velocity.values, RADIUS)
+    plus = particles.friction_reynolds(found.critical_friction_velocity.values, RADIUS)
     assert plus[0] < 1 < plus[1]
     assert found.in_range.values.tolist() == [True, False]
 
@@ -219,7 +219,7 @@ def test_computed_moments_go_as_the_closed_form_of_one_place():
     found = ground.contact.resuspension(friction_velocity=[0.5, 0.7, 0.9], time=[0.01, 1.0], flow=Flow(lift="none"))
     speed = found.friction_velocity.values
     ratio = 43.92 * 1.181e-9 * speed**2 * RADIUS**3 / 4000.0
-    expected = np.exp(-detachment.resuspension_rate(ratio, speed)[:, None] * np.array([0.01, 1.0]))
+    expected = np.exp(-particles.resuspension_rate(ratio, speed)[:, None] * np.array([0.01, 1.0]))
     np.testing.assert_allclose(found.remaining, expected, rtol=2e-2, atol=1e-9)
     assert "remaining_low" not in found  # one place has no band
 
@@ -287,9 +287,9 @@ def test_a_powder_of_several_sizes_is_left_in_their_shares(sizes):
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: detachment.drag(-1.0, RADIUS), "friction_velocity: expected numbers that are not negative"),
-        (lambda: detachment.drag(1.0, 0.0), "radius: expected positive"),
-        (lambda: detachment.lift(1.0, RADIUS, formula="saffman"), "lift: expected one of"),
+        (lambda: particles.drag(-1.0, RADIUS), "friction_velocity: expected numbers that are not negative"),
+        (lambda: particles.drag(1.0, 0.0), "radius: expected positive"),
+        (lambda: particles.lift(1.0, RADIUS, formula="saffman"), "lift: expected one of"),
         (lambda: biasi_adhesion("40 um"), "radius: expected less than 35"),
         (lambda: rock_n_roll([-0.1], radius=RADIUS, adhesion=[1.0]), "not negative"),
         (lambda: rock_n_roll([1.0], radius=RADIUS, adhesion=[]), "adhesion: expected"),
@@ -362,18 +362,18 @@ def test_pull_offs_of_another_method_act_at_the_same_levers():
     ground["lever"] = ground.resisting_moment / ground.pull_off_force
     ground["tipping_pull"] = ground.resisting_moment * 0 + 90.0
     other = ground[["pull_off_force"]] * np.array([0.5, 3.0])
-    changed = detachment.with_pull_off(ground, other)
+    changed = particles.with_pull_off(ground, other)
     ratio = np.array([[0.5], [3.0]])
     weight = 7.0 * 60.0
     np.testing.assert_allclose(changed.resisting_moment, (ground.resisting_moment - weight) * ratio + weight)
     np.testing.assert_allclose(changed.tipping_pull, (90.0 - 7.0) * ratio + 7.0 + 0 * ground.tipping_pull)
     np.testing.assert_allclose(changed.pull_off_force, other.pull_off_force)
     xr.testing.assert_equal(changed.hinge_distance, ground.hinge_distance)
-    same = detachment.with_pull_off(ground, ground)
+    same = particles.with_pull_off(ground, ground)
     np.testing.assert_allclose(same.resisting_moment, ground.resisting_moment)
     for wrong in (other.isel(subregion=[0]), other.isel(subregion=[1, 0]), ground[["contact_area"]]):
         with pytest.raises(ValueError, match="pull_off: expected"):
-            detachment.with_pull_off(ground, wrong)
+            particles.with_pull_off(ground, wrong)
 
 
 def adhering(force, lever):
@@ -388,7 +388,7 @@ def adhering(force, lever):
 def test_parameters_are_those_that_the_samples_were_drawn_with():
     rng, smooth = np.random.default_rng(5), 1.5 * np.pi * 0.1 * RADIUS
     ground = adhering(smooth * 0.03 * 2.5 ** rng.normal(size=4000), 50 * 1.5 ** rng.normal(size=(4000, 4)))
-    found = detachment.parameters(ground)
+    found = particles.parameters(ground)
     assert float(found.adhesion_mean) == pytest.approx(0.03, rel=0.05)
     assert float(found.adhesion_spread) == pytest.approx(2.5, rel=0.03) and float(found.adhesion_law_distance) < 0.03
     assert float(found.lever_median) == pytest.approx(50 / RADIUS, rel=0.02)
@@ -400,7 +400,7 @@ def test_parameters_are_those_that_the_samples_were_drawn_with():
 
 def test_lammps_numbers_give_its_pull_off_and_its_largest_moment():
     """3πγR, and μ_roll R (0 + 2 · 3πγR) without a load: what its manual says of jkr and rolling sds."""
-    found = detachment.parameters(adhering([200.0, 300.0, 400.0], np.full((3, 4), 60.0)))
+    found = particles.parameters(adhering([200.0, 300.0, 400.0], np.full((3, 4), 60.0)))
     pull = 3 * np.pi * float(found.surface_energy_median) * RADIUS
     assert pull == pytest.approx(300.0)
     assert float(found.rolling_friction_median) * RADIUS * 2 * pull == pytest.approx(300.0 * 60.0)
@@ -413,7 +413,7 @@ def test_saturnes_asperities_are_counted_on_the_scan(tmp_path):
     surface = glass_pair(scan(-far / (2 * 500.0), pixel=10.0))
     catalogue = roughxr.asperities(surface, patch=5)
     ground = adhering([200.0, 300.0, 400.0], np.full((3, 4), 60.0))
-    found = detachment.parameters(ground, catalogue=catalogue, large=catalogue)
+    found = particles.parameters(ground, catalogue=catalogue, large=catalogue)
     assert float(found.asperity_density) == pytest.approx(9 / 1200**2)
     assert float(found.asperity_radius) == pytest.approx(500.0, rel=1e-6)
     assert float(found.asperity_coverage) == pytest.approx(np.pi * 500.0**2 * 9 / 1200**2, rel=1e-6)
@@ -423,7 +423,7 @@ def test_saturnes_asperities_are_counted_on_the_scan(tmp_path):
     assert listed.loc["surface_energy_median", "meaning"].endswith("(gamma of LAMMPS' jkr)")
     saddles = catalogue.assign(curvature_min=-catalogue.curvature_min, saddle=("asperity", np.ones(9, bool)))
     with pytest.raises(ValueError, match="catalogue: expected asperities"):
-        detachment.parameters(ground, catalogue=saddles)
+        particles.parameters(ground, catalogue=saddles)
 
 
 def test_each_place_has_its_row(tmp_path):
@@ -440,12 +440,12 @@ def test_each_place_has_its_row(tmp_path):
 def test_levers_stand_beside_the_forces_of_their_places_in_the_table_for_resuspension_codes():
     surface = glass_pair(scan(rough(48, seed=1)))
     ground = surface.contact.rolling(directions=6, subregions=(3, 3))
-    table = pd.read_csv(io.StringIO(roughxr.detachment.to_dem(ground, code="rock_n_roll")), comment="#")
+    table = pd.read_csv(io.StringIO(roughxr.particles.to_dem(ground, code="rock_n_roll")), comment="#")
     order = np.argsort(ground.pull_off_force.values)
     expected = ground.lever.min("direction").values[order] / float(surface.sphere_radius)
     np.testing.assert_allclose(table["lever_over_radius"], expected, rtol=1e-6)
     np.testing.assert_allclose(table["force_nN"], ground.pull_off_force.values[order], rtol=1e-6)
-    bare = roughxr.detachment.to_dem(surface.contact.pull_off_map(subregions=(3, 3)), code="rock_n_roll")
+    bare = roughxr.particles.to_dem(surface.contact.pull_off_map(subregions=(3, 3)), code="rock_n_roll")
     assert "lever_over_radius" not in pd.read_csv(io.StringIO(bare), comment="#")
 
 

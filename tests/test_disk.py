@@ -14,11 +14,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.files import archive
+from roughxr import archive, figures
 from roughxr.files.disk import leftovers, uninterrupted, whole
-from roughxr.presentation import figures
-from roughxr.presentation.exports import to_table
 from roughxr.scans import to_file, to_netcdf
+from roughxr.tables import to_table
 
 from .surfaces import rough, scan
 

@@ -6,8 +6,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import roughxr
-from roughxr.files import archive
-from roughxr.presentation import figures, report
+from roughxr import archive, figures, report
 from roughxr.studies.sensitivities import (
     SIMULATED,
     budget_of,

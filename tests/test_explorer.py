@@ -10,10 +10,9 @@ import xarray as xr
 from matplotlib.image import imread
 
 import roughxr
+from roughxr import archive, report
 from roughxr.cli import main
-from roughxr.files import archive
-from roughxr.presentation import report
-from roughxr.presentation.report.explorer import images
+from roughxr.report.explorer import images
 
 from .browser import BROWSER, NO_BROWSER, Browser
 from .surfaces import rough, scan
@@ -156,7 +155,7 @@ def test_colours_tell_pulls_from_pushes():
 
 
 def test_fields_in_the_archive_are_not_solved_again(run, monkeypatch):
-    from roughxr.presentation.report.explorer import contact_maps
+    from roughxr.report.explorer import contact_maps
 
     kept = run["solutions/direct"]
     fields = roughxr.direct(run["scan"], delta=DELTAS, subregions=kept, fields=True)

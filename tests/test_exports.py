@@ -8,10 +8,9 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import detachment, roughness
-from roughxr.detachment import to_dem
-from roughxr.files import archive
-from roughxr.presentation.exports import to_table
+from roughxr import archive, particles, roughness
+from roughxr.particles import to_dem
+from roughxr.tables import to_table
 from roughxr.vocabulary import schema
 
 from .surfaces import rough, scan
@@ -118,13 +117,13 @@ def test_what_is_handed_on_says_what_it_stands_for_and_one_condition_at_a_time(t
     held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
     load = roughxr.critical_load(held, "wall_shear", particle_density=2500)
     left = roughxr.resuspension(held, friction_velocity=[1.0], particle_density=2500)
-    for words in (load.attrs["comment"], left.attrs["comment"], detachment.parameters(held).attrs["comment"]):
+    for words in (load.attrs["comment"], left.attrs["comment"], particles.parameters(held).attrs["comment"]):
         assert "without settling" in words and "as the scan shows it" in words
-    lines = detachment.to_dem(held, code="lammps", classes=1)
+    lines = particles.to_dem(held, code="lammps", classes=1)
     assert "as the scan shows it" in lines and "differs from the cumulative distribution" in lines
     assert "result of critical_load" in repr(load.contact)
     varied = xr.concat([held, held], "sphere_radius").assign_coords(sphere_radius=[1e3, 2e3])
-    for hand_on in (detachment.parameters, lambda ds: detachment.to_dem(ds, code="lammps")):
+    for hand_on in (particles.parameters, lambda ds: particles.to_dem(ds, code="lammps")):
         with pytest.raises(ValueError, match="several along sphere_radius; take one by isel"):
             hand_on(varied)
     path = archive.save({"detachment/load": load}, tmp_path / "one.nc")

@@ -14,15 +14,15 @@ matplotlib.use("Agg")
 
 from matplotlib import pyplot
 
+from roughxr import figures
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.reconstruction import reconstruct
 from roughxr.asperity.superposition import superpose
-from roughxr.bodies.materials import assign_pair
+from roughxr.bodies.pair import assign_pair
 from roughxr.contact.elastic import direct
-from roughxr.presentation import figures
-from roughxr.presentation.figures.distributions import bin_edges
-from roughxr.presentation.figures.forces import hertz_error, jkr_sphere, mean_ratio
-from roughxr.presentation.figures.style import display_unit, styled, superscripts
+from roughxr.figures.distributions import bin_edges
+from roughxr.figures.forces import hertz_error, jkr_sphere, mean_ratio
+from roughxr.figures.style import display_unit, styled, superscripts
 from roughxr.reproduction import paper_figures
 from roughxr.scans import regions
 from roughxr.statistics import bootstrap, debris, force_ratio, pull_off

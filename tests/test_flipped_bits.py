@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from roughxr import archive
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.elastic import direct
-from roughxr.files import archive
 from roughxr.jobs import executor
 from roughxr.jobs.checkpoint import Checkpoint
 from roughxr.statistics import pull_off

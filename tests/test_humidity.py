@@ -9,7 +9,7 @@ from scipy.integrate import quad
 from scipy.special import ndtr, ndtri
 
 import roughxr
-from roughxr import cli, reference
+from roughxr import cli, reference, report
 from roughxr.bodies import liquid
 from roughxr.cli.options import command_line
 from roughxr.cli.running import paired
@@ -17,8 +17,7 @@ from roughxr.kernels.adhesion import potentials
 from roughxr.kernels.adhesion import rigid as kernels
 from roughxr.kernels.asperity import maugis
 from roughxr.kernels.topography.interpolation import splined
-from roughxr.presentation import report
-from roughxr.presentation.report import repeat
+from roughxr.report import command_line as repeat
 from roughxr.scans import regions
 from roughxr.vocabulary import schema
 

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from roughxr.bodies import substances
-from roughxr.bodies.materials import (
+from roughxr.bodies.pair import (
     ImplausiblePair,
     assign_pair,
     contact_modulus,

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.measured.matching import Predicted, matching
+from roughxr.measured.likelihood import Predicted, matching
 from roughxr.scans.synthetic import self_affine
 from roughxr.statistics.sampling import Samples
 

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 import roughxr
 from roughxr.cli import main
-from roughxr.presentation.report import beside_measured
+from roughxr.report import measured_section as beside_measured
 
 from .surfaces import glass_pair, rough, scan
 

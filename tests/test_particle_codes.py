@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import detachment, schema
+from roughxr import particles, schema
 
 RADIUS, PULLS = 2000.0, np.array([50.0, 100.0, 200.0, 300.0, 450.0, 900.0])
 
@@ -23,7 +23,7 @@ def numbers(pattern: str, text: str) -> np.ndarray:
 
 
 def test_jkr_of_lammps_gives_the_mean_of_each_class(pulls):
-    text = detachment.to_dem(pulls, code="lammps", classes=3)
+    text = particles.to_dem(pulls, code="lammps", classes=3)
     gamma = numbers(r"granular jkr \S+ \S+ \S+ (\S+)", text)
     assert 3 * np.pi * gamma * RADIUS == pytest.approx([75.0, 250.0, 675.0], rel=1e-5)
     (modulus,) = set(numbers(r"granular jkr (\S+)", text))
@@ -31,7 +31,7 @@ def test_jkr_of_lammps_gives_the_mean_of_each_class(pulls):
 
 
 def test_dmt_of_4c_has_the_mean_and_spread(pulls):
-    text = detachment.to_dem(pulls, code="4c")
+    text = particles.to_dem(pulls, code="4c")
     energy = numbers(r"SURFACE_ENERGY: (\S+)", text)
     spread = numbers(r"STDDEV: (\S+)", text)
     assert 4 * np.pi * energy * RADIUS == pytest.approx([PULLS.mean()], rel=1e-5)
@@ -40,7 +40,7 @@ def test_dmt_of_4c_has_the_mean_and_spread(pulls):
 
 
 def test_sjkr_of_liggghts_pulls_at_most_with_the_pull_off_force(pulls):
-    text = detachment.to_dem(pulls, code="liggghts", classes=2)
+    text = particles.to_dem(pulls, code="liggghts", classes=2)
     density = np.array([float(value) for value in text.splitlines()[-1].split()])[:2]
     overlap = np.linspace(0, 1e-7, 200_001)  # m
     radius = RADIUS * 1e-9
@@ -52,15 +52,15 @@ def test_sjkr_of_liggghts_pulls_at_most_with_the_pull_off_force(pulls):
 
 @pytest.mark.parametrize("code", ["mercurydpm", "yade"])
 def test_one_species_for_each_class(pulls, code):
-    text = detachment.to_dem(pulls, code=code, classes=2)
+    text = particles.to_dem(pulls, code=code, classes=2)
     found = numbers(r"AdhesionForceMax\((\S+)\);" if code == "mercurydpm" else r"pull-off (\S+) N", text)
     assert found == pytest.approx(np.array([PULLS[:3].mean(), PULLS[3:].mean()]) * 1e-9, rel=1e-4)
 
 
 def test_what_cannot_be_handed_over_is_refused(pulls):
     with pytest.raises(ValueError, match="code: expected one of 'lammps'"):
-        detachment.to_dem(pulls, code="lamps")
+        particles.to_dem(pulls, code="lamps")
     with pytest.raises(ValueError, match="classes: expected at most 6, the number of places that pull, found 7"):
-        detachment.to_dem(pulls, code="lammps", classes=7)
-    few = detachment.to_dem(pulls.isel(subregion=slice(3)), code="lammps")  # no classes asked for: as many as there are
+        particles.to_dem(pulls, code="lammps", classes=7)
+    few = particles.to_dem(pulls.isel(subregion=slice(3)), code="lammps")  # no classes asked for: as many as there are
     assert "group class3 " in few and "group class4 " not in few

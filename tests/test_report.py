@@ -14,13 +14,11 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import cli
+from roughxr import archive, cli, report
 from roughxr.cli.options import command_line
 from roughxr.cli.running import paired
 from roughxr.contact.specimen import specimen_of
-from roughxr.files import archive
 from roughxr.jobs.progress import Stages
-from roughxr.presentation import report
 from roughxr.runs import analysis
 from roughxr.vocabulary import schema
 

@@ -6,8 +6,8 @@ import xarray as xr
 from scipy import ndimage
 
 import roughxr
-from roughxr.detachment.coming_to_rest import resting
 from roughxr.kernels.topography import dilation
+from roughxr.particles.resting_places import resting
 
 from .surfaces import glass_pair, rough, scan
 
@@ -220,7 +220,7 @@ def test_the_height_over_all_pixels_is_the_largest_over_all_of_them():
 def test_a_lazy_scan_in_tiles_gives_the_same_places(monkeypatch):
     surface = glass_pair(scan(rough(150, rms=3.0, smooth=2.0, seed=2), 10.0))
     whole = resting(surface)
-    monkeypatch.setattr("roughxr.detachment.coming_to_rest._TILE_SIDE", 64)
+    monkeypatch.setattr("roughxr.particles.resting_places._TILE_SIDE", 64)
     for ds in (surface, surface.chunk(x=40, y=77)):
         xr.testing.assert_allclose(resting(ds), whole, rtol=0, atol=1e-9)
 
@@ -320,32 +320,32 @@ def test_landings_on_a_grid_reach_some_of_the_rests():
 def test_leaving_over_the_pass_of_three_summits_takes_the_moment_about_the_pair_beside_it():
     surface = caps(polygon(3, 150.0, turn=np.pi / 6), 2.5, radius=60.0, half=220.0)
     place = resting(surface)
-    found = roughxr.detachment.leaving(surface, place)
+    found = roughxr.particles.leaving(surface, place)
     held = roughxr.rolling(surface, directions=24, subregions=place)
     assert float(found.barrier[0]) == pytest.approx(float(place.barrier[0]))
     nearest = int(np.cos(held.direction - found.pass_direction[0]).argmax("direction"))
     assert float(found.rest_moment[0]) == pytest.approx(float(held.resisting_moment[0, nearest]), rel=1e-6)
     assert 0 < float(found.pass_moment[0]) < 0.5 * float(found.rest_moment[0])  # on two summits alone
     flow = float(found.leaving_friction_velocity[0])
-    about = roughxr.detachment.drag(flow, RADIUS) * RADIUS + roughxr.detachment.torque(flow, RADIUS)
-    lifted = roughxr.detachment.lift(flow, RADIUS) * float(held.hinge_distance[0, nearest])
+    about = roughxr.particles.drag(flow, RADIUS) * RADIUS + roughxr.particles.torque(flow, RADIUS)
+    lifted = roughxr.particles.lift(flow, RADIUS) * float(held.hinge_distance[0, nearest])
     assert about + lifted == pytest.approx(float(found.rest_moment[0]), rel=0.02)
     with pytest.raises(ValueError, match="passes"):
-        roughxr.detachment.leaving(surface, place.drop_vars("pass_x"))
+        roughxr.particles.leaving(surface, place.drop_vars("pass_x"))
 
 
 def test_a_place_without_a_pass_stays_and_is_missing():
     surface = glass_pair(scan(rough(96, rms=3.0, smooth=2.0), 10.0))
     places = resting(surface, landings=(3, 2))
-    every = roughxr.detachment.leaving(surface, places)
+    every = roughxr.particles.leaving(surface, places)
     without = places.assign(pass_x=places.pass_x.where(places.subregion != places.subregion[1]))
-    some = roughxr.detachment.leaving(surface, without)
+    some = roughxr.particles.leaving(surface, without)
     kept = np.arange(places.sizes["subregion"]) != 1
     for name in ("leaving_friction_velocity", "pass_moment", "rest_moment", "barrier"):
         assert np.isnan(some[name].values[1])
         assert some[name].values[kept] == pytest.approx(every[name].values[kept])
     with pytest.raises(ValueError, match="at least one place that a particle can leave"):
-        roughxr.detachment.leaving(surface, places.assign(pass_x=places.pass_x * np.nan))
+        roughxr.particles.leaving(surface, places.assign(pass_x=places.pass_x * np.nan))
 
 
 def test_words_on_a_run_of_particles_tell_rests_from_where_they_landed():
@@ -357,7 +357,7 @@ def test_words_on_a_run_of_particles_tell_rests_from_where_they_landed():
     run |= {f"statistics/detachment{name}": roughxr.critical_load(held) for name in ("", "_superposed")}
     run |= {"statistics/detachment_landed": roughxr.critical_load(landed)}
     assert "where it was placed" in roughxr.report.coming_off_words(run)[0]
-    run["statistics/leaving"] = roughxr.detachment.leaving(catalogue, places)
+    run["statistics/leaving"] = roughxr.particles.leaving(catalogue, places)
     words = " ".join(roughxr.report.coming_off_words(run))
     share = float(held.landing_share[held.contacts >= 3].sum())
     assert "where it came to rest" in words and f"{100 * share:.0f} % of them then rest on three" in words

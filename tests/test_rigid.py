@@ -242,7 +242,7 @@ def test_hamaker_constant_and_work_of_adhesion_go_together():
     assert same[0] == pytest.approx(same[1], rel=1e-6)
     closed = 2 * 0.1 * RADIUS**3 / (3 * 9.0**2 * (9.0 + 2 * RADIUS) ** 2)
     assert -same[0] == pytest.approx(closed, rel=1e-4)
-    with pytest.warns(roughxr.bodies.materials.ImplausiblePair, match="closest approach of 0.0"):
+    with pytest.warns(roughxr.bodies.pair.ImplausiblePair, match="closest approach of 0.0"):
         pair(ground, hamaker_constant=0.065, work_of_adhesion=1.35)
     across = roughxr.reference.hamaker_constant("glass", medium="water")
     water = ground.contact.assign_pair(sphere_radius=RADIUS, materials="glass", hamaker_constant=across)

@@ -15,9 +15,9 @@ import psutil
 import pytest
 import xarray as xr
 
-from roughxr import checkpointed, direct
+from roughxr import archive, checkpointed, direct
 from roughxr.contact import elastic
-from roughxr.files import archive, disk
+from roughxr.files import disk
 from roughxr.jobs import checkpoint, executor, schedulers
 from roughxr.jobs.fingerprint import keys_of
 from roughxr.jobs.progress import progress

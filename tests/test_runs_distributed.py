@@ -12,10 +12,9 @@ import psutil
 import pytest
 import xarray as xr
 
-from roughxr import checkpointed
+from roughxr import archive, checkpointed
 from roughxr.asperity.maps import pull_off_map
 from roughxr.contact.elastic import direct
-from roughxr.files import archive
 from roughxr.jobs import lazy as parallel
 from roughxr.jobs.progress import progress
 from roughxr.jobs.schedulers import NO_DASHBOARD, on

@@ -11,8 +11,8 @@ from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.moments import rolling
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.elastic import direct
-from roughxr.contact.rigid_bodies import rigid
-from roughxr.detachment import critical_load
+from roughxr.contact.rigid.bodies import rigid
+from roughxr.particles import critical_load
 
 from .surfaces import glass_pair, rough, scan
 

@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 
 import roughxr
+from roughxr import archive
 from roughxr.cli import main
-from roughxr.files import archive
 
 from .surfaces import rough, scan
 

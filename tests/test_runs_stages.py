@@ -9,8 +9,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import cli, report
-from roughxr.files import archive
+from roughxr import archive, cli, report
 from roughxr.jobs.checkpoint import Checkpoint
 from roughxr.jobs.progress import progress
 from roughxr.runs import analysis

@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import cli
-from roughxr.files import archive, reader_process
+from roughxr import archive, cli
+from roughxr.files import reader_process
 from roughxr.scans import ImplausibleScan, UnreadableScan, describe, open_scan, to_netcdf, vendor_reader
 from roughxr.scans.plausibility import doubts
 

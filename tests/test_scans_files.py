@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.files import archive
+from roughxr import archive
 from roughxr.scans import ImplausibleScan, RoughxrBackend, UnreadableScan, describe, open_scan, to_netcdf
 from roughxr.vocabulary import schema
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from roughxr.kernels.adhesion import smooth_laws, smooth_states
-from roughxr.kernels.adhesion import smooth_path as path
+from roughxr.kernels.adhesion import path as path
+from roughxr.kernels.adhesion import states as smooth_states
+from roughxr.kernels.adhesion import traction_laws as smooth_laws
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.kernels.halfspace.products import coefficients_for
 

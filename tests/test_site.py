@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 import roughxr
+from roughxr import figures
 from roughxr.accessor import ContactAccessor
-from roughxr.presentation import figures
 
 ROOT = Path(__file__).parents[1]
 PAGES = ROOT / "notebooks" / "site"

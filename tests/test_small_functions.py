@@ -7,21 +7,21 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from roughxr import report
 from roughxr.bodies.liquid import kelvin_radius
 from roughxr.bodies.substances import combined, pair_of, softer_hardness
-from roughxr.detachment.loads import in_range
+from roughxr.figures.distributions import _step
+from roughxr.figures.saving import mean_and_spread
+from roughxr.figures.style import decimals, display_unit, in_words
 from roughxr.files.disk import as_characters
 from roughxr.jobs.progress import about
 from roughxr.measured.baselines import baseline_of
 from roughxr.measured.forces import Calibration, converts, forces, magnitudes
 from roughxr.measured.registration import _vertex, grid_of
 from roughxr.measured.tables import Column, _split, place_columns
-from roughxr.presentation import report
-from roughxr.presentation.figures.distributions import _step
-from roughxr.presentation.figures.saving import mean_and_spread
-from roughxr.presentation.figures.style import decimals, display_unit, in_words
-from roughxr.presentation.report.explorer import images
-from roughxr.presentation.report.explorer.places import cases
+from roughxr.particles.loads import in_range
+from roughxr.report.explorer import images
+from roughxr.report.explorer.places import cases
 from roughxr.scans.channel import direction_in, is_length
 from roughxr.scans.plain import separators
 from roughxr.statistics import places, sampling

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from roughxr.kernels.adhesion import newton_system, smooth_laws
-from roughxr.kernels.adhesion.smooth_equilibrium import ContactState, closed_parts
-from roughxr.kernels.adhesion.smooth_patches import contacts_and_resolution
-from roughxr.kernels.adhesion.smooth_path import follow_smooth
-from roughxr.kernels.adhesion.smooth_prediction import ahead
+from roughxr.kernels.adhesion import newton_system
+from roughxr.kernels.adhesion import traction_laws as smooth_laws
+from roughxr.kernels.adhesion.equilibrium import ContactState, closed_parts
+from roughxr.kernels.adhesion.patches import contacts_and_resolution
+from roughxr.kernels.adhesion.path import follow_smooth
+from roughxr.kernels.adhesion.prediction import ahead
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.kernels.halfspace.products import DENSE_LIMIT
 from roughxr.kernels.halfspace.transforms import convolution, even_length, transfer_of

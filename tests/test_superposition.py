@@ -9,7 +9,7 @@ from roughxr.asperity.asperity_sum import FORMULATIONS
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.superposition import superpose
-from roughxr.bodies.materials import assign_pair, contact_modulus
+from roughxr.bodies.pair import assign_pair, contact_modulus
 from roughxr.contact.elastic import direct
 from roughxr.contact.reference import hertz
 from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals

@@ -10,7 +10,7 @@ from scipy.special import ellipk
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.superposition import superpose
-from roughxr.bodies.materials import assign_pair
+from roughxr.bodies.pair import assign_pair
 from roughxr.contact.estimates import tabor
 from roughxr.kernels.asperity import force_curves as branches
 from roughxr.kernels.asperity import maugis

@@ -5,7 +5,7 @@ import pytest
 
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.superposition import superpose
-from roughxr.bodies.materials import assign_pair
+from roughxr.bodies.pair import assign_pair
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.mesh import Mesh
 

@@ -5,14 +5,15 @@ import pytest
 from scipy.optimize import minimize
 from scipy.special import ellipe, ellipk
 
-from roughxr.bodies.materials import assign_pair
+from roughxr.bodies.pair import assign_pair
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.cycle import _RIM_ERROR, gain_at, largest_cell
 from roughxr.contact.elastic import direct
 from roughxr.contact.mesh import Mesh
 from roughxr.contact.reference import flattened_pull_off, punch_pull_off
-from roughxr.kernels.adhesion import smooth_laws, smooth_states
-from roughxr.kernels.adhesion.smooth_path import follow_smooth
+from roughxr.kernels.adhesion import states as smooth_states
+from roughxr.kernels.adhesion import traction_laws as smooth_laws
+from roughxr.kernels.adhesion.path import follow_smooth
 from roughxr.kernels.halfspace import displacement_control
 from roughxr.kernels.halfspace.products import coefficients_for
 from roughxr.kernels.halfspace.yielding import residual_heights

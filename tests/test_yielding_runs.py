@@ -9,13 +9,11 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import roughxr
-from roughxr import cli, statistics
+from roughxr import archive, cli, figures, report, statistics
 from roughxr.cli.options import command_line
 from roughxr.cli.running import paired
-from roughxr.files import archive
-from roughxr.presentation import figures, report
-from roughxr.presentation.report import embedded_figures
-from roughxr.presentation.report.embedded_figures import Picture
+from roughxr.report import embedded_figures
+from roughxr.report.embedded_figures import Picture
 from roughxr.runs import analysis
 from roughxr.studies.sensitivities import budget_of
 

@@ -131,10 +131,10 @@ def lifted(scan: xr.Dataset) -> xr.Dataset:
     """Ask at what flow particles leave."""
     rests: xr.Dataset = roughxr.resting(scan, settle="adhesion")
     holds: xr.Dataset = roughxr.rolling(scan, directions=8, subregions=rests)
-    holds = roughxr.detachment.with_pull_off(holds, roughxr.pull_off_map(scan, subregions=rests))
+    holds = roughxr.particles.with_pull_off(holds, roughxr.pull_off_map(scan, subregions=rests))
     critical: xr.Dataset = roughxr.critical_load(holds)
-    numbers: xr.Dataset = roughxr.detachment.parameters(holds, catalogue=roughxr.asperities(scan))
-    lines: str = roughxr.detachment.to_dem(holds, code="lammps", classes=3)
+    numbers: xr.Dataset = roughxr.particles.parameters(holds, catalogue=roughxr.asperities(scan))
+    lines: str = roughxr.particles.to_dem(holds, code="lammps", classes=3)
     roughxr.figures.mode_map(critical, ax=None).set_title("what goes first")
     return roughxr.resuspension(holds, friction_velocity=[0.1, 1.0]) if critical and numbers and lines else holds
 

@@ -12,7 +12,8 @@ import pandas as pd
 import xarray as xr
 
 import roughxr
-from roughxr import archive, detachment, measured, reference, scans, statistics
+from roughxr import archive, measured, reference, scans, statistics
+from roughxr import particles as detachment
 from roughxr.scans import regions
 
 from .surfaces import rough, scan
@@ -103,8 +104,8 @@ CALLS = {
     "crop": [on("scan", x=(-51.0, 41.0), y=(-51.0, 61.0))],
     "curves_pull_off": [on("curves", spring_constant=0.5)],
     "debris": [on("catalogue"), on("catalogue", "pulls")],
-    "detachment.parameters": [on("held"), on("held", catalogue="catalogue")],
-    "detachment.with_pull_off": [on("held", "pulls")],
+    "particles.parameters": [on("held"), on("held", catalogue="catalogue")],
+    "particles.with_pull_off": [on("held", "pulls")],
     "dilate": [on("scan", tip_radius=20.0)],
     "direct": [
         on("scan", delta=[1.0, 4.0, 7.0], subregions=PLACES),
@@ -160,7 +161,7 @@ NOT_CALLED = {
     "error_budget": "`adhesive` at some places",
     "answer": "numbers that it holds, in words",
     "continued": "`rigid` or `adhesive` on several surfaces",
-    "detachment.leaving": "wants places of rest: tests/test_resting.py",
+    "particles.leaving": "wants places of rest: tests/test_resting.py",
     "plot": "only draws",
     "pooled": "wants several scans: tests/test_pooling.py",
     "predict_others": "`fit_pair` and its method",
@@ -168,7 +169,7 @@ NOT_CALLED = {
     "run": "all of them",
     "scale_dependence": "`adhesive` on several surfaces",
     "sensitivity": "`superpose` with several options",
-    "detachment.to_dem": "text for other programs, of `parameters`",
+    "particles.to_dem": "text for other programs, of `parameters`",
 }
 WRITES = {"to_file": ".gsf", "to_table": ".csv"}
 

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ..bodies.liquid import menisci_of, work_of
-from ..bodies.materials import range_of
+from ..bodies.pair import range_of
 from ..jobs.lazy import is_lazy
 from ..kernels.asperity import largest_pull
 from ..kernels.asperity import superposition as sums

@@ -8,9 +8,7 @@ from typing import Any
 
 import xarray as xr
 
-from .. import scans
-from ..files import archive
-from ..presentation import figures
+from .. import archive, figures, scans
 from ..vocabulary.numbers import number
 from ..vocabulary.schema import one_of
 from ..vocabulary.text import printable

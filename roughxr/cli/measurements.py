@@ -8,10 +8,9 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.figure import Figure
 
-from .. import statistics
-from ..files import archive
+from .. import archive, figures, statistics
+from .. import tables as exports
 from ..measured import compare, curves_pull_off, open_curves, open_pull_off
-from ..presentation import exports, figures
 from ..vocabulary.numbers import number
 from ..vocabulary.schema import one_of
 from . import words

@@ -5,7 +5,7 @@ from __future__ import annotations
 import webbrowser
 from argparse import Namespace
 
-from ..presentation.report import write_explorer, write_report
+from ..report import write_explorer, write_report
 from .measurements import measurement
 
 

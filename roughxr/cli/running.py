@@ -9,12 +9,11 @@ from typing import Any
 
 import xarray as xr
 
-from .. import reproduction, scans
+from .. import report, reproduction, scans
 from ..bodies.liquid import HumidAir
-from ..bodies.materials import assign_pair
+from ..bodies.pair import assign_pair
 from ..bodies.substances import MATERIALS
 from ..jobs.schedulers import on
-from ..presentation import report
 from ..runs import analysis, several
 from .files import opened
 from .options import AIR, BODIES

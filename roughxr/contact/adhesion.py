@@ -12,12 +12,12 @@ import numpy as np
 import xarray as xr
 
 from ..bodies.liquid import Menisci, menisci_of
-from ..bodies.materials import range_of
+from ..bodies.pair import range_of
 from ..jobs import lazy as parallel
 from ..jobs.records import BRANCHES, Layout
-from ..kernels.adhesion import smooth_path as path
-from ..kernels.adhesion.smooth_laws import TAIL
-from ..kernels.adhesion.smooth_states import ON_THE_WAY, TOLERANCE
+from ..kernels.adhesion import path as path
+from ..kernels.adhesion.states import ON_THE_WAY, TOLERANCE
+from ..kernels.adhesion.traction_laws import TAIL
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantities, whole_number
 from ..vocabulary.verbs import verb, warn

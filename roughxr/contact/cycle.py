@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..bodies.liquid import Menisci
-from ..kernels.adhesion import smooth_laws
-from ..kernels.adhesion import smooth_path as path
+from ..kernels.adhesion import path as path
+from ..kernels.adhesion import traction_laws as smooth_laws
 from ..kernels.halfspace import displacement_control
 from ..kernels.halfspace.products import coefficients_for
 from .problem import Place, Problem, Surface, surface_at

@@ -8,7 +8,7 @@ import xarray as xr
 from ..asperity.asperity_sum import ADHESIVE
 from ..asperity.catalogue import asperities
 from ..bodies.liquid import menisci_of
-from ..bodies.materials import range_of
+from ..bodies.pair import range_of
 from ..jobs.records import converged
 from ..kernels.asperity import maugis
 from ..vocabulary import schema

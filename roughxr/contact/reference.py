@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from ..bodies import liquid
-from ..bodies.materials import contact_modulus, gilman_surface_energy, hamaker_constant
+from ..bodies.pair import contact_modulus, gilman_surface_energy, hamaker_constant
 from ..kernels.adhesion import potentials
 from ..kernels.asperity import ellipse, elliptic_jkr, jkr, maugis
 from ..vocabulary import schema

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..bodies import liquid
-from ..bodies.materials import closest_approach, range_of
+from ..bodies.pair import closest_approach, range_of
 from ..kernels.adhesion import potentials
 from ..scans import level, regions, smooth
 from ..vocabulary import schema
@@ -18,8 +18,8 @@ from ..vocabulary.verbs import verb
 from . import reference
 from .estimates import SHORT_RANGE, attractions_of, law_of_range, median_tabor
 from .problem import hardness_of
-from .rigid_attraction import options_of
-from .rigid_bodies import rigid
+from .rigid.attraction import options_of
+from .rigid.bodies import rigid
 from .specimen import Specimen, specimen_of
 
 #: Tabor's parameter below which bodies may be taken as rigid (Johnson & Greenwood, J. Colloid Interface Sci. 192 (1997)

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ..asperity.catalogue import asperities
-from ..bodies.materials import indenter_map
+from ..bodies.pair import indenter_map
 from ..jobs.lazy import is_lazy
 from ..kernels.halfspace.separation import PARABOLA, PROFILES, map_separation, sphere_separation
 from ..scans import regions, wavelength

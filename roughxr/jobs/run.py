@@ -17,7 +17,8 @@ import dask
 import numpy as np
 import xarray as xr
 
-from ..files import archive, disk
+from .. import archive
+from ..files import disk
 from ..vocabulary.verbs import verb
 from . import lazy as parallel
 from .checkpoint import Checkpoint

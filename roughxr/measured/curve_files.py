@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from ..scans.channel import UnreadableScan, asked, first_bytes
+from ..scans.force_curve_formats import TEXTS, ZIP, is_wave_of_columns, refuse_nanoscope
 from ..scans.netcdf import HDF5, refuse_harmful
-from ..scans.not_images import TEXTS, ZIP, is_wave_of_columns, refuse_nanoscope
 from ..scans.plain import decoded, separators
 from ..vocabulary.units import factor, positive
 from . import curve_reader

@@ -10,14 +10,14 @@ import xarray as xr
 
 from ..asperity import expectation
 from ..asperity.maps import pull_off_map
-from ..bodies.materials import range_of
+from ..bodies.pair import range_of
 from ..contact.adhesion import adhesive
-from ..contact.rigid_bodies import rigid
+from ..contact.rigid.bodies import rigid
 from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.units import Places, fraction
 from ..vocabulary.verbs import verb
-from .matching import CHANGE, Fitted, Predicted, matching, positive_forces, predicted_forces, trade
+from .likelihood import CHANGE, Fitted, Predicted, matching, positive_forces, predicted_forces, trade
 
 #: Methods that predict pull-offs, and at how many places where none are given.
 VERBS: dict[str, Callable[..., xr.Dataset]] = {"adhesive": adhesive, "superposed": pull_off_map, "rigid": rigid}

@@ -8,9 +8,10 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from ..presentation.figures import against_hertz, asperity_curve, of_a_run, sweep
-from ..presentation.figures.forces import hertz_error, jkr_sphere
-from ..presentation.figures.of_a_run import Groups, drawn
+from ..figures import against_hertz, asperity_curve, sweep
+from ..figures import run_figures as of_a_run
+from ..figures.forces import hertz_error, jkr_sphere
+from ..figures.run_figures import Groups, drawn
 from ..vocabulary.numbers import number, quantity
 from ..vocabulary.verbs import verb
 

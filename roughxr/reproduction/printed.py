@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..bodies.materials import gilman_surface_energy
+from ..bodies.pair import gilman_surface_energy
 
 #: The paper's pair. Its printed pull-off of the smooth sphere, 19.1 µN, takes Gilman's estimate with E/(1 − ν²).
 PAIR: dict[str, Any] = {

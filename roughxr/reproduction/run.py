@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from ..bodies.materials import assign_pair
+from ..bodies.pair import assign_pair
 from ..contact.specimen import specimen_of
 from ..runs.analysis import Plan, kept, show, told
 from ..runs.drawing import Drawing

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..presentation import report
+from .. import report
 from ..statistics import debris, force_ratio
 from ..vocabulary.verbs import verb
 from .printed import CONTACT, SCAN

@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from .. import report
 from ..asperity.asperity_sum import fit_of
 from ..asperity.catalogue import asperities
 from ..asperity.expectation import CROWDED, crowding
@@ -32,30 +33,29 @@ from ..asperity.moments import rolling
 from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
 from ..bodies import liquid
-from ..bodies.materials import elastic
+from ..bodies.pair import elastic
 from ..contact.adhesion import SMALL_CONTACTS, adhesive
 from ..contact.elastic import direct
 from ..contact.mesh import MOST_REFINED, Mesh, mesh_of
 from ..contact.problem import default_deltas
 from ..contact.regimes import formulas, regime
-from ..contact.rigid_bodies import rigid
+from ..contact.rigid.bodies import rigid
 from ..contact.specimen import Specimen, specimen_of
-from ..detachment import critical_load, leaving, resting
-from ..detachment.coming_to_rest import is_rests
 from ..files.disk import whole
 from ..jobs.progress import Stages, about, is_shown
 from ..jobs.progress import say as tell
 from ..jobs.records import loading
 from ..jobs.run import checkpointed, only_kept
-from ..presentation import report
-from ..presentation.answer import answered
-from ..presentation.exports import to_table
+from ..particles import critical_load, leaving, resting
+from ..particles.resting_places import is_rests
 from ..scans import level, regions, roughness
 from ..statistics import pull_off
-from ..studies.continuation import continued, not_continued
+from ..statistics.headline import answered
+from ..studies.extrapolation import continued, not_continued
 from ..studies.parameter_grid import vary
 from ..studies.sensitivities import budget_of, changes_of, cut_off_waves
 from ..studies.short_waves import quietly
+from ..tables import to_table
 from ..vocabulary import schema
 from ..vocabulary.numbers import interval, quantity
 from ..vocabulary.units import Places, Quantities, magnitude, whole_number

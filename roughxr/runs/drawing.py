@@ -16,8 +16,7 @@ from typing import Any
 
 import xarray as xr
 
-from ..files import archive
-from ..presentation import figures, report
+from .. import archive, figures, report
 
 #: What the other process runs, with archive, folder, and module and name of the function that yields the figures.
 _COMMAND = "import sys; from roughxr.runs.drawing import _as_asked; _as_asked(*sys.argv[1:])"

@@ -12,11 +12,11 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from .. import report
 from ..files.disk import whole
 from ..jobs.progress import about, say
-from ..presentation import report
-from ..presentation.exports import to_table
 from ..statistics import bootstrap, pooled
+from ..tables import to_table
 from ..vocabulary import schema
 from ..vocabulary.numbers import interval, quantity, sure
 

@@ -23,9 +23,9 @@ from ..vocabulary.schema import label, record
 from ..vocabulary.units import factor
 from .channel import UnreadableScan, first_bytes
 from .files import file_hash, guarded, list_channels, read_scan, regular_file
+from .force_curve_formats import METADATA
 from .levelling import level
 from .netcdf import is_netcdf, unread
-from .not_images import METADATA
 
 #: The largest metadata and the largest other file, bytes.
 _LARGEST_METADATA, _LARGEST_FILE = 2**24, 2**30

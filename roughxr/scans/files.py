@@ -23,8 +23,8 @@ from ..vocabulary.units import factor, magnitude
 from ..vocabulary.verbs import warn
 from . import gwyddion, plain, vendors
 from .channel import Channel, UnreadableScan, choose, first_bytes, is_length, listing
+from .force_curve_formats import refuse_curves
 from .netcdf import is_netcdf, open_netcdf, variable_names
-from .not_images import refuse_curves
 from .plausibility import ImplausibleScan, doubts, refuse_absurd, size_doubts
 
 

@@ -15,7 +15,8 @@ import xarray as xr
 
 from ..asperity.asperity_sum import fit_of
 from ..asperity.catalogue import asperities
-from ..bodies import liquid, materials
+from ..bodies import liquid
+from ..bodies import pair as materials
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, magnitude, mass_power
 from ..vocabulary.verbs import OPTIONS, verb

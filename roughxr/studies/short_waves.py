@@ -10,15 +10,15 @@ import numpy as np
 import xarray as xr
 
 from ..contact.adhesion import settling
-from ..contact.below_pixel import Below
 from ..contact.regimes import in_memory
-from ..contact.rigid_bodies import rigid
+from ..contact.rigid.bodies import rigid
+from ..contact.subpixel import Below
 from ..scans import add_fine_roughness, crop, regions, self_affine_fit, smooth
 from ..scans.fine_scales import known_spectrum
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantity, whole_number
 from ..vocabulary.verbs import verb
-from .continuation import Question, Surface, next_guess, with_hardness
+from .extrapolation import Question, Surface, next_guess, with_hardness
 
 METHODS = ("rigid", "adhesive")
 

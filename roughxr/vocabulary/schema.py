@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 
 from .provenance import arguments_of, height_hash, history, record  # noqa: F401
+from .table import KINDS, PAIR, TRAVELLING, VARIABLES, Variable, attributes, axis_label  # noqa: F401
 from .text import did_you_mean
 from .units import in_units, magnitude, single
-from .variables import KINDS, PAIR, TRAVELLING, VARIABLES, Variable, attributes, axis_label  # noqa: F401
 
 #: Public names; the others are for roughxr's own functions.
 __all__ = [

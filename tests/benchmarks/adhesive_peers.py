@@ -56,7 +56,8 @@ def _lowest(separation):
 
 def ours(separation, dx, deltas=(DEPTH,)):
     """Return our pull-off force (nN), at the displacements alone if there are several, and processor time (s)."""
-    from roughxr.kernels.adhesion import smooth_laws, smooth_path
+    from roughxr.kernels.adhesion import path as smooth_path
+    from roughxr.kernels.adhesion import traction_laws as smooth_laws
     from roughxr.kernels.halfspace.products import coefficients_for
 
     began, per_unit = time.process_time(), dx / MODULUS

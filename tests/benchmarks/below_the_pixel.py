@@ -39,10 +39,10 @@ import numpy as np
 
 import roughxr
 from roughxr.contact.adhesion import settling
-from roughxr.contact.below_pixel import Below
+from roughxr.contact.subpixel import Below
 from roughxr.scans.fine_scales import Spectrum
 from roughxr.scans.synthetic import self_affine
-from roughxr.studies.continuation import Question, Surface, next_guess
+from roughxr.studies.extrapolation import Question, Surface, next_guess
 
 #: Pairs of bodies: E* (GPa), w (J/m²), hardness (GPa) if it is given. A soft one feels each patch far off, and is dear:
 #: its waves end at 4 nm.

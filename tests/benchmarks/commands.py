@@ -104,7 +104,7 @@ def whole(name, cold):
 
 def on_scan(path, pair, limit):
     """Print what a run on a scan takes, and what it found."""
-    from roughxr.files import archive  # not before: the peak of a process begins at that of the one that starts it
+    from roughxr import archive  # not before: the peak of a process begins at that of the one that starts it
 
     with tempfile.TemporaryDirectory() as out:
         took = command(["-c", _MAIN, "run", str(path), *PAIRS[pair], "-o", out], limit=limit)

@@ -50,7 +50,7 @@ if __name__ == "__main__":
     for radius in (1000.0, 3000.0, 10000.0):
         ready = scan.contact.assign_pair(sphere_radius=radius, materials="glass")
         pulls = roughxr.rolling(ready, directions=8, subregions=(3, 3))
-        text = roughxr.detachment.to_dem(pulls, code="lammps", classes=1)
+        text = roughxr.particles.to_dem(pulls, code="lammps", classes=1)
         lines = [line for line in text.splitlines() if line.startswith(("group", "fix"))]
         handed = float(pulls["pull_off_force"].mean())
         length = (handed**2 / (float(ready["contact_modulus"]) ** 2 * radius)) ** (1 / 3)

@@ -49,7 +49,7 @@ GROUPS = {
         ]
     },
     "adhesion": {
-        "roughxr/kernels/adhesion/smooth_laws.py roughxr/kernels/adhesion/smooth_path.py": [
+        "roughxr/kernels/adhesion/traction_laws.py roughxr/kernels/adhesion/path.py": [
             "smooth_parts",
             "single_cells",
             "adhesive",

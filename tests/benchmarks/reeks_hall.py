@@ -30,7 +30,7 @@ from scipy.special import ndtr
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import roughxr
-from roughxr import detachment
+from roughxr import particles
 
 WORK, ROUGHNESS, WAVES, SIDE = 0.56, (5.0, 20.0, 50.0), 10_000.0, 20_000.0
 BODIES = {"young_modulus": (380.0, 207.0), "poisson_ratio": (0.22, 0.30), "work_of_adhesion": WORK}
@@ -57,9 +57,9 @@ def half_and_spread(speeds, fractions):
 
 def by_the_fit(radius, speeds):
     """Return the fraction left by Rock'n'Roll with Biasi's reduction."""
-    values, weights = detachment.biasi_adhesion(radius).nodes()
+    values, weights = particles.biasi_adhesion(radius).nodes()
     adhesion = values * 1.5 * np.pi * WORK * radius
-    return detachment.rock_n_roll(speeds, radius=radius, adhesion=adhesion, weights=weights)[:, 0]
+    return particles.rock_n_roll(speeds, radius=radius, adhesion=adhesion, weights=weights)[:, 0]
 
 
 def grounds(pixels):
@@ -78,7 +78,7 @@ def computed(scan, radius, speeds):
     places = roughxr.resting(pair, landings=(8, 8), on=catalogue)
     rested = roughxr.rolling(catalogue, directions=12, subregions=places)
     pull = held.pull_off_force.dropna("subregion").values
-    adhesion = detachment.rock_n_roll(speeds, radius=radius, adhesion=pull)[:, 0]
+    adhesion = particles.rock_n_roll(speeds, radius=radius, adhesion=pull)[:, 0]
     flow = {"friction_velocity": speeds, "particle_density": 3960}
     return adhesion, [(roughxr.resuspension(one, **flow), one) for one in (held, rested)]
 
@@ -100,7 +100,7 @@ def describe(rms, scan, held, words):
     """Print what the ground is, and what was computed on it."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "fit: each place counts as one")  # the law is of places here
-        numbers = detachment.parameters(held)
+        numbers = particles.parameters(held)
     slope = float(scan.contact.roughness(spectra=False).s_dq)
     print(
         f"  rms {rms:g} nm, {words} (slope {slope:.2f}): pull-off over smooth {float(numbers.adhesion_mean):.4f}, "
@@ -122,7 +122,7 @@ def compare(diameter, runs, surfaces, ax=None):
         for words, (own, held) in zip(("landed", "at rest"), both):
             curves[f"all computed, {words}, rms {rms:g} nm"] = own.remaining.values[:, 0]
             describe(rms, scan, held, words)
-    law = detachment.biasi_adhesion(radius)
+    law = particles.biasi_adhesion(radius)
     print(f"  Biasi's: pull-off over smooth {law.mean:.4f}, spread {law.spread:.2f}; lever over radius 0.0100")
     for words, fractions in curves.items():
         told(words + (f" (rms off by {off_by(fractions, runs):.2f})" if runs else ""), SPEEDS, fractions)

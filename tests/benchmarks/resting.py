@@ -25,7 +25,7 @@ import xarray as xr
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import roughxr
-from roughxr import detachment
+from roughxr import particles
 
 BODIES = {"sphere_radius": 3000.0, "young_modulus": 75.0, "poisson_ratio": 0.22, "work_of_adhesion": 0.1}
 GRID, SPEEDS, FLOWS = (8, 8), (0.05, 0.1, 0.2, 0.5), (0.0, 0.2, 1.0, 10.0)
@@ -79,7 +79,7 @@ def compare(name, scan):
         held = roughxr.rolling(catalogue, directions=24, subregions=where)
         critical = roughxr.critical_load(held)["critical_friction_velocity"].values
         told(words, held, critical, held)
-    found = detachment.leaving(catalogue, at_rest)
+    found = particles.leaving(catalogue, at_rest)
     share = found["landing_share"].values
     rocks, leaves = (found[f"{kind}_friction_velocity"].values for kind in ("critical", "leaving"))
     moments = [median(found[f"{where}_moment"].values, share) for where in ("rest", "pass")]

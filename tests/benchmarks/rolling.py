@@ -22,7 +22,7 @@ import numpy as np
 import xarray as xr
 
 import roughxr
-from roughxr import detachment
+from roughxr import particles
 
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
 
@@ -69,7 +69,7 @@ def afterwards(held, repeat):
     steps = {
         "critical flow": lambda: held.contact.critical_load(),
         "fraction left at 40 speeds, 399 resamples": lambda: held.contact.resuspension(friction_velocity=speeds),
-        "parameters of other codes": lambda: detachment.parameters(held),
+        "parameters of other codes": lambda: particles.parameters(held),
     }
     for words, step in steps.items():
         step()
@@ -111,7 +111,7 @@ def from_pressures(scan):
     states = pair.contact.adhesive(delta=deltas, fields=True, subregions=places, **how)
     own = states.contact.rolling()
     superposed = pair.contact.rolling(subregions=places)
-    summed = detachment.with_pull_off(superposed, states)
+    summed = particles.with_pull_off(superposed, states)
     print("moments of the simulation's states over superposed ones at its pull-off, median of directions:")
     for k, one in enumerate((own.resisting_moment / summed.resisting_moment).median("direction").values):
         cells = float(own.contact_area[k]) / (float(scan.x[1] - scan.x[0]) / 2) ** 2

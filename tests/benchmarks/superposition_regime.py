@@ -32,7 +32,7 @@ from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.estimates import tabor
-from roughxr.contact.rigid_bodies import rigid
+from roughxr.contact.rigid.bodies import rigid
 from roughxr.scans.synthetic import self_affine
 from roughxr.statistics import smooth_pull_off
 

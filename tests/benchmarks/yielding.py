@@ -25,8 +25,8 @@ import numpy as np
 
 import roughxr
 from roughxr.contact import reference
-from roughxr.kernels.adhesion import smooth_laws
-from roughxr.kernels.adhesion.smooth_path import follow_smooth
+from roughxr.kernels.adhesion import traction_laws as smooth_laws
+from roughxr.kernels.adhesion.path import follow_smooth
 from roughxr.kernels.halfspace.load_control import loaded_arrays
 from roughxr.kernels.halfspace.products import coefficients_for
 from roughxr.kernels.halfspace.yielding import residual_heights

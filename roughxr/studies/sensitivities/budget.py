@@ -23,7 +23,7 @@ import xarray as xr
 from ...asperity.catalogue import asperities
 from ...contact.adhesion import adhesive
 from ...contact.mesh import Mesh, mesh_of
-from ...contact.rigid_bodies import rigid
+from ...contact.rigid.bodies import rigid
 from ...scans import regions, self_affine_fit
 from ...scans.tip import tip_flags
 from ...statistics import bootstrap

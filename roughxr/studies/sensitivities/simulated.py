@@ -15,8 +15,8 @@ import numpy as np
 import xarray as xr
 
 from ...contact.adhesion import settling
+from ...contact.batch import cases_at, pull_offs
 from ...contact.cycle import EDGED, bearing_cell
-from ...contact.many_cases import cases_at, pull_offs
 from ...contact.mesh import MOST_REFINED, Mesh
 from ...jobs.progress import say
 from ...statistics.sampling import shares

@@ -11,7 +11,7 @@ import xarray as xr
 from ...asperity.catalogue import asperities
 from ...asperity.superposition import superpose
 from ...bodies.liquid import menisci_of, work_of
-from ...bodies.materials import elastic
+from ...bodies.pair import elastic
 from ...scans.tip import tip_flags
 from ...statistics import bootstrap, pull_off
 from ...vocabulary import schema

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ...bodies.liquid import work_of
-from ...bodies.materials import range_of
+from ...bodies.pair import range_of
 from ...contact.adhesion import adhesive
 from ...contact.mesh import COARSE, Mesh, mesh_of
 from ...scans import regions

@@ -1,0 +1,1 @@
+"""`rigid`: bodies too stiff to deform."""

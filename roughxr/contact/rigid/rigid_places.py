@@ -1,0 +1,217 @@
+"""Rigid bodies at given places: one task for each, with the pull at all displacements."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...jobs import lazy as parallel
+from ...jobs.records import Layout, labelled
+from ...kernels.adhesion import potentials
+from ...kernels.adhesion import rigid as kernels
+from ...kernels.halfspace import displacement_control
+from .. import menisci
+from ..problem import Place, Problem, Surface, places, surface_at
+from ..solving import fields_of, put_fields, window_axes
+from .attraction import BEYOND_EDGE, NEAREST_GAPS, Options, largest_pull, reach_of
+
+#: Gap, in units of the law's length, up to which a cell counts as in contact.
+_TOUCHING = 2.0
+
+#: Displacements (nm, from first touch) at which an elastic approach is followed.
+_DEPTHS = np.geomspace(0.003, 30.0, 41)
+
+_EVENTS = {
+    "pull_off_force": float,
+    "pull_off_delta": float,
+    "touch_delta": float,
+    "pull_beyond_contact": float,
+    "cell_error": float,
+    "truncated": bool,
+    "converged": bool,
+}
+
+#: The same of condensed liquid.
+_OF_LIQUID = {"meniscus_error": float, "work_of_separation": float}
+
+
+def at_places(specimen, positions, problem, options, *, fields) -> xr.Dataset:
+    """Return the curves and events at given places."""
+    found, shape = places(specimen, positions, reach_of(specimen, problem))
+    cells = problem.refine * shape[0], problem.refine * shape[1]
+    wet = {} if options.menisci is None else _OF_LIQUID
+    layout = Layout({"delta": problem.steps}, {"force": float}, _EVENTS | wet, cells if fields else None)
+    mean = specimen.heights.mean()
+    arguments = [(*place, mean) for place in found]
+    shared = problem, layout, options
+    records = parallel.spread(_place, arguments, layout.dtype, *shared, name="rigid", lazy=specimen.lazy)
+    out = labelled(records, layout, specimen.bodies, positions)
+    return out.assign_coords(window_axes([place.window for place in found], problem, cells)) if fields else out
+
+
+class _Setting(NamedTuple):
+    """The indenter and the surface at one place, and the law between them."""
+
+    surface: Surface
+    ground: float  # nm below the datum, the mean plane beyond the window
+    rectangle: tuple[float, float, float, float]  # sides of the window from the centre, nm
+    problem: Problem
+    options: Options
+    cells: kernels.Cells
+
+    def pulls(self, deltas: np.ndarray) -> np.ndarray:
+        """Return the pull (nN) at displacements (nm below the datum)."""
+        o = self.options
+        inside = kernels.pulls(self.surface.separation, self.cells, deltas, o.law, kernels.floor(o.law), o.area)
+        return inside + self.beyond(deltas)
+
+    def beyond(self, deltas: np.ndarray) -> np.ndarray:
+        """Return the part of the pull (nN) that comes from beyond the window."""
+        indenter, o = self.problem.indenter, self.options
+        if indenter.map is not None:
+            return np.zeros(deltas.size)
+        return kernels.outside(self.ground - deltas, o.law, indenter.radius, indenter.parabola, self.rectangle)
+
+    def touch(self) -> float:
+        """Return the displacement (nm below the datum) of first touch."""
+        return float(self.surface.separation.min())
+
+
+def _place(height, datum, window, ends, mean, problem, layout, options) -> np.ndarray:
+    """Solve one place; the function that a task runs."""
+    surface = surface_at(Place(height, datum, window, ends), problem)
+    low = [-(first + problem.pixel * (lost - 0.5)) for first, lost in zip(window.origin, window.missing)]
+    sides = [(a, n * problem.pixel - a) for a, n in zip(low, height.shape)]
+    rectangle = tuple(max(side, 1e-6) for pair in sides for side in pair)
+    here = _Setting(
+        surface, float(datum) - float(mean), rectangle, problem, options, kernels.cells(surface.separation, options.law)
+    )
+    record, deltas = layout.blank(), problem.steps + surface.zero
+    closest, pull = {"cut_off": _cut_off, "hardness": _flattened, "elastic": _elastic}[options.limit](here)
+    record["converged"] = np.isfinite(pull[0])
+    within = deltas <= closest + 1e-9
+    record["force"][within] = -here.pulls(deltas[within])
+    if options.menisci is not None:
+        _put_liquid(record, here, *pull, deltas, within)
+    record["touch_delta"] = here.touch() - surface.zero
+    record["pull_off_force"], record["pull_off_delta"] = pull[0], pull[1] - surface.zero
+    if options.limit == "cut_off" and options.law.closest is not None:
+        exact = here.pulls(np.array([pull[1] - touches_earlier(surface.separation)]))[0]
+        record["cell_error"] = pull[0] / exact - 1 if exact > 0 else np.nan
+    if record["converged"]:
+        record["pull_beyond_contact"] = 1 - _touching(here, pull[1]) / pull[0]
+        record["truncated"] = any(ends) and here.beyond(np.array([pull[1]]))[0] > BEYOND_EDGE * pull[0]
+    if layout.window is not None:
+        put_fields(record, surface, _fields(here, np.where(within, deltas, np.nan)))
+    return record
+
+
+def _put_liquid(record, here: _Setting, pull: float, turned: float, deltas, within) -> None:
+    """Put the error of thin menisci into a record, the work of drawing off and, where that is fast, the forces."""
+    o, separation, wet = here.options, here.surface.separation, here.options.menisci
+    assert wet is not None
+    record["meniscus_error"] = menisci.relative_error(here.cells, turned, o.law, wet, here.problem.dx, pull)
+    if o.limit == "cut_off" and not o.fast:
+        record["work_of_separation"] = menisci.slow_work(separation, turned, o.law, o.area)
+    elif o.limit == "cut_off":
+        found = menisci.bridges(here.cells, turned, o.law, wet, o.area)
+        record["work_of_separation"] = found.work(separation, here.cells)
+        back = within & (deltas <= turned)
+        record["force"][back] = -found.pulls(separation, here.cells, deltas[back]) - here.beyond(deltas[back])
+
+
+def touches_earlier(separation: np.ndarray) -> float:
+    """Return by how much (nm) bodies touch before the lowest middle of a cell does: the parabola's through its nine.
+
+    Examples
+    --------
+    >>> x = np.arange(5.0) - 2.3
+    >>> round(touches_earlier(x[:, None] ** 2 + (x - 0.2) ** 2), 6)
+    0.34
+    """
+    i, j = np.unravel_index(np.argmin(separation), separation.shape)
+    if not (0 < i < separation.shape[0] - 1 and 0 < j < separation.shape[1] - 1):
+        return 0.0
+    near = separation[i - 1 : i + 2, j - 1 : j + 2]
+    if not np.isfinite(near).all():
+        return 0.0
+    slope = 0.5 * np.array([near[2, 1] - near[0, 1], near[1, 2] - near[1, 0]])
+    bend = np.array([near[2, 1] + near[0, 1], near[1, 2] + near[1, 0]]) - 2 * near[1, 1]
+    mixed = 0.25 * (near[2, 2] - near[2, 0] - near[0, 2] + near[0, 0])
+    if bend[0] * bend[1] <= mixed**2 or bend[0] <= 0:
+        return 0.0
+    matrix = np.array([[bend[0], mixed], [mixed, bend[1]]])
+    return float(0.5 * slope @ np.linalg.solve(matrix, slope))
+
+
+def _touching(here: _Setting, delta: float) -> float:
+    """Return the part of the pull (nN) from cells in contact, or close enough to count as such."""
+    o = here.options
+    gap = np.maximum(here.surface.separation.ravel() - delta, kernels.floor(o.law))
+    near = gap[gap < _TOUCHING * o.law.length]
+    return o.area * float(potentials.tractions(near, o.law).sum())
+
+
+def _fields(here: _Setting, deltas: np.ndarray) -> dict[str, np.ndarray]:
+    """Return pressures and gaps on the window; rigid bodies have no displacement field."""
+    law = here.options.law
+    gap = np.maximum(here.surface.separation - deltas[:, None, None], kernels.floor(law))
+    pressure = -potentials.tractions(np.minimum(gap, 1e12).ravel(), law).reshape(gap.shape)
+    return {"pressure": pressure, "displacement": np.where(np.isnan(gap), np.nan, 0.0), "gap": gap}
+
+
+def _cut_off(here: _Setting) -> tuple[float, tuple[float, float]]:
+    """Return the displacement of closest approach, and the largest pull with its displacement."""
+    law = here.options.law
+    if law.closest is not None:
+        closest = here.touch() - kernels.floor(law)
+        return closest, (float(here.pulls(np.array([closest]))[0]), closest)
+    deltas = here.touch() - law.length * NEAREST_GAPS
+    force, delta = map(float, largest_pull(deltas, here.pulls(deltas)))
+    return np.inf, (force, delta)
+
+
+def _flattened(here: _Setting) -> tuple[float, tuple[float, float]]:
+    """Return closest approach and largest pull where flattened summits bear the pull at the hardness."""
+    from scipy.optimize import brentq
+
+    o, start = here.options, here.touch() - kernels.floor(here.options.law)
+    lowest = np.sort(here.surface.separation[np.isfinite(here.surface.separation)]) - here.touch()
+    areas = o.area * np.arange(lowest.size)
+
+    def lacking(depth):
+        return float(here.pulls(np.array([start + depth]))[0]) - o.hardness * np.interp(depth, lowest, areas)
+
+    if lacking(float(lowest[-1])) > 0:  # not even the whole window, flattened, bears the pull
+        return np.nan, (np.nan, np.nan)
+    depth = brentq(lacking, 0.0, float(lowest[-1]), xtol=1e-9)
+    return start + depth, (float(here.pulls(np.array([start + depth]))[0]), start + depth)
+
+
+def _elastic(here: _Setting) -> tuple[float, tuple[float, float]]:
+    """Return closest approach and largest pull, at least the rigid one, where summits deform under the attraction."""
+    law, problem = here.options.law, here.problem
+    start, pulls, solved = here.touch(), [], []
+    deltas = start + _DEPTHS
+    limits = {"tolerance": 1e-6, "max_iterations": 5000}
+    separation, half_space = here.surface.separation, (problem.dx, problem.contact_modulus)
+    for delta in deltas:
+        states, pressure = displacement_control.sweep_arrays(
+            separation, np.array([delta]), *half_space, keep=1, **limits
+        )[:2]
+        gap = fields_of(pressure, here.surface, np.array([delta]), problem)["gap"] + kernels.floor(law)
+        open_gap = gap[(np.asarray(pressure).reshape(gap.shape) == 0) & np.isfinite(gap)]
+        attraction = here.options.area * potentials.tractions(open_gap, law).sum()
+        solved.append(states[0, displacement_control.STATUS] == displacement_control.CONVERGED)
+        pulls.append(float(attraction + here.beyond(np.array([delta]))[0] - states[0, displacement_control.FORCE]))
+        if pulls[-1] < 0.5 * max(pulls):
+            break
+    rigid_pull = float(here.pulls(np.array([start - kernels.floor(law)]))[0])
+    best = int(np.argmax(pulls))
+    if not all(solved):  # the largest may be one of these
+        return start - kernels.floor(law), (np.nan, np.nan)
+    if pulls[best] <= rigid_pull:
+        return start - kernels.floor(law), (rigid_pull, start - kernels.floor(law))
+    return start - kernels.floor(law), (pulls[best], float(deltas[best]))

@@ -1,0 +1,182 @@
+"""The pull-off at one place of a surface whose roughness is continued below what its scan shows.
+
+The few cells within reach lie in patches far apart. They are found on coarse cells with the longer waves, then only
+where shorter ones may still touch; patches are moved together, but for a distance at which they hardly interact.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..kernels.adhesion import path as path
+from ..kernels.topography.random_surface import bands, rms_of, sum_of
+from .cycle import bearing_cell, cycles_on, largest_pull, reach_of_law, reached
+from .problem import Surface
+
+#: Cells along the shortest wave, and on the meshes on which the cells within reach are looked for.
+PER_WAVE, _COARSE_PER_WAVE = 8.0, 3.0
+
+#: Cells need not be smaller than this (nm), as long as the shortest wave has four: such short waves are low.
+_LEAST_CELL = 0.5
+
+#: Factor from the shortest wave of one such mesh to the next.
+_WAVE_FACTOR = 3.0
+
+#: Lengths of the law beyond which its pull is not counted: a part of 0.4 % of the largest.
+_REACH_OF_LAW = 5.5
+
+#: Standard deviations of the waves that are still missing by which a place may rise.
+_RISE_DEVIATIONS = 3.0
+
+#: Patches keep the distance at which their pull lifts the surface by at most this part of the range.
+_ELASTIC_LIFT = 0.3
+
+#: A preload that is not reached is looked for this factor deeper, at most so many times.
+_DEPTH_FACTOR, _MOST_DEPTHS = 2.0, 6
+
+#: Cells (nm) on which the surface that the scan shows is looked at first, and at most so many of them along a side.
+_FIRST_CELL, _MOST_FIRST_CELLS = 4.0, 400
+
+
+class Below(NamedTuple):
+    """The surface that a place is solved on: what the scan shows, and the waves that are added."""
+
+    spectrum: Any  # with ``at(q)``, C(q), nm⁴, and ``of(kx, ky)`` in a direction
+    longest: float  # nm, of the waves that are added
+    shortest: float  # nm
+
+
+class Patch(NamedTuple):
+    """The heights around one place."""
+
+    height: np.ndarray  # (nx, ny), nm
+    first: tuple[float, float]  # nm, x and y of the first pixel
+    pixel: float  # nm
+    centre: tuple[float, float]  # nm
+
+
+def pull_off_below(height, first, pixel, centre, seed, depth, pull, problem, adhesion, below) -> np.ndarray:
+    """Return the pull-off (nN) at a place, and how deep (nm beyond first contact) the preload is met; a task."""
+    patch = Patch(height, first, pixel, centre)
+    for _ in range(_MOST_DEPTHS):
+        surface, cell = _surface(patch, int(seed), float(depth), float(pull), problem, adhesion, below)
+        here = problem._replace(steps=np.array([depth]), pixel=cell, refine=1)
+        found = cycles_on(surface, here, adhesion)
+        followed = found.paths[0]
+        if reached(followed, adhesion, 0) or followed.status != path.CONVERGED:
+            break
+        depth = depth * _DEPTH_FACTOR
+    if not (followed.turn and reached(followed, adhesion, 0)):
+        return np.full(2, np.nan)
+    return np.array([largest_pull(found, 0), followed.states["delta"][followed.turn - 1]])
+
+
+def _surface(patch, seed, depth, pull, problem, adhesion, below) -> tuple[Surface, float]:
+    """Return the separation on the cells within reach, inf on those in between, and the side of the cells."""
+    from scipy.interpolate import RectBivariateSpline
+
+    pixels = [first + patch.pixel * np.arange(size) for first, size in zip(patch.first, patch.height.shape)]
+    shown = RectBivariateSpline(*pixels, patch.height)
+    softest = bearing_cell(adhesion, problem.contact_modulus)
+    last = min(max(below.shortest / PER_WAVE, min(_LEAST_CELL, 2 * below.shortest / PER_WAVE)), softest)
+    within = depth + _REACH_OF_LAW * adhesion.length
+    if adhesion.liquid is not None:
+        alone = adhesion._replace(work=0.0)
+        within = max(within, depth + reach_of_law(alone, problem._replace(pixel=last, refine=1)))
+    apart = pull / (np.pi * problem.contact_modulus * _ELASTIC_LIFT * adhesion.span)
+
+    def separations(boxes, shortest):
+        waves = bands(below.spectrum.of, below.longest, shortest, seed)
+        aside = [(x - patch.centre[0], y - patch.centre[1]) for x, y in boxes]
+        heights = [shown(*box) + sum_of(waves, *box) for box in boxes]
+        return [problem.indenter.separation(one, 0.0, *off) for one, off in zip(heights, aside)]
+
+    cell = max(min(_FIRST_CELL, patch.pixel), patch.pixel * max(patch.height.shape) / _MOST_FIRST_CELLS)
+    boxes = [tuple(_between(axis[0] - 0.5 * patch.pixel, axis[-1] + 0.5 * patch.pixel, cell) for axis in pixels)]
+    wave, looked = below.longest, False
+    while not looked:
+        near = _near(
+            separations(boxes, wave), within + _RISE_DEVIATIONS * rms_of(below.spectrum.at, wave, below.shortest)
+        )
+        looked, wave = wave <= _WAVE_FACTOR * below.shortest, wave / _WAVE_FACTOR
+        finer = last if looked else min(cell, wave / _COARSE_PER_WAVE)
+        boxes = [one for box, part in zip(boxes, near) for one in _finer(box, part, cell, finer, apart)]
+        cell = finer
+    found = separations(boxes, below.shortest)
+    parts = [np.where(part, one, np.inf) for part, one in zip(_near(found, within), found)]
+    margin = int(np.ceil(apart / last)) + 1
+    sheet = _side_by_side([patch for part in parts for patch in _patches(part, margin)])
+    return Surface(sheet, float(sheet.min()), np.inf, (0, 0)), last
+
+
+def _near(separations: list[np.ndarray], within: float) -> list[np.ndarray]:
+    """Return where boxes come as near as this (nm) to the nearest of all."""
+    least = min(one.min() for one in separations)
+    return [one < least + within for one in separations]
+
+
+def _between(low: float, high: float, cell: float) -> np.ndarray:
+    """Return the middles of cells, on one lattice for all ranges."""
+    return cell * (np.arange(np.floor(low / cell), np.ceil(high / cell)) + 0.5)
+
+
+def _finer(box: tuple, near: np.ndarray, cell: float, finer: float, apart: float) -> list[tuple]:
+    """Return boxes of finer points around the coarser ones that are near, and a distance; no two share a point."""
+    around = _around(near, int(np.ceil(apart / cell)) + 1)
+    parts = _boxes_of(around)
+    while sum(around[part].size for part in parts) > around.sum():
+        for part in parts:
+            around[part] = True
+        parts = _boxes_of(around)
+    return [tuple(_within(axis[one], cell, finer) for axis, one in zip(box, part)) for part in parts]
+
+
+def _boxes_of(cells: np.ndarray) -> list[tuple[slice, slice]]:
+    """Return the boxes around what hangs together, also across corners."""
+    from scipy import ndimage
+
+    return ndimage.find_objects(ndimage.label(cells, np.ones((3, 3)))[0])
+
+
+def _within(points: np.ndarray, cell: float, finer: float) -> np.ndarray:
+    """Return the finer points inside a range of cells."""
+    low, high = points[0] - 0.5 * cell, points[-1] + 0.5 * cell
+    found = _between(low, high, finer)
+    return found[(found >= low) & (found < high)]
+
+
+def _around(near: np.ndarray, margin: int) -> np.ndarray:
+    from scipy import ndimage
+
+    return ndimage.maximum_filter(near, 2 * margin + 1, mode="constant")
+
+
+def _patches(separation: np.ndarray, margin: int) -> list[np.ndarray]:
+    """Return the patches of finite separation that are apart by more than two margins (cells), each with one around."""
+    from scipy import ndimage
+
+    padded = np.pad(separation, margin, constant_values=np.inf)
+    labels, _ = ndimage.label(_around(np.isfinite(padded), margin), np.ones((3, 3)))
+    boxes = enumerate(ndimage.find_objects(labels), 1)
+    return [np.where(labels[box] == label, padded[box], np.inf) for label, box in boxes]
+
+
+def _side_by_side(patches: list[np.ndarray]) -> np.ndarray:
+    """Return patches side by side, in rows about as long as all are together high."""
+    patches = sorted(patches, key=len, reverse=True)
+    width = max(int(np.sqrt(sum(one.size for one in patches))), *(one.shape[1] for one in patches))
+    rows: list[list[np.ndarray]] = [[]]
+    for one in patches:
+        if sum(other.shape[1] for other in rows[-1]) + one.shape[1] > width and rows[-1]:
+            rows.append([])
+        rows[-1].append(one)
+    out, low = np.full((sum(len(row[0]) for row in rows), width), np.inf), 0
+    for row in rows:
+        left = 0
+        for one in row:
+            out[low : low + len(one), left : left + one.shape[1]] = one
+            left += one.shape[1]
+        low += len(row[0])
+    return out

@@ -1,0 +1,272 @@
+"""One style for all figures: sized for one column, suitable for colour-blind readers and for print in grey.
+
+Data stay in the schema's units on every axis (nm, nN, GPa), so that figures can be drawn over one another;
+only the labels of ticks and axes change to a larger unit (µm, µN) where numbers would be long.
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+import textwrap
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from ..vocabulary import schema
+from ..vocabulary.numbers import SUPERSCRIPTS
+from ..vocabulary.verbs import verb
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+else:
+    Axes = Any  # matplotlib is imported once something is drawn
+
+#: Several of them, as matplotlib's ``subplots`` returns them.
+Panels: TypeAlias = Sequence[Axes] | np.ndarray
+
+#: Width of one column, and of two, inches.
+COLUMN, PAGE = 85 / 25.4, 175 / 25.4
+
+#: Font sizes in points: tick labels and small print; axis labels and legends; titles.
+SMALL, TEXT, TITLE = 6.5, 7.0, 8.0
+
+#: Replace the user's settings while a figure is drawn, and are restored after it.
+SETTINGS = {
+    "font.size": TEXT,
+    "axes.labelsize": TEXT,
+    "axes.titlesize": TEXT,
+    "axes.titlelocation": "left",
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": False,
+    "lines.linewidth": 1.3,
+    "lines.markersize": 4.0,
+    "legend.fontsize": SMALL,
+    "legend.frameon": False,
+    "legend.handlelength": 2.6,
+    "figure.dpi": 150,
+    "figure.facecolor": "white",
+    "figure.titlesize": TITLE,
+    "figure.autolayout": False,
+    "figure.constrained_layout.use": False,
+    "image.interpolation": "auto",
+}
+
+#: Blue, orange, green, vermilion and purple of seaborn's "colorblind" palette, then black and grey.
+BLUE, ORANGE, GREEN, VERMILION, PURPLE, BLACK, GREY = (
+    "#0173b2",
+    "#de8f05",
+    "#029e73",
+    "#d55e00",
+    "#cc78bc",
+    "#222222",
+    "#8a8a8a",
+)
+
+#: Line styles in order of use: distinct by dashes as well as by colour.
+STROKES = (
+    {"color": BLUE, "linestyle": "-"},
+    {"color": ORANGE, "linestyle": (0, (5, 1.6))},
+    {"color": GREEN, "linestyle": (0, (5, 1.4, 1, 1.4))},
+    {"color": PURPLE, "linestyle": (0, (1, 1.1))},
+    {"color": BLACK, "linestyle": (0, (7, 1.5, 1, 1.5, 1, 1.5))},
+)
+
+#: Units that are replaced by the thousandfold (areas by the millionfold) where values are large.
+_LARGER = {"nm": ("µm", 1e3), "nN": ("µN", 1e3), "nm2": ("µm2", 1e6)}
+
+
+class Unit(NamedTuple):
+    """The text in an axis' brackets, and its size in the schema's units."""
+
+    text: str
+    size: float
+
+    def formatter(self):
+        """Return a formatter of ticks that shows data in this unit."""
+        from matplotlib.ticker import FuncFormatter
+
+        class Alike(FuncFormatter):
+            """Show all ticks of a linear axis with the same number of decimals."""
+
+            decimals = None
+
+            def set_locs(self, locs):
+                axis: Any = self.axis
+                linear = axis is None or axis.get_scale() == "linear"
+                self.decimals = decimals(np.asarray(locs) / size) if linear and len(locs) else None
+
+        def words(value, _):
+            number = value / size
+            text = f"{number:.6g}" if shown.decimals is None else f"{number:.{shown.decimals}f}"
+            return text.replace("-", "−")
+
+        size, shown = self.size, Alike(words)
+        return shown
+
+
+def log_ticks(axis, subs: tuple[int, ...] = (1, 2, 5)) -> None:
+    """Put labelled ticks on a logarithmic axis that spans a decade or two, and no powers of ten between them."""
+    from matplotlib.ticker import LogLocator
+
+    axis.set_major_locator(LogLocator(subs=subs))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter("")
+
+
+def styled(function: Callable) -> Callable:
+    """Return a verb that draws in this module's style, after which the caller's rcParams are restored."""
+    draw = verb(function)
+
+    @functools.wraps(draw)
+    def inside(*arguments: Any, **options: Any):
+        with _settings():
+            drawn = draw(*arguments, **options)
+            if options.get("ax") is None:
+                settle(drawn)
+            return drawn
+
+    return inside
+
+
+@contextmanager
+def _settings() -> Iterator[None]:
+    """Apply this module's settings within the block; matplotlib's rc_context would also reset a notebook's backend."""
+    import matplotlib
+
+    rcParams: Any = matplotlib.rcParams
+    before = {name: rcParams[name] for name in SETTINGS}
+    rcParams.update(SETTINGS)
+    try:
+        yield
+    finally:
+        rcParams.update(before)
+
+
+def settle(drawn: Any):
+    """Lay a new figure out once: constrained layout makes room beside maps of equal scale only the second time."""
+    figure = drawn if hasattr(drawn, "draw_without_rendering") else np.ravel(drawn)[0].figure
+    layout = figure.get_layout_engine()
+    if layout and any(ax.get_aspect() != "auto" for ax in figure.axes):
+        layout.execute(figure)
+
+
+@contextmanager
+def laid_out(figure, dpi: float) -> Iterator[None]:
+    """Lay a figure out for so many dots per inch, and leave it so within the block."""
+    layout, before = figure.get_layout_engine(), figure.dpi
+    if layout is None:
+        yield
+        return
+    figure.dpi = dpi
+    layout.execute(figure)
+    figure.dpi = before
+    with _settings():
+        figure.set_layout_engine(None)
+    try:
+        yield
+    finally:
+        figure.set_layout_engine(layout)
+
+
+def stroke(order: int) -> dict[str, Any]:
+    """Return the colour and dashes of the ``order``-th line of a figure."""
+    return dict(STROKES[order % len(STROKES)])
+
+
+def tidy(ax):
+    """Return the Axes with small ticks; these are made late, after the settings have been restored."""
+    ax.tick_params(which="major", labelsize=SMALL, width=0.6, length=2.5, pad=2)
+    ax.tick_params(which="minor", width=0.4, length=1.5)
+    return ax
+
+
+def axes(ax=None, *, aspect: float = 0.72):
+    """Return ``ax``, or the Axes of a new pyplot figure of one column's width."""
+    return ax if ax is not None else panels(None, 1, 1, aspect=aspect)[0]
+
+
+def panels(ax: Any, rows: int, columns: int, *, aspect: float, width: float = COLUMN, **options: Any):
+    """Return the given sequence of Axes, or those of a new pyplot figure of a width (inches), as a flat array."""
+    if ax is not None:
+        given = np.asarray(ax, dtype=object).ravel()
+        if given.size != rows * columns:
+            raise ValueError(f"ax: expected {rows * columns} Axes, found {given.size}")
+        return given
+    from matplotlib import pyplot
+
+    size = (width, aspect * width)
+    _, made = pyplot.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False, **options)
+    for one in made.flat:
+        tidy(one)
+    return made.ravel()
+
+
+def decimals(values: np.ndarray) -> int | None:
+    """Return the number of decimals that show the values distinct and in full, None for more than six."""
+    fits = (k for k in range(7) if np.allclose(np.round(values, k), values, rtol=1e-6, atol=0))
+    return next(fits, None)
+
+
+def display_unit(units: str, largest: float) -> Unit:
+    """Return the unit in which to show values up to ``largest`` (in ``units``)."""
+    text, size = _LARGER.get(units, (units, np.inf))
+    return Unit(text, size) if largest >= size else Unit(units, 1.0)
+
+
+def in_words(name: str, unit: Unit | None = None) -> str:
+    """Return the schema's label of a name, with its unit as printed in a book."""
+    label = schema.axis_label(name)
+    if unit is not None and unit.text not in ("1", ""):
+        label = f"{schema.VARIABLES[name].long_name} [{unit.text}]"
+    return superscripts(label)
+
+
+def superscripts(text: str) -> str:
+    """Return ``text`` with the exponents in its brackets raised, as in nm⁻¹."""
+    raised = lambda found: found.group().translate(SUPERSCRIPTS)  # noqa: E731
+    return re.sub(r"\[.*\]", lambda bracket: re.sub(r"(?<=[A-Za-zµ])-?\d+", raised, bracket.group()), text)
+
+
+def label_axis(axis, name: str) -> Unit:
+    """Label a matplotlib axis from the schema, in a unit that suits its range; return that unit."""
+    unit = display_unit(schema.VARIABLES[name].units, float(np.abs(axis.get_view_interval()).max()))
+    axis.set_label_text(in_words(name, unit))
+    round_ticks(axis)
+    if unit.size != 1.0:
+        axis.set_major_formatter(unit.formatter())
+    return unit
+
+
+def round_ticks(axis):
+    """Let a linear axis count in steps of one, two or five."""
+    from matplotlib.ticker import MaxNLocator
+
+    locator = axis.get_major_locator()
+    if isinstance(locator, MaxNLocator):
+        locator.set_params(steps=[1, 2, 5, 10])
+
+
+def fold_labels(ax, x: int, y: int):
+    """Return the Axes with its axis labels wrapped to lines of so many letters, for small panels."""
+    for axis, letters in ((ax.xaxis, x), (ax.yaxis, y)):
+        axis.set_label_text("\n".join(textwrap.wrap(axis.get_label_text(), letters)))
+    return ax
+
+
+def label_axes(ax, x: str, y: str):
+    """Return the Axes with both axes labelled from the schema."""
+    label_axis(ax.xaxis, x)
+    label_axis(ax.yaxis, y)
+    return ax
+
+
+def legend(ax, **options: Any):
+    """Return the Axes with a legend of its labelled artists, if there are any."""
+    if ax.get_legend_handles_labels()[1]:
+        ax.legend(**options)
+    return ax

@@ -1,0 +1,392 @@
+"""Equilibrium at one displacement: p + t(g) = 0 where surfaces attract, g = 0 and p + t(0) ≥ 0 where they touch.
+
+The gap of every cell follows from the pressures, g = S − δ + A p. Either of two steps improves a guess, each by one
+linear system (``newton_system``):
+
+Newton's       linearises t as well. It converges quadratically near the solution, and is taken where it lowers the
+               potential, which follows without another product.
+tangent        holds t fixed (τ = 0). As the energy of adhesion −W(u) is concave, the energy with the tangent in place
+               of −W is an upper bound, so that its minimum is a descent from any state ("convex-concave procedure",
+               Yuille & Rangarajan 2003). This step leads from the end of a branch to the next branch.
+
+After either step, the attracting cells get the traction at their new gap. Cells so far apart that their traction hardly
+changes with the gap (``_SMALLEST_SLOPE``) are left out of the systems, and their tractions updated with their gaps.
+
+Gaps are computed by transforms in single precision, until the residual is so small that their rounding would matter.
+Unit cells and unit modulus.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..halfspace.active_set import PATIENCE, gather_cells
+from ..halfspace.active_set import solve as solve_contact
+from ..halfspace.products import displace
+from ..halfspace.transforms import Convolution, convolve
+from ..jit import kernel
+from .newton_system import near_cells, solve, workspace
+from .traction_laws import SmoothLaw, remaining_work, traction
+
+#: Cells are left out of the linear systems if their traction falls by at most this part of the cell's own stiffness.
+_SMALLEST_SLOPE = 1e-3
+
+#: Residual, over the largest traction, above which only tangent steps are taken, and below which gaps are exact.
+_TANGENT_RESIDUAL, _EXACT_RESIDUAL = 1.0, 1e-3
+
+#: A Newton step is too long if it opens a gap by more than this many lengths of the law.
+_LARGEST_OPENING = 3.0
+
+#: Largest number of products for a linear system, and the part to which its residual is reduced.
+_MOST_PRODUCTS, _SYSTEM_TOLERANCE = 12, 0.2
+
+#: Where a step is no descent direction, the linearised slope of the tractions is multiplied by this factor, again and
+#: again, until less than ``_LEAST_SLOPE`` of it is left, and then dropped. These systems start from the directions of
+#: the one before, which saves a fifth of all work, until no more than ``_LARGEST_UNSOLVED`` of the right side is left.
+_SLOPE_PART, _LEAST_SLOPE, _LARGEST_UNSOLVED = 0.85, 0.3, 0.3
+
+#: When Newton's method is given up: number of rounds without progress, and residual. Progress is a residual that falls
+#: to the first part of the least, or a potential that falls by the second part of w of one cell. While the front of a
+#: contact runs, residuals rise and fall, and only the potential tells that it gets on: counting it saves a fifth of the
+#: work of whole cycles, and half of that where contacts jump.
+_STAGNANT_ROUNDS, _DIVERGED_RESIDUAL = 6, 6.0
+_RESIDUAL_FALL, _POTENTIAL_FALL = 0.7, 0.004
+
+#: Number of rounds after which a state is given up, and one near the guess.
+_MOST_ROUNDS, _MOST_ROUNDS_NEAR = 1000, 30
+
+#: The residual is relative to this part of the largest pressure, if that is more than the largest attraction.
+_PRESSURE_SCALE = 0.1
+
+#: Number of tangent steps at the start where that is the case.
+_FIRST_TANGENT_STEPS = 2
+
+#: With attraction held fixed, gaps are closed to this part of the largest traction, with at most so many products.
+_OVERLAP_TOLERANCE, _OVERLAP_PRODUCTS = 0.01, 200
+
+#: Weight of a gap (nm) relative to a pressure (nm) in deciding whether a cell touches.
+_GAP_WEIGHT = 0.5
+
+
+class BoxProblem(NamedTuple):
+    """The input of a solve on a box, and its work space."""
+
+    separation: np.ndarray  # (nx, ny) S, nm, inf where there is nothing to touch
+    coefficients: np.ndarray
+    law: SmoothLaw
+    tolerance: float
+    exact: Convolution  # of the whole box
+    quick: Convolution
+    first: tuple[int, int]  # origin of the part of the box that contains the cells of the linear systems
+    product: Convolution  # with A, on that part
+    inverse: Convolution  # with the periodic inverse of A
+
+
+class ContactState(NamedTuple):
+    """Pressures, gaps and contact of a body."""
+
+    pressure: np.ndarray  # (nx, ny) nm
+    gap: np.ndarray  # nm
+    touching: np.ndarray
+
+
+class Convergence(NamedTuple):
+    """Cost and accuracy of an equilibrium."""
+
+    rounds: int
+    products: int
+    residual: float  # over the largest traction
+    fine: bool
+
+
+def settle(body, delta, last, state, near=False):
+    """Bring ``state`` to equilibrium at a displacement (nm), starting from its own values or else from ``last``.
+
+    With ``near`` only Newton's method is used: a state that is not close to the guess is not searched.
+    """
+    out = _newton(body, delta, state, near)
+    products, rounds, steps = out.products, out.rounds, _FIRST_TANGENT_STEPS
+    if out.fine or out.residual == np.inf or near:
+        return out
+    anchor = ContactState(*(values.copy() for values in last))
+    while rounds < _MOST_ROUNDS:
+        products += _relax(body, delta, anchor, steps)
+        bound = energy(body.separation, body.law, delta, anchor)
+        for old, new in zip(anchor, state):
+            new[:] = old
+        out = _newton(body, delta, state, near)
+        products, rounds, steps = products + out.products, rounds + out.rounds + steps, 2 * steps
+        lower = energy(body.separation, body.law, delta, state) <= bound + 1e-3 * abs(bound)
+        if (out.fine and lower) or out.residual == np.inf:
+            break
+    return Convergence(rounds, products, out.residual, out.fine)
+
+
+def _newton(body, delta, state, near):
+    """Iterate until the residual is small enough, or has not fallen for long; unless ``near``, nor has the potential.
+
+    The residual is infinite where a cell touches beyond the part of the box in which systems are solved.
+    """
+    products, best, lowest, since, exact, worst = 0, np.inf, np.inf, 0, False, np.inf
+    most = _MOST_ROUNDS_NEAR if near else _MOST_ROUNDS
+    for turn in range(most):
+        exact = exact or worst < _EXACT_RESIDUAL
+        worst, potential = (_exact_residual if exact else _quick_residual)(body, delta, state)
+        if not exact and worst <= body.tolerance:
+            exact = True
+            worst, potential = _exact_residual(body, delta, state)
+        if exact and worst <= body.tolerance:
+            return Convergence(turn, products, worst, True)
+        falls = worst < _RESIDUAL_FALL * best or (not near and potential < lowest - _POTENTIAL_FALL * body.law.work)
+        since = 0 if falls else since + 1
+        best, lowest = worst if worst < _RESIDUAL_FALL * best else best, min(potential, lowest)
+        if since > _STAGNANT_ROUNDS or not worst < _DIVERGED_RESIDUAL:
+            return Convergence(turn, products, worst, False)
+        products += 1 + _improve(body, state, worst)
+    return Convergence(most, products, worst, False)
+
+
+def _relax(body, delta, state, steps):
+    """Take some tangent steps; return the number of products."""
+    held = np.zeros(state.gap.shape)
+    _hold(body, state, held)
+    _quick_gaps(body, delta, state)
+    return sum(_press(body, delta, state, held) for _ in range(steps))
+
+
+@kernel
+def _exact_residual(body, delta, state):
+    """Compute gaps in double precision, and which cells touch; return the largest residual, and the potential."""
+    displace(state.pressure, body.exact, state.gap)
+    _less_approach(body, delta, state)
+    return _classify(body, delta, state)
+
+
+@kernel
+def _quick_residual(body, delta, state):
+    """Do the same in single precision."""
+    _quick_gaps(body, delta, state)
+    return _classify(body, delta, state)
+
+
+@kernel
+def _hold(body, state, held):
+    """Set the pressure of each cell to the attraction at its gap, minus what presses where it touches."""
+    for i in range(held.shape[0]):
+        for j in range(held.shape[1]):
+            t = traction(max(state.gap[i, j], 0.0), body.law)[0]
+            before = held[i, j] if held[i, j] > 0.0 else t
+            presses = max(state.pressure[i, j] + before, 0.0) if state.touching[i, j] else 0.0
+            held[i, j], state.pressure[i, j] = t, presses - t
+
+
+@kernel
+def _press(body, delta, state, held):
+    """Find which cells touch, and their pressures, with the attraction held fixed; return the number of products."""
+    _hold(body, state, held)
+    _quick_gaps(body, delta, state)
+    rows, columns = _places(body, state)
+    count = rows.size
+    if count == 0:
+        return 1
+    cells = gather_cells(_near(body, rows, columns), count, np.inf)
+    pressure, gap, contact = np.zeros(count + 1), np.zeros(count + 1), np.zeros(count + 1, np.bool_)
+    deepest = 0.0
+    for k in range(count):
+        i, j = rows[k], columns[k]
+        pressure[k], gap[k] = state.pressure[i, j] + held[i, j], state.gap[i, j]
+        deepest = max(deepest, -gap[k])
+        contact[k] = state.touching[i, j] and pressure[k] > 0.0
+    goal = _OVERLAP_TOLERANCE * max(body.law.strength, 0.1 * deepest)
+    out = solve_contact(cells, pressure, gap, contact, goal, _OVERLAP_PRODUCTS, None, np.int64(PATIENCE))
+    for k in range(count):
+        i, j = rows[k], columns[k]
+        state.pressure[i, j], state.gap[i, j] = pressure[k] - held[i, j], gap[k]
+        state.touching[i, j] = contact[k]
+    return 1 + out.iterations
+
+
+@kernel
+def _quick_gaps(body, delta, state):
+    """Compute the gaps from the pressures, in single precision."""
+    pressure, box = state.pressure, body.quick.box
+    for i in range(box.shape[0]):
+        for j in range(box.shape[1]):
+            box[i, j] = pressure[i, j] if j < pressure.shape[1] else 0.0
+    convolve(body.quick)
+    for i in range(pressure.shape[0]):
+        for j in range(pressure.shape[1]):
+            state.gap[i, j] = box[i, j]
+    _less_approach(body, delta, state)
+
+
+@kernel
+def _less_approach(body, delta, state):
+    for i in range(state.gap.shape[0]):
+        for j in range(state.gap.shape[1]):
+            state.gap[i, j] += body.separation[i, j] - delta
+
+
+@kernel
+def _classify(body, delta, state):
+    """Decide which cells touch, update the tractions of distant cells; return the largest residual, and the potential.
+
+    The residual is relative to the largest attraction, or to ``_PRESSURE_SCALE`` of the largest pressure if more. It is
+    infinite where a cell touches beyond the part of the box in which systems are solved. The potential (nm²) is the
+    energy less Σ (p + t) g over touching cells: to first order, gaps that are not closed yet do not count.
+    """
+    law, worst, most, potential = body.law, 0.0, 0.0, 0.0
+    for i in range(state.gap.shape[0]):
+        for j in range(state.gap.shape[1]):
+            gap, pressure = state.gap[i, j], state.pressure[i, j]
+            most = max(most, pressure)
+            t, tau = traction(max(gap, 0.0), law)
+            touching = gap < law.range and pressure + t > _GAP_WEIGHT * gap
+            state.touching[i, j] = touching
+            potential += _stored(pressure, gap, body.separation[i, j], delta, law)
+            if touching:
+                potential -= (pressure + t) * gap
+                worst = max(worst, abs(gap)) if _is_inside(i, j, body) else np.inf
+                continue
+            worst = max(worst, abs(pressure + t))
+            if tau < _SMALLEST_SLOPE:
+                state.pressure[i, j] = -t
+    return worst / max(law.strength, _PRESSURE_SCALE * most), potential
+
+
+@kernel
+def _is_inside(i, j, body):
+    i -= body.first[0]
+    j -= body.first[1]
+    return 0 <= i < body.inverse.box.shape[0] and 0 <= j < body.inverse.box.shape[1]
+
+
+@kernel
+def _near(body, rows, columns):
+    """Return A on cells of the box."""
+    count = rows.size
+    i, j = np.empty(count, np.int64), np.empty(count, np.int64)
+    for k in range(count):
+        i[k], j[k] = rows[k] - body.first[0], columns[k] - body.first[1]
+    return near_cells(i, j, body.coefficients, body.product, body.inverse)
+
+
+@kernel
+def _improve(body, state, worst):
+    """Take one step; return the number of products."""
+    rows, columns = _places(body, state)
+    if rows.size == 0:
+        return 0
+    near = _near(body, rows, columns)
+    touching, fall, right = _system(body, state, rows, columns)
+    room, x, image = workspace(_MOST_PRODUCTS, rows.size), np.empty(rows.size), np.empty(rows.size)
+    part = 1.0 if worst < _TANGENT_RESIDUAL else 0.0
+    tau = np.empty(rows.size)
+    _scale(part, fall, tau)
+    size = solve(near, touching, tau, right, _SYSTEM_TOLERANCE, 0, room, x, image)
+    while part > 0.0 and not _is_downhill(body, state, rows, columns, touching, x, image):
+        part = _SLOPE_PART * part if part > _LEAST_SLOPE else 0.0
+        _scale(part, fall, tau)
+        size = solve(near, touching, tau, right, _LARGEST_UNSOLVED, size, room, x, image)
+    _go(body, state, rows, columns, touching, x, image)
+    return size
+
+
+@kernel
+def _scale(factor, values, out):
+    """Write a multiple of an array into another: in a loop it compiles sooner."""
+    for k in range(values.size):
+        out[k] = factor * values[k]
+
+
+@kernel
+def _go(body, state, rows, columns, touching, x, image):
+    """Apply a step: solved pressures where cells touch, tractions at the new gaps where they attract."""
+    most = traction(0.0, body.law)[0]
+    for k in range(rows.size):
+        i, j = rows[k], columns[k]
+        if touching[k]:
+            state.pressure[i, j] = max(state.pressure[i, j] + x[k], -most)
+        else:
+            state.pressure[i, j] = -traction(max(state.gap[i, j] + image[k], 0.0), body.law)[0]
+
+
+@kernel
+def _places(body, state):
+    """Return rows and columns of the cells that touch, or whose traction changes with the gap."""
+    i0, j0 = body.first
+    i1, j1 = i0 + body.inverse.box.shape[0], j0 + body.inverse.box.shape[1]
+    i1, j1 = min(i1, state.gap.shape[0]), min(j1, state.gap.shape[1])
+    rows, columns = np.empty((i1 - i0) * (j1 - j0), np.int64), np.empty((i1 - i0) * (j1 - j0), np.int64)
+    count = 0
+    for i in range(i0, i1):
+        for j in range(j0, j1):
+            gap = state.gap[i, j]
+            if state.touching[i, j] or gap < 0.0 or traction(gap, body.law)[1] >= _SMALLEST_SLOPE:
+                rows[count], columns[count], count = i, j, count + 1
+    return rows[:count], columns[:count]
+
+
+@kernel
+def _system(body, state, rows, columns):
+    """Return which cells touch, the slopes of the others' tractions, and the right side."""
+    count = rows.size
+    touching, tau, right = np.empty(count, np.bool_), np.zeros(count), np.empty(count)
+    for k in range(count):
+        i, j = rows[k], columns[k]
+        touching[k] = state.touching[i, j]
+        if touching[k]:
+            right[k] = -state.gap[i, j]
+        else:
+            t, tau[k] = traction(max(state.gap[i, j], 0.0), body.law)
+            right[k] = -t - state.pressure[i, j]
+    return touching, tau, right
+
+
+@kernel
+def _is_downhill(body, state, rows, columns, touching, x, image):
+    """Return whether a step x of the pressures, A x of the gaps, lowers the potential and is not too long."""
+    rise, longest = 0.0, _LARGEST_OPENING * body.law.length
+    for k in range(rows.size):
+        rise += 0.5 * x[k] * image[k]
+        if touching[k]:
+            continue
+        if abs(image[k]) > longest:
+            return False
+        gap, pressure = state.gap[rows[k], columns[k]], state.pressure[rows[k], columns[k]]
+        rise += pressure * image[k] - _work_from(gap + image[k], body.law) + _work_from(gap, body.law)
+    return rise <= 0.0
+
+
+@kernel
+def _work_from(gap, law):
+    """Return the work left at a gap; below zero as if the traction in contact went on."""
+    return remaining_work(max(gap, 0.0), law) - min(gap, 0.0) * traction(0.0, law)[0]
+
+
+@kernel
+def energy(separation, law, delta, state):
+    """Return ½ Σ p (δ − S + g) − Σ W(g), nm²."""
+    total = 0.0
+    for i in range(state.gap.shape[0]):
+        for j in range(state.gap.shape[1]):
+            total += _stored(state.pressure[i, j], state.gap[i, j], separation[i, j], delta, law)
+    return total
+
+
+@kernel
+def _stored(pressure, gap, separation, delta, law):
+    """Return the energy of one cell, nm²."""
+    if not gap < law.range:
+        return 0.0
+    return 0.5 * pressure * (delta - separation + gap) - remaining_work(max(gap, 0.0), law)
+
+
+@kernel
+def closed_parts(state, law):
+    """Return the closed fraction of each cell: the work of separation that is left there, over the whole."""
+    closed = np.empty(state.gap.shape)
+    for i in range(closed.shape[0]):
+        for j in range(closed.shape[1]):
+            closed[i, j] = remaining_work(max(state.gap[i, j], 0.0), law) / (law.work - law.cut)
+    return closed

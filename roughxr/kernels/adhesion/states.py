@@ -1,0 +1,281 @@
+"""States of one body under a smooth law of adhesion, each at its displacement, found from the states before it.
+
+At each displacement only the bounding box of the cells within the law's range is solved.
+
+A body that yields bears p ≤ H (``halfspace.yielding``). Where a state on loading exceeds this, the surface gives way
+until it does not, with the attraction of that state held, and the state is solved again on the dented surface. What
+has given way stays, and retraction is elastic.
+
+Unit cells and unit modulus.
+"""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from scipy import ndimage
+
+from ..halfspace import displacement_control, yielding
+from ..halfspace.products import surface_displacement
+from ..halfspace.transforms import convolution, even_length, transfer_of
+from .equilibrium import BoxProblem, ContactState, closed_parts, energy, settle
+from .patches import contacts_and_resolution
+from .prediction import ahead
+from .traction_laws import traction
+
+#: The sides of boxes are multiples of this many cells, so that few transforms of the coefficients are needed.
+_BOX_MULTIPLE = 16
+
+#: Boxes reach so many cells beyond what was within range or pulled: few states then need a larger box.
+_BOX_MARGIN = 3
+
+#: Residual, over the largest traction, that a state must meet, and one in between, which is neither at a prescribed
+#: displacement nor at the largest pull. It saves a quarter of the work; pull-offs change by 0.2 %.
+TOLERANCE, ON_THE_WAY = 1e-5, 1e-3
+
+#: On loading a state may exceed the hardness by this part. Else it gives way, at most so many times, each time by an
+#: amount found to this part of the deepest overlap.
+_EXCESS, _MOST_DENTS, _DENT_TOLERANCE = 1e-3, 6, 1e-5
+
+#: How far the edge of a contact opens within a law without range, in cells times the steepness of the law: π E* b²/16w
+#: by Griffith's edge. Overlaps of more than the second part of the range are contacts. Distances go from cell to cell.
+_EDGE_OPENING, _CONTACT_OVERLAP = 1.2, 1e-3
+_FOUR_NEIGHBOURS = ndimage.generate_binary_structure(2, 1)
+
+#: Marks what has touched, beside 1 for what is around it.
+_TOUCHED = 2
+
+#: Part of the largest traction above which the pull of a cell matters in deciding how large a box must be.
+_LEAST_PULL = 2e-3
+
+#: Margin, in cells, of the linear systems' part of the box around the cells that belong to them now.
+_SYSTEM_MARGIN = 6
+
+
+class SolvedState(NamedTuple):
+    """One state: on the box of the cells within range, at (rows, columns) of the window."""
+
+    delta: float
+    force: float
+    energy: float
+    rows: slice
+    columns: slice
+    state: ContactState
+    rounds: int
+    fine: bool
+    residual: float  # over the largest traction
+    left: np.ndarray  # (nx, ny) of the window: residual height
+    near: np.ndarray | None = None  # (nx, ny) of the window: where a law without range has touched, and may pull
+    opens: bool = False  # it may pull where it was not yet allowed to
+
+
+class Solver:
+    """Finds the states of one body."""
+
+    def __init__(self, separation, coefficients, law, cap, limit, from_contact):
+        self.separation, self.coefficients, self.law = separation, coefficients, law
+        self.cap, self.limit = cap, limit
+        self.lowest = [separation.min(axis=axis) for axis in (1, 0)]  # of whole rows and columns: windows are wide
+        self.transfers = {}
+        self.around = int(np.ceil(_EDGE_OPENING / law.steepest)) + 2 if from_contact and law.work > 0 else 0
+
+    def nothing(self, delta, left):
+        """Return the state without any traction."""
+        rows, columns = self._box(delta)
+        separation = self.separation[rows, columns] - left[rows, columns]
+        state = ContactState(np.zeros(separation.shape), separation - delta, np.zeros(separation.shape, bool))
+        near = np.zeros(self.separation.shape, np.int8) if self.around else None
+        return SolvedState(delta, 0.0, 0.0, rows, columns, state, 0, True, 0.0, left, near)
+
+    def press(self, delta, before, last, *, well=True):
+        """Return the state at a displacement on loading: the surface gives way until it bears the pressure."""
+        found = self.seek(delta, before, last, well=well)
+        for _ in range(_MOST_DENTS):
+            if not found.state.pressure.max() > (1.0 + _EXCESS) * self.cap:
+                break
+            dented = found._replace(left=self._dented(found))
+            rounds, found = found.rounds, self.seek(delta, None, dented, well=well)
+            found = found._replace(rounds=found.rounds + rounds)
+        else:
+            found = found._replace(fine=found.fine and not found.state.pressure.max() > (1.0 + _EXCESS) * self.cap)
+        return found
+
+    def _dented(self, found):
+        """Return the residual height once the surface has given way under too large pressures, at fixed attraction."""
+        at, state, most = (found.rows, found.columns), found.state, traction(0.0, self.law)[0]
+        held = np.where(state.touching, most, np.maximum(-state.pressure, 0.0))
+        separation = self.separation[at] - found.left[at] - surface_displacement(held, 1.0, 1.0)
+        bears = np.where(state.touching, np.clip(state.pressure + held, 0.0, self.cap + most), 0.0)
+        touching = (bears > 0.0) & (bears < self.cap + most)
+        hardness, deltas = displacement_control.Hardness(self.cap + most), np.array([found.delta])
+        _, pressure, displacement = displacement_control.sweep_arrays(
+            separation,
+            deltas,
+            1.0,
+            1.0,
+            tolerance=_DENT_TOLERANCE,
+            start=displacement_control.WarmStart(bears, touching, bears > 0.0),
+            hardness=hardness,
+            keep=1,
+        )
+        left = found.left.copy()
+        left[at] += yielding.residual_heights(pressure, displacement, separation, deltas, hardness.pressure)[0]
+        return left
+
+    def seek(self, delta, before, last, *, near=False, well=True):
+        """Return the state at a displacement, extrapolated from two others, on the surface left by the last one.
+
+        With ``near`` it is given up, and not ``fine``, where there is no state close to the extrapolation. Unless
+        ``well`` it is a state in between, which need not be solved closer than ``ON_THE_WAY``.
+        """
+        for margin in itertools.count(_BOX_MARGIN, _BOX_MULTIPLE):
+            rows, columns = self._box(delta, last, margin)
+            found = self._seek_in(rows, columns, delta, before, last, near=near, well=well)
+            while found.opens and np.isfinite(found.force):
+                before, last = None, found
+                found = self._seek_in(rows, columns, delta, before, last, near=near, well=well)
+            if not self._pulls_at_edge(found):
+                return found
+
+    def _where_it_pulls(self, rows, columns, delta, sinks, state, last):
+        """Return where contacts are or would be and what is around them, and whether anything new there may pull.
+
+        Contacts that grow by less than what is around them ask for no second solve, which halves the work.
+        """
+        near = last.near[rows, columns]
+        gap = self.separation[rows, columns] - last.left[rows, columns] + sinks - delta
+        touches = (near < _TOUCHED) & (state.touching | ((gap < -_CONTACT_OVERLAP * self.law.range) & (near == 0)))
+        if not touches.any():
+            return last.near, False
+        grown = last.near.copy()
+        grown[rows, columns][touches] = _TOUCHED
+        wider = tuple(slice(max(part.start - self.around, 0), part.stop + self.around) for part in (rows, columns))
+        around = ndimage.binary_dilation(grown[wider] == _TOUCHED, _FOUR_NEIGHBOURS, self.around)
+        np.maximum(grown[wider], around, out=grown[wider])
+        return grown, bool(((grown[rows, columns] > 0) & (near == 0) & (gap < self.law.range)).any())
+
+    def _seek_in(self, rows, columns, delta, before, last, *, near, well):
+        """Return the state of the cells of a box."""
+        start = self._moved(last, rows, columns)
+        trial = ContactState(*(values.copy() for values in start))
+        if before is not None and before.delta != last.delta:
+            ratio = max((delta - last.delta) / (last.delta - before.delta), -2.0)
+            ahead(trial, self._moved(before, rows, columns), min(ratio, 2.0), self.law)
+        shape, left = trial.gap.shape, last.left
+        separation = np.ascontiguousarray(self.separation[rows, columns] - left[rows, columns])
+        if self.around:
+            separation[last.near[rows, columns] == 0] = np.inf
+        for part in (self._part(trial), (slice(0, shape[0]), slice(0, shape[1]))):
+            body = self._body(separation, part, TOLERANCE if well else ON_THE_WAY)
+            state = ContactState(*(values.copy() for values in trial))
+            out = settle(body, delta, start, state, near)
+            if out.residual < np.inf:
+                break
+        force = float(state.pressure.sum())
+        held = energy(separation, self.law, delta, state)
+        around = None, False
+        if self.around:
+            sinks = body.exact.box[:, : shape[1]] if out.fine else surface_displacement(state.pressure, 1.0, 1.0)
+            around = self._where_it_pulls(rows, columns, delta, sinks, state, last)
+        fine = out.fine and bool(np.isfinite(force))  # comparisons with NaN hide it from the residual
+        return SolvedState(delta, force, held, rows, columns, state, out.rounds, fine, out.residual, left, *around)
+
+    def contacts(self, state):
+        """Return the number of contacts, and how well the mesh resolves them."""
+        return contacts_and_resolution(state, closed_parts(state, self.law), self.law)
+
+    def yielded(self, found):
+        """Return which shares of a state are at the hardness, and how much has given way."""
+        pressure, least = found.state.pressure, self.limit * (1.0 - 2.0 * _EXCESS if self.cap < np.inf else 1.0)
+        hard, pushes, touching = pressure >= least, max(pressure.clip(min=0.0).sum(), 1e-300), found.state.touching
+        left = found.left if self.cap < np.inf else found.left[:0]  # of the whole window: not where nothing yields
+        return {
+            "yielded_fraction": pressure[hard].sum() / pushes,
+            "yielded_area_fraction": np.count_nonzero(hard) / max(np.count_nonzero(touching), 1),
+            "yielded_area": np.count_nonzero(left),
+            "plastic_work": np.abs(left).sum(),
+        }
+
+    def _box(self, delta, last=None, margin=0):
+        """Return the rows and columns of the box that holds all cells within range, and those that pulled before."""
+        within = [lowest < delta + self.law.range for lowest in self.lowest]
+        if last is not None:
+            pulls = np.abs(last.state.pressure) > _LEAST_PULL * self.law.strength
+            within[0][last.rows] |= pulls.any(axis=1)
+            within[1][last.columns] |= pulls.any(axis=0)
+        return tuple(_rounded(np.flatnonzero(one), one.size, margin) for one in within)
+
+    def _pulls_at_edge(self, found):
+        """Return whether adhesion draws the surface up as far as a side of the box beyond which there is more of it."""
+        pulls = np.abs(found.state.pressure) > _LEAST_PULL * self.law.strength
+        for side, part, size in zip((pulls, pulls.T), (found.rows, found.columns), self.separation.shape):
+            if (part.start > 0 and side[:1].any()) or (part.stop < size and side[-1:].any()):
+                return True
+        return False
+
+    def _moved(self, known, rows, columns):
+        """Return a state on another box; cells outside the old one have no traction."""
+        shape = rows.stop - rows.start, columns.stop - columns.start
+        state = ContactState(np.zeros(shape), np.full(shape, np.inf), np.zeros(shape, bool))
+        (a, b), (c, d) = _shared(known.rows, rows), _shared(known.columns, columns)
+        for old, new in zip(known.state, state):
+            new[b, d] = old[a, c]
+        return state
+
+    def _part(self, state):
+        """Return the rows and columns of a box that contains all cells of the linear systems, with a margin."""
+        gap = np.maximum(state.gap, 0.0)
+        near = state.touching | (gap < self.law.onset)
+        return tuple(_rounded(np.flatnonzero(near.any(axis)), near.shape[1 - axis], _SYSTEM_MARGIN) for axis in (1, 0))
+
+    def _body(self, separation, part, tolerance):
+        whole, near = separation.shape, tuple(p.stop - p.start for p in part)
+        high, wide = even_length(2 * whole[0] - 1), even_length(2 * whole[1] - 1)
+        transfer = self._transfer(high, wide)
+        exact = convolution(whole[0], wide, transfer.double, np.complex128(0))
+        quick = convolution(whole[0], wide, transfer.single, np.complex64(0))
+        high, wide = even_length(near[0]), even_length(near[1])
+        product = convolution(near[0], 2 * wide, self._transfer(2 * high, 2 * wide).single, np.complex64(0))
+        inverse = convolution(near[0], wide, self._inverse(high, wide), np.complex64(0))
+        first = part[0].start, part[1].start
+        return BoxProblem(
+            separation,
+            self.coefficients,
+            self.law,
+            tolerance,
+            exact,
+            quick,
+            first,
+            product,
+            inverse,
+        )
+
+    def _transfer(self, rows, columns):
+        if (rows, columns) not in self.transfers:
+            self.transfers[rows, columns] = transfer_of(rows, columns, self.coefficients)
+        return self.transfers[rows, columns]
+
+    def _inverse(self, rows, columns):
+        """Return the inverse of transformed coefficients, like these divided by the number of cells."""
+        key = "inverse", rows, columns
+        if key not in self.transfers:
+            self.transfers[key] = (1.0 / ((rows * columns) ** 2 * self._transfer(rows, columns).double)).astype(
+                np.float32
+            )
+        return self.transfers[key]
+
+
+def _rounded(places, size, margin):
+    """Return a slice around some cells, with one of few lengths."""
+    if places.size == 0:
+        return slice(0, min(_BOX_MULTIPLE, size))
+    first, end = places[0] - margin, places[-1] + 1 + margin
+    length = min(_BOX_MULTIPLE * -(-(end - first) // _BOX_MULTIPLE), size)
+    first = min(max(first, 0), size - length)
+    return slice(first, first + length)
+
+
+def _shared(old, new):
+    """Return the intersection of two slices, as a slice within each of them."""
+    first, end = max(old.start, new.start), max(min(old.stop, new.stop), max(old.start, new.start))
+    return slice(first - old.start, end - old.start), slice(first - new.start, end - new.start)

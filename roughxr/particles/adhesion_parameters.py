@@ -1,0 +1,137 @@
+"""`parameters`: adhesion and moments reduced to the parameters that other codes need.
+
+Rock'n'Roll    log-normal pull-off over the smooth sphere's, and a lever over the radius (Reeks & Hall 2001)
+LAMMPS         pair_style granular, normal jkr: E_eff and γ, pull-off 3πγR; rolling sds: μ_roll, whose largest
+               moment is μ_roll R (N + 2 · 3πγR) (its manual, "pair_style granular")
+code_saturne   deposition with resuspension: denasp, rayasp, espasg, rayasg of cs_lagr_reentrained_model_t, of
+               hemispheres at two scales (src/lagr/cs_lagr_adh.c)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from ..scans.regions import extent
+from ..statistics import fit, reduction
+from ..vocabulary import schema
+from ..vocabulary.verbs import verb
+from .force_balance import expect_moments, refuse_varied, scope_of
+
+#: Shares of the places whose quantiles are given, and the endings of their names.
+_QUANTILES = {"low": 0.05, "median": 0.5, "high": 0.95}
+
+
+@verb
+def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr.Dataset | None = None) -> xr.Dataset:
+    """Return the parameters of adhesion that resuspension and discrete-element codes need, from the places of a result.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Result of `rolling`, or a pull-off with its pair, which then gives no levers.
+    catalogue : Dataset, optional
+        The scan's asperities, for code_saturne's small scale.
+    large : Dataset, optional
+        Asperities of the same scan without its short waves, for code_saturne's large scale.
+
+    Returns
+    -------
+    Dataset
+        Scalars; `to_table` lists them, and writes them as CSV. Of the log-normal law: ``adhesion_mean`` and
+        ``adhesion_spread`` (geometric, of the pull-off over the smooth sphere's) and ``adhesion_law_distance``
+        (Kolmogorov's, from the places). ``work_of_adhesion_median``, at which a smooth JKR sphere has the same pull-off
+        force, with ``_low`` and ``_high``, 5 and 95 % of the places, and ``surface_energy_median``, half of it, LAMMPS'
+        γ. From `rolling`, over all places and directions: ``moment_mean`` (nN nm) and ``moment_spread`` (geometric),
+        ``lever_median`` over the radius, with ``_low`` and ``_high``, and ``rolling_friction_median``, LAMMPS' μ_roll.
+        From asperities ``asperity_density`` (denasp), ``asperity_radius`` (rayasp), ``asperity_coverage``, and
+        ``large_asperity_spacing`` (espasg), ``large_asperity_radius`` (rayasg), in nm, where code_saturne expects m.
+
+    Raises
+    ------
+    ValueError
+        If ``ds`` is no pull-off with an adhesive pair, or fewer than three places pull.
+
+    Notes
+    -----
+    A smooth JKR sphere with ``work_of_adhesion_median`` has the pull-off force of the rough contact, but not its area
+    or its stiffness, and no scatter. code_saturne takes asperities as hemispheres; those of an AFM scan are flat caps:
+    where ``asperity_coverage``, π times density and squared radius, is above 1, its number of contacts is meaningless.
+
+    References
+    ----------
+    Reeks & Hall, J. Aerosol Sci. 32 (2001) 1; LAMMPS manual, pair_style granular; code_saturne, src/lagr/cs_lagr_adh.c.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> found = parameters(roughxr.rolling(scan, directions=8, subregions=(3, 3)))
+    >>> bool(0 < found.adhesion_mean < 1), found.work_of_adhesion_median.units
+    (True, 'J m-2')
+    """
+    refuse_varied(ds)
+    ds = reduction(ds)
+    rows = _of_pull_offs(ds)
+    if "lever" in ds:
+        rows |= _of_moments(ds)
+    if catalogue is not None:
+        density, radius = _of_asperities(catalogue)
+        rows |= {"asperity_density": density, "asperity_radius": radius}
+        rows["asperity_coverage"] = np.pi * radius**2 * density
+    if large is not None:
+        density, radius = _of_asperities(large)
+        rows |= {"large_asperity_spacing": density**-0.5, "large_asperity_radius": radius}
+    out = xr.Dataset(rows, coords=schema.travelling(ds), attrs={"comment": scope_of(ds)})
+    return schema.record(schema.label(out), "parameters", ds)
+
+
+@verb
+def by_place(ds: xr.Dataset) -> xr.Dataset:
+    """Return adhesion, lever and moment of each place, over all directions."""
+    expect_moments(ds)
+    kept = reduction(ds)[["pull_off_force", "pull_off_ratio", "contact_area"]]
+    moment = ds["resisting_moment"]
+    columns = {
+        "lever": ds["lever"].mean("direction"),
+        "moment_over_directions": moment.mean("direction"),
+        "moment_least": moment.min("direction"),
+        "moment_largest": moment.max("direction"),
+    }
+    out = kept.assign(columns).assign_attrs(missing=ds.attrs.get("missing", ""))
+    return schema.record(schema.label(out), "by_place", ds)
+
+
+def _of_pull_offs(ds: xr.Dataset) -> dict[str, float]:
+    law = fit(ds, "pull_off_ratio", laws=["log_normal"], simulations=0).isel(law=0)
+    work = ds["pull_off_force"] / (1.5 * np.pi * ds["sphere_radius"])
+    rows = {
+        "adhesion_mean": float(law["scale"]),
+        "adhesion_spread": float(np.exp(law["shape"])),
+        "adhesion_law_distance": float(law["ks_distance"]),
+        **_quantiles("work_of_adhesion", work),
+    }
+    return rows | {"surface_energy_median": 0.5 * rows["work_of_adhesion_median"]}
+
+
+def _of_moments(ds: xr.Dataset) -> dict[str, float]:
+    moment = np.log(ds["resisting_moment"].where(ds["resisting_moment"] > 0))
+    lever = _quantiles("lever", ds["lever"] / ds["sphere_radius"])
+    spread = {"moment_mean": float(np.exp(moment.mean())), "moment_spread": float(np.exp(moment.std(ddof=1)))}
+    return spread | lever | {"rolling_friction_median": 0.5 * lever["lever_median"]}
+
+
+def _quantiles(name: str, values: xr.DataArray) -> dict[str, float]:
+    return {f"{name}_{end}": float(values.quantile(share)) for end, share in _QUANTILES.items()}
+
+
+def _of_asperities(catalogue: xr.Dataset) -> tuple[float, float]:
+    """Return density (nm⁻²) and median radius (nm) of the summits of a catalogue."""
+    catalogue = schema.validate(catalogue, "asperities")
+    curvature = catalogue["curvature_min"] * catalogue["curvature_max"]
+    summits = curvature.values[catalogue["curvature_min"].values > 0]
+    if not summits.size:
+        raise ValueError("catalogue: expected asperities with curvature_min > 0, found none")
+    x_low, x_high, y_low, y_high = extent(catalogue)
+    return summits.size / ((x_high - x_low) * (y_high - y_low)), float(np.median(summits**-0.5))

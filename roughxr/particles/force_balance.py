@@ -1,0 +1,327 @@
+"""The strength of a load at which a place gives way: rolling, sliding and lifting, each as drive over resistance.
+
+    roll    max over n of the smaller of [T (e·n) + (N + L) h] / M for two states with edge n: that of the largest
+            moment, and that of the largest M/h, the pull that tips it; T = along · r + torque, the moment about the
+            contact
+    slide   along / (μ (F_c − N)), or along / (τ A)
+    lift    N / F_c
+
+where M is the resisting moment about the contact's edge in direction n, h the distance of that edge (`rolling`, under a
+load L; the contact resists as long as any state of it does), e the direction of the load, N the force away from the
+wall, F_c the pull-off force, A the contact area. The mode whose ratio reaches 1 at the smallest strength comes first.
+All directions n count: a sphere pushed along e may tip about any edge of its contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ..asperity.moments import least
+from ..statistics.sampling import SHARE, conditions
+from ..vocabulary import schema
+from ..vocabulary.units import Quantity, magnitude, positive
+from ..vocabulary.verbs import verb
+from .loads import FLOWS, LIFTS, LOADS, Body, Flow, Load, Push
+
+MODES = ("roll", "slide", "lift")
+
+#: Values of ``mode`` where there is no mode.
+NEITHER, NO_CONTACT = "none", "no contact"
+
+#: Strengths tried to bracket the critical one, and bisections after that.
+_STRENGTHS, _HALVINGS = 240, 60
+
+
+class Held(NamedTuple):
+    """The resistance at each place."""
+
+    moment: np.ndarray  # (state, place, direction), nN nm
+    hinge: np.ndarray  # (state, place, direction), nm
+    share: np.ndarray  # (place, direction): e·n, of the load's moment about each edge
+    pull_off: np.ndarray  # (place,), nN, 0 where nothing adheres
+    area: np.ndarray  # (place,), nm²
+    load: float  # nN, on the sphere's axis, already counted in the moment
+    friction: float | None
+    strength: float | None  # shear strength, GPa
+    known: np.ndarray  # (place,): whether there is contact
+
+
+@verb
+def critical_load(
+    ds: xr.Dataset,
+    load: str | Load = "wall_shear",
+    *,
+    direction: Quantity = 0.0,
+    particle_density: Quantity | None = None,
+    flow: str | Flow = "air",
+    friction_coefficient: Quantity | None = None,
+    shear_strength: Quantity | None = None,
+) -> xr.Dataset:
+    """Return the smallest strength of a load at which each place gives way, and how: rolling, sliding or lifting.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Result of `rolling`, or of `vary` over it, for example for spheres of several radii.
+    load : {"wall_shear", "tilt", "centrifuge", "vibration"} or Load
+        Name in `particles.LOADS`, or a load of your own. "centrifuge" pulls away from the wall, "vibration" shakes
+        along it.
+    direction : number, quantity or "weakest"
+        Direction towards which the load pushes, rad from x towards y; "weakest": at each place that in which the
+        sphere rolls most easily, the first where several tie.
+    particle_density : number or quantity, optional
+        kg/m³, for its weight; without it a flow acts on a weightless sphere, and the other loads are refused.
+    flow : {"air", "water"} or Flow
+        The fluid, at 20 °C, or ``particles.Flow(density, viscosity, lift, gravity)``: kg/m³, m²/s (kinematic), a
+        formula of `particles.lift` ("by_range" by default), m/s².
+    friction_coefficient : number, optional
+        Slides at a force of μ times the sum of pull-off force and weight less lift.
+    shear_strength : number or quantity, optional
+        GPa; slides at a force of τ times the contact area at rest. Without either option no place slides.
+
+    Returns
+    -------
+    Dataset
+        Along subregion, and whatever `vary` varied: ``critical_friction_velocity`` (m/s), ``critical_acceleration``
+        (m/s²) or ``critical_angle`` (rad), 0 where a place rolls by itself and NaN where no strength suffices or
+        nothing is in contact; ``mode``, which comes first: roll, slide, lift, "none" or "no contact"; ``in_range``,
+        whether all formulas of the load are valid there. In wall shear those of drag and torque are valid for r⁺ up to
+        1. Hall measured lift above 1.8, so that with lift="hall" it is False everywhere: no r⁺ satisfies both.
+
+    Raises
+    ------
+    ValueError
+        If ``ds`` is no result of `rolling`, a name is unknown, a number is not positive, both options of sliding are
+        given, or the load needs a density that is missing.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
+    >>> found = critical_load(held, "wall_shear", particle_density=2500)
+    >>> found.critical_friction_velocity.units, set(found["mode"].values.tolist())
+    ('m s-1', {'roll'})
+    """
+    if (name := varied_dimension(ds)) is not None:
+        given = {"direction": direction, "particle_density": particle_density, "flow": flow}
+        given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
+        return for_each(name, ds, critical_load, load=load, **given)
+    kind = load_of(load)
+    body = body_of(ds, particle_density, flow)
+    if kind.critical != "critical_friction_velocity" and np.isnan(body.density):
+        raise ValueError("particle_density: expected a density in kg/m³ for this load, found none")
+    held = held_of(ds, direction, friction_coefficient, shear_strength)
+    strength, mode = first_strength(kind, body, held)
+    push = kind.push(np.where(np.isfinite(strength), strength, 0.0), body)
+    place = {name: ds[name] for name in ds.coords if "direction" not in ds[name].dims}
+    values = {kind.critical: strength, "mode": mode, "in_range": push.in_range & np.isfinite(strength)}
+    out = xr.Dataset({name: ("subregion", array) for name, array in values.items()}, coords=place)
+    out.attrs = {"load": load if isinstance(load, str) else kind.words, "missing": "NaN where nothing gives way"}
+    out.attrs["comment"] = scope_of(ds)
+    given = {"load": out.attrs["load"], "direction": direction, "particle_density": particle_density}
+    given |= recorded(body)
+    given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
+    return schema.record(schema.label(out), "critical_load", ds, **given)
+
+
+@verb
+def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
+    """Return resisting moments with the pull-off forces of another method, at unchanged levers.
+
+    The part of the moment that is due to adhesion is scaled by the ratio of the pull-off forces at each place; the part
+    due to the load, and all distances, are unchanged.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Result of `rolling`, for example of superposed asperities.
+    pull_off : Dataset
+        With ``pull_off_force`` at the same places in the same order, for example from `adhesive` without fields.
+
+    Returns
+    -------
+    Dataset
+        In the form of `rolling`; the attribute ``levers`` says where the levers come from.
+
+    Raises
+    ------
+    ValueError
+        If ``ds`` is no result of `rolling`, or places or forces of the other do not match.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
+    >>> half = with_pull_off(held, held.assign(pull_off_force=0.5 * held.pull_off_force))
+    >>> bool(np.allclose(half.resisting_moment, 0.5 * held.resisting_moment)), bool((half.lever == held.lever).all())
+    (True, True)
+    """
+    expect_moments(ds)
+    force = pull_off.get("pull_off_force")
+    if force is None or force.dims != ("subregion",) or not _same_places(ds, pull_off):
+        raise ValueError("pull_off: expected pull_off_force along subregion at the same places, found others")
+    load = float(ds.attrs.get("load", 0.0))
+    scale = xr.DataArray(force.values / ds["pull_off_force"].values, dims="subregion")
+    held: dict[str, Any] = {"resisting_moment": load * ds["hinge_distance"], "tipping_pull": load}
+    changed = {name: (ds[name] - part) * scale + part for name, part in held.items()}
+    changed["pull_off_force"] = xr.zeros_like(ds["pull_off_force"]) + force.values
+    out = ds.drop_vars("pull_off_delta", errors="ignore").assign(changed)
+    out.attrs["levers"] = str(ds.attrs.get("method", "rolling"))
+    return schema.record(schema.label(out), "with_pull_off", ds)
+
+
+def _same_places(one: xr.Dataset, other: xr.Dataset) -> bool:
+    """Return whether two results have the same contact centres in the same order."""
+    if one.sizes["subregion"] != other.sizes.get("subregion"):
+        return False
+    return all(np.allclose(one[name], other[name]) for name in ("subregion_x", "subregion_y") if name in one.coords)
+
+
+def scope_of(ds: xr.Dataset) -> str:
+    """Return what a result's particles and places stand for, in words."""
+    where = "of rest" if SHARE in ds.coords else "where particles land, without settling"
+    return f"places {where}; the surface as the scan shows it: finer roughness lowers adhesion"
+
+
+def refuse_varied(ds: xr.Dataset):
+    """Raise where a pull-off has several entries at a place, and say how to take one."""
+    force = ds["pull_off_force"] if "pull_off_force" in ds else xr.DataArray()
+    if others := conditions(force):
+        ways = ", ".join(f"{dim}=0" for dim in others)
+        raise ValueError(f"expected one condition, found several along {', '.join(others)}; take one by isel({ways})")
+
+
+def varied_dimension(ds: xr.Dataset) -> str | None:
+    """Return a dimension of resisting moments other than place and direction, for example one of `vary`, or None."""
+    dims = ds["resisting_moment"].dims if "resisting_moment" in ds else ()
+    return next((str(name) for name in dims if name not in ("subregion", "direction")), None)
+
+
+def for_each(name: str, ds: xr.Dataset, function: Callable, **options: Any) -> xr.Dataset:
+    """Return the results of a function for each entry along a dimension, concatenated along it."""
+    parts = [function(ds.isel({name: k}), **options) for k in range(ds.sizes[name])]
+    out = xr.concat(parts, name, combine_attrs="drop_conflicts", coords="different", compat="equals")
+    if name == "scan" and "places" in parts[0].attrs:
+        out.attrs["places"] = sum(part.attrs["places"] for part in parts)
+    return out
+
+
+def body_of(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
+    """Return the particle of a result, and the fluid around it."""
+    (radius,) = schema.pair(ds, "sphere_radius")
+    flow = flow if isinstance(flow, Flow) else FLOWS[schema.one_of(flow, FLOWS, "flow")]
+    return Body(
+        radius=radius,
+        density=_possible(density, "kg m-3", "particle_density") or np.nan,
+        medium_density=positive(flow.density, "kg m-3", "flow.density"),
+        viscosity=positive(flow.viscosity, "m2 s-1", "flow.viscosity"),
+        lift=schema.one_of(flow.lift, LIFTS, "flow.lift"),
+        gravity=float(magnitude(flow.gravity, "m s-2", "flow.gravity")),
+    )
+
+
+def recorded(body: Body) -> dict[str, Any]:
+    """Return the fluid around a particle as it is kept in the history."""
+    return {name: getattr(body, name) for name in ("medium_density", "viscosity", "lift", "gravity")}
+
+
+def load_of(load: str | Load) -> Load:
+    """Return a load, also of its name."""
+    return load if isinstance(load, Load) else LOADS[schema.one_of(load, LOADS, "load")]
+
+
+def held_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_strength: Any) -> Held:
+    """Return the resistance at each place of a result of `rolling`; raise where something is missing."""
+    expect_moments(ds)
+    if friction_coefficient is not None and shear_strength is not None:
+        raise ValueError("expected either friction_coefficient or shear_strength, found both")
+    names = ("resisting_moment", "hinge_distance", "tipping_pull", "tipping_hinge_distance")
+    moment, hinge, pull, pull_hinge = (ds[name].transpose("subregion", "direction").values for name in names)
+    tips = np.isfinite(pull) & np.isfinite(pull_hinge)  # else only the state of the largest moment is used
+    return Held(
+        moment=np.array([moment, np.where(tips, pull * pull_hinge, moment)]),
+        hinge=np.array([hinge, np.where(tips, pull_hinge, hinge)]),
+        share=_shares(ds["direction"].values, moment, direction),
+        pull_off=np.nan_to_num(ds["pull_off_force"].values),
+        area=ds["contact_area"].values,
+        load=float(ds.attrs.get("load", 0.0)),
+        friction=_possible(friction_coefficient, "1", "friction_coefficient"),
+        strength=_possible(shear_strength, "GPa", "shear_strength"),
+        known=np.isfinite(moment).all(axis=1),
+    )
+
+
+def expect_moments(ds: xr.Dataset):
+    """Raise for anything but a result of `rolling`."""
+    if "resisting_moment" not in ds or set(ds["resisting_moment"].dims) != {"subregion", "direction"}:
+        found = ", ".join(map(str, ds.data_vars)) or "none"
+        raise ValueError(f"expected resisting moments, from ds.contact.rolling(), found variables: {found}")
+
+
+#: Largest and least that any body has, and what some have.
+_POSSIBLE = {
+    "particle_density": (50.0, 25_000.0, "foams have 100 kg/m³, polystyrene 1050, glass 2500, gold 19300"),
+    "friction_coefficient": (1e-4, 10.0, "PTFE has 0.05, glass 0.5, gold on gold 1"),
+    "shear_strength": (1e-6, 10.0, "polymers have 0.01 GPa, which are 10 MPa, mica and metals 0.02 to 1"),
+}
+
+
+def _possible(given: Any, units: str, name: str) -> float | None:
+    """Return what was given, or None; raise if no body has it."""
+    low, high, known = _POSSIBLE[name]
+    value = None if given is None else positive(given, units, name)
+    if value is not None and not low <= value <= high:
+        found = f"{value:.4g} {units}; state the units" if units != "1" else f"{value:.4g}"
+        raise ValueError(f"{name}: expected a physical value ({known}), found {found}")
+    return value
+
+
+def _shares(angles: np.ndarray, moment: np.ndarray, direction: Any) -> np.ndarray:
+    """Return e·n at each place, for the direction of the load or that of the smallest moment there."""
+    if isinstance(direction, str) and direction == "weakest":
+        towards = angles[least(np.nan_to_num(moment))[0]]  # where moments are missing nothing is told of the place
+    else:
+        towards = np.full(len(moment), float(magnitude(direction, "rad", "direction")))
+    return np.cos(angles[None, :] - towards[:, None])
+
+
+def drive_ratios(push: Push, body: Body, held: Held) -> np.ndarray:
+    """Return drive over resistance, (mode, place), for a push whose arrays have one entry for each place, or one."""
+    along, turn, away = (np.broadcast_to(part, held.pull_off.shape) for part in push[:3])
+    about = (along * body.radius + turn)[:, None] * held.share + (away + held.load)[:, None] * held.hinge
+    with np.errstate(divide="ignore", invalid="ignore"):
+        roll = np.where(held.moment > 0, about / held.moment, np.where(about >= held.moment, np.inf, 0.0))
+        roll = roll.min(axis=0).max(axis=1)
+        slide, holds = np.zeros_like(roll), held.pull_off - away
+        if held.friction is not None or held.strength is not None:
+            most = held.strength * held.area if held.strength is not None else held.friction * holds
+            slide = np.where(most > 0, along / most, np.where(along > 0, np.inf, 0.0))
+        raised = np.where(holds > 0, np.maximum(away, 0) / held.pull_off, np.inf)
+    raised = np.where((held.pull_off > 0) | (away >= 0), raised, 0.0)
+    return np.where(held.known, np.array([roll, slide, raised]), np.nan)
+
+
+def first_strength(kind: Load, body: Body, held: Held) -> tuple[np.ndarray, np.ndarray]:
+    """Return the smallest strength at which each place gives way, and by which mode."""
+    low, high = kind.span
+    tried = np.geomspace(low, high, _STRENGTHS) if low > 0 else np.linspace(low, high, _STRENGTHS)
+    tried = np.r_[0.0, tried[tried > 0]]
+    goes = np.array([(drive_ratios(kind.push(np.array([s]), body), body, held) >= 1).any(axis=0) for s in tried])
+    first, any_at_all = goes.argmax(axis=0), goes.any(axis=0)
+    above, below = tried[first], tried[np.maximum(first - 1, 0)]
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (below + above)
+        gone = (drive_ratios(kind.push(middle, body), body, held) >= 1).any(axis=0)
+        above, below = np.where(gone, middle, above), np.where(gone, below, middle)
+    strength = np.where(any_at_all, np.where(first == 0, 0.0, above), np.nan)
+    ratios = drive_ratios(kind.push(np.nan_to_num(strength), body), body, held)
+    mode = np.array(MODES)[np.nan_to_num(ratios).argmax(axis=0)]
+    return strength, np.where(held.known, np.where(any_at_all, mode, NEITHER), NO_CONTACT)

@@ -1,0 +1,168 @@
+"""The flow in which the sphere of a run comes off: a table, a figure, and its caveats."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from ..particles import resuspension, with_pull_off
+from ..particles.force_balance import MODES
+from ..particles.loads import AIR_DENSITY
+from ..statistics.headline import best_estimate
+from ..statistics.sampling import at_first_preload, shares
+from ..vocabulary.numbers import quantity
+from ..vocabulary.verbs import verb
+
+Run = Mapping[str, xr.Dataset]
+
+#: The groups that are needed.
+COMING_OFF = "solutions/rolling", "statistics/adhesive", "statistics/detachment", "statistics/detachment_superposed"
+
+#: The group that runs of particles have beside these: what it takes to leave over the lowest pass.
+LEAVING = "statistics/leaving"
+
+#: Columns of the table, by the method of the pull-off force.
+_CRITICAL = {
+    "continued": "statistics/detachment_continued",
+    "adhesive": "statistics/detachment",
+    "energy": "statistics/detachment_superposed",
+}
+
+#: Number of speeds for the fraction remaining, and how far they extend beyond the critical ones.
+_SPEEDS, _SPEED_FACTOR = 40, 3.0
+
+#: Number of contacts from which on a sphere does not settle sideways.
+_STABLE_CONTACTS = 3
+
+
+@verb
+def detachment_table(run: Run) -> pd.DataFrame:
+    """Return the resistance against rolling, and the flow of air that overcomes it, by method."""
+    known = {method: group for method, group in _CRITICAL.items() if group in run}
+    wet = run["solutions/rolling"].attrs.get("law") == "menisci"
+    columns = {
+        "menisci" if wet and method == "energy" else method: _column(moments_of(run, method), run[group])
+        for method, group in known.items()
+    }
+    return pd.DataFrame(columns).rename_axis("quantity")
+
+
+@verb
+def moments_of(run: Run, method: str | None = None) -> xr.Dataset:
+    """Return the run's resisting moments, with the pull-off forces of a method."""
+    held, method = run["solutions/rolling"], method or leading(run)
+    if method == "energy":
+        return held
+    if method == "continued":
+        return _as_continued(held, run)
+    return with_pull_off(held, at_first_preload(run["statistics/adhesive"]))
+
+
+def leading(run: Run) -> str:
+    """Return the method of a run's best estimate: the roughness continued below the scan, or as scanned."""
+    return "continued" if best_estimate(run) else "adhesive"
+
+
+def _as_continued(held: xr.Dataset, run: Run) -> xr.Dataset:
+    """Return moments with the pull-off of the continued surfaces; each place of each of them counts as a place."""
+    continued = run["solutions/continued"]["pull_off_force"]
+    at = {(float(x), float(y)): k for k, (x, y) in enumerate(zip(held["subregion_x"], held["subregion_y"]))}
+    which = [at[float(x), float(y)] for x, y in zip(continued["subregion_x"], continued["subregion_y"])]
+    every = held.isel(subregion=np.tile(which, continued.sizes["seed"]))
+    every = every.assign_coords(subregion=np.arange(every.sizes["subregion"]))
+    force = xr.zeros_like(every["pull_off_force"]) + continued.transpose("seed", "subregion").values.ravel()
+    return with_pull_off(every, xr.Dataset({"pull_off_force": force}))
+
+
+def _column(held: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
+    moment, lever, share = held["resisting_moment"], held["lever"], shares(held)
+    speed = critical["critical_friction_velocity"].weighted(share)
+    weakest = moment.min("direction")
+    ratio = moment.max("direction") / weakest.where(weakest > 0)
+    rows = {
+        "resisting moment, median over places and directions [nN nm]": float(moment.weighted(share).quantile(0.5)),
+        "lever arm, median over places and directions [nm]": float(lever.weighted(share).quantile(0.5)),
+        "lever arm over the sphere's radius, median": float(
+            lever.weighted(share).quantile(0.5) / held["sphere_radius"]
+        ),
+        "stiffest / weakest direction, median": float(ratio.weighted(share).quantile(0.5)),
+        "critical friction velocity, mean [m/s]": float(speed.mean()),
+    }
+    for part, words in ((0.05, "5 %"), (0.5, "median"), (0.95, "95 %")):
+        rows[f"critical friction velocity, {words} [m/s]"] = float(speed.quantile(part))
+    for mode in MODES:
+        rows[f"places that {mode} first"] = float((critical["mode"] == mode).sum())
+    rows["places where the flow's formulas hold (r⁺ ≤ 1)"] = float(critical["in_range"].sum())
+    rows[f"places on fewer than {_STABLE_CONTACTS} asperities"] = float(_not_settled(held).sum())
+    return rows
+
+
+def _not_settled(held: xr.Dataset) -> xr.DataArray:
+    return (held["contacts"] < _STABLE_CONTACTS) & held["resisting_moment"].notnull().all("direction")
+
+
+@verb
+def coming_off_words(run: Run) -> list[str]:
+    """Return the caveats of the table: one sentence each, none for a run without its groups."""
+    if not set(COMING_OFF) <= set(run):
+        return []
+    critical, hard = run[_CRITICAL[leading(run)]], "hardness" in run["solutions/rolling"].coords
+    lies = "came to rest" if LEAVING in run else "was placed"
+    stress = quantity(AIR_DENSITY * _middle(critical) ** 2, "Pa")
+    said = [
+        f"A steady flow of air along x acts on the sphere where it {lies}; its weight is neglected. The sphere can "
+        "roll or lift off, but not slide, since no friction was given. The friction velocity is the square root of "
+        f"wall shear stress over density; the median place withstands {stress}. The resisting moment is the pull-off "
+        "force, by the method at the head of the column, times the lever arm of the superposed asperities."
+        + hard
+        * " These asperities stay elastic: yielded ones would be flatter and their lever arm longer."
+    ]
+    known = np.isfinite(critical["critical_friction_velocity"].values)
+    out = int((known & ~critical["in_range"].values.astype(bool)).sum())
+    if out:
+        said.append(
+            f"At {out} of {known.size} places the critical flow is beyond the range of the formulas for drag and "
+            "torque (r u*/ν above 1): there it is an extrapolation."
+        )
+    held = run["solutions/rolling"]
+    few, count = int(_not_settled(held).sum()), held.sizes["subregion"]
+    if LEAVING in run:
+        said.append(_particles(run))
+    elif few:
+        said.append(
+            f"At {few} of {count} places the sphere rests on fewer than three asperities: a free particle would roll "
+            "on until three support it. These places come off first here."
+        )
+    return said
+
+
+def _particles(run: Run) -> str:
+    """Return how particles at rest differ from the same where they landed, in a sentence."""
+    rested, landed = (_middle(run[f"statistics/detachment_{which}"]) for which in ("superposed", "landed"))
+    held = run["solutions/rolling"], run["solutions/rolling_landed"]
+    stands = [100 * float((ds["contacts"] >= _STABLE_CONTACTS).weighted(shares(ds)).mean()) for ds in held]
+    return (
+        f"Particles rolled from where they landed to where they rest: {stands[0]:.0f} % of them then rest on three "
+        f"asperities or more, against {stands[1]:.0f} % where they landed. By superposition half of them begin to roll "
+        f"at {rested:.2g} m/s at rest, and at {landed:.2g} m/s where they landed; half of them leave their basin over "
+        f"its lowest pass at {_middle(run[LEAVING], 'leaving'):.2g} m/s, if the air flows towards the pass. Both are "
+        "limits: adhesion may hold light particles before they reach the bottom."
+    )
+
+
+def _middle(critical: xr.Dataset, kind: str = "critical") -> float:
+    """Return the median friction velocity over particles."""
+    return float(critical[f"{kind}_friction_velocity"].weighted(shares(critical)).quantile(0.5))
+
+
+def remaining(run: Run) -> xr.Dataset:
+    """Return the fraction remaining in a flow of air, from below the first critical speed to above the last."""
+    speed = run[_CRITICAL[leading(run)]]["critical_friction_velocity"].values
+    speed = speed[speed > 0]
+    if not speed.size:
+        raise ValueError("the sphere comes off at no place in a flow")
+    speeds = np.geomspace(speed.min() / _SPEED_FACTOR, speed.max() * _SPEED_FACTOR, _SPEEDS)
+    return resuspension(moments_of(run), friction_velocity=speeds, time=1.0)

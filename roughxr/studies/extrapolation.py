@@ -1,0 +1,368 @@
+"""`continued`: the pull-off with roughness finer than the scan, added until still finer roughness changes nothing.
+
+From the shortest wave that the scan shows truly, half an octave is added after the other, at a few places, until the
+mean pull-off settles. All places are then solved with all these waves, and the few places once more with every
+assumption changed, for the interval of the mean.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ..contact.adhesion import settling
+from ..contact.cycle import Adhesion
+from ..contact.problem import Problem
+from ..contact.regimes import in_memory
+from ..contact.specimen import Specimen
+from ..contact.subpixel import Below, pull_off_below
+from ..jobs import lazy as parallel
+from ..kernels.topography.random_surface import rms_of
+from ..scans import regions, self_affine_fit, smooth
+from ..scans.fine_scales import known_spectrum
+from ..scans.self_affinity import unlike_self_affine
+from ..statistics import bootstrap
+from ..statistics.sampling import by_share
+from ..vocabulary import schema
+from ..vocabulary.units import Places, Quantity, fraction, positive, whole_number
+from ..vocabulary.verbs import verb
+
+#: Waves are added by this factor; below the floor (nm) no continuum is.
+_WAVE_FACTOR, _SHORTEST_WAVE = 0.5**0.5, 0.5
+
+#: Waves whose standard deviation is below this part of the range of adhesion, or of a meniscus, do not matter.
+_NEGLIGIBLE_RMS = 0.1
+
+#: Places at which it is found out where the waves end to matter, and the assumptions are changed.
+_PILOT_PLACES = 6
+
+#: Factors on the range of adhesion and on the hardness, assigned or estimated: one standard deviation.
+_RANGE_FACTOR, _HARDNESS_FACTOR, _ESTIMATE_FACTOR = 1.25, 1.1, 1.3
+
+#: Pixels of the shortest wave that a microscope draws truly: aliasing, averaging over a pixel and the kinks that a tip
+#: leaves falsify shorter ones.
+_TRUE_PIXELS = 4.0
+
+#: What to do about a surface that cannot be continued.
+_ADVICE = "measure a finer scan, or give a measured spectrum to continued(spectrum=…)"
+
+#: What is said where no hardness is known.
+_NO_HARDNESS = "the bodies stay elastic, since no hardness is known"
+
+
+class Question(NamedTuple):
+    """A way to solve a place."""
+
+    problem: Problem
+    adhesion: Adhesion
+    below: Below
+
+
+@verb
+def continued(
+    ds: xr.Dataset | Specimen,
+    *,
+    subregions: Places = None,
+    seeds: int = 2,
+    preload: Quantity = 0.0,
+    shortest: Quantity | None = None,
+    spectrum: xr.Dataset | None = None,
+    accuracy: float = 0.1,
+) -> xr.Dataset:
+    """Return the simulated pull-off with the roughness continued below what the scan shows, and its 95 % interval.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A scan in memory with an assigned sphere and work of adhesion.
+    subregions : (int, int), (array, array) or Dataset, optional
+        Contact centres, see `regions.centres`.
+    seeds : int
+        Number of surfaces that agree with the scan.
+    preload : number or quantity
+        See `adhesive`, nN.
+    shortest : number or quantity, optional
+        Shortest wave of the surface, nm, where it is known; by default the waves end where they no longer matter.
+    spectrum : Dataset, optional
+        Result of `self_affine_fit`, by default of the waves that the scan shows truly; or a measured one,
+        `combined_spectrum`, used as far as it goes.
+    accuracy : float
+        Waves no longer matter where an octave more changes the mean pull-off by less than this part.
+
+    Returns
+    -------
+    Dataset
+        ``pull_off_force`` (nN) along (subregion, seed); ``pull_off_mean`` with ``pull_off_lower`` and
+        ``pull_off_upper``, its 95 % interval; ``shortest_wavelength`` (nm), the shortest wave that was added;
+        ``converged``; ``relative_error`` along ``entry``, the standard deviations of ln(mean) that the interval holds,
+        those of the spectrum and of shorter waves upwards only as far as the surface that the scan shows pulls;
+        ``scale_pull_off`` along ``shortest_kept``, the mean at a few places as waves are added. The attributes
+        ``known`` and ``assumed`` say so in a sentence each.
+
+    Raises
+    ------
+    ValueError
+        As for `adhesive` and `add_fine_roughness`; where the scan has no spectrum to continue; and, unless one is
+        given, where the scan is not self-affine (grains, steps, particles, a blunt tip, noise): its pull-off is
+        then only an upper bound.
+
+    Notes
+    -----
+    The law is exponential, with the pair's ``adhesion_range`` (0.3 nm unless given), for a humid pair with the
+    liquid's added; the hardness is the pair's, or the estimate for named materials. Waves that the scan distorts,
+    shorter than four pixels unless its spectrum ends before, are replaced. The interval contained the truth for 31 of
+    31 self-affine surfaces (``tests/benchmarks/below_the_pixel.py``); others are refused.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
+    >>> found = continued(scan, subregions=(2, 1), seeds=1, shortest=10)
+    >>> bool(found.pull_off_lower < found.pull_off_mean < found.pull_off_upper), float(found.shortest_wavelength)
+    (True, 10.0)
+    """
+    ds = in_memory(ds).scan
+    count, accuracy = whole_number(seeds, "seeds", least=1), fraction(accuracy, "accuracy")
+    end = None if shortest is None else positive(shortest, "nm", "shortest")
+    if spectrum is None or "psd" in spectrum:
+        own = known_spectrum(shown_truly(ds))
+        model = own if spectrum is None else known_spectrum(spectrum, own.shown, own.lay)
+    else:
+        model = known_spectrum(spectrum)
+    if not np.isfinite(model.plateau):
+        raise ValueError("height: expected a spectrum to continue, found none in a flat or nearly flat scan")
+    unlike = "" if spectrum is not None else unlike_self_affine(ds, model.shown)
+    if unlike:
+        raise ValueError(f"only a self-affine surface can be continued, and this scan has {unlike}; {_ADVICE}")
+    bodies, hardness = with_hardness(ds)
+    centres = regions.centres(ds, subregions)
+    problem, adhesion = settling(bodies, preload=preload)
+    kept = smooth(bodies, shortest=model.shown)
+    surface = Surface(kept, problem, centres)
+    question = Question(problem, adhesion, Below(model, model.shown, model.shown))
+    pilot = _pilot(surface, question, end, accuracy)
+    question = question._replace(below=question.below._replace(shortest=pilot.waves[-1]))
+    forces = surface.solve(question, range(centres.sizes["subregion"]), count, pilot.guesses[-1])[..., 0]
+    entries = _entries(surface, question, pilot, hardness) | _scatter(forces, centres)
+    return _result(ds, forces, entries, pilot, model, centres, hardness, (preload, subregions, count, end))
+
+
+def not_continued(ds: xr.Dataset, why: str) -> xr.Dataset:
+    """Return what `continued` finds of a scan that cannot be continued: nothing, and the reason."""
+    names = ("pull_off_mean", "pull_off_lower", "pull_off_upper", "shortest_wavelength")
+    out = xr.Dataset({**dict.fromkeys(names, np.nan), "converged": False})
+    out = out.assign_coords(schema.travelling(ds))
+    known = f"Roughness finer than the pixel is not included: {why}."
+    return schema.label(out.assign_attrs(known=known, assumed=""))
+
+
+def shown_truly(ds: xr.Dataset) -> xr.Dataset:
+    """Return the spectrum of the waves that a scan shows truly: those of four pixels, or all where it ends before."""
+    found = self_affine_fit(ds)
+    shown, pixel = float(found["shortest_wavelength"]), max(schema.pixel(ds))
+    if not np.isfinite(shown) or shown >= _TRUE_PIXELS * pixel or _ends_before(ds, found):
+        return found
+    return self_affine_fit(ds, shown=_TRUE_PIXELS * pixel)
+
+
+def _ends_before(ds: xr.Dataset, fitted: xr.Dataset) -> bool:
+    """Return whether a scan has far less power at waves shorter than its shortest than the model continues with."""
+    shown, pixel = float(fitted["shortest_wavelength"]), max(schema.pixel(ds))
+    if shown < 2.2 * pixel:
+        return False
+    rest = ds["height"] - smooth(ds, shortest=shown)["height"]
+    inner = rest.isel(x=slice(4, -4), y=slice(4, -4))
+    return float(inner.std()) < 0.3 * rms_of(known_spectrum(fitted).at, shown, 2 * pixel)
+
+
+def with_hardness(ds: xr.Dataset) -> tuple[xr.Dataset, str]:
+    """Return the scan with the hardness that is used, and a sentence on it."""
+    if "hardness" in ds.coords:
+        return ds, f"hardness {float(ds['hardness']):.3g} GPa as assigned"
+    if "hardness_estimate" not in ds.coords:
+        return ds, _NO_HARDNESS
+    estimate = float(ds["hardness_estimate"])
+    if estimate <= settling(ds)[1].peak:
+        words = "the pull of liquid and solids" if schema.is_wet(ds) else "the pull w/ρ"
+        return ds, f"the bodies stay elastic, since {words} exceeds the estimated hardness of {estimate:.3g} GPa"
+    return ds.assign_coords(hardness=estimate), f"hardness {estimate:.3g} GPa, estimated for the named materials"
+
+
+class Surface:
+    """The places of a scan, each with the heights around it."""
+
+    def __init__(self, ds: xr.Dataset, problem: Problem, centres: xr.Dataset):
+        self.depth = float(problem.steps[-1])
+        reach = problem.indenter.reach(self.depth) + 8 * problem.pixel
+        windows, _ = regions.windows(ds, centres, reach)
+        axes, heights = (ds["x"].values, ds["y"].values), ds["height"].values
+        at = zip(windows, centres["subregion_x"].values, centres["subregion_y"].values)
+        self.patches = [
+            (
+                heights[window.rows, window.columns],
+                (float(axes[0][window.rows][0]), float(axes[1][window.columns][0])),
+                problem.pixel,
+                (float(x), float(y)),
+            )
+            for window, x, y in at
+        ]
+
+    def solve(self, question: Question, places, seeds: int, guess=None) -> np.ndarray:
+        """Return the pull-off and the depth (place, seed, 2), both of which may be guessed."""
+        guess = guess or (self.depth, 0.0)
+        tasks = [(*self.patches[place], seed, *guess) for place in places for seed in range(seeds)]
+        found = parallel.spread(pull_off_below, tasks, (2,), *question, name="continued", lazy=False)
+        return np.asarray(found).reshape(len(places), seeds, 2)
+
+
+def next_guess(found: np.ndarray, before: tuple[float, float] | None) -> tuple[float, float] | None:
+    """Return what depth and pull-off to expect of rougher surfaces."""
+    if not np.isfinite(found).any():
+        return before
+    return 1.3 * float(np.nanmax(found[..., 1])) + 0.05, float(np.nanmean(found[..., 0]))
+
+
+class _Pilot(NamedTuple):
+    """What a few places show as waves are added."""
+
+    places: np.ndarray
+    waves: list[float]  # nm, falling
+    means: list[float]  # nN
+    guesses: list[tuple[float, float] | None]  # depth (nm) and pull-off (nN) at each
+    converged: bool
+    change: float  # of the mean by the last octave, where shorter waves may follow
+
+
+def _pilot(surface: Surface, question: Question, end, accuracy: float) -> _Pilot:
+    """Add half an octave after the other until the mean pull-off settles."""
+    count = len(surface.patches)
+    places = np.unique(np.linspace(0, count - 1, min(count, _PILOT_PLACES)).round().astype(int))
+    seeds, below = max(1, -(-_PILOT_PLACES // places.size)), question.below
+    model, length = below.spectrum, question.adhesion.span
+    waves, means, converged = [below.longest], [], False
+    guesses: list[tuple[float, float] | None] = [None]
+    smallest = _SHORTEST_WAVE if end is None else min(end, below.longest)
+    while True:
+        asked = question._replace(below=below._replace(shortest=waves[-1]))
+        found = surface.solve(asked, places, seeds, guesses[-1])
+        means.append(float(np.nanmean(found[..., 0])))
+        guesses.append(next_guess(found, guesses[-1]))
+        if end is None:
+            converged = rms_of(model.at, waves[-1], waves[-1] / 2) < _NEGLIGIBLE_RMS * length or _settled(
+                means, accuracy
+            )
+        if converged or waves[-1] <= smallest * (1 + 1e-9):
+            break
+        waves.append(max(waves[-1] * _WAVE_FACTOR, smallest))
+    change = abs(np.log(means[-1] / means[-3])) if end is None and len(means) > 2 else 0.0
+    return _Pilot(places, waves, means, guesses[1:], converged or end is not None, change)
+
+
+def _settled(means: list[float], accuracy: float) -> bool:
+    """Return whether neither the last octave nor its halves changed the mean by more than the accuracy."""
+    if len(means) < 4:
+        return False
+    last = np.log(means[-3:])
+    return bool(np.ptp(last) < accuracy)
+
+
+def _entries(surface, question: Question, pilot: _Pilot, hardness: str) -> dict[str, float]:
+    """Return the standard deviations of ln(mean) by the assumptions, each from a few places on the same waves.
+
+    What depends on the law and the bodies is asked an octave before the last wave, where a place takes a fifth of the
+    time; the spectrum at the last, to which its error grows.
+    """
+    before = max(len(pilot.waves) - 3, 0)
+    problem, adhesion, below = question
+    coarser = question._replace(below=below._replace(shortest=pilot.waves[before]))
+    tilted = [below.spectrum._replace(tilt=tilt) for tilt in (-1.0, 1.0)]
+    asked = {"spectrum": [question._replace(below=below._replace(spectrum=one)) for one in tilted]}
+    asked["range of adhesion"] = [
+        coarser._replace(adhesion=changed)
+        for changed in (
+            adhesion._replace(length=adhesion.length * factor) for factor in (1 / _RANGE_FACTOR, _RANGE_FACTOR)
+        )
+        if not problem.yielding or changed.peak < problem.hardness
+    ]
+    if problem.yielding:
+        unsure, least = _ESTIMATE_FACTOR if "estimated" in hardness else _HARDNESS_FACTOR, 1.01 * adhesion.peak
+        asked["hardness"] = [
+            coarser._replace(problem=problem._replace(hardness=max(problem.hardness * factor, least)))
+            for factor in (1 / unsure, unsure)
+        ]
+    seeds, out = max(1, -(-_PILOT_PLACES // pilot.places.size)), {}
+    for name, questions in asked.items():
+        at = -1 if name == "spectrum" else before
+        solved = [surface.solve(one, pilot.places, seeds, pilot.guesses[at])[..., 0] for one in questions]
+        changes = [abs(np.log(np.nanmean(one) / pilot.means[at])) for one in solved]
+        out[name] = float(np.sqrt(np.mean(np.square(changes))))
+    out["shorter waves"] = 0.5 * pilot.change
+    return out
+
+
+def _mean(forces: np.ndarray, centres: xr.Dataset) -> float:
+    """Return the mean over places and surfaces, by the shares of particles at the places where there are any."""
+    found = xr.DataArray(forces, centres.coords, ("subregion", "seed"))
+    return float(by_share(found).mean())
+
+
+def _scatter(forces: np.ndarray, centres: xr.Dataset) -> dict[str, float]:
+    """Return the standard deviations of ln(mean) by the choice of places and of surfaces."""
+    places, mean = np.nanmean(forces, axis=1), _mean(forces, centres)
+    found = xr.Dataset({"pull_off_force": ("subregion", places)}, centres.coords)
+    sampling = np.nan
+    if np.isfinite(places).sum() > 1:
+        interval = bootstrap(found, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
+        sampling = float(np.log(interval["high"] / interval["low"])) / (2 * 1.96)
+    count, seeds = np.isfinite(places).sum(), forces.shape[1]
+    within = np.nanmean(np.nanvar(forces, axis=1, ddof=1)) if seeds > 1 else np.nanvar(forces)
+    return {"places": sampling, "seeds": float(np.sqrt(within * (1 + 1 / seeds) / max(count, 1)) / mean)}
+
+
+def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness: str, given) -> xr.Dataset:
+    preload, subregions, seeds, end = given
+    mean, (below, above) = _mean(forces, centres), _spreads(entries, pilot)
+    added = rms_of(model.at, model.shown, pilot.waves[-1])
+    out = xr.Dataset(
+        {
+            "pull_off_force": (("subregion", "seed"), forces),
+            "pull_off_mean": mean,
+            "pull_off_lower": mean * np.exp(-below),
+            "pull_off_upper": mean * np.exp(above),
+            "shortest_wavelength": pilot.waves[-1],
+            "converged": pilot.converged,
+            "added_rms": added,
+            "relative_error": ("entry", list(entries.values())),
+            "scale_pull_off": ("shortest_kept", pilot.means),
+        },
+        {"entry": list(entries), "shortest_kept": pilot.waves, "seed": np.arange(forces.shape[1]), **centres.coords},
+    )
+    out = out.assign_coords(schema.travelling(ds))
+    pixels = model.shown / max(schema.pixel(ds))
+    known = f"The scan resolves waves of {model.shown:.3g} nm ({pixels:.2g} pixels) and longer."
+    if model.measured is not None:
+        last = 2 * np.pi * float(np.exp(-model.measured[0][-1]))
+        known += f" Other measurements of the surface give its spectrum down to {last:.3g} nm."
+    goes_on = f"its spectrum is assumed to continue (Hurst exponent {model.hurst:.2g} ± {model.hurst_error:.2g}) "
+    assumed = f"Below, {goes_on}down to {pilot.waves[-1]:.2g} nm{_why(pilot, end)}; {hardness}."
+    out.attrs = {"known": known, "assumed": assumed, "longest_added": model.shown}
+    arguments = {"preload": preload, "subregions": subregions, "seeds": seeds, "shortest": end}
+    return schema.record(schema.label(out), "continued", ds, **arguments)
+
+
+def _spreads(entries: dict[str, float], pilot: _Pilot) -> tuple[float, float]:
+    """Return by how much ln(mean) may lie lower, and higher: by no more than the added waves took."""
+    spread = {name: 1.96 * value for name, value in entries.items() if np.isfinite(value)}
+    below = float(np.hypot.reduce(list(spread.values())))
+    if (took := float(np.log(pilot.means[0] / pilot.means[-1]))) > 0:
+        spread |= {"spectrum": min(spread["spectrum"], took), "shorter waves": 0.0}
+    return below, float(np.hypot.reduce(list(spread.values())))
+
+
+def _why(pilot: _Pilot, end: float | None) -> str:
+    """Return why no shorter waves were added."""
+    if end is not None:
+        return ", as asked"
+    return ", where shorter waves no longer matter" if pilot.converged else ", where continuum theory ends"

@@ -1,0 +1,116 @@
+"""Results as tidy tables."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import xarray as xr
+
+from .files.disk import whole
+from .vocabulary import schema
+from .vocabulary.verbs import verb
+
+#: A spreadsheet takes cells that begin with one of these for a formula.
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+
+#: Formats of a tidy table, by the file's suffix.
+FORMATS = (".csv", ".xlsx", ".parquet")
+
+
+@verb
+def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
+    """Return a result as a tidy table, or write it: a row for each entry, a column for each variable and coordinate.
+
+    Parameters
+    ----------
+    ds : Dataset
+        For example asperities, a solution without fields, a pull-off, a summary, intervals, or a map, which has one row
+        for each pixel. Computed if lazy. Scalars, such as a roughness, are one row each: value, units and meaning.
+    path : path, optional
+        Ending in ``.csv``, ``.xlsx`` (needs openpyxl) or ``.parquet`` (needs pyarrow). Parquet keeps types, and units
+        and history of each column in its metadata. In the others the units are in brackets after the names, and text
+        that a spreadsheet would take for a formula begins with an apostrophe.
+
+    Returns
+    -------
+    DataFrame, or Path where one is given
+
+    Raises
+    ------
+    ValueError
+        If the suffix is none of these, or ``ds`` holds fields of many places, which do not fit a table.
+    ImportError
+        If the package that writes the format is not installed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> ds = xr.Dataset({"force": (("subregion", "delta"), [[0.0, 1.0]])}, coords={"delta": [1.0, 2.0]})
+    >>> pd.read_csv(to_table(schema.label(ds), Path(tempfile.mkdtemp()) / "force.csv")).columns.tolist()
+    ['subregion', 'delta [nm]', 'force [nN]']
+    >>> import roughxr
+    >>> to_table(roughxr.roughness(roughxr.open_sample("glass"))).loc["s_q", ["units", "meaning"]].tolist()
+    ['nm', 'root mean square height S_q']
+    """
+    write = None if path is None else _writer(Path(path).suffix)
+    fields = [str(name) for name in ds.data_vars if {"x", "y"} < set(ds[name].dims)]
+    if fields:
+        raise ValueError(
+            f"expected variables that fit a table, found fields of several places: {', '.join(fields)}; "
+            "select one place and displacement, or drop them"
+        )
+    frame = ds.to_dataframe() if ds.dims else _scalars(ds)
+    if path is None or write is None:
+        return frame
+    with whole(path) as temporary:
+        write(frame.reset_index(), ds, temporary)
+    return Path(path)
+
+
+def _scalars(ds: xr.Dataset) -> pd.DataFrame:
+    """Return the variables of a Dataset without dimensions as rows: value, units and meaning."""
+    rows = [
+        (array.values.item(), array.attrs.get("units", "1"), array.attrs.get("long_name", ""))
+        for array in ds.data_vars.values()
+    ]
+    return pd.DataFrame(
+        rows, index=pd.Index(list(ds.data_vars), name="quantity"), columns=["value", "units", "meaning"]
+    )
+
+
+def _writer(suffix: str) -> Callable[[pd.DataFrame, xr.Dataset, Path], None]:
+    schema.one_of(suffix, FORMATS, "path's ending")
+    if suffix == ".csv":
+        return lambda frame, ds, path: _headed(frame, ds).to_csv(path, index=False, lineterminator="\n")
+    package = {".xlsx": "openpyxl", ".parquet": "pyarrow"}[suffix]
+    if find_spec(package) is None:
+        raise ImportError(f"a table in {suffix} needs {package}, which is not installed: pip install {package}")
+    if suffix == ".parquet":
+        return _parquet
+    return lambda frame, ds, path: _headed(frame, ds).to_excel(path, index=False, engine="openpyxl")
+
+
+def _headed(frame: pd.DataFrame, ds: xr.Dataset) -> pd.DataFrame:
+    """Return a table with units in its header, and no text that a spreadsheet would take for a formula."""
+    units = {name: ds[name].attrs.get("units", "1") if name in ds.variables else "1" for name in frame}
+    named = frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit != "1"})
+    for column in named.select_dtypes(include=["object", "string"]):
+        named[column] = named[column].map(_no_formula)
+    return named
+
+
+def _no_formula(value: object) -> object:
+    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
+
+
+def _parquet(frame: pd.DataFrame, ds: xr.Dataset, path: Path):
+    frame.attrs = {
+        "units": {str(name): str(ds[name].attrs.get("units", "1")) for name in ds.variables},
+        "history": schema.history(ds),
+    }
+    frame.to_parquet(path, engine="pyarrow", index=False)
