@@ -16,7 +16,7 @@ from .maps import asperity_map, contact_grid, scan_map, subregion_map
 from .measured_figure import predicted_and_measured, quantile_quantile
 from .overview_figure import overview
 from .rose import orientation_rose
-from .run_figures import run_figures
+from .run_plots import run_figures
 from .saving import save
 from .sensitivity_figure import tornado
 from .single import asperity_curve

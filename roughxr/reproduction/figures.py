@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 
 from ..figures import against_hertz, asperity_curve, sweep
-from ..figures import run_figures as of_a_run
+from ..figures import run_plots as of_a_run
 from ..figures.forces import hertz_error, jkr_sphere
-from ..figures.run_figures import Groups, drawn
+from ..figures.run_plots import Groups, drawn
 from ..vocabulary.numbers import number, quantity
 from ..vocabulary.verbs import verb
 
