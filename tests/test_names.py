@@ -22,7 +22,7 @@ def test_no_function_hides_a_module(name):
 
 def public():
     """Return the public functions by name: those at the top, and those of the rooms shown beside them."""
-    shown = ("detachment", "reference", "report", "archive", "scans", "statistics", "measured")
+    shown = ("particles", "reference", "report", "archive", "scans", "statistics", "measured")
     rooms = {"": roughxr} | {f"{name}.": getattr(roughxr, name) for name in shown}
     names = [(prefix, name, room) for prefix, room in rooms.items() for name in getattr(room, "__all__", vars(room))]
     found = {f"{prefix}{name}": getattr(room, name) for prefix, name, room in names if not name.startswith("_")}

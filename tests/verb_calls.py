@@ -12,8 +12,7 @@ import pandas as pd
 import xarray as xr
 
 import roughxr
-from roughxr import archive, measured, reference, scans, statistics
-from roughxr import particles as detachment
+from roughxr import archive, measured, particles, reference, scans, statistics
 from roughxr.scans import regions
 
 from .surfaces import rough, scan
@@ -175,20 +174,20 @@ WRITES = {"to_file": ".gsf", "to_table": ".csv"}
 
 
 def documented():
-    """Return the names of rooms' functions that have a page, without those of `detachment`."""
+    """Return the names of rooms' functions that have a page, without those of `particles`."""
     pages = Path(__file__).parent.parent / "notebooks" / "site" / "api.rst"
     return re.findall(r"^   (?:scans|statistics|measured|reference)\.(\w+)$", pages.read_text(encoding="utf-8"), re.M)
 
 
 def named(name):
     """Return the public function of a name, at the top or in the room where it lies."""
-    rooms = (roughxr, scans, statistics, measured, reference, detachment)
+    rooms = (roughxr, scans, statistics, measured, reference, particles)
     return next(getattr(room, name) for room in rooms if hasattr(room, name))
 
 
 def public_verbs():
     """Return all public functions that take a Dataset, by name."""
-    modules = {"": roughxr, "detachment.": detachment, "regions.": regions, "archive.": archive}
+    modules = {"": roughxr, "particles.": particles, "regions.": regions, "archive.": archive}
     found = {name: named(name) for name in documented()}
     for prefix, module in modules.items():
         names = getattr(module, "__all__", ["save"])
@@ -215,7 +214,7 @@ def call(verb, kinds, options, datasets):
         return datasets.get(word, word) if isinstance(word, str) else word
 
     module, _, name = verb.rpartition(".")
-    function = getattr({"detachment": detachment, "regions": regions}[module], name) if module else named(name)
+    function = getattr({"particles": particles, "regions": regions}[module], name) if module else named(name)
     if verb in WRITES:
         function = written(function, WRITES[verb])
     with warnings.catch_warnings():

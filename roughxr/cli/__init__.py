@@ -8,7 +8,7 @@ running       `paper`, `run`
 pages         `report`, `explore`
 files         `info`, `convert`
 measurements  `measured`, `compare`
-coming_off    `detach`
+detach        `detach`
 citation      `cite`
 
 A command is imported when it is called, so that help needs none of what solves and draws.

@@ -195,7 +195,7 @@ def _measurements(commands: Any) -> None:
 
 def _detach(commands: Any) -> None:
     does = "tell at what flow, vibration, tilt or rotation the sphere comes off"
-    command = _command(commands, "detach", "coming_off:detach", does)
+    command = _command(commands, "detach", "detach:detach", does)
     _add(command, _RUN)
     command.add_argument("--load", default="wall_shear", choices=LOADS, help=_DEFAULT)
     words = "at 20 °C; the adhesion stays that of the run"

@@ -19,12 +19,12 @@ from ..vocabulary import schema
 from ..vocabulary.numbers import interval, number
 from ..vocabulary.verbs import verb
 from .budget import BUDGET, budget_table, headline, humid_words
-from .cautions import cautions
 from .command_line import command
 from .detachment_section import COMING_OFF, coming_off_words, detachment_table
 from .embedded_figures import Picture, picture_of, pictures
 from .intervals import interval_table
 from .measured_section import COMPARED, MEASURED, compared, measured_table, measured_words
+from .run_warnings import cautions
 from .tables import contact_table, formula_table, scan_table
 from .template import filled, title, written
 

@@ -16,8 +16,8 @@ from ...vocabulary import schema
 from ...vocabulary.units import whole_number
 from ...vocabulary.verbs import verb
 from ..budget import headline, humid_words
-from ..cautions import cautions
 from ..embedded_figures import picture_of
+from ..run_warnings import cautions
 from ..template import filled, title, written
 from . import images, places
 from .contact_maps import contact_maps
