@@ -57,11 +57,8 @@ def test_progress_is_asked_for_in_one_place():
     ("call", "option"),
     [
         (lambda pull, **given: pull.contact.pull_off(**given), {"smoothing": 3.0}),
-        (lambda pull, **given: roughxr.particles.to_dem(pull, code="4c", **given), {"classes": 3}),
-        (
-            lambda pull, **given: roughxr.particles.to_dem(pull, code="yade", classes=1, **given),
-            {"poisson_ratio": 0.2},
-        ),
+        (lambda pull, **given: roughxr.particles.to_dem(pull, code="rock_n_roll", **given), {"classes": 3}),
+        (lambda pull, **given: roughxr.particles.to_dem(pull, code="rock_n_roll", **given), {"poisson_ratio": 0.2}),
     ],
 )
 def test_an_option_that_a_mode_does_not_use_is_refused(call, option):

@@ -1,4 +1,4 @@
-"""Places of rest: closed forms for a few summits, symmetry, and what a scan's tiles and pixels may not change."""
+"""Resting positions: closed forms for a few summits, symmetries, and independence of tiles and pixels."""
 
 import numpy as np
 import pytest
@@ -129,7 +129,7 @@ def test_places_converge_with_the_pixel():
     exact = resting(_hills(2.0))
     errors = []
     for pixel in (16.0, 8.0):
-        found = resting(_hills(pixel), least_barrier=0.02)
+        found = resting(_hills(pixel))
         off = [np.hypot(found.subregion_x - a, found.subregion_y - b).min() for a, b in _inner(exact)]
         errors.append(float(np.median(off)))
     assert errors[1] < 0.1 * 8.0
@@ -169,14 +169,15 @@ def test_every_rest_is_lower_than_all_around_it_and_stands_on_its_carriers():
         assert min(heights[1:]) > heights[0]
 
 
-def test_the_barrier_is_how_deep_a_flood_drowns_all_ways_on_a_fine_lattice():
-    surface = glass_pair(scan(rough(128, rms=3.0, smooth=2.0, seed=5), 10.0))
+@pytest.mark.parametrize(("radius", "pixels"), [(RADIUS, 128), (500.0, 48)])
+def test_the_barrier_is_how_deep_a_flood_drowns_all_ways_on_a_fine_lattice(radius, pixels):
+    surface = glass_pair(scan(rough(pixels, rms=3.0, smooth=2.0, seed=5), 10.0), radius)
     found = resting(surface)
     z, step = np.ascontiguousarray(surface.height.values), 1.0
     axes = surface.x.values, surface.y.values
-    rows, _ = dilation.patches(z, *axes, (10.0, 10.0), RADIUS, dilation.reach_of(RADIUS, np.ptp(z)))
+    rows, _ = dilation.patches(z, *axes, (10.0, 10.0), radius, dilation.reach_of(radius, np.ptp(z)))
     fine = [np.arange(axis[0], axis[-1], step) for axis in axes]
-    height = dilation.dilation(rows, *fine, dilation.Ball(RADIUS, 5.0, 5.0))[0]
+    height = dilation.dilation(rows, *fine, dilation.Ball(radius, 5.0, 5.0))[0]
     at = [np.round((found[f"subregion_{n}"].values - f[0]) / step).astype(int) for n, f in zip("xy", fine)]
     inner = np.flatnonzero(~found.truncated.values)
     assert inner.size > 10
@@ -185,7 +186,7 @@ def test_the_barrier_is_how_deep_a_flood_drowns_all_ways_on_a_fine_lattice():
         part = height[tuple(slice(f, a[k] + 301) for f, a in zip(first, at))]
         here, *others = np.column_stack(at)[[k, *np.delete(np.arange(len(at[0])), k)]] - first
         drowned = _flood(part, tuple(here), [one for one in others if (0 <= one).all() and (one < part.shape).all()])
-        off = 0.5 * step * np.sqrt(2 * np.ptp(z) / RADIUS)  # half a step beside the pass, on the steepest slope
+        off = 0.5 * step * np.sqrt(2 * np.ptp(z) / radius)  # half a step beside the pass, on the steepest slope
         assert drowned - off < float(found.rest_height[k] + found.barrier[k]) < drowned + 1e-6
 
 
@@ -225,34 +226,45 @@ def test_a_lazy_scan_in_tiles_gives_the_same_places(monkeypatch):
         xr.testing.assert_allclose(resting(ds), whole, rtol=0, atol=1e-9)
 
 
-def test_a_turned_scan_has_turned_places():
-    surface = glass_pair(scan(rough(96, rms=3.0, smooth=2.0, seed=4), 10.0))
-    found, mirrored = resting(surface), resting(glass_pair(scan(surface.height.values[::-1].T, 10.0)))
-    one = np.sort(found.rest_height.values)
-    assert np.sort(mirrored.rest_height.values) == pytest.approx(one, abs=5e-5)
-    assert np.sort(mirrored.landing_share) == pytest.approx(np.sort(found.landing_share), abs=2e-3)
+@pytest.mark.parametrize("change", ["mirror", "transpose", "scale"])
+def test_resting_positions_do_not_depend_on_orientation_or_unit_of_length(change):
+    for seed in range(24):
+        rng = np.random.default_rng(seed)
+        n, radius = int(rng.integers(24, 41)), float(rng.choice([300.0, 500.0, 3000.0]))
+        z = rough(n, rms=float(rng.choice([1.0, 2.0, 4.0])), smooth=float(rng.choice([1.0, 1.5, 2.5])), seed=seed)
+        expected = _rows(resting(glass_pair(scan(z, 10.0), radius)))
+        scale = 0.1 if change == "scale" else 1.0
+        changed = {"mirror": z[::-1], "transpose": z.T, "scale": scale * z}[change]
+        rows = _rows(resting(glass_pair(scan(np.ascontiguousarray(changed), 10.0 * scale), radius * scale)))
+        rows[:, :4] /= scale
+        rows = (
+            rows * [-1, 1, 1, 1, 1] if change == "mirror" else rows[:, [1, 0, 2, 3, 4]] if change != "scale" else rows
+        )
+        assert len(rows) == len(expected), seed
+        if not len(rows):
+            continue
+        nearest = np.hypot(*(rows[:, None, :2] - expected[None, :, :2]).transpose(2, 0, 1)).argmin(axis=0)
+        assert sorted(nearest) == list(range(len(rows))), seed
+        off = np.abs(rows[nearest] - expected).max(axis=0)
+        assert (off < [0.5, 0.5, 1e-3, 0.1, 0.01]).all(), (seed, off)
 
 
-def test_shallow_rests_are_part_of_the_next():
-    surface = glass_pair(scan(rough(128, rms=3.0, smooth=2.0), 10.0))
-    every, deep = resting(surface), resting(surface, least_barrier=0.2)
-    assert deep.sizes["subregion"] < every.sizes["subregion"]
-    assert float(deep.barrier.min()) >= 0.2
-    assert set(deep.subregion_x.values) <= set(every.subregion_x.values)
+def _rows(ds):
+    """Return x, y, height, barrier (nm) and share of the resting positions."""
+    names = ("subregion_x", "subregion_y", "rest_height", "barrier", "landing_share")
+    return np.column_stack([ds[name].values for name in names])
 
 
-def test_missing_pixels_and_wrong_options_are_said():
+@pytest.mark.parametrize("radius", [200.0, 500.0])
+def test_every_barrier_is_positive_under_a_small_sphere(radius):
+    ds = resting(glass_pair(scan(rough(96, rms=3.0, smooth=1.0, seed=6), 10.0), radius))
+    assert ds.sizes["subregion"] > 50 and (ds.barrier > 0).all()
+
+
+def test_missing_pixels_are_refused():
     surface = glass_pair(scan(rough(32), 10.0))
     with pytest.raises(ValueError, match="missing pixels"):
         resting(surface.where(surface.x > surface.x[3]))
-    with pytest.raises(ValueError, match="settle"):
-        resting(surface, settle="glue")
-    with pytest.raises(ValueError, match="particle_density: not used"):
-        resting(surface, particle_density=2500)
-    with pytest.raises(ValueError, match="least_barrier"):
-        resting(surface, least_barrier=-1)
-    with pytest.raises(ValueError, match="particle_density"):
-        resting(surface, settle="adhesion")
 
 
 def test_shares_weigh_means_quantiles_intervals_and_fractions():
@@ -289,22 +301,6 @@ def test_equal_shares_change_no_statistic():
         assert other[name].values == pytest.approx(one[name].values)
 
 
-def test_adhesion_holds_light_spheres_where_they_land_and_heavy_ones_roll_to_the_bottom():
-    surface = glass_pair(scan(rough(96, rms=3.0, smooth=2.0), 10.0))
-    bottom = resting(surface)
-    light = resting(surface, settle="adhesion", particle_density=2500, landings=(4, 4))
-    off = [np.hypot(bottom.subregion_x - x, bottom.subregion_y - y).min() for x, y in _centres(light)]
-    assert not light.at_bottom.any() and max(off) > 10.0
-    weak = roughxr.assign_pair(surface, sphere_radius=RADIUS, contact_modulus=40, work_of_adhesion=1e-8)
-    heavy = resting(weak, settle="adhesion", particle_density=2500, landings=(4, 4))
-    assert float(heavy.landing_share[heavy.at_bottom].sum()) > 0.9
-    for x, y in _centres(heavy.isel(subregion=heavy.at_bottom.values)):
-        assert float(np.hypot(bottom.subregion_x - x, bottom.subregion_y - y).min()) < 1e-9
-    windy = resting(surface, settle="adhesion", particle_density=2500, landings=(4, 4), friction_velocity=20.0)
-    assert 0 < float(windy.at_bottom.mean()) <= 1
-    assert float(windy.landing_share.sum()) == pytest.approx(1.0)
-
-
 def _centres(ds):
     return list(zip(ds.subregion_x.values, ds.subregion_y.values))
 
@@ -317,37 +313,6 @@ def test_landings_on_a_grid_reach_some_of_the_rests():
     assert float(some.landing_share.sum()) == pytest.approx(1.0)
 
 
-def test_leaving_over_the_pass_of_three_summits_takes_the_moment_about_the_pair_beside_it():
-    surface = caps(polygon(3, 150.0, turn=np.pi / 6), 2.5, radius=60.0, half=220.0)
-    place = resting(surface)
-    found = roughxr.particles.leaving(surface, place)
-    held = roughxr.rolling(surface, directions=24, subregions=place)
-    assert float(found.barrier[0]) == pytest.approx(float(place.barrier[0]))
-    nearest = int(np.cos(held.direction - found.pass_direction[0]).argmax("direction"))
-    assert float(found.rest_moment[0]) == pytest.approx(float(held.resisting_moment[0, nearest]), rel=1e-6)
-    assert 0 < float(found.pass_moment[0]) < 0.5 * float(found.rest_moment[0])  # on two summits alone
-    flow = float(found.leaving_friction_velocity[0])
-    about = roughxr.particles.drag(flow, RADIUS) * RADIUS + roughxr.particles.torque(flow, RADIUS)
-    lifted = roughxr.particles.lift(flow, RADIUS) * float(held.hinge_distance[0, nearest])
-    assert about + lifted == pytest.approx(float(found.rest_moment[0]), rel=0.02)
-    with pytest.raises(ValueError, match="passes"):
-        roughxr.particles.leaving(surface, place.drop_vars("pass_x"))
-
-
-def test_a_place_without_a_pass_stays_and_is_missing():
-    surface = glass_pair(scan(rough(96, rms=3.0, smooth=2.0), 10.0))
-    places = resting(surface, landings=(3, 2))
-    every = roughxr.particles.leaving(surface, places)
-    without = places.assign(pass_x=places.pass_x.where(places.subregion != places.subregion[1]))
-    some = roughxr.particles.leaving(surface, without)
-    kept = np.arange(places.sizes["subregion"]) != 1
-    for name in ("leaving_friction_velocity", "pass_moment", "rest_moment", "barrier"):
-        assert np.isnan(some[name].values[1])
-        assert some[name].values[kept] == pytest.approx(every[name].values[kept])
-    with pytest.raises(ValueError, match="at least one place that a particle can leave"):
-        roughxr.particles.leaving(surface, places.assign(pass_x=places.pass_x * np.nan))
-
-
 def test_words_on_a_run_of_particles_tell_rests_from_where_they_landed():
     surface = glass_pair(scan(rough(96, rms=3.0, smooth=2.0), 10.0))
     catalogue = roughxr.asperities(surface)
@@ -357,7 +322,7 @@ def test_words_on_a_run_of_particles_tell_rests_from_where_they_landed():
     run |= {f"statistics/detachment{name}": roughxr.critical_load(held) for name in ("", "_superposed")}
     run |= {"statistics/detachment_landed": roughxr.critical_load(landed)}
     assert "where it was placed" in roughxr.report.coming_off_words(run)[0]
-    run["statistics/leaving"] = roughxr.particles.leaving(catalogue, places)
+    run["statistics/rests"] = places
     words = " ".join(roughxr.report.coming_off_words(run))
     share = float(held.landing_share[held.contacts >= 3].sum())
     assert "where it came to rest" in words and f"{100 * share:.0f} % of them then rest on three" in words

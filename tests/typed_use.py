@@ -129,7 +129,7 @@ def stiff(scan: xr.Dataset) -> xr.Dataset:
 
 def lifted(scan: xr.Dataset) -> xr.Dataset:
     """Ask at what flow particles leave."""
-    rests: xr.Dataset = roughxr.resting(scan, settle="adhesion")
+    rests: xr.Dataset = roughxr.resting(scan)
     holds: xr.Dataset = roughxr.rolling(scan, directions=8, subregions=rests)
     holds = roughxr.particles.with_pull_off(holds, roughxr.pull_off_map(scan, subregions=rests))
     critical: xr.Dataset = roughxr.critical_load(holds)

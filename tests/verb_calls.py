@@ -160,7 +160,6 @@ NOT_CALLED = {
     "error_budget": "`adhesive` at some places",
     "answer": "numbers that it holds, in words",
     "continued": "`rigid` or `adhesive` on several surfaces",
-    "particles.leaving": "wants places of rest: tests/test_resting.py",
     "plot": "only draws",
     "pooled": "wants several scans: tests/test_pooling.py",
     "predict_others": "`fit_pair` and its method",

@@ -113,14 +113,10 @@ def _quantile(values: xr.DataArray, part: float) -> float:
 
 
 def _tell_rests(groups: Mapping[str, xr.Dataset], body: dict[str, Any], slides: dict[str, Any]) -> None:
-    """Print what half of the particles of a run stand at rest, where they landed, and up to the lowest pass."""
+    """Print what half of the particles of a run stand at rest and where they landed."""
     at = {"at rest": "solutions/rolling", "where they landed": "solutions/rolling_landed"}
     critical = {where: particles.critical_load(groups[name], **body, **slides) for where, name in at.items()}
     told = [(where, next(iter(ds.data_vars.values()))) for where, ds in critical.items()]
-    rests = groups["statistics/rests"]
-    if bool(rests["pass_x"].notnull().any()):
-        leaves = particles.leaving(groups["asperities"], rests, **body)
-        told += [("to leave over the lowest pass", next(v for n, v in leaves.items() if str(n).startswith("leaving")))]
     medians = ", ".join(f"{where} {number(_quantile(values, 0.5))}" for where, values in told)
     print(f"the median by superposed asperities: {medians} {told[0][1].attrs['units']}")
 

@@ -18,7 +18,7 @@ from .words import number
 LAWS = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
 
 #: Codes of `to_dem`, loads of `critical_load`, and its fluids.
-PARTICLE_CODES = ("lammps", "4c", "liggghts", "mercurydpm", "yade", "rock_n_roll")
+PARTICLE_CODES = ("lammps", "rock_n_roll")
 LOADS = ("wall_shear", "tilt", "centrifuge", "vibration")
 FLUIDS = ("air", "water")
 

@@ -1,16 +1,7 @@
-"""`to_dem`: adhesion as text for the input of a discrete-element code or a resuspension model, in SI units.
-
-lammps          pair_style granular and fix wall/gran, jkr: 3 π γ R (manual, "pair_style granular")
-4c              AdhesionRegDMT: 4 π γ R_eff, γ normally distributed (particle_interaction_dem_adhesion_law)
-liggghts        cohesion sjkr: cohesion energy density times the area of overlap (its page of that name)
-mercurydpm      ReversibleAdhesive: a spring with a largest force (AdhesionForceMax)
-yade            ViscElCapMat: a bridge of liquid, 4 π R γ cosθ at contact with a plane (examples/capillary)
-rock_n_roll     the places' own distribution of the pull-off, and the lever (Reeks & Hall 2001)
-"""
+"""`to_dem`: adhesion as input for LAMMPS (jkr: pull-off 3 π γ R), or its distribution as a table; SI units."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +11,6 @@ import xarray as xr
 from ..statistics import cdf, fit, reduction, smooth_pull_off
 from ..vocabulary import schema
 from ..vocabulary.units import fraction, whole_number
-from ..vocabulary.verbs import verb
 from .force_balance import refuse_varied, scope_of
 
 #: From the project's units to those of every code here.
@@ -28,7 +18,7 @@ _NEWTON, _METRE, _PASCAL = 1e-9, 1e-9, 1e9
 
 
 class _Adhesion(NamedTuple):
-    """What a code is told, in SI units."""
+    """Adhesion in SI units."""
 
     pulls: np.ndarray  # N, mean pull-off of each class of the places, ascending; the classes have equal shares
     mean: float  # N
@@ -46,7 +36,6 @@ class _Adhesion(NamedTuple):
         return 2 * (1 - self.poisson_ratio**2) * self.modulus
 
 
-@verb
 def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_ratio: float | None = None) -> str:
     """Return the lines that give a discrete-element code, or a resuspension model, the adhesion of these places.
 
@@ -54,15 +43,16 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
     ----------
     ds : Dataset
         A pull-off with its pair, or a result of `rolling`, which also gives the coefficient of rolling friction.
-    code : {"lammps", "4c", "liggghts", "mercurydpm", "yade", "rock_n_roll"}
-        The last gives a table (CSV) in place of a fitted log-normal law: ``force_nN`` (ascending), ``cdf``,
-        ``force_over_smooth`` (over that of the same sphere on a smooth flat), and from `rolling` ``lever_over_radius``
-        in the weakest direction, for use in place of the usual 1/100. Places where nothing pulls are only counted.
+    code : {"lammps", "rock_n_roll"}
+        "lammps": pair_style granular and fix wall/gran, jkr. "rock_n_roll": a table (CSV) of the distribution:
+        ``force_nN`` (ascending), ``cdf``, ``force_over_smooth`` (over that of the same sphere on a smooth flat), and
+        from `rolling` ``lever_over_radius`` in the weakest direction, for use in place of the usual 1/100. Places where
+        nothing pulls are only counted.
     classes : int
-        Particle types of equal share among which the places are divided, by their pull-off, for codes that hold one
-        adhesion for each type (not "4c", "rock_n_roll"); by default up to 5. 1: all alike, with the mean pull-off.
+        For "lammps": particle types of equal share among which the places are divided, by their pull-off; by default
+        up to 5. 1: all alike, with the mean pull-off.
     poisson_ratio : float
-        Of both bodies, for "lammps", which asks for Young's modulus, E = 2(1 − ν²)E*; by default 0.3.
+        Of both bodies, for "lammps", which needs Young's modulus, E = 2(1 − ν²)E*; by default 0.3.
 
     Returns
     -------
@@ -78,8 +68,7 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
     Notes
     -----
     LAMMPS was run with these lines: pulling a particle off the wall takes the pull-off force given here, within 1e-5
-    (``tests/benchmarks/dem_codes.py``). Those for other codes follow their manuals and sources (head of this
-    file); pull one particle off before use.
+    (``tests/benchmarks/dem_codes.py``). For other codes take `parameters`.
 
     Examples
     --------
@@ -90,22 +79,17 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
     >>> [line.split()[:4] for line in text.splitlines() if line.startswith("fix wall1")]
     [['fix', 'wall1', 'class1', 'wall/gran']]
     """
-    schema.one_of(code, (*CODES, TABLE), "code")
-    if code not in _BY_CLASS:
-        schema.refuse_unused(f"code={code!r}", classes=classes)
-    if code != "lammps":
-        schema.refuse_unused(f"code={code!r}", poisson_ratio=poisson_ratio)
+    schema.one_of(code, CODES, "code")
     refuse_varied(ds)
     ds = reduction(ds)
     if code == TABLE:
+        schema.refuse_unused(f"code={code!r}", classes=classes, poisson_ratio=poisson_ratio)
         return _distribution(ds)
     pulling = int(ds["pull_off_force"].notnull().sum())
     count = min(_CLASSES, pulling) if classes is None else whole_number(classes, "classes", least=1)
-    count = count if code in _BY_CLASS else 1
     ratio = _POISSON_RATIO if poisson_ratio is None else fraction(poisson_ratio, "poisson_ratio")
     adhesion = _adhesion_of(ds, count, ratio)
-    comment, write = CODES[code]
-    return "\n".join([*(f"{comment} {line}" for line in _head(ds, adhesion)), *write(adhesion)]) + "\n"
+    return "\n".join([*(f"# {line}" for line in _head(ds, adhesion)), *_lammps(adhesion)]) + "\n"
 
 
 def _adhesion_of(ds: xr.Dataset, classes: int, poisson_ratio: float) -> _Adhesion:
@@ -158,64 +142,6 @@ def _lammps(adhesion: _Adhesion) -> list[str]:
     return lines
 
 
-def _4c(adhesion: _Adhesion) -> list[str]:
-    per_energy = 4 * np.pi * adhesion.radius
-    return [
-        "# The pull-off force is 4 pi gamma R. The scatter of the places is log-normal rather than normal; the",
-        "# cut-off keeps gamma positive, so that the weakest and strongest places lie too near the mean.",
-        "PARTICLE DYNAMIC/DEM:",
-        '  ADHESIONLAW: "AdhesionRegDMT"',
-        f"  ADHESION_SURFACE_ENERGY: {adhesion.mean / per_energy:.6g}",
-        '  ADHESION_SURFACE_ENERGY_DISTRIBUTION: "Normal"',
-        f"  ADHESION_SURFACE_ENERGY_DISTRIBUTION_STDDEV: {adhesion.std / per_energy:.6g}",
-        f"  ADHESION_SURFACE_ENERGY_DISTRIBUTION_CUTOFF_FACTOR: {min(3.0, 0.99 * adhesion.mean / adhesion.std):.3g}",
-    ]
-
-
-def _liggghts(adhesion: _Adhesion) -> list[str]:
-    count = len(adhesion.pulls)
-    # Hertz and k A with A = 2 pi R delta, the cap's area to first order: the pull is largest where
-    # E* sqrt(R delta) = pi R k, and is (2/3) pi R k delta there.
-    density = (1.5 * adhesion.pulls * adhesion.modulus**2 / (np.pi**3 * adhesion.radius**2)) ** (1 / 3)
-    wall = count + 1
-    rows = [" ".join(f"{value:.6g}" for value in [*([0.0] * count), k]) for k in density]
-    rows.append(" ".join(f"{value:.6g}" for value in [*density, 0.0]))
-    return [
-        "units si",
-        f"# types 1 to {count} of equal share, type {wall} the wall. sjkr pulls with k times the area of overlap;",
-        "# its largest pull, at an overlap of (pi k/E*)^2 R, is set to the pull-off force. No overlap, no pull.",
-        *(f"# type {k}: pull-off {pull:.5g} N" for k, pull in enumerate(adhesion.pulls, 1)),
-        "pair_style gran model hertz tangential history cohesion sjkr",
-        f"fix m6 all property/global cohesionEnergyDensity peratomtypepair {wall} &",
-        *(f"  {row} &" for row in rows[:-1]),
-        f"  {rows[-1]}",
-    ]
-
-
-def _mercurydpm(adhesion: _Adhesion) -> list[str]:
-    lines = [
-        "// ReversibleAdhesive species: a linear pull up to AdhesionForceMax; one species for each class, equal shares."
-    ]
-    for k, pull in enumerate(adhesion.pulls, 1):
-        lines += [
-            f"species{k}->setAdhesionForceMax({pull:.6g});  // N",
-            f"species{k}->setAdhesionStiffness(species{k}->getStiffness());",
-        ]
-    return lines
-
-
-def _yade(adhesion: _Adhesion) -> list[str]:
-    lines = [
-        "# A bridge of liquid stands for the adhesion: at contact it pulls with 4 pi R gamma cos(theta), theta = 0.",
-        "# Vb, its volume, sets how far it reaches, and is yours to choose. One material for each class, equal shares.",
-    ]
-    for k, pull in enumerate(adhesion.pulls, 1):
-        gamma = pull / (4 * np.pi * adhesion.radius)
-        call = f"Capillar=True, CapillarType='Willett_analytic', gamma={gamma:.6g}, theta=0.0, Vb=Vb, **param"
-        lines.append(f"O.materials.append(ViscElCapMat(label='class{k}', {call}))  # pull-off {pull:.5g} N")
-    return lines
-
-
 def _distribution(ds: xr.Dataset) -> str:
     """Return the distribution of the pull-off over the places as CSV, with the levers where they are known."""
     steps = cdf(ds, "pull_off_force")
@@ -238,18 +164,8 @@ def _levers(ds: xr.Dataset, force: np.ndarray) -> np.ndarray:
     return pd.Series(lever[known]).groupby(pull[known]).mean().loc[force].to_numpy()
 
 
-#: Codes that hold one adhesion for each particle type; classes and Poisson's ratio where none are given.
-_BY_CLASS = "lammps", "liggghts", "mercurydpm", "yade"
+#: Classes and Poisson's ratio where none are given.
 _CLASSES, _POISSON_RATIO = 5, 0.3
 
-#: The code whose input is the distribution itself.
-TABLE = "rock_n_roll"
-
-#: How each code begins a comment, and what writes its lines.
-CODES: dict[str, tuple[str, Callable[[_Adhesion], list[str]]]] = {
-    "lammps": ("#", _lammps),
-    "4c": ("#", _4c),
-    "liggghts": ("#", _liggghts),
-    "mercurydpm": ("//", _mercurydpm),
-    "yade": ("#", _yade),
-}
+#: A code with one adhesion for each particle type, and the one that takes the distribution itself.
+LAMMPS, TABLE = CODES = ("lammps", "rock_n_roll")

@@ -7,18 +7,13 @@ from typing import Any, NamedTuple
 import dask
 import numpy as np
 import xarray as xr
+from scipy.spatial import cKDTree
 
-from ..asperity.catalogue import asperities
-from ..asperity.moments import rolling
 from ..kernels.topography import dilation, rests
 from ..scans import regions
 from ..vocabulary import schema
-from ..vocabulary.units import Places, Quantities, Quantity, magnitude, positive, single
-from ..vocabulary.verbs import verb, warn
-from .force_balance import critical_load
-from .loads import weight
-
-SETTLED = ("gravity", "adhesion")
+from ..vocabulary.units import Places
+from ..vocabulary.verbs import warn
 
 #: Pixels along a side of a tile.
 _TILE_SIDE = 512
@@ -26,11 +21,14 @@ _TILE_SIDE = 512
 #: Motion of the sphere, in pixels, within which a summit counts as carrying it.
 _CARRYING_MOTION = 0.05
 
+#: Distance (pixels) within which resting positions are one.
+_EQUAL_POSITIONS = 0.05
+
+#: Least barrier, over pixel²/R, which the sphere's front rises by over about one pixel.
+_RESOLVED_BARRIER = 0.01
+
 #: Pixels that rests may lie apart on a scan and on the vertices of its asperities.
 _PAIRING_DISTANCE = 20.0
-
-#: Stops on the way from where a sphere lands to where it rests, at each of which it may be held.
-_STOPS = 12
 
 
 class _Rests(NamedTuple):
@@ -42,16 +40,11 @@ class _Rests(NamedTuple):
     passes: np.ndarray  # (passes, 3): x, y, height, nm
 
 
-@verb
 def resting(
     ds: xr.Dataset,
     *,
-    settle: str = "gravity",
-    least_barrier: Quantity = 0.001,
     landings: Places = None,
     on: xr.Dataset | None = None,
-    particle_density: Quantity | None = None,
-    friction_velocity: Quantities = 0.0,
 ) -> xr.Dataset:
     """Return where a sphere of the assigned radius comes to rest, with the share of spheres that do so at each place.
 
@@ -59,43 +52,33 @@ def resting(
     ----------
     ds : Dataset
         A scan with an assigned sphere. A lazy one is read now; some 40 bytes to a pixel are held.
-    settle : {"gravity", "adhesion"}
-        "gravity": it rolls down to where its height is least. "adhesion": it stops on the way, or stays where it lands,
-        as soon as the resisting moment of `rolling` exceeds that of its weight and of the flow.
-    least_barrier : number or quantity
-        nm; a rest whose lowest pass is less high above it counts as a part of the rest beyond that pass.
     landings : (int, int), optional
         Grid of places where spheres land: only what these reach is returned, with shares of their number. By default
-        spheres land everywhere, and shares are those of the area; for "adhesion" on a grid of 16 × 16.
+        spheres land everywhere, and shares are those of the area.
     on : Dataset, optional
-        For "gravity": a catalogue of the scan's asperities. Each rest is then moved to the nearest one on
+        A catalogue of the scan's asperities. Each rest is then moved to the nearest one on
         their vertices, on which `rolling` and `superpose` put the sphere; where there is none near, it stays.
-    particle_density : number or quantity
-        For "adhesion": kg/m³.
-    friction_velocity : number or quantity
-        For "adhesion": of a flow while it settles, m/s, towards the weakest direction of each place.
 
     Returns
     -------
     Dataset
         Along ``subregion``, to be given to any verb as ``subregions``: coordinates ``subregion_x``, ``subregion_y``
         (nm) and ``landing_share``, their weight in all statistics; ``rest_height`` of the sphere's lowest point (nm),
-        ``carriers``, the summits that it stands on (at most 8), and ``carrier_x``, ``carrier_y`` of each (nm). With
-        "gravity" also ``barrier``, the height of the lowest pass over the rest (nm), ``pass_x``, ``pass_y`` (nm),
-        ``pass_to``, the rest beyond it, −1 off the scan; and ``truncated``, where the basin or the sphere over its
-        carriers reaches the scan's edge. With "adhesion" ``at_bottom``, whether the place is one of "gravity". The
-        attribute ``share_off_scan`` is the share of the area from which a sphere rolls off the scan. Empty, with a
-        warning, where there is no rest at all.
+        ``carriers``, the summits that it stands on (at most 8), and ``carrier_x``, ``carrier_y`` of each (nm);
+        ``barrier``, the height of the lowest pass over the rest (nm), ``pass_x``, ``pass_y`` (nm), ``pass_to``, the
+        rest beyond it, −1 off the scan; and ``truncated``, where the basin or the sphere over its carriers reaches the
+        scan's edge. The attribute ``share_off_scan`` is the share of the area from which a sphere rolls off the scan.
+        Empty, with a warning, where there is no rest at all.
 
     Raises
     ------
     ValueError
-        If no sphere is assigned, pixels are missing, an option is out of its range, or a density is missing.
+        If no sphere is assigned, or pixels are missing.
 
     Notes
     -----
-    Bodies are rigid here, and roll without slip or inertia. Between pixels the surface is the paraboloid through nine
-    of them.
+    Bodies are rigid here, and the sphere rolls down without slip, inertia or adhesion. Between pixels the
+    surface is the paraboloid through nine of them.
 
     Examples
     --------
@@ -109,35 +92,23 @@ def resting(
     2
     """
     scan = schema.validate(ds, "scan")
-    schema.one_of(settle, SETTLED, "settle")
     (radius,) = schema.pair(scan, "sphere_radius")
-    words = "a height in nm of at least 0"
-    shallow = single(least_barrier, "nm", "least_barrier", words, lambda barrier: barrier >= 0)
-    flown = {"particle_density": particle_density, "friction_velocity": friction_velocity or None}
-    summits = {"on": None if on is None else "asperities"}
-    schema.refuse_unused(f"settle={settle!r}", **(summits if settle == "adhesion" else flown))
-    given: dict[str, Any] = {"settle": settle, "least_barrier": shallow, **summits}
     z, ground = _ground(scan, radius)
-    settled = _settled(z, ground, shallow)
-    if settle == "adhesion":
-        landings = landings or (16, 16)
-        given |= {"particle_density": particle_density, "friction_velocity": friction_velocity}
-        out = _held_on_the_way(scan, (z, ground), settled, landings, particle_density, friction_velocity)
-    else:
-        out = _at_the_bottom(scan, ground, settled)
-        if landings is not None:
-            out = _reached(out, [label for _, label in _ways_down(scan, z, ground, settled, landings)])
-        if on is not None:
-            out = _on_vertices(out, schema.validate(on, "asperities"), ground)
+    settled = _settled(z, ground)
+    out = _at_the_bottom(scan, ground, settled)
+    if landings is not None:
+        out = _reached(out, _basins_of(scan, ground, settled, landings))
+    if on is not None:
+        out = _on_vertices(out, schema.validate(on, "asperities"), ground)
     out = out.assign_coords(schema.travelling(scan))
     off = float(rests.areas(settled.labels, len(settled.places) + 1)[rests.OFF]) / settled.labels.size
-    out.attrs = {"settle": settle, "share_off_scan": off}
+    out.attrs = {"share_off_scan": off}
     if out.sizes["subregion"] == 0:
         out.attrs["missing"] = "no place of rest: from every pixel the sphere rolls off the scan"
         warn(out.attrs["missing"])
     if landings is not None:
         out.attrs["landings"] = np.asarray(landings, dtype=int).tolist()
-    return schema.record(schema.label(out), "resting", scan, **given, landings=landings)
+    return schema.record(schema.label(out), "resting", scan, landings=landings, on=None if on is None else "asperities")
 
 
 def is_rests(places: Any) -> bool:
@@ -202,13 +173,15 @@ def _tile(height, x, y, inner, outer, ball, reach) -> tuple[np.ndarray, ...]:
     return z, bounds, chosen.astype(np.int32)[lists]
 
 
-def _settled(z: np.ndarray, ground: rests.Ground, shallow: float) -> _Rests:
-    """Return the places of rest, with those behind too low a barrier joined to the next."""
+def _settled(z: np.ndarray, ground: rests.Ground) -> _Rests:
+    """Return the resting positions; barriers that the pixels do not resolve are left out."""
+    shallow = _RESOLVED_BARRIER * max(ground.pixel) ** 2 / ground.ball.radius
     labels, minima = rests.basins(z, ground.pixel)
     places, to = _rolled(ground, labels, minima)
     _relabel(labels, to)
+    _claim_own_pixels(labels, places, to, ground)
     pairs, pixels = _borders(z, labels)
-    passes = rests.passes(z, pixels, ground)
+    passes = rests.passes(z, labels, pairs, pixels, places[:, 2], ground)
     to = _joined(pairs, passes[:, 2], places[:, 2], shallow)
     kept = np.unique(to[np.flatnonzero(rests.areas(labels, len(to)))])
     kept = kept[kept != rests.OFF]
@@ -222,36 +195,30 @@ def _settled(z: np.ndarray, ground: rests.Ground, shallow: float) -> _Rests:
 
 
 def _rolled(ground: rests.Ground, labels: np.ndarray, minima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return where spheres rest that roll from each minimum, and of each label that of the basin where it then is."""
+    """Return the resting position to which a sphere rolls from each minimum, and of each label the first with the same.
+
+    From the label `rests.OFF` on: its position is infinitely high.
+    """
     pixels = np.column_stack(np.unravel_index(minima, labels.shape))
-    start = np.array(ground.first) + pixels * np.array(ground.pixel)
-    rolled = rests.settle(ground, labels, start, np.arange(1, minima.size + 1, dtype=np.int32))
-    places = np.concatenate([[[np.nan, np.nan, np.inf]], rolled[:, :3]])
-    to = np.append(rests.OFF, rolled[:, 3].astype(np.int64))
-    lowest = [ring[np.argmin(places[ring, 2])] for ring in _rings(to)]
-    to[lowest] = lowest  # in a ring each rolls into the next one's basin: they rest at one place, on a border of theirs
-    rolled = rests.settle(ground, labels, places[lowest, :2], np.zeros(len(lowest), np.int32))
-    for k, (*place, label) in zip(lowest, rolled):
-        places[k] = place
-        if _root(to, int(label)) != k:
-            to[k] = int(label)
-    return places, _ends(to)
+    rolled = rests.settle(ground, np.array(ground.first) + pixels * np.array(ground.pixel))
+    to = np.arange(minima.size + 1)
+    off = np.isnan(rolled[:, 2])
+    to[1:][off] = rests.OFF
+    on_scan = np.flatnonzero(~off)
+    equal = cKDTree(rolled[on_scan, :2]).query_pairs(_EQUAL_POSITIONS * max(ground.pixel)) if on_scan.size else ()
+    for a, b in equal:
+        first, second = sorted(_root(to, int(on_scan[k]) + 1) for k in (a, b))
+        to[second] = first
+    return np.concatenate([[[np.nan, np.nan, np.inf]], rolled]), _ends(to)
 
 
-def _rings(to: np.ndarray) -> list[list[int]]:
-    """Return the rings into which chains of labels lead."""
-    end = to
-    for _ in range(int(to.size).bit_length()):
-        end = end[end]
-    rings, seen = [], set()
-    for first in np.unique(end[to[end] != end]).tolist():
-        ring = []
-        while first not in seen:
-            seen.add(first)
-            ring.append(first)
-            first = int(to[first])
-        rings += [ring] if ring else []
-    return rings
+def _claim_own_pixels(labels: np.ndarray, places: np.ndarray, to: np.ndarray, ground: rests.Ground) -> None:
+    """Label the pixel of each resting position as its own: the sphere may have rolled to it from another basin."""
+    own = np.unique(to)
+    own = own[own != rests.OFF]
+    i, j = np.round((places[own, :2] - ground.first) / ground.pixel).astype(int).T
+    order = np.argsort(-places[own, 2])  # the lowest one of a pixel last
+    labels[i[order], j[order]] = own[order]
 
 
 def _borders(z: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -364,9 +331,9 @@ def _on_vertices(out: xr.Dataset, catalogue: xr.Dataset, ground: rests.Ground) -
     return out.assign(rest_height=("subregion", moved[:, 2]))
 
 
-def _reached(out: xr.Dataset, labels: list[int]) -> xr.Dataset:
+def _reached(out: xr.Dataset, labels: np.ndarray) -> xr.Dataset:
     """Return the rests that some landings reach, with shares of their number; numbers stay those of all rests."""
-    rest, count = np.unique(np.array(labels, int) - 1, return_counts=True)
+    rest, count = np.unique(labels.astype(int) - 1, return_counts=True)
     return out.isel(subregion=rest).assign_coords(landing_share=("subregion", count / max(count.sum(), 1)))
 
 
@@ -379,56 +346,13 @@ def _beyond_edge(scan: xr.Dataset, out: xr.Dataset) -> np.ndarray:
     return off < np.nan_to_num(far).max(axis=1, initial=0.0)
 
 
-def _held_on_the_way(scan, over, settled, landings, density, speed) -> xr.Dataset:
-    """Return where spheres that land on a grid are held, on their way down or at the bottom, with their shares."""
-    if density is None:
-        raise ValueError("particle_density: expected a density in kg/m³ for settle='adhesion', found none")
-    speed = float(magnitude(speed, "m s-1", "friction_velocity"))
-    (radius,) = schema.pair(scan, "sphere_radius")
-    load = float(weight(radius, positive(density, "kg m-3", "particle_density")))
-    catalogue = asperities(scan)
-    z, ground = over
-    ways = _ways_down(scan, z, ground, settled, landings)
-    at, stops = np.array([way[0] for way, _ in ways]).reshape(-1, 2), np.zeros(len(ways), int)
-    rolls = np.ones(len(ways), bool)
-    for stop in range(_STOPS):
-        if not rolls.any():
-            break
-        held = rolling(catalogue, directions=12, load=load, subregions=tuple(at[rolls].T))
-        given = {"particle_density": density, "direction": "weakest"}
-        held = critical_load(held, **given)["critical_friction_velocity"].values > speed
-        rolls[np.flatnonzero(rolls)[held]] = False
-        for k in np.flatnonzero(rolls):
-            way = ways[k][0]
-            stops[k] = min(-(-(stop + 1) * (len(way) - 1) // _STOPS), len(way) - 1)
-            at[k] = way[stops[k]]
-    bottom = np.array([(n == len(way) - 1) for n, (way, _) in zip(stops, ways)], bool)
-    rest = np.array([label for _, label in ways], int)
-    which = np.where(bottom, rest, -1 - np.arange(len(ways)))  # all that reach one bottom are one place
-    _, first, count = np.unique(which, return_index=True, return_counts=True)
-    order = np.argsort(first)
-    first, count = first[order], count[order]
-    x, y = at[first].T
-    out = _placed(x, y, count / max(count.sum(), 1))
-    out = _carried(out, ground, np.column_stack([at[first], rests.heights(at[first], ground)]))
-    return out.assign(at_bottom=("subregion", bottom[first]))
-
-
-def _ways_down(
-    scan: xr.Dataset, z: np.ndarray, ground: rests.Ground, settled: _Rests, landings: Any
-) -> list[tuple[np.ndarray, int]]:
-    """Return for each landing that comes to rest its way down, pixel by pixel and to the rest itself, and the rest."""
+def _basins_of(scan: xr.Dataset, ground: rests.Ground, settled: _Rests, landings: Any) -> np.ndarray:
+    """Return the labels of the basins in which spheres land on a grid, without those that roll off the scan."""
     grid = regions.centres(scan, landings)
-    ways = []
-    for place in zip(grid["subregion_x"].values, grid["subregion_y"].values):
-        i, j = (
-            int(np.clip(round((v - first) / step), 0, n - 1))
-            for v, first, step, n in zip(place, ground.first, ground.pixel, z.shape)
-        )
-        label = int(settled.labels[i, j])
-        if label == rests.OFF:
-            continue
-        pixels = rests.way_down(z, i, j, ground.pixel)
-        along = np.array(ground.first) + pixels[1:] * np.array(ground.pixel)
-        ways.append((np.concatenate([[place], along, settled.places[label - 1 : label, :2]]), label))
-    return ways
+    axes = zip("xy", ground.first, ground.pixel, settled.labels.shape)
+    i, j = (
+        np.clip(np.round((grid[f"subregion_{axis}"].values - first) / step).astype(int), 0, n - 1)
+        for axis, first, step, n in axes
+    )
+    labels = settled.labels[i, j]
+    return labels[labels != rests.OFF]

@@ -21,8 +21,8 @@ Run = Mapping[str, xr.Dataset]
 #: The groups that are needed.
 COMING_OFF = "solutions/rolling", "statistics/adhesive", "statistics/detachment", "statistics/detachment_superposed"
 
-#: The group that runs of particles have beside these: what it takes to leave over the lowest pass.
-LEAVING = "statistics/leaving"
+#: The group that runs of particles have besides: where they rest.
+RESTS = "statistics/rests"
 
 #: Columns of the table, by the method of the pull-off force.
 _CRITICAL = {
@@ -110,7 +110,7 @@ def coming_off_words(run: Run) -> list[str]:
     if not set(COMING_OFF) <= set(run):
         return []
     critical, hard = run[_CRITICAL[leading(run)]], "hardness" in run["solutions/rolling"].coords
-    lies = "came to rest" if LEAVING in run else "was placed"
+    lies = "came to rest" if RESTS in run else "was placed"
     stress = quantity(AIR_DENSITY * _middle(critical) ** 2, "Pa")
     said = [
         f"A steady flow of air along x acts on the sphere where it {lies}; its weight is neglected. The sphere can "
@@ -129,7 +129,7 @@ def coming_off_words(run: Run) -> list[str]:
         )
     held = run["solutions/rolling"]
     few, count = int(_not_settled(held).sum()), held.sizes["subregion"]
-    if LEAVING in run:
+    if RESTS in run:
         said.append(_particles(run))
     elif few:
         said.append(
@@ -147,15 +147,14 @@ def _particles(run: Run) -> str:
     return (
         f"Particles rolled from where they landed to where they rest: {stands[0]:.0f} % of them then rest on three "
         f"asperities or more, against {stands[1]:.0f} % where they landed. By superposition half of them begin to roll "
-        f"at {rested:.2g} m/s at rest, and at {landed:.2g} m/s where they landed; half of them leave their basin over "
-        f"its lowest pass at {_middle(run[LEAVING], 'leaving'):.2g} m/s, if the air flows towards the pass. Both are "
-        "limits: adhesion may hold light particles before they reach the bottom."
+        f"at {rested:.2g} m/s at rest, and at {landed:.2g} m/s where they landed. Both are limits: adhesion may stop "
+        "light particles before they reach the bottom."
     )
 
 
-def _middle(critical: xr.Dataset, kind: str = "critical") -> float:
-    """Return the median friction velocity over particles."""
-    return float(critical[f"{kind}_friction_velocity"].weighted(shares(critical)).quantile(0.5))
+def _middle(critical: xr.Dataset) -> float:
+    """Return the median critical friction velocity over particles."""
+    return float(critical["critical_friction_velocity"].weighted(shares(critical)).quantile(0.5))
 
 
 def remaining(run: Run) -> xr.Dataset:

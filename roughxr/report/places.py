@@ -28,7 +28,6 @@ _COLUMNS = (
     ("solutions/rolling", "lever", "lever"),
     ("statistics/detachment", "critical_friction_velocity", "critical_friction_velocity"),
     ("statistics/detachment", "mode", "gives_way_first"),
-    ("statistics/leaving", "leaving_friction_velocity", "leaving_friction_velocity"),
 )
 
 

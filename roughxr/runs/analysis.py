@@ -46,7 +46,7 @@ from ..jobs.progress import Stages, about, is_shown
 from ..jobs.progress import say as tell
 from ..jobs.records import loading
 from ..jobs.run import checkpointed, only_kept
-from ..particles import critical_load, leaving, resting
+from ..particles import critical_load, resting
 from ..particles.resting_places import is_rests
 from ..scans import level, regions, roughness
 from ..statistics import pull_off
@@ -166,7 +166,7 @@ def run(
     particle : bool
         The sphere is no probe but a particle: it lands on the grid of ``subregions`` and is solved where it comes to
         rest from there, each place weighted by the share of landings (`resting`). What it takes to roll it off is also
-        computed where it landed, and over the lowest pass.
+        computed where it landed.
     delta : array_like, optional
         Displacements of the direct simulation, nm; by default 16, the last such that a place of median height is
         pressed as deep as it lies below the highest peak.
@@ -419,11 +419,10 @@ def _coming_off(catalogue: xr.Dataset, options: dict[str, Any], groups: dict[str
 
 
 def _of_particles(catalogue: xr.Dataset, places: xr.Dataset) -> dict[str, xr.Dataset]:
-    """Return the places of rest, the flow in which particles leave them, and what holds them where they landed."""
+    """Return the places of rest, and the moments and critical flow where the particles landed."""
     landed = rolling(catalogue, subregions=tuple(places.attrs["landings"]))
     return {
         "statistics/rests": places,
-        "statistics/leaving": leaving(catalogue, places),
         "solutions/rolling_landed": landed,
         "statistics/detachment_landed": critical_load(landed),
     }

@@ -337,17 +337,6 @@ VARIABLES: dict[str, Variable] = {
     "pass_x": Variable("nm", "x of the lowest pass"),
     "pass_y": Variable("nm", "y of the lowest pass"),
     "pass_to": Variable("1", "place of rest beyond the lowest pass", "-1: the sphere rolls off the scan"),
-    "pass_direction": Variable("rad", "direction of the lowest pass", "from x towards y"),
-    "rest_moment": Variable("nN nm", "resisting moment at rest, towards the pass"),
-    "pass_moment": Variable("nN nm", "resisting moment on the pass, in the same direction"),
-    "leaving_friction_velocity": Variable(
-        "m s-1", "friction velocity to leave", "at which the sphere leaves over the pass"
-    ),
-    "leaving_acceleration": Variable(
-        "m s-2", "acceleration to leave", "at which the sphere leaves over the lowest pass"
-    ),
-    "leaving_angle": Variable("rad", "angle of tilt to leave", "at which the sphere leaves over the lowest pass"),
-    "at_bottom": Variable("1", "the sphere rolled down to the bottom of its basin"),
     "critical_friction_velocity": Variable("m s-1", "critical friction velocity", "at which the sphere comes off"),
     "critical_acceleration": Variable("m s-2", "critical acceleration", "at which the sphere comes off"),
     "critical_angle": Variable("rad", "critical angle of tilt", "at which the sphere comes off"),

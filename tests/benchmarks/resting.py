@@ -5,7 +5,7 @@
 
 Spheres of 3 µm of radius, of glass, with w = 0.1 J/m², land on a grid of 8 × 8 places: first they stay where they land,
 as a probe does; then they roll down to where they rest. Critical velocities are those of air at which half of them
-rock, and leave over the lowest pass; each is the median over places, weighted by the share of particles there.
+move; each is the median over places, weighted by the share of particles there.
 ``--large`` takes a self-affine scan of so many pixels instead, in memory and lazily: time, and the largest memory.
 """
 
@@ -25,10 +25,9 @@ import xarray as xr
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import roughxr
-from roughxr import particles
 
 BODIES = {"sphere_radius": 3000.0, "young_modulus": 75.0, "poisson_ratio": 0.22, "work_of_adhesion": 0.1}
-GRID, SPEEDS, FLOWS = (8, 8), (0.05, 0.1, 0.2, 0.5), (0.0, 0.2, 1.0, 10.0)
+GRID, SPEEDS = (8, 8), (0.05, 0.1, 0.2, 0.5)
 
 
 def median(values, share):
@@ -68,26 +67,10 @@ def compare(name, scan):
     )
     catalogue = roughxr.asperities(scan)
     at_rest = roughxr.resting(scan, landings=GRID, on=catalogue)
-    stopped = []
-    for speed in FLOWS:  # from where adhesion alone decides to where hardly any is left of it
-        how = {"settle": "adhesion", "particle_density": 2500, "landings": GRID, "friction_velocity": speed}
-        held = roughxr.resting(scan, **how)
-        stopped.append(float(held["landing_share"][held["at_bottom"]].sum()))
-    told_flows = ", ".join(f"{share:.2f} at {speed:g}" for share, speed in zip(stopped, FLOWS))
-    print(f"  settle='adhesion': share that gets to the bottom, in a flow while it settles, m/s: {told_flows}")
     for words, where in (("landed", roughxr.scans.regions.centres(scan, GRID)), ("at rest", at_rest)):
         held = roughxr.rolling(catalogue, directions=24, subregions=where)
         critical = roughxr.critical_load(held)["critical_friction_velocity"].values
         told(words, held, critical, held)
-    found = particles.leaving(catalogue, at_rest)
-    share = found["landing_share"].values
-    rocks, leaves = (found[f"{kind}_friction_velocity"].values for kind in ("critical", "leaving"))
-    moments = [median(found[f"{where}_moment"].values, share) for where in ("rest", "pass")]
-    print(
-        f"  leaving over the lowest pass {median(leaves, share):.3f} m/s, first rocking in its weakest direction "
-        f"{median(rocks, share):.3f} m/s; moment towards the pass {moments[0]:.0f} nN nm at rest, {moments[1]:.0f} on "
-        "the pass"
-    )
 
 
 def large(pixels, form, path):

@@ -11,9 +11,9 @@ where it lies on the line that joins them, at equal heights.
 1. Every pixel drains to the lowest, by distance, of its neighbours; pixels that drain to one are its basin.
 2. A trough that runs obliquely to the pixels has false minima on them. From each minimum the sphere therefore rolls on
    between pixels: the steps d minimise max over k of Z_k + ∇Z_k·d within a square, which is halved where a step does
-   not lower the sphere. It ends at rest, or in another basin, of which its own then is a part.
-3. The pass between two basins is the lowest pixel of their common border, then the point on the line that joins two
-   touched summits, where there are two.
+   not lower the sphere. Basins from which it rolls to the same resting position are parts of one.
+3. The pass between two basins is the lowest point on their common border: its lowest pixel, or near that pixel the
+   lowest point on a line that joins two touched summits. It lies above both resting positions.
 
 Letters: x, y, u nm; Z nm; R radius (nm); d step (nm).
 """
@@ -30,14 +30,15 @@ from .peaks import on_border
 #: Label of pixels from which the sphere rolls off the scan.
 OFF = 0
 
-#: Half-width of a step, in pixels: at first, and at the end; and the largest number of steps.
-_FIRST_STEP, _LAST_STEP, _MOST_STEPS = 0.5, 0.004, 4000
+#: Half-width of a step, in pixels: at first (no path of equal steps ends midway between pixels), and at the end; and
+#: the largest number of steps.
+_FIRST_STEP, _LAST_STEP, _MOST_STEPS = 0.47, 0.004, 4000
 
-#: Least distance (pixels) of patches on different summits.
-_LEAST_SEPARATION = 2.0
+#: Least distance (pixels) of contacts on different summits; no multiple of half a pixel, where many contacts lie.
+_LEAST_SEPARATION = 1.9
 
-#: How often the crossing of two patches is found anew, each time by the planes where it was found last.
-_CROSSING_ROUNDS = 5
+#: Most rounds of the search for a saddle, each by the planes at the point of the round before.
+_CROSSING_ROUNDS = 30
 
 #: How far (distance²/R) the sphere's heights on two patches may part from their planes.
 _LARGEST_DEVIATION = 2.5
@@ -190,6 +191,22 @@ def _near(ground, i, j):
 
 
 @kernel
+def _near_pass(ground, i, j):
+    """Return the patches that a sphere may touch whose axis is within ``_PASS_DISTANCE`` of a pixel; some twice."""
+    nx, ny = ground.height.shape
+    boxes, count = np.zeros((4, 2), np.int64), 0
+    low, high = (max(i - 1, 0) // SIDE, max(j - 1, 0) // SIDE), (min(i + 1, nx - 1) // SIDE, min(j + 1, ny - 1) // SIDE)
+    for a in range(low[0], high[0] + 1):
+        for b in range(low[1], high[1] + 1):
+            boxes[count] = a, b
+            count += 1
+    rows = _near(ground, boxes[0, 0] * SIDE, boxes[0, 1] * SIDE)
+    for n in range(1, count):
+        rows = np.concatenate((rows, _near(ground, boxes[n, 0] * SIDE, boxes[n, 1] * SIDE)))
+    return rows
+
+
+@kernel
 def _plane(row, x, y, ball):
     """Return the sphere's height on a patch, its slopes, and the place of contact."""
     height, u, v = touch(row, x, y, ball)
@@ -316,29 +333,26 @@ def _step_down(rows, x, y, ball, step, last):
 
 
 @kernel
-def _roll(ground, labels, x, y, own):
-    """Roll from x, y to rest, or into another basin unless ``own`` = OFF; return x, y, height, and the label there."""
+def _roll(ground, x, y):
+    """Roll from x, y to rest; return x, y and height there, NaN where the sphere rolls off the scan."""
     largest, (nx, ny) = max(ground.pixel[0], ground.pixel[1]), ground.height.shape
     step, height = _FIRST_STEP * largest, np.inf
     for _ in range(_MOST_STEPS):
         i, j = _pixel_at(ground, x, y)
         if i <= 0 or j <= 0 or i >= nx - 1 or j >= ny - 1:
-            return x, y, height, np.int32(OFF)
-        if own != OFF and labels[i, j] != own:
-            return x, y, height, labels[i, j]
+            return np.nan, np.nan, np.nan
         x, y, height, step = _step_down(_near(ground, i, j), x, y, ground.ball, step, _LAST_STEP * largest)
         if step < _LAST_STEP * largest:
             break
-    i, j = _pixel_at(ground, x, y)
-    return x, y, height, labels[i, j]
+    return x, y, height
 
 
 @kernel
-def settle(ground, labels, places, own):
-    """Roll a sphere from each place in its own basin; return x, y, height (nm) and label, (places, 4), as `_roll`."""
-    out = table(len(places), 4, 0.0)
+def settle(ground, places):
+    """Roll a sphere from each place to rest; return x, y, height (nm), (places, 3), NaN where it rolls off the scan."""
+    out = table(len(places), 3, 0.0)
     for n in range(len(places)):
-        out[n, 0], out[n, 1], out[n, 2], out[n, 3] = _roll(ground, labels, places[n, 0], places[n, 1], own[n])
+        out[n, 0], out[n, 1], out[n, 2] = _roll(ground, places[n, 0], places[n, 1])
     return out
 
 
@@ -395,42 +409,74 @@ def _crossing(a, b, x, y):
 
 
 @kernel
-def _pass_near(rows, planes, place, ball, pixel):
-    """Return x, y and height of the pass nearest to a border's lowest pixel (x, y, height), or that pixel."""
-    (x, y, lowest), found = place, place
-    nearest, largest = _PASS_DISTANCE * max(pixel[0], pixel[1]), max(pixel[0], pixel[1])
+def _borders_both(labels, x, y, ground, pair):
+    """Return whether pixels of both basins lie within two pixels of a point."""
+    i, j = _pixel_at(ground, x, y)
+    first, second = False, False
+    for p in range(max(i - 2, 0), min(i + 3, labels.shape[0])):
+        for q in range(max(j - 2, 0), min(j + 3, labels.shape[1])):
+            first |= labels[p, q] == pair[0]
+            second |= labels[p, q] == pair[1]
+    return first and second
+
+
+@kernel
+def _saddle(a, b, x, y, ball):
+    """Return x, y and height where the sphere touches two patches, between its contacts; NaN if nowhere."""
+    for _ in range(_CROSSING_ROUNDS):
+        first, second = _plane(a, x, y, ball), _plane(b, x, y, ball)
+        previous_x, previous_y = x, y
+        x, y = _crossing(first, second, x, y)
+        if not np.hypot(x - previous_x, y - previous_y) > 1e-9 * ball.radius:
+            return x, y, max(touch(a, x, y, ball)[0], touch(b, x, y, ball)[0])
+    return x, y, np.nan
+
+
+@kernel
+def _lowest_saddle(rows, planes, start, least, labels, pair, ground):
+    """Return x, y and height of the lowest saddle between two basins near their border's lowest pixel, or that pixel.
+
+    ``start`` is that pixel (x, y, height), ``least`` the height of the higher one of the two resting positions.
+    """
+    (x, y, _), lowest, ball = start, start, ground.ball
+    largest = max(ground.pixel[0], ground.pixel[1])
+    nearest = _PASS_DISTANCE * largest
     for p in range(len(planes)):
         for q in range(p):
-            if not _apart(planes[p], planes[q], pixel):
+            if not _apart(planes[p], planes[q], ground.pixel):
                 continue
             px, py = _crossing(planes[p], planes[q], x, y)
             off = np.hypot(px - x, py - y)
             if not off < nearest + largest:
                 continue
             bent = _LARGEST_DEVIATION * off * off / ball.radius  # as far as planes can tell
-            highest = min(_on(planes[p], px - x, py - y), lowest) + bent
+            highest = min(_on(planes[p], px - x, py - y), lowest[2]) + bent
             if _highest_plane(planes, px - x, py - y)[0] > highest:
                 continue
-            for _ in range(_CROSSING_ROUNDS):
-                a, b = _plane(rows[p], px, py, ball), _plane(rows[q], px, py, ball)
-                px, py = _crossing(a, b, px, py)
-            off, height = np.hypot(px - x, py - y), touch(rows[p], px, py, ball)[0]
-            if off < nearest and height < lowest and _height(rows, px, py, ball) <= height + 1e-9 * ball.radius:
-                nearest, found = off, (px, py, height)
-    return found
+            px, py, height = _saddle(rows[p], rows[q], px, py, ball)
+            if not (np.hypot(px - x, py - y) < nearest and least <= height < lowest[2]):
+                continue
+            on_surface = _height(rows, px, py, ball) <= height + 1e-8 * ball.radius
+            if on_surface and _borders_both(labels, px, py, ground, pair):
+                lowest = (px, py, height)
+    return lowest
 
 
 @kernel
-def passes(z, pixels, ground):
-    """Return x, y and height (nm) of the pass at each of some pixels of a border, (passes, 3)."""
+def passes(z, labels, pairs, pixels, rest_heights, ground):
+    """Return x, y and height (nm) of the pass between each pair of basins from their border's lowest pixel."""
     out, reach = table(pixels.size, 3, 0.0), _PASS_DISTANCE * max(ground.pixel[0], ground.pixel[1])
     for n in range(pixels.size):
         i, j = pixels[n] // z.shape[1], pixels[n] % z.shape[1]
         x, y = ground.first[0] + i * ground.pixel[0], ground.first[1] + j * ground.pixel[1]
-        rows = _near(ground, i, j)
+        rows = _near_pass(ground, i, j)
         planes = _planes(rows, x, y, ground.ball, reach)
-        out[n, 0], out[n, 1], out[n, 2] = _pass_near(
-            _chosen(rows, planes), planes, (x, y, z[i, j]), ground.ball, ground.pixel
+        least = -np.inf
+        for label in pairs[n]:
+            if label != OFF:
+                least = max(least, rest_heights[label])
+        out[n, 0], out[n, 1], out[n, 2] = _lowest_saddle(
+            _chosen(rows, planes), planes, (x, y, z[i, j]), least, labels, pairs[n], ground
         )
     return out
 
@@ -454,30 +500,3 @@ def carriers(places, ground, slack):
                 at[n, number[n], 0], at[n, number[n], 1] = planes[k, 3], planes[k, 4]
                 number[n] += 1
     return number, at
-
-
-@kernel
-def heights(places, ground):
-    """Return the heights (nm) of the sphere at places."""
-    out = line(len(places), 0.0)
-    for n in range(len(places)):
-        i, j = _pixel_at(ground, places[n, 0], places[n, 1])
-        out[n] = _height(_near(ground, i, j), places[n, 0], places[n, 1], ground.ball)
-    return out
-
-
-@kernel
-def way_down(z, i, j, pixel):
-    """Return the pixels (steps, 2) of the steepest way down from one, itself the first."""
-    here, count = i * z.shape[1] + j, 0
-    for fill in range(2):
-        if fill:
-            out = np.zeros((count, 2), np.int64)
-        at, count = here, 0
-        while at >= 0:
-            p, q = at // z.shape[1], at % z.shape[1]
-            if fill:
-                out[count, 0], out[count, 1] = p, q
-            count += 1
-            at = _lowest_neighbour(z, p, q, pixel)
-    return out

@@ -53,7 +53,6 @@ _OF_RESTS = (
     ("statistics/rests", SHARE),
     ("statistics/rests", "carriers"),
     ("statistics/rests", "barrier"),
-    ("statistics/leaving", "leaving_friction_velocity"),
 )
 
 #: Largest number of displacements in a curve.
