@@ -175,7 +175,6 @@ OPTIONS = [
     ("resample", "scan", "size", 12.0, {}),
     ("dilate", "scan", "tip_radius", 20.0, {}),
     ("smooth", "scan", "shortest", 30.0, {}),
-    ("level", "scan", "exclude_above", 2.0, {}),
     ("fill", "scan", "method", 1.0, {}),
     ("add_fine_roughness", "scan", "shortest", 5.0, {"seed": 1}),
     ("placements", "scan", "sphere_radius", 500.0, {"count": 2}),

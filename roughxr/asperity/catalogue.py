@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from itertools import accumulate
 from typing import Any, NamedTuple
 
 import dask
-import dask.array as da
 import numpy as np
 import xarray as xr
 
 from ..kernels.asperity.ellipse import shape
 from ..kernels.jit import kernel
-from ..kernels.topography.tile_stitching import HALO, Frame, ScanPeaks, Tile, join_tiles, search_finer, search_tile
+from ..kernels.topography.tile_stitching import HALO, Frame, ScanPeaks, join_tiles, search_finer, search_tile
 from ..scans import regions, wavelength
 from ..scans.cache import cached
-from ..scans.parts import taker
 from ..scans.wavelength import Waves
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, is_whole, positive
@@ -80,8 +76,7 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
     Parameters
     ----------
     ds : Dataset
-        A scan. A lazy one is read now, tile by tile, each chunk once, with bit for bit the same result; with
-        ``patch="auto"`` parts of it are read once more, before.
+        A scan. The heights of a lazy one are loaded.
     patch : "auto", "paper", int or length
         Side of the fitted patch. "auto": at most three quarters of the `shortest_wavelength`, as an odd number of
         pixels from 3 to 31, on pixels that splines have made finer where that is too few; a scan whose shortest wave is
@@ -126,31 +121,21 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
     True
     """
     height, rest, asked = _prepared(ds, patch, vertex)
-    wanted = asked.patch == "auto"
-    if dask.is_dask_collection(height):
-        setup = _setup(asked, wavelength.later(height, asked.pixel).compute() if wanted else None)
-        out = _set_up_later(height, rest, setup).compute()
-    else:
-        setup = _setup(asked, wavelength.waves(height, asked.pixel) if wanted else None)
-        out = _catalogue(_searched(height, setup), rest, setup)
+    out = _of_heights(np.asarray(height), rest, asked)
     if not (isinstance(patch, str) and patch == "paper"):
         _warn(out)
     return out
 
 
 def later(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -> Any:
-    """Return `asperities` of a lazy scan as a dask task that is still to be computed."""
-    height, rest, asked = _prepared(ds, patch, vertex)
-    height = da.asarray(height)
-    if asked.patch != "auto":
-        return _set_up_later(height, rest, _setup(asked, None))
-    setup = dask.delayed(_setup, pure=False)(asked, wavelength.later(height, asked.pixel))
-    return dask.delayed(_catalogue)(_searched_finer_later(height, setup), rest, setup)
+    """Return `asperities` of a lazy scan as a dask task."""
+    return dask.delayed(_of_heights, pure=False)(*_prepared(ds, patch, vertex))
 
 
-def _set_up_later(height: da.Array, rest: xr.Dataset, setup: _Setup) -> Any:
-    search = _searched_later if setup.refine == 1 else _searched_finer_later
-    return dask.delayed(_catalogue)(search(height, setup), rest, setup)
+def _of_heights(height: np.ndarray, rest: xr.Dataset, asked: _Request) -> xr.Dataset:
+    """Return the catalogue of heights in memory."""
+    setup = _setup(asked, wavelength.waves(height, asked.pixel) if asked.patch == "auto" else None)
+    return _catalogue(_searched(height, setup), rest, setup)
 
 
 def _prepared(ds: xr.Dataset, patch: Any, vertex: str) -> tuple[Any, xr.Dataset, _Request]:
@@ -189,16 +174,6 @@ def _pixels(width: float, asked: _Request) -> tuple[int, int]:
     return _LEAST_PIXELS, _MOST_REFINED
 
 
-def _searched_later(height: da.Array, setup: _Setup) -> Any:
-    """Return the peaks of lazy heights, as one task after those of the tiles."""
-    frame = setup.frame
-    sizes = [_joined_sizes(chunks, max(_TILE_SIDE, frame.patch)) for chunks in height.chunks]
-    x, y = ([0, *accumulate(n)] for n in sizes)
-    blocks = height.rechunk(tuple(sizes), method="tasks").to_delayed()
-    search, join = (dask.delayed(function, pure=False) for function in (search_tile, join_tiles))
-    return join([[search(block, (i, j), frame) for block, j in zip(row, y)] for row, i in zip(blocks, x)], frame)
-
-
 @cached
 def _searched(height: np.ndarray, setup: _Setup) -> ScanPeaks:
     """Return the peaks of the heights of a scan."""
@@ -216,25 +191,8 @@ def _searched_finer(height: np.ndarray, setup: _Setup) -> ScanPeaks:
     return join_tiles(tiles, setup.frame)
 
 
-def _searched_finer_later(height: da.Array, setup: Any) -> Any:
-    """Return the same for lazy heights, as one task; ``setup`` may be lazy too."""
-    search, join = (dask.delayed(function, pure=False) for function in (_search_finer, _join))
-    take = taker(height)
-    return join(
-        [[search(take(part), corner, halo, setup) for part, corner, halo in row] for row in _tiles(height.shape)], setup
-    )
-
-
-def _search_finer(height: np.ndarray, corner: tuple, halo: tuple, setup: _Setup) -> Tile:
-    return search_finer(height, corner, halo, setup.refine, setup.frame)
-
-
-def _join(tiles: list[list[Tile]], setup: _Setup) -> ScanPeaks:
-    return join_tiles(tiles, setup.frame)
-
-
 def _tiles(shape: tuple[int, int]) -> list[list[tuple]]:
-    """Return rows of tiles, the same however a scan is chunked: pixels with their halo, first pixel, and halo."""
+    """Return rows of tiles: pixels with their halo, first pixel, and halo."""
     side = max(_TILE_SIDE, _MOST_PIXELS)
     starts = (range(0, max(n - side, 0) + 1, side) for n in shape)
     x, y = ([(i, min(i + side, n) if n - i >= 2 * side else n) for i in each] for each, n in zip(starts, shape))
@@ -245,18 +203,6 @@ def _with_halo(shape: tuple[int, int], start: tuple[int, int], stop: tuple[int, 
     halo = tuple((min(HALO, i), min(HALO, n - j)) for i, j, n in zip(start, stop, shape))
     part = tuple(slice(i - low, j + high) for i, j, (low, high) in zip(start, stop, halo))
     return part, start, halo
-
-
-def _joined_sizes(chunks: Iterable[int], least: int) -> tuple[int, ...]:
-    """Return the sizes of tiles that are whole chunks side by side, with ``least`` pixels or more in each."""
-    out = [0]
-    for size in chunks:
-        if out[-1] >= least:
-            out.append(0)
-        out[-1] += size
-    if len(out) > 1 and out[-1] < least:
-        out[-2:] = [sum(out[-2:])]
-    return tuple(out)
 
 
 def _catalogue(scan_peaks: ScanPeaks, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:

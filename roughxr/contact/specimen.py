@@ -91,7 +91,8 @@ class Specimen:
         heights, steps = self.scan["height"].data, schema.pixel(self.bodies)
         if not dask.is_dask_collection(heights):
             return wavelength.waves(heights, steps).shortest
-        return (), da.from_delayed(wavelength.later(heights, steps).shortest, (), dtype=float)
+        waves = dask.delayed(wavelength.waves, pure=False)(heights, steps)
+        return (), da.from_delayed(waves.shortest, (), dtype=float)
 
     def centres(self, subregions: Places) -> xr.Dataset:
         """Return contact centres, see `regions.centres`."""

@@ -118,7 +118,7 @@ def is_rests(places: Any) -> bool:
 
 def _ground(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, rests.Ground]:
     """Return the height (nm) of a sphere's lowest point over a scan, and what it may touch, tile by tile."""
-    height, pixel = _heights(scan["height"]), schema.pixel(scan)
+    height, pixel = np.ascontiguousarray(scan["height"].values, dtype=float), schema.pixel(scan)
     low, high = float(height.min()), float(height.max())
     if not np.isfinite(high - low):
         schema.none_missing(int((~np.isfinite(height)).sum()), height.size)
@@ -143,17 +143,6 @@ def _ground(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, rests.Ground]:
             lists[listed - pixels.size : listed] = (i + outer[0].start) * height.shape[1] + j + outer[1].start
     first = float(x[0]), float(y[0])
     return z, rests.Ground(height, bounds, lists, first, pixel, ball)
-
-
-def _heights(height: xr.DataArray) -> np.ndarray:
-    """Return heights in memory; lazy ones a row of chunks at a time, so that they are not held twice."""
-    if height.chunks is None:
-        return np.ascontiguousarray(height.values, dtype=float)
-    out, stop = np.empty(height.shape), 0
-    for rows in height.chunks[0]:
-        start, stop = stop, stop + rows
-        out[start:stop] = height[start:stop].values
-    return out
 
 
 def _part(corner: tuple[int, int], shape: tuple[int, int], pixel: tuple, reach: float) -> tuple[tuple, tuple]:

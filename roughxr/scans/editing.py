@@ -28,14 +28,12 @@ def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
     Returns
     -------
     Dataset
-        The history says how many pixels were filled, unless the scan is lazy: then the work is left to one
-        task that holds the whole height map, since a hole may reach through any number of chunks. Setting all to
-        one height goes chunk by chunk.
+        The history contains the number of filled pixels. The heights of a lazy scan are loaded.
 
     Raises
     ------
     ValueError
-        If the method is unknown, or no pixel is known; of a lazy scan the latter when it is computed.
+        If the method is unknown, or no pixel is known.
 
     Examples
     --------
@@ -50,22 +48,13 @@ def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
     scan = validate(ds, "scan")
     if not isinstance(method, str) or method not in ("linear", "nearest"):
         method = _constant(method)
-    height = scan["height"]
-    count = None if height.chunks else int(height.isnull().sum())
-    filled = height.fillna(method) if isinstance(method, float) else _interpolated(height, method, pixel(scan))
+    height = scan["height"].compute()
+    count = int(height.isnull().sum())
+    if isinstance(method, float):
+        filled = height.fillna(method)
+    else:
+        filled = height.copy(data=_filled(height.values, method, pixel(scan)))
     return record(label(scan.assign(height=filled)), "fill", method=method, pixels=count)
-
-
-def _interpolated(height: xr.DataArray, method: str, steps: tuple[float, float]) -> xr.DataArray:
-    return xr.apply_ufunc(
-        _filled,
-        height.chunk({"x": -1, "y": -1}) if height.chunks else height,
-        input_core_dims=[["x", "y"]],
-        output_core_dims=[["x", "y"]],
-        kwargs={"method": method, "steps": steps},
-        dask="parallelized",
-        output_dtypes=[float],
-    )
 
 
 def _constant(method: Any) -> float:

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import dask
-import dask.array as da
 import numpy as np
 import xarray as xr
 
@@ -111,9 +109,9 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
     """
     scan = validate(ds, "scan")
     hurst, shown = None if hurst is None else hurst_exponent(hurst), _shown(shown, scan)
-    heights = scan["height"].data
-    spectra = [dask.delayed(wavelength.spectrum, pure=False)(heights[part]) for part in wavelength.parts(heights.shape)]
-    (model,) = dask.compute(dask.delayed(model_of, pure=False)(spectra, pixel(scan), hurst, shown))
+    heights = scan["height"].values
+    spectra = [wavelength.spectrum(heights[part]) for part in wavelength.parts(heights.shape)]
+    model = model_of(spectra, pixel(scan), hurst, shown)
     out = xr.Dataset(dict(zip(_NAMES, model[: len(_NAMES)])))
     across = np.degrees(np.angle(model.lay)) / 2 if model.lay else np.nan
     out = out.assign(lay_strength=abs(model.lay), lay_direction=(across + 90) % 180)
@@ -245,7 +243,7 @@ def add_fine_roughness(
     options = {"axes": [axes[axis].values for axis in "xy"], "side": side, "n": n, "shortest": shortest, "seed": seed}
     options["hurst"] = None if hurst is None else hurst_exponent(hurst)
     options["model"] = _known(spectrum, hurst, shown, scan)
-    height, made = _finer_later(scan, _shown(shown, scan), options)
+    height, made = _finer(scan["height"].values, _shown(shown, scan), **options)
     out = scan.drop_dims(["x", "y"]).assign(height=(("x", "y"), height)).assign_coords(axes)
     arguments = {"shortest": shortest, "seed": seed, "refine": n, "hurst": hurst, "shown": shown}
     return record(label(out.assign_attrs({**scan.attrs, **made})), "add_fine_roughness", **arguments)
@@ -254,16 +252,6 @@ def add_fine_roughness(
 def _finer_axis(axis: xr.DataArray, side: float, n: int) -> xr.Variable:
     corner = float(axis[0]) - side / 2
     return xr.Variable(axis.name, corner + side / n * (np.arange(axis.size * n) + 0.5), axis.attrs)
-
-
-def _finer_later(scan: xr.Dataset, shown: float | None, options: dict) -> tuple[Any, dict]:
-    """Return the heights with what was added, or a dask array of them alone."""
-    heights = scan["height"].data
-    if not isinstance(heights, da.Array):
-        return _finer(heights, shown, **options)
-    shape = tuple(options["n"] * size for size in heights.shape)
-    later = dask.delayed(_finer, pure=False, nout=2)(heights, shown, **options)
-    return da.from_delayed(later[0], shape, float, name=False), {}
 
 
 def _known(spectrum: xr.Dataset | None, hurst: Any, shown: Any, scan: xr.Dataset) -> Spectrum | None:
@@ -323,7 +311,7 @@ def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
     -------
     Dataset
         On the same pixels. Beyond its edges the scan is continued by its mirror image; applied twice, nothing more
-        changes. Lazy where the scan is, in one task that holds the whole map.
+        changes.
 
     Raises
     ------
@@ -352,12 +340,7 @@ def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
     longest = 2 * max(n * step for n, step in zip(scan["height"].shape, steps))
     if shortest > longest:
         raise ValueError(f"shortest: expected at most twice the scan's length, {longest:g} nm, found {shortest:g} nm")
-    height = scan["height"].data
-    if isinstance(height, da.Array):
-        later = dask.delayed(_without_short_waves, pure=False)(height, steps, shortest)
-        height = da.from_delayed(later, height.shape, float, name=False)
-    else:
-        height = _without_short_waves(height, steps, shortest)
+    height = _without_short_waves(scan["height"].values, steps, shortest)
     return record(label(scan.assign(height=(("x", "y"), height))), "smooth", shortest=shortest)
 
 

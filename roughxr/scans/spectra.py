@@ -18,7 +18,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary.schema import label, pixel, validate
-from ..vocabulary.verbs import verb
+from ..vocabulary.verbs import verb, warn
 
 #: Share of missing pixels above which there is no spectrum.
 MOST_MISSING = 0.01
@@ -41,8 +41,8 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     -------
     Dataset
         ``psd`` nm⁴ and ``psd_modes`` over ``wavevector`` nm⁻¹ (2 pi over wavelength), the first being zero.
-        NaN where more pixels are missing. A lazy scan stays lazy, but one task holds all of it, several times over,
-        since a transform needs all heights at once. For a scan too large for that, take the spectra of parts (`crop`).
+        NaN with a warning and an attribute ``missing`` where more pixels are missing. The heights of a lazy scan are
+        loaded.
 
     Examples
     --------
@@ -59,7 +59,15 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     width = 2 * np.pi / min(n * step for n, step in zip(shape, steps))
     weights = 1.0 if window is None else window_of(window, shape)
     psd = _averaged(scan["height"], _spectrum, "wavevector", radius, width, scale=weights, steps=steps)
-    return label(_with_centres("psd", psd, "wavevector", radius, width).assign_attrs(scan.attrs))
+    out = label(_with_centres("psd", psd, "wavevector", radius, width).assign_attrs(scan.attrs))
+    share = float(scan["height"].isnull().mean())
+    if share > MOST_MISSING:
+        out.attrs["missing"] = (
+            f"no spectrum: expected at most {100 * MOST_MISSING:g} % missing pixels, found {100 * share:.2g} %; fill "
+            "them first (ds.contact.fill()) or crop them away"
+        )
+        warn(out.attrs["missing"])
+    return out
 
 
 @verb
@@ -74,8 +82,7 @@ def autocorrelation(ds: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     Dataset
-        ``acf`` nm² over ``lag`` nm, up to half the shorter side. A lazy scan
-        stays lazy, in one task that holds all of it, as for `power_spectrum`.
+        ``acf`` nm² over ``lag`` nm, up to half the shorter side.
 
     Examples
     --------
@@ -96,20 +103,9 @@ def autocorrelation(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _averaged(height: xr.DataArray, transform, dim: str, radius: np.ndarray, width: float, **options) -> xr.DataArray:
-    """Return the ring averages of a transform of the whole height map, in one task if lazy."""
-    if height.chunks:
-        height = height.chunk({"x": -1, "y": -1})
+    """Return the ring averages of a transform of the whole height map."""
     ring = np.where(np.isnan(radius), -1, np.rint(np.nan_to_num(radius) / width)).astype(np.int32)
-    count = int(ring.max()) + 1
-    return xr.apply_ufunc(
-        lambda values: _ring_means(transform(values, **options), ring, count),
-        height.drop_vars(list(height.coords)),
-        input_core_dims=[["x", "y"]],
-        output_core_dims=[[dim]],
-        dask="parallelized",
-        output_dtypes=[float],
-        dask_gufunc_kwargs={"output_sizes": {dim: count}},
-    )
+    return xr.DataArray(_ring_means(transform(height.values, **options), ring, int(ring.max()) + 1), dims=dim)
 
 
 def _ring_means(values: np.ndarray, ring: np.ndarray, count: int) -> np.ndarray:

@@ -8,14 +8,11 @@ The mean square curvature ∫ q⁴ C(q) d²q tells which waves make up the summi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import dask
-import dask.array as da
 import numpy as np
 
 from .cache import cached
-from .parts import taker
 
 #: Share of the mean square curvature that shorter waves may have.
 _NEGLECTED_SHARE = 0.05
@@ -48,15 +45,8 @@ def waves(heights: np.ndarray, steps: tuple[float, float]) -> Waves:
     return together([spectrum(heights[part]) for part in parts(heights.shape)], steps)
 
 
-def later(height: da.Array, steps: tuple[float, float]) -> Any:
-    """Return `waves` of lazy heights as a dask task."""
-    take, transform = taker(height, apart=True), dask.delayed(spectrum, pure=False)
-    spectra = [transform(take(part)) for part in parts(height.shape)]
-    return dask.delayed(together, pure=False)(spectra, steps)
-
-
 def parts(shape: tuple[int, int]) -> list[tuple[slice, slice]]:
-    """Return the parts of a scan of this shape that are used, whatever its chunks are."""
+    """Return the parts of a scan of this shape that are used."""
     sides = [min(_SIDE, n) for n in shape]
     starts = [
         np.unique(np.linspace(0, n - side, min(_PARTS, -(-n // side))).astype(int)).tolist()

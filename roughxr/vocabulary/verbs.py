@@ -29,7 +29,6 @@ OPTIONS = {name: known.units for name, known in VARIABLES.items() if known.units
     "block": "nm",
     "closest_approach": "nm",
     "density": "kg m-3",
-    "exclude_above": "nm",
     "friction_coefficient": "1",
     "gravity": "m s-2",
     "length": "nm",
