@@ -217,7 +217,7 @@ def adhesive(
     datum = datum or ("first_contact" if by_preload else "highest_peak")
     positions = specimen.centres(subregions)
     adhesion = _adhesion_of(
-        _law(specimen, law),
+        pair_law(specimen, law),
         preloads=_preloads(preload) if by_preload else np.zeros(0),
         mesh=mesh_of(mesh, Mesh()),
         cycles=cycles,
@@ -275,7 +275,7 @@ def settling(
     The one displacement of the problem is the depth (nm beyond first contact) down to which the preload is looked for.
     """
     specimen = specimen_of(ds)
-    adhesion = _adhesion_of(_law(specimen, law), preloads=_preloads(preload), mesh=mesh, cycles=1)
+    adhesion = _adhesion_of(pair_law(specimen, law), preloads=_preloads(preload), mesh=mesh, cycles=1)
     depth = [_settling_depth(specimen, adhesion)]
     at = specimen.centres(None)
     problem = read_problem(specimen, at, delta=depth, datum="first_contact", refine=adhesion.refine)
@@ -283,7 +283,7 @@ def settling(
     return problem, adhesion
 
 
-def _law(specimen: Specimen, law: str) -> dict[str, Any]:
+def pair_law(specimen: Specimen, law: str) -> dict[str, Any]:
     """Return the law and its length; raise where law and yielding do not go together."""
     ds = specimen.bodies
     schema.one_of(law, LAWS_OF_ADHESION, "law")

@@ -120,7 +120,7 @@ def _unkept(run: Run) -> Iterator[str]:
     for way, ds in _groups(run, "solutions"):
         if way in SOLVED and "converged" in ds:
             one = checked(ds)
-            lost = one.words.values[~(one.kept | one.check.isin(["mesh", "truncated"]))]
+            lost = one.words.values[~(one.met | one.check.isin(["mesh", "truncated"]))]
             if lost.size:
                 yield f"Conditions of the contact are violated ({way}): {'; '.join(lost)}."
 

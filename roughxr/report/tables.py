@@ -68,7 +68,7 @@ def _kept(solution: xr.Dataset, method: str) -> dict[str, float]:
     """Return how many conditions of its contact a solution misses."""
     if method not in SOLVED or "converged" not in solution:
         return {}
-    return {"conditions of the contact that are not met (certificate)": float((~checked(solution)["kept"]).sum())}
+    return {"conditions of the contact that are not met (certificate)": float((~checked(solution)["met"]).sum())}
 
 
 def _mesh_rows(run: Run) -> dict[str, float]:

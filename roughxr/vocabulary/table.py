@@ -161,9 +161,9 @@ VARIABLES: dict[str, Variable] = {
     "tabor_parameter": Variable("1", "Tabor's parameter", "large: short range (JKR), small: long range (DMT)"),
     # certificate
     "check": Variable("1", "condition of the contact"),
-    "found": Variable("1", "largest that was found"),
+    "violation": Variable("1", "largest violation"),
     "limit": Variable("1", "largest that is allowed"),
-    "kept": Variable("1", "the limit is kept"),
+    "met": Variable("1", "the violation is at most the limit"),
     "words": Variable("1", "in words"),
     # rigid bodies
     "touch_delta": Variable("nm", "displacement of first touch", "counted from the datum"),
