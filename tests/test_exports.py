@@ -53,7 +53,7 @@ def test_a_catalogue_and_a_sweep_are_tables_too(tmp_path):
     scan = roughxr.scans.synthetic.self_affine((48, 48), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
     catalogue = roughxr.asperities(scan)
     table = pd.read_csv(to_table(catalogue, tmp_path / "asperities.csv"))
-    np.testing.assert_allclose(table["curvature_max [nm-1]"], catalogue.curvature_max)
+    np.testing.assert_allclose(table["curvature_max [1/nm]"], catalogue.curvature_max)
     scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
     sweep = roughxr.direct(scan, delta=[1, 2], subregions=(2, 2))
     assert len(pd.read_csv(to_table(sweep, tmp_path / "direct.csv"))) == 8

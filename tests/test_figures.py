@@ -306,7 +306,7 @@ def test_ratio_is_exact_for_hertz_between_displacements():
 def test_units_on_labels():
     assert display_unit("GPa", 1e9).text == "GPa"
     assert superscripts("density [µN-1]") == "density [µN⁻¹]"
-    assert superscripts("contact area [nm2]") == "contact area [nm²]"
+    assert superscripts("contact area [nm^2]") == "contact area [nm²]"
 
 
 def test_importing_figures_leaves_matplotlib_alone():

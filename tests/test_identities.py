@@ -139,7 +139,7 @@ def result_saved(now, draw):
 
 def in_other_units(now, draw):
     ds = now.scan
-    for name, unit, size in (("height", "um", 1e-3), ("x", "m", 1e-9), ("work_of_adhesion", "mJ m-2", 1e3)):
+    for name, unit, size in (("height", "um", 1e-3), ("x", "m", 1e-9), ("work_of_adhesion", "mJ/m^2", 1e3)):
         if draw(st.booleans()):
             one = (ds[name] * size).assign_attrs(units=unit).variable
             ds = ds.assign(height=one) if name == "height" else ds.assign_coords({name: one})

@@ -50,7 +50,7 @@ def test_any_unit_of_the_right_kind_is_taken():
         pair = assign_pair(scan(np.zeros((4, 4))), sphere_radius=radius, young_modulus="75 GPa", poisson_ratio=0.2)
         assert float(pair.sphere_radius) == 3000.0
         assert pair.sphere_radius.units == "nm"
-    assert factor("mJ m-2", "nN nm-1") == pytest.approx(1e-3)
+    assert factor("mJ/m^2", "nN/nm") == pytest.approx(1e-3)
     assert magnitude("40 kPa", "GPa", "modulus") == pytest.approx(4e-5)
 
 
@@ -97,8 +97,8 @@ def test_bad_pairs_are_refused_in_words(options, says):
         ({"sphere_radius": 9}, r"9 nm is 0.92 pixels of 9.77 nm: expected more than one"),
         ({"young_modulus": 70e9}, "young_modulus: 70000000000.0 is 7e.10 GPa, which no body has"),
         ({"contact_modulus": 40e9}, "contact_modulus: .* which no body has"),
-        ({"work_of_adhesion": 100}, "work_of_adhesion: 100 is 100 J m-2, which no body has"),
-        ({"surface_energy": 50}, "surface_energy: 50 is 100 J m-2 of work_of_adhesion, which no body has"),
+        ({"work_of_adhesion": 100}, r"work_of_adhesion: 100 is 100 J/m\^2, which no body has"),
+        ({"surface_energy": 50}, r"surface_energy: 50 is 100 J/m\^2 of work_of_adhesion, which no body has"),
         ({"materials": "glass/cheese"}, "one or two of glass, .* found 'glass/cheese'"),
         ({"materials": "glass/glass/glass"}, "one or two of"),
     ],

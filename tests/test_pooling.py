@@ -136,7 +136,7 @@ def test_catalogues_of_unlike_sizes_lie_side_by_side(scans, tmp_path):
         own = found.isel(scan=k).height.dropna("asperity")
         np.testing.assert_array_equal(own, roughxr.asperities(one).height)
     found.to_netcdf(tmp_path / "both.nc")
-    assert roughxr.statistics.pooled(found, "curvature_max", statistics=["q50"], resamples=99).pooled.units == "nm-1"
+    assert roughxr.statistics.pooled(found, "curvature_max", statistics=["q50"], resamples=99).pooled.units == "1/nm"
 
 
 def law_of(q, rms=2.0, hurst=0.8, rolloff=400.0, cutoff=45.0, side=2560.0):

@@ -139,7 +139,7 @@ def test_dimensions_are_those_given(surface):
     found = vary(surface, pull_off_map, work_of_adhesion=WORKS, subregions=(2, 2))
     assert found.pull_off_force.dims == ("work_of_adhesion", "subregion")
     assert found.pull_off_force.units == "nN"
-    assert found.work_of_adhesion.units == "J m-2"
+    assert found.work_of_adhesion.units == "J/m^2"
     assert float(found.sphere_radius) == 3000.0
 
 

@@ -1,6 +1,7 @@
 """A damaged file is refused with its name and the reason, or read right; never a hang, never a wrong size."""
 
 import os
+import re
 import signal
 import struct
 import subprocess
@@ -17,10 +18,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import roughxr
 from roughxr import archive, cli
 from roughxr.files import reader_process
-from roughxr.scans import ImplausibleScan, UnreadableScan, describe, open_scan, to_netcdf, vendor_reader
+from roughxr.scans import ImplausibleScan, UnreadableScan, describe, open_scan, plausibility, to_netcdf, vendor_reader
 from roughxr.scans.plausibility import doubts
+from roughxr.scans.synthetic import self_affine
 
 from .afm_files import WRITERS, given, picture, size_of
 from .surfaces import rough, scan
@@ -340,3 +343,42 @@ def test_a_value_far_off_on_a_wide_scan_is_a_doubt(tmp_path):
     assert "-9999 nm at 1 of 1600 pixels" in describe(path).doubts
     with pytest.warns(ImplausibleScan, match="if it marks missing pixels"):
         open_scan(path)
+
+
+def recorded(change):
+    """Return a surface of 128 x 128 pixels as a recorder with a fault would give it."""
+    whole = self_affine((128, 128), 10, rms=5, hurst=0.8, rolloff=400, seed=1)
+    return xr.Dataset({"height": (("x", "y"), change(whole.height.values), {"units": "nm"})}, whole[["x", "y"]].coords)
+
+
+def overflowing(height):
+    counts = np.round(height * 2000).astype(np.int64) + 8000
+    return ((counts + 2**15) % 2**16 - 2**15) / 2000.0
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (lambda height: np.minimum(height, 8.0), "have exactly the highest value"),
+        (lambda height: np.maximum(height, -9.0), "have exactly the lowest value"),
+        (overflowing, "values wrapped around"),
+        (lambda height: height + 5.0 * (np.arange(128) > 59)[:, None], "jump by 4.* from line 59 to line 60 along x"),
+    ],
+)
+def test_faults_of_recording_are_doubted_and_said_by_level(change, words):
+    scan = recorded(change)
+    assert any(re.search(words, doubt) for doubt in plausibility.doubts(scan))
+    with pytest.warns(plausibility.ImplausibleScan, match=words):
+        roughxr.level(scan)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda height: height,
+        lambda height: np.round(height),  # a coarse converter
+        lambda height: 0.01 * height + 20.0 * (np.add.outer(np.arange(128), np.arange(128)) // 23 % 2),  # terraces
+    ],
+)
+def test_sound_recordings_are_not_doubted(change):
+    assert plausibility.faults(recorded(change).height.values) == []

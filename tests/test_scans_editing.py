@@ -5,6 +5,8 @@ import pytest
 import xarray as xr
 
 from roughxr.scans import crop, fill, resample, rotate90
+from roughxr.scans.regions import centres as contact_centres
+from roughxr.scans.synthetic import self_affine
 from roughxr.vocabulary import schema
 
 from .surfaces import rough, scan
@@ -110,3 +112,19 @@ def test_a_lazy_scan_gives_the_same(edit):
 def test_every_step_is_in_the_history():
     ds = resample(rotate90(crop(fill(scan(rough(20), 10.0)), x=(-60, 60))))
     assert [step["operation"] for step in schema.history(ds)] == ["fill", "crop", "rotate90", "resample"]
+
+
+def test_contact_centres_turn_with_the_scan():
+    scan = self_affine((24, 32), 10, rms=1, hurst=0.8, rolloff=200, seed=3)
+    scan = scan.contact.assign_pair(sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1)
+    centres = contact_centres(scan, ([55.0, 171.0], [92.0, 233.0]))
+    scan = scan.assign_coords(centres.coords)
+    turned = rotate90(scan)
+    for place in range(2):
+        at = [dict(x=ds["subregion_x"][place], y=ds["subregion_y"][place]) for ds in (scan, turned)]
+        assert scan.height.sel(**at[0], method="nearest") == turned.height.sel(**at[1], method="nearest")
+    before, after = (ds.contact.direct(delta=[2, 4], datum="highest_peak") for ds in (scan, turned))
+    np.testing.assert_allclose(after.force, before.force, rtol=1e-8)
+    back = rotate90(turned, turns=3)
+    np.testing.assert_allclose(back.subregion_x, scan.subregion_x)
+    np.testing.assert_allclose(back.subregion_y, scan.subregion_y)

@@ -78,7 +78,7 @@ def test_density_integrates_to_one_and_has_units(sample, method):
     points = density["height"].values
     width = np.diff(density.attrs["bin_edges"]) if method == "histogram" else np.gradient(points)
     assert float((density.values * width).sum()) == pytest.approx(1.0, abs=1e-6)
-    assert density.units == "nm-1"
+    assert density.units == "1/nm"
     assert density["cdf"].values[-1] == pytest.approx(1.0, abs=1e-6)
     assert (np.diff(density["cdf"].values) >= 0).all()
 

@@ -77,3 +77,9 @@ def test_every_statistic_comes_both_ways():
     assert laws.aic.dims == ("places", "law")
     with pytest.raises(ValueError, match="flags: expected"):
         with_and_without(ds, flags[:5], summary)
+
+
+def test_equal_values_are_no_debris_of_the_few_that_differ():
+    values = np.r_[np.zeros(60), np.linspace(0.1, 1.0, 40), 50.0]
+    flags = debris(xr.Dataset({"height": ("asperity", values, {"units": "nm"})}))
+    assert flags.values.tolist() == [False] * 100 + [True]

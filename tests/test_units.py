@@ -2,17 +2,21 @@
 
 import functools
 import inspect
+import re
 
 import numpy as np
+import pint
 import pytest
 import xarray as xr
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 import roughxr
-from roughxr import figures, report
+from roughxr import figures, reference, report
 from roughxr.accessor import ContactAccessor
+from roughxr.bodies.liquid import kelvin_radius
 from roughxr.vocabulary import schema, units, verbs
+from roughxr.vocabulary.table import VARIABLES
 
 from .surfaces import glass_pair, rough, scan
 from .verb_calls import CALLS, NOT_CALLED, PLACES, QUICK, WRITES, assert_same, call, made, named, public_verbs, words_of
@@ -22,14 +26,14 @@ OTHERS = {
     "nm": ("um", "m", "angstrom"),
     "nN": ("uN", "N", "pN"),
     "GPa": ("Pa", "MPa", "N mm-2"),
-    "J m-2": ("mJ m-2", "erg cm-2", "N/m"),
-    "nm-1": ("um-1", "1/m", "mm-1"),
-    "nm2": ("um2", "m**2", "angstrom^2"),
+    "J/m^2": ("mJ/m^2", "erg cm-2", "N/m"),
+    "1/nm": ("um-1", "1/m", "mm-1"),
+    "nm^2": ("um2", "m**2", "angstrom^2"),
     "nN nm": ("J", "aJ", "uN um"),
-    "nN nm-1": ("N/m", "mN m-1", "pN/nm"),
+    "nN/nm": ("N/m", "mN m-1", "pN/nm"),
     "rad": ("degree", "mrad", "arcmin"),
-    "nm4": ("um4", "m4", "angstrom4"),
-    "m s-1": ("cm/s", "um s-1", "km/h"),
+    "nm^4": ("um4", "m4", "angstrom4"),
+    "m/s": ("cm/s", "um s-1", "km/h"),
     "s": ("ms", "min", "us"),
 }
 EVERY = [(verb, k) for verb, calls in CALLS.items() for k in range(len(calls))]
@@ -197,7 +201,7 @@ OPTIONS = [
     ("assign_pair", "scan", "hardness", 4.0, {"sphere_radius": 800, "contact_modulus": 3, "work_of_adhesion": 0.05}),
 ]
 TABLE = {"directions": "rad", "direction": "rad", "load": "nN", "preload": "nN", "bins": "nN", "boundary": "nN"}
-MORE = {"kg m-3": ("g/cm^3",), "m s-2": ("km/s^2",), "m2 s-1": ("cm^2/s",)}
+MORE = {"kg/m^3": ("g/cm^3",), "m/s^2": ("km/s^2",), "m^2/s": ("cm^2/s",)}
 
 
 @pytest.mark.parametrize("kind", ["quantity", "text", "array"])
@@ -288,5 +292,23 @@ def test_a_decimal_comma_is_refused_by_its_name():
 
 @pytest.mark.parametrize("flag", [True, np.True_, [False, True]])
 def test_a_flag_is_no_quantity(flag):
-    with pytest.raises(ValueError, match="surface_energy: expected a number in J m-2, found"):
-        units.magnitude(flag, "J m-2", "surface_energy")
+    with pytest.raises(ValueError, match="surface_energy: expected a number in J/m\\^2, found"):
+        units.magnitude(flag, "J/m^2", "surface_energy")
+
+
+@pytest.mark.parametrize("given", ["2 degC", pint.Quantity(2, "degC"), "35.6 degF", 275.15, "275.15 K"])
+def test_degrees_are_temperatures_and_not_differences(given):
+    air = roughxr.HumidAir(humidity=0.5, temperature=given)
+    assert kelvin_radius(0.5, temperature=air.temperature) == pytest.approx(kelvin_radius(0.5, temperature=275.15))
+
+
+@pytest.mark.parametrize("given", [".065 nN nm", "+6.5e-20 J", " 6.5e-20 J", "65 zJ"])
+def test_a_hamaker_constant_in_words_is_a_number_however_it_is_written(given):
+    assert reference.hamaker_constant(given) == pytest.approx(0.065)
+
+
+def test_units_in_files_are_read_alike_by_pint_and_udunits():
+    plain = pint.UnitRegistry()
+    for name, known in VARIABLES.items():
+        assert not re.search(r"[A-Za-z]-?\d", known.units), f"{name}: {known.units} is a power to UDUNITS only"
+        plain.Quantity(1.0, known.units)

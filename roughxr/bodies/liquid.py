@@ -279,11 +279,8 @@ def _is_length(given: Any) -> bool:
         return False
 
 
-def _kelvin(given: Any) -> float:
-    """Return a temperature in K; also from degrees Celsius, which count from another zero."""
-    for name in ("degC", "°C", "celsius"):
-        if isinstance(given, str) and given.strip().endswith(name):
-            given = magnitude(given.strip()[: -len(name)], "K", "temperature") + 273.15
+def _kelvin(given: Quantity) -> float:
+    """Return a temperature in K; raise where no liquid condenses at it."""
     kelvin = positive(given, "K", "temperature")
     if not 200 < kelvin < 650:
         raise ValueError(f"temperature: expected K, as 298.15, or '25 degC', found {given!r}")
@@ -300,7 +297,7 @@ def _liquid(given: Any, kelvin: float) -> tuple[float, float]:
             f"liquid: expected one of {', '.join(LIQUIDS)}, or surface tension (J/m²) and molar volume (cm³/mol), "
             f"found {given!r}"
         )
-    return positive(given[0], "J m-2", "liquid"), positive(given[1], "cm3 mol-1", "liquid")
+    return positive(given[0], "J/m^2", "liquid"), positive(given[1], "cm^3/mol", "liquid")
 
 
 def _film(given: Any) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import Quantities, Quantity, in_units, positive, single
+from ..vocabulary.units import Quantities, Quantity, carries_units, in_units, positive, single
 from ..vocabulary.verbs import verb, warn
 from . import liquid as liquids
 from . import substances
@@ -51,7 +51,7 @@ _RANGES = {
     "adhesion_range": _Range("nm", 0.01, 0.1, 50.0, 1e4, "dry solids have 0.2 to 0.4 nm, capillary bridges some nm"),
     "retardation": _Range("nm", 1.0, 10.0, 1e3, 1e5, "bodies absorb light of some 100 nm"),
     "hamaker_constant": _Range("nN nm", 1e-4, 1e-3, 1.0, 5.0, "solids have 0.03 to 0.5 nN nm, which are 30 to 500 zJ"),
-    "work_of_adhesion": _Range("J m-2", 0.0, 1e-6, 6.0, 30.0, "dry glass has 0.06 J/m², cleaved diamond 11"),
+    "work_of_adhesion": _Range("J/m^2", 0.0, 1e-6, 6.0, 30.0, "dry glass has 0.06 J/m², cleaved diamond 11"),
 }
 
 #: A sphere with fewer pixels than these in its radius is refused, or questioned.
@@ -310,7 +310,7 @@ def hamaker_constant(first: Quantity, second: Quantity | None = None, *, medium:
 
 def _own_constant(given: Any, known: dict[str, Any]) -> float:
     """Return the Hamaker constant (nN nm) of a name or a quantity."""
-    if isinstance(given, str) and not given[:1].isdigit():
+    if isinstance(given, str) and not carries_units(given):
         material = known[schema.one_of(given.strip().lower(), known, "hamaker_constant")]
         return getattr(material, "hamaker", material)
     return single(given, "nN nm", "hamaker_constant", "one number >= 0 in nN nm", lambda value: value >= 0)
@@ -368,7 +368,7 @@ def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | Non
         name, given, times = "work_of_adhesion", work_of_adhesion, 1.0
     if given is None:
         return None
-    value = single(given, "J m-2", name, "one number >= 0 in J/m²", lambda value: value >= 0)
+    value = single(given, "J/m^2", name, "one number >= 0 in J/m²", lambda value: value >= 0)
     if value > 0:
         _plausible(times * value, "work_of_adhesion", given, name)
     return times * value

@@ -77,7 +77,7 @@ STROKES = (
 )
 
 #: Units that are replaced by the thousandfold (areas by the millionfold) where values are large.
-_LARGER = {"nm": ("µm", 1e3), "nN": ("µN", 1e3), "nm2": ("µm2", 1e6)}
+_LARGER = {"nm": ("µm", 1e3), "nN": ("µN", 1e3), "nm^2": ("µm^2", 1e6)}
 
 
 class Unit(NamedTuple):
@@ -227,9 +227,8 @@ def in_words(name: str, unit: Unit | None = None) -> str:
 
 
 def superscripts(text: str) -> str:
-    """Return ``text`` with the exponents in its brackets raised, as in nm⁻¹."""
-    raised = lambda found: found.group().translate(SUPERSCRIPTS)  # noqa: E731
-    return re.sub(r"\[.*\]", lambda bracket: re.sub(r"(?<=[A-Za-zµ])-?\d+", raised, bracket.group()), text)
+    """Return ``text`` with the exponents of its units raised, as in nm²."""
+    return re.sub(r"\^(-?\d+)", lambda power: power.group(1).translate(SUPERSCRIPTS), text)
 
 
 def label_axis(axis, name: str) -> Unit:

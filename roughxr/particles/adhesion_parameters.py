@@ -69,7 +69,7 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
     ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
     >>> found = parameters(roughxr.rolling(scan, directions=8, subregions=(3, 3)))
     >>> bool(0 < found.adhesion_mean < 1), found.work_of_adhesion_median.units
-    (True, 'J m-2')
+    (True, 'J/m^2')
     """
     refuse_varied(ds)
     ds = reduction(ds)

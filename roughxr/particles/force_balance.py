@@ -106,7 +106,7 @@ def critical_load(
     >>> held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
     >>> found = critical_load(held, "wall_shear", particle_density=2500)
     >>> found.critical_friction_velocity.units, set(found["mode"].values.tolist())
-    ('m s-1', {'roll'})
+    ('m/s', {'roll'})
     """
     if (name := varied_dimension(ds)) is not None:
         given = {"direction": direction, "particle_density": particle_density, "flow": flow}
@@ -220,11 +220,11 @@ def body_of(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
     flow = flow if isinstance(flow, Flow) else FLOWS[schema.one_of(flow, FLOWS, "flow")]
     return Body(
         radius=radius,
-        density=_possible(density, "kg m-3", "particle_density") or np.nan,
-        medium_density=positive(flow.density, "kg m-3", "flow.density"),
-        viscosity=positive(flow.viscosity, "m2 s-1", "flow.viscosity"),
+        density=_possible(density, "kg/m^3", "particle_density") or np.nan,
+        medium_density=positive(flow.density, "kg/m^3", "flow.density"),
+        viscosity=positive(flow.viscosity, "m^2/s", "flow.viscosity"),
         lift=schema.one_of(flow.lift, LIFTS, "flow.lift"),
-        gravity=float(magnitude(flow.gravity, "m s-2", "flow.gravity")),
+        gravity=float(magnitude(flow.gravity, "m/s^2", "flow.gravity")),
     )
 
 

@@ -115,11 +115,11 @@ def resuspension_rate(
     """
     from scipy.special import log_ndtr
 
-    speed = np.asarray(magnitude(friction_velocity, "m s-1", "friction_velocity"))
+    speed = np.asarray(magnitude(friction_velocity, "m/s", "friction_velocity"))
     with np.errstate(divide="ignore"):
         x = (1 / np.asarray(ratio, float) - 1) / positive(fluctuation, "1", "fluctuation")
     x = np.minimum(x, 1e6)
-    most = FREQUENCY * speed**2 / (2 * np.pi * positive(viscosity, "m2 s-1", "viscosity"))
+    most = FREQUENCY * speed**2 / (2 * np.pi * positive(viscosity, "m^2/s", "viscosity"))
     return most * np.exp(np.minimum(-0.5 * x * x - log_ndtr(x), 0.0))
 
 
@@ -179,13 +179,13 @@ def rock_n_roll(
     0.34026
     """
     schema.one_of(model, ("rock_n_roll", "static"), "model")
-    speed = np.atleast_1d(magnitude(friction_velocity, "m s-1", "friction_velocity"))
+    speed = np.atleast_1d(magnitude(friction_velocity, "m/s", "friction_velocity"))
     r, held = positive(radius, "nm", "radius"), np.atleast_1d(np.asarray(adhesion, float))
     if held.size == 0 or not np.isfinite(held).all():
         raise ValueError(f"adhesion: expected finite forces in nN, found {adhesion!r}")
     friction_reynolds(speed, r, viscosity=viscosity)  # raises for negative speeds
     medium = {"medium_density": medium_density, "viscosity": viscosity}
-    pressure = positive(medium_density, "kg m-3", "medium_density") * speed**2 * factor("Pa", "GPa")
+    pressure = positive(medium_density, "kg/m^3", "medium_density") * speed**2 * factor("Pa", "GPa")
     force = 0.5 * lift(speed, r, formula="hall", **medium) + _LEVERS * _DRAG * pressure * r**2
     ratio = force[:, None] / held
     seconds = np.atleast_1d(magnitude(time, "s", "time"))

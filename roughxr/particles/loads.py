@@ -115,7 +115,7 @@ def friction_reynolds(friction_velocity: Quantities, radius: Quantities, *, visc
     0.3249
     """
     speed = _speed(friction_velocity)
-    return speed * _radius(radius) * factor("nm", "m") / positive(viscosity, "m2 s-1", "viscosity")
+    return speed * _radius(radius) * factor("nm", "m") / positive(viscosity, "m^2/s", "viscosity")
 
 
 @verb
@@ -227,7 +227,7 @@ def lift(
     plus = friction_reynolds(friction_velocity, radius, viscosity=viscosity)
     slow, fast = 9.22 * plus**4, 20.9 * plus**2.31
     chosen = {"by_range": np.where(plus < _EQUAL_LIFT, slow, fast), "leighton_acrivos": slow, "hall": fast}
-    scale = _density(medium_density) * positive(viscosity, "m2 s-1", "viscosity") ** 2 * factor("N", "nN")
+    scale = _density(medium_density) * positive(viscosity, "m^2/s", "viscosity") ** 2 * factor("N", "nN")
     return chosen.get(formula, 0.0 * plus) * scale
 
 
@@ -262,7 +262,7 @@ def weight(
     >>> round(weight("5 um", 4000.0), 5)
     0.02053
     """
-    difference = positive(density, "kg m-3", "density") - _density(medium_density)
+    difference = positive(density, "kg/m^3", "density") - _density(medium_density)
     return _mass(radius, difference) * gravity
 
 
@@ -318,7 +318,7 @@ def _weight_of(body: Body) -> float:
 
 def _mass(radius: Any, density: float) -> Any:
     """Return the mass in units in which an acceleration in m/s² gives a force in nN."""
-    return 4 / 3 * np.pi * _radius(radius) ** 3 * density * factor("kg m-3 nm3 m s-2", "nN")
+    return 4 / 3 * np.pi * _radius(radius) ** 3 * density * factor("kg/m^3 nm^3 m/s^2", "nN")
 
 
 def _pressure(friction_velocity: Any, medium_density: Any) -> Any:
@@ -327,7 +327,7 @@ def _pressure(friction_velocity: Any, medium_density: Any) -> Any:
 
 
 def _density(value: Any) -> float:
-    return positive(value, "kg m-3", "medium_density")
+    return positive(value, "kg/m^3", "medium_density")
 
 
 def _radius(value: Any) -> Any:
@@ -335,7 +335,7 @@ def _radius(value: Any) -> Any:
 
 
 def _speed(value: Any) -> Any:
-    return _at_least(magnitude(value, "m s-1", "friction_velocity"), "friction_velocity", "m/s")
+    return _at_least(magnitude(value, "m/s", "friction_velocity"), "friction_velocity", "m/s")
 
 
 def _at_least(number: Any, name: str, units: str, *, above: bool = False) -> Any:

@@ -97,7 +97,7 @@ def resuspension(
         given = {"time": time, "model": model, "direction": direction, "particle_density": particle_density}
         given |= {"flow": flow, "friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
         return for_each(name, ds, resuspension, friction_velocity=friction_velocity, **given)
-    speed = _not_negative(friction_velocity, "m s-1", "friction_velocity")
+    speed = _not_negative(friction_velocity, "m/s", "friction_velocity")
     seconds = _not_negative(time, "s", "time")
     body = body_of(ds, particle_density, flow)
     held = held_of(ds, direction, friction_coefficient, shear_strength)

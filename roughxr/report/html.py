@@ -151,7 +151,7 @@ def _heights(scan: xr.Dataset) -> str:
 
 
 def _value(one: xr.DataArray, name: str) -> str:
-    return number(one, schema.VARIABLES[name].units.replace("J m-2", "J/m²").removesuffix("1"), digits=5)
+    return number(one, schema.VARIABLES[name].units.replace("J/m^2", "J/m²").removesuffix("1"), digits=5)
 
 
 def _places(run: Mapping[str, xr.Dataset]) -> str:

@@ -12,6 +12,9 @@ from ..vocabulary.schema import label, pixel, record, validate
 from ..vocabulary.units import Quantity, is_whole, magnitude, positive
 from ..vocabulary.verbs import verb
 
+#: Pairs of coordinates ``…_x``, ``…_y`` (nm) that are positions on the scan, and turn with it.
+_POSITIONS = ("subregion", "pass", "carrier", "apex")
+
 
 @verb
 def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
@@ -201,7 +204,7 @@ def rotate90(ds: xr.Dataset, *, turns: int = 1) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Its lower left corner lies where the old one lay.
+        Its lower left corner lies where the old one lay. Contact centres on the scan turn with it.
 
     Raises
     ------
@@ -236,4 +239,11 @@ def _turned(scan: xr.Dataset) -> xr.Dataset:
     turned = bare.rename_dims(x="y_", y="x_").rename_dims(x_="x", y_="y").transpose("x", "y", ...)
     turned = turned.assign_coords(x=("x", along_x, scan["x"].attrs), y=("y", along_y, scan["y"].attrs))
     rest = scan.drop_dims(["x", "y"])
+    far = corner["y"] + dy * scan.sizes["y"]
+    for name in _POSITIONS:
+        if {f"{name}_x", f"{name}_y"} <= set(rest.variables):
+            old_x, old_y = rest[f"{name}_x"], rest[f"{name}_y"]
+            new_x = (corner["x"] + far - old_y).assign_attrs(old_x.attrs)
+            new_y = (corner["y"] + old_x - corner["x"]).assign_attrs(old_y.attrs)
+            rest = rest.assign_coords({f"{name}_x": new_x, f"{name}_y": new_y})
     return turned.merge(rest).assign_attrs(scan.attrs)

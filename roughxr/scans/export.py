@@ -21,7 +21,7 @@ _CHUNK = 512
 
 
 #: Factor and name of the SI unit of each unit that maps have here.
-_SI = {"nm": (1e-9, "m"), "nN": (1e-9, "N"), "GPa": (1e9, "Pa"), "nm2": (1e-18, "m^2"), "J m-2": (1.0, "J/m^2")}
+_SI = {"nm": (1e-9, "m"), "nN": (1e-9, "N"), "GPa": (1e9, "Pa"), "nm^2": (1e-18, "m^2"), "J/m^2": (1.0, "J/m^2")}
 _SI["1"] = (1.0, "")
 
 

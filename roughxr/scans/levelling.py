@@ -10,9 +10,10 @@ import numpy as np
 import xarray as xr
 from numpy.polynomial import legendre
 
-from ..vocabulary.schema import label, record, refuse_unused, validate
+from ..vocabulary.schema import history, label, record, refuse_unused, validate
 from ..vocabulary.units import whole_number
-from ..vocabulary.verbs import verb
+from ..vocabulary.verbs import verb, warn
+from .plausibility import ImplausibleScan, faults
 
 _ORDERS = {"plane": 1, "quadratic": 2}
 _LINES = ("median", "median_difference")
@@ -59,6 +60,9 @@ def level(
     """
     scan = validate(ds, "scan")
     height = scan["height"].compute()
+    if not history(scan):  # a scan that roughxr opened was looked at then
+        for fault in faults(height.values):
+            warn(f"level: {fault}", ImplausibleScan)
     inside = np.isfinite(height.values)
     if exclude is not None:
         inside &= ~_mask(exclude, height)

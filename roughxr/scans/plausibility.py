@@ -19,6 +19,16 @@ _FEWEST_LINES = 16
 #: A line is a scar that differs from its neighbours so many times more than any line across.
 _SCAR_RATIO = 3.0
 
+#: A jump between two lines is a fault that is so many times the median one, and `_SCAR_RATIO` times any across.
+_JUMP_RATIO = 10.0
+
+#: Share of pixels at exactly the highest or lowest value that is no chance, and how many times those at the next value.
+_CLIPPED_SHARE, _CLIPPED_RATIO = 5e-4, 10.0
+
+#: Share of the range between neighbours that shows a value wrapped around, the fewest such pairs, and the share of the
+#: heights in the middle half of the range, where a grating of two levels has hardly any.
+_WRAPPED_JUMP, _FEWEST_WRAPS, _BETWEEN_SHARE = 0.9, 8, 0.2
+
 #: Pixels wider than this, nm, show nothing of contacts of spheres of some micrometres.
 _WIDEST_PIXEL = 1000.0
 
@@ -93,9 +103,16 @@ def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
     coarse, rms = _height_step(height), float(np.nanstd(height))
     if coarse > rms:
         said.append(f"height steps of {coarse:.4g} nm are coarser than the roughness, {rms:.4g} nm rms")
-    if min(height.shape) >= _FEWEST_LINES:
-        said += _scar(height)
+    said += faults(height)
     return said + (_garbled(_likeness(height)) if min(height.shape) >= _FEWEST_LINES else [])
+
+
+def faults(height: np.ndarray) -> list[str]:
+    """Return the faults of recording that heights show: clipped, wrapped around, or lines out of place."""
+    if np.nanmin(height) == np.nanmax(height):
+        return []
+    lines = (_scar(height) or _line_jump(height)) if min(height.shape) >= _FEWEST_LINES else []
+    return [*_clipped(height), *_wrapped(height), *lines]
 
 
 def _garbled(alike: tuple[float, float]) -> list[str]:
@@ -111,6 +128,45 @@ def _garbled(alike: tuple[float, float]) -> list[str]:
             f"{min(alike):.2g}): a damaged header, or lines that are not levelled to each other"
         ]
     return []
+
+
+def _clipped(height: np.ndarray) -> list[str]:
+    """Return a doubt where many pixels share the highest or lowest value, as at the end of a converter's range."""
+    levels, counts = np.unique(height[np.isfinite(height)], return_counts=True)
+    ends = (("highest", levels[-1], counts[-1], counts[-2]), ("lowest", levels[0], counts[0], counts[1]))
+    return [
+        f"{count} of {height.size} pixels have exactly the {which} value, {level:.6g} nm: clipped at the end of the range"
+        for which, level, count, next_count in ends
+        if count > max(_CLIPPED_SHARE * height.size, _CLIPPED_RATIO * next_count)
+    ]
+
+
+def _wrapped(height: np.ndarray) -> list[str]:
+    """Return a doubt where neighbours lie at opposite ends of the range, and most heights between: 16 bits overflow."""
+    low, high = float(np.nanmin(height)), float(np.nanmax(height))
+    jumps = sum(int((np.abs(np.diff(height, axis=axis)) > _WRAPPED_JUMP * (high - low)).sum()) for axis in (0, 1))
+    between = np.mean(np.abs(height - 0.5 * (low + high)) < 0.25 * (high - low))
+    if jumps < _FEWEST_WRAPS or between < _BETWEEN_SHARE:
+        return []
+    return [
+        f"{jumps} pairs of neighbouring heights differ by the whole range, {high - low:.4g} nm, although most heights lie "
+        "between: values wrapped around, as where 16 bits overflow"
+    ]
+
+
+def _line_jump(height: np.ndarray) -> list[str]:
+    """Return a doubt where the heights change by a step from one line to the next, as none do across."""
+    worst = []
+    for lines in (height, height.T):
+        step = np.abs(np.nanmedian(np.diff(lines, axis=0), axis=1))
+        worst.append((float(np.nanmax(step) / max(np.nanmedian(step), 1e-12)), int(np.nanargmax(step)), step.max()))
+    (ratio, line, size), across = max(worst), min(worst)[0]
+    if ratio < _JUMP_RATIO or ratio < _SCAR_RATIO * across:
+        return []
+    axis = "xy"[worst.index((ratio, line, size))]
+    return [
+        f"the heights jump by {size:.4g} nm from line {line} to line {line + 1} along {axis}: a scan fault, or an edge"
+    ]
 
 
 def _scar(height: np.ndarray) -> list[str]:

@@ -15,6 +15,9 @@ from .sampling import sample_dimension
 #: Median absolute deviations above the median: four standard deviations of a normal law.
 THRESHOLD = 6.0
 
+#: Mean absolute deviation of a normal law over its median one: the mean stands in where the median is 0.
+_MEAN_OVER_MEDIAN = 0.7979 / 0.6745
+
 
 @verb
 def debris(
@@ -32,7 +35,8 @@ def debris(
     name : str
         Variable that is compared.
     threshold : float
-        Debris is what exceeds the median by more than this many median absolute deviations. On a surface without
+        Debris is what exceeds the median by more than this many median absolute deviations. Where more than half of
+        the values are equal, that deviation is 0, and the mean absolute one stands in, scaled as for a normal law. On a surface without
         debris the rule wrongly flags one tile in about 10⁴ (normal heights) to 150 (Gumbel's law of largest heights).
 
     Returns
@@ -48,7 +52,8 @@ def debris(
 
     References
     ----------
-    Leys et al., J. Exp. Soc. Psychol. 49 (2013) 764, for the median absolute deviation against outliers.
+    Leys et al., J. Exp. Soc. Psychol. 49 (2013) 764, for the median absolute deviation against outliers; Iglewicz &
+    Hoaglin (1993), How to detect and handle outliers, for the mean one in its place.
 
     Examples
     --------
@@ -65,7 +70,8 @@ def debris(
     values = np.asarray(catalogue[name].values, dtype=float) if subregions is None else highest(catalogue, subregions)
     source, dim = (catalogue, dim) if subregions is None else (subregions, "subregion")
     median = np.nanmedian(values)
-    limit = float(median + threshold * np.nanmedian(np.abs(values - median)))
+    off = np.abs(values - median)
+    limit = float(median + threshold * (np.nanmedian(off) or np.nanmean(off) / _MEAN_OVER_MEDIAN))
     out = xr.DataArray(values > limit, dims=dim, name="debris")
     out = out.assign_coords({key: source[key] for key in source.coords if source[key].dims == (dim,)})
     what = "highest asperity of the tile" if subregions is not None else name

@@ -86,7 +86,7 @@ def pdf(
     >>> ds = xr.Dataset({"height": ("asperity", [1.0, 2.0, 2.0, 3.0], {"units": "nm"})})
     >>> density = pdf(ds, "height", bins=2)
     >>> density.values.tolist(), density.units, float(density.cdf[-1])
-    ([0.25, 0.75], 'nm-1', 1.0)
+    ([0.25, 0.75], '1/nm', 1.0)
     """
     schema.one_of(method, ("histogram", "kde"), "method")
     some = samples(ds, name, weights=weights)

@@ -163,12 +163,12 @@ def _checked(weights: np.ndarray, samples: xr.DataArray) -> np.ndarray:
 #: Units of a density that are not simply the units with ``-1`` appended.
 _PER = {
     "1": "1",
-    "nm-1": "nm",
-    "nm2": "nm-2",
-    "J m-2": "m2 J-1",
-    "nN nm": "nN-1 nm-1",
-    "m s-1": "s m-1",
-    "m s-2": "s2 m-1",
+    "1/nm": "nm",
+    "nm^2": "1/nm^2",
+    "J/m^2": "m^2/J",
+    "nN nm": "1/(nN nm)",
+    "m/s": "s/m",
+    "m/s^2": "s^2/m",
 }
 
 

@@ -166,7 +166,7 @@ def axes(results: list[xr.Dataset]) -> list[dict[str, Any]]:
 
 def _unit(name: str) -> str:
     units = schema.VARIABLES[name].units
-    return "" if units == "1" else units.replace("J m-2", "J/m²").replace("nm2", "nm²")
+    return "" if units == "1" else units.replace("J/m^2", "J/m²").replace("nm^2", "nm²")
 
 
 def rows(at: Placed) -> list[dict[str, Any]]:
