@@ -5,7 +5,6 @@ import pytest
 import xarray as xr
 
 from roughxr.scans import autocorrelation, level, power_spectrum, roughness
-from roughxr.scans.synthetic import self_affine
 from roughxr.vocabulary import schema
 
 from .surfaces import rough, scan
@@ -173,11 +172,3 @@ def test_a_lazy_scan_gives_the_same():
 def test_an_unknown_reference():
     with pytest.raises(ValueError, match=r"reference: expected one of .*found 'sphere'"):
         roughness(scan(rough(16), PIXEL), reference="sphere")
-
-
-def test_a_spectrum_with_too_many_missing_pixels_says_so():
-    holed = self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
-    holed["height"][10:14, 10:14] = np.nan
-    with pytest.warns(UserWarning, match="at most 1% of the pixels missing, found 1.6%"):
-        found = power_spectrum(holed)
-    assert found.psd.isnull().all()

@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from .. import statistics
+from ..statistics.sampling import per
 from ..vocabulary import schema
 from .style import (
     BLACK,
@@ -256,7 +257,7 @@ def _rug(ax, values: np.ndarray, color: str, order: int):
 def label_density(ax, name: str):
     """Label the variable on the horizontal axis, and the density, in its inverse, on the vertical one."""
     unit = label_axis(ax.xaxis, name)
-    inverse = Unit("1" if unit.text == "1" else f"{unit.text}-1", 1 / unit.size)
+    inverse = Unit(per(unit.text), 1 / unit.size)
     ax.yaxis.set_major_formatter(inverse.formatter())
     words = in_words("pdf") if inverse.text == "1" else f"{schema.VARIABLES['pdf'].long_name} [{inverse.text}]"
     ax.set_ylabel(superscripts(words))

@@ -135,7 +135,7 @@ def _clipped(height: np.ndarray) -> list[str]:
     levels, counts = np.unique(height[np.isfinite(height)], return_counts=True)
     ends = (("highest", levels[-1], counts[-1], counts[-2]), ("lowest", levels[0], counts[0], counts[1]))
     return [
-        f"{count} of {height.size} pixels have exactly the {which} value, {level:.6g} nm: clipped at the end of the range"
+        f"{count} of {height.size} pixels have exactly the {which} value, {level:.6g} nm: clipped by the recorder"
         for which, level, count, next_count in ends
         if count > max(_CLIPPED_SHARE * height.size, _CLIPPED_RATIO * next_count)
     ]
@@ -149,8 +149,8 @@ def _wrapped(height: np.ndarray) -> list[str]:
     if jumps < _FEWEST_WRAPS or between < _BETWEEN_SHARE:
         return []
     return [
-        f"{jumps} pairs of neighbouring heights differ by the whole range, {high - low:.4g} nm, although most heights lie "
-        "between: values wrapped around, as where 16 bits overflow"
+        f"{jumps} pairs of neighbouring heights differ by the whole range, {high - low:.4g} nm, although most heights "
+        "lie between: values wrapped around, as where 16 bits overflow"
     ]
 
 

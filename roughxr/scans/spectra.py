@@ -54,11 +54,6 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     """
     scan = validate(ds, "scan")
     shape, steps = (scan.sizes["x"], scan.sizes["y"]), pixel(scan)
-    if not scan["height"].chunks and (share := float(scan["height"].isnull().mean())) > MOST_MISSING:
-        warn(
-            f"power_spectrum: expected at most {MOST_MISSING:.0%} of the pixels missing, found {share:.1%}: the spectrum "
-            "is NaN; fill the holes first (ds.contact.fill()) or crop them away"
-        )
     frequencies = [2 * np.pi * np.fft.fftfreq(n, step) for n, step in zip(shape, steps)]
     radius = np.hypot(frequencies[0][:, None], frequencies[1])
     width = 2 * np.pi / min(n * step for n, step in zip(shape, steps))

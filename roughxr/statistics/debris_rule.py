@@ -36,8 +36,8 @@ def debris(
         Variable that is compared.
     threshold : float
         Debris is what exceeds the median by more than this many median absolute deviations. Where more than half of
-        the values are equal, that deviation is 0, and the mean absolute one stands in, scaled as for a normal law. On a surface without
-        debris the rule wrongly flags one tile in about 10⁴ (normal heights) to 150 (Gumbel's law of largest heights).
+        the values are equal, that deviation is 0, and the mean absolute one stands in, scaled as for a normal law. On
+        a surface without debris the rule wrongly flags one tile in about 10⁴ (normal heights) to 150 (Gumbel's law).
 
     Returns
     -------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -160,18 +161,10 @@ def _checked(weights: np.ndarray, samples: xr.DataArray) -> np.ndarray:
     return weights
 
 
-#: Units of a density that are not simply the units with ``-1`` appended.
-_PER = {
-    "1": "1",
-    "1/nm": "nm",
-    "nm^2": "1/nm^2",
-    "J/m^2": "m^2/J",
-    "nN nm": "1/(nN nm)",
-    "m/s": "s/m",
-    "m/s^2": "s^2/m",
-}
-
-
 def per(units: str) -> str:
     """Return the units of a density over ``units``."""
-    return _PER.get(units, f"{units}-1")
+    if units == "1":
+        return units
+    above, _, below = units.partition("/")
+    simple = above.isalpha() or re.fullmatch(r"[A-Za-z]+\^\d", above)
+    return f"{below}/{above if simple else f'({above})'}" if below else f"1/{above if simple else f'({above})'}"
