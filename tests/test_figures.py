@@ -305,7 +305,7 @@ def test_ratio_is_exact_for_hertz_between_displacements():
 
 def test_units_on_labels():
     assert display_unit("GPa", 1e9).text == "GPa"
-    assert superscripts("density [µN-1]") == "density [1/µN]"
+    assert superscripts("density [1/µN]") == "density [1/µN]"
     assert superscripts("contact area [nm^2]") == "contact area [nm²]"
 
 
