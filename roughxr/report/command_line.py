@@ -1,4 +1,4 @@
-"""The command that repeats a run, reconstructed from the run itself."""
+"""The command that repeats a run, from the options that its archive records."""
 
 from __future__ import annotations
 
@@ -10,23 +10,35 @@ import xarray as xr
 
 from ..scans import open_sample
 from ..vocabulary import schema
-from ..vocabulary.verbs import verb
+from .summary import SUMMARY
 
 
-@verb
 def command(run: Mapping[str, xr.Dataset]) -> str:
-    """Return the command line that repeats a run."""
+    """Return the command line that repeats a run; empty where the shell cannot: no file, or places that are no grid."""
     scan = run.get("scan", xr.Dataset())
     if "height" in scan and _is_the_papers(scan):
         return "roughxr paper -o paper-run"
-    if "source_file" not in scan.attrs or not all(name in scan.coords for name in schema.PAIR):
+    has_indenter = "indenter_file" in scan.attrs
+    needed = schema.PAIR[1:] if has_indenter else schema.PAIR
+    given = schema.arguments_of(run.get(SUMMARY), "run")
+    if "source_file" not in scan.attrs or not all(name in scan.coords for name in needed):
         return ""
-    parts = ["roughxr", "run", str(scan.attrs["source_file"]), *_channel(scan)]
+    if given and "subregions" not in given:
+        return ""
+    parts = ["roughxr", "run", str(scan.attrs["source_file"]), *_image(scan)]
+    parts += ["--indenter", str(scan.attrs["indenter_file"])] if has_indenter else []
     parts += _pair(scan, schema.arguments_of(scan, "assign_pair"))
     parts += ["--level", str(schema.arguments_of(scan, "level").get("method", "none"))]
-    parts += _places(schema.arguments_of(run.get("solutions/direct"), "direct"))
-    parts += _adhesion(schema.arguments_of(run.get("solutions/adhesive"), "adhesive"))
-    return shlex.join(parts)
+    return shlex.join(parts + _options(given))
+
+
+def _options(given: dict[str, Any]) -> list[str]:
+    """Return the options of `run` as its summary records them."""
+    parts = ["--particle"] if given.get("particle") else []
+    for name in ("subregions", "delta", "preload", "law", "mesh", "budget"):
+        if name in given:
+            parts += [f"--{name}", *_listed(given[name])]
+    return parts
 
 
 def _is_the_papers(scan: xr.Dataset) -> bool:
@@ -36,14 +48,22 @@ def _is_the_papers(scan: xr.Dataset) -> bool:
     return same and schema.height_hash(scan) == schema.height_hash(sample)
 
 
-def _channel(scan: xr.Dataset) -> list[str]:
-    return ["--channel", str(scan.attrs["channel"])] if scan.attrs.get("channel") else []
+def _image(scan: xr.Dataset) -> list[str]:
+    """Return which image of the file was read, how, and how missing pixels were filled."""
+    opened, parts = schema.arguments_of(scan, "open_scan"), []
+    channel = scan.attrs.get("channel") or opened.get("channel")
+    options = {"channel": channel, **{name: opened.get(name) for name in ("direction", "size", "height_units")}}
+    options["fill"] = schema.arguments_of(scan, "fill").get("method")
+    for name, value in options.items():
+        if value not in (None, ""):
+            parts += [f"--{name.replace('_', '-')}", *_listed(value)]
+    return parts
 
 
 def _pair(scan: xr.Dataset, given: dict[str, Any]) -> list[str]:
     """Return the options of the pair of bodies, as given where the run records it."""
-    radius, modulus, work = schema.pair(scan, *schema.PAIR, wet=True)
-    parts = ["--sphere-radius", f"{radius:g}"]
+    modulus, work = schema.pair(scan, *schema.PAIR[1:], wet=True)
+    parts = ["--sphere-radius", f"{float(scan['sphere_radius']):.12g}"] if "sphere_radius" in scan.coords else []
     if "materials" in given:
         parts += ["--materials", "/".join(_listed(given["materials"]))]
     elif {"young_modulus", "poisson_ratio"} <= set(given):
@@ -56,14 +76,14 @@ def _pair(scan: xr.Dataset, given: dict[str, Any]) -> list[str]:
             parts += [f"--{name.replace('_', '-')}", repr(float(scan[name]))]
     if schema.is_wet(scan):
         parts += ["--humidity", repr(float(scan["humidity"]))]
-        parts += _told(given, "contact_angle", "temperature", "liquid", "film")
+        parts += _as_given(given, "contact_angle", "temperature", "liquid", "film")
         return [*parts, "--work-of-adhesion", repr(work), repr(work * float(scan["share_under_liquid"]))]
     if "surface_energy" in given:
         return [*parts, "--surface-energy", *_listed(given["surface_energy"])]
     return [*parts, "--work-of-adhesion", repr(work)]
 
 
-def _told(given: dict[str, Any], *names: str) -> list[str]:
+def _as_given(given: dict[str, Any], *names: str) -> list[str]:
     """Return options of these names as they were given, where they were."""
     return [part for name in names if name in given for part in (f"--{name.replace('_', '-')}", *_listed(given[name]))]
 
@@ -71,19 +91,3 @@ def _told(given: dict[str, Any], *names: str) -> list[str]:
 def _listed(value: Any) -> list[str]:
     values = value if isinstance(value, list) else [value]
     return [one if isinstance(one, str) else repr(one) for one in values]
-
-
-def _adhesion(given: dict[str, Any]) -> list[str]:
-    """Return the options of the simulation with adhesion that differ from the defaults."""
-    parts = ["--law", given["law"]] if "law" in given else []
-    if given.get("preload"):
-        parts += ["--preload", *_listed(given["preload"])]
-    refine = given.get("mesh", {}).get("refine")
-    return parts + (["--mesh", str(refine)] if isinstance(refine, int) else [])
-
-
-def _places(direct: dict[str, Any]) -> list[str]:
-    """Return grid and displacements, where they were given as plain numbers."""
-    grid, delta = direct.get("subregions"), direct.get("delta")
-    parts = ["--subregions", *map(str, grid)] if isinstance(grid, list) and len(grid) == 2 else []
-    return parts + (["--delta", *(f"{d:g}" for d in delta)] if isinstance(delta, list) else [])

@@ -43,27 +43,27 @@ class _Drawing(NamedTuple):
     file: str = ""  # the same figure among the files of a run
 
 
-def pictures(run: Run, folder: Path | None = None, ready: Mapping[str, Picture] | None = None) -> Iterator[Picture]:
-    """Yield the figures for which a run holds the groups; those that a folder holds, or are ready, are not drawn."""
+def pictures(run: Run, folder: Path | None = None) -> Iterator[Picture]:
+    """Yield the figures for which a run holds the groups; those that a folder holds are not drawn again."""
     for name, drawing in _DRAWINGS.items():
         if drawing.optional and not set(drawing.needs) <= set(run):
             continue
-        yield _picture(name, drawing, run, folder, ready or {})
+        yield _picture(name, drawing, run, folder)
 
 
 def picture_of(name: str, run: Run, folder: Path | None = None) -> Picture | None:
     """Return one of the figures, None where the run does not hold what it needs."""
     drawing = {"Error budget": _BUDGET, **_DRAWINGS}[name]
-    return _picture(name, drawing, run, folder, {}) if set(drawing.needs) <= set(run) else None
+    return _picture(name, drawing, run, folder) if set(drawing.needs) <= set(run) else None
 
 
-def _picture(name: str, drawing: _Drawing, run: Run, folder: Path | None, ready: Mapping[str, Picture]) -> Picture:
+def _picture(name: str, drawing: _Drawing, run: Run, folder: Path | None) -> Picture:
     missing = [group for group in drawing.needs if not any(one in run for one in group.split(" or "))]
     if missing:
         return Picture(name, f"Not drawn: the run holds no {', '.join(missing)}.", "")
     if folder and drawing.file:
         return Picture(name, drawing.caption, as_uri((folder / drawing.file).read_bytes()))
-    return ready.get(name) or _drawn(name, drawing, run)
+    return _drawn(name, drawing, run)
 
 
 def _drawn(name: str, drawing: _Drawing, run: Run) -> Picture:

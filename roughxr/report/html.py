@@ -18,13 +18,14 @@ from ..scans.regions import extent
 from ..vocabulary import schema
 from ..vocabulary.numbers import interval, number
 from ..vocabulary.verbs import verb
-from .budget import BUDGET, budget_table, headline, humid_words
+from .budget import budget_table, humid_words
 from .command_line import command
 from .detachment_section import COMING_OFF, coming_off_words, detachment_table
-from .embedded_figures import Picture, picture_of, pictures
+from .embedded_figures import picture_of, pictures
 from .intervals import interval_table
 from .measured_section import COMPARED, MEASURED, compared, measured_table, measured_words
 from .run_warnings import cautions
+from .summary import BUDGET, headline
 from .tables import contact_table, formula_table, scan_table
 from .template import filled, title, written
 
@@ -88,10 +89,9 @@ def page(
     *,
     archive_name: str = "run.nc",
     folder: Path | None = None,
-    ready: Mapping[str, Picture] | None = None,
     missing: str = "",
 ) -> str:
-    """Return the page as text; figures of the budget just written to a folder, and others that are ready, are taken."""
+    """Return the page as text; figures of the budget that a folder holds are taken from there."""
     run = compared(run)
     return filled(
         "roughxr.report",
@@ -108,18 +108,13 @@ def page(
         measured=measured_words(run),
         coming_off=coming_off_words(run),
         coming_off_table=_as_text(detachment_table(run)) if set(COMING_OFF) <= set(run) else None,
-        pictures=list(pictures(run, folder, ready)),
+        pictures=list(pictures(run, folder)),
         tables=_tables(run),
         steps=_steps(run),
         command=command(run),
         citation=CITATION,
         version=__version__,
     )
-
-
-def drawn_pictures(run: Mapping[str, xr.Dataset]) -> dict[str, Picture]:
-    """Return the page's figures of a run whose error budget is not computed yet, by name."""
-    return {one.name: one for one in pictures(compared(run))}
 
 
 def _facts(run: Mapping[str, xr.Dataset]) -> list[tuple[str, str]]:

@@ -8,8 +8,11 @@ import numpy as np
 import xarray as xr
 
 from ..statistics.sampling import at_first_preload
+from ..vocabulary import schema
 from ..vocabulary.verbs import verb
-from .tables import mesh_change
+from .summary import mesh_change
+
+PLACES = "statistics/places"
 
 #: What is known of some places only, as a group.
 _PARTIAL_GROUP = "some"
@@ -34,6 +37,8 @@ _COLUMNS = (
 @verb
 def by_place(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return what a run says of each of its places, as far as it holds it."""
+    if PLACES in run:
+        return run[PLACES]
     run, columns = {**run, _PARTIAL_GROUP: _of_some(run)}, {}
     for group, variable, name in _COLUMNS:
         if group not in run or variable not in run[group]:
@@ -50,13 +55,21 @@ def by_place(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
 _PLACE = ("subregion_x", "subregion_y")
 
 
+def with_mesh_error(run: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
+    """Return a run whose pull-offs state their error by mesh and step, where only a finer solution shows it."""
+    solved = run["solutions/adhesive"]
+    if "pull_off_error" in solved and bool(solved["pull_off_error"].notnull().any()):
+        return dict(run)
+    error = _among(solved, abs(mesh_change(run)))
+    names = ("solutions/adhesive", "statistics/adhesive")
+    return {**run, **{name: schema.label(run[name].assign(pull_off_error=error.variable)) for name in names}}
+
+
 def _of_some(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return what was computed at some places only, NaN at the others."""
     places, columns = run.get("solutions/adhesive", xr.Dataset()), {}
     if "pull_off_error" in places and bool(places["pull_off_error"].notnull().any()):
         columns["pull_off_error"] = places["pull_off_error"]
-    elif {"solutions/finer", "statistics/adhesive"} <= set(run):
-        columns["pull_off_error"] = _among(places, abs(mesh_change(run)))
     if "solutions/continued" in run:
         continued = run["solutions/continued"]["pull_off_force"].mean("seed", keep_attrs=True)
         columns["pull_off_force_continued"] = _among(places, continued)

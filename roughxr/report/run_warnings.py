@@ -15,7 +15,8 @@ from ..vocabulary.numbers import number, percent
 from ..vocabulary.verbs import verb
 from .budget import resolution
 from .intervals import flagged
-from .tables import mesh_change, share_at_pull_off
+from .summary import mesh_change
+from .tables import share_at_pull_off
 
 Run = Mapping[str, xr.Dataset]
 

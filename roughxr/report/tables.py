@@ -15,6 +15,7 @@ from ..statistics.sampling import SHARE, by_share
 from ..vocabulary.numbers import number, prefixed
 from ..vocabulary.verbs import verb
 from .intervals import counted_from, marked
+from .summary import mesh_change
 
 Run = Mapping[str, xr.Dataset]
 
@@ -80,17 +81,6 @@ def _mesh_rows(run: Run) -> dict[str, float]:
         "pull-off, error of mesh and step, median [%]": 100 * float(abs(change).median()),
         "places solved on a mesh twice as fine": float(change.notnull().sum()),
     }
-
-
-def mesh_change(run: Run) -> xr.DataArray:
-    """Return the relative change of the pull-off on a finer mesh with shorter steps, at the places solved on both."""
-    finer, whole = run["solutions/finer"], run["statistics/adhesive"]
-    same = [
-        int(np.argmin(np.hypot(whole["subregion_x"] - x, whole["subregion_y"] - y).values))
-        for x, y in zip(finer["subregion_x"].values, finer["subregion_y"].values)
-    ]
-    coarse = finer["pull_off_force"].copy(data=whole["pull_off_force"].isel(subregion=same).values)
-    return (coarse / finer["pull_off_force"] - 1).assign_attrs(units="1")
 
 
 def _pull_off_rows(run: Run, method: str, unit: str, size: float) -> dict[str, float]:

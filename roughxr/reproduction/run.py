@@ -10,7 +10,6 @@ import xarray as xr
 from ..bodies.pair import assign_pair
 from ..contact.specimen import specimen_of
 from ..runs.analysis import Plan, kept, show, told
-from ..runs.drawing import Drawing
 from ..scans import open_sample
 from ..vocabulary.units import whole_number
 from .figures import paper_figures
@@ -63,7 +62,6 @@ def paper(output: str | Path, *, budget: int = 8) -> dict[str, xr.Dataset]:
     path = folder / "paper.nc"
     wanted = PLAN._replace(budget=whole_number(budget, "budget", least=0))
     with told(scan, wanted, path) as say:
-        drawing = Drawing(path, folder, paper_figures)
-        groups = kept(scan, wanted, say, drawing)
-        show(groups, (scan_table(groups), contact_table(groups)), say, drawing, [TWIN])
+        groups = kept(scan, wanted, say, path)
+        show(groups, (scan_table(groups), contact_table(groups)), say, path, folder, [TWIN], paper_figures)
     return groups

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -25,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from .. import report
+from .. import figures, report
 from ..asperity.asperity_sum import fit_of
 from ..asperity.catalogue import asperities
 from ..asperity.expectation import CROWDED, crowding
@@ -60,7 +59,6 @@ from ..vocabulary import schema
 from ..vocabulary.numbers import interval, quantity
 from ..vocabulary.units import Places, Quantities, magnitude, whole_number
 from ..vocabulary.verbs import verb, warn
-from .drawing import Drawing
 
 #: Ways of superposition that a run compares; of a humid pair the one for liquid.
 COMPARED = {name: {"formulation": name} for name in ("published", "self_similar", "energy")}
@@ -222,9 +220,9 @@ def run(
     wanted, output = plan(specimen, subregions=subregions, delta=delta, **adhesion), Path(output)
     path = output if output.suffix == ".nc" else output / "run.nc"
     with told(specimen, wanted, path) as say:
-        drawing = Drawing(path, None if path == output else output)
-        groups = kept(specimen, wanted, say, drawing)
-        show(groups, (report.scan_table(groups), report.contact_table(groups)), say, drawing)
+        groups = kept(specimen, wanted, say, path)
+        tables = (report.scan_table(groups), report.contact_table(groups))
+        show(groups, tables, say, path, None if path == output else output)
     return groups
 
 
@@ -245,11 +243,11 @@ def told(specimen: Specimen, plan: Plan, path: Path) -> Stages:
     return Stages(expected, _WORDS)
 
 
-def kept(specimen: Specimen, plan: Plan, say: Stages, drawing: Drawing):
+def kept(specimen: Specimen, plan: Plan, say: Stages, path: Path):
     """Return the groups of a run, read from its archive as far as they are there, else computed and kept."""
     return checkpointed(
-        lambda: analyse(specimen, plan, say, drawing.beside),
-        drawing.path,
+        lambda: analyse(specimen, plan, say),
+        path,
         scan=specimen.scan,
         arguments=plan._asdict(),
         title=specimen.bodies.attrs.get("title", ""),
@@ -268,10 +266,8 @@ def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **a
     return Plan(subregions, deltas, sweep, float(deltas[-1]), patch="auto", vertex="fitted", **adhesion)
 
 
-def analyse(
-    specimen: Specimen, plan: Plan, say: Stages = _UNTOLD, drawn_beside: Callable = nullcontext
-) -> Iterator[dict[str, xr.Dataset]]:
-    """Yield the groups of a run after each of its stages, at last all; within the last its figures may be drawn."""
+def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> Iterator[dict[str, xr.Dataset]]:
+    """Yield the groups of a run after each of its stages, at last all."""
     say("asperities")
     scan, bodies, suited = specimen.scan, specimen.bodies, specimen.catalogue
     catalogue = suited if plan.patch == "auto" else asperities(scan, patch=plan.patch, vertex=plan.vertex)
@@ -322,9 +318,17 @@ def analyse(
         say("rolling")
         yield (groups := groups | _coming_off(suited, options, groups))
     if plan.budget and "solutions/adhesive" in groups:
-        with drawn_beside():
-            budget = _error_budget(specimen, plan, groups, say)
-        yield groups | budget
+        groups |= _error_budget(specimen, plan, groups, say)
+    yield groups | report.recorded(groups, report.by_place(groups), **_options(plan))
+
+
+def _options(plan: Plan) -> dict[str, Any]:
+    """Return the options of `run` that make this plan; places that are no grid are left out."""
+    particle = isinstance(plan.subregions, xr.Dataset) and is_rests(plan.subregions)
+    grid = plan.subregions.attrs["landings"] if particle else plan.subregions
+    counts = [int(n) for n in grid] if np.shape(grid) == (2,) else None
+    options = {"subregions": counts, "particle": particle, "delta": plan.direct_deltas, "preload": plan.preload}
+    return options | {"law": plan.law, "mesh": plan.mesh.refine, "budget": plan.budget}
 
 
 def _expected(specimen: Specimen, plan: Plan) -> dict[str, float]:
@@ -365,7 +369,7 @@ def _error_budget(specimen: Specimen, plan: Plan, groups: dict[str, xr.Dataset],
     solved, preload = groups["solutions/adhesive"], float(np.min(plan.preload))
     mesh = replace(plan.mesh, refine=solved.attrs["refine"], accuracy=None)
     scan = specimen.scan
-    say("waves")  # first: each wave waits for the one before, which leaves cores to the process that draws
+    say("waves")
     scales = cut_off_waves(scan, places=min(plan.budget, 4), subregions=solved, preload=preload)
     say("budget", f", up to {plan.budget} places again under each change")
     finer = groups.get("solutions/finer")
@@ -455,7 +459,7 @@ def _with_adhesion(specimen: Specimen, plan: Plan, options: dict[str, Any], say:
         solved = _in_shares(specimen, plan, options | how | {"mesh": mesh}, say, error)
         say.expect(**_of_budget(plan, say.passed() / _count(specimen, plan)))
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
-    return groups if finer is None else groups | {"solutions/finer": finer}
+    return groups if finer is None else report.with_mesh_error(groups | {"solutions/finer": finer})
 
 
 def _in_shares(specimen: Specimen, plan: Plan, options: dict[str, Any], say: Stages, mesh_error: float | None):
@@ -586,26 +590,33 @@ def show(
     groups: dict[str, xr.Dataset],
     tables: tuple,
     say: Stages,
-    drawing: Drawing,
+    path: Path,
+    folder: Path | None,
     notes: Sequence[str] = (),
+    drawn: Callable = figures.run_figures,
 ) -> None:
     """Print the tables and the notes below them, and put them and the figures into a folder."""
     if words := report.headline(groups):
         notes = [words, *notes]
     say.clear()
     printed = _print(tables, [*notes, *report.superposed(groups)], groups)
-    if (folder := drawing.folder) is None:
+    if folder is None:
         return
     for part, table in zip(("scan", "contact"), tables):
         with whole(folder / f"table-{part}.csv") as temporary:
             table.to_csv(temporary, float_format="%.6g")
-    _write_places(report.by_place(groups), folder)
+    _write_places(groups.get("statistics/places", xr.Dataset()), folder)
     with whole(folder / "table.txt") as temporary:
         temporary.write_text(printed, encoding="utf-8")
     say("pages")
-    drawing.finish(groups)
+    groups["solutions/contact"].load()  # else each of its figures reads the fields from the file again
+    figures.save(figures.overview(groups), folder / "overview.png", dpi=150)
+    for name, figure in drawn(groups):
+        figures.save(figure, folder / f"{name}.png")
+    for name, figure in figures.budget_figures(groups):
+        figures.save(figure, folder / f"{name}.png", dpi=220)
     with whole(folder / "report.html") as temporary:
-        text = report.page(groups, archive_name=drawing.path.name, folder=folder, ready=drawing.pictures)
+        text = report.page(groups, archive_name=path.name, folder=folder)
         temporary.write_text(text, encoding="utf-8")
 
 

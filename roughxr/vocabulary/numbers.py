@@ -15,6 +15,10 @@ _PREFIXES = {
 #: Numbers from the first to below the second are written without a power of ten.
 _PLAIN_RANGE = 1e-4, 1e7
 
+#: Largest ratio of the ends of an interval that is printed as numbers; wider ones come from too few values.
+_WIDEST = 30.0
+_TOO_WIDE = f"wider than a factor of {_WIDEST:.0f}, too few values"
+
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -56,14 +60,23 @@ def quantity(value: float, units: str = "nN", digits: int = 3) -> str:
 
 def sure(value: float, low: float, high: float, units: str = "nN") -> str:
     """Return a value with its 95 % interval, both in the prefix that suits the value."""
+    if is_too_wide(low, high):
+        return f"{quantity(value, units)} (95 % interval {_TOO_WIDE})"
     unit, size = prefixed(value, units)
     ends = f"{number(low / size)} … {number(high / size, unit)}"
     return f"{number(value / size, unit)} (95 % interval {ends})"
+
+
+def is_too_wide(low: float, high: float) -> bool:
+    """Return whether the ends of an interval are so far from each other that they are no numbers to print."""
+    return low > 0 and high > _WIDEST * low
 
 
 def interval(low: float, high: float, units: str = "", digits: int = 3) -> str:
     """Return the ends of an interval with one unit, the prefix by the upper end."""
     if math.isnan(low) or math.isnan(high):
         return "–"
+    if is_too_wide(low, high):
+        return _TOO_WIDE
     unit, size = prefixed(max(abs(low), abs(high)), units)
     return f"{number(low / size, digits=digits)} … {number(high / size, unit, digits)}"

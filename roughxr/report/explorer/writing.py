@@ -15,9 +15,10 @@ from ..._version import __version__
 from ...vocabulary import schema
 from ...vocabulary.units import whole_number
 from ...vocabulary.verbs import verb
-from ..budget import headline, humid_words
+from ..budget import humid_words
 from ..embedded_figures import picture_of
 from ..run_warnings import cautions
+from ..summary import headline
 from ..template import filled, title, written
 from . import images, places
 from .contact_maps import contact_maps
