@@ -29,9 +29,9 @@ from .statistics import bootstrap, fit, pdf, pull_off, summary
 from .statistics.headline import answer
 from .studies.extrapolation import continued
 from .studies.parameter_grid import vary
-from .studies.sensitivities import error_budget, sensitivity
 from .studies.several_scans import over_scans
 from .studies.short_waves import scale_dependence
+from .studies.uncertainty_budget import error_budget
 from .tables import to_table
 from .vocabulary import schema
 
@@ -85,7 +85,6 @@ __all__ = [
     "scale_dependence",
     "scans",
     "schema",
-    "sensitivity",
     "statistics",
     "summary",
     "superpose",

@@ -27,8 +27,8 @@ from .particles import critical_load, resting, resuspension
 from .statistics.headline import answer
 from .studies.extrapolation import continued
 from .studies.parameter_grid import vary
-from .studies.sensitivities import error_budget, sensitivity
 from .studies.short_waves import scale_dependence
+from .studies.uncertainty_budget import error_budget
 from .vocabulary import schema
 from .vocabulary.numbers import number
 
@@ -83,7 +83,6 @@ class ContactAccessor:
     regime = _method(regime)
     formulas = _method(formulas)
     scale_dependence = _method(scale_dependence)
-    sensitivity = _method(sensitivity)
     error_budget = _method(error_budget)
 
     # coming off
@@ -118,7 +117,7 @@ _TASKS: tuple[tuple[str, set[str], str], ...] = (
     ("its asperities", {"asperities"}, "reconstruct"),
     ("how hard it presses and sticks", {"scan"}, "adhesive continued direct rigid resting"),
     ("the same by single asperities", {"scan", "asperities"}, "superpose pull_off_map rolling"),
-    ("which model, and how sure", {"scan"}, "regime formulas vary sensitivity error_budget scale_dependence"),
+    ("which model, and how sure", {"scan"}, "regime formulas vary error_budget scale_dependence"),
     ("the answer", {"force", "pull_off"}, "answer pull_off certificate"),
     ("over all places", {"samples", "map"}, "summary bootstrap pdf fit"),
     ("coming off", {"moments"}, "critical_load resuspension"),

@@ -7,16 +7,10 @@ from matplotlib.figure import Figure
 
 import roughxr
 from roughxr import archive, figures, report
-from roughxr.studies.sensitivities import (
-    SIMULATED,
-    budget_of,
-    changes_of,
-    cut_off_waves,
-    error_budget,
-    sensitivity,
-    simulated,
-)
-from roughxr.studies.sensitivities.simulated import change_of
+from roughxr.studies import budget_changes
+from roughxr.studies.assumptions import SIMULATED
+from roughxr.studies.budget_changes import change_of
+from roughxr.studies.uncertainty_budget import CHANGED, budget_of, changes_of, cut_off_waves, error_budget
 
 QUICK = {"law": "exponential", "mesh": roughxr.Mesh(1, step=0.8)}
 
@@ -44,8 +38,8 @@ def solved(rough):
 
 
 @pytest.fixture(scope="module")
-def changes(rough):
-    return sensitivity(rough, method="adhesive", subregions=(2, 1), settings=TRIED, **QUICK)
+def changes(rough, solved):
+    return changes_of(rough, solved, most=2, preload=0.0, mesh=QUICK["mesh"], settings=TRIED)
 
 
 @pytest.fixture(scope="module")
@@ -64,18 +58,20 @@ def change(found, factor, setting):
 
 
 def test_a_smooth_sphere_depends_on_work_and_radius_in_proportion_and_not_on_the_modulus():
-    """JKR's pull-off is 3/2 π w R: the tornado's slopes are 1, 1 and 0.
+    """JKR's pull-off is 3/2 π w R: the slopes are 1, 1 and 0.
 
     On contacts of 25 to 29 cells in radius each pull-off is off by up to 0.3 %: of slopes over 20 %, 0.03.
     """
     flat = pair(np.zeros((48, 48)), radius=1500.0, work=0.2)
     tried = {name: [0.9, 1.1] for name in ("surface energy", "sphere radius", "modulus")}
-    found = sensitivity(flat, method="adhesive", settings=tried, law="griffith", mesh=roughxr.Mesh(8, step=0.25))
-    slopes = {name: (change(found, name, "× 1.1") - change(found, name, "× 0.9")) / 0.2 for name in tried}
-    assert slopes["surface energy"] == pytest.approx(1, abs=0.04)
+    mesh = roughxr.Mesh(8, step=0.25)
+    found = error_budget(flat, settings=tried, law="griffith", mesh=mesh, places=1, seeds=0)
+    slopes = found.slope.to_series()
+    assert slopes["work of adhesion"] == pytest.approx(1, abs=0.04)
     assert slopes["sphere radius"] == pytest.approx(1, abs=0.04)
     assert slopes["modulus"] == pytest.approx(0, abs=0.04)
-    assert float(found.pull_off_mean[0]) == pytest.approx(1.5 * np.pi * 0.2 * 1500, rel=0.01)
+    assert np.isnan(slopes[["sampling", "mesh", "levelling"]]).all()
+    assert float(found.pull_off_mean) == pytest.approx(1.5 * np.pi * 0.2 * 1500, rel=0.01)
 
 
 def test_what_is_not_off_gives_nothing_and_what_was_not_computed_says_why(budget):
@@ -94,7 +90,7 @@ def test_the_total_is_the_root_of_the_sum_of_squares_without_shorter_waves(budge
     assert budget.relative_error.sel(entry="shorter waves") > 0.01
 
 
-def test_entries_are_the_tornados_longest_bars(budget, changes):
+def test_entries_are_the_largest_changes(budget, changes):
     longest = max(abs(change(changes, "surface energy", f"× {factor}")) for factor in (0.9, 1.1))
     assert float(budget.relative_error.sel(entry="work of adhesion")) == longest
     mesh = changes.isel(case=int(np.flatnonzero(changes.factor == "mesh")[0]))
@@ -142,10 +138,6 @@ def test_places_are_added_until_the_total_is_known_to_a_quarter_of_itself(rough)
     assert "The total has a standard error of" in told.attrs["decided"]
     few = changes_of(rough, every, most=2, settings=tried, **options)
     assert few.places.values[1:].max() == 2
-    at = few.pull_off_force.isel(case=1).dropna("subregion")
-    where = {"subregions": at.to_dataset(), "settings": {"surface energy": [0.3]}}
-    alone = sensitivity(rough, method="adhesive", **where, **QUICK)
-    np.testing.assert_allclose(alone.pull_off_force.isel(case=1), at, rtol=1e-12)
 
 
 def test_what_a_run_has_solved_on_the_finer_mesh_is_not_solved_again(rough, monkeypatch):
@@ -153,7 +145,7 @@ def test_what_a_run_has_solved_on_the_finer_mesh_is_not_solved_again(rough, monk
     every = roughxr.adhesive(rough, subregions=(3, 2), law="exponential", mesh=mesh)
     some = every.isel(subregion=[0, 2, 3, 5])
     finer = roughxr.adhesive(rough, subregions=some, law="exponential", mesh=roughxr.Mesh(2, None, 0.4))
-    monkeypatch.setattr(simulated, "pull_offs", None)
+    monkeypatch.setattr(budget_changes, "pull_offs", None)
     found = changes_of(rough, every, most=4, preload=0.0, mesh=mesh, settings={"mesh": [2]}, finer=finer)
     shift = float(finer.pull_off_force.mean() / some.pull_off_force.mean()) - 1
     assert float(found.pull_off_change[1]) == pytest.approx(shift, rel=1e-12) and int(found.places[1]) == 4
@@ -184,15 +176,18 @@ def test_places_that_cannot_be_followed_are_counted(rough, solved, changes):
     assert "2 places, 3 more could not be followed" in told.how.sel(entry="mesh").item()
 
 
-def test_sampling_follows_the_interval_of_all_places(rough, solved, changes):
-    values = np.random.default_rng(1).normal(10, 2, 36)
-    grid = roughxr.scans.regions.centres(rough, (6, 6))
-    like = solved.isel(subregion=[0] * 36).drop_vars(["subregion", "subregion_x", "subregion_y"])
+@pytest.mark.parametrize("side", [2, 6])
+def test_sampling_is_the_standard_error_of_the_mean(rough, solved, changes, side):
+    """s/√n of independent places, of four as of many: Student's factor widens intervals, not a standard deviation."""
+    values = np.random.default_rng(1).lognormal(2, 0.7, side**2)
+    grid = roughxr.scans.regions.centres(rough, (side, side))
+    like = solved.isel(subregion=[0] * side**2).drop_vars(["subregion", "subregion_x", "subregion_y"])
     solved = like.assign(pull_off_force=("subregion", values)).assign_coords(grid.coords)
     found = budget_of(rough, solved, changes, None)
-    sampling = float(found.relative_error.sel(entry="sampling"))
-    ends = roughxr.bootstrap(solved, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
-    assert sampling == pytest.approx(float(ends.high - ends.low) / 4 / values.mean(), rel=1e-12)
+    ends = roughxr.bootstrap(solved, "pull_off_force", statistics=["mean"]).sel(resampling="block")
+    expected = values.std(ddof=1) / np.sqrt(float(ends.independent_places)) / values.mean()
+    assert float(found.relative_error.sel(entry="sampling")) == pytest.approx(expected, rel=1e-12)
+    assert float(ends.independent_places) == pytest.approx(side**2, rel=0.2)
     assert float(found.pull_off_mean) == pytest.approx(values.mean())
     one = budget_of(rough, solved.isel(subregion=[0]), changes, None)
     assert "needs at least two places" in one.how.sel(entry="sampling").item()
@@ -211,23 +206,19 @@ def test_shorter_waves_come_from_their_seeds(rough, scales):
 
 
 def test_a_budget_survives_its_archive(budget, changes, scales, tmp_path):
-    groups = {"statistics/error_budget": budget, "statistics/sensitivity": changes, "statistics/shorter_waves": scales}
+    groups = {"statistics/error_budget": budget, "statistics/shorter_waves": scales}
     back = archive.load(archive.save(groups, tmp_path / "budget.nc"))
     for name, ds in groups.items():
         xr.testing.assert_identical(back[name].load(), ds)
 
 
 def test_every_default_factor_makes_an_entry():
-    from roughxr.studies.sensitivities.budget import CHANGED
-
     assert {factor for factor, _ in CHANGED.values()} == set(SIMULATED)
 
 
 def test_bad_input_is_refused_in_words(rough, changes):
     with pytest.raises(ValueError, match="'fit window'"):
-        sensitivity(rough, method="adhesive", settings={"fit window": [3]})
-    with pytest.raises(ValueError, match="'mesh'"):
-        sensitivity(rough, settings={"mesh": [2]})
+        error_budget(rough, settings={"fit window": [3]})
     with pytest.raises(ValueError, match="work_of_adhesion > 0"):
         error_budget(rough.assign_coords(work_of_adhesion=0.0))
 
@@ -241,15 +232,13 @@ def test_bars_stand_for_entries_and_words_for_what_is_missing(budget, changes, s
     assert told["mesh"].endswith("taken off") and told["work of adhesion"][0] in "+−" and "±" in told["sampling"]
     widths = [bar.get_width() for bar in ax.patches]
     assert widths[-1] == pytest.approx(100 * float(budget.relative_error.sel(entry="shorter waves")))
-    labels = [tick.get_text() for tick in figures.tornado(changes, ax=Figure().subplots()).get_yticklabels()]
-    assert "tip radius" not in labels and "surface energy" in labels
     assert len(figures.cut_off(scales, ax=Figure().subplots()).lines) >= 2
 
 
 def test_saved_figures_hold_their_words_whole(budget, changes, scales):
-    run = {"statistics/error_budget": budget, "statistics/sensitivity": changes, "statistics/shorter_waves": scales}
+    run = {"statistics/error_budget": budget, "statistics/shorter_waves": scales}
     found = dict(figures.budget_figures(run))
-    assert set(found) == {"error-budget", "sensitivity", "shortest-wave"}
+    assert set(found) == {"error-budget", "shortest-wave"}
     for figure in found.values():
         figure.draw_without_rendering()
         (ax,) = figure.axes

@@ -44,20 +44,6 @@ UNIT_ONE = (
 )
 
 
-#: A sensitivity of two factors, as `sensitivity` gives it.
-SWINGS = xr.Dataset(
-    {
-        "pull_off_mean": ("case", [2.0, 1.0, 4.0, 2.2, 2.0]),
-        "pull_off_mean_low": ("case", [1.8, 0.8, 3.0, 2.0, 1.8]),
-        "pull_off_mean_high": ("case", [2.2, 1.1, 4.4, 2.4, 2.2]),
-    },
-    coords={
-        "factor": ("case", ["base", "energy", "energy", "pixel", "levelling"]),
-        "setting": ("case", ["as given", "half", "double", "20 nm", "plane"]),
-    },
-)
-
-
 @pytest.fixture(scope="module")
 def run():
     """A run on a small seeded surface with one debris particle among nine tiles."""
@@ -124,7 +110,6 @@ DRAWN = {
     "method_comparison": lambda run: figures.method_comparison(
         force_ratio(run["solutions/hertz"], run["solutions/direct"]), mark=12.0
     ),
-    "tornado": lambda run: figures.tornado(SWINGS),
     "asperity_statistics": lambda run: figures.asperity_statistics(run["asperities"]),
     "force_fan": lambda run: figures.force_fan(run["solutions/energy"]),
     "mean_force": lambda run: figures.mean_force({"direct": run["solutions/direct"], "hertz": run["solutions/hertz"]}),
@@ -147,7 +132,6 @@ def test_axes_with_units(run, name):
             continue
         shared = name == "against_hertz" and ax is drawn[0]
         labels = [ax.get_ylabel()] if shared else [ax.get_xlabel(), ax.get_ylabel()]
-        labels = labels[:1] if name == "tornado" else labels  # its rows are named, and have no unit
         for label in labels:
             assert label.endswith("]") or any(word in label for word in UNIT_ONE), label
 
@@ -268,14 +252,6 @@ def test_petals_tell_shares_by_area_at_both_ends():
     ds = xr.Dataset(values | {"orientation": ("asperity", [0.1, 0.1, 0.1, -1.0])})
     heights = [bar.get_height() for bar in figures.orientation_rose(ds, bins=2).patches]
     np.testing.assert_allclose(np.square(heights), [0.5, 1.5, 0.5, 1.5])
-
-
-def test_the_strongest_factor_stands_on_top_and_what_does_nothing_says_so():
-    ax = figures.tornado(SWINGS)
-    assert [label.get_text() for label in ax.get_yticklabels()] == ["levelling", "pixel", "energy"]
-    widths = sorted(round(bar.get_width()) for bar in ax.patches if bar.get_height() == pytest.approx(0.62))
-    assert widths == [-50, 10, 100]
-    assert "no change" in [text.get_text() for text in ax.texts]
 
 
 def test_flat_axes_cannot_hold_a_rose(run):

@@ -15,7 +15,7 @@ from roughxr.cli.running import paired
 from roughxr.report import embedded_figures
 from roughxr.report.embedded_figures import Picture
 from roughxr.runs import analysis
-from roughxr.studies.sensitivities import budget_of
+from roughxr.studies.uncertainty_budget import budget_of, changes_of
 
 from .surfaces import rough, scan
 
@@ -130,16 +130,17 @@ def test_figures_of_what_yields(groups):
             figures.preload_curve(wrong, ax=Figure().subplots())
 
 
-def test_hardness_is_a_factor_of_the_tornado():
+def test_hardness_is_an_entry_of_the_budget():
     pair = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05, hardness=3.0)
-    options = {"method": "adhesive", "preload": 3000.0, "mesh": roughxr.Mesh(1, step=0.8)}
-    settings = {"hardness": [0.5, 2.0]}
-    found = roughxr.sensitivity(pair, settings=settings, **options)
-    assert found.factor.values.tolist() == ["base", "hardness", "hardness"]
+    mesh, settings = roughxr.Mesh(1, step=0.8), {"hardness": [0.5, 2.0]}
+    options = {"most": 1, "preload": 3000.0, "mesh": mesh, "settings": settings}
+    solved = pair.contact.adhesive(preload=3000.0, mesh=mesh)
+    found = changes_of(pair, solved, **options)
     softer, harder = found.pull_off_change.values[1:]
     assert softer > 0.1 and harder < -0.1  # what is softer flattens more, and sticks harder
-    budget = budget_of(pair, pair.contact.adhesive(preload=3000.0, mesh=options["mesh"]), found, None)
+    budget = budget_of(pair, solved, found, None)
     assert float(budget.relative_error.sel(entry="hardness")) == pytest.approx(max(softer, -harder))
+    assert float(budget.slope.sel(entry="hardness")) < 0
     bare = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05)
-    missing = roughxr.sensitivity(bare, settings=settings, **options)
+    missing = changes_of(bare, bare.contact.adhesive(preload=3000.0, mesh=mesh), **options)
     assert missing.reason.values[1].startswith("no hardness is assigned")

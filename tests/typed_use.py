@@ -69,7 +69,6 @@ def statistics(solutions: dict[str, xr.Dataset]) -> xr.Dataset:
         roughxr.fit(pull, "pull_off_force", laws=["weibull"]),
         roughxr.bootstrap(pull, "pull_off_force", statistics=("mean",), seed=1),
         roughxr.statistics.force_ratio(solutions["superposed"], solutions["direct"]),
-        roughxr.sensitivity(solutions["reconstruction"], settings={"modulus": [2.0]}),
         roughxr.error_budget(solutions["reconstruction"], places=2, seeds=0),
     ]
     return roughxr.summary(pull) if densities else tables[0]

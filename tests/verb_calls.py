@@ -166,7 +166,6 @@ NOT_CALLED = {
     "resting": "passes over a map: tests/test_resting.py",
     "run": "all of them",
     "scale_dependence": "`adhesive` on several surfaces",
-    "sensitivity": "`superpose` with several options",
     "particles.to_dem": "text for other programs, of `parameters`",
 }
 WRITES = {"to_file": ".gsf", "to_table": ".csv"}

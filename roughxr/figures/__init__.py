@@ -18,7 +18,6 @@ from .overview_figure import overview
 from .rose import orientation_rose
 from .run_plots import run_figures
 from .saving import save
-from .sensitivity_figure import tornado
 from .single import asperity_curve
 from .yielding_figure import force_loop, preload_curve
 
@@ -57,5 +56,4 @@ __all__ = [
     "scan_map",
     "subregion_map",
     "sweep",
-    "tornado",
 ]

@@ -17,7 +17,6 @@ from .distributions import asperity_statistics, distribution, label_density
 from .forces import force_fan
 from .maps import scan_map, subregion_map
 from .measured_figure import quantile_quantile
-from .sensitivity_figure import tornado
 from .style import Axes, Panels, axes, label_axis, stroke, styled
 from .yielding_figure import force_loop
 
@@ -34,7 +33,7 @@ def plot(ds: xr.Dataset, name: str | None = None, *, ax: Axes | Panels | None = 
     name : str, optional
         A variable: a map along x and y, or samples along ``subregion`` or ``asperity``. By default: the heights of a
         scan, the statistics of asperities, the forces of a solution over displacement, the pull-off forces, the bars
-        of an error budget or a sensitivity, the pull-off over the shortest wave, the rose of resisting moments, the
+        of an error budget, the pull-off over the shortest wave, the rose of resisting moments, the
         fraction remaining, or the quantiles of `compare`.
     ax : Axes or sequence of them, optional
         A new figure by default.
@@ -102,8 +101,6 @@ def _by_kind(ds: xr.Dataset) -> Any:
         return error_budget
     if {"predicted_quantile", "measured_quantile"} <= set(ds.data_vars):
         return quantile_quantile
-    if "pull_off_mean" in ds and "factor" in ds.coords:
-        return tornado
     if "remaining" in ds and {"friction_velocity", "time"} <= set(ds.dims):
         return fraction_remaining
     if "resisting_moment" in ds and {"subregion", "direction"} <= set(ds.dims):

@@ -10,7 +10,6 @@ import xarray as xr
 
 from ..studies.short_waves import mean_over_waves
 from ..vocabulary.verbs import verb
-from .sensitivity_figure import tornado
 from .style import (
     BLACK,
     BLUE,
@@ -190,7 +189,7 @@ def budget_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]
     Yields
     ------
     (str, Figure)
-        "error-budget", "sensitivity" and "shortest-wave"; the Figures belong to no pyplot window.
+        "error-budget" and "shortest-wave"; the Figures belong to no pyplot window.
 
     Examples
     --------
@@ -208,7 +207,6 @@ def budget_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]
 #: Groups of a run, and what draws each.
 _FIGURES = {
     "error-budget": ("statistics/error_budget", error_budget),
-    "sensitivity": ("statistics/sensitivity", tornado),
     "shortest-wave": ("statistics/shorter_waves", cut_off),
 }
 

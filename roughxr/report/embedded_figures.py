@@ -167,13 +167,6 @@ _BUDGET = _Drawing(
 )
 
 _DRAWINGS = {
-    "Sensitivity of the pull-off": _Drawing(
-        ("statistics/sensitivity",),
-        lambda run: figures.tornado(run["statistics/sensitivity"]),
-        "Change of the mean simulated pull-off at a sample of places when one assumption is changed as written at the "
-        "bar; the error budget uses the longer of two bars.",
-        file="sensitivity.png",
-    ),
     "Pull-off and the shortest wave": _Drawing(
         ("statistics/shorter_waves",),
         lambda run: figures.cut_off(run["statistics/shorter_waves"]),

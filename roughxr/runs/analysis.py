@@ -8,7 +8,7 @@ A run is a dictionary of Datasets, the groups of its archive:
     /published, … or /menisci, /rolling (resisting moments)
     statistics/adhesive, /rigid, /published, …, /roughness, /regime (the recommended model), /formulas (pull-off by the
     usual formulas), /humidity (of a humid pair: the pull between rigid bodies over it), /continued, /detachment,
-    /detachment_continued and /detachment_superposed (the critical flow), /error_budget, /sensitivity, /shorter_waves
+    /detachment_continued and /detachment_superposed (the critical flow), /error_budget, /shorter_waves
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ from ..statistics import pull_off
 from ..statistics.headline import answered
 from ..studies.extrapolation import continued, not_continued
 from ..studies.parameter_grid import vary
-from ..studies.sensitivities import budget_of, changes_of, cut_off_waves
 from ..studies.short_waves import quietly
+from ..studies.uncertainty_budget import budget_of, changes_of, cut_off_waves
 from ..tables import to_table
 from ..vocabulary import schema
 from ..vocabulary.numbers import interval, quantity
@@ -365,7 +365,7 @@ def _of_budget(plan: Plan, place: float) -> dict[str, float]:
 
 
 def _error_budget(specimen: Specimen, plan: Plan, groups: dict[str, xr.Dataset], say: Stages):
-    """Return the sensitivity of the simulated pull-off, at a few of its places, and its error budget."""
+    """Return the error budget of the simulated pull-off, and the pull-off over the shortest wavelength."""
     solved, preload = groups["solutions/adhesive"], float(np.min(plan.preload))
     mesh = replace(plan.mesh, refine=solved.attrs["refine"], accuracy=None)
     scan = specimen.scan
@@ -378,7 +378,6 @@ def _error_budget(specimen: Specimen, plan: Plan, groups: dict[str, xr.Dataset],
     how = {"preload": preload, "mesh": mesh, "law": solved.attrs["law"], "places": plan.budget}
     found = {
         "statistics/error_budget": schema.record(budget, "error_budget", scan, **how),
-        "statistics/sensitivity": schema.record(changes, "sensitivity", scan, **how),
     }
     return found if scales is None else found | {"statistics/shorter_waves": scales}
 

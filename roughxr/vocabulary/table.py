@@ -284,21 +284,18 @@ VARIABLES: dict[str, Variable] = {
     "between_std": Variable("", "standard deviation between scans", "beyond the scatter of their places"),
     "between_p_value": Variable("1", "p-value of the differences", "by the scatter of places alone"),
     "standard_error": Variable("", "standard error"),
-    # sensitivity
-    "factor": Variable("1", "what is changed"),
-    "setting": Variable("1", "how it is changed"),
+    # error budget
+    "factor": Variable("1", "changed assumption"),
+    "setting": Variable("1", "changed value"),
+    "parameter_ratio": Variable("1", "changed parameter over the assigned one"),
+    "slope": Variable("1", "slope of ln pull-off with ln parameter"),
     "pull_off_mean": Variable("nN", "mean pull-off force"),
-    "pull_off_mean_low": Variable("nN", "mean pull-off force, lower end of its confidence interval"),
-    "pull_off_mean_high": Variable("nN", "mean pull-off force, upper end of its confidence interval"),
     "pull_off_std": Variable("nN", "standard deviation of the pull-off force"),
     "pull_off_median": Variable("nN", "median pull-off force"),
-    "asperities": Variable("1", "asperities found"),
-    "unbracketed": Variable("1", "places whose sweep was too short"),
     "pull_off_change": Variable(
         "1", "change of the mean pull-off force", "over the base case on cells of the same size"
     ),
     "reason": Variable("1", "why it was not computed"),
-    # error budget
     "entry": Variable("1", "source of error"),
     "relative_error": Variable("1", "error of the mean pull-off force", "one standard deviation over the mean"),
     "how": Variable("1", "how it was computed"),

@@ -218,8 +218,6 @@ def statistics():
         "force_ratio",
         roughxr.statistics.force_ratio(hertz, roughxr.direct(glass(), delta=[5.0, 10.0, 15.0], subregions=(8, 8))),
     )
-    settings = {"fit window": (3, 7), "pixel": (2,), "height step": (0.5,), "tip radius": (10.0,), "modulus": (2.0,)}
-    yield "sensitivity", roughxr.sensitivity(made(), subregions=(3, 3), settings=settings)
 
 
 def varied():

@@ -1,14 +1,13 @@
 """An error budget of the simulated pull-off: the known uncertainties of its mean, and their sources.
 
 Each entry is one relative standard deviation of the mean pull-off, with its own standard error. The entry of sampling
-is the scatter between places on this scan. Every other entry is the change of the mean, over a sample of places, when
-one assumption is changed by about its uncertainty (`sensitivity`): the length of its bar in the tornado plot, nothing
-is computed twice. Where the change is a known bias, as from the mesh to one twice as fine, it is taken off the mean,
-and half of it stays as the entry. An entry that was not computed is NaN and says why. Each change is solved at more
-places until the standard error of the total is a quarter of it.
+is the standard error of the mean over places of this scan. Every other entry is the change of the mean, over a sample
+of places, when one assumption is changed by about its uncertainty. Where the change is a known bias, as from the mesh
+to one twice as fine, it is taken off the mean, and half of it stays as the entry. An entry that was not computed is NaN
+and says why. Each change is solved at more places until the standard error of the total is a quarter of it.
 
-The effect of waves shorter than the scan shows is no such entry, since their heights are unknown rather than uncertain.
-It is reported beside the total, which holds for a surface without such waves.
+The effect of wavelengths shorter than the scan shows is no such entry, since their heights are unknown rather than
+uncertain. It is reported beside the total, which holds for a surface without such wavelengths.
 """
 
 from __future__ import annotations
@@ -20,24 +19,27 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...asperity.catalogue import asperities
-from ...contact.adhesion import adhesive
-from ...contact.mesh import Mesh, mesh_of
-from ...contact.rigid.bodies import rigid
-from ...scans import regions, self_affine_fit
-from ...scans.tip import tip_flags
-from ...statistics import bootstrap
-from ...statistics.sampling import by_share, shares
-from ...vocabulary import schema
-from ...vocabulary.numbers import percent
-from ...vocabulary.units import Places, Quantity, magnitude, positive, whole_number
-from ...vocabulary.verbs import verb
-from ..short_waves import quietly, scale_dependence
-from .changes import Case
-from .simulated import Change, change_of
-from .verb import cases_of, compared, first_preload, need_factors
+from ..asperity.catalogue import asperities
+from ..bodies.liquid import work_of
+from ..bodies.pair import range_of
+from ..contact.adhesion import adhesive
+from ..contact.cycle import EDGED
+from ..contact.mesh import Mesh, mesh_of
+from ..contact.rigid.bodies import rigid
+from ..scans import regions, self_affine_fit
+from ..scans.tip import tip_flags
+from ..statistics import bootstrap
+from ..statistics.sampling import by_share, shares
+from ..vocabulary import schema
+from ..vocabulary.numbers import percent
+from ..vocabulary.units import Places, Quantity, whole_number
+from ..vocabulary.verbs import verb
+from .assumptions import CHANGES, OF_SOLVES, OF_YIELD, SIMULATED, Case, cases
+from .assumptions import OF_LIQUID as HUMID_SETTINGS
+from .budget_changes import Change, Comparison, Simulation, cells_for, change_of
+from .short_waves import quietly, scale_dependence
 
-#: Entries given by a change of `sensitivity`: the factor, and a description into which its settings are put.
+#: Entries given by a change: the factor, and a description into which its settings are put.
 CHANGED: dict[str, tuple[str, str]] = {
     "mesh": ("mesh", "cells {}, and steps shorter by the same factor"),
     "preload": ("preload", "preload {}"),
@@ -74,9 +76,6 @@ _ADDED, _CUT = (0.5, 0.5**0.5), (2, 4)
 #: by more than the heights do.
 _LEAST_TIP_EFFECT = 1e-4
 
-#: Standard deviations in the width of a 95 % interval.
-_INTERVAL_WIDTH = 4.0
-
 
 class _Entry(NamedTuple):
     """One entry: the change of the mean, how it was computed, or why it was not, and what it leaves uncertain."""
@@ -85,6 +84,7 @@ class _Entry(NamedTuple):
     how: str
     missing: int = 0  # places that are known in one case only, or in none
     bias: bool = False
+    slope: float = np.nan  # d ln F / d ln parameter
 
     @property
     def value(self) -> float:
@@ -104,12 +104,10 @@ def error_budget(
     *,
     subregions: Places = None,
     places: int = 8,
-    preload: Quantity = 0.0,
     law: str = "auto",
     mesh: Mesh | int | str = "auto",
     settings: Mapping[str, Sequence] | None = None,
     seeds: int = 2,
-    tip_radius: Quantity = 10.0,
 ) -> xr.Dataset:
     """Return the uncertainty of the mean simulated pull-off: one entry for each source.
 
@@ -121,24 +119,27 @@ def error_budget(
         Contact centres, see `regions.centres`.
     places : int
         Most places at which each change is solved: 4, 8, 16, … until the total has a standard error of a quarter.
-    preload, law, mesh
-        Options of `adhesive`, which computes the mean at all centres. Changes are solved on the coarsest mesh on which
-        the law can be solved, and compared to the same there.
+    law, mesh
+        Options of `adhesive` at preload 0, which computes the mean at all centres. Changes are solved on the coarsest
+        mesh on which the law can be solved, without range on the median mesh of the mean, and compared to the base on
+        that mesh.
     settings : mapping of str to sequence, optional
-        The uncertainty of each factor, see `sensitivity`: a factor that is left out is not computed, and one that is
-        known to be exact, such as ``{"modulus": [1.0]}``, gives 0.
+        The uncertainty of each factor, by default `SIMULATED`: "mesh" (factor by which cells are finer and steps
+        shorter), "preload" (added, in mean pull-offs), "levelling" ("plane" or "quadratic"), "interpolation"
+        ("splines"), "tip radius" (nm, of the tip removed), "range of adhesion", "surface energy", "modulus", "sphere
+        radius" and "hardness" (factors; the last where one is assigned), of a humid pair "humidity" and "contact
+        angle" (added, degrees). A factor that is left out is not computed, and one that is known to be exact, such as
+        ``{"modulus": [1.0]}``, gives 0.
     seeds : int
         Number of surfaces for each roughness that continues the scan's spectrum; 0 leaves this out.
-    tip_radius : number or quantity
-        Of the tip that took the scan, nm, for the share of asperities that are sharper. The effect of the tip on the
-        pull-off is computed with the settings.
 
     Returns
     -------
     Dataset
         Along ``entry``, of a humid pair also for its humidity, its contact angles and what the law of thin menisci
         leaves out: ``relative_error``, and its own ``standard_error`` by the scatter over places; ``pull_off_change``,
-        with its sign, of which those where ``known_bias`` is true are taken off; ``places`` that it rests on,
+        with its sign, of which those where ``known_bias`` is true are taken off; ``slope``, d ln F/d ln parameter
+        where the change multiplies a parameter; ``places`` that it rests on,
         ``missing_places``, at which a case could not be followed, and ``how``. ``total_error``, the root of the sum of
         squares of all computed entries except "shorter waves", and ``total_standard_error``; ``pull_off_mean`` (nN),
         that of `adhesive`, and ``pull_off_corrected``, the same without known biases; ``shortest_wavelength`` (nm)
@@ -155,8 +156,8 @@ def error_budget(
     Notes
     -----
     For a factor that is changed both up and down, the larger change is used. The changes are taken as independent and
-    as one standard deviation each; the entry of sampling is a quarter of its 95 % interval. Half of a known bias, and
-    its standard error, stay as its entry.
+    as one standard deviation each; the entry of sampling is s/√n, n the number of independent places. Half of a known
+    bias, and its standard error, stay as its entry.
 
     References
     ----------
@@ -173,14 +174,14 @@ def error_budget(
     (True, 'not computed: left out of the settings')
     """
     ds, most = schema.validate(ds, "scan"), whole_number(places, "places", least=1)
-    need_factors(ds, settings, "adhesive")
-    how = {"preload": magnitude(preload, "nN", "preload"), "law": law, "mesh": mesh_of(mesh, Mesh())}
+    _need_factors(ds, settings)
+    how = {"preload": 0.0, "law": law, "mesh": mesh_of(mesh, Mesh())}
     solved = quietly(adhesive, ds, subregions=regions.centres(ds, subregions), **how)
-    changes = changes_of(ds, solved, most=most, settings=settings, preload=how["preload"], mesh=how["mesh"])
+    changes = changes_of(ds, solved, most=most, settings=settings, preload=0.0, mesh=how["mesh"])
     scales = None
     if whole_number(seeds, "seeds", least=0):
-        scales = cut_off_waves(ds, seeds=seeds, places=min(most, _FIRST), subregions=solved, preload=how["preload"])
-    out = budget_of(ds, solved, changes, scales, tip_radius=tip_radius)
+        scales = cut_off_waves(ds, seeds=seeds, places=min(most, _FIRST), subregions=solved)
+    out = budget_of(ds, solved, changes, scales)
     how |= {"subregions": subregions, "places": places, "settings": settings, "seeds": seeds}
     return schema.record(out, "error_budget", ds, **how)
 
@@ -195,20 +196,20 @@ def changes_of(
     settings: Mapping[str, Sequence] | None = None,
     finer: xr.Dataset | None = None,
 ) -> xr.Dataset:
-    """Return what `sensitivity` does, each case at as many places as the standard error of the total asks for.
+    """Return the pull-off under each change, at as many places as the standard error of the total needs.
 
     ``solved`` is the simulation on ``mesh`` at all places; ``finer``, if given, at some with cells and steps halved.
     """
-    tried = cases_of(ds, settings)
-    found = compared(tried, solved, preload=preload, mesh=mesh, finer=finer)
-    count, sampling = solved.sizes["subregion"], _sampling(first_preload(solved))
+    tried = _cases_of(ds, settings)
+    found = _compared(tried, solved, preload=preload, mesh=mesh, finer=finer)
+    count, sampling = solved.sizes["subregion"], _sampling(_first_preload(solved))
     order, done = _spread(count)[:most], 0
     cases = [k for k in range(len(tried)) if found.known_at(k) < min(_FIRST, count)]
     while True:
         some = order[done : max(2 * done, _FIRST)]
         found.solve(cases, some)
         done += len(some)
-        out = found.told().assign_coords(factor=("case", [case.factor for case in tried]))
+        out = found.results()
         entries = _entries(ds, out, sampling)
         cases = _undecided(entries, tried)
         if done == len(order) or not cases:
@@ -250,18 +251,16 @@ def _unsure(entries: Mapping[str, _Entry]) -> dict[str, float]:
     return out
 
 
-def budget_of(
-    ds: xr.Dataset, solved: xr.Dataset, changes: xr.Dataset, scales: xr.Dataset | None, *, tip_radius: Quantity = 10.0
-) -> xr.Dataset:
+def budget_of(ds: xr.Dataset, solved: xr.Dataset, changes: xr.Dataset, scales: xr.Dataset | None) -> xr.Dataset:
     """Return the budget of the simulation at all places, and of what `changes_of` and `cut_off_waves` found."""
-    pulls, radius = first_preload(solved), positive(tip_radius, "nm", "tip_radius")
+    pulls = _first_preload(solved)
     entries = _entries(ds, changes, _sampling(pulls))
     if schema.is_wet(ds):
         entries[THIN] = _of_thin_menisci(ds, solved)
     apart = {SHORT_WAVES: _of_short_waves(scales)}
     total, unsure = _total(entries), float(np.sqrt(sum(_unsure(entries).values())))
     mean, shifts = float(by_share(pulls).mean()), [entry.change.value for entry in entries.values() if entry.bias]
-    out = _as_columns(entries | apart).assign(_known(ds, solved, radius))
+    out = _as_columns(entries | apart).assign(_known(ds, solved))
     out = out.assign(total_error=total, total_standard_error=unsure if np.isfinite(unsure) else np.nan)
     out = out.assign(pull_off_mean=mean, pull_off_corrected=mean * float(np.prod(1 + np.nan_to_num(shifts))))
     out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
@@ -302,6 +301,7 @@ def _as_columns(entries: Mapping[str, _Entry]) -> xr.Dataset:
         "relative_error": [entry.value for entry in entries.values()],
         "standard_error": [entry.change.error for entry in entries.values()],
         "pull_off_change": [np.nan if name == SAMPLING else entry.change.value for name, entry in entries.items()],
+        "slope": [entry.slope for entry in entries.values()],
         "known_bias": [entry.bias for entry in entries.values()],
         "places": [entry.change.places for entry in entries.values()],
         "missing_places": [entry.missing for entry in entries.values()],
@@ -317,11 +317,11 @@ def _sampling(force: xr.DataArray) -> _Entry:
     count = int(force.notnull().sum())
     if count < 2:
         return _none(f"needs at least two places that pull, found {count}")
-    found = bootstrap(force.to_dataset(name="pull_off_force"), "pull_off_force", statistics=["mean"]).isel(statistic=0)
-    block = found.sel(resampling="block")
-    value = float(block["high"] - block["low"]) / _INTERVAL_WIDTH / float(found["estimate"])
-    independent = float(block["independent_places"])
-    words = f"block bootstrap of the {count} places, equivalent to {independent:.3g} independent ones"
+    found = bootstrap(force.to_dataset(name="pull_off_force"), "pull_off_force", statistics=["mean", "std"])
+    independent = float(found["independent_places"].sel(resampling="block"))
+    mean, deviation = (float(found["estimate"].sel(statistic=name)) for name in ("mean", "std"))
+    value = deviation / np.sqrt(independent) / mean
+    words = f"standard error of the {count} places, equivalent to {independent:.3g} independent ones"
     error = value / np.sqrt(2 * max(independent - 1, 1))  # of a standard deviation by so many
     return _Entry(Change(value, float(error), count), words, int(force.isnull().sum()))
 
@@ -341,7 +341,19 @@ def _of_changes(changes: xr.Dataset, entry: str, factor: str, words: str) -> _En
     found = Change(float(one["pull_off_change"]), float(one["standard_error"]), int(one["places"]))
     missing = int(one["missing_places"])
     off = ": subtracted from the mean, and half of it counted as error" * (entry in BIASES)
-    return _Entry(found, f"{words.format(told)}{seen}{off}; {_count(found.places, missing)}", missing, entry in BIASES)
+    how = f"{words.format(told)}{seen}{off}; {_count(found.places, missing)}"
+    return _Entry(found, how, missing, entry in BIASES, _slope(cases))
+
+
+def _slope(cases: xr.Dataset) -> float:
+    """Return d ln F / d ln parameter through the cases, or from the base to a single case."""
+    ratio, change = np.log(cases["parameter_ratio"].values), np.log1p(cases["pull_off_change"].values)
+    known = np.isfinite(ratio) & np.isfinite(change) & (ratio != 0)
+    if not known.any():
+        return np.nan
+    if known.sum() == 1:
+        return float((change / ratio)[known][0])
+    return float(np.polyfit(ratio[known], change[known], 1)[0])
 
 
 def _count(places: int, missing: int = 0) -> str:
@@ -373,9 +385,10 @@ def _of_short_waves(scales: xr.Dataset | None) -> _Entry:
     return _Entry(found, f"{words}; {_count(found.places, missing)}", missing)
 
 
-def _known(ds: xr.Dataset, solved: xr.Dataset, tip_radius: float) -> dict[str, float]:
+def _known(ds: xr.Dataset, solved: xr.Dataset) -> dict[str, float]:
     """Return further variables that a reader should see beside the entries."""
     found = quietly(asperities, ds)
+    (tip_radius,) = SIMULATED["tip radius"]
     sharp = tip_flags(found, tip_radius=tip_radius)["sharper_than_tip"]
     resolution = solved["pull_off_resolution"] / solved["refinement"]
     return {
@@ -412,3 +425,66 @@ def _resolved(pixels: float) -> str:
     if pixels >= 2:
         return f"{words}."
     return f"{words}: the pull-off depends on the surface within a pixel, which the scan does not show."
+
+
+def _need_factors(ds: xr.Dataset, settings: Mapping[str, Sequence] | None) -> None:
+    """Raise where bodies do not adhere, or a factor does not exist, or not for a dry pair."""
+    if work_of(ds) <= 0:
+        raise ValueError("expected a pair with work_of_adhesion > 0, found 0; assign one with assign_pair")
+    for factor in settings or ():
+        schema.one_of(factor, (*OF_SOLVES, *CHANGES), "settings")
+        if factor in HUMID_SETTINGS and not schema.is_wet(ds):
+            raise ValueError(
+                f"settings: expected a humid pair for {factor!r}, found a dry one; assign_pair(humidity=…) first"
+            )
+
+
+def _cases_of(ds: xr.Dataset, settings: Mapping[str, Sequence] | None) -> list[Case]:
+    """Return the base and the changes of the simulation, by default all that a scan and its pair have."""
+    more = (OF_YIELD if "hardness" in ds.coords else {}) | (HUMID_SETTINGS if schema.is_wet(ds) else {})
+    return cases(_with_range(ds), SIMULATED | more if settings is None else settings)
+
+
+def _compared(
+    tried: Sequence[Case],
+    solved: xr.Dataset,
+    *,
+    preload: float,
+    mesh: Mesh,
+    finer: xr.Dataset | None = None,
+) -> Comparison:
+    """Return cases to be compared to the simulation of a scan, on the largest cells that the law bears.
+
+    A law without range has no such cells, and is solved on the median mesh of the simulation.
+
+    ``finer``, if given, is the simulation at some of the places with cells and steps halved.
+    """
+    ds, law, step = tried[0].ds, solved.attrs["law"], float(mesh.step)
+    meshes = _first_preload(solved, "refinement").values
+    pulls = _first_preload(solved)
+    usual = int(np.quantile(meshes, 0.5, method="higher"))
+    cells = usual if law in EDGED else min(cells_for(ds, preload, law), int(meshes.max()))
+    way = Simulation(
+        regions.centres(ds, solved), preload, law, Mesh(cells, None, step), float(by_share(pulls).mean()), meshes
+    )
+    alike = mesh.refine != "auto" or mesh.accuracy is None  # else some places took shorter steps
+    known = {(n, step): np.where(meshes == n, pulls.values, np.nan) for n in np.unique(meshes).tolist() if alike}
+    if finer is not None:
+        some = dict(zip(_places_of(finer), _first_preload(finer).values))
+        known[2 * int(meshes.max()), step / 2] = np.array([some.get(place, np.nan) for place in _places_of(solved)])
+    return Comparison(tried, way, known)
+
+
+def _first_preload(solved: xr.Dataset, name: str = "pull_off_force") -> xr.DataArray:
+    """Return the pull-off, or another variable, at each place, of several preloads that from the first."""
+    values = solved[name]
+    return values.isel(preload=0) if "preload" in values.dims else values
+
+
+def _places_of(solved: xr.Dataset) -> list[tuple[float, float]]:
+    return list(zip(*(solved[name].values.tolist() for name in ("subregion_x", "subregion_y"))))
+
+
+def _with_range(ds: xr.Dataset) -> xr.Dataset:
+    """Return a scan to which the range of adhesion that `adhesive` would use is assigned."""
+    return ds.assign_coords(adhesion_range=range_of(ds))

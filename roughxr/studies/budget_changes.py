@@ -14,15 +14,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...contact.adhesion import settling
-from ...contact.batch import cases_at, pull_offs
-from ...contact.cycle import EDGED, bearing_cell
-from ...contact.mesh import MOST_REFINED, Mesh
-from ...jobs.progress import say
-from ...statistics.sampling import shares
-from ...vocabulary import schema
-from ..short_waves import quietly
-from .changes import Case
+from ..contact.adhesion import settling
+from ..contact.batch import cases_at, pull_offs
+from ..contact.cycle import EDGED, bearing_cell
+from ..contact.mesh import MOST_REFINED, Mesh
+from ..jobs.progress import say
+from ..statistics.sampling import shares
+from ..vocabulary import schema
+from .assumptions import RATIOS, Case
+from .short_waves import quietly
 
 #: Cells may exceed the size that a law needs by this factor before a case is solved on finer ones.
 _SLACK = 1.25
@@ -104,7 +104,7 @@ class Comparison:
         if asked:
             self.pulls |= zip(asked, map(float, pull_offs(list(asked.values()))))
 
-    def told(self) -> xr.Dataset:
+    def results(self) -> xr.Dataset:
         """Return the results of each case along ``case``, at those places where any is solved."""
         found, weight = [self._at_places(plan) for plan in self.plans], shares(self.way.places).values
         rows = [_row(plan, *pulls, weight) for plan, pulls in zip(self.plans, found)]
@@ -112,6 +112,8 @@ class Comparison:
         out["standard_error"].attrs["units"] = "1"
         out = out.assign(pull_off_force=(("case", "subregion"), np.array([force for force, *_ in found])))
         out = out.assign_coords(setting=("case", [plan.words for plan in self.plans]))
+        ratios = [case.value if case.factor in RATIOS else np.nan for case in self.cases]
+        out = out.assign_coords(factor=("case", [case.factor for case in self.cases]), parameter_ratio=("case", ratios))
         ds = self.cases[0].ds
         out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
         out.attrs = {"law": self.way.law, "preload_nN": self.way.preload}
@@ -201,10 +203,6 @@ def _asked(case: Case, ask: _Ask, base: _Ask, way: Simulation) -> tuple[_Ask, _A
     if case.factor == "interpolation":
         halved = base._replace(cells=np.maximum(base.cells, 2))
         return halved._replace(of=ask.of, splined=True), halved
-    times = schema.square_pixel(ask.ds) / schema.square_pixel(base.ds)  # pixels joined to one, along a side
-    if times != 1:
-        cells = np.clip(np.round(base.cells / times), 1, MOST_REFINED)
-        return ask._replace(cells=cells), base._replace(cells=np.round(cells * times))
     finer = 1 if way.law in EDGED else cells_for(ask.ds, way.preload, way.law, _SLACK)
     cells = np.maximum(base.cells, finer)
     return ask._replace(cells=cells), base._replace(cells=cells)

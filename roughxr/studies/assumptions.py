@@ -1,4 +1,4 @@
-"""The assumptions about a scan and its pair of bodies that can be changed, one factor at a time."""
+"""The assumptions about a scan and its pair of bodies that an error budget changes, one factor at a time."""
 
 from __future__ import annotations
 
@@ -8,30 +8,17 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...bodies.liquid import ANGLES, angles, at_humidity
-from ...contact.problem import hardness_of
-from ...scans import level
-from ...scans.tip import erode
-from ...vocabulary import schema
+from ..bodies.liquid import ANGLES, angles, at_humidity
+from ..contact.problem import hardness_of
+from ..scans import level
+from ..scans.tip import erode
+from ..vocabulary import schema
 
-#: Settings tried for each factor with superposed asperities: fit window in pixels, how its vertex is placed, levelling,
-#: pixels joined, height step (nm), radius of the tip removed (nm), factors on work of adhesion and contact modulus.
-SETTINGS: dict[str, tuple] = {
-    "fit window": (3, 5, 7),
-    "vertex": ("pixel",),
-    "levelling": ("plane", "quadratic", "cubic"),
-    "pixel": (2, 4),
-    "height step": (0.1, 0.5, 1.0),
-    "tip radius": (5.0, 10.0, 20.0),
-    "surface energy": (0.5, 2.0),
-    "modulus": (0.5, 2.0),
-}
-
-#: Settings for the simulation, the typical uncertainties of a careful experiment. Besides those above: cells this many
-#: times finer and steps as much shorter, preload increased by this many mean pull-offs, interpolation of the heights
-#: between the pixels, and factors on the range of adhesion and on the sphere's radius. A shorter range takes finer
-#: cells: at two thirds each place takes eight times as long, and on the cells of the whole range the law does not hold.
-#: Modulus and radius are changed one way: the other says nothing new, and would take a sixth of the time.
+#: Settings, the typical uncertainties of a careful experiment: cells this many times finer and steps as much shorter,
+#: preload increased by this many mean pull-offs, levelling, interpolation of the heights between the pixels, radius of
+#: the tip removed (nm), and factors on the parameters of the pair. A shorter range takes finer cells: at two thirds
+#: each place takes eight times as long. Modulus and radius are changed one way: the other would take a sixth of the
+#: time and change nothing.
 SIMULATED: dict[str, tuple] = {
     "mesh": (2,),
     "preload": (0.1,),
@@ -50,11 +37,11 @@ OF_YIELD: dict[str, tuple] = {"hardness": (0.75, 1.25)}
 #: Further settings for a humid pair: humidity added, and degrees added to the contact angles on both bodies.
 OF_LIQUID: dict[str, tuple] = {"humidity": (-0.05, 0.05), "contact angle": (-5.0, 5.0)}
 
-#: Factors of superposed asperities only, and of the simulation only; the latter change how it is solved.
-OF_FITS, OF_SOLVES = (
-    ("fit window", "vertex"),
-    ("mesh", "preload", "interpolation", "range of adhesion", "hardness"),
-)
+#: Factors that change how the contact is solved, not the scan or its pair.
+OF_SOLVES = ("mesh", "preload", "interpolation")
+
+#: Factors whose setting multiplies a parameter, so that the pull-off has a slope with it.
+RATIOS = ("range of adhesion", "surface energy", "modulus", "sphere radius", "hardness")
 
 
 class Case(NamedTuple):
@@ -83,11 +70,9 @@ def cases(ds: xr.Dataset, settings: Mapping[str, Sequence]) -> list[Case]:
     return [Case("base", None, ds), *changes]
 
 
-#: Changes of the fit or of the solve, in words.
+#: Changes of the solve, in words.
 _WORDS: dict[str, Callable[[Any], str]] = {
     "base": lambda _: "as given",
-    "fit window": lambda value: f"{value} pixels",
-    "vertex": str,
     "mesh": lambda value: f"{value} times as fine",
     "interpolation": str,
     "preload": lambda value: f"+ {value:.3g} pull-offs",
@@ -95,17 +80,7 @@ _WORDS: dict[str, Callable[[Any], str]] = {
 
 
 def _levelled(ds: xr.Dataset, method: str) -> tuple[str, xr.Dataset]:
-    how = {"method": "polynomial", "order": 3} if method == "cubic" else {"method": method}
-    return method, level(ds, **how)
-
-
-def _coarser(ds: xr.Dataset, count: int) -> tuple[str, xr.Dataset]:
-    pixel = count * schema.pixel(ds)[0]
-    return f"{pixel:.3g} nm", schema.label(ds.coarsen(x=count, y=count, boundary="trim").mean())
-
-
-def _rounded(ds: xr.Dataset, step: float) -> tuple[str, xr.Dataset]:
-    return f"{step:g} nm", ds.assign(height=((ds["height"] / step).round() * step).assign_attrs(ds["height"].attrs))
+    return method, level(ds, method=method)
 
 
 def _without_tip(ds: xr.Dataset, radius: float) -> tuple[str, xr.Dataset]:
@@ -145,8 +120,6 @@ def _wets_less(ds: xr.Dataset, degrees: float) -> tuple[str, xr.Dataset]:
 #: The function that changes the scan or its pair, by factor.
 CHANGES: dict[str, Callable[[xr.Dataset, Any], tuple[str, xr.Dataset]]] = {
     "levelling": _levelled,
-    "pixel": _coarser,
-    "height step": _rounded,
     "tip radius": _without_tip,
     "surface energy": _scaled("work_of_adhesion"),
     "modulus": _scaled("contact_modulus"),
