@@ -50,10 +50,6 @@ class Mesh:
         object.__setattr__(self, "step", positive(self.step, "nm", "step"))
 
 
-#: That of studies, which solve every place many times: the coarsest on which the law can be solved.
-COARSE = Mesh(accuracy=None, step=0.4)
-
-
 def mesh_of(given: Mesh | int | str | None, usual: Mesh) -> Mesh:
     """Return a mesh given as such, or by its refinement alone, as in ``mesh=4``."""
     if given is None:
