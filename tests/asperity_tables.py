@@ -12,7 +12,6 @@ from scipy.optimize import brentq
 from roughxr.kernels.asperity import elliptic_table, jkr, maugis
 from roughxr.kernels.asperity.ellipse import axis_ratio
 from roughxr.kernels.asperity.elliptic_jkr import (
-    FORMULATIONS,
     EllipseState,
     contact_at,
     end_of_branch,
@@ -42,16 +41,16 @@ def table_of(rows, marks, cells):
 # ---------------------------------------------------------------- ellipses of free shape
 
 
-def stable_state(formulation, ratio, delta, s_end=None):
+def stable_state(ratio, delta, s_end=None):
     """The stable contact at displacement δ*; NaN beyond the end of the branch (``s_end``, if known)."""
-    s_end = end_of_branch(formulation, ratio) if s_end is None else s_end
-    if delta < contact_at(formulation, ratio, s_end).delta:
+    s_end = end_of_branch(ratio) if s_end is None else s_end
+    if delta < contact_at(ratio, s_end).delta:
         return EllipseState(np.nan, np.nan, np.nan, delta)
 
     def excess(log_s):
-        return contact_at(formulation, ratio, np.exp(log_s)).delta - delta
+        return contact_at(ratio, np.exp(log_s)).delta - delta
 
-    return contact_at(formulation, ratio, np.exp(brentq(excess, np.log(1e-12), np.log(s_end), xtol=1e-13)))
+    return contact_at(ratio, np.exp(brentq(excess, np.log(1e-12), np.log(s_end), xtol=1e-13)))
 
 
 def sphere_row(z):
@@ -62,22 +61,22 @@ def sphere_row(z):
     return row, [jkr.END_DELTA, -1.0, 1.0, 1.0, -1 / 3]
 
 
-def elliptic_row(formulation, ratio, z):
+def elliptic_row(ratio, z):
     """One row of samples of the branch, and its marks, by direct solution."""
-    lam, s_end = axis_ratio(ratio), end_of_branch(formulation, ratio)
-    end, pull_off = (contact_at(formulation, ratio, s) for s in (s_end, largest_tension(formulation, ratio)))
+    lam, s_end = axis_ratio(ratio), end_of_branch(ratio)
+    end, pull_off = (contact_at(ratio, s) for s in (s_end, largest_tension(ratio)))
     row = []
     for q in 1 / z**2 - 1:
-        state = stable_state(formulation, ratio, end.delta + q**2, s_end) if q > 0 else end
+        state = stable_state(ratio, end.delta + q**2, s_end) if q > 0 else end
         row.append([state.P / (1 + q) ** 3, state.a / (1 + q), state.b / (lam * (1 + q))])
     return row, [end.delta, pull_off.P, pull_off.a, pull_off.b / lam, pull_off.delta]
 
 
-def elliptic(formulation):
-    """The table of a formulation."""
+def elliptic():
+    """The table of ellipses of least energy."""
     z = sites(CELLS_ALONG)[1:] / CELLS_ALONG
     ratios = LARGEST_RATIO ** (sites(CELLS_ACROSS)[1:] / CELLS_ACROSS)
-    rows, marks = zip(sphere_row(z), *(elliptic_row(formulation, ratio, z) for ratio in ratios))
+    rows, marks = zip(sphere_row(z), *(elliptic_row(ratio, z) for ratio in ratios))
     return table_of(rows, marks, CELLS_ACROSS)
 
 
@@ -106,12 +105,8 @@ def of_maugis(cells=maugis.ACROSS):
 
 def main():
     """Write both files."""
-    tables = {name: elliptic(name) for name in FORMULATIONS}
-    arrays = {f"{name}_branch": table.spline for name, table in tables.items()}
-    arrays |= {f"{name}_marks": table.marks for name, table in tables.items()}
-    np.savez_compressed(elliptic_table.FILE, **arrays)
-    table = of_maugis()
-    np.savez_compressed(maugis.FILE, branch=table.spline, marks=table.marks)
+    for file, table in ((elliptic_table.FILE, elliptic()), (maugis.FILE, of_maugis())):
+        np.savez_compressed(file, branch=table.spline, marks=table.marks)
 
 
 if __name__ == "__main__":

@@ -49,11 +49,11 @@ def test_jkr_sphere_at_the_points_of_its_curve():
 
 
 @pytest.mark.parametrize(
-    ("ratio", "self_similar", "johnson_greenwood", "energy"),
-    [(1.5, 0.99773, 0.99488, 0.99871), (2, 0.99348, 0.98526, 0.99630), (10, 0.94088, 0.86087, 0.96452)],
+    ("ratio", "self_similar", "energy"),
+    [(1.5, 0.99773, 0.99871), (2, 0.99348, 0.99630), (10, 0.94088, 0.96452)],
 )
-def test_elliptic_pull_off(ratio, self_similar, johnson_greenwood, energy):
-    known = {"self_similar": self_similar, "johnson_greenwood": johnson_greenwood, "energy": energy}
+def test_elliptic_pull_off(ratio, self_similar, energy):
+    known = {"self_similar": self_similar, "energy": energy}
     sphere = 1.5 * np.pi * W / (0.01 * ratio**0.5)
     for formulation, expected in known.items():
         found = reference.jkr_pull_off(

@@ -47,7 +47,7 @@ def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
         "direct": roughxr.direct(scan, delta=[1.0, 2.0], subregions=places, fields=True),
         "load": roughxr.direct(scan, load=np.array([100.0]), subregions=(2, 2)),
         "superposed": roughxr.superpose(catalogue, delta=np.arange(3.0), law="maugis"),
-        "map": roughxr.pull_off_map(catalogue, subregions=places, formulation="energy"),
+        "map": roughxr.pull_off_map(catalogue, subregions=places),
         "adhesive": roughxr.adhesive(scan, preload=[0.0, 100.0], mesh=roughxr.Mesh("auto", accuracy=0.02)),
         "cycle": roughxr.adhesive(scan, delta=[1.0], law="dugdale", mesh=roughxr.Mesh(2, step=0.5)),
         "tabor": roughxr.reference.tabor(scan),

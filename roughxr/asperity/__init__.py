@@ -3,7 +3,7 @@
 catalogue       `asperities`: peaks with fitted paraboloids; ridges, those that pixels break up
 reconstruction  `reconstruct`: the surface that the catalogue stands for
 asperity_sum    a catalogue, pair and options -> plain numbers of all asperities under a sphere
-superposition   `superpose`: the sum of single asperities at displacements; flattening, asperities that yield
+superposition   `superpose`: the sum of single asperities at displacements
 maps            `pull_off_map`: the exact pull-off of that sum, up to every pixel
 moments         `rolling`: the moment that resists as the sphere begins to roll
 expectation     how far superposed pull-offs may be from those of the simulation

@@ -107,9 +107,9 @@ def law_of(law: str, formulation: str, options: SumOptions) -> dict[str, Any]:
     return {"law": law, "formulation": formulation}
 
 
-def fit_of(law: str | None) -> dict[str, str]:
-    """Return the options for finding a scan's asperities: the paper's for the paper's own law, else the defaults."""
-    return {"patch": "paper", "vertex": "pixel"} if law == "published" else {}
+def fit_of(formulation: str | None) -> dict[str, str]:
+    """Return the options of `asperities`: the paper's for the paper's own formulas, else the defaults."""
+    return {"patch": "paper", "vertex": "pixel"} if formulation == "published" else {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +118,7 @@ class Summands:
 
     ds: xr.Dataset
     law: str
+    formulation: str
     options: SumOptions
     lazy: bool
     unread: bool  # a scan whose heights are not loaded
@@ -127,7 +128,7 @@ class Summands:
         """The asperities: those given, those of the scan, or of an unread one a task that finds them."""
         if "asperity" in self.ds.dims:
             return self.ds
-        return (later if self.unread else asperities)(self.ds, **fit_of(self.options.law))
+        return (later if self.unread else asperities)(self.ds, **fit_of(self.formulation))
 
     def prepared(self, make: Callable, *more: Any) -> Any:
         """Return ``make(catalogue, options, …)``, of an unread scan as a task."""
@@ -141,7 +142,7 @@ def summands_of(ds: xr.Dataset, law: str | None, formulation: str, datum: str = 
     if law == "menisci" and not schema.is_wet(ds):
         raise ValueError("law='menisci': expected a humid pair, found a dry one; assign_pair(humidity=…) first")
     law, lazy = law or ("menisci" if schema.is_wet(ds) else "jkr"), is_lazy(ds)
-    return Summands(ds, law, options_of(ds, law, formulation, datum), lazy, lazy and kind == "scan")
+    return Summands(ds, law, formulation, options_of(ds, law, formulation, datum), lazy, lazy and kind == "scan")
 
 
 def catalogue_field(catalogue: xr.Dataset, options: SumOptions) -> tuple:

@@ -57,7 +57,7 @@ def _told(of: str, ratio: float, low: float, high: float, why: str = "") -> dict
 
 def _unknown(catalogue: xr.Dataset, law: str) -> str:
     """Return the reason why no ratio is known, empty where one is."""
-    if law not in ("energy", "self_similar", "johnson_greenwood"):
+    if law not in ("energy", "self_similar"):
         return f"it was measured for the corrected formulas, not for {law!r}"
     if "shortest_wavelength" not in catalogue.coords:
         return "the patch was chosen without regard to the scan's shortest wave; take asperities(patch='auto')"

@@ -12,7 +12,7 @@ from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import Places
 from ..vocabulary.verbs import verb
-from .asperity_sum import ADHESIVE, PULL_OFF, SumOptions, asperity_grid, largest_pulls, law_of, summands_of
+from .asperity_sum import ADHESIVE, DEFAULT, PULL_OFF, SumOptions, asperity_grid, largest_pulls, law_of, summands_of
 from .expectation import expectation, warn_above_smooth
 
 #: Centres in one task, which then takes some hundredths of a second.
@@ -27,7 +27,6 @@ def pull_off_map(
     *,
     subregions: Places = EVERY_PIXEL,
     law: str | None = None,
-    formulation: str = "energy",
     datum: str = "highest_peak",
 ) -> xr.Dataset:
     """Return the largest pull of the superposed asperities at each contact centre, whatever the displacement.
@@ -43,8 +42,6 @@ def pull_off_map(
         Contact centres, see `regions.centres`; every pixel needs a scan.
     law : {"jkr", "maugis", "menisci"}, optional
         Adhesion without range, with the pair's, or that of condensed liquid, see `superpose`.
-    formulation : {"energy", "self_similar", "johnson_greenwood", "published"}
-        With law="jkr": how adhesion acts on an ellipse, see `superpose`.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, see `superpose`.
 
@@ -63,7 +60,7 @@ def pull_off_map(
 
     See Also
     --------
-    superpose : the whole curve of force over displacement.
+    superpose : the whole curve of force over displacement, and the pull-off of other formulations.
     pull_off : the largest pull among the displacements of a sweep.
 
     Examples
@@ -76,12 +73,12 @@ def pull_off_map(
     (True, 'nN')
     """
     schema.one_of(law or ADHESIVE[0], ADHESIVE, "law")
-    summands = summands_of(ds, law, formulation, datum)
+    summands = summands_of(ds, law, DEFAULT, datum)
     ds, law, options = summands.ds, summands.law, summands.options
     positions = _pixels(ds, subregions) if isinstance(subregions, str) else regions.centres(ds, subregions)
     out = _labelled(_records(positions, summands.prepared(asperity_grid), options), ds)
     out = _on_pixels(out, ds) if isinstance(subregions, str) else out.assign_coords(positions.coords)
-    named = law_of(law, formulation, options)
+    named = law_of(law, DEFAULT, options)
     out.attrs = {"datum": datum, "method": "superpose", **named, "missing": "NaN where no displacement pulls"}
     if not summands.unread:
         out.attrs |= expectation(summands.catalogue, options.law)

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from ..jobs import lazy as parallel
-from ..jobs.records import BRANCHES, Layout, labelled
+from ..jobs.records import Layout, labelled
 from ..kernels.asperity import superposition as sums
 from ..scans import regions
 from ..vocabulary import schema
-from ..vocabulary.units import Places, Quantities, Quantity, positive
-from ..vocabulary.verbs import verb
-from . import flattening
+from ..vocabulary.units import Places, Quantities
+from ..vocabulary.verbs import verb, warn
 from .asperity_sum import ADHESIVE, DEFAULT, SumOptions, catalogue_field, grid_of, largest_pulls, law_of, summands_of
 from .expectation import expectation, warn_above_smooth
 
@@ -45,7 +43,6 @@ def superpose(
     law: str | None = None,
     formulation: str = DEFAULT,
     datum: str = "highest_peak",
-    preload: Quantity | None = None,
 ) -> xr.Dataset:
     """Sum the contacts of all asperities with a sphere at each contact centre.
 
@@ -66,16 +63,14 @@ def superpose(
         work of adhesion of both, "maugis" with the liquid's range. "maugis" is Maugis's law between JKR and DMT, of a
         sphere, tabulated for 0.02 < λ < 50 and read for each asperity at its own λ = 1.157 μ (see `tabor`); an ellipse
         keeps Hertz's shape.
-    formulation : {"energy", "self_similar", "johnson_greenwood", "published"}
+    formulation : {"energy", "self_similar", "published"}
         For law="jkr", how adhesion acts on an ellipse. "energy": the shape that minimises the energy over both axes;
-        "self_similar": Hertz's shape (the paper's derivation, corrected); "johnson_greenwood": the edge condition at
-        the ends of both axes; "published": the paper to the letter, with λ² where the derivation gives λ, and with the
-        asperity's curvature alone. All but the last add the sphere's own curvature to the asperity's.
+        "self_similar": Hertz's shape (the paper's derivation, corrected); "published": the paper to the letter, with λ²
+        where the derivation gives λ, and with the asperity's curvature alone. The others add the sphere's own curvature
+        to the asperity's. law="hertz" with "published" is the paper's sum without adhesion.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0: the sphere's lowest point level with the highest point of the whole scan, or this
         subregion's first touch of a vertex.
-    preload : number or quantity, optional
-        For asperities that yield: the force, nN, at which the sphere turns back, by default at the last displacement.
 
     Returns
     -------
@@ -85,8 +80,7 @@ def superpose(
         one of eight nearest neighbours, so that superposition no longer holds; ``truncated`` where an asperity at the
         scan's edge is in contact; ``excluded_asperities``, the saddles left out. Laws with adhesion also give the exact
         ``pull_off_force`` (nN, NaN where nothing pulls) and ``pull_off_delta`` (nm) along subregion, as `pull_off_map`.
-        Where asperities yield the states lie along (subregion, branch, delta), retraction is NaN beyond
-        ``preload_delta``, and the pull-off is that of the retraction. Lazy where the scan is a dask array.
+        Lazy where the scan is a dask array.
 
         Attributes say what to expect of the pull-off in comparison with `adhesive`, except for a lazy scan:
         ``expectation`` in words and, where known, ``expected_ratio`` with ``expected_ratio_low`` and ``…_high``.
@@ -101,23 +95,18 @@ def superpose(
     Warns
     -----
     UserWarning
-        If a pull-off exceeds that of the same sphere on a smooth flat, with the probable cause (input in memory only).
+        If a pull-off exceeds that of the same sphere on a smooth flat, with the probable cause (input in memory only);
+        if a hardness is assigned: asperities stay elastic. `direct` and `adhesive` let bodies yield.
 
     Notes
     -----
     By "maugis" the pull across a gap, before an asperity touches and after it lets go, is left out: on a surface of
     1.5 nm rms less than 1 % of the pull-off for λ > 0.5, some 5 % at λ = 0.2, and half of it at λ = 0.02.
 
-    An asperity that yields follows a paraboloid under a capped pressure, and on retraction a flatter paraboloid
-    (`kernels.asperity.flattening`). For a single summit the force agrees with that of `direct` within 0.3 % on loading
-    and 8 % of the largest on retraction, and the pull-off after yield with that of `adhesive` within a fifth
-    (`tests/test_flattening.py`). On the glass twin the mean pull-off is 0.54 of `adhesive`'s without yield, 0.56 to
-    0.59 at 6 GPa and 1.16 to 1.36 at 1.5 GPa, where most of the contact yields (`tests/benchmarks/yielding.py`).
-
     References
     ----------
     Cheng, Dunn & Brach, eqs. 15–24 and 35, printed with λ² for λ and with the sign of eq. 35 reversed.
-    Johnson & Greenwood (2005) for the formulation of that name. Maugis, J. Colloid Interface Sci. 150, 243 (1992).
+    Maugis, J. Colloid Interface Sci. 150, 243 (1992).
 
     Examples
     --------
@@ -136,49 +125,36 @@ def superpose(
             "delta: expected displacements in nm, found none; their default needs the heights in memory, load them "
             "(ds.load())"
         )
-    hardness = _hardness(ds, preload)
-    prepared = summands.prepared(_prepared, hardness)
+    if "hardness" in ds.coords:
+        warn(
+            "hardness: superposed asperities stay elastic, found an assigned hardness; take `direct` or `adhesive`, "
+            "which let the bodies yield, or drop the hardness"
+        )
+    prepared = summands.prepared(_prepared)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     deltas = _default_sweep(prepared[0], centres, options) if delta is None else schema.ascending(delta, "nm", "delta")
     events = _EVENTS | (_PULL_OFF if law in ADHESIVE else {})
     layout = Layout({"delta": deltas}, _STATES, events)
-    if hardness.yields:
-        branches = {"branch": list(BRANCHES), "delta": deltas}
-        layout = Layout(branches, _STATES, events | {"preload_delta": float})
     solve = partial(parallel.spread, name="superpose", lazy=lazy)
     records = solve(_superpose, centres, layout.dtype, prepared, options, layout)
     out = labelled(records, layout, ds, positions)
     out["excluded_asperities"] = out["excluded_asperities"].variable[0]
     named = law_of(law, formulation, options)
     out.attrs = {"datum": datum, "method": "superpose", **named}
-    if law in ADHESIVE and not summands.unread and not hardness.yields:
+    if law in ADHESIVE and not summands.unread:
         out.attrs |= expectation(summands.catalogue, options.law)
     arguments = {"subregions": subregions, **named, "datum": datum}
-    arguments |= {"preload": hardness.preload if hardness.by_preload else None}
     out = schema.record(out, "superpose", ds, delta=deltas, **arguments)
     out = parallel.finish(out, lazy=lazy)
-    if law in ADHESIVE and not lazy and not hardness.yields:
+    if law in ADHESIVE and not lazy:
         warn_above_smooth(out["pull_off_force"].values, summands.catalogue, law)
     return out
 
 
-def _hardness(ds: xr.Dataset, preload: Any) -> flattening.Yielding:
-    """Return at which pressure asperities yield and where the sphere turns back; raise where options conflict."""
-    if "hardness" not in ds.coords:
-        if preload is not None:
-            raise ValueError(
-                "preload: expected asperities that yield, found elastic ones; assign_pair(hardness=…), or leave it out"
-            )
-        return flattening.Yielding(np.inf, np.nan)
-    load = np.nan if preload is None else positive(preload, "nN", "preload")
-    return flattening.Yielding(float(ds["hardness"]), load)
-
-
-def _prepared(ds: xr.Dataset, options: SumOptions, hardness: flattening.Yielding) -> tuple:
-    """Return the asperities, the grid for the largest pull where they adhere, and as they yield where they do."""
+def _prepared(ds: xr.Dataset, options: SumOptions) -> tuple:
+    """Return the asperities, and the grid for the largest pull where they adhere."""
     field = catalogue_field(ds, options)
-    grid = grid_of(field, options) if options.work_of_adhesion > 0 else None
-    return field, grid, flattening.asperities_of(ds, options, hardness) if hardness.yields else None
+    return field, grid_of(field, options) if options.work_of_adhesion > 0 else None
 
 
 def _default_sweep(prepared: tuple, centres: list[tuple[float, float]], options: SumOptions) -> np.ndarray:
@@ -195,9 +171,7 @@ def _default_sweep(prepared: tuple, centres: list[tuple[float, float]], options:
 
 def _superpose(x: float, y: float, prepared: tuple, options: SumOptions, layout: Layout) -> np.ndarray:
     """Sum the asperities of one subregion at all displacements."""
-    if "branch" in layout.axes:
-        return _yielding(x, y, prepared, options, layout)
-    (field, patch_radius, excluded), grid, _ = prepared
+    (field, patch_radius, excluded), grid = prepared
     offset = sums.offsets(field, x, y, options.radius, options.profile)
     zero = offset.min() if options.first_contact and offset.size else 0.0
     summed = sums.superpose(layout.axes["delta"] + zero, field, offset, patch_radius, options.kernel_law().spline)
@@ -206,35 +180,6 @@ def _superpose(x: float, y: float, prepared: tuple, options: SumOptions, layout:
         record[name] = values
     record["excluded_asperities"] = excluded
     if grid is not None:
-        pull = largest_pulls(np.array([x]), np.array([y]), grid, options)[0]
-        for name in _PULL_OFF:
-            record[name] = pull[name]
-    return record
-
-
-def _yielding(x: float, y: float, prepared: tuple, options: SumOptions, layout: Layout) -> np.ndarray:
-    """Sum the loading and retraction of one subregion, its asperities yielding on loading."""
-    (field, patch_radius, excluded), _, pressed = prepared
-    offset = sums.offsets(field, x, y, options.radius, options.profile)
-    zero = offset.min() if options.first_contact and offset.size else 0.0
-    deltas, spline, record = layout.axes["delta"] + zero, options.kernel_law().spline, layout.blank()
-    turn = pressed.turn(offset, deltas[-1])
-    left = pressed.flattened(field, turn - offset, options, middle=options.work_of_adhesion > 0)
-    back = deltas <= turn * (1 + 1e-12)
-    away = sums.offsets(left, x, y, options.radius, options.profile)
-    there = [
-        sums.superpose(
-            deltas[k : k + 1], at, sums.offsets(at, x, y, options.radius, options.profile), patch_radius, spline
-        )
-        for k, at in enumerate(pressed.flattened(field, delta - offset, options) for delta in deltas)
-    ]
-    summed = sums.superpose(deltas, left, away, patch_radius, spline)
-    for name, row in zip(_STATES, range(len(_STATES))):
-        record[name][0] = [one[row, 0] for one in there]
-        record[name][1] = np.where(back, summed[row], np.nan if record[name].dtype.kind == "f" else 0)
-    record["excluded_asperities"], record["preload_delta"] = excluded, turn - zero
-    if options.work_of_adhesion > 0:
-        grid = grid_of((left,), options)
         pull = largest_pulls(np.array([x]), np.array([y]), grid, options)[0]
         for name in _PULL_OFF:
             record[name] = pull[name]

@@ -49,7 +49,7 @@ __all__ = [
 ]
 
 #: Formulations of an adhesive ellipse.
-FORMULATIONS = ("energy", "self_similar", "johnson_greenwood")
+FORMULATIONS = ("energy", "self_similar")
 
 #: Rabinovich's geometry: caps of height 1.82 rms and radius λ²/(58 rms); hemispheres of radius 1.48 rms.
 _CAP_HEIGHT, _CAP_RADIUS, _HEMISPHERE = 1.82, 58.0, 1.48
@@ -212,7 +212,7 @@ def jkr_pull_off(
         nm. Give either this or both curvatures.
     curvature_min, curvature_max : number or quantity, optional
         nm⁻¹, the smaller first; up to a ratio of 1000.
-    formulation : {"energy", "self_similar", "johnson_greenwood"}
+    formulation : {"energy", "self_similar"}
         How adhesion acts on an ellipse, see `superpose`.
 
     Returns
@@ -227,7 +227,7 @@ def jkr_pull_off(
 
     References
     ----------
-    Johnson & Greenwood, J. Phys. D 38 (2005) 1042; Giudici, Vella & Griffiths, arXiv 2407.00378.
+    Giudici, Vella & Griffiths, arXiv 2407.00378.
 
     Examples
     --------
@@ -243,7 +243,7 @@ def jkr_pull_off(
     self_similar = float(jkr.self_similar_units(A, B, 1.0, work_of_adhesion).P)
     if formulation == "self_similar":
         return self_similar
-    state = elliptic_jkr.contact_at(formulation, B / A, elliptic_jkr.largest_tension(formulation, B / A))
+    state = elliptic_jkr.contact_at(B / A, elliptic_jkr.largest_tension(B / A))
     return float(-state.P * self_similar)
 
 

@@ -16,7 +16,6 @@ NAMES = {
     "hertz": "Hertz",
     "published": "JKR",
     "self_similar": "JKR",
-    "johnson_greenwood": "JKR, Johnson–Greenwood",
     "energy": "JKR, least energy",
 }
 
@@ -62,7 +61,7 @@ def asperity_curve(
     laws : sequence of str
         Names from ``kernels.asperity.laws.ASPERITY_LAWS``; the pull-off and jump-on of the last one are marked.
     ratio : float
-        B/A of the paraboloid, which matters only for "energy" and "johnson_greenwood".
+        B/A of the paraboloid, which matters only for "energy".
     largest : float
         The longest semi-axis drawn, a/a_c.
     ax : Axes, optional

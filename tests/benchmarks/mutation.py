@@ -73,7 +73,6 @@ GROUPS = {
             "superposition_maugis",
             "pull_off_map",
             "largest_pull",
-            "flattening",
             "rotation",
         ]
     },

@@ -118,7 +118,7 @@ def sweep(scan):
             contacts = int(roughxr.superpose(catalogue, delta=deltas, subregions=(8, 8), **options).contacts.sum())
             whole = spent(lambda o=options: roughxr.superpose(catalogue, delta=deltas, subregions=(8, 8), **o))
             exact = None
-            if law != "hertz":
+            if law in ("energy", "maugis"):
                 exact = spent(lambda o=options: pull_off_map(catalogue, subregions=(8, 8), **o))
         print(words(law, parts(catalogue, deltas, options), estimates(law, contacts, catalogue, ghz), whole, exact))
 

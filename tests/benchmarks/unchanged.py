@@ -35,7 +35,7 @@ import roughxr
 
 TOLERANCE = 1e-12
 GLASS = {"young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.6747}
-FORMULATIONS = ("energy", "self_similar", "johnson_greenwood", "published")
+FORMULATIONS = ("energy", "self_similar", "published")
 
 NOTEBOOKS = Path(__file__).resolve().parents[2] / "notebooks"
 SLOW = "adhesion-verdict"
@@ -157,7 +157,7 @@ def pull_off_maps():
     """Yield the exact pull-off at many places."""
     ds = made()
     for words, length, options in _laws():
-        if words != "hertz":
+        if "law" in options and words != "hertz":
             ranged = glass().assign_coords(adhesion_range=length)
             yield words, roughxr.pull_off_map(ranged, subregions=(24, 24), **options)
     yield "every pixel", roughxr.pull_off_map(ds)

@@ -5,8 +5,7 @@
 Processor time, both sides alternating in one process on one thread; medians of the ratios. 1. A sweep of loading on
 rough windows, elastic and yielding, and the same by loads. 2. The same job through the labelled function, where the
 yielding side draws back as well. 3. A paraboloid that yields, against the figures of axisymmetric rings. 4. Pull-offs
-of superposed asperities over those of the adhesive simulation on the glass twin, elastic and yielding. 5. Pull-offs of
-a flat punch by law and mesh over those in closed form. 6. The same of an asperity that was pressed flat.
+of a flat punch by law and mesh over those in closed form. 5. The same of an asperity that was pressed flat.
 """
 
 import argparse
@@ -117,22 +116,6 @@ def accuracy_rows():
             print(f"delta / delta_Y = {times}, {cells:2d} cells in radius: force off by {error:+.1e}")
 
 
-def superposed_rows():
-    """Print mean pull-offs of superposed asperities over those of the adhesive simulation, a sphere of 1 µm."""
-    scan = roughxr.open_sample("glass")
-    pair = {"sphere_radius": 1000.0, "contact_modulus": MODULUS, "work_of_adhesion": 0.06}
-    how = {"subregions": (3, 3)}
-    solve = {"mesh": roughxr.Mesh(2, step=0.1), "law": "exponential"}
-    for hardness in (None, 6.0, 1.5):
-        bodies = roughxr.assign_pair(scan, hardness=hardness, **pair)
-        for preload in (1000.0, 5000.0):
-            turn = {"preload": preload} if hardness else {}
-            summed = bodies.contact.superpose(delta=[-1, 30], **turn, **how).pull_off_force
-            solved = bodies.contact.adhesive(preload=preload, **solve, **how).pull_off_force
-            words = f"H = {hardness:3g} GPa" if hardness else "elastic    "
-            print(f"{words}, preload {preload:g} nN: superposed / adhesive {float(summed.mean() / solved.mean()):.2f}")
-
-
 def punch_rows():
     """Print pull-offs of a flat punch of 10 nm over Griffith's, and Dugdale's over their closed form."""
     flat = {"radius": 10.0, "contact_modulus": MODULUS, "work_of_adhesion": 0.1}
@@ -199,7 +182,6 @@ def main():
     kernel_rows(windows(options.windows), options.repeat)
     labelled_rows(options.repeat)
     accuracy_rows()
-    superposed_rows()
     punch_rows()
     flattened_rows()
 

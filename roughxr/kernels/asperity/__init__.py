@@ -6,7 +6,6 @@ elliptic_jkr, elliptic_table adhesive ellipses of free shape, computed and tabul
 maugis                       between JKR and DMT
 laws                         all of them under one name each
 force_curves                 one asperity at many displacements
-flattening                   the shape of an asperity that has yielded
 superposition                the sum over asperities under one sphere
 largest_pull                 the largest pull of such a sum, found exactly
 """

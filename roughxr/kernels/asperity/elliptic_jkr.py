@@ -1,4 +1,4 @@
-"""Adhesive contact on an ellipse whose shape is free: two formulations of JKR that have no closed form.
+"""Adhesive contact on an ellipse whose shape is free: JKR of least energy, which has no closed form.
 
 On the paraboloid z = A x² + B y² the pressure over an ellipse of semi-axes a ≥ b is taken as
 
@@ -7,15 +7,11 @@ On the paraboloid z = A x² + B y² the pressure over an ellipse of semi-axes a 
 whose surface displacement is quadratic (potentials of the ellipse: Johnson, *Contact Mechanics*, 1985, §3.5).
 Fitting it to A and B gives c₁ and c₂. At the edge, at eccentric angle φ, the intensity of the tension is
 c(φ) = c₀ + c₁cos²φ + c₂sin²φ = m + d cos 2φ < 0, and opening the contact by unit area frees the elastic
-energy G = πc²/(2E*g), g = √(cos²φ/a² + sin²φ/b²). G = w cannot hold on the whole edge, so
+energy G = πc²/(2E*g), g = √(cos²φ/a² + sin²φ/b²). G = w cannot hold on the whole edge. The energy is stationary
+in a and in b where ∮c²cos²φ/g dφ = ∮c²sin²φ/g dφ = 2E*w (close to Giudici, Vella & Griffiths, arXiv 2407.00378).
 
-johnson_greenwood   asks it at the ends of both axes: (m + d)√a = (m − d)√b = −√(2E*w/π)
-                    (Johnson & Greenwood, J. Phys. D 38, 1042, 2005);
-energy              makes the energy stationary in a and in b: ∮c²cos²φ/g dφ = ∮c²sin²φ/g dφ = 2E*w
-                    (close to Giudici, Vella & Griffiths, arXiv 2407.00378).
-
-Either pair fixes m/d by the shape k = b/a alone, and then a by its size: the branch, stable and unstable, is
-explicit in k. It runs from Hertz's ellipse k = λ (infinite load) to the circle k = 1 (no contact), walked by
+This fixes m/d by the shape k = b/a alone, and then a by its size: the branch, stable and unstable, is explicit
+in k. It runs from Hertz's ellipse k = λ (infinite load) to the circle k = 1 (no contact), walked by
 
     s in (0, 1),   k = λ^{1−s}.
 
@@ -103,13 +99,6 @@ def fit(k, ratio):
     return EdgeFit((c1 - c2) / 2, (c1 + c2) / 2, displacement(1, 0, 0, k)[0], c1 * u0_1 + c2 * u0_2)
 
 
-def _johnson_greenwood(k, d):
-    """(m, a³) with E* = w = 1 from G = w at the ends of both axes."""
-    root = np.sqrt(k)
-    m = -d * (1 + root) / (1 - root)
-    return m, 2 / (np.pi * (m + d) ** 2)
-
-
 def _energy(k, d):
     """(m, a³) with E* = w = 1 from energy stationary in both axes; the root that is in tension all round."""
     J0, J1, J2, J3 = edge_moments(k)
@@ -117,15 +106,11 @@ def _energy(k, d):
     return m, 4 / (m**2 * J0 + 2 * m * d * J1 + d**2 * J2)
 
 
-#: Each takes (k, d) and returns (m, a³) for E* = w = 1.
-FORMULATIONS = {"johnson_greenwood": _johnson_greenwood, "energy": _energy}
-
-
-def contact_at(formulation, ratio, s):
+def contact_at(ratio, s):
     """States of contact at the points ``s`` in (0, 1) of the branch, for one B/A = ``ratio`` > 1."""
     k = axis_ratio(ratio) ** (1 - np.asarray(s))
     on_unit = fit(k, ratio)
-    m, a_cubed = FORMULATIONS[formulation](k, on_unit.d)
+    m, a_cubed = _energy(k, on_unit.d)
     a = np.cbrt(a_cubed)
     P = 2 * np.pi * k * (m - on_unit.mean / 3) * a_cubed
     delta = ((m - on_unit.mean) * on_unit.delta_c0 + on_unit.delta_fit) * a**2
@@ -133,14 +118,14 @@ def contact_at(formulation, ratio, s):
     return EllipseState(P / unit.P, a / unit.a, k * a / unit.a, delta / unit.delta)
 
 
-def _least(formulation, ratio, quantity):
+def _least(ratio, quantity):
     """The point s at which ``quantity`` ("P" or "delta") is least."""
     coarse = np.linspace(0.02, 0.98, 97)
-    i = np.argmin(getattr(contact_at(formulation, ratio, coarse), quantity))
+    i = np.argmin(getattr(contact_at(ratio, coarse), quantity))
     from scipy.optimize import minimize_scalar  # not at the top: a quarter of the import time
 
     least = minimize_scalar(
-        lambda s: getattr(contact_at(formulation, ratio, s), quantity),
+        lambda s: getattr(contact_at(ratio, s), quantity),
         bounds=(coarse[i - 1], coarse[i + 1]),
         method="bounded",
         options={"xatol": 1e-10},
@@ -148,21 +133,21 @@ def _least(formulation, ratio, quantity):
     return least.x
 
 
-def end_of_branch(formulation, ratio):
+def end_of_branch(ratio):
     """The point s of least displacement, where the stable branch under prescribed displacement ends."""
-    return _least(formulation, ratio, "delta")
+    return _least(ratio, "delta")
 
 
-def largest_tension(formulation, ratio):
+def largest_tension(ratio):
     """The point s of pull-off under prescribed load."""
-    return _least(formulation, ratio, "P")
+    return _least(ratio, "P")
 
 
-def states_of_semi_axis(formulation, ratio, a):
+def states_of_semi_axis(ratio, a):
     """The contacts, stable or not, whose longer semi-axes are ``a``: all halved at once, to 1e-13 of log s."""
     low, high = (np.full(np.shape(a), np.log(s)) for s in (_SMALLEST_S, _LARGEST_S))
     for _ in range(48):
         middle = (low + high) / 2
-        longer = contact_at(formulation, ratio, np.exp(middle)).a > a  # from Hertz's ellipse on, contacts shrink
+        longer = contact_at(ratio, np.exp(middle)).a > a  # from Hertz's ellipse on, contacts shrink
         low, high = np.where(longer, middle, low), np.where(longer, high, middle)
-    return contact_at(formulation, ratio, np.exp((low + high) / 2))
+    return contact_at(ratio, np.exp((low + high) / 2))

@@ -1,6 +1,6 @@
-"""The branches of ``elliptic_jkr``, which have no closed form, as a table small enough to ship.
+"""The branch of ``elliptic_jkr``, which has no closed form, as a table small enough to ship.
 
-One plane holds each formulation whole, and extends to infinite load:
+One plane holds it whole, and extends to infinite load:
 
     across   ln(B/A) from 0 (circle) to ln 10⁴, in even rows; a flatter asperity is read as B/A = 10⁴,
     along    z = (1 + q)^{−1/2},  q = √(δ* − δ*_end):  z = 1 is the turning point, about which contact varies
@@ -8,8 +8,8 @@ One plane holds each formulation whole, and extends to infinite load:
 
 Tabulated are P*/(1+q)³, a*/(1+q) and b*/(λ(1+q)), in self-similar units: smooth on the plane, and 1 at z = 0
 (Hertz). Cubic B-splines, with continuous second derivatives, join them, fitted by least squares at twice as
-many points. Against the direct solution these values and the marks are off by less than 10⁻⁶ (``energy``) and
-5·10⁻⁶ (``johnson_greenwood``), relative to P_c and a_c, or to P and a where these are larger. Source: own.
+many points. Against the direct solution these values and the marks are off by less than 10⁻⁶, relative
+to P_c and a_c, or to P and a where these are larger. Source: own.
 
 P*, a*, b*, δ*   load, semi-axes and displacement in the units of ``jkr``;  λ = b/a of Hertz's ellipse (``ellipse``)
 
@@ -33,7 +33,7 @@ _SIXTH = 1.0 / 6.0  # a product is quicker than a quotient
 
 
 class Table(NamedTuple):
-    """Spline coefficients of one formulation."""
+    """Spline coefficients of one law."""
 
     spline: np.ndarray  # (across, along, 3): P*/(1+q)³, a*/(1+q), b*/(λ(1+q))
     marks: np.ndarray  # (across, 5): δ*_end; P*, a*, b*/λ, δ* at the largest tension
@@ -107,7 +107,7 @@ def _along(spline, row, j, column, w):
 
 
 @cache
-def table(formulation):
-    """The shipped table of a formulation, read on first use."""
+def table():
+    """The shipped table, read on first use."""
     with np.load(FILE) as file:
-        return Table(file[f"{formulation}_branch"], file[f"{formulation}_marks"])
+        return Table(file["branch"], file["marks"])

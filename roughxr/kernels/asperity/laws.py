@@ -3,7 +3,6 @@
 hertz               no adhesion
 published           generalized JKR to the letter of Cheng, Dunn & Brach, eqs. 15-24: λ² where λ is due
 self_similar        the same derivation corrected: an ellipse of Hertz's shape at every load
-johnson_greenwood   shape free, edge condition at the ends of both axes (``elliptic_jkr``)
 energy              shape free, energy stationary in both axes (``elliptic_jkr``)
 maugis              between JKR and DMT (``maugis``): the sphere's law in the self-similar ellipse's units
 menisci             liquid of range h between stiff asperities, across the gap before they touch, too (``force_curves``)
@@ -17,8 +16,8 @@ E*      ``E_star``, contact modulus, GPa;  w = 2γ, work of adhesion, J/m²
 δ, P    ``delta``, displacement, nm, > 0 brings the bodies together;  load, nN, > 0 pushes
 a, b    semi-axes of the contact ellipse, a along the flattest direction, nm
 
-Beyond B/A = 10⁴ (``elliptic_table.LARGEST_RATIO``, ellipses hundreds of times longer than wide) the laws of
-free shape keep the starred curves of 10⁴ with the scales of the true B/A; the caller may count them.
+Beyond B/A = 10⁴ (``elliptic_table.LARGEST_RATIO``, ellipses hundreds of times longer than wide) the law of
+free shape keeps the starred curves of 10⁴ with the scales of the true B/A; the caller may count them.
 """
 
 from functools import cache
@@ -34,9 +33,9 @@ from roughxr.kernels.asperity.force_curves import STIFF, closed_contact
 from roughxr.kernels.jit import kernel
 
 #: Laws without range, and those with a range.
-ASPERITY_LAWS = ("hertz", "published", "self_similar", "johnson_greenwood", "energy")
+ASPERITY_LAWS = ("hertz", "published", "self_similar", "energy")
 RANGED = ("maugis", "menisci")
-HERTZ, PUBLISHED, SELF_SIMILAR, JOHNSON_GREENWOOD, ENERGY, MAUGIS, MENISCI = range(7)
+HERTZ, PUBLISHED, SELF_SIMILAR, ENERGY, MAUGIS, MENISCI = range(6)
 
 
 class AsperityLaw(NamedTuple):
@@ -83,7 +82,7 @@ def law(name, length=np.nan):
     if name in RANGED:
         return AsperityLaw(*((MAUGIS, *maugis.table()) if name == "maugis" else (MENISCI, *EMPTY)), float(length))
     code = ASPERITY_LAWS.index(name)
-    return AsperityLaw(code, *(elliptic_table.table(name) if code >= JOHNSON_GREENWOOD else EMPTY), np.nan)
+    return AsperityLaw(code, *(elliptic_table.table() if code == ENERGY else EMPTY), np.nan)
 
 
 @kernel
@@ -101,7 +100,7 @@ def asperity_scales(A, B, E_star, w, law):
         delta = np.cbrt(pull / H) ** 2
         return Scales(np.sqrt(delta / beta), pull, delta, lam, -law.range / delta, STIFF)
     unit = jkr.units_of_ellipse(A, B, lam, E_star, lam * w if law.code == PUBLISHED else w)
-    if law.code < JOHNSON_GREENWOOD:
+    if law.code < ENERGY:
         return Scales(unit.a, unit.P, unit.delta, lam, jkr.END_DELTA, 0.0)
     if law.code == MAUGIS:
         row = maugis.row_of(maugis.parameter(maugis.tabor(A, B, E_star, w, law.range)))
@@ -147,9 +146,9 @@ def curve(name, a, ratio=1.0):
     In these units ``hertz``, ``published`` and ``self_similar`` do not depend on ``ratio`` = B/A, but for b*.
     """
     lam = shape(1.0, ratio)
-    if name in elliptic_jkr.FORMULATIONS and ratio > 1.0:
-        states = elliptic_jkr.states_of_semi_axis(name, ratio, a)
-        end = elliptic_jkr.contact_at(name, ratio, elliptic_jkr.end_of_branch(name, ratio))
+    if name == "energy" and ratio > 1.0:
+        states = elliptic_jkr.states_of_semi_axis(ratio, a)
+        end = elliptic_jkr.contact_at(ratio, elliptic_jkr.end_of_branch(ratio))
         return Curve(*states, a >= end.a)
     if name == "hertz":
         return Curve(a**3, a, lam * a, a**2, np.full(a.shape, True))
