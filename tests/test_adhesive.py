@@ -343,9 +343,10 @@ def test_fields_hold_the_contact(refine):
     xr.testing.assert_allclose(lazy.compute().drop_attrs(), cycle.drop_attrs())
 
 
-def test_fields_of_a_lazy_scan_need_its_heights(ground):
-    with pytest.raises(ValueError, match="load the scan first"):
-        by_cells(ground.chunk(x=30), delta=[1.0], datum="first_contact", fields=True)
+def test_fields_of_a_lazy_scan_are_the_same(ground):
+    options = {"delta": [1.0], "datum": "first_contact", "fields": True}
+    lazy = by_cells(ground.chunk(x=30), **options).compute()
+    xr.testing.assert_allclose(lazy.drop_attrs(), by_cells(ground, **options).drop_attrs())
 
 
 def test_lazy_scans_give_the_same(ground):

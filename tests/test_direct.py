@@ -185,7 +185,9 @@ def refuse(dsk, keys, **kwargs):
 
 @pytest.mark.parametrize("options", [{"delta": [4.0]}, {"load": [100.0]}, {"delta": [4.0], "datum": "first_contact"}])
 def test_lazy_until_asked(surface, options):
-    with dask.config.set(scheduler=refuse):
+    """Of displacements below the datum the heights are not read before; else they are loaded, and solves stay lazy."""
+    reads = "load" in options or "datum" in options
+    with dask.config.set(scheduler="synchronous" if reads else refuse):
         found = direct(surface.chunk(x=32), subregions=(2, 2), **options)
     assert found.force.chunks is not None
     with dask.config.set(scheduler="synchronous"):

@@ -206,12 +206,7 @@ def at_first(verb, seed):
     return computed(verb, Setting(surface(seed), places(seed)))
 
 
-#: Refuse a scan that is not loaded, in words: they read the heights to choose how they go on.
-IN_MEMORY = ("regime",)
-
-
 def holds(verb, seed, steps, draw):
-    steps = [step for step in steps if not (step is lazy and verb in IN_MEMORY)]
     now = Setting(surface(seed), places(seed))
     for step in steps:
         now = step(now, draw)

@@ -39,7 +39,7 @@ from .cycle import (
 from .elastic import ABOVE_HARDNESS, YIELDED
 from .estimates import law_of_range, median_tabor
 from .mesh import MOST_REFINED, Mesh, mesh_of
-from .problem import NOT_LOADED, Place, Problem, deepest, need_heights, read_problem
+from .problem import Place, Problem, deepest, read_problem
 from .solving import fields_of, put_fields, solve
 from .specimen import Specimen, specimen_of
 
@@ -340,8 +340,6 @@ def _settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
     It is the depth to which the largest load and the adhesion press a smooth sphere, by Hertz's and JKR's formulas,
     and some standard deviations of the heights, so that nearly all of the surface lies higher.
     """
-    if specimen.lazy:
-        raise ValueError(f"{NOT_LOADED}: without delta the heights tell how deep a preload presses the sphere in")
     ds = specimen.bodies
     (modulus,) = schema.pair(ds, "contact_modulus")
     radius = float(ds["sphere_radius"]) if "sphere_radius" in ds.coords else _radius_of_map(ds)
@@ -349,7 +347,7 @@ def _settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
     hertz = (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
     if "hardness" in ds.coords:  # a fully yielding sphere sinks in until the area, at the hardness, bears the load
         hertz += load / (2 * np.pi * radius * float(ds["hardness"]))
-    return float(hertz + _ROUGH_DEPTH * specimen.heights.std() + 12 * np.nan_to_num(adhesion.length))
+    return float(hertz + _ROUGH_DEPTH * specimen.in_memory.heights.std() + 12 * np.nan_to_num(adhesion.length))
 
 
 def _radius_of_map(ds: xr.Dataset) -> float:
@@ -377,7 +375,6 @@ def _need_one_mesh(specimen: Specimen, problem: Problem, adhesion: Adhesion, by_
     """Raise where fields are asked for without displacements, or on meshes that differ between places."""
     if by_preload or not adhesion.refine:
         raise ValueError("fields: expected displacements (delta) and one mesh for all places, such as mesh=4")
-    need_heights(specimen, problem)
 
 
 def reach_of(specimen: Specimen, problem: Problem, adhesion: Adhesion) -> float:

@@ -16,7 +16,7 @@ from ..kernels.halfspace import displacement_control, load_control, yielding
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantities
 from ..vocabulary.verbs import verb, warn
-from .problem import Place, Problem, Surface, deepest, need_heights, read_problem, surface_at
+from .problem import Place, Problem, Surface, deepest, read_problem, surface_at
 from .solving import fields_of, put_fields, solve
 from .specimen import Specimen, specimen_of
 
@@ -123,8 +123,6 @@ def direct(
     specimen = specimen_of(ds)
     positions = specimen.centres(subregions)
     problem = read_problem(specimen, positions, delta=delta, load=load, datum=datum)
-    if fields:
-        need_heights(specimen, problem)
     axes = {"load" if problem.by_load else "delta": problem.steps}
     out = solve(
         _sweep,

@@ -13,8 +13,7 @@ from ..vocabulary import schema
 from ..vocabulary.units import Quantities
 from .specimen import Indenter, Specimen
 
-#: The message where default displacements are wanted of heights that are not in memory; the number of displacements.
-NOT_LOADED = "expected heights in memory, found a scan that is not loaded; load it, ds.load(), or give delta= in nm"
+#: The number of default displacements.
 _COUNT = 16
 
 
@@ -80,8 +79,7 @@ def hardness_of(ds: xr.Dataset) -> tuple[float, bool]:
 
 def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.ndarray:
     """Return displacements (nm), evenly spaced: at the largest every centre is touched and most are pressed."""
-    if specimen.lazy:
-        raise ValueError(NOT_LOADED)
+    specimen = specimen.in_memory
     touches, spread = first_touches(specimen, positions), float(specimen.heights.std())
     middle = float(np.median(touches))
     last = max(2 * middle, 1.2 * float(touches.max()), spread) if datum == "highest_peak" else max(middle, spread)
@@ -90,13 +88,14 @@ def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.
 
 def first_touches(specimen: Specimen, positions: xr.Dataset) -> np.ndarray:
     """Return the depth (nm) below the highest point at which the indenter first touches, at each centre."""
+    specimen = specimen.in_memory
     found, _ = places(specimen, positions, specimen.indenter.reach(float(np.ptp(specimen.heights))))
     bare = Problem(np.zeros(1), False, False, specimen.pixel, 1, np.nan, specimen.indenter)
     return np.array([surface_at(place, bare).separation.min() for place in found])
 
 
 def deepest(specimen: Specimen, problem: Problem) -> float:
-    """Return a bound (nm below the datum) on how deep the indenter comes; inf where it takes heights not yet loaded.
+    """Return a bound (nm below the datum) on how deep the indenter comes; inf for a load on a map.
 
     A load presses it no deeper into a rough surface than into a flat at its lowest height: (3 F/(4 E* √R))^{2/3} by
     Hertz's sphere, and up to F/(2π R H) more where the body yields.
@@ -104,22 +103,13 @@ def deepest(specimen: Specimen, problem: Problem) -> float:
     last = float(problem.steps[-1])
     if not problem.by_load and not problem.first_contact:
         return last
-    if specimen.lazy or (problem.by_load and problem.indenter.map):
+    if problem.by_load and problem.indenter.map:
         return np.inf
     if problem.by_load:
         radius, load = problem.indenter.radius, last
         last = (0.75 * load / (problem.contact_modulus * np.sqrt(radius))) ** (2 / 3)
         last += load / (2 * np.pi * radius * problem.hardness) if problem.yielding else 0.0
-    return float(np.ptp(specimen.heights)) + last
-
-
-def need_heights(specimen: Specimen, problem: Problem) -> None:
-    """Raise where fields need windows whose size depends on heights that are not loaded."""
-    if specimen.lazy and (problem.by_load or problem.first_contact):
-        raise ValueError(
-            "fields: with a load or datum='first_contact' they need the heights in memory; load the scan first "
-            "(ds.load())"
-        )
+    return float(np.ptp(specimen.in_memory.heights)) + last
 
 
 class Place(NamedTuple):

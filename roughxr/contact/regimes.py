@@ -304,9 +304,7 @@ def _asperity_radius(catalogue: xr.Dataset) -> float:
 
 
 def in_memory(ds: xr.Dataset | Specimen) -> Specimen:
-    """Return a scan that is complete, in memory and has a sphere with adhesion assigned; raise for any other."""
-    specimen = specimen_of(ds)
-    if not isinstance(specimen.heights, np.ndarray):
-        raise ValueError("height: expected heights in memory, found a lazy scan; load it first (ds.load())")
+    """Return a complete scan in memory with a sphere and adhesion assigned; raise for any other."""
+    specimen = specimen_of(ds).in_memory
     schema.pair(specimen.bodies, "sphere_radius", "work_of_adhesion", wet=True)
     return specimen

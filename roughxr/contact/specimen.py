@@ -64,6 +64,11 @@ class Specimen:
         return is_lazy(self.scan)
 
     @cached_property
+    def in_memory(self) -> Specimen:
+        """The same specimen with its heights loaded."""
+        return Specimen(self.scan.compute()) if self.lazy else self
+
+    @cached_property
     def heights(self) -> Any:
         """Heights (nx, ny), nm: a NumPy or dask array, which raises where pixels are missing."""
         return schema.complete(self.scan)["height"].data

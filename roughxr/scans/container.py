@@ -27,8 +27,8 @@ from .force_curve_formats import METADATA
 from .levelling import level
 from .netcdf import is_netcdf, unread
 
-#: The largest metadata and the largest other file, bytes.
-_LARGEST_METADATA, _LARGEST_FILE = 2**24, 2**30
+#: The largest size of a zip file's content: in bytes, over the size of the zip file, and the size allowed to any file.
+_LARGEST_CONTENT, _LARGEST_RATIO, _ALWAYS_ALLOWED = 2**32, 50, 2**22
 
 #: Polynomials that are subtracted: their order along a line, and the method for a map.
 _DETRENDED = {"center": (0, None), "height": (1, "plane"), "curvature": (2, "quadratic")}
@@ -85,6 +85,7 @@ def _topographies(path: Path) -> list[xr.Dataset]:
     origin = {"source_file": path.name, "source_sha256": file_hash(path), "source_format": "contact.engineering"}
     topographies = []
     with zipfile.ZipFile(path) as archive:
+        _refuse_bomb(archive, path)
         for number, surface in enumerate(_metadata(archive, path)["surfaces"]):
             for one in surface["topographies"]:
                 ds = _topography(archive, one, path)
@@ -97,13 +98,21 @@ def _topographies(path: Path) -> list[xr.Dataset]:
     return topographies
 
 
+def _refuse_bomb(archive: zipfile.ZipFile, path: Path) -> None:
+    """Raise for a zip file whose content is far larger than the file: heights shrink by a factor of ten at most."""
+    content = sum(member.file_size for member in archive.infolist())
+    most = min(_LARGEST_CONTENT, max(_ALWAYS_ALLOWED, _LARGEST_RATIO * path.stat().st_size))
+    if content > most:
+        raise UnreadableScan(
+            path, f"expected a content of at most {most / 2**20:.3g} MiB, found {content / 2**20:.3g} MiB: damaged"
+        )
+
+
 def _metadata(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
     """Return what a container says of its topographies: plain lists, mappings, text and numbers."""
     there = [name for name in METADATA if name in archive.namelist()]
     if not there:
         raise UnreadableScan(path, "expected a container of contact.engineering, found a zip file without meta.yml")
-    if archive.getinfo(there[0]).file_size > _LARGEST_METADATA:
-        raise UnreadableScan(path, f"{there[0]}: expected at most {_LARGEST_METADATA >> 20} MiB, found more")
     text = archive.read(there[0])
     return json.loads(text) if there[0] == METADATA[0] else _plain_yaml(text)
 
@@ -128,8 +137,6 @@ def _topography(archive: zipfile.ZipFile, one: dict[str, Any], path: Path) -> xr
     """Return one map or line."""
     names = one["datafile"]
     name = names.get("squeezed-netcdf") or names["original"]
-    if archive.getinfo(name).file_size > _LARGEST_FILE:
-        raise UnreadableScan(path, f"{name}: expected at most {_LARGEST_FILE >> 20} MiB, found more")
     with tempfile.TemporaryDirectory() as folder:
         own = re.sub(r"[^\w.-]", "_", f"{path.name}, {name}")[-80:]  # never a path of its own
         file = Path(folder) / own.lstrip(".")

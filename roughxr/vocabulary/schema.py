@@ -10,7 +10,7 @@ import xarray as xr
 
 from .provenance import arguments_of, height_hash, history, record  # noqa: F401
 from .table import KINDS, PAIR, TRAVELLING, VARIABLES, Variable, attributes, axis_label  # noqa: F401
-from .text import did_you_mean
+from .text import did_you_mean, warn
 from .units import in_units, magnitude, single
 
 #: Public names; the others are for roughxr's own functions.
@@ -198,9 +198,22 @@ def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
             raise ValueError(f"{axis}: expected a coordinate of pixel centres in nm, found none; assign one")
         spacing(ds[axis])
     out = ds.assign(height=_plain_heights(ds["height"].variable.transpose("x", "y")))
-    for name in ("x", "y", "height"):
-        out[name].attrs.setdefault("units", "nm")
+    bare = [name for name in ("x", "y", "height") if not out[name].attrs.get("units")]
+    if bare:
+        warn(_without_units(out, bare))
+    for name in bare:
+        out[name].attrs["units"] = "nm"
     return out
+
+
+def _without_units(scan: xr.Dataset, bare: list[str]) -> str:
+    """Return a warning with the size that follows if numbers without units are nm."""
+    sides = " x ".join(f"{(scan.sizes[axis]) * spacing(scan[axis]):.4g}" for axis in ("x", "y"))
+    heights = "" if scan.chunks else f" and heights over {float(scan['height'].max() - scan['height'].min()):.4g} nm"
+    return (
+        f"{', '.join(bare)}: expected units, found none; taken as nm, a scan of {sides} nm{heights}. Set them, for "
+        f"example ds[{bare[-1]!r}].attrs['units'] = 'm'"
+    )
 
 
 def _plain_heights(height: xr.Variable) -> xr.Variable:

@@ -1,8 +1,10 @@
-"""Text from files and users: control characters escaped, and the known word nearest to a misspelt one."""
+"""Text from files and users: control characters escaped, the known word nearest to a misspelt one, warnings."""
 
 from __future__ import annotations
 
+import sys
 import unicodedata
+import warnings
 from collections.abc import Iterable
 from typing import Any
 
@@ -24,3 +26,11 @@ def did_you_mean(value: Any, allowed: Iterable[Any]) -> str:
 
     near = get_close_matches(str(value).lower(), [str(one) for one in allowed], n=1)
     return f"; did you mean {near[0]!r}?" if near else ""
+
+
+def warn(words: str, category: type[Warning] = UserWarning) -> None:
+    """Warn at the line of the user's own code, however deep in the package."""
+    frame, above = sys._getframe(), 1
+    while frame.f_back and str(frame.f_globals.get("__name__")).partition(".")[0] == __package__.partition(".")[0]:
+        frame, above = frame.f_back, above + 1
+    warnings.warn(words, category, stacklevel=above)

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import functools
 import inspect
-import sys
-import warnings
 from collections.abc import Callable, Mapping
 from itertools import chain, repeat
 from typing import Any, ParamSpec, TypeVar
@@ -18,6 +16,7 @@ import numpy as np
 import xarray as xr
 
 from .schema import VARIABLES, entered
+from .text import warn as warn
 from .units import carries_units, plain
 
 _P = ParamSpec("_P")
@@ -85,11 +84,3 @@ def _number(value: Any, name: str) -> Any:
     if name == "subregions" and isinstance(value, (list, tuple)):
         return tuple(np.atleast_1d(plain(one, "nm", name)) if carries_units(one) else one for one in value)
     return plain(value, OPTIONS[name], name)
-
-
-def warn(words: str, category: type[Warning] = UserWarning) -> None:
-    """Warn at the line of the user's own code, however deep in the package it is found out."""
-    frame, above = sys._getframe(), 1
-    while frame.f_back and str(frame.f_globals.get("__name__")).partition(".")[0] == __package__.partition(".")[0]:
-        frame, above = frame.f_back, above + 1
-    warnings.warn(words, category, stacklevel=above)

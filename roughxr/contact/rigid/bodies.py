@@ -13,7 +13,7 @@ from ...kernels.adhesion import rigid as kernels
 from ...vocabulary import schema
 from ...vocabulary.units import Places, Quantities, whole_number
 from ...vocabulary.verbs import verb, warn
-from ..problem import NOT_LOADED, Problem, first_touches, read_problem
+from ..problem import Problem, first_touches, read_problem
 from ..specimen import Specimen, specimen_of
 from .attraction import Options, options_of
 from .rigid_map import every_pixel
@@ -163,8 +163,6 @@ def _warn(out: xr.Dataset, options: Options) -> None:
 
 def _default_deltas(specimen: Specimen) -> np.ndarray:
     """Return displacements (nm) from above the highest touch of all places to where the lowest height is reached."""
-    if specimen.lazy:
-        raise ValueError(NOT_LOADED)
     middle = specimen.centres(tuple(min(16, count) for count in specimen.heights.shape))
     deepest = float(first_touches(specimen, middle).max())
     return np.linspace(-_START_HEIGHT, deepest, _COUNT)
